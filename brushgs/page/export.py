@@ -12,7 +12,7 @@ from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.page.view import PageView
 from brushgs.page.write import write_page
 from brushgs.painting.outputs import check_output, input_files
-from brushgs.painting.prepare import Prepared, prepare
+from brushgs.painting.prepare import PICTURE, Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import name_of
 
@@ -50,7 +50,7 @@ def export_file(
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     source = SceneSource.of(scene)
     check_output(output, PAGE_SUFFIXES, inputs=input_files(source, config))
-    prepared = prepare(source, config, report, needs_first_view=True)
+    prepared = prepare(source, config, report, asks=(*PICTURE, "first_view"))
     write_page(
         prepared.painting,
         prepared.camera,
@@ -68,7 +68,7 @@ def export_file(
 
 def view_of(prepared: Prepared, config: PaintConfig) -> PageView:
     """What the camera of a page turns around, for a painting whose first view is known."""
-    assert prepared.first_view is not None, "prepare with needs_first_view"
+    assert prepared.first_view is not None, "ask for first_view"
     view = prepared.first_view
     is_framed = config.view.camera_file is None
     return PageView.of(view, prepared.camera, framing(view, config.view)["look_at"] if is_framed else None)

@@ -65,16 +65,16 @@ class Setting:
     styles: Styles | None
 
 
-def needs_place(config: PaintConfig, gaussians: Gaussians, camera: Camera | None) -> bool:
+def needs_place(ground: GroundConfig, gaussians: Gaussians, camera: Camera) -> bool:
     """Whether a stage has to know how a scene stands: not one that fills the picture of a given camera.
 
     Args:
-        config: of the job.
+        ground: the options.
         gaussians: the scene.
-        camera: that is given; None where it is framed.
+        camera: that is given.
     """
-    if not config.ground.stage or camera is None or config.ground.backdrop_always:
-        return config.ground.stage
+    if not ground.stage or ground.backdrop_always:
+        return ground.stage
     from brushgs.passes.backdrop import FULL_BORDER, border_alpha
     from brushgs.rendering.plain import plain_views
 

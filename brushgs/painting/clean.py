@@ -63,25 +63,14 @@ def clean_scene(
     return gaussians if rows_left.all() else gaussians.take(rows_left)
 
 
-def drop_crumbs(
-    gaussians: Gaussians,
-    first_view: FirstView | None,
-    config: CleanConfig,
-    report: Report,
-    *,
-    is_strokes: bool,
-) -> Gaussians:
-    """Drop what hangs below an object, see `find_crumbs`; nothing of a file of strokes.
+def drop_crumbs(gaussians: Gaussians, first_view: FirstView, report: Report) -> Gaussians:
+    """Drop what hangs below an object, see `find_crumbs`.
 
     Args:
-        gaussians: the scene, without floaters.
-        first_view: of it; None where nothing needs it, and then nothing is dropped.
-        config: whether anything is.
-        report: gets a stage, only where something is.
-        is_strokes: whether the scene is strokes.
+        gaussians: the scene, without floaters, N >= 1.
+        first_view: of it.
+        report: gets a stage, only where something is dropped.
     """
-    if first_view is None or is_strokes or not config.drops_crumbs or len(gaussians) == 0:
-        return gaussians
     from brushgs.passes.contribution import paint_of
     from brushgs.passes.crumbs import find_crumbs
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from brushgs.errors import SceneWarning
+from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import DEFAULT_SIZE, DrawConfig, PaintConfig
 from brushgs.painting.background import Background, open_background
 from brushgs.painting.report import Report, Stage
@@ -38,32 +39,42 @@ CULLED = {  # field of ProjectCounts -> words
 }
 
 
-def open_brushes(config: PaintConfig, styled: Sequence[str], report: Report) -> "tuple[BrushSet, BrushKit]":
+def open_brushes(
+    named: BrushesConfig,
+    stroke: str,
+    size: tuple[int, int] | None,
+    styled: Sequence[str],
+    report: Report,
+    *,
+    by_material: bool,
+) -> "tuple[BrushSet, BrushKit]":
     """Open the stroke images, or the kernel; and which strokes each of several suits.
 
     Args:
-        config: the options.
+        named: brushes by what they suit.
+        stroke: the stroke where there are none of these.
+        size: (width, height) of the picture, pixels; None for the usual one.
         styled: names of the brushes of styles, which no kernel is mixed with.
         report: gets the stage.
+        by_material: whether smooth and rough surfaces have brushes of their own.
     """
     with report.stage("stroke") as stage:
         from brushgs.brushes.brush_set import BrushSet, paths_of, size_for
         from brushgs.brushes.kit import BrushKit
 
-        size = size_for(*(config.view.fixed_size or DEFAULT_SIZE))
-        named, stroke = config.brushes, config.draw.stroke
+        side = size_for(*(size or DEFAULT_SIZE))
         if named.names:
             kit = BrushKit(named.long, named.short, named.other, named.large)
-            if config.strokes.economy:
+            if by_material:
                 kit = replace(kit, smooth=named.smooth, rough=named.rough)
-            texture = kit.open(size=size)
+            texture = kit.open(size=side)
         else:
             kit = BrushKit.of(stroke)
-            texture = BrushSet.open(stroke, size=size) if len(paths_of(stroke)) == 1 else kit.open(size=size)
+            texture = BrushSet.open(stroke, size=side) if len(paths_of(stroke)) == 1 else kit.open(size=side)
         if styled and texture.kind == "image":
             known = dict(zip(kit.images, texture.textures, strict=True))
             kit = replace(kit, styled=tuple(styled))
-            texture = kit.open(size=size, known=known)
+            texture = kit.open(size=side, known=known)
         shapes = [image.coverage.shape for image in texture.textures]
         height, width = (max(sides) for sides in zip(*shapes, strict=True))
         stage.did = f"{texture.name}: {width} x {height} texels"

@@ -6,7 +6,7 @@ from brushgs.io.scenes.formats import STROKE_SUFFIXES
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.painting.outputs import check_output, input_files
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import STROKES, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import load_scene, name_of, write_scene
 from brushgs.painting.views import default_first_view
@@ -56,7 +56,7 @@ def export_strokes(
             first_view=default_first_view(gaussians, notes, report),
             brushes=notes.brushes,
         )
-    prepared = prepare(source, config, report, needs_background=False, needs_first_view=True)
+    prepared = prepare(source, config, report, asks=(*STROKES, "first_view"))
     strokes = prepared.strokes
     if prepared.plain is not None:  # outside of the part that is painted
         strokes = Gaussians.joined([strokes, prepared.plain])

@@ -9,7 +9,6 @@ import numpy as np
 
 from brushgs.arrays import F32, F64
 from brushgs.options.look_parts import USUAL_LAMP, LightConfig
-from brushgs.options.painting import PaintConfig
 from brushgs.painting.coats.materials import BACKDROP
 from brushgs.painting.make_strokes import StrokePass
 from brushgs.rendering.coat import Coat
@@ -163,23 +162,15 @@ def towards_lamp(light: LightConfig, first_view: FirstView, axes: F64) -> F64 | 
     return np.asarray((cos(azimuth) * level, sin(azimuth) * level, -sin(elevation)) @ axes)
 
 
-def open_site(
-    config: PaintConfig, gaussians: Gaussians, first_view: FirstView | None, camera: Camera | None
-) -> "Site | None":
-    """Where a scene stands and how it is lit; None where neither a stage nor its light is painted.
+def cast_towards(light: LightConfig, first_view: FirstView) -> F64:
+    """[3] direction toward the light that casts the shadow on a stage, world axes."""
+    from brushgs.cameras.framing import camera_axes
+    from brushgs.passes.stage.place import lamp_direction
 
-    Args:
-        config: the options.
-        gaussians: the scene, pruned.
-        first_view: of it; None where that is not known.
-        camera: the first view of the job; None without any.
-    """
-    is_needed = config.ground.stage or config.light.is_in_scene
-    if not is_needed or first_view is None or camera is None or len(gaussians) == 0:
-        return None
-    from brushgs.passes.stage import find_site
-
-    return find_site(gaussians, first_view, towards_lamp(config.light, first_view, camera.viewmat[:3, :3]))
+    axes = camera_axes(first_view.up, first_view.azimuth, 0.0)
+    right, down, away = axes
+    towards = towards_lamp(light, first_view, axes)
+    return np.asarray(lamp_direction() @ np.stack([right, -down, away])) if towards is None else towards
 
 
 def open_lamp(light: LightConfig, site: "Site | None") -> "Lamp | None":

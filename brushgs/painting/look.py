@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from brushgs.arrays import Array
-from brushgs.options.look_parts import LightConfig
-from brushgs.options.painting import PaintConfig
+from brushgs.options.choices import Canvas
+from brushgs.options.look_parts import GroundConfig, LightConfig
 from brushgs.painting.background import Background, open_background
 from brushgs.painting.report import Report
 from brushgs.scene import Camera, Gaussians
@@ -36,12 +36,19 @@ def open_relief(config: LightConfig) -> "Relief | None":
 
 
 def open_surface(
-    config: PaintConfig, gaussians: Gaussians, camera: Camera, report: Report
+    ground: GroundConfig,
+    canvas: tuple[Canvas, float],
+    background: str,
+    gaussians: Gaussians,
+    camera: Camera,
+    report: Report,
 ) -> "Surface | None":
     """What a look is painted on, in the size of the picture; None where strokes lie on a plain background.
 
     Args:
-        config: the options.
+        ground: its options.
+        canvas: what lies under it, and how strong its grain is.
+        background: what is seen where there is no ground, as `open_background` takes it.
         gaussians: the scene, whose colours a toned ground goes with.
         camera: gives the size.
         report: gets the stage, only where there is a surface.
@@ -49,25 +56,25 @@ def open_surface(
     Raises:
         SceneError: if the ground is an image that cannot be read.
     """
-    ground, light = config.ground, config.light
-    if ground.ground == "none" and light.canvas == "none":
+    kind, strength = canvas
+    if ground.ground == "none" and kind == "none":
         return None
     with report.stage("ground") as stage:
         from brushgs.rendering.surface import flat, linen, paper
 
-        color = _ground_color(config, gaussians, camera.width, camera.height)
+        color = _ground_color(ground, background, gaussians, camera)
         size: dict[str, int] = {"height": camera.height, "width": camera.width}
         shown = (1.0, 1.0, 1.0) if color is None else color
-        if light.canvas == "none":
+        if kind == "none":
             surface = flat(shown, **size)
         else:
-            weave = linen if light.canvas == "linen" else paper
-            surface = weave(shown, **size, strength=light.canvas_strength)
+            weave = linen if kind == "linen" else paper
+            surface = weave(shown, **size, strength=strength)
         of_colour = "transparent" if color is None else "a picture" if np.ndim(color) == 3 else _code(color)
-        stage.did = f"{config.draw.background if ground.ground == 'none' else ground.ground}, {of_colour}"
-        if light.canvas != "none":
-            stage.did += f", on {light.canvas}"
-        stage.counts = {"ground": ground.ground, "canvas": light.canvas}
+        stage.did = f"{background if ground.ground == 'none' else ground.ground}, {of_colour}"
+        if kind != "none":
+            stage.did += f", on {kind}"
+        stage.counts = {"ground": ground.ground, "canvas": kind}
     return surface
 
 
@@ -86,15 +93,14 @@ def shown_ground(surface: "Surface | None", background: Background) -> Backgroun
     return background if surface is None or background is None else surface.rgb
 
 
-def _ground_color(config: PaintConfig, gaussians: Gaussians, width: int, height: int) -> Background:
-    ground = config.ground
+def _ground_color(ground: GroundConfig, background: str, gaussians: Gaussians, camera: Camera) -> Background:
     if ground.ground == "none":
-        return open_background(config.draw.background, width, height)
+        return open_background(background, camera.width, camera.height)
     if ground.ground == "toned":
         from brushgs.passes.backdrop import Tone, ground_color
 
         return ground_color(gaussians, Tone(ground.lightness, ground.complement, ground.warmth))
-    return open_background(BOUGHT.get(ground.ground, ground.ground), width, height)
+    return open_background(BOUGHT.get(ground.ground, ground.ground), camera.width, camera.height)
 
 
 def _code(color: ArrayLike) -> str:
@@ -102,14 +108,18 @@ def _code(color: ArrayLike) -> str:
 
 
 def open_lines(
-    config: PaintConfig,
+    width: float,
     gaussians: Gaussians,
     views: "PlainViews | None",
     cameras: Sequence[Camera],
+    threads: int | None,
     report: Report,
 ) -> "tuple[Lines, BrushSet] | tuple[None, None]":
-    """The lines of a drawing medium, as the views of the job show them, and their brushes; or None."""
-    if not config.media.draws_lines or len(gaussians) == 0:
+    """The lines of a drawing medium, as the views of the job show them, and their brushes; or None.
+
+    `width` is that of `find_lines`.
+    """
+    if len(gaussians) == 0:
         return None, None
     with report.stage("lines") as stage:
         from brushgs.brushes.brush_set import size_for
@@ -121,8 +131,8 @@ def open_lines(
         lines = find_lines(
             gaussians,
             views or cameras[:1],
-            width=config.media.line_width,
-            num_threads=config.draw.threads,
+            width=width,
+            num_threads=threads,
         )
         # All pieces of a line have one brush, or it would not read as one.
         of_line = (lines.chains % len(brushes)).astype(np.uint8)

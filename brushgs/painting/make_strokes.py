@@ -14,8 +14,8 @@ import numpy as np
 
 from brushgs.options.look_parts import ColorConfig
 from brushgs.options.painting import ClusterConfig, StrokesConfig
-from brushgs.painting.memory import Memory, NoMemory
 from brushgs.painting.report import Report, Stage, Stopwatch
+from brushgs.painting.runner import Memory, NoMemory
 from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:

@@ -12,6 +12,7 @@ from brushgs.painting.drawing import open_picture_background
 from brushgs.painting.look import open_surface, recolored_ground
 from brushgs.painting.prepare import Prepared
 from brushgs.painting.report import Report
+from brushgs.painting.steps.seeing import canvas
 from brushgs.rendering.coat import Coat
 from brushgs.scene import Camera
 
@@ -23,13 +24,15 @@ def seen_by(prepared: Prepared, config: PaintConfig, camera: Camera, report: Rep
     """The same strokes, seen by one camera.
 
     Args:
-        prepared: with `keeps_scene`.
+        prepared: with its `scene`.
         config: that it was prepared with.
         camera: the view, in any size.
         report: gets the stages of what has the size of the picture.
     """
     background = open_picture_background(config.draw, camera, report)
-    surface = open_surface(config, prepared.whole_scene, camera, report)
+    surface = open_surface(
+        config.ground, canvas(config.light), config.draw.background, prepared.whole_scene, camera, report
+    )
     for change in prepared.ground_changes:
         surface = recolored_ground(surface, change)
     painting = replace(prepared.painting, surface=surface)
@@ -40,7 +43,7 @@ def along(prepared: Prepared, config: PaintConfig, path: "CameraPath", report: R
     """The same strokes along a path: with the lock, the order and the light of paths.
 
     Args:
-        prepared: of a still, with `keeps_scene`.
+        prepared: of a still, with its `scene`.
         config: that it was prepared with.
         path: its cameras.
         report: gets the stages of what has the size of the pictures.

@@ -14,7 +14,7 @@ from brushgs.options.where import WhereConfig
 from brushgs.painting.clip import Clip, as_files, files_of
 from brushgs.painting.moments import check_strokes_output, write_strokes
 from brushgs.painting.outputs import check_output, scene_inputs
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import STROKES, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import (
     load_scene,
@@ -75,15 +75,7 @@ def cluster_file(
     files, scene = files_of(scene), as_files(scene)
     check_strokes_output(scene, output, inputs=(*scene_inputs(files), *files_where(where)))
     unpruned = replace(config, prune=PruneConfig(keep=1.0))
-    prepared = prepare(
-        scene,
-        unpruned,
-        report,
-        needs_view=isinstance(scene, Clip),  # a film has one
-        needs_background=False,
-        needs_first_view=True,
-        where=where,
-    )
+    prepared = prepare(scene, unpruned, report, asks=(*STROKES, "first_view"), where=where)
     return write_strokes(prepared.strokes, prepared, output, name_of(files, prepared.notes), report)
 
 

@@ -5,7 +5,7 @@ their Gaussians. A pass of a part is a pass like any other that sees the strokes
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -99,7 +99,6 @@ class Regions:
 
     regions: Sequence[Region]
     rules: Rules
-    _fields: dict[str, Any] = field(default_factory=dict)
 
     @property
     def names(self) -> list[str]:
@@ -239,10 +238,7 @@ class Regions:
             assert direction is not None
             key = str(direction) if direction.kind != "style" else f"style {region.label}"
             if key not in fields:
-                opened = self._fields.get(key)
-                if opened is None:
-                    opened = self._fields[key] = _open_direction(region, camera, styles)
-                fields[key] = opened, []
+                fields[key] = _open_direction(region, camera, styles), []
             fields[key][1].append(region.label)
         base = one.run if one.skip is None else None
 

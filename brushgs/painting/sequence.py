@@ -34,7 +34,7 @@ from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.parallel import parallel_map
 from brushgs.painting.parallel.ahead import one_ahead
 from brushgs.painting.parallel.connection import Waiting, check_scheduler
-from brushgs.painting.prepare import Prepared, prepare
+from brushgs.painting.prepare import PICTURE, Prepared, prepare
 from brushgs.painting.report import Report, Stage, Stopwatch
 from brushgs.painting.resume import check_same_painting, describe_painting, read_manifest
 from brushgs.painting.sequence_outputs import check_target, plan_output
@@ -112,10 +112,9 @@ def paint_sequence(
         scene,
         config,
         report,
+        asks=(*PICTURE, *(("first_view", "scene") if has_sheet else ())),
         views=path_config,
         check_path=check_path,
-        needs_first_view=has_sheet,
-        keeps_scene=has_sheet,
         workers=sequence,
     )
     if sheet is not None:

@@ -24,7 +24,7 @@ from brushgs.painting.drawing import (
     write_picture,
 )
 from brushgs.painting.outputs import check_encoding, check_output, input_files
-from brushgs.painting.prepare import Prepared, prepare
+from brushgs.painting.prepare import PICTURE, Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import name_of
 from brushgs.painting.views_sheet import write_sheet_of
@@ -75,10 +75,8 @@ def paint_file(
         scene,
         config,
         report,
+        asks=(*PICTURE, *(("first_view", "scene") if has_sheet else ()), *(("growth",) if first < 1 else ())),
         views=camera,
-        needs_first_view=has_sheet,
-        keeps_scene=has_sheet,
-        grows=first < 1,
     )
     wanted = Wanted(config.output.all_layers, config.output.deep)
     frame = paint_view(prepared, report, depth=holds_depth(output), first=first, wanted=wanted)
@@ -102,8 +100,8 @@ def paint(
 
     Args:
         scene: N Gaussians, which count as a scene and not as strokes, or the files of one.
-        look: a look, its name ("oil") or its TOML file, or all options, see `PaintConfig`. None for plain
-            strokes.
+        look: a look, its name ("oil") or its TOML file, or all options, see `PaintConfig`. None for oil, the
+            look of `brushgs render`.
         camera: the view, in place of the one that the options describe; None frames the scene.
         report: gets the stages; a new one if None.
         first: see `paint_file`.
@@ -119,9 +117,8 @@ def paint(
     """
     check_share(first)
     config, report = config_of(look), report or Report()
-    prepared = prepare(
-        scene, config, report, views=camera, needs_background=is_on_background, grows=first < 1
-    )
+    asks = (*PICTURE, "growth") if first < 1 else PICTURE
+    prepared = prepare(scene, config, report, asks=asks, views=camera, on_background=is_on_background)
     wanted = Wanted(config.output.all_layers, config.output.deep)
     frame = paint_view(prepared, report, first=first, wanted=wanted)
     if not is_on_background or prepared.background is None:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.files import exists
-from brushgs.options.painting import DEFAULT_SIZE, PaintConfig
+from brushgs.options.look_parts import BrushesConfig
+from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.painting.report import Report
 from brushgs.scene import Gaussians
@@ -18,7 +19,12 @@ if TYPE_CHECKING:
 
 
 def open_stored_brushes(
-    gaussians: Gaussians, notes: "LoadNotes | None", source: SceneFiles, config: PaintConfig, report: Report
+    gaussians: Gaussians,
+    notes: "LoadNotes | None",
+    source: SceneFiles,
+    named: BrushesConfig,
+    size: tuple[int, int] | None,
+    report: Report,
 ) -> "tuple[BrushSet, BrushKit] | None":
     """The brushes of strokes that have some; None where the painting has others, or they cannot be opened.
 
@@ -26,12 +32,13 @@ def open_stored_brushes(
         gaussians: as loaded.
         notes: of their file.
         source: the file; brushes that are files are looked for beside it first.
-        config: the painting.
+        named: the brushes of the painting.
+        size: (width, height) of the picture, pixels; None for the usual one.
         report: gets a stage where there are any.
     """
     if gaussians.brushes is None or notes is None or not notes.is_strokes or not notes.brushes:
         return None
-    if not config.brushes.are_usual:
+    if not named.are_usual:
         return None
     folder = SceneSource.of(source).paths[0].parent
     with report.stage("stored brushes") as stage:
@@ -40,7 +47,7 @@ def open_stored_brushes(
 
         kit = BrushKit(other=tuple(_located(name, folder) for name in notes.brushes))
         try:
-            texture = kit.open(size=size_for(*(config.view.fixed_size or DEFAULT_SIZE)))
+            texture = kit.open(size=size_for(*(size or DEFAULT_SIZE)))
         except SceneError as error:
             stage.did = "none"
             stage.skipped.append(f"the brushes that strokes have: {error}")

@@ -2,23 +2,26 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from brushgs.options.painting import PaintConfig
+from brushgs.options.look_parts import ColorConfig
+from brushgs.options.painting import PaletteConfig, StrokesConfig
 from brushgs.painting.color_changes import Changes, palette_pass
-from brushgs.painting.guidance import Guidance
-from brushgs.painting.lamp import Key
 from brushgs.painting.make_strokes import (
+    ALREADY_STROKES,
     StrokePass,
     broken_color_pass,
     brush_passes,
     color_passes,
-    stroke_passes,
 )
-from brushgs.painting.memory import Memory
-from brushgs.painting.named import Named
+from brushgs.painting.regions import Regions
 from brushgs.painting.report import Report
-from brushgs.painting.styling import style_brush_passes
-from brushgs.scene import FirstView, Gaussians
+from brushgs.painting.styling import Styles, style_brush_passes
+from brushgs.scene import Camera, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.brushes.kit import BrushKit
+    from brushgs.passes.recolor import Palette
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,60 +66,72 @@ class StrokeChanges:
         return Finish([*(one for one in self.making if one.name != "repaint"), *self.finish.passes])
 
 
+@dataclass(frozen=True, eq=False)
+class Named:
+    """What options name, opened, as far as it changes strokes.
+
+    Attributes:
+        palette: None without one.
+        palette_config: how far strokes take its colours.
+        styles: None without any.
+        regions: None without rules.
+        kit: which strokes each of several brushes suits.
+    """
+
+    palette: "Palette | None"
+    palette_config: PaletteConfig | None
+    styles: Styles | None
+    regions: Regions | None
+    kit: "BrushKit"
+
+
 def changes_of(
-    config: PaintConfig,
+    making: Sequence[StrokePass],
     named: Named,
-    gaussians: Gaussians,
-    guidance: Guidance,
-    first_view: FirstView | None,
-    key: Key | None,
+    strokes: StrokesConfig,
+    color: ColorConfig,
+    colors: Changes,
+    lit: Sequence[StrokePass],
     *,
+    gaussians: Gaussians,
+    camera: Camera | None,
+    seed: int,
     skip: str | None,
-    keeps_brushes: bool,
-    memory: Memory,
 ) -> StrokeChanges:
     """The passes that options ask for.
 
     Args:
-        config: the options.
-        named: what they name.
+        making: what makes strokes of clusters, see `stroke_passes`.
+        named: what options name.
+        strokes: the options of strokes.
+        color: those of colour.
+        colors: changes of colour that do not come from the scene.
+        lit: the light on the strokes, if any.
         gaussians: that strokes are made of.
-        guidance: what strokes are made by.
-        first_view: of the scene; None where nothing needs it.
-        key: the light on the strokes; None for that of the scene.
+        camera: of the first picture; None where no part has strokes that depend on it.
+        seed: of what is chosen by chance.
         skip: why strokes stay as they are, see `stroke_passes`.
-        keeps_brushes: whether strokes have their brushes already.
-        memory: of what passes returned.
     """
-    seed, regions = config.cluster.seed, named.regions
-    making = stroke_passes(
-        gaussians, config.strokes, views=guidance.views, field=guidance.field, skip=skip, memory=memory
-    )
-    choosing: list[StrokePass] = []
-    if not keeps_brushes:
-        choosing = [
-            *brush_passes(named.kit, config.strokes, seed=seed),
-            *style_brush_passes(named.styles, named.kit, seed=seed),
-        ]
+    regions, choosing = named.regions, list[StrokePass]()
+    if not (skip == ALREADY_STROKES and gaussians.brushes is not None):  # else they have theirs
+        choosing += brush_passes(named.kit, strokes, seed=seed)
+        choosing += style_brush_passes(named.styles, named.kit, seed=seed)
     palettes: list[StrokePass] = []
-    if named.palette is not None and config.palette is not None:
-        palettes = [palette_pass(named.palette, config.palette)]
-    shown_by = () if guidance.views is None else guidance.views.cameras
-    colors = Changes(named.styles, config.adjust, first_view, shown_by)
+    if named.palette is not None and named.palette_config is not None:
+        palettes = [palette_pass(named.palette, named.palette_config)]
     restyling, adjusting = colors.style_passes(), colors.adjust_passes()
     if regions is not None:
-        making = regions.stroke_passes(making, gaussians, guidance.camera, named.styles)
+        making = regions.stroke_passes(making, gaussians, camera, named.styles)
         choosing = regions.brush_passes(choosing, named.kit, seed=seed)
         palettes = regions.palettes(palettes)
         restyling = regions.style_passes(restyling, colors)
         adjusting = regions.adjust_passes(adjusting)
-    lit = [] if key is None else [key.stroke_pass(skip=skip)]
     is_plain = named.palette is None and not colors.are_any and (regions is None or not regions.recolors)
     after = [
         *([] if is_plain else lit),  # first: light and shade have colours of the palette and the style
         *palettes,
-        *color_passes(config.color, seed=seed),
-        broken_color_pass(config.strokes, seed=seed, skip=skip),
+        *color_passes(color, seed=seed),
+        broken_color_pass(strokes, seed=seed, skip=skip),
         *restyling,  # after it: what differs from its neighbours is a colour of the style too
         *adjusting,
         *choosing,

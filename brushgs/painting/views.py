@@ -87,6 +87,30 @@ def choose_first_view(
     return view
 
 
+def with_up_of(
+    gaussians: Gaussians,
+    config: ViewConfig,
+    notes: "LoadNotes | None",
+    camera: Camera | None,
+) -> ViewConfig:
+    """The view with the up axis of a given camera or those of a file, unless flags or notes state it."""
+    is_known = notes is not None and (notes.up is not None or notes.first_view is not None)
+    if config.up is not None or is_known or len(gaussians) == 0:
+        return config
+    from brushgs.first_view.photographed import up_of_views
+
+    if camera is not None:
+        cameras = [camera]
+    elif config.camera_file is not None:
+        from brushgs.io.cameras.read import read_cameras
+
+        cameras = list(read_cameras(config.camera_file).cameras)
+    else:
+        return config
+    up = up_of_views(gaussians, cameras)
+    return replace(config, up=(float(up[0]), float(up[1]), float(up[2])))
+
+
 def default_first_view(
     gaussians: Gaussians, notes: "LoadNotes | None", report: Report, *, up: Up | None = None
 ) -> FirstView:

@@ -7,7 +7,7 @@ from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.page.export import view_of
 from brushgs.painting.outputs import check_output, input_files
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import PICTURE, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import name_of
 from brushgs.quads.write import write_quads
@@ -42,7 +42,7 @@ def export_quads(
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     source = SceneSource.of(scene)
     check_output(output, QUAD_SUFFIXES, inputs=input_files(source, config))
-    prepared = prepare(source, config, report, needs_first_view=True)
+    prepared = prepare(source, config, report, asks=(*PICTURE, "first_view"))
     write_quads(
         prepared.painting,
         prepared.camera,

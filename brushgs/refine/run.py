@@ -26,7 +26,7 @@ from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.clip import Clip, as_files, files_of
 from brushgs.painting.moments import check_strokes_output, write_strokes
 from brushgs.painting.outputs import input_files
-from brushgs.painting.prepare import Prepared, prepare
+from brushgs.painting.prepare import STROKES, Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import name_of, open_palette, recolor_scene
 from brushgs.painting.where import rows_where
@@ -96,10 +96,7 @@ def refine_file(
         scene,
         paint if config.where is None else replace(paint, palette=None),  # which is for that part alone
         report,
-        needs_view=isinstance(scene, Clip),  # a film has one
-        needs_background=False,
-        needs_first_view=True,
-        keeps_scene=True,
+        asks=(*STROKES, "first_view", "scene"),
     )
     gaussians, view = prepared.whole_scene, prepared.known_view
 

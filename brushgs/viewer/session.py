@@ -21,9 +21,9 @@ from brushgs.options.scene_source import SceneSource
 from brushgs.page.container import write_container
 from brushgs.page.contents import page_contents
 from brushgs.page.export import command_of, view_of
-from brushgs.painting.memory import Memory
-from brushgs.painting.prepare import Prepared, prepare
+from brushgs.painting.prepare import PICTURE, Prepared, prepare
 from brushgs.painting.report import Report
+from brushgs.painting.runner import Memory
 from brushgs.viewer.settings import Film, Known, Settings, Shot, flags_of, overrides_of, shown_lamp
 from brushgs.viewer.where import Finder, Members, given_in, read_where
 
@@ -119,7 +119,7 @@ class Session:
         """
         config = self.config(settings)
         prepared = prepare(
-            self.source, config, report, needs_first_view=True, keeps_scene=True, memory=self._memory
+            self.source, config, report, asks=(*PICTURE, "first_view", "scene"), memory=self._memory
         )
         with report.stage("page") as stage:
             contents = page_contents(

@@ -21,7 +21,7 @@ from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.painting.backdrop import with_cut_edges
 from brushgs.painting.coats.materials import BACKDROP, CUT_IN
-from brushgs.painting.prepare import Prepared, prepare
+from brushgs.painting.prepare import PICTURE, Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.passes.squint import Squint
 from brushgs.rendering.canvas import Painting
@@ -95,14 +95,14 @@ def row(path: Path, look: str) -> list[str]:
     source, pairs, dbs = SceneSource.of(path), [], []
     for is_bare in (True, False):
         config = config_of(look, is_bare=is_bare)
-        pairs.append(figures(prepare(source, config, Report(), needs_first_view=True)))
+        pairs.append(figures(prepare(source, config, Report(), asks=(*PICTURE, "first_view"))))
         unlit = replace(
             config,
             light=replace(config.light, key=0.0),
             color=replace(config.color, values=0.0),
             strokes=replace(config.strokes, edges=0.0, broken_color=0.0),
         )
-        found = prepare(source, unlit, Report(), needs_first_view=True, keeps_scene=True)
+        found = prepare(source, unlit, Report(), asks=(*PICTURE, "first_view", "scene"))
         dbs.append(f"{unused_psnr(found, found.strokes):.2f}")
     return [
         path.name,

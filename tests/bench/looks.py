@@ -41,7 +41,7 @@ from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.painting.coats.materials import BACKDROP
-from brushgs.painting.prepare import Prepared, prepare
+from brushgs.painting.prepare import PICTURE, Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.still import paint_view
 from brushgs.rendering.canvas import Painting
@@ -86,7 +86,7 @@ def config_of(look: str, scene: str, **changes: dict[str, Any]) -> PaintConfig:
 
 def prepared(look: str, scene: str, report: Report | None = None, **changes: dict[str, Any]) -> Prepared:
     config = config_of(look, scene, **changes)
-    return prepare(SCENES[scene].source(), config, report or Report(), keeps_scene=True)
+    return prepare(SCENES[scene].source(), config, report or Report(), asks=(*PICTURE, "scene"))
 
 
 def frame_seconds(found: Prepared, repeats: int = 5) -> float:
@@ -224,7 +224,7 @@ def orbit_row(look: str, scene: str) -> list[str]:
         config_of(look, scene),
         Report(),
         views=PathConfig(orbit=ORBIT),
-        keeps_scene=True,
+        asks=(*PICTURE, "scene"),
     )
     path, painting = found.path, found.painting.with_depth(False)
     assert path is not None

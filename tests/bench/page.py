@@ -41,7 +41,7 @@ from brushgs.page.contents import PageContents, page_contents
 from brushgs.page.export import view_of
 from brushgs.page.weight import Weight, fragments_of
 from brushgs.page.write import write_page
-from brushgs.painting.prepare import Prepared, prepare
+from brushgs.painting.prepare import PICTURE, Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.still_life import still_life
 from tests.bench.curves import placed
@@ -107,7 +107,7 @@ def likeness_table(studio: Studio, scenes: Sequence[str], _: Path) -> list[list[
     for scene in scenes:
         for look in LOOKS:
             config = config_of(look, SMALL)
-            prepared = prepare(source(scene), config, Report(), needs_first_view=True)
+            prepared = prepare(source(scene), config, Report(), asks=(*PICTURE, "first_view"))
             contents = loaded(studio, prepared, config)
             background = (1.0, 1.0, 1.0) if prepared.background is None else prepared.background
             truth = prepared.painting.with_depth(False).frame(prepared.camera).over(background)
@@ -130,7 +130,7 @@ def boxes_table(studio: Studio, scenes: Sequence[str], _: Path) -> list[list[str
     table = [["scene", "boxes", "centre, px", "half extent, px", "rim by direction, px", "opacity", "colour"]]
     for scene in scenes:
         config = config_of(PLAIN_LOOK, LARGE, 7000)
-        prepared = prepare(source(scene), config, Report(), needs_first_view=True)
+        prepared = prepare(source(scene), config, Report(), asks=(*PICTURE, "first_view"))
         rows = loaded(studio, prepared, config).rows[0]
         coat = prepared.painting.coats[0]
         order = np.full(int(rows.max()) + 1, -1)
@@ -239,7 +239,7 @@ def exported(kind: Kind, folder: Path) -> tuple[Path, Prepared, PaintConfig, Wei
     given = source(kind.scene)
     if kind.is_matt:
         given = replace(given, sh=given.sh[:, :1])
-    prepared = prepare(given, config, Report(), needs_first_view=True)
+    prepared = prepare(given, config, Report(), asks=(*PICTURE, "first_view"))
     weight = write_page(
         prepared.painting,
         prepared.camera,

@@ -37,6 +37,7 @@ import numpy as np
 import brushgs as bg
 from brushgs.cameras.framing import frame_scene, up_vector
 from brushgs.errors import SceneWarning
+from brushgs.measure.bench.subject import ASKS
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,
@@ -303,9 +304,9 @@ class Still:
     @classmethod
     def measured(cls, name: str, repeat: int) -> "Still":
         file, up = (SCENES | OTHERS)[name]
-        paint = PaintConfig(view=ViewConfig(up=up), cluster=ClusterConfig(None))
-        prepared = prepare(loaded(SCENES_FOLDER / file), paint, Report(), keeps_scene=True, merges_later=True)
-        maker, camera, kept = prepared.stroke_maker, prepared.camera, prepared.strokes
+        paint = PaintConfig(view=ViewConfig(up=up), cluster=ClusterConfig(1))
+        prepared = prepare(loaded(SCENES_FOLDER / file), paint, Report(), asks=ASKS)
+        maker, camera, kept = prepared.stroke_maker, prepared.camera, prepared.pruned
         options = replace(prepared.options, depth=False)
         judge = open_view_model(
             prepared.whole_scene, camera, prepared.texture, options, None, Report()

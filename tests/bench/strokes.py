@@ -38,7 +38,7 @@ from brushgs.measure.likeness import psnr, ssim, unpainted
 from brushgs.options.direction import Direction
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.painting.drawing import render_options
-from brushgs.painting.prepare import Prepared, prepare
+from brushgs.painting.prepare import PICTURE, Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.passes.cluster import cluster_weights
 from brushgs.passes.seen import Seen, seen_in
@@ -232,7 +232,7 @@ def _likeness(frame: bg.Frame, plain: bg.Frame) -> tuple[float, float]:
 def prepared_by(scene: Scene, paint: PaintConfig) -> tuple[Prepared, dict[str, float]]:
     """The strokes of a painting, and the seconds of each stage that makes them."""
     report = Report()
-    prepared = prepare(scene.source(), paint, report, needs_first_view=True, keeps_scene=True)
+    prepared = prepare(scene.source(), paint, report, asks=(*PICTURE, "first_view", "scene"))
     seconds: dict[str, float] = {}
     for stage in report.stages:
         if stage.name not in BEFORE_STROKES:

@@ -45,9 +45,9 @@ from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
 from brushgs.options.styling import AdjustConfig
 from brushgs.painting import color_changes
-from brushgs.painting.memory import Memory
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
+from brushgs.painting.runner import Memory
 from brushgs.painting.styling import styled
 from brushgs.passes.adjust import adjust_map
 from brushgs.passes.style.marks import learn_marks
@@ -128,9 +128,7 @@ class Scene:
         if look == "plain":
             config = replace(config, draw=replace(config.draw, streaks=0.0))
         memory = self.memory.setdefault(look, Memory())
-        return prepare(
-            self.source, config, report or Report(), memory=memory, needs_background=look != "plain"
-        )
+        return prepare(self.source, config, report or Report(), memory=memory, on_background=look != "plain")
 
     def frame(self, look: str = "plain", **options: Any) -> bg.Frame:
         """Its picture."""

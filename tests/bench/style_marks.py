@@ -26,9 +26,9 @@ from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.styling import StyleConfig
-from brushgs.painting.memory import Memory
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
+from brushgs.painting.runner import Memory
 from brushgs.painting.styling import styled_values
 from brushgs.passes.direction.marks import Marks, mark_pairs, marks_at, shrunk
 from brushgs.passes.style.marks import learn_marks
@@ -96,7 +96,7 @@ def painted(scene: str, file: Path, share: float, memory: Memory) -> bg.Frame:
         source, views = _still_life(), still_life_camera(width=SIZE[0], height=SIZE[1])
     else:
         source, views = SceneSource.of(SCENES_FOLDER / SCENES[scene]), None
-    ready = prepare(source, config, Report(), views=views, memory=memory, needs_background=False)
+    ready = prepare(source, config, Report(), views=views, memory=memory, on_background=False)
     return ready.painting.frame(ready.camera)
 
 

@@ -20,7 +20,7 @@ from brushgs.options.moment import Moment
 from brushgs.options.painting import PaintConfig, StrokesConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.painting.clip import Clip
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import PICTURE, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.sequence import paint_sequence
 from brushgs.still_life.moving import still_life_moving
@@ -59,7 +59,7 @@ def test_figures_are_those_of_the_frames_that_render_writes(scene, tmp_path, loo
     report, _ = written(scene, tmp_path, look)
     config = replace(painting(look), output=replace(PaintConfig().output, bits=16))
     paint_sequence(scene, tmp_path / "%05d.png", ORBIT, config)
-    prepared = prepare(scene, config, Report(), views=ORBIT, keeps_scene=True)
+    prepared = prepare(scene, config, Report(), views=ORBIT, asks=(*PICTURE, "scene"))
     ground = behind(prepared.painting)
     errors = []
     track = report.result["track"]

@@ -17,7 +17,7 @@ from brushgs.cli import flags
 from brushgs.cli.parser import _joined
 from brushgs.options.painting import ViewConfig
 from brushgs.page.view import PageView
-from brushgs.painting import plan
+from brushgs.painting.steps import seeing
 from tests.page.kit import kit
 from tests.page.page_file import SIZE, camera_of, pixels, scene, shown
 from tests.scenes import save_upright
@@ -91,13 +91,13 @@ def moved(tab, header, changes=(), *, width=320, height=240):
 def camera_used(monkeypatch, line, folder):
     """The camera with which a command line paints, run in this process in a folder."""
     cameras = []
-    choose = plan.choose_camera
+    choose = seeing.choose_camera
 
     def choose_and_tell(*args, **kwargs):
         cameras.append(choose(*args, **kwargs))
         return cameras[-1]
 
-    monkeypatch.setattr(plan, "choose_camera", choose_and_tell)
+    monkeypatch.setattr(seeing, "choose_camera", choose_and_tell)
     monkeypatch.chdir(folder)
     words = shlex.split(line)
     assert words[0] == "brushgs"

@@ -8,7 +8,7 @@ import pytest
 from brushgs.cameras.paths import turn_around
 from brushgs.options.choices import LOOKS
 from brushgs.options.look import Look
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import PICTURE, prepare
 from brushgs.painting.report import Report
 from brushgs.scene import Camera, Gaussians
 from brushgs.still_life import still_life_camera
@@ -42,7 +42,7 @@ def test_a_page_as_it_opens_shows_what_render_shows_indoors(studio, look):
     config = replace(config, cluster=cluster, draw=replace(config.draw, order="depth", lock="anchor"))
     eye, target = (1.2, 0.2, -2.5), (-1.5, 0.0, 3.0)
     camera = Camera.look_at(eye, target, width=480, height=360, fov_y=np.radians(75))
-    found = prepare(room(), config, Report(), views=camera, needs_first_view=True)
+    found = prepare(room(), config, Report(), views=camera, asks=(*PICTURE, "first_view"))
     studio.load(found.painting, camera, background=found.background)
     frame = found.painting.frame(camera)
     exact = frame.rgb if found.painting.surface is not None else frame.over(found.background)
@@ -77,7 +77,7 @@ def test_the_page_paints_every_look_as_the_exact_renderer_does(studio, scene, lo
     )
     width, height = SIZES[light.canvas]
     camera = still_life_camera(width=width, height=height)
-    found = prepare(scene, config, Report(), views=camera, needs_first_view=True)
+    found = prepare(scene, config, Report(), views=camera, asks=(*PICTURE, "first_view"))
     assert (found.painting.lamp is not None) == (relief is not None or look not in UNLIT)
 
     contents = studio.load(found.painting, camera, background=found.background)
@@ -102,7 +102,7 @@ def test_a_lamp_in_the_scene_shines_in_the_page_as_in_frames(studio, scene):
         light=replace(config.light, lamp=(0.3, 0.6), relief=1.0),
     )
     camera = still_life_camera(width=240, height=180)
-    found = prepare(scene, config, Report(), views=camera, needs_first_view=True)
+    found = prepare(scene, config, Report(), views=camera, asks=(*PICTURE, "first_view"))
     painting = found.painting
     assert painting.lamp.towards is not None
     studio.load(painting, camera, background=found.background)

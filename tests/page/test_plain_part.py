@@ -10,7 +10,7 @@ from brushgs.brushes.soft import SOFT
 from brushgs.options.look import Look
 from brushgs.options.where import Where, WhereConfig
 from brushgs.page import contents as page
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import PICTURE, prepare
 from brushgs.painting.report import Report
 from brushgs.rendering.canvas import Painting
 from brushgs.scene import Gaussians
@@ -36,7 +36,7 @@ def test_the_page_shows_what_is_not_painted_as_the_exact_renderer_does(studio, s
         draw=replace(config.draw, order="depth", lock="anchor"),
         painted=WhereConfig(Where.parse("half:-1,0,0,0")),
     )
-    found = prepare(scene, config, Report(), views=CAMERA, needs_first_view=True)
+    found = prepare(scene, config, Report(), views=CAMERA, asks=(*PICTURE, "first_view"))
     contents = studio.load(found.painting, CAMERA, background=found.background)
     assert contents.num_strokes > 1000
     page = studio.paint(CAMERA, ground=True)

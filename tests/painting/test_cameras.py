@@ -23,7 +23,7 @@ def pears():
 def cameras_of(gaussians, views=None, **view):
     """The cameras of a painting, without painting it."""
     config = PaintConfig(view=ViewConfig(size=(96, 64), **view))
-    return prepare(gaussians, config, Report(), views=views, merges_later=True).cameras
+    return prepare(gaussians, config, Report(), views=views, asks=["cameras"]).cameras
 
 
 def assert_same(one, other):

@@ -16,7 +16,7 @@ from brushgs.options.painting import (
     ViewConfig,
 )
 from brushgs.options.sequence import PathConfig
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import PICTURE, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.still import paint
 from brushgs.still_life import still_life, still_life_camera
@@ -48,7 +48,7 @@ def stage(report, name):
 def test_floaters_are_dropped_before_the_view_is_framed(floaters, dropped):
     report = Report()
     config = replace(PAINT, clean=CleanConfig(floaters))
-    prepared = prepare(DIRTY, config, report, keeps_scene=True)
+    prepared = prepare(DIRTY, config, report, asks=(*PICTURE, "scene"))
     assert len(DIRTY) - len(prepared.whole_scene) == dropped
     assert stage(report, "clean").counts["after"] == len(DIRTY) - dropped
     if dropped:

@@ -69,7 +69,7 @@ def test_a_composed_still_is_given_again_by_its_flags_and_by_its_strokes(statue,
 def test_crumbs_are_dropped_as_clean_says(statue):
     def dropped(floaters):
         report = Report()
-        prepare(statue, replace(CONFIG, clean=CleanConfig(floaters)), report, needs_background=False)
+        prepare(statue, replace(CONFIG, clean=CleanConfig(floaters)), report, asks=["scene"])
         return stages(report).get("crumbs")
 
     found = dropped("sure")
@@ -82,12 +82,12 @@ def test_crumbs_are_dropped_as_clean_says(statue):
 
 
 def test_films_and_given_cameras_keep_their_sizes(statue, tmp_path):
-    film = prepare(statue, CONFIG, Report(), views=PathConfig(orbit=4), needs_background=False)
+    film = prepare(statue, CONFIG, Report(), views=PathConfig(orbit=4), asks=["cameras"])
     assert {(camera.width, camera.height) for camera in film.cameras} == {(1280, 720)}
     camera = bg.Camera.look_at((0, -1.5, -6), (0, -1.5, 0), width=40, height=30)
-    assert prepare(statue, CONFIG, Report(), views=camera, needs_background=False).camera.width == 40
+    assert prepare(statue, CONFIG, Report(), views=camera, asks=["cameras"]).camera.width == 40
     entry = {"id": 0, "width": 50, "height": 20, "position": [0, -1.5, -6], "rotation": np.eye(3).tolist()}
     path = tmp_path / "cameras.json"
     path.write_text(json.dumps([entry | {"fx": 40.0, "fy": 40.0}]))
     of_file = replace(CONFIG, view=ViewConfig(size="auto", camera_file=path))
-    assert prepare(statue, of_file, Report(), needs_background=False).camera.width == 50
+    assert prepare(statue, of_file, Report(), asks=["cameras"]).camera.width == 50

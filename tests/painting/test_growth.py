@@ -12,7 +12,7 @@ from brushgs.io.pictures.images import read_image
 from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import GrowConfig, SequenceConfig
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import PICTURE, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.sequence import paint_sequence
 from brushgs.painting.still import paint_file
@@ -41,7 +41,7 @@ def quick(look="oil"):
 
 @cache
 def prepared(look, count=300):
-    return prepare(SCENE, config(look, count), Report(), grows=True)
+    return prepare(SCENE, config(look, count), Report(), asks=(*PICTURE, "growth"))
 
 
 def of_strokes(ready):

@@ -160,7 +160,7 @@ def test_drawing_media_find_lines_and_painting_does_not(paintings):
 def test_brushes_and_tones_are_decided_once_for_all_views():
     """Two cameras of a path share the strokes, and so their brushes: nothing of a coat depends on a view."""
     config = config_of("oil")
-    prepared = prepare(SCENE, config, Report(), views=CAMERA, needs_background=False)
+    prepared = prepare(SCENE, config, Report(), views=CAMERA, on_background=False)
     coat = prepared.painting.coats[-1]
     assert len(np.unique(coat.strokes.brushes)) > 3
     other = replace(CAMERA, viewmat=bg.Camera.look_at((1, -1, -4), (0, 0, 0), width=8, height=8).viewmat)

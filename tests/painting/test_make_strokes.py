@@ -24,7 +24,7 @@ from brushgs.options.painting import (
 )
 from brushgs.options.sequence import PathConfig
 from brushgs.painting.passes import cluster_file
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import PICTURE, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.still import paint, paint_file, paint_view
 from brushgs.passes.broken_color import break_colors
@@ -74,7 +74,7 @@ def with_strokes(**options):
 @pytest.fixture(scope="module")
 def seeing(file):
     """What is made by default, and the scene that it is made of."""
-    return strokes_of(file, keeps_scene=True)[0]
+    return strokes_of(file, asks=(*PICTURE, "scene", "first_view"))[0]
 
 
 def test_strokes_are_what_the_passes_make_one_by_one(seeing):
@@ -126,15 +126,17 @@ def test_without_the_passes_strokes_are_clusters(file):
 @pytest.mark.parametrize("strokes_for", ["scene", "view"])
 def test_views_are_those_near_the_picture_and_a_ring_unless_all_is_for_the_view(file, strokes_for):
     config = replace(PAINT, cluster=ClusterConfig(COUNT, strokes_for=strokes_for))
-    counts = strokes_of(file, config, merges_later=True)[1]["plain views"].counts
+    counts = strokes_of(file, config, asks=["maker"])[1]["plain views"].counts
     ring = len(RING) if strokes_for == "scene" else 0
     assert (counts["own"], counts["ring"], counts["views"]) == (len(NEAR), ring, len(NEAR) + ring)
-    counts = strokes_of(file, config, views=PathConfig(orbit=5), merges_later=True)[1]["plain views"].counts
+    counts = strokes_of(file, config, views=PathConfig(orbit=5), asks=["maker"])[1]["plain views"].counts
     assert (counts["own"], counts["ring"]) == (5, ring)
 
 
 def test_strokes_do_not_depend_on_the_size_of_the_picture_nor_on_what_else_is_written(file, seeing):
-    larger, _ = strokes_of(file, replace(PAINT, view=ViewConfig(size=(128, 72))), needs_first_view=True)
+    larger, _ = strokes_of(
+        file, replace(PAINT, view=ViewConfig(size=(128, 72))), asks=(*PICTURE, "first_view")
+    )
     assert_same(larger.strokes, seeing.strokes)
     counted, found = strokes_of(file, replace(PAINT, cluster=ClusterConfig("auto")))
     count = found["count"].counts["strokes"]
@@ -153,7 +155,7 @@ def test_a_camera_from_a_file_gives_the_strokes_of_the_same_camera_in_memory(fil
     prepared, found = strokes_of(file, views=camera)
     assert "first view" not in found  # it is found, but shows nothing
     assert len(prepared.strokes) == COUNT
-    again, _ = strokes_of(file, views=camera, needs_first_view=True)
+    again, _ = strokes_of(file, views=camera, asks=(*PICTURE, "first_view"))
     assert_same(again.strokes, prepared.strokes)
 
 
@@ -190,7 +192,7 @@ def test_targets_hold_for_the_strokes_that_are_painted(target):
     scene = still_life(2000)  # of fewer, a step of the ladder is not always nearer than the one below
     report = Report()
     config = replace(PAINT, cluster=ClusterConfig(target))
-    prepared = prepare(scene, config, report, keeps_scene=True)
+    prepared = prepare(scene, config, report, asks=(*PICTURE, "scene"))
     frame = paint_view(prepared, report)
     counts = stages(report)["cluster"].counts
     if isinstance(target, StrokeSize):

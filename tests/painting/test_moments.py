@@ -12,7 +12,7 @@ from brushgs.io.pictures.images import read_image
 from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.painting.moments import check_moments, write_strokes
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import PICTURE, prepare
 from brushgs.painting.report import Report
 from tests.clips import clip_of, save_clip
 
@@ -97,7 +97,7 @@ def test_a_part_of_a_clip(folder, tmp_path, monkeypatch, capsys):
 def test_strokes_of_several_brushes_keep_them(folder):
     brushes = BrushesConfig(other=("flat", "dry_brush"))
     paint = PaintConfig(cluster=ClusterConfig(60), view=ViewConfig(size=(96, 72)), brushes=brushes)
-    made = prepare(clip_of(folder), paint, Report(), needs_first_view=True)
+    made = prepare(clip_of(folder), paint, Report(), asks=(*PICTURE, "first_view"))
     assert len(np.unique(made.strokes.brushes)) > 1
     target = folder.parent / "brushes"
     write_strokes(made.strokes, made, target, "dance", Report())

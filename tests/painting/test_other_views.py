@@ -10,7 +10,7 @@ from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.painting.other_views import along, seen_by
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import PICTURE, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.still import paint_view
 from brushgs.still_life import still_life
@@ -35,7 +35,7 @@ def config_of(look):
 @pytest.mark.parametrize("look", ["oil", "gouache"])
 def test_another_camera_sees_what_is_prepared_for_it(look):
     config = config_of(look)
-    prepared = prepare(SCENE, config, Report(), keeps_scene=True)
+    prepared = prepare(SCENE, config, Report(), asks=(*PICTURE, "scene"))
     camera = turn_around(prepared.camera, (0, 0, 0), (0, -1, 0), seconds=1, fps=7).cameras[2].resized(64, 40)
     seen = paint_view(seen_by(prepared, config, camera, Report()), Report())
     sized = replace(config, view=replace(config.view, size=(64, 40)))
@@ -47,7 +47,7 @@ def test_another_camera_sees_what_is_prepared_for_it(look):
 @pytest.mark.parametrize("look", ["oil", "charcoal"])
 def test_coats_along_a_path_have_the_options_of_paths(look):
     config = config_of(look)
-    still = prepare(SCENE, config, Report(), keeps_scene=True)
+    still = prepare(SCENE, config, Report(), asks=(*PICTURE, "scene"))
     path = prepare(SCENE, config, Report(), views=PathConfig(orbit=4))
     assert path.path is not None
     moving = along(still, config, path.path, Report())

@@ -60,7 +60,7 @@ def clip_of(body_at, resting=None, *, has_rows, **options):
 
 
 def planned(clip, config=CONFIG):
-    prepared = prepare(clip, config, Report(), needs_first_view=True, needs_background=False)
+    prepared = prepare(clip, config, Report(), asks=("cameras", "first_view"))
     return prepared.camera, prepared.known_view
 
 
@@ -115,7 +115,7 @@ def test_only_the_part_that_is_shown_is_framed(has_rows):
 def test_a_scene_at_rest_is_framed_as_it_is_alone(up, has_rows):
     still = still_life_of(2000)
     config = replace(CONFIG, view=ViewConfig(size=(96, 72), up=up))
-    alone = prepare(still, config, Report(), needs_first_view=True, needs_background=False)
+    alone = prepare(still, config, Report(), asks=("cameras", "first_view"))
     camera, view = planned(Clip(MovingScene(SECONDS, has_rows, lambda time: still)), config)
     np.testing.assert_array_equal(camera.viewmat, alone.camera.viewmat)
     np.testing.assert_array_equal(view.points, alone.known_view.points)

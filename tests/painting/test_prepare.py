@@ -16,6 +16,7 @@ from brushgs.measure.bench.subject import Subject
 from brushgs.measure.stability.run import report_stability
 from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig
 from brushgs.options.painting import (
+    CleanConfig,
     ClusterConfig,
     DrawConfig,
     PaintConfig,
@@ -27,10 +28,10 @@ from brushgs.options.painting import (
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.sequence import PathConfig
 from brushgs.page.export import export_file
-from brushgs.painting import prepare as preparation
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.painting.sequence import paint_sequence
+from brushgs.painting.steps import making, opening
 from brushgs.painting.still import paint_file
 from brushgs.still_life import still_life
 
@@ -166,7 +167,7 @@ def test_strokes_for_views_are_the_same_in_all_commands(
 @pytest.mark.parametrize("keeps_scene", [False, True])
 def test_the_scene_is_freed_after_pruning_unless_it_is_kept(folder, monkeypatch, keeps_scene):
     alive = []
-    load, cluster = preparation.load_scene, preparation.cluster_scene
+    load, cluster = opening.load_scene, making.cluster_scene
 
     def watched_load(*args, **options):
         gaussians, notes = load(*args, **options)
@@ -178,9 +179,11 @@ def test_the_scene_is_freed_after_pruning_unless_it_is_kept(folder, monkeypatch,
         alive.append(alive[0]() is not None)
         return cluster(*args, **options)
 
-    monkeypatch.setattr(preparation, "load_scene", watched_load)
-    monkeypatch.setattr(preparation, "cluster_scene", watched_cluster)
-    prepared = prepare(folder / "scene.ply", PAINT, Report(), keeps_scene=keeps_scene)
+    monkeypatch.setattr(opening, "load_scene", watched_load)
+    monkeypatch.setattr(making, "cluster_scene", watched_cluster)
+    prepared = prepare(
+        folder / "scene.ply", PAINT, Report(), asks=("strokes", "scene") if keeps_scene else ["strokes"]
+    )
     assert alive[1] is keeps_scene
     assert (prepared.scene is not None) is keeps_scene
 
@@ -188,16 +191,18 @@ def test_the_scene_is_freed_after_pruning_unless_it_is_kept(folder, monkeypatch,
 def test_only_what_is_needed_is_opened(folder, tmp_path):
     (tmp_path / "broken.png").write_text("no picture")
     broken = replace(BARE, draw=DrawConfig("flat", background=str(tmp_path / "broken.png")))
-    assert prepare(folder / "scene.ply", broken, Report(), needs_background=False).background is None
+    assert prepare(folder / "scene.ply", broken, Report(), asks=["strokes", "cameras"]).background is None
     with pytest.raises(bg.SceneError, match=r"broken\.png"):
         prepare(folder / "scene.ply", broken, Report())
     report = Report()
-    prepared = prepare(folder / "scene.ply", BARE, report, needs_view=False)
-    assert (prepared.cameras, prepared.background) == ([], None)
+    unclean = replace(BARE, clean=CleanConfig("off"))  # what hangs below an object is found in a first view
+    prepared = prepare(folder / "scene.ply", unclean, report, asks=["strokes"])
+    assert (prepared.cameras, prepared.background) == ((), None)
     assert [stage.name for stage in report.stages] == ["stroke", "load", "clean", "prune", "cluster"]
     counted = replace(BARE, cluster=ClusterConfig("auto"))
-    prepared = prepare(folder / "scene.ply", counted, Report(), needs_view=False)
-    assert prepared.camera.width == 48
+    report = Report()
+    prepare(folder / "scene.ply", counted, report, asks=["strokes"])
+    assert "camera" in [stage.name for stage in report.stages]
 
 
 def test_a_path_is_checked_before_the_long_work(folder):

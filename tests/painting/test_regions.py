@@ -26,9 +26,9 @@ from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.where import Where, WhereConfig
 from brushgs.painting.clip import Clip
-from brushgs.painting.memory import Memory
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
+from brushgs.painting.runner import Memory
 from brushgs.painting.sequence import paint_sequence
 from brushgs.passes.recolor import Palette, recolor
 from brushgs.passes.style.palette import learn_palette
@@ -88,7 +88,7 @@ def stage_of(report, name):
 def test_the_first_rule_has_a_gaussian_and_the_stage_counts_them(scene):
     report = Report()
     config = with_rules(rule(LEFT, name="left"), rule("sphere:0,-1,0,1"), rule(LEFT, name="again"))
-    maker = painted(scene, config, report, merges_later=True).stroke_maker
+    maker = painted(scene, config, report, asks=["maker"]).stroke_maker
     regions, x = maker.gaussians.regions, maker.gaussians.means[:, 0]
     assert (regions[x < 0] == 1).all()
     near = np.linalg.norm(maker.gaussians.means - (0, -1, 0), axis=1) < 0.99
@@ -200,7 +200,7 @@ def test_steps_are_remembered_until_the_rules_change(scene, orange):
     first = painted(scene, with_rules(rule(LEFT)), memory=memory).strokes
     made = memory.made.copy()
     painted(scene, with_rules(rule(LEFT)), memory=memory)
-    assert memory.made["cluster"] == made["cluster"] == memory.made["regions"] == 1
+    assert memory.made["cluster"] == made["cluster"] == memory.made["placed"] == 1
     other = painted(scene, with_rules(rule(RIGHT)), memory=memory).strokes
     assert memory.made["cluster"] == 2
     assert (other.regions == 1).mean() != (first.regions == 1).mean()

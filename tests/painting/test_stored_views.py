@@ -20,10 +20,10 @@ from brushgs.options.painting import (
     ViewConfig,
 )
 from brushgs.options.sequence import PathConfig
-from brushgs.painting.memory import Memory
 from brushgs.painting.passes import cluster_file, prune_file, recolor_file
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
+from brushgs.painting.runner import Memory
 from brushgs.painting.views import choose_first_view
 from brushgs.still_life import still_life
 from tests.scenes import real_scene
@@ -51,7 +51,7 @@ def cameras_of(path, view, views=None, memory=None):
         view=view,
         draw=DrawConfig("gaussian"),
     )
-    return prepare(path, paint, Report(), views=views, needs_background=False, memory=memory).cameras
+    return prepare(path, paint, Report(), views=views, asks=["cameras"], memory=memory).cameras
 
 
 def assert_same_cameras(one, other, views=VIEWS[:2], other_memory=None):

@@ -17,7 +17,7 @@ from brushgs.cameras.framing import frame_scene, plain_first_view  # noqa: E402
 from brushgs.options.experiments import RefineConfig  # noqa: E402
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig  # noqa: E402
 from brushgs.painting.clip import Clip  # noqa: E402
-from brushgs.painting.prepare import prepare  # noqa: E402
+from brushgs.painting.prepare import STROKES, prepare  # noqa: E402
 from brushgs.painting.report import Report  # noqa: E402
 from brushgs.painting.resume import motion_digest  # noqa: E402
 from brushgs.passes.recolor import Palette  # noqa: E402
@@ -47,7 +47,7 @@ def folder(tmp_path_factory):
 def prepared(folder):
     """Strokes of the clip and how they move."""
     paint = PaintConfig(cluster=ClusterConfig(60), draw=DrawConfig("flat"), view=ViewConfig(up="-y"))
-    return prepare(clip_of(folder), paint, Report(), needs_view=True, needs_first_view=True, keeps_scene=True)
+    return prepare(clip_of(folder), paint, Report(), asks=(*STROKES, "cameras", "first_view", "scene"))
 
 
 @pytest.fixture(scope="module")
@@ -283,9 +283,9 @@ def test_a_checkpoint_of_another_part_of_the_clip_is_refused(stopped, folder, ca
 
 
 def test_strokes_that_move_otherwise_are_another_fit(stopped, folder, capsys, monkeypatch):
-    import brushgs.painting.prepare as preparation
+    from brushgs.painting.steps import laying
 
-    follow = preparation.follow_strokes
+    follow = laying.follow_strokes
 
     def otherwise(*args, **more):
         strokes, plain, motion = follow(*args, **more)
@@ -293,7 +293,7 @@ def test_strokes_that_move_otherwise_are_another_fit(stopped, folder, capsys, mo
         table[2, 0, 0] += 0.01
         return strokes, plain, replace(motion, table=table)
 
-    monkeypatch.setattr(preparation, "follow_strokes", otherwise)
+    monkeypatch.setattr(laying, "follow_strokes", otherwise)
     code, _, err = run(capsys, folder, *SMALL, "--resume")
     assert code == 2
     assert "is the checkpoint of another fit (another motion); " in err

@@ -5,7 +5,6 @@ As those of bare strokes (`families`), but each point is a whole painting: groun
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from brushgs.arrays import Array
@@ -21,16 +20,15 @@ from brushgs.measure.bench.families import (
 from brushgs.measure.bench.knobs import KNOBS
 from brushgs.measure.bench.look_subject import (
     SAMPLES,
+    ChangeViews,
     LookSubject,
     Picture,
-    PreparedBefore,
     fewer_views,
 )
 from brushgs.measure.bench.subject import with_size
 from brushgs.measure.bench.timing import TimedRun
 from brushgs.measure.likeness import compare
 from brushgs.options.painting import PaintConfig
-from brushgs.painting.memory import Memory
 
 AS_IT_IS = "as it is"  # the painting with no knob turned
 NEAR_VIEWS = 4  # of the usual views: the picture's own and those near it
@@ -97,16 +95,16 @@ def _views(subject: LookSubject) -> FamilyPlan:
     counts = sorted({0, 1, min(NEAR_VIEWS, usual), usual})
 
     def trials() -> Iterator[Trial]:
-        more = subject.made(subject.paint, PreparedBefore(subject.more_views))
+        more = subject.made(subject.paint, change_views=subject.more_views)
         truth = subject.shown(Picture.of(more).frame())
         for count in counts:
             paint = subject.paint
             if count == 0:
                 paint = replace(paint, strokes=replace(paint.strokes, see="off"))
-            make = partial(PreparedBefore, None if count in (0, usual) else fewer_views(count))
-            picture = Picture.of(subject.made(paint, make()))
+            change = None if count in (0, usual) else fewer_views(count)
+            picture = Picture.of(subject.made(paint, change_views=change))
             label = f"{count} views" if count != 1 else "1 view"
-            trial = _trial(subject, label, label, "views", picture, truth, paint=paint, make=make)
+            trial = _trial(subject, label, label, "views", picture, truth, paint=paint, change_views=change)
             yield replace(trial, value=float(count))
 
     skip_reason = None if usual else "strokes are made by the scene alone (--see off)"
@@ -140,7 +138,7 @@ def _trial(
     truth: Array,
     *,
     paint: PaintConfig | None = None,
-    make: Callable[[], Memory] | None = None,
+    change_views: ChangeViews | None = None,
 ) -> Trial:
     """A verified point.
 
@@ -152,7 +150,7 @@ def _trial(
         picture: the painting.
         truth: [H, W, 3] in the size of the view of the bench.
         paint: what a whole painting is made by, which then is timed too; None for a frame alone.
-        make: makes the memory that it is made with, for one that has other views.
+        change_views: for one that is made by other views.
     """
     frame = picture.frame()
     shown: Any = resized(subject.shown(frame), subject.camera)
@@ -160,7 +158,7 @@ def _trial(
     if paint is not None:
 
         def whole() -> Any:
-            return subject.painted(paint, None if make is None else make())
+            return subject.painted(paint, change_views)
 
         runs["painting"] = timed_run(name, whole, frame)
     return Trial(

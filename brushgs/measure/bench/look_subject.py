@@ -4,10 +4,10 @@ There is no true painting, so what is measured is compared with the painting at 
 a stroke for each Gaussian, made by more views, and drawn with `SAMPLES` x `SAMPLES` samples per pixel.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -19,17 +19,17 @@ from brushgs.measure.bench.subject import OnBackground, views_around, with_size
 from brushgs.measure.bench.verify import check_close
 from brushgs.measure.likeness import rmse
 from brushgs.options.experiments import BenchConfig
-from brushgs.options.painting import STEPS, PaintConfig, ViewConfig
+from brushgs.options.painting import STEPS, PaintConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.painting.backdrop import with_cut_edges
-from brushgs.painting.guidance import Guidance
-from brushgs.painting.memory import Memory
-from brushgs.painting.prepare import Prepared, prepare
+from brushgs.painting.prepare import PICTURE, Prepared, prepare
 from brushgs.painting.report import Report
+from brushgs.painting.runner import Memory, Steps
+from brushgs.painting.steps import PAINTING
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.plain import PlainViews, plain_views
 from brushgs.rendering.surface import Surface, flat, linen, paper
-from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.scene import Camera, FirstView, Frame, Gaussians
 
 # Samples per pixel along each side at the limit. Of eight paintings of 480 x 270, compared with 6: one sample
 # is 1 to 5 of 255 off and 3 are 0.1 to 0.4; on one in ink, whose marks end in hollows of the paper, 18 and 4.
@@ -37,12 +37,12 @@ SAMPLES = 3
 # Views that strokes are made by at the limit, beside the usual ones: azimuth and elevation beyond those of
 # the first view, degrees.
 BETWEEN: Ring = (*((22.5 + 45.0 * step, 4.0) for step in range(8)), *HELD_OUT)
+ASKS = (*PICTURE, "first_view", "view", "plain_views")
 # Steps of a painting that bare strokes have too.
 BARE = {"prune", "cluster", "view", "draw", "clean", "strokes", "output"}
 
-T = TypeVar("T")
-# Makes the views that strokes are made by of the usual ones, what they belong to, and the scene.
-ChangeViews = Callable[[PlainViews, Guidance, Gaussians], PlainViews]
+# Makes the views that strokes are made by of the usual ones, how the scene is seen, and the scene.
+ChangeViews = Callable[[PlainViews, FirstView | None, Gaussians], PlainViews]
 
 
 def has_look(paint: PaintConfig) -> bool:
@@ -50,47 +50,6 @@ def has_look(paint: PaintConfig) -> bool:
     bare = PaintConfig()
     is_changed = any(getattr(paint, step) != getattr(bare, step) for step in STEPS if step not in BARE)
     return is_changed or paint.strokes.edges > 0 or paint.strokes.economy > 0
-
-
-class PreparedBefore(Memory):
-    """The memory of the paintings of a bench, which differ in one choice.
-
-    Attributes:
-        view: the options of the view, with the size and the place that the picture got; None before that.
-        num_views: that strokes were made by; 0 where the scene alone decides.
-    """
-
-    def __init__(self, change_views: ChangeViews | None = None) -> None:
-        """Nothing is remembered yet.
-
-        Args:
-            change_views: makes other views of the usual ones; None for these.
-        """
-        super().__init__()
-        self.view: ViewConfig | None = None
-        self.num_views = 0
-        self._change_views = change_views
-
-    def of(self, step: str, inputs: Sequence[object], make: Callable[[], T]) -> T:
-        """See `Memory.of`."""
-        if step == "camera":
-            self.view = next(one for one in inputs if isinstance(one, ViewConfig))
-        if step != "guidance":
-            return super().of(step, inputs, make)
-        gaussians = inputs[0]
-        assert isinstance(gaussians, Gaussians), "views are of them"
-
-        def changed() -> T:
-            found = make()
-            if isinstance(found, Guidance) and found.views is not None:
-                views = found.views
-                if self._change_views is not None:
-                    views = self._change_views(views, found, gaussians)
-                self.num_views = len(views)
-                return replace(found, views=views)
-            return found
-
-        return super().of(step, inputs, changed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +118,7 @@ class LookSubject:
     prepared: Prepared
     paint: PaintConfig
     config: BenchConfig
-    memory: PreparedBefore
+    memory: Memory
 
     @classmethod
     def open(
@@ -171,10 +130,10 @@ class LookSubject:
             SceneError: if a file cannot be read.
             ValueError: if an option does not suit the scene.
         """
-        memory = PreparedBefore()
+        memory = Memory()
         first = paint if paint.cluster.asked_count else _with_strokes(paint, config.count)
-        prepared = prepare(source, first, report, needs_first_view=True, keeps_scene=True, memory=memory)
-        return cls(source, prepared, replace(first, view=memory.view or paint.view), config, memory)
+        prepared = prepare(source, first, report, asks=(*ASKS, "scene"), memory=memory)
+        return cls(source, prepared, replace(first, view=prepared.view or paint.view), config, memory)
 
     @property
     def gaussians(self) -> Gaussians:
@@ -199,12 +158,12 @@ class LookSubject:
     @cached_property
     def limit(self) -> Prepared:
         """The painting with a stroke for each Gaussian, made by more views."""
-        return self.made(_with_strokes(self.paint, None), PreparedBefore(self.more_views))
+        return self.made(_with_strokes(self.paint, None), change_views=self.more_views)
 
-    @cached_property
+    @property
     def num_views(self) -> int:
         """The number of views that strokes are made by; 0 where they are made by the scene alone."""
-        return self.memory.num_views
+        return num_views_of(self.prepared)
 
     @cached_property
     def num_between(self) -> int:
@@ -217,17 +176,20 @@ class LookSubject:
         most = len(self.limit.strokes)
         return [*(count for count in sorted(self.config.strokes) if count < most), most]
 
-    def made(self, paint: PaintConfig, memory: Memory | None = None) -> Prepared:
+    def made(
+        self, paint: PaintConfig, memory: Memory | None = None, change_views: ChangeViews | None = None
+    ) -> Prepared:
         """A painting in the same view; without a memory as `brushgs render` makes it, from the files on."""
-        return prepare(self.source, paint, Report(), needs_first_view=True, memory=memory)
+        steps = PAINTING if change_views is None else _seen_otherwise(change_views)
+        return prepare(self.source, paint, Report(), asks=ASKS, memory=memory, steps=steps)
 
     def with_strokes(self, count: int) -> PaintConfig:
         """The options of the painting with another number of strokes."""
         return _with_strokes(self.paint, None if count >= len(self.limit.strokes) else count)
 
-    def painted(self, paint: PaintConfig, memory: Memory | None = None) -> Frame:
+    def painted(self, paint: PaintConfig, change_views: ChangeViews | None = None) -> Frame:
         """A whole painting, from the scene file to the frame."""
-        return Picture.of(self.made(paint, memory)).frame()
+        return Picture.of(self.made(paint, change_views=change_views)).frame()
 
     def shown(self, frame: Frame) -> Array:
         """[H, W, 3] a frame on the background, clipped to 0 to 1 as in a file."""
@@ -259,9 +221,9 @@ class LookSubject:
         views = views_around(self.prepared.first_view, self.paint.view, self.camera, HELD_OUT)
         return [(view, self.sampled(Picture.of(self.limit, view))) for view in views]
 
-    def more_views(self, views: PlainViews, guidance: Guidance, gaussians: Gaussians) -> PlainViews:
+    def more_views(self, views: PlainViews, first_view: FirstView | None, gaussians: Gaussians) -> PlainViews:
         """The views of a painting with those between them."""
-        around = views_around(guidance.first_view, self.paint.view, self.camera, BETWEEN)
+        around = views_around(first_view, self.paint.view, self.camera, BETWEEN)
         has_depth, threads = self.paint.media.draws_lines, self.paint.draw.threads
         more = plain_views(gaussians, around, depth=has_depth, num_threads=threads)
         return PlainViews((*views.cameras, *more.cameras), (*views.frames, *more.frames))
@@ -270,10 +232,22 @@ class LookSubject:
 def fewer_views(count: int) -> ChangeViews:
     """Takes the first of the views of a painting: its own, those near it, and those around the scene."""
 
-    def first(views: PlainViews, guidance: Guidance, gaussians: Gaussians) -> PlainViews:
+    def first(views: PlainViews, first_view: FirstView | None, gaussians: Gaussians) -> PlainViews:
         return PlainViews(views.cameras[:count], views.frames[:count])
 
     return first
+
+
+def num_views_of(prepared: Prepared) -> int:
+    """The number of views that strokes of a painting are made by."""
+    return 0 if prepared.plain_views is None else len(prepared.plain_views)
+
+
+def _seen_otherwise(change: ChangeViews) -> Steps:
+    def changed(views: PlainViews | None, needs: Mapping[str, Any]) -> PlainViews | None:
+        return None if views is None else change(views, needs["guide"], needs["subject"])
+
+    return PAINTING.altered("plain_views", changed)
 
 
 def _with_strokes(paint: PaintConfig, count: int | None) -> PaintConfig:

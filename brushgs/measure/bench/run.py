@@ -9,7 +9,7 @@ from brushgs.measure.bench.look_subject import LookSubject, has_look
 from brushgs.measure.bench.machine import describe_machine
 from brushgs.measure.bench.measure import measure, of_whole_paintings
 from brushgs.measure.bench.plot import write_plot
-from brushgs.measure.bench.subject import Subject
+from brushgs.measure.bench.subject import ASKS, Subject
 from brushgs.measure.report import (
     ExperimentReport,
     check_opaque_background,
@@ -81,10 +81,9 @@ def report_bench(
         if "strokes" in config.families_of(has_look=True):
             _make_limit(subject, report)
     else:
-        unmerged = replace(paint, cluster=replace(paint.cluster, strokes=None))  # families cluster themselves
-        prepared = prepare(
-            scene, unmerged, report, needs_first_view=True, keeps_scene=True, merges_later=True
-        )
+        # Families cluster themselves, what pruning keeps for the fewest strokes.
+        fewest = replace(paint, cluster=replace(paint.cluster, strokes=1))
+        prepared = prepare(scene, fewest, report, asks=ASKS)
         subject = Subject(source, prepared, paint, config)
         if of_whole_paintings(config):
             whole = LookSubject.open(source, paint, config, Report())

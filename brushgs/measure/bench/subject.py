@@ -18,7 +18,7 @@ from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.painting.background import Background, open_background
 from brushgs.painting.job_views import is_from_outside
-from brushgs.painting.prepare import Prepared, prepare
+from brushgs.painting.prepare import STROKES, Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.passes.cluster import Grouping, group
 from brushgs.rendering.options import RenderOptions, render_with
@@ -44,13 +44,16 @@ class OnBackground:
         return np.clip(frame.over(background), 0, 1)
 
 
+ASKS = ("cameras", "background", "first_view", "scene", "texture", "options", "pruned", "maker")
+
+
 @dataclass(frozen=True)
 class Subject:
     """A scene, a view and a stroke.
 
     Attributes:
         source: the scene files, from which whole paintings start.
-        prepared: the scene, its view, and one stroke per Gaussian that pruning keeps.
+        prepared: the scene, its view, and what pruning keeps.
         paint: pruning, clustering and drawing.
         config: what is measured.
     """
@@ -68,7 +71,8 @@ class Subject:
     @property
     def kept(self) -> Gaussians:
         """The scene after pruning."""
-        return self.prepared.strokes
+        assert self.prepared.pruned is not None, "it was asked for"
+        return self.prepared.pruned
 
     @property
     def camera(self) -> Camera:
@@ -157,7 +161,7 @@ class Subject:
     def painting(self, count: int) -> Frame:
         """A whole painting of `count` strokes, from the scene file to the frame."""
         paint = replace(self.paint, cluster=replace(self.paint.cluster, strokes=count))
-        prepared = prepare(self.source, paint, Report(), needs_background=False)
+        prepared = prepare(self.source, paint, Report(), asks=STROKES)
         return self.draw(prepared.strokes)
 
     def picture(self, frame: Frame) -> Array:

@@ -31,7 +31,7 @@ from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.sequence import PathConfig
 from brushgs.painting.clip import Clip
 from brushgs.painting.outputs import input_files
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import PICTURE, STROKES, prepare
 from brushgs.painting.report import Report
 from brushgs.scene import Camera, Gaussians
 
@@ -105,9 +105,9 @@ def report_stability(
         scene,
         paint_anyhow,
         report,
+        asks=(*PICTURE, "scene"),
         views=path,
         check_path=lambda planned: check_cameras(planned.closed if clip is None else planned.cameras),
-        keeps_scene=True,
     )
     planned, moving = prepared.path, prepared.moving
     strokes: Gaussians = prepared.strokes
@@ -125,7 +125,9 @@ def report_stability(
 
     def remake(gaussians: Gaussians, camera: Camera) -> "Prepared":
         alone = replace(paint_anyhow, clean=CleanConfig("off"))
-        return prepare(gaussians, alone, Report(), views=camera, needs_background=painting is not None)
+        return prepare(
+            gaussians, alone, Report(), views=camera, asks=STROKES if painting is None else PICTURE
+        )
 
     options, background = prepared.options, prepared.background
     if painting is not None:

@@ -16,8 +16,8 @@ from brushgs.measure.bench.look_families import AS_IT_IS, plan_look_families
 from brushgs.measure.bench.look_subject import (
     LookSubject,
     Picture,
-    PreparedBefore,
     has_look,
+    num_views_of,
 )
 from brushgs.measure.bench.measure import measure
 from brushgs.measure.bench.verify import WrongPictureError
@@ -149,9 +149,7 @@ def test_views_are_fewer_or_more_and_the_usual_ones_come_nearest(made):
     subject = subject_of(made)
     plan = plan_look_families(subject, ("views",))["views"]
     assert (subject.num_views, plan.truth) == (14, "26 views")
-    memory = PreparedBefore(subject.more_views)
-    subject.made(subject.paint, memory)
-    assert memory.num_views == 26
+    assert num_views_of(subject.made(subject.paint, change_views=subject.more_views)) == 26
     trials = list(plan.trials())
     assert [trial.label for trial in trials] == ["0 views", "1 view", "4 views", "14 views"]
     errors = [trial.error.rmse for trial in trials]

@@ -110,8 +110,8 @@ def subject_of(tmp_path, names):
     save_upright(SCENE, path)
     paint = PaintConfig(draw=DrawConfig("dry_brush"))
     config = BenchConfig(families=names, strokes=(50, 200), count=50, repeats=1)
-    kept = replace(paint, cluster=ClusterConfig(strokes=None))
-    prepared = prepare(path, kept, Report(), views=CAMERA, keeps_scene=True, merges_later=True)
+    fewest = replace(paint, cluster=ClusterConfig(strokes=1))
+    prepared = prepare(path, fewest, Report(), views=CAMERA, asks=subject.ASKS)
     return subject.Subject(SceneSource.of(path), prepared, paint, config)
 
 

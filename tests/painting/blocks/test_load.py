@@ -19,7 +19,7 @@ from brushgs.options.sequence import SequenceConfig
 from brushgs.painting.blocks import budget as budgets
 from brushgs.painting.blocks.budget import Budget
 from brushgs.painting.blocks.load import load_in_blocks
-from brushgs.painting.prepare import prepare
+from brushgs.painting.prepare import STROKES, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import load_scene
 from brushgs.still_life import still_life, still_life_camera
@@ -134,7 +134,7 @@ def test_what_was_merged_is_not_pruned_unless_one_asks_for_it(path: Path) -> Non
     source, counts = SceneSource((path,), memory=MEMORY), []
     for keep in (None, 0.5):
         report, config = Report(), PaintConfig.of({"cluster": {"strokes": 100}, "prune": {"keep": keep}})
-        prepare(source, config, report, needs_background=False)
+        prepare(source, config, report, asks=STROKES)
         (pruned,) = [stage for stage in report.stages if stage.name == "prune"]
         counts.append(pruned.counts["after"] / pruned.counts["before"])
         assert bool(pruned.skipped) == (keep is None)
@@ -143,7 +143,7 @@ def test_what_was_merged_is_not_pruned_unless_one_asks_for_it(path: Path) -> Non
 
 def test_a_share_of_strokes_is_of_the_rows(path: Path) -> None:
     config = PaintConfig.of({"cluster": {"strokes": 0.05}, "clean": {"floaters": "off"}})
-    prepared = prepare(SceneSource((path,), memory=MEMORY), config, Report(), needs_background=False)
+    prepared = prepare(SceneSource((path,), memory=MEMORY), config, Report(), asks=STROKES)
     assert len(prepared.strokes) == pytest.approx(0.05 * NUM, abs=5)
 
 
