@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, Self, get_args
 
 from brushgs.errors import SceneError
-from brushgs.options.choices import LOOKS, PLAIN_LOOK, Knee, StepValues
+from brushgs.options.choices import DEFAULT_LOOK, LOOKS, PLAIN_LOOK, Knee, StepValues
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import DEGREES
@@ -112,14 +112,14 @@ class Look:
 
 
 def config_of(look: PaintConfig | Look | str | Path | None) -> PaintConfig:
-    """The options that a look stands for, or its name or file; None for plain strokes.
+    """The options that a look stands for, or its name or file; None for the default look, as in commands.
 
     Raises:
         SceneError: see `Look.open`.
     """
-    if look is None or isinstance(look, PaintConfig):
-        return look or PaintConfig()
-    return (look if isinstance(look, Look) else Look.open(look)).config
+    if isinstance(look, PaintConfig):
+        return look
+    return (look if isinstance(look, Look) else Look.open(look or DEFAULT_LOOK)).config
 
 
 def looks_folder() -> Path:
