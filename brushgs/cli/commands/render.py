@@ -22,6 +22,7 @@ from brushgs.options.choices import PRESETS, Lock
 VIEW = {"size": "auto"}  # the defaults of this command
 
 if TYPE_CHECKING:
+    from brushgs.options.painting import PaintConfig
     from brushgs.options.scene_source import SceneSource
     from brushgs.options.sequence import SequenceConfig
 
@@ -52,6 +53,12 @@ def add_flags(parser: ArgumentParser) -> None:
         action="store_true",
         help="write a sheet beside the picture, SCENE-views.png, as `brushgs views` does: the scene from all "
         "around, each picture with the flags that give it",
+    )
+    parser.add_argument(
+        "--explain",
+        action="store_true",
+        help="paint nothing; print which steps of the painting would run, and why others would not, with an "
+        "estimate of time and memory; with -o FILE.svg or FILE.dot draw them, with --verbose list all",
     )
     _add_path(parser)
     flags.add_clip(parser)
@@ -106,6 +113,9 @@ def _add_path(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Paint, and report the stages."""
     config, scene, sequence = paint_config(args, view=VIEW), scene_source(args), sequence_config(args)
+    if args.explain:
+        _explain(args, scene, config)
+        return
     with reported(args) as report:
         clip = open_clip(args, scene)
         path = grow_config(args) or path_config(args, is_moving=clip is not None)
@@ -131,6 +141,19 @@ def run(args: Namespace) -> None:
             from brushgs.painting.sequence import paint_sequence
 
             paint_sequence(clip or scene, output, path, config, sequence, report=report, sheet=sheet)
+
+
+def _explain(args: Namespace, scene: "SceneSource", config: "PaintConfig") -> None:
+    from brushgs.cli.explain import show
+    from brushgs.painting.prepare import PICTURE, open_job
+    from brushgs.painting.report import Report
+
+    clip = open_clip(args, scene)
+    views = grow_config(args) or path_config(args, is_moving=clip is not None)
+    asks = [*PICTURE, *(("first_view", "scene") if args.views else ())]
+    asks += ["growth"] if args.first not in (None, 1) else []
+    job = open_job(clip or scene, config, Report(), asks=asks, views=views)
+    show(job, clip or scene, config, args)
 
 
 def sequence_config(args: Namespace) -> "SequenceConfig":

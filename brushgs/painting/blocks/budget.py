@@ -44,7 +44,7 @@ class Budget:
         """How many Gaussians of so many spherical-harmonic terms fit; None for any number."""
         if self.memory is None:
             return None
-        return max(FEWEST, (self.memory - FOR_ALL) // _bytes_each(num_terms))
+        return max(FEWEST, (self.memory - FOR_ALL) // bytes_each(num_terms))
 
     def is_below(self, files: "Sequence[SceneFile]") -> bool:
         """Whether a scene takes more; strokes, and a moment of a moving scene, never do."""
@@ -56,7 +56,7 @@ class Budget:
     def words(self, files: "Sequence[SceneFile]") -> str:
         """How much too large a scene is."""
         assert self.memory is not None, "everything fits"
-        size = FOR_ALL + _num_rows(files) * _bytes_each(_most_terms(files))
+        size = FOR_ALL + _num_rows(files) * bytes_each(_most_terms(files))
         return f"strokes of them take {memory_words(size)} of memory, {memory_words(self.memory)} may be used"
 
     def num_processes(self) -> int:
@@ -65,7 +65,8 @@ class Budget:
         return min(num_threads_or_default(None), MOST_PROCESSES, most)
 
 
-def _bytes_each(num_terms: int) -> int:
+def bytes_each(num_terms: int) -> int:
+    """Memory that strokes of a scene take for each Gaussian of so many spherical-harmonic terms."""
     return FOR_EACH + FOR_EACH_TERM * (num_terms - 1)
 
 
