@@ -18,7 +18,7 @@ from brushgs.painting.lamp import check_sun
 from brushgs.painting.make_strokes import StrokeMaker
 from brushgs.painting.moving import Moving
 from brushgs.painting.report import Report
-from brushgs.painting.runner import Job, Memory, NoMemory, Steps
+from brushgs.painting.runner import Job, Memory, NoMemory, Steps, held
 from brushgs.painting.steps import CONFIGS, PAINTING
 from brushgs.painting.where import Rest
 from brushgs.rendering.canvas import Painting
@@ -202,7 +202,7 @@ def open_job(
         check_path: refuses a path before the long work, by raising.
         on_background: whether the background of the options lies behind the painting.
         memory: of earlier jobs for the same source: steps whose inputs are as they were are not made again,
-            and have no stage. None makes all of them.
+            and have no stage. None has that of `holding`, or makes all of them.
         where: the part of the scene that strokes are made of; `Prepared.rest` is all else. None for all.
         workers: that read a scene larger than memory; None for this machine.
         steps: the graph.
@@ -213,6 +213,7 @@ def open_job(
     check_sun(config.light, is_film=isinstance(views, PathConfig), is_moving=isinstance(source, Clip))
     if (on_background and "background" in asks) or config.cluster.target is not None:
         check_background(config.draw.background)
+    memory = memory or held()
     inputs = {
         "config": config,
         "source": source,

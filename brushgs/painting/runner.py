@@ -7,7 +7,9 @@ Nobody calls steps in order: who wants a value asks for it, and what it depends 
 import inspect
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -91,6 +93,24 @@ class Memory:
         """Remember a result."""
         self.made[step] += 1
         self._kept[step] = inputs, result
+
+
+_held: ContextVar[Memory | None] = ContextVar("held", default=None)
+
+
+def held() -> Memory | None:
+    """The memory of the block, see `holding`."""
+    return _held.get()
+
+
+@contextmanager
+def holding(memory: Memory | None) -> Iterator[None]:
+    """Within the block jobs that are given no memory have this one."""
+    token = _held.set(memory)
+    try:
+        yield
+    finally:
+        _held.reset(token)
 
 
 class NoMemory(Memory):

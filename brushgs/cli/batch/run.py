@@ -1,7 +1,8 @@
-"""Jobs run, each in a process of its own: what one does, or breaks, does not touch the others.
+"""Jobs run in processes of their own, those of one scene in one, which makes what they have in common once.
 
-A process of `brushgs.painting.parallel` is killed when the work stops, which suits work whose results come
-back as bytes. Jobs write files: they are asked to stop, as by SIGTERM, and take unfinished files away.
+One that ends its process does not touch the others: these go on in another. A process of
+`brushgs.painting.parallel` is killed when the work stops, which suits work whose results come back as bytes.
+Jobs write files: they are asked to stop, as by SIGTERM, and take unfinished files away.
 """
 
 import json
@@ -9,11 +10,13 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from queue import SimpleQueue
+from tempfile import TemporaryFile
+from typing import IO, Any, NamedTuple
 
 from brushgs.cli.batch.jobs import Job, parser_of
 from brushgs.cli.option_words import named_actions
@@ -25,7 +28,7 @@ SECONDS_TO_STOP = 20.0  # that a process has to take its unfinished files away
 # The folder of a job is never searched for modules: a numpy.py in it would be run.
 BOOT = (
     "import sys; n = int(sys.argv[1]); sys.path[:] = sys.argv[2:2 + n]; "
-    "from brushgs.cli import main; sys.exit(main(sys.argv[2 + n:]))"
+    "from brushgs.cli.batch.worker import main; main()"
 )
 
 
@@ -40,7 +43,7 @@ class Outcome(NamedTuple):
     """How a job ended.
 
     Attributes:
-        seconds: of the process, start and all.
+        seconds: that it took.
         error: one sentence; "" if there was none.
         report: that of the command, as it prints it with --json; empty if it has none.
     """
@@ -58,28 +61,46 @@ class Processes:
         self._running: set[subprocess.Popen[str]] = set()
         self._is_stopped = False
 
-    def run(self, task: Task) -> Outcome:
-        """Run a task to its end.
+    def run(self, tasks: Sequence[Task]) -> Iterator[Outcome]:
+        """Run tasks one after another, and give each as it ends.
 
         Raises:
             CancelledError: if all was stopped before.
         """
-        start = time.perf_counter()
-        with self._lock:
-            if self._is_stopped:
-                raise CancelledError
-            try:
-                process = _start(task)
-            except OSError as error:
-                return Outcome(0.0, f"{error.filename or task.folder}: {error.strerror}", {})
-            self._running.add(process)
-        try:
-            out, err = process.communicate()
-        finally:
+        left = list(tasks)
+        while left:
+            for outcome in self._in_one_process(left):
+                left.pop(0)
+                yield outcome
+
+    def _in_one_process(self, tasks: Sequence[Task]) -> Iterator[Outcome]:
+        """As many as one process runs, at least one."""
+        start, num_done = time.perf_counter(), 0
+        with TemporaryFile("w+", errors="replace") as said:
             with self._lock:
-                self._running.discard(process)
-        seconds = time.perf_counter() - start
-        return Outcome(seconds, _error_of(process.returncode, err), _report_of(out))
+                if self._is_stopped:
+                    raise CancelledError
+                try:
+                    process = _start(tasks, said)
+                except OSError as error:
+                    yield Outcome(0.0, f"{error.filename or tasks[0].folder}: {error.strerror}", {})
+                    return
+                self._running.add(process)
+            assert process.stdout is not None, "it is a pipe"
+            try:
+                for line in process.stdout:
+                    seconds, code, out, err = json.loads(line)
+                    num_done += 1
+                    yield Outcome(seconds, _error_of(code, err), _report_of(out))
+                code = process.wait()
+            finally:
+                process.stdout.close()
+                with self._lock:
+                    self._running.discard(process)
+            if num_done < len(tasks):  # one has ended it
+                said.seek(0)
+                why = _error_of(code, said.read()) or "its process has ended before it was done"
+                yield Outcome(time.perf_counter() - start, why, {})
 
     def stop(self) -> None:
         """Stop all, and wait until they are gone."""
@@ -120,20 +141,47 @@ def run_jobs(
         outcomes = parallel_map(run_task, tasks, scheduler=config.scheduler, waiting=waiting)
         yield from zip(jobs, outcomes, strict=True)
         return
-    processes = Processes()
-    with ThreadPoolExecutor(config.jobs, "brushgs-batch") as threads:
-        futures = {threads.submit(processes.run, task): job for job, task in zip(jobs, tasks, strict=True)}
+    processes, ended = Processes(), SimpleQueue[tuple[Job, Outcome] | BaseException]()
+
+    def run(group: Sequence[tuple[Job, Task]]) -> None:
         try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
+            for (job, _), outcome in zip(group, processes.run([task for _, task in group]), strict=True):
+                ended.put((job, outcome))
+        except CancelledError:
+            return
+        except BaseException as error:
+            ended.put(error)
+
+    with ThreadPoolExecutor(config.jobs, "brushgs-batch") as threads:
+        try:
+            for group in _groups(list(zip(jobs, tasks, strict=True)), config.jobs):
+                threads.submit(run, group)
+            for _ in jobs:
+                found = ended.get()
+                if isinstance(found, BaseException):
+                    raise found
+                yield found
         finally:
             threads.shutdown(wait=False, cancel_futures=True)
             processes.stop()
 
 
+def _groups(pairs: Sequence[tuple[Job, Task]], num_processes: int) -> list[Sequence[tuple[Job, Task]]]:
+    """Jobs of the same scene together, in order; in parts where there are more processes than scenes."""
+    of_scene: dict[tuple[str, ...], list[tuple[Job, Task]]] = {}
+    for job, task in pairs:
+        args = parser_of(job.command).parse_args(list(job.words))
+        scenes = getattr(args, "scene", None) or [job.number]  # a job without a scene is alone
+        name = tuple(map(str, scenes if isinstance(scenes, list) else [scenes]))
+        of_scene.setdefault(name, []).append((job, task))
+    num_parts = max(1, num_processes // len(of_scene))
+    found = (group[part::num_parts] for group in of_scene.values() for part in range(num_parts))
+    return [group for group in found if group]
+
+
 def run_task(task: Task) -> Outcome:
     """Run one task, as a worker of a cluster does."""
-    return Processes().run(task)
+    return next(iter(Processes().run([task])))
 
 
 def _task_of(job: Job, config: SequenceConfig) -> Task:
@@ -155,18 +203,22 @@ def _make_folder(job: Job) -> None:
         raise SceneError(folder, f"cannot be made ({error.strerror}); choose another output") from None
 
 
-def _start(task: Task) -> "subprocess.Popen[str]":
+def _start(tasks: Sequence[Task], said: IO[str]) -> "subprocess.Popen[str]":
     path = [str(Path(entry or ".").absolute()) for entry in sys.path]
-    return subprocess.Popen(
-        [sys.executable, "-P", "-c", BOOT, str(len(path)), *path, *task.words],
-        cwd=task.folder,
-        stdin=subprocess.DEVNULL,
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-c", BOOT, str(len(path)), *path],
+        cwd=tasks[0].folder,
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        stderr=said,
         text=True,
         errors="replace",
         start_new_session=True,  # Ctrl-C is heard here, which then stops them once
     )
+    assert process.stdin is not None, "it is a pipe"
+    with process.stdin, suppress(BrokenPipeError):
+        process.stdin.write(json.dumps(tasks))
+    return process
 
 
 def _error_of(code: int, err: str) -> str:

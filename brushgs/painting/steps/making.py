@@ -77,13 +77,13 @@ def _no_guide(skip: str | None, sees: bool, focused_on: Focus | None) -> str | N
 
 @unless(_no_guide)
 def guide(
-    stance: FirstView | None, subject: Gaussians, view: ViewConfig, notes: "LoadNotes | None"
+    stance: FirstView | None, subject: Gaussians, standing_config: ViewConfig, notes: "LoadNotes | None"
 ) -> FirstView:
     """How the scene is seen while strokes are made of it.
 
     Where it decides nothing else there is no stage, and no doubt about it is told.
     """
-    return stance or choose_first_view(subject, view, notes, Report())
+    return stance or choose_first_view(subject, standing_config, notes, Report())
 
 
 @unless(lambda skip, direction: skip or ("--direction own" if direction.kind == "own" else None))

@@ -67,10 +67,22 @@ def is_placed(
     return needs_place(ground_config, cleaned(), views)
 
 
+def standing_config(view_config: ViewConfig) -> ViewConfig:
+    """The options of the view that decide how the scene stands."""
+    given = view_config
+    return ViewConfig(
+        camera_file=given.camera_file,
+        up=given.up,
+        azimuth=given.azimuth,
+        elevation=given.elevation,
+        side=given.side,
+    )
+
+
 def first_view(
     cleaned: Gaussians,
     notes: "LoadNotes | None",
-    view_config: ViewConfig,
+    standing_config: ViewConfig,
     views: Views,
     is_framed: bool,
     clip: Clip | None,
@@ -85,9 +97,9 @@ def first_view(
         if not clip.scene.has_rows or len(gaussians) == 0:
             gaussians = clean(clip.first_seen())
         moments = map(clean, clip.moments())
-    looking = view_config
+    looking = standing_config
     if not is_framed and not isinstance(views, PathConfig):
-        looking = with_up_of(gaussians, view_config, notes, views if isinstance(views, Camera) else None)
+        looking = with_up_of(gaussians, standing_config, notes, views if isinstance(views, Camera) else None)
     return choose_first_view(gaussians, looking, notes, report, moments=moments)
 
 

@@ -1,5 +1,6 @@
 """`brushgs batch`: six pictures in two processes, what fails, what is skipped, and what is printed."""
 
+import contextlib
 import json
 import os
 import signal
@@ -11,7 +12,10 @@ from pathlib import Path
 import pytest
 
 from brushgs.cli import main
+from brushgs.cli.batch.jobs import read_jobs
+from brushgs.cli.batch.run import Processes, Task, run_jobs
 from brushgs.io.pictures.images import read_image
+from brushgs.options.sequence import SequenceConfig
 from tests.scenes import save_upright, still_life_of
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -175,3 +179,40 @@ def test_a_batch_that_is_stopped_leaves_whole_files_only(made, tmp_path, number,
     assert process.returncode == code
     assert "stopped: 2 of 3 jobs are not done; --resume runs them" in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["first.png", "jobs.done.json", "jobs.toml"]
+
+
+def test_jobs_of_one_scene_load_it_once_and_paint_what_each_paints_alone(made, tmp_path):
+    folder, _ = made
+    (tmp_path / "pears.ply").write_bytes((folder / "pears.ply").read_bytes())
+    (tmp_path / "jobs.toml").write_text(JOBS)
+    jobs = read_jobs(tmp_path / "jobs.toml")
+    found = [outcome for _, outcome in run_jobs(jobs, SequenceConfig(), print)]
+    stages = [{stage["name"] for stage in outcome.report["stages"]} for outcome in found]
+    assert "load" in stages[0]
+    assert all(one.isdisjoint({"load", "clean"}) for one in stages[1:])
+    for name in NAMES:  # three at a time were made before
+        assert (tmp_path / "out" / name).read_bytes() == (folder / "out" / name).read_bytes(), name
+    words = [*jobs[-1].words, "--quiet"]
+    alone = [word.replace(f"out/{NAMES[-1]}", "alone.png") for word in words]
+    with contextlib.chdir(tmp_path):
+        assert main(["render", *alone]) == 0
+    assert (tmp_path / "alone.png").read_bytes() == (tmp_path / "out" / NAMES[-1]).read_bytes()
+
+
+DIES = """
+import json, os, sys
+for words, folder in json.load(sys.stdin):
+    if words == ["die"]:
+        os.kill(os.getpid(), 9)
+    print(json.dumps([0.5, 0, '{"by": %d}' % os.getpid(), ""]), flush=True)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
+def test_a_job_that_ends_its_process_leaves_the_others_to_another_one(monkeypatch, tmp_path):
+    monkeypatch.setattr("brushgs.cli.batch.run.BOOT", DIES)
+    tasks = [Task((word,), str(tmp_path)) for word in ("a", "die", "b", "die", "c")]
+    found = list(Processes().run(tasks))
+    assert [bool(outcome.error) for outcome in found] == [False, True, False, True, False]
+    assert "signal 9" in found[1].error
+    assert len({found[index].report["by"] for index in (0, 2, 4)}) == 3
