@@ -252,7 +252,7 @@ def add_report(parser: ArgumentParser) -> None:
     )
     amount = group.add_mutually_exclusive_group()
     amount.add_argument("--quiet", action="store_true", help="print errors only: no table, progress or path")
-    amount.add_argument("--verbose", action="store_true", help="print details of each stage in the table")
+    amount.add_argument("--verbose", action="store_true", help="print all stages in the table, with details")
 
 
 def add_look(parser: ArgumentParser, *, usual: str = DEFAULT_LOOK) -> None:

@@ -19,6 +19,22 @@ if TYPE_CHECKING:
 # `sampled` in place of `aim` and `looks`.
 SCHEMA = 2
 
+# The short table: what a line tells, and its stage, the first of these that ran.
+SHORT = {
+    "scene": ("build", "load"),
+    "first view": ("first view",),
+    "view": ("camera", "path"),
+    "strokes": ("cluster",),
+    "brush": ("brushes", "stroke"),
+    "refine": ("refine",),
+    "measure": ("measure",),
+    "file": ("write", "page", "quads"),  # last: where lines are too many it is left out, as stdout has it
+}
+MOST_LINES = 8  # of the short table, with those of what was skipped and of the total
+# First words of stages that skip only what a flag, the look or the camera leaves out: no one misses that.
+EXPECTED = {"clean", "slabs", "prune", "cluster", "solid", "direction", "repaint", "broken", "key", "track"}
+EXPECTED |= {"recolor", "project"}
+
 
 @dataclass
 class Stage:
@@ -68,7 +84,7 @@ class Report:
         output: the file that was written, if one was.
         shows_progress: whether bars are drawn on stderr while stages run.
         tells: whether notes that cannot wait for the end are printed on stderr.
-        verbose: whether the table shows the details of stages.
+        verbose: whether the table shows all stages, with their details.
     """
 
     stages: list[Stage] = field(default_factory=list)
@@ -158,8 +174,31 @@ class Report:
         }
         return json.dumps(value, indent=2)
 
+    def short_table(self) -> list[tuple[str, str]]:
+        """At most `MOST_LINES` lines, (what it tells, words).
+
+        All stages where so few ran, else those of `SHORT`; the longest where nearly none of these ran.
+        """
+        of_note = (stage for stage in self.stages if stage.name.split()[0] not in EXPECTED)
+        skipped = "; ".join(why for stage in of_note for why in stage.skipped)
+        ran, most = {stage.name: stage for stage in self.stages}, MOST_LINES - 1 - bool(skipped)
+        found = [(word, [ran[name].did for name in names if name in ran]) for word, names in SHORT.items()]
+        lines = [(word, did[0]) for word, did in found if did][:most]
+        if len(self.stages) <= most or len(lines) < 3:
+            longest = sorted(self.stages, key=lambda stage: stage.seconds)[-most:]
+            lines = [(stage.name, stage.did) for stage in self.stages if stage in longest]
+        memory = peak_memory()
+        peak = f", peak memory {memory / 1e6:,.0f} MB" if memory else ""
+        total = ("total", f"{self.seconds:.1f} seconds{peak}")
+        return [*lines, *([("skipped", skipped)] if skipped else []), total]
+
     def print_table(self) -> None:
-        """Draw the table on stderr."""
+        """Print the short table on stderr, or, if verbose, draw that of all stages with their details."""
+        if not self.verbose:
+            lines = self.short_table()
+            width = max(len(word) for word, _ in lines)
+            print("\n".join(f"{word:{width}}  {did}" for word, did in lines), file=sys.stderr)
+            return
         from rich.box import SIMPLE_HEAD
         from rich.console import Console
         from rich.table import Table
@@ -172,7 +211,7 @@ class Report:
             "what it did": [stage.did for stage in self.stages],
             "seconds": [f"{stage.seconds:.3f}" for stage in self.stages],
             "skipped": ["\n".join(stage.skipped) for stage in self.stages],
-            "details": ["\n".join(stage.details) for stage in self.stages if self.verbose],
+            "details": ["\n".join(stage.details) for stage in self.stages],
         }
         shown = {name: cells for name, cells in columns.items() if any(cells) or name == "seconds"}
         table = Table(box=SIMPLE_HEAD, pad_edge=False)

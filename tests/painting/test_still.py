@@ -480,12 +480,24 @@ def test_strokes_are_a_count_a_share_or_all(asked, num):
     assert ClusterConfig(strokes=asked).num_strokes(1000) == num
 
 
-def test_the_table_shows_details_only_when_verbose(gaussians, capsys):
+def test_the_table_shows_all_stages_and_details_only_when_verbose(gaussians, capsys):
     for verbose in (False, True):
         report = Report(verbose=verbose)
         paint(gaussians, config(draw=DrawConfig("swirl")), report=report)
         report.print_table()
         shown = " ".join(capsys.readouterr().err.split())
-        assert "skipped" in shown
+        assert ("skipped" in shown) is verbose
         assert ("details" in shown) is verbose
+        assert all(one.name in shown for one in report.stages) is verbose
         assert ("lloyd" in shown) is verbose
+
+
+def test_of_stages_that_are_not_known_the_table_has_the_longest():
+    report = Report()
+    for number in range(10):
+        with report.stage(f"look {number}") as stage:
+            stage.did = "painted"
+        stage.seconds = float(number % 9)
+    report.stages[0].skipped.append("names: no letters")
+    words = [word for word, _ in report.short_table()]
+    assert words == [*(f"look {number}" for number in (3, 4, 5, 6, 7, 8)), "skipped", "total"]
