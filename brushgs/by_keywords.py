@@ -22,6 +22,7 @@ NOT_HERE: Mapping[str, str] = {
     **dict.fromkeys(("path", "grow", "clip", "sequence", "output.codec"), OF_FILMS),
     **dict.fromkeys(("output", "views", "output.bits"), OF_FILES),
     **dict.fromkeys(("json", "quiet", "verbose"), "belongs to the command; give report="),
+    "explain": "paints nothing; use brushgs.painting.prepare.open_job(scene, config, report).explain()",
     "debug": "belongs to the command; errors here have their traceback",
     "config": 'belongs to the command; open the file with tomllib, and give its options as "**options"',
 }

@@ -84,6 +84,7 @@ EXAMPLES = {
     "camera-file": ("cameras.json", ["--camera-file", "cameras.json"]),
     "view": (3, ["--view", "3"]),
     "views": (True, ["--views"]),
+    "explain": (True, ["--explain"]),
     "orbit": (12, ["--orbit", "12"]),
     "path": ("path.json", ["--path", "path.json"]),
     "frames": (30, ["--frames", "30"]),

@@ -39,7 +39,7 @@ MAX_BYTES = 1 << 20  # of a file
 MAX_JOBS = 10_000  # more is a typing error
 DEFAULT_COMMAND = "render"
 NOT_IN_BATCH = {"batch", "view"}  # commands that run others, or wait for people
-OF_THE_BATCH = {"json", "quiet", "verbose", "debug", "config"}  # flags that it has for all
+OF_THE_BATCH = {"json", "quiet", "verbose", "debug", "config", "explain"}  # flags that it has for all
 NAMED_FILES = {"look", "stroke", "ground", "background"}  # text that may be a file, which goes by its stem
 
 

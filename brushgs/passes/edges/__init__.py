@@ -1,6 +1,6 @@
 """Strokes -> the same strokes with lost and found edges: soft where the subject meets what is behind it.
 
-A painter does not draw all of an outline: a third of it is lost, in the shade and where both sides have one
+A painter does not draw all of an outline: a quarter of it is lost, in the shade and where both sides have one
 value, and it is hardest where one is to look. How hard it is, is found once for a job, in small views of it:
 
     hardness = contrast x light x focus
