@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 SMALL = 240  # pixels of the longer side of views that tell where strokes face
 MOST_VIEWS = 8
 INSIDE = 0.5  # strength of the light in a room, over that on an object: walls are flat, and show every error
-SUN_STEP = 6.0  # degrees of the way of a sun, between which colours are interpolated
+SUN_STEP = 3.0  # degrees of the way of a sun, between which colours are interpolated
 
 
 @dataclass(frozen=True, eq=False)
