@@ -6,6 +6,7 @@ ends: its N frames are every second one of 2 N - 1.
 """
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +17,7 @@ from brushgs.cameras.framing import NEAR_SHARE
 from brushgs.cameras.motion import is_same_view
 from brushgs.cameras.spline import through
 from brushgs.errors import SceneError
+from brushgs.io.cameras.camera_file import CameraFile
 from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import DEFAULT_FPS, MAX_FPS, MAX_FRAMES, PathConfig
@@ -150,20 +152,10 @@ def _file_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig)
     is_loop, fps = path.loop or file.is_loop, path.fps or file.fps or DEFAULT_FPS
     if fps > MAX_FPS:
         raise SceneError(path.file, f"says {fps:g} frames a second, above {MAX_FPS:g}; give --fps")
-    is_curve = path.frames is not None or path.seconds is not None
-    views = file.keys if is_curve and len(file.keys) > 1 else file.cameras
-    ball = _ball_of(first_view)
-    first = file.cameras[0]
-    size = view.fixed_size or (first.width, first.height)
-    if view.fixed_size is None and (broken := file_size_rule(*size)):
-        raise SceneError(path.file, broken)
+    ball, size = _ball_of(first_view), view.fixed_size or _size_of(path.file, file.cameras[0])
+    cameras = _fitted(_views_of(file, path, fps), size, ball)
     of_file = f"{path.file.name}{file.choice and ', ' + file.choice}"
-    if file.motion is not None and (is_curve or path.fps is not None):
-        # It is known at every moment: another rate or duration takes other moments of the same motion.
-        num_frames = path.frames or _num_frames(path.seconds or file.motion.seconds, fps, False)
-        views, is_curve = file.motion.views(num_frames), False
-    cameras = _fitted(views, size, ball)
-    if not is_curve:
+    if file.motion is not None or not (path.frames or path.seconds):
         if is_loop and len(cameras) > 1 and is_same_view(cameras[-1], cameras[0], ball.radius):
             cameras.pop()
         return CameraPath(cameras, is_loop, fps, f"{len(cameras)} views of {of_file}")
@@ -173,6 +165,23 @@ def _file_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig)
     except ValueError as error:
         raise SceneError(path.file, f"{error}; omit frames and seconds to paint its views") from None
     return CameraPath(frames, is_loop, fps, f"a curve through {len(cameras)} key views of {of_file}")
+
+
+def _views_of(file: CameraFile, path: PathConfig, fps: float) -> list[Camera]:
+    """The views that a path takes from a file: moments of its motion, key views of a curve, or all."""
+    if file.motion is not None and (path.frames or path.seconds or path.fps):
+        # It is known at every moment: another rate or duration takes other moments of the same motion.
+        num_frames = path.frames or _num_frames(path.seconds or file.motion.seconds, fps, False)
+        return file.motion.views(num_frames)
+    is_curve = path.frames or path.seconds
+    return file.keys if is_curve and len(file.keys) > 1 else file.cameras
+
+
+def _size_of(path: Path, first: Camera) -> tuple[int, int]:
+    """The size of pictures by the first camera of a file. Raises SceneError if it is too large."""
+    if broken := file_size_rule(first.width, first.height):
+        raise SceneError(path, broken)
+    return first.width, first.height
 
 
 def _num_frames(seconds: float, fps: float, is_loop: bool) -> int:

@@ -107,17 +107,26 @@ def _options(
         elif name in known:
             yield name, value
         else:
-            everything = {name for make in commands.values() for name in named_actions(make())}
-            if name not in everything:
-                what = f"[{key}] is no command" if isinstance(value, dict) else f"{key} is no option"
-                cure = hint_for(name, commands if isinstance(value, dict) else everything)
-                raise SceneError(path, f"{_line(text, key)}{what}{cure or '; `brushgs help` lists commands'}")
+            _check_known(path, text, key, value, commands)
     for key, value in tables.get(command, {}).items():
         if flag_name(key) not in known or flag_name(key) == CONFIG:
             cure = hint_for(flag_name(key), known) or f"; `{parser.prog} --help` lists them"
             line = _line(text, key, command)
             raise SceneError(path, f"{line}[{command}] {key} is no option of `{parser.prog}`{cure}")
         yield flag_name(key), value
+
+
+def _check_known(path: Path, text: str, key: str, value: Any, commands: Mapping[str, Any]) -> None:
+    """Raise SceneError for what is an option of no command, nor a table of one."""
+    from brushgs.options.toml_values import hint_for
+
+    everything = {name for make in commands.values() for name in named_actions(make())}
+    if flag_name(key) in everything:
+        return
+    is_table = isinstance(value, dict)
+    what = f"[{key}] is no command" if is_table else f"{key} is no option"
+    cure = hint_for(flag_name(key), commands if is_table else everything)
+    raise SceneError(path, f"{_line(text, key)}{what}{cure or '; `brushgs help` lists commands'}")
 
 
 def _words(path: Path, parser: ArgumentParser, command: str, options: Mapping[str, Any]) -> list[str]:

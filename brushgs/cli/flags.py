@@ -272,7 +272,14 @@ def add_look(parser: ArgumentParser, *, usual: str = DEFAULT_LOOK) -> None:
         f"`brushgs looks {DEFAULT_LOOK} > mine.toml` gives one to change); where other flags say 'default', "
         f"a look may say otherwise; default {default}",
     )
-    ground = ConfigFlags(group, "ground")
+    add_ground(group)
+    add_color(group)
+    add_light(group)
+
+
+def add_ground(container: Container) -> None:
+    """`GroundConfig`."""
+    ground = ConfigFlags(container, "ground")
     ground.add(
         "--ground",
         metavar="NAME|COLOR|FILE",
@@ -301,7 +308,11 @@ def add_look(parser: ArgumentParser, *, usual: str = DEFAULT_LOOK) -> None:
         metavar="SHARE",
         help="strength of the shadow on a stage, 0 to 1; default that of the look",
     )
-    color = ConfigFlags(group, "color")
+
+
+def add_color(container: Container) -> None:
+    """`ColorConfig`."""
+    color = ConfigFlags(container, "color")
     color.add(
         "--pigments",
         type=values.count_from(0),
@@ -321,14 +332,18 @@ def add_look(parser: ArgumentParser, *, usual: str = DEFAULT_LOOK) -> None:
         help="how far lights and darks are opened to those of a painting, lights warmer than darks, 0 to 1; "
         "default that of the look",
     )
-    light = ConfigFlags(group, "light")
+
+
+def add_light(container: Container) -> None:
+    """`LightConfig`."""
+    light = ConfigFlags(container, "light")
     light.add(
         "--relief",
         type=values.share,
         metavar="SHARE",
         help="strength of light and shade on the paint, 0 (flat) to 1; default that of the look",
     )
-    lamps = ConfigFlags(group.add_mutually_exclusive_group(), "light")
+    lamps = ConfigFlags(container.add_mutually_exclusive_group(), "light")
     lamps.add(
         "--lamp",
         type=values.lamp,

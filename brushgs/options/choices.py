@@ -4,6 +4,7 @@ Separate from the config classes, since `dataclasses` takes longer to import tha
 """
 
 from collections.abc import Mapping
+from math import inf
 from typing import Any, Literal
 
 Weight = Literal["contribution", "paper"]
@@ -163,6 +164,12 @@ def color_code(text: str) -> str | None:
 # The core keeps pixel bounds in 16 bits; a picture of MAX_PIXELS needs some 14 GB until it is written.
 MAX_SIDE, MAX_PIXELS = 32767, 2**28
 MAX_FILE_PIXELS = 2**26  # of a picture sized by a camera file: real ones have fewer; takes 4 GB
+
+
+def check_above_0(name: str, value: float | None) -> None:
+    """Raise ValueError for a number that is not above 0, or not finite; None, which nobody gave, passes."""
+    if value is not None and not 0 < value < inf:
+        raise ValueError(f"{name} must be above 0, got {value:g}")
 
 
 def size_rule(width: int, height: int) -> str | None:

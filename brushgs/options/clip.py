@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 from math import inf
 
+from brushgs.options.choices import check_above_0
 from brushgs.options.moment import Moment
-from brushgs.options.sequence import MAX_FPS
+from brushgs.options.sequence import check_fps
 
 
 @dataclass(frozen=True)
@@ -29,10 +30,8 @@ class ClipConfig:
     cross_fade: float | None = None
 
     def __post_init__(self) -> None:
-        if not 0 < self.speed < inf:
-            raise ValueError(f"speed must be above 0, got {self.speed:g}")
-        if self.fps is not None and not 0 < self.fps <= MAX_FPS:
-            raise ValueError(f"fps must be above 0 and at most {MAX_FPS:g}, got {self.fps:g}")
+        check_above_0("speed", self.speed)
+        check_fps(self.fps)
         if self.cross_fade is not None and not 0 < self.cross_fade < inf:
             raise ValueError(f"cross-fade must be above 0 seconds, got {self.cross_fade:g}")
         if self.cross_fade is not None and not self.loop:

@@ -30,6 +30,7 @@ from brushgs.options.choices import (
     StrokesFor,
     Target,
     Weight,
+    check_above_0,
     size_rule,
 )
 from brushgs.options.direction import Direction
@@ -345,8 +346,7 @@ class ViewConfig:
             raise ValueError(f"fov-deg must be in (0, 180) degrees, got {self.fov_y * 180 / pi:g}")
         if self.elevation is not None and not abs(self.elevation) <= pi / 2:
             raise ValueError(f"elevation must lie in -90 to 90 degrees, got {self.elevation * 180 / pi:g}")
-        if not 0 < self.zoom < inf:
-            raise ValueError(f"zoom must be above 0, got {self.zoom:g}")
+        check_above_0("zoom", self.zoom)
         if self.side is not None and self.azimuth is not None:
             raise ValueError(f"azimuth cannot be combined with side {self.side!r}, which is one; omit one")
         if self.side == "top" and self.elevation is not None:
@@ -354,10 +354,12 @@ class ViewConfig:
         if not all(abs(share) <= MAX_PAN for share in self.pan):
             x, y = self.pan
             raise ValueError(f"pan must be two shares in -{MAX_PAN:g} to {MAX_PAN:g}, got {x:g},{y:g}")
+        self._check_aim()
+
+    def _check_aim(self) -> None:
         if isinstance(self.look_at, tuple) and not all(abs(number) < inf for number in self.look_at):
             raise ValueError(f"look-at must be finite, got {','.join(f'{x:g}' for x in self.look_at)}")
-        if self.distance is not None and not 0 < self.distance < inf:
-            raise ValueError(f"distance must be above 0, got {self.distance:g}")
+        check_above_0("distance", self.distance)
         if self.distance is not None and not isinstance(self.look_at, tuple):
             raise ValueError("distance is that to a point: give the point too, look-at X,Y,Z")
 

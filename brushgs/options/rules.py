@@ -145,12 +145,7 @@ class Rules:
             raise SceneError(file, f"must have tables [[{TABLE}]], got {reprlib.repr(tables)}; {ADVICE}")
         if len(tables) > MAX_RULES:
             raise SceneError(file, f"must have at most {MAX_RULES} tables [[{TABLE}]], got {len(tables)}")
-        beside: list[Path | None] = []
-        for key in ("camera_file", "clip"):
-            name = content.get(key)
-            if name is not None and (not isinstance(name, str) or not name):
-                raise SceneError(file, f"{key} must be text in quotes, got {reprlib.repr(name)}")
-            beside.append(None if name is None else _beside(name, file.parent))
+        beside = [_named(file, content, key) for key in ("camera_file", "clip")]
         rules = tuple(_rule(file, number, table) for number, table in enumerate(tables, 1))
         try:
             return cls(rules, file, *beside)
@@ -179,6 +174,16 @@ class Rules:
     def needs_first_view(self) -> bool:
         """Whether a part depends on the first view of the scene."""
         return any(self.where(rule).needs_first_view for rule in self.rules)
+
+
+def _named(file: Path, content: Mapping[str, Any], key: str) -> Path | None:
+    """The path that stands above the tables by the name of `key`; None if there is none."""
+    name = content.get(key)
+    if name is None:
+        return None
+    if not isinstance(name, str) or not name:
+        raise SceneError(file, f"{key} must be text in quotes, got {reprlib.repr(name)}")
+    return _beside(name, file.parent)
 
 
 def _rule(file: Path, number: int, table: Mapping[str, Any]) -> Rule:

@@ -4,12 +4,20 @@ from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 
+from brushgs.options.choices import check_above_0
+
 DEFAULT_FPS = 24.0  # of film
 MAX_FRAMES = 99_999  # more than an hour of film; five digits number them
 WORKERS_TIMEOUT = 60.0  # seconds that a Dask scheduler may have no worker: batch systems are slow to start
 STANDING_SECONDS, STANDING_SHARE = 1.0, 0.25  # at the end of a painting that grows, the shorter of both
 FADE_SECONDS, MOST_FADE = 0.15, 0.1  # in which one of its strokes comes; as a share of the time at most
 MAX_FPS = 1000.0  # more is a typing error, and video formats count milliseconds at the finest
+
+
+def check_fps(fps: float | None) -> None:
+    """Raise ValueError for a rate that no video has; None, which nobody gave, passes."""
+    if fps is not None and not 0 < fps <= MAX_FPS:
+        raise ValueError(f"fps must be above 0 and at most {MAX_FPS:g}, got {fps:g}")
 
 
 @dataclass(frozen=True)
@@ -52,10 +60,8 @@ class PathConfig:
             raise ValueError("frames cannot be combined with seconds, since fps relates them; omit one")
         if self.frames is not None and not 2 <= self.frames <= MAX_FRAMES:
             raise ValueError(f"frames must be 2 to {MAX_FRAMES}, got {self.frames}")
-        if self.seconds is not None and not 0 < self.seconds < inf:
-            raise ValueError(f"seconds must be above 0, got {self.seconds:g}")
-        if self.fps is not None and not 0 < self.fps <= MAX_FPS:
-            raise ValueError(f"fps must be above 0 and at most {MAX_FPS:g}, got {self.fps:g}")
+        check_above_0("seconds", self.seconds)
+        check_fps(self.fps)
 
 
 @dataclass(frozen=True)
@@ -73,8 +79,7 @@ class GrowConfig:
     def __post_init__(self) -> None:
         if not 0 < self.seconds < inf:
             raise ValueError(f"grow must be above 0 seconds, got {self.seconds:g}")
-        if self.fps is not None and not 0 < self.fps <= MAX_FPS:
-            raise ValueError(f"fps must be above 0 and at most {MAX_FPS:g}, got {self.fps:g}")
+        check_fps(self.fps)
         if not 2 <= self.num_frames <= MAX_FRAMES:
             raise ValueError(f"grow times fps must give 2 to {MAX_FRAMES} frames, got {self.num_frames}")
 

@@ -5,12 +5,13 @@ import reprlib
 import tomllib
 from collections.abc import Callable
 from difflib import get_close_matches
-from math import inf
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from brushgs.errors import SceneError
+
+_BELOW = {int: 2**63, float: 1e300}  # magnitudes of numbers
 
 
 def read_text(path: Path, what: str, max_bytes: int) -> str:
@@ -91,28 +92,31 @@ def typed_value(value: Any, kind: Any, special: Callable[[Any], Any] | None) -> 
 
 def _fitted(value: Any, kind: Any) -> tuple[bool, Any]:
     """Whether a value of TOML is of a type, and the value."""
+    kinds = get_args(kind)
     if get_origin(kind) is Annotated:
-        return _fitted(value, get_args(kind)[0])
+        return _fitted(value, kinds[0])
     if get_origin(kind) in (UnionType, Union):
-        tried = (_fitted(value, one) for one in get_args(kind))
+        tried = (_fitted(value, one) for one in kinds)
         return next((found for found in tried if found[0]), (False, None))
     if get_origin(kind) is Literal:
-        return isinstance(value, str) and value in get_args(kind), value
+        return isinstance(value, str) and value in kinds, value
     if get_origin(kind) is tuple:
-        if not isinstance(value, list):
-            return False, None
-        kinds = get_args(kind)
-        kinds = (kinds[0],) * len(value) if kinds[1:] == (...,) else kinds
-        items = [_fitted(item, one) for item, one in zip(value, kinds, strict=False)]
-        is_fit = len(value) == len(kinds) and all(fits for fits, _ in items)
-        return is_fit, tuple(item for _, item in items)
-    if kind is float:
-        is_number = isinstance(value, float | int) and not isinstance(value, bool)
-        is_fit = is_number and -inf < value < inf and abs(value) < 1e300
-        return is_fit, float(value) if is_fit else None
-    if kind is int:
-        return isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63, value
+        return _fitted_items(value, kinds)
+    if kind in _BELOW:
+        is_number = isinstance(value, kind | int) and not isinstance(value, bool)
+        is_fit = is_number and abs(value) < _BELOW[kind]
+        return is_fit, kind(value) if is_fit else None
     return isinstance(value, kind), value
+
+
+def _fitted_items(value: Any, kinds: tuple[Any, ...]) -> tuple[bool, Any]:
+    """The same of a list that becomes a tuple of these types, or of any length where the second is `...`."""
+    if not isinstance(value, list):
+        return False, None
+    kinds = (kinds[0],) * len(value) if kinds[1:] == (...,) else kinds
+    items = [_fitted(item, one) for item, one in zip(value, kinds, strict=False)]
+    is_fit = len(value) == len(kinds) and all(fits for fits, _ in items)
+    return is_fit, tuple(item for _, item in items)
 
 
 def _in_words(kind: Any) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from brushgs.options.choices import MAX_FILE_PIXELS, size_rule
-from brushgs.options.sequence import DEFAULT_FPS, MAX_FPS
+from brushgs.options.sequence import DEFAULT_FPS, check_fps
 
 LOOPBACK = "127.0.0.1"
 MAX_SECONDS = 600.0  # of a video: more is a typing error
@@ -79,6 +79,5 @@ class FilmConfig:
             raise ValueError(f"kind must be turn or path, got {self.kind!r}")
         if not 0 < self.seconds <= MAX_SECONDS:
             raise ValueError(f"seconds must be above 0 and at most {MAX_SECONDS:g}, got {self.seconds:g}")
-        if not 0 < self.fps <= MAX_FPS:
-            raise ValueError(f"fps must be above 0 and at most {MAX_FPS:g}, got {self.fps:g}")
+        check_fps(self.fps)
         check_picture(self.width, self.height)

@@ -97,16 +97,9 @@ def camera_file(
     Raises:
         SceneError: if there is no camera, or a view cannot be drawn or there are too many.
     """
-    if left_out and not cameras:
-        raise SceneError(path, f"{left_out[0]} must be a perspective one; export it again as such")
-    if left_out:
-        message = f"{left_out[0]} is no perspective one and was left out"
-        more = f", as were {len(left_out) - 1} more" if len(left_out) > 1 else ""
-        warnings.warn(SceneWarning(f"{path}: {message}{more}"), stacklevel=4)
-    if not cameras:
-        raise SceneError(path, "holds no camera; export it with its cameras")
+    _check_found(path, len(cameras), left_out)
     moving = [camera for camera in cameras if camera.times is not None]
-    chosen = moving[0] if moving else cameras[0]
+    chosen = (moving or cameras)[0]
     spans = [some.times for some in (chosen, scene) if some is not None and some.times is not None]
     start = min((span[0] for span in spans), default=0.0)
     seconds = max((span[1] for span in spans), default=0.0) - start
@@ -118,10 +111,20 @@ def camera_file(
         fact = f"{chosen.name} moves for {seconds:,.0f} s, which is more than {MAX_VIEWS:,} frames"
         raise SceneError(path, f"{fact}; export a part of it")
     motion = Motion(seconds, lambda moments: _views(path, chosen, scene, start + moments))
-    which = f"the first of {len(moving)} animated cameras," if len(moving) > 1 else "the"
-    which = "the animated" if len(moving) == 1 else which
+    which = {0: "the", 1: "the animated"}.get(len(moving), f"the first of {len(moving)} animated cameras,")
     choice = f"{which} {chosen.name} of {len(cameras)}" if len(cameras) > 1 else ""
     return CameraFile(motion.views(max(round(num_steps), 1) + 1), fps=fps, motion=motion, choice=choice)
+
+
+def _check_found(path: Path, num_cameras: int, left_out: Sequence[str]) -> None:
+    """Refuse a file without a camera that can be read, and warn of those that were left out."""
+    if not num_cameras:
+        fact = f"{left_out[0]} must be a perspective one; export it again as such" if left_out else ""
+        raise SceneError(path, fact or "holds no camera; export it with its cameras")
+    if left_out:
+        message = f"{left_out[0]} is no perspective one and was left out"
+        more = f", as were {len(left_out) - 1} more" if len(left_out) > 1 else ""
+        warnings.warn(SceneWarning(f"{path}: {message}{more}"), stacklevel=5)
 
 
 def _views(path: Path, found: FoundCamera, scene: FoundScene | None, times: F64) -> list[Camera]:

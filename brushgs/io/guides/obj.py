@@ -6,6 +6,7 @@ Source: Wavefront, Object Files, appendix B1 (indices count from 1, negative one
 """
 
 from array import array
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -24,17 +25,8 @@ EXAMPLE = "write points as 'v 0 1.5 2' and lines as 'l 1 2 3'"
 def read(path: Path, content: bytes) -> Guides:
     """The guides of an OBJ file. Raises SceneError, see `read_guides`."""
     points, segments = array("d"), array("q")  # arrays: a tuple of three floats takes 136 bytes
-    num_points, reach, at, number = 0, None, 0, 0
-    while at < len(content):
-        end = content.find(b"\n", at)
-        end = len(content) if end < 0 else end
-        number += 1
-        if number > MAX_LINES:
-            raise SceneError(path, f"has more than {MAX_LINES} lines of text; keep only the guides")
-        if end - at > MAX_LINE:
-            raise SceneError(path, f"line {number} has more than {MAX_LINE} bytes; split it")
-        keyword, *words = content[at:end].split() or [b""]
-        at = end + 1
+    num_points, reach = 0, None
+    for number, (keyword, *words) in _lines(path, content):
         if keyword == b"v":
             points.extend(_point(path, number, words))
             num_points += 1
@@ -54,6 +46,21 @@ def read(path: Path, content: bytes) -> Guides:
         fact = f"a line runs to point {last + 1} of {num_points}"
         raise SceneError(path, f"{fact}; {EXAMPLE}, numbered from 1")
     return guides_of(path, np.array(points).reshape(-1, 3), np.array(segments).reshape(-1, 2), reach)
+
+
+def _lines(path: Path, content: bytes) -> Iterator[tuple[int, list[bytes]]]:
+    """Number, from 1, and words of each line, at least one, which may be empty."""
+    at, number = 0, 0
+    while at < len(content):
+        end = content.find(b"\n", at)
+        end = len(content) if end < 0 else end
+        number += 1
+        if number > MAX_LINES:
+            raise SceneError(path, f"has more than {MAX_LINES} lines of text; keep only the guides")
+        if end - at > MAX_LINE:
+            raise SceneError(path, f"line {number} has more than {MAX_LINE} bytes; split it")
+        yield number, content[at:end].split() or [b""]
+        at = end + 1
 
 
 def _point(path: Path, number: int, words: list[bytes]) -> tuple[float, ...]:

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from brushgs.arrays import F64
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.gltf_file import CURE, GltfArray, GltfFile
 from brushgs.io.scenes.columns import Columns, check_decoded_size
@@ -100,20 +101,13 @@ def open_scene(path: Path) -> SceneFile:
     file = GltfFile(path)
     unknown: dict[str, None] = {}
     opened: dict[object, SceneFile] = {}
-    placed = placed_meshes(file)
-    extras = file.top.get("extras")
-    stored, turn = read_notes(path, extras.get(NOTES) if isinstance(extras, dict) else None)
-    is_ours = turn is not None and len(placed) == 1 and is_turned_by(placed[0][1], turn)
-    if is_ours:
-        placed = [(mesh, np.eye(4)) for mesh, _ in placed]
-    elif turn is not None:  # something else was added, or it was moved
-        stored = stored._replace(first_view=None, counts=None, brushes=())
+    placed, stored, is_ours = _placed_and_stored(file)
     splats = [
-        _open_splats(file, primitive, Placement(matrix), unknown, opened)
+        some
         for mesh, matrix in placed
         for primitive in _primitives(file, mesh)
+        if (some := _open_splats(file, primitive, Placement(matrix), unknown, opened)).num_rows
     ]
-    splats = [some for some in splats if some.num_rows]
     if not splats:
         raise SceneError(path, _why_no_splats(file.top))
     num_rows = sum(some.num_rows for some in splats)
@@ -122,7 +116,6 @@ def open_scene(path: Path) -> SceneFile:
     check_decoded_size(
         path, num_rows, num_terms, file.size, max_growth=MAX_GROWTH if packed else _MAX_PLAIN_GROWTH
     )
-    trainings = {scene.training for scene in packed}
 
     def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
         parts = [(some.num_rows, partial(some.read, is_raw=is_raw)) for some in splats]
@@ -131,17 +124,15 @@ def open_scene(path: Path) -> SceneFile:
             drop_zero_bands(columns)
         return stored.in_order(columns), dropped
 
-    plain = [some for some in splats if isinstance(some, _Splats)]
-    logs = ", scales as logarithms" if any(some.are_scales_logs for some in plain) else ""
     return SceneFile(
         path=path,
-        format=f"glTF with {EXTENSION}{', packed as SPZ' if packed else ''}{logs}",
+        format=_format(splats),
         num_rows=num_rows,
         num_terms=num_terms,
         read_columns=read_columns,
         up=None if is_ours else "+y",  # by the standard of glTF, which every viewer follows
         is_strokes=stored.is_strokes,
-        training=_training(stored, trainings, is_packed=not plain),
+        training=_training(stored, packed, is_packed=len(packed) == len(splats)),
         scene=stored.scene,
         first_view=stored.first_view,
         brushes=stored.brushes,
@@ -149,10 +140,34 @@ def open_scene(path: Path) -> SceneFile:
     )
 
 
-def _training(stored: Stored, trainings: set[Training], *, is_packed: bool) -> Training:
+def _format(splats: "list[_Splats | PackedSplats]") -> str:
+    """What the model holds, in words."""
+    packed = ", packed as SPZ" if any(isinstance(some, PackedSplats) for some in splats) else ""
+    are_logs = any(isinstance(some, _Splats) and some.are_scales_logs for some in splats)
+    return f"glTF with {EXTENSION}{packed}{', scales as logarithms' if are_logs else ''}"
+
+
+def _placed_and_stored(file: GltfFile) -> tuple[list[tuple[dict[str, Any], F64]], Stored, bool]:
+    """Meshes with their matrices, what the model records, and whether that fits: it is as we wrote it.
+
+    Then the turn of its node, which the notes state, is taken back.
+    """
+    placed = placed_meshes(file)
+    extras = file.top.get("extras")
+    stored, turn = read_notes(file.path, extras.get(NOTES) if isinstance(extras, dict) else None)
+    if turn is None:
+        return placed, stored, False
+    if len(placed) == 1 and is_turned_by(placed[0][1], turn):
+        return [(placed[0][0], np.eye(4))], stored, True
+    # Something else was added, or it was moved.
+    return placed, stored._replace(first_view=None, counts=None, brushes=()), False
+
+
+def _training(stored: Stored, packed: list[SceneFile], *, is_packed: bool) -> Training:
     """How splats were trained: by our notes, or as all packed ones state."""
     if stored.antialiased:
         return "antialiased"
+    trainings = {scene.training for scene in packed}
     return next(iter(trainings)) if is_packed and len(trainings) == 1 else "default"
 
 

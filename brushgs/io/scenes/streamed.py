@@ -4,6 +4,7 @@ The leaves of a tree name rows of these scenes by level. All levels together wou
 so one is read; 0 is the finest. The format is defined by splat-transform and the PlayCanvas engine.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -111,7 +112,20 @@ def _read_index(index: Path, value: dict[str, Any]) -> tuple[list[str], list[lis
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise SceneError(index, f"filenames must be a list of names, got {shown(names)}; {_CURE}")
     levels: list[list[_Run]] = [[] for _ in range(num_levels)]
-    pending = [value.get("tree")]
+    for key, entry in _leaf_entries(index, value.get("tree")):
+        level = int(key) if key.isascii() and key.isdigit() and len(key) < 4 else num_levels
+        run = _read_run(entry, len(names))
+        if level >= num_levels or run is None:
+            rule = f"a leaf must name file, offset and count of levels 0 to {num_levels - 1}"
+            raise SceneError(index, f"{rule}, got {shown(key)}: {_entry_text(entry)}; {_CURE}")
+        if run.stop > run.start:
+            levels[level].append(run)
+    return names, levels
+
+
+def _leaf_entries(index: Path, tree: object) -> Iterator[tuple[str, object]]:
+    """What the leaves of a tree hold: levels and the rows of each, not yet checked."""
+    pending: list[Any] = [tree]
     while pending:  # a tree may be deeper than Python can call
         node = pending.pop()
         children = node.get("children") or [] if isinstance(node, dict) else None
@@ -120,15 +134,7 @@ def _read_index(index: Path, value: dict[str, Any]) -> tuple[list[str], list[lis
             rule = "tree must be made of objects with children or lods"
             raise SceneError(index, f"{rule}, got {shown(node)}; {_CURE}")
         pending.extend(reversed(children))
-        for key, entry in lods.items():
-            level = int(key) if key.isascii() and key.isdigit() and len(key) < 4 else num_levels
-            run = _read_run(entry, len(names))
-            if level >= num_levels or run is None:
-                rule = f"a leaf must name file, offset and count of levels 0 to {num_levels - 1}"
-                raise SceneError(index, f"{rule}, got {shown(key)}: {_entry_text(entry)}; {_CURE}")
-            if run.stop > run.start:
-                levels[level].append(run)
-    return names, levels
+        yield from lods.items()
 
 
 def _read_run(entry: object, num_files: int) -> _Run | None:

@@ -34,15 +34,7 @@ _MAX_SAMPLES = 200_000  # of all cameras that move
 def read(path: Path, folder: Path) -> dict[str, Any]:
     """Write the arrays, and return the header."""
     stage = open_stage(path)
-    found: list[Any] = []
-    left_out: list[Any] = []
-    scenes: list[Any] = []
-    for prim in prims(stage):
-        if prim.IsA(UsdGeom.Camera):
-            is_perspective = prim.GetAttribute("projection").Get() == "perspective"
-            (found if is_perspective else left_out).append(prim)
-        if not scenes and is_scene_name(prim.GetName()) and prim.IsA(UsdGeom.Xformable):
-            scenes.append(prim)
+    found, left_out, scenes = _find(stage)
     if len(found) > _MAX_CAMERAS:
         raise RefusedError(f"must hold at most {_MAX_CAMERAS:,} cameras; export only what is needed of it")
     rate = stage.GetTimeCodesPerSecond()
@@ -72,6 +64,20 @@ def read(path: Path, folder: Path) -> dict[str, Any]:
         "left_out": [prim.GetName()[:60] for prim in left_out[:_MAX_CAMERAS]],
         "scene": bool(scenes),
     }
+
+
+def _find(stage: Any) -> tuple[list[Any], list[Any], list[Any]]:
+    """Perspective cameras of a stage, its other cameras, and the painted scene, at most one."""
+    found: list[Any] = []
+    left_out: list[Any] = []
+    scenes: list[Any] = []
+    for prim in prims(stage):
+        if prim.IsA(UsdGeom.Camera):
+            is_perspective = prim.GetAttribute("projection").Get() == "perspective"
+            (found if is_perspective else left_out).append(prim)
+        if not scenes and is_scene_name(prim.GetName()) and prim.IsA(UsdGeom.Xformable):
+            scenes.append(prim)
+    return found, left_out, scenes
 
 
 def _chain(prim: Any) -> list[Any]:
