@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from brushgs.arrays import F64, Array, Rows
+from brushgs.arrays import F64, Rows
 from brushgs.brushes.brush_set import BrushSet, Sigmas
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.page.images import reduced
@@ -37,6 +37,8 @@ VERSION = 1  # of the header; grows when a key changes its name or meaning
 MOST_GROUND = 640  # px, the longer side of a ground that is a picture: it lies behind all strokes
 MOST_PLAIN = 100_000  # Gaussians among the strokes of a coat: some 3 MB; more is no page for a phone
 _HALF = np.finfo(np.float16)
+_DTYPES: dict[str, type[np.generic]] = dict.fromkeys(("means", "quats", "scales"), np.float32)
+_DTYPES |= dict.fromkeys(("brush", "region", "streakStart"), np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +77,12 @@ class _Collected:
         self.arrays[name] = np.ascontiguousarray(array, dtype)
         return name
 
-    def half(self, name: str, array: Array) -> str:
-        """Adds float16: values beyond its range become its largest ones, not infinite."""
-        return self.add(name, np.clip(array, float(_HALF.min), float(_HALF.max)), np.float16)
+    def column(self, coat: int, name: str, values: NDArray[Any]) -> str:
+        """Adds float16, unless `_DTYPES` has another: values beyond its range become its largest ones."""
+        dtype = _DTYPES.get(name, np.float16)
+        if dtype == np.float16:
+            values = np.clip(values, float(_HALF.min), float(_HALF.max))
+        return self.add(f"coat{coat}.{name}", values, dtype)
 
     def omit(self, sentence: str) -> None:
         if sentence not in self.omitted:
@@ -205,54 +210,22 @@ def coarse_to_fine(strokes: Gaussians) -> Rows:
 
 def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict[str, Any]:
     options = coat.options
-    brush_set = BrushSet.of(coat.texture)
-    num_strokes, strokes = len(coat.strokes), shown_by(coat)
+    brush_set, strokes = BrushSet.of(coat.texture), shown_by(coat)
+    is_image = brush_set.kind == "image"
     _note_omitted(coat, brush_set, collected)
     order = coarse_to_fine(strokes)
     rows = order[strokes.opacities[order] >= MIN_ALPHA]
     collected.rows.append(rows)
-    degree = used_sh_degree(strokes)
-    quats = strokes.quats.astype(np.float64)
-    quats /= np.abs(quats).max(axis=1, keepdims=True, initial=0)  # squares of any length stay in range
-    quats /= np.linalg.norm(quats, axis=1, keepdims=True)
-
-    def name(column: str) -> str:
-        return f"coat{number}.{column}"
-
-    arrays = {
-        "means": collected.add(name("means"), (strokes.means.astype(np.float64) - origin)[rows], np.float32),
-        "quats": collected.add(name("quats"), quats[rows], np.float32),
-        "scales": collected.add(name("scales"), strokes.scales[rows], np.float32),
-        "opacities": collected.half(name("opacities"), strokes.opacities[rows]),
-        "sh": collected.half(name("sh"), strokes.sh[rows, : (degree + 1) ** 2]),
-    }
-    ids = np.arange(len(strokes))  # what hashes the row is made of the rows of the strokes
-    brushes = brush_set.rows_of("page_contents", strokes.brushes)
-    used, columns = np.zeros(1, np.intp), None
+    brushes, used = brush_set.rows_of("page_contents", strokes.brushes), np.zeros(1, np.intp)
+    brush: NDArray[Any] | None = None
     if brushes is not None and len(rows):
-        used, columns = np.unique(brushes[rows].astype(np.intp), return_inverse=True)
-    if columns is not None and len(used) > 1:
-        arrays["brush"] = collected.add(name("brush"), columns, np.uint8)
-    if strokes.regions is not None and strokes.regions.any():  # a coat without lies elsewhere
-        arrays["region"] = collected.add(name("region"), strokes.regions[rows], np.uint8)
-    if options.streaks > 0:
-        arrays["streakStart"] = collected.add(name("streakStart"), starts_of(ids)[rows], np.uint8)
-    if options.relief is not None:
-        relief = np.zeros((len(strokes), 2))
-        relief[:num_strokes] = options.relief.of_strokes(coat.strokes)
-        arrays["relief"] = collected.half(name("relief"), relief[rows])
-    if coat.border:
-        chance = np.where(ids < num_strokes, uniform_of(ids, 0), 0.0)  # 0 stays up to the border
-        arrays["chance"] = collected.half(name("chance"), chance[rows])
-    if coat.normals is not None:
-        arrays["normals"] = collected.half(name("normals"), coat.normals[rows])
-    underpaint = None
-    if options.underpaint is not None and brush_set.kind == "image":
-        reach = _of_rows(options.underpaint.reach, used)
-        underpaint = {"opacity": options.underpaint.opacity, "reach": reach}
-    is_image = brush_set.kind == "image"
+        used = np.unique(brushes[rows].astype(np.intp))
+        brush = np.searchsorted(used, brushes) if len(used) > 1 else None
+    columns = _columns(coat, strokes, origin, brush)
+    arrays = {name: collected.column(number, name, values[rows]) for name, values in columns.items()}
+    underpaint, relief = options.underpaint, options.relief
     plain = {}
-    if is_image and len(brush_set) - 1 in used and len(strokes) > num_strokes:
+    if is_image and len(brush_set) - 1 in used and len(strokes) > len(coat.strokes):
         plain["plainBrush"] = int(np.searchsorted(used, len(brush_set) - 1))
     return {
         "name": coat.name,
@@ -271,14 +244,42 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
         "fade": options.fade,
         "antialiased": strokes.antialiased,
         "streaks": options.streaks,
-        "underpaint": underpaint,
-        "relief": None
-        if options.relief is None
-        else {"thickness": options.relief.thickness, "gain": options.relief.gain},
-        "shDegree": degree,
+        "underpaint": None
+        if underpaint is None or not is_image
+        else {"opacity": underpaint.opacity, "reach": _of_rows(underpaint.reach, used)},
+        "relief": None if relief is None else {"thickness": relief.thickness, "gain": relief.gain},
+        "shDegree": used_sh_degree(strokes),
         **plain,
         "arrays": arrays,
     }
+
+
+def _columns(
+    coat: "Coat", strokes: Gaussians, origin: F64, brush: NDArray[Any] | None
+) -> dict[str, NDArray[Any]]:
+    """What the page knows of each stroke of a coat, by name, in the order of the file."""
+    options, own = coat.options, len(coat.strokes)
+    quats = strokes.quats.astype(np.float64)
+    quats /= np.abs(quats).max(axis=1, keepdims=True, initial=0)  # squares of any length stay in range
+    quats /= np.linalg.norm(quats, axis=1, keepdims=True)
+    ids = np.arange(len(strokes))  # what hashes the row is made of the rows of the strokes
+    has_regions = strokes.regions is not None and strokes.regions.any()  # a coat without lies elsewhere
+    reliefs = None if options.relief is None else options.relief.of_strokes(coat.strokes)
+    columns: dict[str, NDArray[Any] | None] = {
+        "means": strokes.means.astype(np.float64) - origin,
+        "quats": quats,
+        "scales": strokes.scales,
+        "opacities": strokes.opacities,
+        "sh": strokes.sh[:, : (used_sh_degree(strokes) + 1) ** 2],
+        "brush": brush,
+        "region": strokes.regions if has_regions else None,
+        "streakStart": starts_of(ids) if options.streaks > 0 else None,
+        "relief": None if reliefs is None else np.pad(reliefs, ((0, len(strokes) - own), (0, 0))),
+        # 0 stays up to the border
+        "chance": np.where(ids < own, uniform_of(ids, 0), 0.0) if coat.border else None,
+        "normals": coat.normals,
+    }
+    return {name: values for name, values in columns.items() if values is not None}
 
 
 def _of_rows(values: Sigmas, rows: Rows) -> list[float]:

@@ -120,7 +120,7 @@ class Clip:
         step, length = config.speed / rate, last - first
         fade = config.cross_fade or 0.0
         held = self._held(last)
-        if fade and not fade <= length / 2:
+        if not fade <= length / 2:
             raise ValueError(f"cross-fade must be at most half of the {length:g} s shown, got {fade:g} s")
         shown = length - fade
         if config.loop and not fade:
@@ -131,19 +131,17 @@ class Clip:
                 f"{shown:g} s of the scene are {ceil(steps):,} frames at fps {rate:g} and speed "
                 f"{config.speed:g}, and at most {MAX_FRAMES:,} can be painted; show less of it, --end"
             )
-        whole = max(1, round(steps)) if config.loop and steps > 0 else int(steps + ROUNDING)
-        if not config.loop and held:  # whole frames up to the end, at which there is no moment
-            whole = max(1, round(steps))
-            num = num_frames or whole
-            times = first + np.minimum(np.arange(num) * (length / whole), length)
-            return Film(times, times, np.zeros(num), rate, is_loop=False)
         if not config.loop:
-            num = num_frames or whole + 1
-            times = first + np.minimum(np.arange(num) * step, length)
-            return Film(times, times, np.zeros(num), rate, is_loop=False)
-        if whole == 0:  # a single moment
+            num = int(steps + ROUNDING) + 1
+            if held:  # whole frames up to the end, at which there is no moment
+                num = max(1, round(steps))
+                step = length / num
+            times = first + np.minimum(np.arange(num_frames or num) * step, length)
+            return Film(times, times, np.zeros(len(times)), rate, is_loop=False)
+        if not steps > 0:  # a single moment
             times = np.full(num_frames or 1, first)
             return Film(times, times, np.zeros(len(times)), rate, is_loop=True)
+        whole = max(1, round(steps))
         if not fade:
             period = 2 * whole
             num = num_frames or period

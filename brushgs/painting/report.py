@@ -198,7 +198,10 @@ class Report:
             lines = self.short_table()
             width = max(len(word) for word, _ in lines)
             print("\n".join(f"{word:{width}}  {did}" for word, did in lines), file=sys.stderr)
-            return
+        else:
+            self._print_all_stages()
+
+    def _print_all_stages(self) -> None:
         from rich.box import SIMPLE_HEAD
         from rich.console import Console
         from rich.table import Table

@@ -56,12 +56,11 @@ def describe_options(
     steps |= {step: _changed(getattr(config, step)) for step in _OF_LOOKS}
     if config.palette is not None:
         steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
-    if config.style is not None:
-        steps["style"] = str(config.style)
-    if config.rules is not None:
-        steps["rules"] = digest(np.frombuffer(repr(config.rules.rules).encode(), np.uint8))
-    if config.painted is not None:
-        steps["where"] = str(config.painted)
+    rules = (
+        None if config.rules is None else digest(np.frombuffer(repr(config.rules.rules).encode(), np.uint8))
+    )
+    named = {"style": config.style, "rules": rules, "where": config.painted}
+    steps |= {name: str(part) for name, part in named.items() if part is not None}
     moving: dict[str, Any] = {
         "lock": config.draw.lock_of(along_path=along_path),
         "order": config.draw.order_of(along_path=along_path),

@@ -25,7 +25,7 @@ from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.painting.background import TRANSPARENT
-from brushgs.painting.clip import Clip
+from brushgs.painting.clip import Clip, files_of
 from brushgs.painting.coats.materials import BACKDROP
 from brushgs.painting.drawing import why_nothing_is_seen
 from brushgs.painting.film_track import FilmTrack, track_film
@@ -86,44 +86,33 @@ def paint_sequence(
     """
     config, sequence, report = config or PaintConfig(), sequence or SequenceConfig(), report or Report()
     grow = path_config if isinstance(path_config, GrowConfig) else None
-    clip = scene if isinstance(scene, Clip) else None
-    files = scene.source if isinstance(scene, Clip) else scene
+    clip = scene.config if isinstance(scene, Clip) else None
+    files = files_of(scene)
     target = plan_output(output, is_resumed=sequence.is_resumed)
-    if isinstance(path_config, PathConfig | GrowConfig):
-        rate = path_config.fps
-    else:
-        rate = None if clip is None else clip.config.fps
-    check_target(target, files, rate, config)
+    check_target(target, files, _rate_of(path_config, clip), config)
     if sequence.scheduler is not None:
         check_scheduler(sequence.scheduler, Waiting(sequence.workers_timeout, report.tell))
     found = None
     if sequence.is_resumed and isinstance(target, NumberedFiles):
-        found = read_manifest(target, config, grow, None if clip is None else clip.config)
-
-    def check_path(path: "CameraPath") -> None:
-        if isinstance(target, Path):
-            check_rate(target, path.fps)
-            check_size(target, path.cameras[0].width, path.cameras[0].height, config.output.codec)
-
-    has_sheet = sheet is not None
+        found = read_manifest(target, config, grow, clip)
+    asks: tuple[str, ...] = PICTURE
     if sheet is not None:
         check_output(Path(sheet), PICTURE_SUFFIXES, inputs=input_files(files, config))
+        asks = (*PICTURE, "first_view", "scene")
     prepared = prepare(
         scene,
         config,
         report,
-        asks=(*PICTURE, *(("first_view", "scene") if has_sheet else ())),
+        asks=asks,
         views=path_config,
-        check_path=check_path,
+        check_path=lambda path: _check_video(target, path, config),
         workers=sequence,
     )
     if sheet is not None:
         write_sheet_of(prepared, Path(sheet), config, report, name=name_of(files, prepared.notes))
     tracks = _track(prepared, config.draw, report) if grow is None else []
-    if not _sees_any(prepared, NUM_SAMPLED_VIEWS) and not _sees_any(prepared, len(prepared.cameras)):
-        why = why_nothing_is_seen(coat.strokes for coat in prepared.painting.coats if coat.name != BACKDROP)
-        raise ValueError(f"in all {len(prepared.cameras)} frames {why}")
-    frames = _Frames(prepared, config, tracks, sequence, grow, None if clip is None else clip.config)
+    _check_seen(prepared)
+    frames = _Frames(prepared, config, tracks, sequence, grow, clip)
     if isinstance(target, Path):
         _paint_video(frames, target, report)
         report.output = str(target)
@@ -131,6 +120,26 @@ def paint_sequence(
         _paint_files(frames, target, found, report)
         report.output = str(target.pattern)
     return report
+
+
+def _rate_of(path_config: PathConfig | GrowConfig | Camera | None, clip: ClipConfig | None) -> float | None:
+    """Frames a second that the options name."""
+    named = path_config if isinstance(path_config, PathConfig | GrowConfig) else clip
+    return None if named is None else named.fps
+
+
+def _check_video(target: Path | NumberedFiles, path: "CameraPath", config: PaintConfig) -> None:
+    """Refuse a rate or a size of frames that does not suit a video."""
+    if isinstance(target, Path):
+        check_rate(target, path.fps)
+        check_size(target, path.cameras[0].width, path.cameras[0].height, config.output.codec)
+
+
+def _check_seen(prepared: Prepared) -> None:
+    """Refuse to paint frames of which none shows a stroke."""
+    if not _sees_any(prepared, NUM_SAMPLED_VIEWS) and not _sees_any(prepared, len(prepared.cameras)):
+        why = why_nothing_is_seen(coat.strokes for coat in prepared.painting.coats if coat.name != BACKDROP)
+        raise ValueError(f"in all {len(prepared.cameras)} frames {why}")
 
 
 def paint_prepared(prepared: Prepared, target: Path, config: PaintConfig, report: Report) -> Report:

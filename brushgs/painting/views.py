@@ -6,7 +6,7 @@
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from brushgs.errors import SceneError
 from brushgs.io.cameras.beside import name_beside
 from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import CleanConfig, Up, ViewConfig
-from brushgs.painting.cameras_beside import view_beside
+from brushgs.painting.cameras_beside import Beside, view_beside
 from brushgs.painting.clean import clean_scene
 from brushgs.painting.report import Report, Stage
 from brushgs.scene import Camera, FirstView, Gaussians
@@ -49,33 +49,9 @@ def choose_first_view(
         ValueError: if there are no Gaussians, or `up` is no direction.
     """
     with report.stage("first view") as stage:
-        beside = None
-        stored = None if notes is None else notes.first_view
-        stated = config.up or (None if notes is None else notes.up)
-        if stored is not None and (config.up is None or _is_up_of(stored, config.up)):
-            view = stored
-            how, known = ("as given", "flag") if config.up else ("that of the scene", "strokes")
-        elif stored is not None:
-            view, how, known = with_up(stored, stated or DEFAULT_UP), "as given", "flag"
-        else:
-            from brushgs.first_view import find_first_view, with_moments
-
-            azimuth = None if config.side is not None else config.azimuth
-            beside = view_beside(gaussians, config, notes, stated)
-            if beside is not None and beside.view is not None:
-                view = beside.view
-            else:
-                view = find_first_view(gaussians, up=stated, azimuth=azimuth)
-            view = sayable(with_moments(view, moments))
-            if stated is not None:
-                view = replace(view, up=unit_of(stated))
-                how, known = ("as given", "flag") if config.up else ("from the file", "header")
-            elif beside is not None and beside.path is not None:
-                how, known = f"from {name_beside(beside.path)}", "cameras"
-            elif in_doubt(view):
-                how, known = "not sure", "assumed"
-            else:
-                how, known = "estimated", "estimate"
+        view, how, known, beside = _stored_view(config, notes) or _found_view(
+            gaussians, config, notes, moments
+        )
         _describe_first_view(stage, view, how, known)
         if not view.is_front_sure and config.side is None:
             stage.did += ", the front is a guess (--from back shows the other side)"
@@ -85,6 +61,48 @@ def choose_first_view(
         if config.up is None and in_doubt(view):
             report.tell(_doubt_and_cure(view))
     return view
+
+
+class _Found(NamedTuple):
+    """A first view, how it was found, in words and for machines, and what cameras beside the scene gave."""
+
+    view: FirstView
+    how: str
+    known: str
+    beside: Beside | None = None
+
+
+def _stored_view(config: ViewConfig, notes: "LoadNotes | None") -> _Found | None:
+    """That of the scene that strokes were made of."""
+    stored = None if notes is None else notes.first_view
+    if stored is None:
+        return None
+    if config.up is None:
+        return _Found(stored, "that of the scene", "strokes")
+    view = stored if _is_up_of(stored, config.up) else with_up(stored, config.up)
+    return _Found(view, "as given", "flag")
+
+
+def _found_view(
+    gaussians: Gaussians, config: ViewConfig, notes: "LoadNotes | None", moments: Iterable[Gaussians]
+) -> _Found:
+    """By cameras beside the scene, or as it looks."""
+    from brushgs.first_view import find_first_view, with_moments
+
+    stated = config.up or (None if notes is None else notes.up)
+    beside = view_beside(gaussians, config, notes, stated)
+    view = None if beside is None else beside.view
+    if view is None:
+        azimuth = None if config.side is not None else config.azimuth
+        view = find_first_view(gaussians, up=stated, azimuth=azimuth)
+    view = sayable(with_moments(view, moments))
+    if stated is not None:
+        how, known = ("as given", "flag") if config.up else ("from the file", "header")
+        return _Found(replace(view, up=unit_of(stated)), how, known, beside)
+    if beside is not None and beside.path is not None:
+        return _Found(view, f"from {name_beside(beside.path)}", "cameras", beside)
+    how, known = ("not sure", "assumed") if in_doubt(view) else ("estimated", "estimate")
+    return _Found(view, how, known, beside)
 
 
 def with_up_of(

@@ -296,9 +296,7 @@ def _with_warmth(curve: Values, seen: Sequence[Squint], before: Sequence[Frame])
         return replace(curve, warmth=sign * shift, middle=middle)
 
     def warmth_with(shift: float) -> float:
-        values = values_with(shift)
-        means = [[lab_of(values.colors(mass))[:, 2].mean() for mass in part.masses] for part in parts]
-        return sign * float(np.mean([lights - darks for darks, lights in means]))
+        return sign * _warmth_of(values_with(shift), parts)
 
     start = warmth_with(0.0)
     wanted = max(start, WARMTH)
@@ -311,6 +309,12 @@ def _with_warmth(curve: Values, seen: Sequence[Squint], before: Sequence[Frame])
         shift = (low + high) / 2
         low, high = (shift, high) if warmth_with(shift) < wanted else (low, shift)
     return values_with(share * (low + high) / 2)
+
+
+def _warmth_of(values: Values, parts: "Sequence[_Part]") -> float:
+    """By how much b* of lights is above that of darks after a grading, mean of views."""
+    means = [[lab_of(values.colors(mass))[:, 2].mean() for mass in part.masses] for part in parts]
+    return float(np.mean([lights - darks for darks, lights in means]))
 
 
 def _own_warmth(frame: Frame) -> float:

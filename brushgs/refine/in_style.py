@@ -92,21 +92,19 @@ def lay_in_style(
     """
     strokes, moving, view = prepared.strokes, prepared.moving, prepared.known_view
     with report.stage("marks") as stage:
-        moment = None if moving is None else len(moving.motion.times) // 2
+        moment = pose = None
+        if moving is not None:
+            moment = len(moving.motion.times) // 2
+            pose = moving.motion.pose(moment)
         scene = shown_at(moment)
         first = framed_camera(view, ViewConfig(size=FIRST_SIZE))
         width, height = AROUND_SIZE
         cameras = [first, *views_around(view, AROUND, width=width, height=height)]
         views = [Seen.of(scene, camera) for camera in cameras]
-        brushes = () if "stroke" in keeps else marks.brushes
-        images = [
-            StrokeTexture.from_coverage(image, name=f"{style_beside(output).stem}_{row}")
-            for row, image in enumerate(brushes, 1)
-        ]
+        images = [] if "stroke" in keeps else _brush_images(marks, output)
         used = BrushSet(tuple(images)) if images else prepared.texture
         options = render_options(paint.draw, used, along_path=moving is not None)
         sigmas = float(np.mean(options.num_sigmas))
-        pose = None if moving is None or moment is None else moving.motion.pose(moment)
         inside = strokes.take(moves)
         now = inside if pose is None else pose.moved(inside, has_color=False)
         laid, parents = lay_marks(now, marks, views, sigmas, turns="direction" not in keeps, most=most)
@@ -122,12 +120,7 @@ def lay_in_style(
         rows = np.zeros(len(strokes), np.uint8) if strokes.brushes is None else strokes.brushes
         chosen = rows[moves][parents]
         if images:
-            names = brush_names(output, len(images))
-            if moves.all():  # no stroke keeps its own
-                kit, texture, offset = BrushKit(other=names), used, 0
-            else:
-                texture, offset = BrushSet((*texture.textures, *images)), len(kit.images)
-                kit = replace(kit, styled=names)
+            kit, texture, offset = _with_images(prepared, used, output, is_alone=bool(moves.all()))
             draws = chances(laid.means, paint.cluster.seed, _BRUSH_DRAW)
             chosen = (offset + np.minimum((draws * len(images)).astype(np.intp), len(images) - 1)).astype(
                 np.uint8
@@ -144,6 +137,24 @@ def lay_in_style(
         )
         stage.counts = {"before": len(strokes), "after": len(joined), "brushes": len(images)}
     return Laid(replace(prepared, strokes=joined, kit=kit, texture=texture, options=options), marked)
+
+
+def _brush_images(marks: StyleMarks, output: Path) -> list[StrokeTexture]:
+    name = style_beside(output).stem
+    return [
+        StrokeTexture.from_coverage(image, name=f"{name}_{row}") for row, image in enumerate(marks.brushes, 1)
+    ]
+
+
+def _with_images(
+    prepared: Prepared, images: BrushSet, output: Path, *, is_alone: bool
+) -> tuple[BrushKit, BrushSet, int]:
+    """The kit and the brushes with those of a style, alone or behind its own, and the row of its first."""
+    names = brush_names(output, len(images))
+    if is_alone:  # no stroke keeps its own
+        return BrushKit(other=names), images, 0
+    brushes = BrushSet((*prepared.texture.textures, *images.textures))
+    return replace(prepared.kit, styled=names), brushes, len(prepared.kit.images)
 
 
 def at_reference(strokes: Gaussians, pose: Pose) -> Gaussians:

@@ -79,9 +79,7 @@ def refine_file(
     """
     paint, config, report = paint or PaintConfig(), config or RefineConfig(), report or RefineReport()
     files, scene, outputs = files_of(scene), as_files(scene), None
-    extras = [path for path in (config.style, config.vgg_weights) if path is not None]
-    extras += () if config.where is None else config.where.files
-    inputs = (*input_files(files, paint), *extras)
+    inputs = _inputs(files, paint, config)
     check_strokes_output(scene, output, inputs)
     output = Path(output)
     if folder is not None:
@@ -99,21 +97,15 @@ def refine_file(
         asks=(*STROKES, "first_view", "scene"),
     )
     gaussians, view = prepared.whole_scene, prepared.known_view
-
-    from brushgs.refine.fit import Drawing, FitSchedule
-
-    moving = prepared.moving
-    motion, takes_light = (None, True) if moving is None else (moving.motion, moving.takes_light)
     moves = rows_where(prepared.strokes, config.where, view, report, what="strokes")
     if paint.palette is not None:
         prepared, gaussians = _recolored(prepared, moves, paint.palette, config, report)
     name = name_of(files, prepared.notes)
     shown_at = _shown_over_time(prepared, gaussians, paint)
-    is_laid = False
-    if learnt is not None and config.params != "colour":
-        prepared, moves, is_laid = _in_style(prepared, moves, learnt, shown_at, paint, config, output, report)
-    strokes = prepared.strokes
-    drawing = Drawing.of(prepared.texture, prepared.options, motion, takes_light=takes_light)
+    prepared, moves, is_laid = _in_style(prepared, moves, learnt, shown_at, paint, config, output, report)
+    from brushgs.refine.fit import FitSchedule
+
+    strokes, drawing = prepared.strokes, _drawing(prepared)
     fit = describe_fit(scene, paint, config, prepared, gaussians, up_text(view.up))
     with _resumable(Checkpoint(checkpoint_of(output), fit), config, report) as checkpoint:
         training_views, validation_views = _target_views(prepared, shown_at, config, report)
@@ -137,14 +129,26 @@ def refine_file(
     if outputs is not None:
         title = f"{name}, {len(strokes):,} strokes of {prepared.texture.name}, {config.params}"
         camera = framed_camera(view, ViewConfig(size=config.size))
-        moment = None if moving is None else len(moving.motion.times) // 2
-        shown, result = _Shown(shown_at(moment), strokes, refined, camera, moment), report.result
-        report.write(
-            outputs,
-            lambda path: write_plot(result, _pictures(shown, drawing), path, title),
-            stage="report",
-        )
+        moment = None if prepared.moving is None else len(prepared.moving.motion.times) // 2
+        shown = _Shown(shown_at(moment), strokes, refined, camera, moment, drawing)
+        result = report.result
+        report.write(outputs, lambda path: write_plot(result, shown.pictures(), path, title), stage="report")
     return report
+
+
+def _inputs(files: SceneFiles | None, paint: PaintConfig, config: RefineConfig) -> tuple[Path, ...]:
+    """All files that are read."""
+    extras = [path for path in (config.style, config.vgg_weights) if path is not None]
+    extras += () if config.where is None else config.where.files
+    return (*input_files(files, paint), *extras)
+
+
+def _drawing(prepared: Prepared) -> "Drawing":
+    from brushgs.refine.fit import Drawing
+
+    moving = prepared.moving
+    motion, takes_light = (None, True) if moving is None else (moving.motion, moving.takes_light)
+    return Drawing.of(prepared.texture, prepared.options, motion, takes_light=takes_light)
 
 
 def refine_strokes(
@@ -219,14 +223,17 @@ def refine_strokes(
             tuple(curve.losses),
             tuple(curve.scores),
         )
-        figures = report.result.as_dict()
-        stage.counts = {
-            name: figures[name] for name in ("params", "moved", "psnr_before", "psnr_after", "stopped")
-        }
-        stage.counts |= {f"curve_{name}": figures[name] for name in ("steps", "seconds", "losses", "scores")}
+        stage.counts = _counts(report.result)
         if not moves.all():
             stage.skipped.append(f"{int((~moves).sum()):,} strokes outside {config.where}: not touched")
     return refined
+
+
+def _counts(result: Refinement) -> dict[str, Any]:
+    """The figures of a stage."""
+    figures = result.as_dict()
+    counts = {name: figures[name] for name in ("params", "moved", "psnr_before", "psnr_after", "stopped")}
+    return counts | {f"curve_{name}": figures[name] for name in ("steps", "seconds", "losses", "scores")}
 
 
 def _open_style(path: Path, report: Report) -> PaintingStyle:
@@ -266,7 +273,7 @@ def _recolored(
 def _in_style(
     prepared: Prepared,
     moves: Mask | None,
-    learnt: PaintingStyle,
+    learnt: PaintingStyle | None,
     shown_at: Callable[[int | None], Gaussians],
     paint: PaintConfig,
     config: RefineConfig,
@@ -277,8 +284,8 @@ def _in_style(
 
     The style file beside the output is written.
     """
-    marks = learnt.style.marks
-    if marks is None or prepared.texture.kind != "image":
+    marks = None if learnt is None or config.params == "colour" else learnt.style.marks
+    if learnt is None or marks is None or prepared.texture.kind != "image":
         return prepared, moves, False
     from brushgs.refine.in_style import lay_in_style, style_beside
 
@@ -350,18 +357,18 @@ class _Shown:
     after: Gaussians
     camera: Camera
     moment: int | None  # of a clip
+    drawing: "Drawing"
 
+    def pictures(self) -> dict[str, Array]:
+        """The strokes before and after, and the plain picture, from one camera."""
+        from brushgs.refine.distil import BACKGROUND
+        from brushgs.refine.targets import TargetView
 
-def _pictures(shown: _Shown, drawing: "Drawing") -> dict[str, Array]:
-    """The strokes before and after, and the plain picture, from one camera."""
-    from brushgs.refine.distil import BACKGROUND
-    from brushgs.refine.targets import TargetView
-
-    plain = TargetView.of(shown.scene, shown.camera).over(BACKGROUND)
-    return {
-        name: drawing.frame(strokes, shown.camera, shown.moment).over(BACKGROUND)
-        for name, strokes in (("before", shown.before), ("after", shown.after))
-    } | {"plain": plain.numpy()}
+        plain = TargetView.of(self.scene, self.camera).over(BACKGROUND)
+        return {
+            name: self.drawing.frame(strokes, self.camera, self.moment).over(BACKGROUND)
+            for name, strokes in (("before", self.before), ("after", self.after))
+        } | {"plain": plain.numpy()}
 
 
 def _settings(

@@ -142,11 +142,7 @@ def rasterize_backward(
             the trace is of other boxes.
     """
     brush_set = BrushSet.of(texture)
-    if boxes.softness is not None and brush_set.kind == "image":
-        raise ValueError('rasterize_backward: boxes must have no softness; project with order="depth"')
-    if with_coverage and brush_set.kind != "image":
-        raise ValueError(f"rasterize_backward: the built-in kernel {brush_set.kind!r} has no coverage")
-    check_streaks("rasterize_backward", streaks)
+    _check_derivable(boxes, brush_set, streaks, with_coverage=with_coverage)
     streaks = streaks if brush_set.kind == "image" else 0.0
     levels = levels_for("rasterize_backward", boxes, brush_set, filter) if trace is None else trace.levels
     given = {name: v for name, v in (v_layers or {}).items() if v is not None}
@@ -155,10 +151,8 @@ def rasterize_backward(
         for name in BOX_COLUMNS
         if name not in LAYER_COLUMNS.values()
     }
-    v_attributes: dict[str, Any] = {
-        name: np.empty_like(attribute) if name in given else np.zeros_like(attribute)
-        for name, attribute in boxes.attributes().items()
-    }
+    attributes = boxes.attributes()
+    v_attributes = {name: np.empty_like(attributes[name]) for name in given}
     v_texels = [np.zeros(shape) for shape in levels.shapes] if with_coverage else []
     _core.rasterize_backward(
         kernel=kernel_of(brush_set, filter),
@@ -181,9 +175,18 @@ def rasterize_backward(
         v_alpha=v_alpha,
         v_layers=list(given.values()),
         **{f"v_{name}": gradient for name, gradient in gradients.items()},
-        v_attributes=[v_attributes[name] for name in given],
+        v_attributes=list(v_attributes.values()),
         v_texels=v_texels,
     )
-    gradients |= {LAYER_COLUMNS[name]: v for name, v in v_attributes.items()}
+    for name, attribute in attributes.items():
+        gradients[LAYER_COLUMNS[name]] = v_attributes.get(name, np.zeros_like(attribute))
     coverages = coverage_gradients(brush_set, levels, v_texels) if with_coverage else ()
     return BoxGradients(**gradients, coverages=coverages)
+
+
+def _check_derivable(boxes: Boxes, brush_set: BrushSet, streaks: float, *, with_coverage: bool) -> None:
+    if boxes.softness is not None and brush_set.kind == "image":
+        raise ValueError('rasterize_backward: boxes must have no softness; project with order="depth"')
+    if with_coverage and brush_set.kind != "image":
+        raise ValueError(f"rasterize_backward: the built-in kernel {brush_set.kind!r} has no coverage")
+    check_streaks("rasterize_backward", streaks)

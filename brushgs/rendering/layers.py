@@ -57,13 +57,7 @@ class Maker(Protocol):
 
 def with_layers(view: PaintedView, wanted: "Wanted") -> Frame:
     """The frame of a view with what is wanted; a layer that it cannot have is left out."""
-    frame, layers = view.frame, dict[str, Layer](paint=view.coverage)
-    if "depth" in wanted.layers and frame.depth is not None:
-        layers["depth"] = frame.depth
-    if "height" in wanted.layers and frame.height is not None:
-        layers["height"] = frame.height
-    if "unlit" in wanted.layers:
-        layers["unlit"] = np.concatenate([view.unlit.rgb, view.unlit.alpha[..., None]], axis=2)
+    frame, layers = view.frame, _picture_layers(view, wanted)
     if not wanted.needs_strokes:
         return replace(frame, layers=layers)
     marks = Marks(view.laid, view.camera, frame.rgb.dtype)
@@ -81,6 +75,17 @@ def with_layers(view: PaintedView, wanted: "Wanted") -> Frame:
         layers["normal"] = normal.normals
     layers |= places.planes | {name: matte.result() for name, matte in mattes.items()}
     return replace(frame, layers=layers, deep=None if deep is None else deep.result())
+
+
+def _picture_layers(view: PaintedView, wanted: "Wanted") -> dict[str, Layer]:
+    """Those that painting made beside the picture."""
+    frame, layers = view.frame, dict[str, Layer](paint=view.coverage)
+    for name, plane in (("depth", frame.depth), ("height", frame.height)):
+        if name in wanted.layers and plane is not None:
+            layers[name] = plane
+    if "unlit" in wanted.layers:
+        layers["unlit"] = np.concatenate([view.unlit.rgb, view.unlit.alpha[..., None]], axis=2)
+    return layers
 
 
 def _mattes(view: PaintedView, marks: Marks, wanted: "Wanted") -> dict[str, MatteMaker]:

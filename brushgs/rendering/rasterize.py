@@ -242,13 +242,7 @@ class RasterArguments:
         if filter not in get_args(Filter):
             known = ", ".join(get_args(Filter))
             raise ValueError(f"rasterize: filter must be one of {known}, got {filter!r}")
-        for name, side in (("height", height), ("width", width)):
-            if not 1 <= side <= MAX_SIDE:
-                raise ValueError(f"rasterize: {name} must be in 1 to {MAX_SIDE} pixels, got {side}")
-        if width * height > MAX_PIXELS:
-            raise ValueError(
-                f"rasterize: width x height must be at most {MAX_PIXELS} pixels, got {width} x {height}"
-            )
+        _check_size(height, width)
         if not 0 <= min_transmittance < 1:
             raise ValueError(f"rasterize: min_transmittance must be in [0, 1), got {min_transmittance}")
         check_streaks("rasterize", streaks)
@@ -281,6 +275,16 @@ class RasterArguments:
                 **depth_test,
             ),
         }
+
+
+def _check_size(height: int, width: int) -> None:
+    for name, side in (("height", height), ("width", width)):
+        if not 1 <= side <= MAX_SIDE:
+            raise ValueError(f"rasterize: {name} must be in 1 to {MAX_SIDE} pixels, got {side}")
+    if width * height > MAX_PIXELS:
+        raise ValueError(
+            f"rasterize: width x height must be at most {MAX_PIXELS} pixels, got {width} x {height}"
+        )
 
 
 def box_arrays(boxes: Boxes, attributes: Iterable[Array], *, colors: Array, **given: Any) -> Any:

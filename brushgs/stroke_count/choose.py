@@ -174,7 +174,7 @@ def choose_for_view_model(
     refused, and where the sampled counts do not reach it the count is N.
     """
     num = len(gaussians)
-    rule: Rule = "psnr" if psnr is not None else "size" if size is not None else "knee"
+    rule = _rule_of(psnr, size)
     # Of a still's knee the error is that of clustering, see `curve`.
     is_still = rule == "knee" and cost == "painting"
     samples, of_error = [], view_model.of_kernel if is_still else view_model
@@ -207,6 +207,12 @@ def choose_for_view_model(
     error = value_at(counts, np.minimum.accumulate(errors), chosen)
     expected = psnr_of(error) if bend is None else bend.psnr
     return Choice(chosen, rule, expected, value_at(counts, sizes, chosen), bend, curve, sizes)
+
+
+def _rule_of(psnr: float | None, size: float | None) -> Rule:
+    if psnr is not None:
+        return "psnr"
+    return "knee" if size is None else "size"
 
 
 def knee_by_cells(curve: ErrorCurve) -> Knee:

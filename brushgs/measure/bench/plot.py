@@ -45,19 +45,33 @@ def _draw_family(axes: "Axes", family: Family, kind: str, knee: Knee | None) -> 
     """
     errors = [255 * point.error.rmse for point in family.points]
     above = [error for error in errors if error > 0]
-    floor = FLOOR * min(above, default=1.0)
-    is_wide = bool(above) and (max(above) / min(above) > WIDE)
-    shown = {id(p): max(e, floor) if is_wide else e for p, e in zip(family.points, errors, strict=True)}
-    clusters = [point for point in family.points if point.clustering is not None]
-    names = dict.fromkeys(point.series for point in family.points)
-    for number, series in enumerate(names):
-        points = [point for point in family.points if point.series == series]
+    smallest = min(above, default=1.0)
+    is_wide = max(above, default=1.0) / smallest > WIDE
+    floor = FLOOR * smallest if is_wide else 0.0
+    shown = {id(point): max(error, floor) for point, error in zip(family.points, errors, strict=True)}
+    clusters = [(_ms(p, kind), 255 * p.clustering) for p in family.points if p.clustering is not None]
+    by_series: dict[str, list[Point]] = {}
+    for point in family.points:
+        by_series.setdefault(point.series, []).append(point)
+    for number, (series, points) in enumerate(by_series.items()):
         name = "total" if clusters else series
         _draw_series(axes, points, kind, shown, COLORS[number % len(COLORS)], name)
     if clusters:
-        x, y = [_ms(point, kind) for point in clusters], [255 * (p.clustering or 0.0) for p in clusters]
+        x, y = zip(*clusters, strict=True)
         axes.plot(x, y, "-s", color=VERMILION, linewidth=1.0, markersize=2.5, label="clustering")
         axes.axhline(errors[-1], color=GREEN, linewidth=1.0, linestyle="--", label="brush, all Gaussians")
+    _draw_front(axes, family, kind, shown)
+    _label_axes(
+        axes, family, kind, None if is_wide else max([*errors, *(error for _, error in clusters), 1e-9])
+    )
+    axes.margins(x=0.16)
+    if len(by_series) > 1 or clusters:
+        axes.legend(fontsize=6, frameon=False)
+    if knee is not None:
+        _draw_knee(axes, family, kind, knee)
+
+
+def _draw_front(axes: "Axes", family: Family, kind: str, shown: dict[int, float]) -> None:
     front = family.front(kind)
     axes.plot(
         [_ms(point, kind) for point in front],
@@ -68,21 +82,20 @@ def _draw_family(axes: "Axes", family: Family, kind: str, knee: Knee | None) -> 
         drawstyle="steps-post",
         zorder=1,
     )
+
+
+def _label_axes(axes: "Axes", family: Family, kind: str, largest: float | None) -> None:
+    """Names and scales of the axes, up to the largest error; logarithmic if that is None."""
     cost = "a whole painting" if kind == "painting" else family.cost
     label(axes, f"ms of {cost}", "RMSE (of 255)", family.title)
     costs = [_ms(point, kind) for point in family.points]
     if max(costs) > 2 * min(costs):
         axes.set_xscale("log")
         _plain_ticks(axes.xaxis)
-    if is_wide:
+    if largest is None:
         axes.set_yscale("log")
     else:
-        axes.set_ylim(0, 1.15 * max([*errors, *(255 * (p.clustering or 0.0) for p in clusters), 1e-9]))
-    axes.margins(x=0.16)
-    if len(names) > 1 or clusters:
-        axes.legend(fontsize=6, frameon=False)
-    if knee is not None:
-        _draw_knee(axes, family, kind, knee)
+        axes.set_ylim(0, 1.15 * largest)
 
 
 def _draw_series(

@@ -5,7 +5,6 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from brushgs.brushes.brush_set import Brushes
 from brushgs.measure.report import (
     ExperimentReport,
     check_opaque_background,
@@ -95,11 +94,8 @@ def report_stability(
     files: SceneFiles = (scene.source or IN_MEMORY) if isinstance(scene, Clip) else scene
     outputs = report.plan_outputs(output, input_files(files, paint), wants_plot=wants_plot)
     check_opaque_background(paint.draw.background)
-    of_clip = clip is not None and truth is None
-    if clip is not None and of_clip and not clip.scene.has_rows and clip.file_times() is None:
-        raise ValueError(NO_FLOW)
-    if clip is not None and clip.config.cross_fade is not None:
-        raise ValueError(TWO_MOMENTS)
+    if clip is not None:
+        _check_clip(clip, has_truth=truth is not None)
     paint_anyhow = replace(paint, draw=replace(paint.draw, lock=None))
     prepared = prepare(
         scene,
@@ -109,45 +105,9 @@ def report_stability(
         views=path,
         check_path=lambda planned: check_cameras(planned.closed if clip is None else planned.cameras),
     )
-    planned, moving = prepared.path, prepared.moving
-    strokes: Gaussians = prepared.strokes
-    texture: Brushes = prepared.texture
+    comparison = _compared(prepared, paint_anyhow, clip, truth, has_alone=not config.skip_alone)
+    planned = prepared.path
     assert planned is not None
-    assert prepared.background is not None
-    whole = prepared.whole_scene
-    known: MovingScene | EstimatedMotion | None = truth
-    if moving is not None and of_clip:
-        known = moving.scene if moving.scene.has_rows else _estimated(prepared)
-    elif clip is not None and not clip.scene.has_rows:
-        whole = replace(whole, ids=None)  # they are no rows of the truth
-
-    painting = None if is_bare(prepared.painting) else prepared.painting
-
-    def remake(gaussians: Gaussians, camera: Camera) -> "Prepared":
-        alone = replace(paint_anyhow, clean=CleanConfig("off"))
-        return prepare(
-            gaussians, alone, Report(), views=camera, asks=STROKES if painting is None else PICTURE
-        )
-
-    options, background = prepared.options, prepared.background
-    if painting is not None:
-        coat, ground = main_coat(painting), behind(painting)
-        strokes, texture, options = coat.strokes, coat.texture, coat.options
-        background = background if ground is None else ground
-    comparison = Comparison(
-        whole,
-        strokes,
-        planned.closed if moving is None else planned.cameras,
-        texture,
-        options,
-        background,
-        fps=planned.fps,
-        moving=moving,
-        truth=known,
-        is_loop=planned.is_loop,
-        remake=None if config.skip_alone else remake,
-        painting=painting,
-    )
     of_path = {} if path is None else plain_config(path)
     report.settings = plain_paint(files, paint) | {
         "path": of_path | {"source": planned.source},
@@ -158,9 +118,59 @@ def report_stability(
     }
     report.result = result = _measure(comparison, len(planned.cameras), config, make_extra_painters, report)
     report.output = str(output)
-    title = f"{SceneSource.of(files).name}, {len(strokes):,} strokes of {texture.name}, {planned.source}"
+    strokes = f"{len(comparison.strokes):,} strokes of {comparison.texture.name}"
+    title = f"{SceneSource.of(files).name}, {strokes}, {planned.source}"
     report.write(outputs, lambda file: write_plot(result, file, title))
     return report
+
+
+def _check_clip(clip: Clip, *, has_truth: bool) -> None:
+    if not has_truth and not clip.scene.has_rows and clip.file_times() is None:
+        raise ValueError(NO_FLOW)
+    if clip.config.cross_fade is not None:
+        raise ValueError(TWO_MOMENTS)
+
+
+def _compared(
+    prepared: "Prepared", paint: PaintConfig, clip: Clip | None, truth: MovingScene | None, *, has_alone: bool
+) -> Comparison:
+    """The scene, and its strokes or the whole painting of a look; with frames alone if these are compared."""
+    planned, moving, whole = prepared.path, prepared.moving, prepared.whole_scene
+    assert planned is not None
+    assert prepared.background is not None
+    known: MovingScene | EstimatedMotion | None = truth
+    if moving is not None and truth is None:
+        known = moving.scene if moving.scene.has_rows else _estimated(prepared)
+    elif clip is not None and not clip.scene.has_rows:
+        whole = replace(whole, ids=None)  # they are no rows of the truth
+
+    painting = None if is_bare(prepared.painting) else prepared.painting
+
+    def remake(gaussians: Gaussians, camera: Camera) -> "Prepared":
+        alone = replace(paint, clean=CleanConfig("off"))
+        return prepare(
+            gaussians, alone, Report(), views=camera, asks=STROKES if painting is None else PICTURE
+        )
+
+    comparison = Comparison(
+        whole,
+        prepared.strokes,
+        planned.closed if moving is None else planned.cameras,
+        prepared.texture,
+        prepared.options,
+        prepared.background,
+        fps=planned.fps,
+        moving=moving,
+        truth=known,
+        is_loop=planned.is_loop,
+        remake=remake if has_alone else None,
+        painting=painting,
+    )
+    if painting is None:
+        return comparison
+    coat, ground = main_coat(painting), behind(painting)
+    comparison = replace(comparison, strokes=coat.strokes, texture=coat.texture, options=coat.options)
+    return comparison if ground is None else replace(comparison, background=ground)
 
 
 def _estimated(prepared: "Prepared") -> "EstimatedMotion":

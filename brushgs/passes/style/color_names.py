@@ -62,10 +62,8 @@ def _grey_name(lightness: float, chroma: float, hue: float) -> str:
 
 
 def _toned(family: str, lightness: float, chroma: float) -> str:
-    if lightness < 0.48 and family in _BROWNS and not (family == "red" and chroma > 0.11):
-        return ("deep " if lightness < 0.30 else "") + _BROWNS[family]
     if lightness < 0.48:
-        return ("dark " if chroma < 0.06 or lightness < 0.22 else "deep ") + family
+        return _dark_name(family, lightness, chroma)
     if lightness > 0.80 and family in _PALES and chroma < 0.11:
         return ("pale " if chroma < 0.05 else "") + _PALES[family]
     if lightness < 0.74 and family in _EARTHS and chroma < 0.145:
@@ -73,3 +71,9 @@ def _toned(family: str, lightness: float, chroma: float) -> str:
     if lightness > 0.74:
         return ("pale " if chroma < 0.07 else "light " if chroma < 0.16 else "bright ") + family
     return ("muted " if chroma < 0.06 else "bright " if chroma > 0.17 else "") + family
+
+
+def _dark_name(family: str, lightness: float, chroma: float) -> str:
+    if family in _BROWNS and not (family == "red" and chroma > 0.11):
+        return ("deep " if lightness < 0.30 else "") + _BROWNS[family]
+    return ("dark " if chroma < 0.06 or lightness < 0.22 else "deep ") + family

@@ -127,34 +127,10 @@ class _Search:
 
 
 def _grown(search: _Search, x: int, y: int) -> _Mark | None:
-    from scipy.ndimage import binary_fill_holes, label
-
-    lab, typical, tolerance = search.lab, search.typical, search.tolerance
-
-    reach = int(np.ceil(LENGTHS[1] * typical[0])) + 2
-    top, left = max(y - reach, 0), max(x - reach, 0)
-    window = lab[:, top : y + reach + 1, left : x + reach + 1]
-    i, j = y - top, x - left
-    color = np.median(window[:, max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2], axis=(1, 2))
-    distance = np.sqrt(((window - color[:, None, None]) ** 2).sum(axis=0))
-    is_near = distance < tolerance
-    if search.is_soft:
-        across, down = np.arange(window.shape[2]) - j, np.arange(window.shape[1]) - i
-        is_near &= across**2 + down[:, None] ** 2 < (SOFT_REACH * typical[0]) ** 2
-    labels, _ = label(is_near)
-    if labels[i, j] == 0:
+    region = _region(search, x, y)
+    if region is None:
         return None
-    inside = labels == labels[i, j]
-    search.is_taken[top : y + reach + 1, left : x + reach + 1] |= inside
-    touches = inside[0].any() or inside[-1].any() or inside[:, 0].any() or inside[:, -1].any()
-    count = int(inside.sum())
-    if touches or count < max(LEAST_PIXELS, 0.15 * typical.prod()) or count > 2.5 * typical.prod():
-        return None
-    bounds = tuple(
-        slice(max(ends[0] - MARGIN, 0), ends[-1] + MARGIN + 1)
-        for ends in (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
-    )
-    inside, distance = np.asarray(binary_fill_holes(inside[bounds])), distance[bounds]
+    (inside, distance, corner), typical, tolerance = region, search.typical, search.tolerance
     rows, columns = np.nonzero(inside)
     places = np.stack([columns, rows]).astype(np.float64)
     center = places.mean(axis=1)
@@ -177,7 +153,6 @@ def _grown(search: _Search, x: int, y: int) -> _Mark | None:
     contrast = float(np.mean(distance[ring] > 2 * tolerance)) if ring.any() else 0.0
     typicality = np.exp(-0.5 * (np.log(ratios) ** 2).sum() / 0.4**2)
     score = float(solid * (1.0 if search.is_soft else contrast) * (0.5 + 0.5 * typicality))
-    corner = np.array([left + bounds[1].start, top + bounds[0].start], np.float64)
     return _Mark(
         score,
         center + corner,
@@ -192,6 +167,41 @@ def _grown(search: _Search, x: int, y: int) -> _Mark | None:
         SOFT_EDGE if search.is_soft else EDGE,
         1.0 if search.is_soft else FULL,
     )
+
+
+def _region(search: _Search, x: int, y: int) -> tuple[Mask, F32, F64] | None:
+    """Paint of one colour around a place: where it is, how far colours are from it, and the corner (x, y).
+
+    None where it is too small or too large for a mark.
+    """
+    from scipy.ndimage import binary_fill_holes, label
+
+    typical = search.typical
+    reach = int(np.ceil(LENGTHS[1] * typical[0])) + 2
+    top, left = max(y - reach, 0), max(x - reach, 0)
+    window = search.lab[:, top : y + reach + 1, left : x + reach + 1]
+    i, j = y - top, x - left
+    color = np.median(window[:, max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2], axis=(1, 2))
+    distance = np.sqrt(((window - color[:, None, None]) ** 2).sum(axis=0))
+    is_near = distance < search.tolerance
+    if search.is_soft:
+        across, down = np.arange(window.shape[2]) - j, np.arange(window.shape[1]) - i
+        is_near &= across**2 + down[:, None] ** 2 < (SOFT_REACH * typical[0]) ** 2
+    labels, _ = label(is_near)
+    if labels[i, j] == 0:
+        return None
+    inside = labels == labels[i, j]
+    search.is_taken[top : y + reach + 1, left : x + reach + 1] |= inside
+    touches = inside[0].any() or inside[-1].any() or inside[:, 0].any() or inside[:, -1].any()
+    count = int(inside.sum())
+    if touches or count < max(LEAST_PIXELS, 0.15 * typical.prod()) or count > 2.5 * typical.prod():
+        return None
+    bounds = tuple(
+        slice(max(ends[0] - MARGIN, 0), ends[-1] + MARGIN + 1)
+        for ends in (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
+    )
+    corner = np.array([left + bounds[1].start, top + bounds[0].start], np.float64)
+    return np.asarray(binary_fill_holes(inside[bounds])), distance[bounds], corner
 
 
 def _ring(inside: Mask) -> Mask:

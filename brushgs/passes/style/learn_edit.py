@@ -105,7 +105,7 @@ def learn_from_colors(
         log_steps: [n] by how much the logarithms of their sizes grew; None for not at all.
         num_bumps: see `learn_edit`.
     """
-    weights = np.minimum(weights, np.quantile(weights, LARGEST_SHARE)) if weights.any() else weights
+    weights = np.minimum(weights, np.quantile(weights, LARGEST_SHARE))
     weights = weights if weights.any() else np.ones(len(rows))
     fit = fit_affine(before, after, weights)
     left = (after - before @ fit.affine[:, :3].T - fit.affine[:, 3]) * fit.known
