@@ -174,7 +174,7 @@ def _groups(pairs: Sequence[tuple[Job, Task]], num_processes: int) -> list[Seque
         scenes = getattr(args, "scene", None) or [job.number]  # a job without a scene is alone
         name = tuple(map(str, scenes if isinstance(scenes, list) else [scenes]))
         of_scene.setdefault(name, []).append((job, task))
-    num_parts = max(1, num_processes // len(of_scene))
+    num_parts = max(1, num_processes // max(len(of_scene), 1))
     found = (group[part::num_parts] for group in of_scene.values() for part in range(num_parts))
     return [group for group in found if group]
 

@@ -199,6 +199,14 @@ def test_jobs_of_one_scene_load_it_once_and_paint_what_each_paints_alone(made, t
     assert (tmp_path / "alone.png").read_bytes() == (tmp_path / "out" / NAMES[-1]).read_bytes()
 
 
+def test_a_batch_of_which_all_is_done_runs_nothing(made, capsys):
+    folder, _ = made
+    (folder / "done.toml").write_text(JOBS.replace("out/", "again/").replace("plain", "charcoal"))
+    assert batch(capsys, folder / "done.toml", "--quiet")[0] == 0
+    code, out, _ = batch(capsys, folder / "done.toml", "--resume", "--json")
+    assert (code, [job["state"] for job in json.loads(out)["jobs"]]) == (0, ["skipped"] * 6)
+
+
 DIES = """
 import json, os, sys
 for words, folder in json.load(sys.stdin):
