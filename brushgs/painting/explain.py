@@ -88,7 +88,7 @@ class _Explanation:
             for one in step.rule.takes:
                 self._visit(one, runs, why)
             try:
-                reason = step.rule.why(**{one: self._value(one) for one in step.rule.takes})
+                reason = step.rule.reason(self._value)
             except _UnknownError as unknown:
                 if runs == "yes":
                     runs, why = "undecided", f"decided when {unknown} is known"
@@ -127,10 +127,8 @@ class _Explanation:
             raise _UnknownError(name)
         rule = step.rule
         try:
-            if rule is not None and rule.why(**{one: self._value(one) for one in rule.takes}) is not None:
-                made = [self._value(one) if isinstance(one, str) else one for one in rule.instead]
-            else:
-                made = self._made(step)
+            is_skipped = rule is not None and rule.reason(self._value) is not None
+            made = rule.stand_ins(self._value) if rule is not None and is_skipped else self._made(step)
         except _UnknownError as unknown:
             self.unknown |= dict.fromkeys(step.makes, str(unknown))
             raise
@@ -152,4 +150,4 @@ class _Explanation:
         needs = {one: self._value(one) for one in step.needs if one not in step.later}
         result = step.run(**needs, **{one: later(one) for one in step.later})
         self.used[step.name] = used
-        return result if len(step.makes) > 1 else (result,)
+        return step.values_of(result)

@@ -213,7 +213,7 @@ def open_job(
     check_sun(config.light, is_film=isinstance(views, PathConfig), is_moving=isinstance(source, Clip))
     if (on_background and "background" in asks) or config.cluster.target is not None:
         check_background(config.draw.background)
-    memory = memory or held()
+    memory = memory or held() or NoMemory()
     inputs = {
         "config": config,
         "source": source,
@@ -223,7 +223,7 @@ def open_job(
         "report": report,
         "workers": workers,
         "check_path": check_path,
-        "memory": memory or NoMemory(),
+        "memory": memory,
     }
     inputs |= {name: getattr(config, one.name) for name, one in zip(CONFIGS, fields(config), strict=True)}
     more = ["growth"] if isinstance(views, GrowConfig) else []

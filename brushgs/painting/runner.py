@@ -95,6 +95,13 @@ class Memory:
         self._kept[step] = inputs, result
 
 
+class NoMemory(Memory):
+    """Makes every step, and keeps nothing."""
+
+    def keep(self, step: str, inputs: tuple[object, ...], result: object) -> None:
+        """Forget it."""
+
+
 _held: ContextVar[Memory | None] = ContextVar("held", default=None)
 
 
@@ -111,14 +118,6 @@ def holding(memory: Memory | None) -> Iterator[None]:
         yield
     finally:
         _held.reset(token)
-
-
-class NoMemory(Memory):
-    """Makes every step, and keeps nothing."""
-
-    def of(self, step: str, inputs: Sequence[object], make: Callable[[], T]) -> T:
-        """A new result."""
-        return make()
 
 
 def is_same(known: object, other: object) -> bool:
@@ -143,6 +142,14 @@ class Rule:
     why: Callable[..., str | None]
     takes: tuple[str, ...]
     instead: tuple[Any, ...]
+
+    def reason(self, value: Callable[[str], Any]) -> str | None:
+        """Why the step is not needed; `value` makes a value by its name."""
+        return self.why(**{one: value(one) for one in self.takes})
+
+    def stand_ins(self, value: Callable[[str], Any]) -> list[Any]:
+        """The values of the step without it."""
+        return [value(one) if isinstance(one, str) else one for one in self.instead]
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -197,6 +204,10 @@ class Step:
         """Names of all values that it may take, and its rule."""
         ruled = () if self.rule is None else (*self.rule.takes, *self.rule.sources)
         return tuple(dict.fromkeys((*ruled, *self.needs)))
+
+    def values_of(self, result: Any) -> Sequence[Any]:
+        """The values that a result of the function is."""
+        return result if len(self.makes) > 1 else (result,)
 
     @property
     def does(self) -> str:
@@ -306,7 +317,7 @@ class Job:
         self.steps, self.asked, self.inputs = steps, tuple(asked), dict(inputs)
         self.seconds: dict[str, float] = {}
         self.skipped: dict[str, str] = {}
-        self._memory, self._values = memory, dict(inputs)
+        self._memory, self._values = memory or NoMemory(), dict(inputs)
         self._waited = 0.0
         self._done: set[str] = set()  # names of steps that are through
         self._readers = Counter(self.asked)  # of values: steps that may still take them
@@ -329,8 +340,7 @@ class Job:
     def _value(self, name: str) -> Any:
         if name not in self._values:
             step = self.steps.step_of[name]
-            made = self._result(step)
-            for one, value in zip(step.makes, made if len(step.makes) > 1 else (made,), strict=True):
+            for one, value in zip(step.makes, self._results(step), strict=True):
                 if self._readers[one]:
                     self._values[one] = value
             self._finish(step)
@@ -348,25 +358,22 @@ class Job:
             if maker.name not in self._done and not any(self._readers[one] for one in maker.makes):
                 self._finish(maker)
 
-    def _result(self, step: Step) -> Any:
-        rule = step.rule
-        why = None if rule is None else rule.why(**{one: self._value(one) for one in rule.takes})
-        if rule is not None and why is not None:
+    def _results(self, step: Step) -> Sequence[Any]:
+        """The values that a step makes, made, kept, or what stands in for them."""
+        if step.rule is not None and (why := step.rule.reason(self._value)) is not None:
             self.skipped[step.name] = why
-            instead = [self._value(one) if isinstance(one, str) else one for one in rule.instead]
-            return instead if len(instead) > 1 else instead[0]
+            return step.rule.stand_ins(self._value)
         needs = {one: self._value(one) for one in step.needs if one not in step.later}
-        memory = self._memory if step.is_kept else None
-        if memory is not None:
-            known = memory.known(step.name)
-            if known is not None and self._is_unchanged(known[0], needs):
-                self.skipped[step.name] = "its result is kept"
-                return known[1]
-            del known
-            memory.forget(step.name)
-        return self._made(step, needs, memory)
+        memory = self._memory if step.is_kept else NoMemory()
+        known = memory.known(step.name)
+        if known is not None and self._is_unchanged(known[0], needs):
+            self.skipped[step.name] = "its result is kept"
+            return step.values_of(known[1])
+        del known
+        memory.forget(step.name)
+        return step.values_of(self._made(step, needs, memory))
 
-    def _made(self, step: Step, needs: dict[str, Any], memory: Memory | None) -> Any:
+    def _made(self, step: Step, needs: dict[str, Any], memory: Memory) -> Any:
         used: dict[str, Any] = {}  # what was asked for later is an input too
 
         def later(one: str) -> Later[Any]:
@@ -381,9 +388,8 @@ class Job:
         start, before = time.perf_counter(), self._waited
         result = step.run(**needs, **{one: later(one) for one in step.later})
         self.seconds[step.name] = time.perf_counter() - start - (self._waited - before)
-        if memory is not None:
-            inputs = {one: x for one, x in (needs | used).items() if one not in self.steps.services}
-            memory.keep(step.name, tuple(inputs.items()), result)
+        inputs = {one: x for one, x in (needs | used).items() if one not in self.steps.services}
+        memory.keep(step.name, tuple(inputs.items()), result)
         return result
 
     def _is_unchanged(self, known: tuple[Any, ...], needs: Mapping[str, Any]) -> bool:

@@ -14,7 +14,7 @@ from brushgs.options.look import Look
 from brushgs.options.painting import ErrorBudget, PaintConfig
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
-from brushgs.painting.runner import Job, Later, Memory, NoMemory, Steps, makes, unless
+from brushgs.painting.runner import Job, Later, Memory, NoMemory, Steps, holding, makes, unless
 from brushgs.painting.still import paint_view
 from brushgs.still_life import still_life
 from tests.passes.scenes import assert_same
@@ -296,3 +296,18 @@ def test_kept_results_never_change_a_painting(data):
         kept = prepare(SCENE, config, Report(), memory=memory)
         anew = prepare(SCENE, config, Report())
         assert np.array_equal(paint_view(kept, Report()).rgb, paint_view(anew, Report()).rgb)
+
+
+def test_a_held_memory_serves_jobs_that_are_given_none():
+    """A bench times whole paintings: it gives one that keeps nothing, also in a batch."""
+
+    def stages(memory=None):
+        report = Report()
+        prepare(SCENE, OIL, report, memory=memory)
+        return {stage.name for stage in report.stages}
+
+    with holding(Memory()):
+        whole = stages()
+        assert "clean" in whole - stages()
+        assert stages(NoMemory()) == whole
+    assert stages() == whole

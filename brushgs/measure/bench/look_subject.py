@@ -24,7 +24,7 @@ from brushgs.options.scene_source import SceneSource
 from brushgs.painting.backdrop import with_cut_edges
 from brushgs.painting.prepare import PICTURE, Prepared, prepare
 from brushgs.painting.report import Report
-from brushgs.painting.runner import Memory, Steps
+from brushgs.painting.runner import Memory, NoMemory, Steps
 from brushgs.painting.steps import PAINTING
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.plain import PlainViews, plain_views
@@ -181,7 +181,7 @@ class LookSubject:
     ) -> Prepared:
         """A painting in the same view; without a memory as `brushgs render` makes it, from the files on."""
         steps = PAINTING if change_views is None else _seen_otherwise(change_views)
-        return prepare(self.source, paint, Report(), asks=ASKS, memory=memory, steps=steps)
+        return prepare(self.source, paint, Report(), asks=ASKS, memory=memory or NoMemory(), steps=steps)
 
     def with_strokes(self, count: int) -> PaintConfig:
         """The options of the painting with another number of strokes."""

@@ -20,6 +20,7 @@ from brushgs.painting.background import Background, open_background
 from brushgs.painting.job_views import is_from_outside
 from brushgs.painting.prepare import STROKES, Prepared, prepare
 from brushgs.painting.report import Report
+from brushgs.painting.runner import NoMemory
 from brushgs.passes.cluster import Grouping, group
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.scene import Camera, FirstView, Frame, Gaussians
@@ -161,7 +162,7 @@ class Subject:
     def painting(self, count: int) -> Frame:
         """A whole painting of `count` strokes, from the scene file to the frame."""
         paint = replace(self.paint, cluster=replace(self.paint.cluster, strokes=count))
-        prepared = prepare(self.source, paint, Report(), asks=STROKES)
+        prepared = prepare(self.source, paint, Report(), asks=STROKES, memory=NoMemory())
         return self.draw(prepared.strokes)
 
     def picture(self, frame: Frame) -> Array:
