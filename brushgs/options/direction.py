@@ -46,6 +46,11 @@ class Direction:
             raise ValueError(f"direction must be {FORMS}, got {text!r}; write {kind}:FILE")
         return cls(kind, Path(file) if colon else None)  # type: ignore[arg-type]  # checked there
 
+    @property
+    def needs_camera(self) -> bool:
+        """Whether it lies over the first picture."""
+        return self.kind in ("painting", "style")
+
     def __str__(self) -> str:
         """The text that `of` takes."""
         return self.kind if self.file is None else f"{self.kind}:{self.file}"

@@ -269,6 +269,11 @@ class LightConfig(_Part):
         """Whether the lamp stands in the scene, not with the canvas."""
         return self.key > 0 or self.sun is not None
 
+    @property
+    def has_day(self) -> bool:
+        """Whether the sun passes over the scene."""
+        return self.sun is not None and len(self.sun) == 4
+
 
 @dataclass(frozen=True)
 class MediaConfig(_Part):

@@ -282,12 +282,6 @@ class StrokesConfig:
         return cls.of(**PLAIN_STROKES)
 
     @property
-    def needs_camera(self) -> bool:
-        """Whether strokes depend on how the first picture is seen."""
-        is_masked = self.focus is not None and self.focus.mask is not None
-        return self.see == "views" or is_masked or self.direction.kind in ("painting", "style")
-
-    @property
     def files(self) -> tuple[Path, ...]:
         """The files that strokes are made from beside the scene."""
         mask = None if self.focus is None else self.focus.mask

@@ -94,7 +94,7 @@ def check_sun(light: LightConfig, *, is_film: bool, is_moving: bool) -> None:
     Raises:
         ValueError: saying what to do.
     """
-    if light.sun is None or len(light.sun) != 4:
+    if not light.has_day:
         return
     if is_moving:
         raise ValueError("sun must stand still over a scene that moves; give one azimuth and elevation")
@@ -106,7 +106,7 @@ def check_sun(light: LightConfig, *, is_film: bool, is_moving: bool) -> None:
 
 def suns_of(light: LightConfig, first_view: FirstView | None) -> F64 | None:
     """[K, 3] unit vectors toward the suns of a day, evenly spread; None where the light stands still."""
-    if light.sun is None or len(light.sun) != 4 or first_view is None:
+    if light.sun is None or not light.has_day or first_view is None:
         return None
     from brushgs.cameras.framing import camera_axes
 

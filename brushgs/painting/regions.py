@@ -122,7 +122,7 @@ class Regions:
     def needs_camera(self) -> bool:
         """Whether strokes depend on how the first picture is seen."""
         directions = (region.direction for region in self.regions)
-        return any(one is not None and one.kind in ("painting", "style") for one in directions)
+        return any(one is not None and one.needs_camera for one in directions)
 
     @property
     def recolors(self) -> bool:

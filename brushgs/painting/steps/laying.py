@@ -96,25 +96,29 @@ def followed(
 
 
 @anew
+def colored_ground(ground: "Surface | None", finished: Gaussians, changes: StrokeChanges) -> "Surface | None":
+    """What strokes are laid on, in changed colours, which are fitted to the finished strokes."""
+    return recolored_ground(ground, changes.colors.ground) if changes.colors.are_any else ground
+
+
+@anew
 def materials(
-    ground: "Surface | None",
     background: Background,
     strokes: Gaussians,
     texture: "BrushSet",
     options: "RenderOptions",
     painted_with: PaintConfig,
-    changes: StrokeChanges,
+    colored_ground: "Surface | None",
     lines: "Lines | None",
     line_brushes: "BrushSet | None",
 ) -> Materials:
     """What the medium makes its coats of."""
-    surface = recolored_ground(ground, changes.colors.ground) if changes.colors.are_any else ground
-    behind, config = shown_ground(surface, background), painted_with
+    behind, config = shown_ground(colored_ground, background), painted_with
     return Materials(strokes, texture, options, config.media, config.color, behind, lines, line_brushes)
 
 
 @anew
-@unless(lambda lighting: None if lighting.sun and len(lighting.sun) == 4 else "the light stands still")
+@unless(lambda lighting: None if lighting.has_day else "the light stands still")
 def suns(lighting: LightConfig, stance: FirstView | None) -> F64 | None:
     """[K, 3] toward the lamp during a day, world axes; None where it is not known how the scene stands."""
     return suns_of(lighting, stance)
@@ -197,17 +201,14 @@ def graded_strokes(
 @anew
 @makes("surface", "ground_changes")
 def graded_ground(
-    ground: "Surface | None", changes: StrokeChanges, values: "Values | None"
+    colored_ground: "Surface | None", changes: StrokeChanges, values: "Values | None"
 ) -> "tuple[Surface | None, list[Change]]":
     """What strokes are laid on, and what was done to its colours, in this order."""
-    done: list[Change] = []
-    if changes.colors.are_any:
-        done.append(changes.colors.ground)
-    if values is not None:
-        done.append(values.without_warmth.picture)
-    for change in done:
-        ground = recolored_ground(ground, change)
-    return ground, done
+    done: list[Change] = [changes.colors.ground] if changes.colors.are_any else []
+    if values is None:
+        return colored_ground, done
+    grade = values.without_warmth.picture
+    return recolored_ground(colored_ground, grade), [*done, grade]
 
 
 @anew

@@ -91,7 +91,7 @@ def field(
     direction: Direction, styles: Styles | None, cameras: Later[Sequence[Camera]]
 ) -> "FieldName | Guides | Marks | None":
     """Which way strokes run, as `orient` takes it."""
-    camera = cameras()[0] if direction.kind in ("painting", "style") else None
+    camera = cameras()[0] if direction.needs_camera else None
     if direction.kind == "style":
         return directions_of(styles, camera)
     from brushgs.passes.direction.open_field import open_field
