@@ -63,9 +63,11 @@ def _estimate(
     job: "Job", steps: "Sequence[Explained]", config: "PaintConfig", num: int, num_terms: int
 ) -> "Estimate":
     from brushgs.options.painting import DEFAULT_SIZE
+    from brushgs.painting.clip import Clip
     from brushgs.painting.estimate import estimate
 
-    views, num_frames = job.inputs["views"], 1
+    views, source = job.inputs["views"], job.inputs["source"]
+    num_frames = len(source.film().times) if isinstance(source, Clip) else 1
     for name in ("orbit", "num_frames", "frames"):
         num_frames = getattr(views, name, None) or num_frames
     return estimate(steps, num, num_terms, config.view.fixed_size or DEFAULT_SIZE, num_frames)

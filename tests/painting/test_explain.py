@@ -11,8 +11,10 @@ from brushgs.options.direction import Direction
 from brushgs.options.look import Look
 from brushgs.options.painting import CleanConfig, PaletteConfig, ViewConfig
 from brushgs.options.sequence import GrowConfig, PathConfig
+from brushgs.painting.estimate import SECONDS, estimate
 from brushgs.painting.prepare import PICTURE, STROKES, open_job
 from brushgs.painting.report import Report
+from brushgs.painting.steps import PAINTING
 from brushgs.still_life import still_life, still_life_camera
 from tests.scenes import save_upright
 
@@ -125,9 +127,11 @@ def test_what_cannot_be_explained_gets_one_sentence(file, capsys, words, sentenc
     assert sentence in err
 
 
-def test_an_estimate_is_more_for_more():
-    from brushgs.painting.estimate import estimate
+def test_only_steps_have_a_cost():
+    assert {*SECONDS} <= {step.name for step in PAINTING.step_of.values()}
 
+
+def test_an_estimate_is_more_for_more():
     steps = open_job(SCENE, config_of("oil"), Report()).explain(FACTS)
     least = estimate(steps, 10**5, 16, (640, 480))
     for more in (estimate(steps, 10**6, 16, (640, 480)), estimate(steps, 10**5, 16, (640, 480), 24)):
