@@ -26,26 +26,25 @@ if TYPE_CHECKING:
     from brushgs.io.scenes.encoding import Reading as Reading
     from brushgs.io.styles import load_style as load_style
     from brushgs.io.styles import save_style as save_style
-    from brushgs.moving_scene import MovingScene as MovingScene
     from brushgs.options.clip import ClipConfig as ClipConfig
     from brushgs.options.look import Look as Look
     from brushgs.options.moment import Moment as Moment
-    from brushgs.page.save import save as save
-    from brushgs.painting.cameras import frame_scene as frame_scene
-    from brushgs.painting.cameras import orbit as orbit
-    from brushgs.painting.cluster import cluster as cluster
-    from brushgs.painting.film import paint_film as paint_film
-    from brushgs.painting.learn_style import learn_style as learn_style
-    from brushgs.painting.styling import styled as styled
-    from brushgs.passes.broken_color import break_colors as break_colors
-    from brushgs.passes.choose_brushes import choose_brushes as choose_brushes
-    from brushgs.passes.clean import clean as clean
-    from brushgs.passes.direction.orient import orient as orient
-    from brushgs.passes.prune import prune as prune
-    from brushgs.passes.recolor import Palette as Palette
-    from brushgs.passes.recolor import recolor as recolor
-    from brushgs.passes.repaint import repaint as repaint
-    from brushgs.passes.solid import solidify as solidify
+    from brushgs.outlets.learn_style import learn_style as learn_style
+    from brushgs.outlets.page.save import save as save
+    from brushgs.passes.color.broken_color import break_colors as break_colors
+    from brushgs.passes.color.recolor import Palette as Palette
+    from brushgs.passes.color.recolor import recolor as recolor
+    from brushgs.passes.color.repaint import repaint as repaint
+    from brushgs.passes.form.choose_brushes import choose_brushes as choose_brushes
+    from brushgs.passes.form.orient import orient as orient
+    from brushgs.passes.form.solid import solidify as solidify
+    from brushgs.passes.reduce.clean import clean as clean
+    from brushgs.passes.reduce.prune import prune as prune
+    from brushgs.pipeline.cameras import frame_scene as frame_scene
+    from brushgs.pipeline.cameras import orbit as orbit
+    from brushgs.pipeline.cluster import cluster as cluster
+    from brushgs.pipeline.film import paint_film as paint_film
+    from brushgs.pipeline.styling import styled as styled
     from brushgs.rendering.light import Lamp as Lamp
     from brushgs.rendering.light import light as light
     from brushgs.rendering.plain import plain_views as plain_views
@@ -54,12 +53,13 @@ if TYPE_CHECKING:
     from brushgs.rendering.render import render as render
     from brushgs.rendering.render import render_sequence as render_sequence
     from brushgs.rendering.track import track as track
-    from brushgs.scene import Boxes as Boxes
-    from brushgs.scene import Camera as Camera
-    from brushgs.scene import Frame as Frame
-    from brushgs.scene import Gaussians as Gaussians
     from brushgs.stroke_count.choose import choose_strokes as choose_strokes
-    from brushgs.style import Style as Style
+    from brushgs.values.boxes import Boxes as Boxes
+    from brushgs.values.camera import Camera as Camera
+    from brushgs.values.frame import Frame as Frame
+    from brushgs.values.gaussians import Gaussians as Gaussians
+    from brushgs.values.moving import MovingScene as MovingScene
+    from brushgs.values.style import Style as Style
 
 _MODULES = {
     "brushes.brush_set": "BrushSet",
@@ -73,33 +73,36 @@ _MODULES = {
     "io.pictures.video": "save_video",
     "io.scenes.encoding": "Encoding Reading",
     "io.styles": "load_style save_style",
-    "moving_scene": "MovingScene",
     "options.clip": "ClipConfig",
     "options.look": "Look",
     "options.moment": "Moment",
-    "page.save": "save",
-    "painting.cameras": "frame_scene orbit",
-    "painting.cluster": "cluster",
-    "painting.film": "paint_film",
-    "painting.learn_style": "learn_style",
-    "painting.styling": "styled",
-    "passes.broken_color": "break_colors",
-    "passes.choose_brushes": "choose_brushes",
-    "passes.clean": "clean",
-    "passes.direction.orient": "orient",
-    "passes.prune": "prune",
-    "passes.recolor": "Palette recolor",
-    "passes.repaint": "repaint",
-    "passes.solid": "solidify",
+    "outlets.learn_style": "learn_style",
+    "outlets.page.save": "save",
+    "passes.color.broken_color": "break_colors",
+    "passes.color.recolor": "Palette recolor",
+    "passes.color.repaint": "repaint",
+    "passes.form.choose_brushes": "choose_brushes",
+    "passes.form.orient": "orient",
+    "passes.form.solid": "solidify",
+    "passes.reduce.clean": "clean",
+    "passes.reduce.prune": "prune",
+    "pipeline.cameras": "frame_scene orbit",
+    "pipeline.cluster": "cluster",
+    "pipeline.film": "paint_film",
+    "pipeline.styling": "styled",
     "rendering.light": "Lamp light",
     "rendering.plain": "plain_views",
     "rendering.project": "project",
     "rendering.rasterize": "rasterize",
     "rendering.render": "render render_sequence",
     "rendering.track": "track",
-    "scene": "Boxes Camera Frame Gaussians",
     "stroke_count.choose": "choose_strokes",
-    "style": "Style",
+    "values.boxes": "Boxes",
+    "values.camera": "Camera",
+    "values.frame": "Frame",
+    "values.gaussians": "Gaussians",
+    "values.moving": "MovingScene",
+    "values.style": "Style",
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 if not TYPE_CHECKING:  # type checkers take the imports above: they read only a literal list

@@ -32,13 +32,9 @@ from typing import Any, Self
 
 import numpy as np
 
-import brushgs.scene as scene
-from brushgs.arrays import F64, Array
 from brushgs.brushes.brush_set import Brush, BrushSet, Sigmas
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.colors import rgb_of
 from brushgs.options.choices import Filter, Order, ViewLock
-from brushgs.quats import quat_products, rotation_matrices
 from brushgs.rendering.backward import (
     BOX_COLUMNS,
     BoxGradients,
@@ -52,8 +48,15 @@ from brushgs.rendering.project import LOW_PASS, Directions, ProjectOptions, proj
 from brushgs.rendering.rasterize import rasterize as rasterize_arrays
 from brushgs.rendering.rasterize import rasterize_traced
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import GAUSSIAN_COLUMNS, LAYER_COLUMNS, Camera
-from brushgs.sh import C0
+from brushgs.values.arrays import F64, Array
+from brushgs.values.boxes import LAYER_COLUMNS
+from brushgs.values.boxes import Boxes as BoxArrays
+from brushgs.values.camera import Camera
+from brushgs.values.colors import rgb_of
+from brushgs.values.gaussians import GAUSSIAN_COLUMNS
+from brushgs.values.gaussians import Gaussians as GaussianArrays
+from brushgs.values.quats import quat_products, rotation_matrices
+from brushgs.values.sh import C0
 
 try:
     import torch
@@ -89,14 +92,14 @@ class Gaussians:
         _check_integers("Gaussians", brushes=(self.brushes, torch.uint8), ids=(self.ids, torch.int32))
 
     @classmethod
-    def of(cls, gaussians: scene.Gaussians, *, requires_grad: bool = False) -> Self:
+    def of(cls, gaussians: GaussianArrays, *, requires_grad: bool = False) -> Self:
         """Copies of the columns of a scene, in its dtype."""
         columns = (torch.tensor(getattr(gaussians, name)) for name in GAUSSIAN_COLUMNS)
         tensors = (column.requires_grad_(requires_grad) for column in columns)
         integers = {"brushes": _integers(gaussians.brushes), "ids": _integers(gaussians.ids)}
         return cls(*tensors, antialiased=gaussians.antialiased, **integers)
 
-    def numpy(self) -> scene.Gaussians:
+    def numpy(self) -> GaussianArrays:
         """The scene without gradients; it shares the memory of contiguous tensors.
 
         Raises:
@@ -104,7 +107,7 @@ class Gaussians:
         """
         columns = (_array(getattr(self, name)) for name in GAUSSIAN_COLUMNS)
         brushes, ids = (None if column is None else _array(column) for column in (self.brushes, self.ids))
-        return scene.Gaussians(*columns, antialiased=self.antialiased, brushes=brushes, ids=ids)
+        return GaussianArrays(*columns, antialiased=self.antialiased, brushes=brushes, ids=ids)
 
     def __len__(self) -> int:
         return len(self.means)
@@ -134,7 +137,7 @@ class Boxes:
         _check_integers("Boxes", ids=(self.ids, torch.int32), brushes=(self.brushes, torch.uint8))
 
     @classmethod
-    def of(cls, boxes: scene.Boxes, *, requires_grad: bool = False) -> Self:
+    def of(cls, boxes: BoxArrays, *, requires_grad: bool = False) -> Self:
         """Copies of the columns of boxes without softness, in their dtype.
 
         Raises:
@@ -411,7 +414,7 @@ class _Project(torch.autograd.Function):  # type: ignore[misc]
     ) -> tuple[Tensor, ...]:
         antialiased, brushes = constants
         rows = None if brushes is None else _array(brushes)
-        gaussians = scene.Gaussians(*map(_array, columns), antialiased=antialiased, brushes=rows)
+        gaussians = GaussianArrays(*map(_array, columns), antialiased=antialiased, brushes=rows)
         boxes, _ = project_by(gaussians, camera, options)
         optional = (name for name in ("setbacks", "brushes") if getattr(boxes, name) is not None)
         names = (*BOX_COLUMNS, "ids", *optional)
@@ -456,7 +459,7 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
         given = zip(("ids", "setbacks", "brushes"), constants, strict=True)
         arrays = {name: _array(c) for name, c in zip(BOX_COLUMNS, columns, strict=True)}
         arrays |= {name: _array(c) for name, c in given if c is not None}
-        boxes = scene.Boxes(**arrays)
+        boxes = BoxArrays(**arrays)
         ctx.trace = None
         if any(ctx.needs_input_grad):
             frame, ctx.trace = rasterize_traced(boxes, brush_set, **options)

@@ -12,8 +12,10 @@ if TYPE_CHECKING:
     from brushgs.options.look import Look
     from brushgs.options.painting import PaintConfig
     from brushgs.options.scene_source import SceneFiles
-    from brushgs.painting.report import Report
-    from brushgs.scene import Camera, Frame, Gaussians
+    from brushgs.pipeline.report import Report
+    from brushgs.values.camera import Camera
+    from brushgs.values.frame import Frame
+    from brushgs.values.gaussians import Gaussians
 
 OF_FILMS = "belongs to films; use `brushgs render`, or brushgs.paint_film"
 OF_FILES = "belongs to files; use `brushgs render`, or brushgs.save(frame, ...)"
@@ -22,7 +24,7 @@ NOT_HERE: Mapping[str, str] = {
     **dict.fromkeys(("path", "grow", "clip", "sequence", "output.codec"), OF_FILMS),
     **dict.fromkeys(("output", "views", "output.bits"), OF_FILES),
     **dict.fromkeys(("json", "quiet", "verbose"), "belongs to the command; give report="),
-    "explain": "paints nothing; use brushgs.painting.prepare.open_job(scene, config, report).explain()",
+    "explain": "paints nothing; use brushgs.pipeline.prepare.open_job(scene, config, report).explain()",
     "debug": "belongs to the command; errors here have their traceback",
     "config": 'belongs to the command; open the file with tomllib, and give its options as "**options"',
 }
@@ -70,7 +72,7 @@ def paint(
         Frame(320x180, depth, height)
     """
     from brushgs.options.painting import PaintConfig
-    from brushgs.painting import still
+    from brushgs.pipeline import still
 
     if isinstance(look, PaintConfig):
         if options:
@@ -93,7 +95,7 @@ def _parsed(
     from brushgs.cli.option_words import OptionError, option_words
     from brushgs.cli.parser import command_parser
     from brushgs.options.look import Look
-    from brushgs.scene import Gaussians
+    from brushgs.values.gaussians import Gaussians
 
     opened = look if isinstance(look, Look) else None
     if look is not None and opened is None:
@@ -129,7 +131,7 @@ def _source(scene: "Gaussians | SceneFiles", args: Namespace) -> "Gaussians | Sc
         ValueError: if it moves, and no moment is named.
     """
     from brushgs.options.scene_source import SceneSource
-    from brushgs.scene import Gaussians
+    from brushgs.values.gaussians import Gaussians
 
     if isinstance(scene, Gaussians):
         return scene

@@ -37,9 +37,9 @@ from rich.progress import track
 import brushgs as bg
 from brushgs.brushes.texture import builtin_names
 from brushgs.cli import main as brushgs
-from brushgs.layers import Matte
 from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
+from brushgs.values.layers import Matte
 
 LOOKS = "oil", "impressionist", "gouache", "watercolour", "charcoal", "ink"
 TONED, CREAM = "#2e2113", "#eadfc8"  # the background of the demo, and the labels on it

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 import brushgs as bg
-from brushgs.moving_scene import MovingScene
 from brushgs.options.clip import ClipConfig
 from brushgs.options.scene_source import SceneSource
-from brushgs.painting.clip import Clip
-from brushgs.quats import quat_products, rotation_matrices
-from brushgs.sh import C0
+from brushgs.pipeline.clip import Clip
+from brushgs.values.moving import MovingScene
+from brushgs.values.quats import quat_products, rotation_matrices
+from brushgs.values.sh import C0
 
 DURATION = 4 / 24  # seconds: five frames of a folder
 NUM_WALL, NUM_BODY = 220, 120

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from brushgs.passes.color_space import Space
+from brushgs.passes.color.color_space import Space
 
 LOST_STEP, LOST_WIDTH, CRISP_WIDTH = 6.0, 8.0, 2.0
 AWAY = 2.0  # pixels blurred at the distance from which a painting is seen

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from brushgs.arrays import check
+from brushgs.values.arrays import check
 
 
 def test_letters_are_bound_to_sizes():

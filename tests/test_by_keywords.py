@@ -7,7 +7,7 @@ import brushgs as bg
 from brushgs.cli import main
 from brushgs.io.pictures.images import read_image
 from brushgs.options.painting import PaintConfig
-from brushgs.painting.report import Report
+from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life
 from brushgs.still_life.moving import still_life_moving
 from tests.scenes import save_upright

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from brushgs.colors import flatten, rgb_of, split_alpha
 from brushgs.options.choices import COLORS
+from brushgs.values.colors import flatten, rgb_of, split_alpha
 
 PIXELS = np.random.default_rng(0).random((3, 5, 4), dtype=np.float32)
 

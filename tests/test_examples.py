@@ -17,7 +17,7 @@ import pytest
 
 import brushgs as bg
 import brushgs.cli
-import brushgs.painting.demo
+import brushgs.outlets.demo
 import brushgs.still_life.moving
 from brushgs.io.pictures.images import read_image
 from brushgs.still_life import still_life
@@ -35,7 +35,7 @@ def run(name, *words, monkeypatch):
     """Run an example as its own program, on a small still life."""
     small, moving = partial(still_life, 4000), partial(still_life_moving, 4000)
     monkeypatch.setattr(brushgs.still_life, "still_life", small)
-    monkeypatch.setattr(brushgs.painting.demo, "still_life", small)
+    monkeypatch.setattr(brushgs.outlets.demo, "still_life", small)
     monkeypatch.setattr(brushgs.still_life.moving, "still_life_moving", moving)
     monkeypatch.syspath_prepend(EXAMPLES)  # as Python does for a script
     monkeypatch.setattr(sys, "argv", [name, *map(str, words)])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.hashing import GOLDEN_32, hash_32, lattice
+from brushgs.values.hashing import GOLDEN_32, hash_32, lattice
 
 
 def mixed(bits: int) -> int:

@@ -4,12 +4,12 @@ import ast
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
-FOLDERS = "painting", "passes", "rendering"
+FOLDERS = "pipeline", "passes", "rendering"
 MAKERS = {"WeakKeyDictionary", "WeakValueDictionary", "ContextVar", "Counter", "dict", "list", "set"}
 KEPT = {
-    "painting/runner.py _held": "the memory that a batch gives to its jobs",
-    "painting/where.py _finder": "a CLIP model, opened once; by its folder",
-    "passes/color_space.py _curves": "numbers that follow from constants",
+    "pipeline/runner.py _held": "the memory that a batch gives to its jobs",
+    "pipeline/where.py _finder": "a CLIP model, opened once; by its folder",
+    "passes/color/color_space.py _curves": "numbers that follow from constants",
     "passes/where/evaluate.py _known": "of a scene and a view, and gone with these",
     "rendering/relief.py _at_rest": "of strokes that moved those at rest, whichever frame came first",
     "rendering/relief.py _cache": "of strokes, and gone with them; by all that it depends on",

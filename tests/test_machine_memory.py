@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from brushgs import machine_memory as module
-from brushgs.machine_memory import machine_memory
+from brushgs.core import memory as module
+from brushgs.core.memory import machine_memory
 
 
 @pytest.mark.skipif(not hasattr(os, "sysconf"), reason="the system tells nothing")

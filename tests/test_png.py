@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from PIL import Image
 
-from brushgs.png import png_bytes
+from brushgs.values.png import png_bytes
 
 
 @settings(max_examples=40, deadline=None)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from brushgs.quats import (
+from brushgs.values.quats import (
     conjugates,
     normalized,
     quat_products,

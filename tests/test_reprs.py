@@ -4,7 +4,7 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.rendering.plain import PlainViews
-from brushgs.style import NamedColor, StyleMarks, StylePalette
+from brushgs.values.style import NamedColor, StyleMarks, StylePalette
 
 
 def test_strokes_and_sets_are_named():

@@ -10,8 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
-from brushgs.threads import at_most
+from brushgs.core.threads import at_most
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 
 N = 6
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from brushgs.sh import sh_basis, sh_rotation
+from brushgs.values.sh import sh_basis, sh_rotation
 
 
 @pytest.mark.parametrize("degree", range(4))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from brushgs.signals import STOP_SIGNALS, defer_stop
+from brushgs.core.signals import STOP_SIGNALS, defer_stop
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -75,7 +75,7 @@ left = {place}
 
 def trace(frame, event, arg):
     global left
-    if "brushgs.native" in sys.modules and frame.f_code.co_filename.endswith("enum.py"):
+    if "brushgs.core.native" in sys.modules and frame.f_code.co_filename.endswith("enum.py"):
         left -= 1
         if left == 0:
             signal.raise_signal(signal.SIGINT)
@@ -83,7 +83,7 @@ def trace(frame, event, arg):
 
 sys.settrace(trace)
 try:
-    import brushgs.native
+    import brushgs.core.native
 except KeyboardInterrupt:
     print("heard", left <= 0, "brushgs._core" in sys.modules)
 """

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 import brushgs as bg
 from brushgs import _core
 from brushgs.brushes import levels
+from brushgs.core.threads import at_most
 from brushgs.io.pictures.oiio import quantise
 from brushgs.options.painting import (
     ClusterConfig,
@@ -20,18 +21,18 @@ from brushgs.options.painting import (
     ViewConfig,
 )
 from brushgs.options.sequence import PathConfig
-from brushgs.painting import sequence as sequence_stages
-from brushgs.painting.report import Report
-from brushgs.painting.sequence import paint_sequence
-from brushgs.painting.still import paint
-from brushgs.passes import contribution, lloyd
-from brushgs.passes.cluster import group
-from brushgs.passes.features import cluster_features
-from brushgs.passes.merge import merge_clusters
+from brushgs.passes.reduce import contribution, lloyd
+from brushgs.passes.reduce.cluster import group
+from brushgs.passes.reduce.features import cluster_features
+from brushgs.passes.reduce.merge import merge_clusters
+from brushgs.pipeline import sequence as sequence_stages
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.sequence import paint_sequence
+from brushgs.pipeline.still import paint
 from brushgs.rendering import texture_levels
-from brushgs.scene import Frame, Gaussians
 from brushgs.still_life import still_life
-from brushgs.threads import at_most
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 from tests.bench.skipped_work import Painting, difference, shortcuts
 
 NAMES = [

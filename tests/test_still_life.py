@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.quats import rotation_matrices
-from brushgs.sh import sh_basis
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.still_life.light import TO_LAMP, Blockers, fit_views, lamp_visibility, view_dome
 from brushgs.still_life.surfaces import revolve, sheet, smooth, sphere, tube, turn, unit
+from brushgs.values.quats import rotation_matrices
+from brushgs.values.sh import sh_basis
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.quats import rotation_matrices
 from brushgs.still_life import moving as stage
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.still_life.moving import seen_from, still_life_moving
 from brushgs.still_life.surfaces import revolve, sphere, turn
+from brushgs.values.quats import rotation_matrices
 
 COLUMNS = "means", "quats", "scales", "opacities", "sh"
 NUM = 8000

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from brushgs import threads
+from brushgs.core import threads
 
 
 @pytest.mark.parametrize("num_threads", [1, 2, 16])

@@ -1,6 +1,6 @@
 """Several stroke images in one picture: which brush a stroke is painted with is a row of a `BrushSet`.
 
-The row stands in the column `brushes` of the strokes, which `passes.choose_brushes` fills once for a job: a
+The row stands in the column `brushes` of the strokes, which `choose_brushes` fills once for a job: a
 stroke keeps its brush in every view.
 """
 

@@ -23,8 +23,8 @@ from itertools import zip_longest
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.native import core as _core
-from brushgs.threads import num_threads_or_default
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 
 # Below 0.85 texels a pixel (a magnified stroke) bilinear interpolation itself is as smooth as the filter.
 FIRST_FOOTPRINT = 0.85

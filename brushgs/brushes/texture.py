@@ -18,11 +18,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import check
-from brushgs.colors import LUMINANCE, split_alpha
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.files import exists
 from brushgs.options.choices import STYLE_SUFFIX
+from brushgs.values.arrays import check
+from brushgs.values.colors import LUMINANCE, split_alpha
 
 KERNELS = ("gaussian", "ellipse")  # computed, not drawn
 # Half length of a box in standard deviations: the published stroke covers 2, the 3DGS kernel is clipped at 3.

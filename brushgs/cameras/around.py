@@ -15,10 +15,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.arrays import F64
 from brushgs.cameras.framing import LookAt, frame_scene, point_of, points_of
 from brushgs.cameras.motion import turns
-from brushgs.scene import Camera, FirstView, Frame
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.frame import Frame
 
 PIXELS = 120_000  # of each view: 400x300
 MAX_SIDE = 4096  # pixels: of a picture like a tape the views are less wide

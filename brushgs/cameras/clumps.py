@@ -5,7 +5,7 @@ Beyond that distance no view shows both, and a frame around both shows neither.
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, Mask
+from brushgs.values.arrays import F64, Array, Mask
 
 TAIL = 0.007  # share of the weight beyond each end of an axis that may be strays, which framing ignores
 FAR = 50.0  # a gap is as wide as what lies on both sides of it together, so many times

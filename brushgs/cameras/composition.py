@@ -13,11 +13,11 @@ from math import floor, log, log10, radians, sin, tan
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.arrays import F64
 from brushgs.cameras.first_view import framing
 from brushgs.cameras.framing import FLAT_ELEVATION, camera_axes, default_elevation, fit_eye, rolled
 from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
-from brushgs.scene import FirstView
+from brushgs.values.arrays import F64
+from brushgs.values.camera import FirstView
 
 # Of some 921,600 pixels each, as many as 1280x720 has.
 SIZES = ((784, 1176), (858, 1074), (960, 960), (1074, 858), (1108, 832), (1280, 720))

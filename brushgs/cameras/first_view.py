@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.cameras.framing import AXES, frame_scene, unit_of
 from brushgs.cameras.framing import plain_first_view as plain_first_view
 from brushgs.cameras.orbit import orbit
 from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
-from brushgs.scene import Camera
-from brushgs.scene import FirstView as FirstView
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
+from brushgs.values.camera import FirstView as FirstView
 
 _ROUNDINGS = 4  # until a rounded unit vector is the unit vector of its rounded numbers
 # Degrees from the front of the subject, to the right of who looks at it.

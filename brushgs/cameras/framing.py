@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from brushgs.cameras.clumps import TAIL, heaviest_clump
 from brushgs.cameras.outline import outline
-from brushgs.scene import Camera, FirstView, Gaussians
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
 
 # What a camera shows whole: the subject; the scene with its surroundings; or a part of the subject, its upper
 # third, where heads are. Or [3] a point in the middle of the picture, seen from as far away as the subject.

@@ -12,10 +12,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from brushgs.arrays import F64, Array
 from brushgs.cameras.framing import camera_axes, subject
-from brushgs.quats import shortest_axes
-from brushgs.scene import Gaussians
+from brushgs.values.arrays import F64, Array
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import shortest_axes
 
 MOST_ROWS = 200_000  # enough for directions: of a larger scene every n-th Gaussian is used
 MIN_OPACITY = 0.3

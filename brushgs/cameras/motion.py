@@ -8,9 +8,9 @@ cases. Source: Murray, Li and Sastry 1994, chapter 2 (Chasles).
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.arrays import F64
-from brushgs.quats import quats_of, rotation_matrices
-from brushgs.scene import Camera
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
+from brushgs.values.quats import quats_of, rotation_matrices
 
 # Views that differ by less are the same, radians (and relative, of lenses): files write about seven digits.
 SAME_VIEW = 1e-6

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.arrays import F64
 from brushgs.cameras.framing import (
     DEFAULT_FOV_Y,
     NEAR_SHARE,
@@ -23,7 +22,9 @@ from brushgs.cameras.framing import (
     points_of,
     rolled,
 )
-from brushgs.scene import Camera, FirstView, Gaussians
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
 
 SWAY = 0.05  # radius of the circle of a camera inside a scene, over its distance to what it looks at
 _SWEEP_STEPS = 64  # of the circle each outline point sweeps: 0.1 % of its radius is missed

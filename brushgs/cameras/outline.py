@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64
+from brushgs.values.arrays import F64
 
 I64 = NDArray[np.int64]
 MOST_VERTICES = 512  # of a ball: the rest of 20,000 points on it stick out by 0.004 of its size

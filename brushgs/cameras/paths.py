@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.arrays import F64
 from brushgs.cameras.first_view import framed_orbit
 from brushgs.cameras.framing import NEAR_SHARE
 from brushgs.cameras.motion import is_same_view
@@ -21,7 +20,8 @@ from brushgs.io.cameras.camera_file import CameraFile
 from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import DEFAULT_FPS, MAX_FPS, MAX_FRAMES, PathConfig
-from brushgs.scene import Camera, FirstView
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera, FirstView
 
 
 @dataclass(frozen=True)

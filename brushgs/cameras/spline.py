@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.arrays import F64
 from brushgs.cameras.motion import SAME_VIEW, camera_with, lenses, screw_motion, view_changes
-from brushgs.scene import Camera
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
 
 Interpolate = Callable[[F64, F64, F64], F64]  # (first, second, shares) -> values between them
 

@@ -7,7 +7,7 @@ from brushgs.cli.configs import clip_config
 
 if TYPE_CHECKING:
     from brushgs.options.scene_source import SceneSource
-    from brushgs.painting.clip import Clip
+    from brushgs.pipeline.clip import Clip
 
 
 def open_clip(args: Namespace, scene: "SceneSource") -> "Clip | None":
@@ -23,6 +23,6 @@ def open_clip(args: Namespace, scene: "SceneSource") -> "Clip | None":
     config = clip_config(args, scene, is_moving=moving is not None)
     if moving is None or config is None:
         return None
-    from brushgs.painting.clip import Clip
+    from brushgs.pipeline.clip import Clip
 
     return Clip(moving, config, scene)

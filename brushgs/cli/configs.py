@@ -120,7 +120,7 @@ def _styled(values: StepValues, style: Mapping[str, Any]) -> StepValues:
     if not style:
         return values
     from brushgs.options.styling import StyleConfig
-    from brushgs.painting.styling import styled_values
+    from brushgs.pipeline.styling import styled_values
 
     return styled_values(values, StyleConfig(**style))
 

@@ -12,7 +12,7 @@ from brushgs.errors import SceneWarning
 
 if TYPE_CHECKING:
     from brushgs.options.scene_source import SceneSource
-    from brushgs.painting.report import Report
+    from brushgs.pipeline.report import Report
 
 EXIT_INTERNAL_ERROR, EXIT_BAD_INPUT, EXIT_FAULTY_SCENE = 1, 2, 3
 
@@ -31,7 +31,7 @@ def reported(args: Namespace, report: "Report | None" = None) -> Iterator["Repor
         report: of the command; None for a plain `Report`.
     """
     if report is None:
-        from brushgs.painting.report import Report
+        from brushgs.pipeline.report import Report
 
         report = Report()
     is_for_people = not args.quiet and not args.json

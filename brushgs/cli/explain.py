@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from brushgs.options.painting import PaintConfig
     from brushgs.options.scene_source import SceneSource
-    from brushgs.painting.clip import Clip
-    from brushgs.painting.estimate import Estimate
-    from brushgs.painting.explain import Explained
-    from brushgs.painting.runner import Job
+    from brushgs.pipeline.clip import Clip
+    from brushgs.pipeline.estimate import Estimate
+    from brushgs.pipeline.explain import Explained
+    from brushgs.pipeline.runner import Job
 
 SUFFIXES = (".svg", ".dot")
 COLORS = {"yes": "#d6e9d0", "no": "#eeeeee", "undecided": "#fbe9b7"}
@@ -49,7 +49,7 @@ def show(job: "Job", source: "SceneSource | Clip", config: "PaintConfig", args: 
 def _header(source: "SceneSource | Clip") -> tuple[int, int, bool]:
     """Gaussians, spherical-harmonic terms of each, and whether they are strokes."""
     from brushgs.io.scenes.read import open_files
-    from brushgs.painting.clip import Clip
+    from brushgs.pipeline.clip import Clip
 
     if isinstance(source, Clip):
         first = source.scene.at(source.ends()[0])
@@ -63,8 +63,8 @@ def _estimate(
     job: "Job", steps: "Sequence[Explained]", config: "PaintConfig", num: int, num_terms: int
 ) -> "Estimate":
     from brushgs.options.painting import DEFAULT_SIZE
-    from brushgs.painting.clip import Clip
-    from brushgs.painting.estimate import estimate
+    from brushgs.pipeline.clip import Clip
+    from brushgs.pipeline.estimate import estimate
 
     views, source = job.inputs["views"], job.inputs["source"]
     num_frames = len(source.film().times) if isinstance(source, Clip) else 1

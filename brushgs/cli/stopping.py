@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from brushgs.signals import STOP_SIGNALS
+from brushgs.core.signals import STOP_SIGNALS
 
 # `timeout` sends its signal twice, to the process and to its group, and a terminal that is closed may add
 # another: the second must not interrupt the cleaning up.

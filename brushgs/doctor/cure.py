@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from brushgs.doctor.examination import Examination
-from brushgs.quats import normalized
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import normalized
 
 
 def cure(examination: Examination) -> Gaussians:

@@ -15,13 +15,13 @@ from brushgs.errors import SceneWarning
 from brushgs.io import read_scene
 from brushgs.io.cameras.beside import name_beside
 from brushgs.io.moving import open_moving
-from brushgs.io.scenes.notes import LoadNotes
 from brushgs.options.painting import ViewConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.where import WhereConfig
-from brushgs.painting.cameras_beside import view_beside
-from brushgs.scene import Gaussians
-from brushgs.sh import C0
+from brushgs.pipeline.cameras_beside import view_beside
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.notes import LoadNotes
+from brushgs.values.sh import C0
 
 DARK = 0.1  # display-encoded; below it a Gaussian is nearly black
 

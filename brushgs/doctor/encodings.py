@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
 from brushgs.doctor.findings import Finding
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.encoding import Encoding
-from brushgs.passes.equal_rows import equal_rows
 from brushgs.passes.neighbours import NUM_NEIGHBOURS, nearest
-from brushgs.quats import rotation_matrices
+from brushgs.passes.reduce.equal_rows import equal_rows
+from brushgs.values.arrays import Array
+from brushgs.values.quats import rotation_matrices
 
 _AddFinding = Callable[..., None]  # (name of the finding, sentence, **facts)
 

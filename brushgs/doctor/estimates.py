@@ -8,7 +8,7 @@ from brushgs.cameras.framing import subject
 from brushgs.doctor.findings import Finding
 from brushgs.first_view import rank_ups
 from brushgs.first_view.up import SURE, believed_up, ranking_text
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 
 METRES = (0.05, 200.0)  # size of a subject, from small objects to streets
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.arrays import Mask
 from brushgs.doctor.encodings import Diagnosis, detect_encoding
 from brushgs.doctor.estimates import estimate_unit, estimate_up
 from brushgs.doctor.findings import SEVERITIES, Finding
@@ -17,13 +16,15 @@ from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.fill import activate_rows
-from brushgs.io.scenes.notes import LoadNotes, join_notes
+from brushgs.io.scenes.notes import join_notes
 from brushgs.io.scenes.read import read_raw_parts
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.options.choices import Clean
 from brushgs.options.scene_source import SceneFiles, SceneSource
-from brushgs.passes.clean import find_floaters
-from brushgs.scene import Gaussians
+from brushgs.passes.reduce.clean import find_floaters
+from brushgs.values.arrays import Mask
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.notes import LoadNotes
 
 
 @dataclass(frozen=True)

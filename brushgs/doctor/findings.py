@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from brushgs.arrays import Mask
+from brushgs.values.arrays import Mask
 
 Severity = Literal["fault", "odd", "note"]
 SEVERITIES: tuple[Severity, ...] = ("fault", "odd", "note")

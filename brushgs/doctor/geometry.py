@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
 from brushgs.passes.extent import robust_frame
+from brushgs.values.arrays import Array
 
 # A tenth of the rows at each end may lie anywhere without changing the core.
 CORE_PERCENTILES = (10, 90)

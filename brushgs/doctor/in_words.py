@@ -2,11 +2,11 @@
 
 from typing import TYPE_CHECKING, Any
 
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.io.scenes.notes import LoadNotes
     from brushgs.passes.style.words import Word
+    from brushgs.values.notes import LoadNotes
 
 WIDTH, HEIGHT = 640, 480  # pixels of the view; words do not depend on them but by roundings
 
@@ -22,9 +22,9 @@ def in_words(gaussians: Gaussians, notes: "LoadNotes") -> list[dict[str, Any]]:
         Best first, see `facts_of`; none if nothing is seen.
     """
     from brushgs.cameras.framing import frame_scene
-    from brushgs.painting.report import Report
-    from brushgs.painting.views import default_first_view
     from brushgs.passes.style.words import words_of_strokes
+    from brushgs.pipeline.report import Report
+    from brushgs.pipeline.views import default_first_view
 
     view = default_first_view(gaussians, notes, Report())
     camera = frame_scene(view, width=WIDTH, height=HEIGHT, azimuth=view.azimuth, elevation=view.elevation)

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from brushgs.options.where import WhereConfig
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.io.scenes.notes import LoadNotes
+    from brushgs.values.notes import LoadNotes
 
 DIGITS = 6
 
@@ -30,10 +30,10 @@ def describe_part(gaussians: Gaussians, notes: "LoadNotes", config: WhereConfig)
         ValueError: if a term needs what there is not.
         SceneError: if a mask or the camera file cannot be used.
     """
-    from brushgs.painting.report import Report
-    from brushgs.painting.views import default_first_view
-    from brushgs.painting.where import context_of
     from brushgs.passes.where import memberships
+    from brushgs.pipeline.report import Report
+    from brushgs.pipeline.views import default_first_view
+    from brushgs.pipeline.where import context_of
 
     first_view = default_first_view(gaussians, notes, Report()) if config.needs_first_view else None
     found = memberships(config.expression, gaussians, context_of(config, first_view))

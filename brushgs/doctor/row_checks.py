@@ -4,8 +4,8 @@ import numpy as np
 
 from brushgs.doctor.findings import Finding, Severity
 from brushgs.io.scenes.dropped import Dropped
-from brushgs.passes.equal_rows import equal_rows
-from brushgs.scene import SH_TERMS, Gaussians
+from brushgs.passes.reduce.equal_rows import equal_rows
+from brushgs.values.gaussians import SH_TERMS, Gaussians
 
 # Quantised files (codebooks of 256 scales, colours in 8 bits) have copies by chance: 72 of 94,936 rows of
 # skull (0.08 %). Others have none at all.

@@ -11,10 +11,10 @@ from brushgs.doctor.table import lines, verdict
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Clean
 from brushgs.options.scene_source import SceneFiles
-from brushgs.painting.outputs import check_output, scene_inputs
-from brushgs.painting.report import Report
-from brushgs.painting.strokes import name_of, write_scene
-from brushgs.painting.views import default_first_view
+from brushgs.pipeline.outputs import check_output, scene_inputs
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.strokes import name_of, write_scene
+from brushgs.pipeline.views import default_first_view
 from brushgs.version import __version__
 
 SCHEMA = 1  # of the JSON; grows when a field changes its meaning

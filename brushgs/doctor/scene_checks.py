@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from brushgs.arrays import Mask
-from brushgs.colors import LUMINANCE
 from brushgs.doctor.findings import Finding, Severity
 from brushgs.doctor.geometry import Core
-from brushgs.passes.clean import FAINT
-from brushgs.passes.contribution import projected_areas
 from brushgs.passes.extent import robust_frame
-from brushgs.scene import Gaussians
-from brushgs.sh import C0, base_colors
+from brushgs.passes.reduce.clean import FAINT
+from brushgs.passes.reduce.contribution import projected_areas
+from brushgs.values.arrays import Mask
+from brushgs.values.colors import LUMINANCE
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0, base_colors
 
 # Radii of the core (the middle 80 %). The outermost Gaussian of the ten real scenes lies at 6.1.
 FAR = 50.0

@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.arrays import F64
 from brushgs.cameras.framing import (
     AXES,
     DEFAULT_AZIMUTH,
@@ -34,7 +33,9 @@ from brushgs.first_view.sample import take_sample
 from brushgs.first_view.surroundings import clear_azimuth, dense_middle, has_surroundings
 from brushgs.first_view.up import SURE, Ups, believed_up, up_probabilities
 from brushgs.first_view.walk import inside_stand
-from brushgs.scene import FirstView, Gaussians
+from brushgs.values.arrays import F64
+from brushgs.values.camera import FirstView
+from brushgs.values.gaussians import Gaussians
 
 SAME_UP = np.cos(np.radians(30.0))  # a stated up within so much of that of a view from inside agrees with it
 VISIBLE_SIGMAS = 2.0  # to which a Gaussian is seen

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from brushgs.arrays import F64
-from brushgs.passes.contribution import projected_areas
-from brushgs.scene import Gaussians
+from brushgs.passes.reduce.contribution import projected_areas
+from brushgs.values.arrays import F64
+from brushgs.values.gaussians import Gaussians
 
 VOXELS = 48  # along the diagonal of the middle
 FARTHEST = 0.35  # longest side of the middle: no tip reaches farther beyond it

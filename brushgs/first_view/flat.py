@@ -10,7 +10,8 @@ import numpy as np
 from brushgs.cameras.framing import FLAT_HEIGHT, camera_axes, weighted_quantiles
 from brushgs.first_view.front import LEAN, wrapped
 from brushgs.first_view.sample import thinned
-from brushgs.scene import FirstView, Gaussians
+from brushgs.values.camera import FirstView
+from brushgs.values.gaussians import Gaussians
 
 # Depth over the larger of width and height below which what stands is thin: real scenes have 0.31 and more.
 THIN = 0.15

@@ -9,13 +9,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, Mask
 from brushgs.cameras.framing import camera_axes
-from brushgs.colors import LUMINANCE
+from brushgs.core.threads import side_by_side
 from brushgs.first_view.sample import Painter, Sample, flat_colors, shaded, unpremultiplied
 from brushgs.first_view.symmetry import NUM_PLANES, mirror_likeness
-from brushgs.scene import Camera, Frame
-from brushgs.threads import side_by_side
+from brushgs.values.arrays import F64, Array, Mask
+from brushgs.values.camera import Camera
+from brushgs.values.colors import LUMINANCE
+from brushgs.values.frame import Frame
 
 NUM_VIEWS = 16  # around the subject
 VIEW_SIDE = 112  # pixels

@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.colors import LUMINANCE
 from brushgs.first_view.sample import Painter, gradients, thin
 from brushgs.first_view.up import PRIORS, Ups, ranked
-from brushgs.scene import Camera, Gaussians
+from brushgs.values.camera import Camera
+from brushgs.values.colors import LUMINANCE
+from brushgs.values.gaussians import Gaussians
 
 # Cameras of such captures stand around the origin and look along +z with y down, or along -z with y up.
 WAYS = {"-y": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)), "+y": ((0.0, 1.0, 0.0), (0.0, 0.0, -1.0))}

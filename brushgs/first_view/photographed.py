@@ -12,14 +12,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F64, Mask
 from brushgs.cameras.around import ring_views
 from brushgs.cameras.first_view import up_text
 from brushgs.cameras.framing import AXES, NEAR_SHARE, camera_axes, default_elevation, subject
 from brushgs.cameras.ground import level_up
 from brushgs.first_view import find_first_view, rank_ups
 from brushgs.first_view.sample import Painter, thin
-from brushgs.scene import Camera, FirstView, Gaussians
+from brushgs.values.arrays import F64, Mask
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
 
 FEWEST = 3  # cameras: fewer are views that someone kept, and do not tell which way is up
 SEE_MIDDLE = 0.8  # share of the cameras in whose picture the middle of the subject is

@@ -7,12 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, Mask, Rows
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.framing import subject
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
-from brushgs.sh import C0
+from brushgs.values.arrays import F64, Array, Mask, Rows
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
 
 # A picture costs 0.2 us a row and hardly anything a pixel. With 100,000 rows up and front of 13 scenes are
 # the same, in 2.5 times the time; the probabilities differ by 0.03 at most, the chair's by 0.2.

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from brushgs.arrays import F64, Mask
 from brushgs.cameras.framing import (
     camera_axes,
     frame_scene,
@@ -10,7 +9,9 @@ from brushgs.cameras.framing import (
     weighted_quantiles,
 )
 from brushgs.first_view.sample import SIDE, Painter, camera_around, thin, thinned
-from brushgs.scene import Camera, FirstView, Gaussians
+from brushgs.values.arrays import F64, Mask
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
 
 MOST_ROWS = 60_000
 NUM_VIEWS = 4  # around the scene

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.first_view.sample import clipped, thinned
+from brushgs.values.arrays import F64
 
 NUM_PLANES = 32  # over half a turn
 BINS = 28  # voxels along a side of the cube of two radii

@@ -18,9 +18,8 @@ from itertools import product
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.cameras.framing import AXES, DEFAULT_UP, weighted_quantiles
-from brushgs.colors import LUMINANCE
+from brushgs.core.threads import side_by_side
 from brushgs.first_view.sample import (
     Painter,
     Sample,
@@ -28,9 +27,10 @@ from brushgs.first_view.sample import (
     shaded,
     unpremultiplied,
 )
-from brushgs.quats import shortest_axes
-from brushgs.sh import base_colors
-from brushgs.threads import side_by_side
+from brushgs.values.arrays import F64
+from brushgs.values.colors import LUMINANCE
+from brushgs.values.quats import shortest_axes
+from brushgs.values.sh import base_colors
 
 SURE = 0.85  # probability at which the best axis is taken without a word
 # The default axis stays where the best one is less than so many times as probable.

@@ -4,10 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F32, F64
-from brushgs.colors import LUMINANCE
 from brushgs.first_view.sample import FAINTEST, Painter, gradients, thinned
-from brushgs.scene import Camera, Gaussians
+from brushgs.values.arrays import F32, F64
+from brushgs.values.camera import Camera
+from brushgs.values.colors import LUMINANCE
+from brushgs.values.gaussians import Gaussians
 
 SOLID = 0.9  # alpha from which a pixel counts as covered
 SEEN = 0.5  # alpha from which a pixel shows the scene

@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.cameras.framing import camera_axes, distance_ahead, frame_scene
+from brushgs.core.threads import side_by_side
 from brushgs.first_view.sample import thinned
 from brushgs.first_view.usable import Judge, Shown
-from brushgs.scene import Camera, FirstView, Gaussians
-from brushgs.threads import side_by_side
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
 
 ROUGH_ROWS, MOST_ROWS = 6_000, 30_000  # of pictures that choose or rule out, and of those that decide
 WIDTH, HEIGHT = 64, 36  # pixels

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from brushgs.io.scenes.encoding import Encoding
-    from brushgs.io.scenes.notes import LoadNotes
     from brushgs.options.scene_source import SceneFiles
-    from brushgs.scene import Camera, Frame, Gaussians
+    from brushgs.values.camera import Camera
+    from brushgs.values.frame import Frame
+    from brushgs.values.gaussians import Gaussians
+    from brushgs.values.notes import LoadNotes
 
 __all__ = ["load", "load_cameras", "read_scene", "save"]
 
@@ -103,16 +105,17 @@ def save(value: "Gaussians | Frame", path: str | Path, *, background: str | None
         ValueError: if the suffix does not suit the value, or the background is no colour.
         SceneError: if the file cannot be written.
     """
-    from brushgs.scene import Frame, Gaussians
+    from brushgs.values.frame import Frame
+    from brushgs.values.gaussians import Gaussians
 
     if isinstance(value, Gaussians):
         from brushgs.io.scenes.write import write_scene
 
         write_scene(value, path)
     elif isinstance(value, Frame):
-        from brushgs.colors import rgb_of
         from brushgs.io.pictures.formats import holds_alpha
         from brushgs.io.pictures.images import write_frame
+        from brushgs.values.colors import rgb_of
 
         if background is None or background == "transparent":
             write_frame(value, path, background=None if holds_alpha(path) else (1.0, 1.0, 1.0))

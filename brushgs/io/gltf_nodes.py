@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from brushgs.errors import SceneError
 from brushgs.io.gltf_file import CURE, GltfFile
 from brushgs.io.json_file import shown
-from brushgs.quats import rotation_matrices
+from brushgs.values.quats import rotation_matrices
 
 _MAX_NODES, _MAX_DEPTH = 10_000, 200  # a model with what is read here has a few
 # Of the fields that place a node, where it does not have them.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.rendering.areas import areas_inside, upright_rectangles
-from brushgs.scene import Boxes
+from brushgs.values.boxes import Boxes
 
 FLIP = np.pi / 2  # a larger step is a flip
 SPIN = np.radians(15.0)  # a step above this and up to a flip is a spin

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, Mask
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.warp import PLAIN_ALPHA, View, points_seen
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
-from brushgs.scene import Camera, Gaussians
+from brushgs.values.arrays import F64, Array, Mask
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 ON_SURFACE = 0.05  # of the depth: a mark further than this from the surface of its pixel does not show it
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Array, check
+from brushgs.values.arrays import F64, Array, check
 
 SSIM_SIGMA = 1.5  # pixels, standard deviation of the Gaussian window of SSIM, as published
 SSIM_SIDE = 11  # pixels, side of that window: smaller pictures have no SSIM

@@ -17,11 +17,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Mask, Rows
 from brushgs.measure.box_events import INNER
 from brushgs.measure.flow import SceneFlow
 from brushgs.rendering.areas import TINY, areas_inside, upright_rectangles
-from brushgs.scene import Boxes
+from brushgs.values.arrays import F64, Mask, Rows
+from brushgs.values.boxes import Boxes
 
 POP = 0.2  # of the area of a mark: a larger change of its painted area in one step is a pop
 

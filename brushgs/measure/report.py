@@ -17,10 +17,10 @@ from brushgs.options.focus import Focus
 from brushgs.options.painting import STEPS, PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.where import WhereConfig
-from brushgs.painting.background import check_background
-from brushgs.painting.outputs import check_folder, check_output
-from brushgs.painting.report import Report
-from brushgs.scene import Camera
+from brushgs.pipeline.background import check_background
+from brushgs.pipeline.outputs import check_folder, check_output
+from brushgs.pipeline.report import Report
+from brushgs.values.camera import Camera
 from brushgs.version import __version__
 
 if TYPE_CHECKING:

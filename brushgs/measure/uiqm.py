@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, check
+from brushgs.values.arrays import F64, Array, check
 
 COLOR, SHARPNESS, CONTRAST = 0.0282, 0.2953, 3.5753  # weights of the three parts
 TRIMMED = 0.1  # share of the least and of the greatest values that a mean of a colour channel leaves out

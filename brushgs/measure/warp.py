@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Array, check
-from brushgs.scene import Camera
+from brushgs.values.arrays import F64, Array, check
+from brushgs.values.camera import Camera
 
 PLAIN_ALPHA = 0.5  # above this the plain picture shows a surface, and its depth is that of the surface
 DEPTH_TOLERANCE = 0.01  # of the depth: two views further apart than this see two surfaces

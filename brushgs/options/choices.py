@@ -67,7 +67,7 @@ CLIP_FPS = 30.0
 MOMENTS_PER_SECOND = 24.0  # of numbered files, which never say: that of films
 
 
-# Clustering methods -> what the help says of them; `brushgs.passes.cluster.METHODS` has the functions.
+# Clustering methods -> what the help says of them; `brushgs.passes.reduce.cluster.METHODS` has the functions.
 METHODS: Mapping[Method, str] = {
     "auto": "by size (default)",
     "lloyd": "with exact steps",

@@ -12,7 +12,7 @@ FORMS = "own, form, colour, style, painting:FILE or guides:FILE"
 
 @dataclass(frozen=True)
 class Direction:
-    """Which way strokes run within their own plane, see `brushgs.passes.direction`.
+    """Which way strokes run within their own plane, see `brushgs.passes.form.orient`.
 
     Attributes:
         kind: "own" leaves strokes as they are, "form" and "colour" are fields of the scene; "style" is as the

@@ -17,8 +17,8 @@ class Focus:
     Attributes:
         sphere: (x, y, z, radius), world units, the radius above 0.
         mask: picture in the place of the painting, light where the focus is, see
-            `brushgs.passes.focus.mask_focus`.
-        is_auto: whether it is what stands out, see `brushgs.passes.saliency`.
+            `brushgs.passes.reduce.focus.mask_focus`.
+        is_auto: whether it is what stands out, see `brushgs.passes.form.saliency`.
 
     Raises:
         ValueError: if more than one of them is given.

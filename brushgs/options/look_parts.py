@@ -63,7 +63,7 @@ class BrushesConfig:
         other: of all others.
         large: what strokes of more than 2.2 times the median size may take beside their own.
         smooth: what strokes of smooth and light surfaces take instead where there is economy, see
-            `brushgs.passes.material`; without any they keep theirs.
+            `brushgs.passes.form.material`; without any they keep theirs.
         rough: the same for rough surfaces.
         are_usual: whether nobody asked for these, nor for a stroke: then the strokes of a file that names
             their brushes keep those.
@@ -109,7 +109,7 @@ class ColorConfig(_Part):
         pure: share in which strokes take the colour of their pigment, 0 to 1.
         gray: whether only lightness is kept.
         values: share in which the painting takes the range of values of a painting, and the warmth of its
-            lights, see `brushgs.passes.values`; 0 to 1.
+            lights, see `brushgs.passes.color.values`; 0 to 1.
     """
 
     chroma: Annotated[float, Within(0, 3)] = 1.0
@@ -223,7 +223,7 @@ class LightConfig(_Part):
             right side, so that 225 degrees is the upper left; and how high above the canvas, above 0 to 90
             degrees. Files and flags give degrees. None for the usual lamp, which is `USUAL_LAMP` on flat
             pictures, and stands more to the side of a scene that it lights.
-        key: strength in which the lamp lights the scene, see `brushgs.passes.key`; 0 to 1. From then on it
+        key: strength in which the lamp lights the scene, see `KeyLight`; 0 to 1. From then on it
             stands in the scene: relief, shadow and colours agree in every view.
         sun: (azimuth, elevation), radians, of a lamp in the axes of the scene: the azimuth as that of a view,
             the elevation above the table; with two pairs it goes from the first to the second along a film.

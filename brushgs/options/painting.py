@@ -10,6 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, Self, get_args
 
+from brushgs.core.threads import MOST_THREADS
 from brushgs.options.choices import (
     MAX_SIDE,
     PLAIN_STROKES,
@@ -40,7 +41,6 @@ from brushgs.options.output import OutputConfig
 from brushgs.options.rules import Rules
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.where import WhereConfig
-from brushgs.threads import MOST_THREADS
 
 DEFAULT_KEEP = 0.7  # of the Gaussians, as published
 DEFAULT_STROKE = "impasto"  # reads at any size; a swirl under some 20 px looks like a bubble
@@ -59,7 +59,7 @@ class CleanConfig:
 
     Attributes:
         floaters: "sure", "strong", "floaters" or "off", see `brushgs.clean`; with "sure" and "strong" also
-            what hangs below an object, see `brushgs.passes.crumbs`.
+            what hangs below an object, see `brushgs.passes.reduce.crumbs`.
     """
 
     floaters: Clean = "sure"
@@ -244,14 +244,14 @@ class StrokesConfig:
         see: "views": small plain pictures of what a painting shows decide where strokes go, where they are
             split, and their colours; "off": the scene alone does.
         focus: where twice as many strokes go to an area, out of the same number; None for nowhere.
-        solid: whether faint strokes become crisp paint, see `brushgs.passes.solid`.
-        direction: which way strokes run within their own plane, see `brushgs.passes.direction`.
+        solid: whether faint strokes become crisp paint, see `brushgs.passes.form.solid`.
+        direction: which way strokes run within their own plane, see `brushgs.passes.form.orient`.
         broken_color: standard deviation of the lightness by which strokes differ from their neighbours,
-            OKLab, 0 to 0.2, see `brushgs.passes.broken_color`; 0 for none.
+            OKLab, 0 to 0.2, see `brushgs.passes.color.broken_color`; 0 for none.
         economy: share in which few large strokes describe what is flat, and marks follow the surface, 0 to 1,
-            see `brushgs.passes.economy`.
+            see `brushgs.passes.form.economy`.
         edges: share in which outlines are lost in the shade and found near the focus, 0 to 1, see
-            `brushgs.passes.edges`.
+            `brushgs.passes.form.edges`.
     """
 
     see: See = "views"

@@ -1,1 +1,1 @@
-"""Passes: functions from Gaussians to Gaussians, such as pruning, clustering and recolouring."""
+"""Passes: functions from Gaussians to Gaussians, by what they change; `where` selects."""

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Rows
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
+from brushgs.values.arrays import Rows
 
 
 def components(num_rows: int, a: Rows, b: Rows) -> NDArray[np.int32]:

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
-from brushgs.threads import in_turn
+from brushgs.core.threads import in_turn
+from brushgs.values.arrays import Array
 
 ROWS_FOR_THREADS = 200_000  # with fewer, starting threads costs as much as it saves
 

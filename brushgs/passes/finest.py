@@ -13,11 +13,12 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from brushgs.arrays import Array
 from brushgs.cameras.framing import DEFAULT_FOV_Y
 from brushgs.passes.extent import robust_frame
 from brushgs.rendering.project import LOW_PASS
-from brushgs.scene import Camera, Gaussians
+from brushgs.values.arrays import Array
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 ROWS = 720  # of the picture that strokes are made for, whatever its size is: strokes do not depend on that
 DISTANCE = 2.4  # radii of a scene from which it is looked at where no view is known

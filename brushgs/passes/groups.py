@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Array
-from brushgs.native import core as _core
-from brushgs.threads import num_threads_or_default
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
+from brushgs.values.arrays import F64, Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,9 @@ than all that a painting of 50,000 Gaussians searches.
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
-from brushgs.native import core as _core
-from brushgs.threads import num_threads_or_default
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
+from brushgs.values.arrays import Array
 
 NUM_NEIGHBOURS = 16
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from brushgs.threads import in_turn
+from brushgs.core.threads import in_turn
 
 ROWS = 1 << 15  # in a block: a million numbers at a time would go through memory in every step
 MOST_THREADS = 8  # NumPy holds Python's lock between steps

@@ -11,15 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.groups import add_rows
 from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.view_by_view import view_by_view
 from brushgs.rendering.visibility import painted_shares, painted_sums
-from brushgs.scene import Camera, Frame, Gaussians
-from brushgs.sh import shift_base_colors
+from brushgs.values.arrays import Array
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import shift_base_colors
 
 SURE_AREA = 0.02  # pixels a view; of less the colour is partly its own, since the pixels are mostly of others
 VISIBLE_POWER = 0.5  # of areas in k-means; with 0.375 and 0.65 seven scenes are within 0.1 dB

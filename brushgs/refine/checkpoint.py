@@ -16,9 +16,9 @@ from brushgs.io.files import is_plain, replacing
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, Up
 from brushgs.options.scene_source import SceneFiles, SceneSource
-from brushgs.painting.clip import Clip, files_of
-from brushgs.painting.prepare import Prepared
-from brushgs.painting.resume import (
+from brushgs.pipeline.clip import Clip, files_of
+from brushgs.pipeline.prepare import Prepared
+from brushgs.pipeline.resume import (
     content_of,
     describe_options,
     differences,
@@ -27,7 +27,7 @@ from brushgs.painting.resume import (
     named_digest,
     named_file_digest,
 )
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 
 SECONDS_BETWEEN_CHECKPOINTS = 20.0
 # Options that a fit does not depend on: it draws in order of depth, on white; and files, which go by their

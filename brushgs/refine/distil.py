@@ -12,14 +12,14 @@ import numpy as np
 from torch import Tensor
 
 import brushgs.autograd as ba
+from brushgs.core.threads import num_threads_or_default
 from brushgs.measure.likeness import psnr
 from brushgs.refine.fit import Drawing, Fit, FitSchedule, LossCurve, no_progress
 from brushgs.refine.losses import roundness
 from brushgs.refine.photometric import photometric
 from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Variables
-from brushgs.scene import Gaussians
-from brushgs.threads import num_threads_or_default
+from brushgs.values.gaussians import Gaussians
 
 BACKGROUND = (1.0, 1.0, 1.0)  # errors are measured on white, as everywhere
 # Weight of the term that keeps strokes round where all parameters move, and the aspect up to which it is 0.

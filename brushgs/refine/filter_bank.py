@@ -17,7 +17,7 @@ from kornia.color import rgb_to_grayscale
 from kornia.filters import filter2d, get_gaussian_kernel1d
 from torch import Tensor
 
-from brushgs.colors import LUMINANCE
+from brushgs.values.colors import LUMINANCE
 
 SCALES = (1, 2, 4)  # pixels of the picture to one pixel of the scale
 STRIDES = (4, 2, 2)  # pixels of the scale between positions

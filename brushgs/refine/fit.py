@@ -16,13 +16,15 @@ from torch import Tensor
 
 import brushgs.autograd as ba
 from brushgs.brushes.brush_set import Brushes
+from brushgs.core.signals import defer_stop
 from brushgs.refine.checkpoint import SECONDS_BETWEEN_CHECKPOINTS, Checkpoint
 from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Rates, Variables
 from brushgs.rendering.motion import StrokeMotion
 from brushgs.rendering.options import RenderOptions, render_with
-from brushgs.scene import Camera, Frame, Gaussians
-from brushgs.signals import defer_stop
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 
 LAST_RATE = 0.05  # learning rate of the last step over that of the first; half a cosine in between
 NUM_EVALUATIONS = 20  # over all steps, beside the one before the first step

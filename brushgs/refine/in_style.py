@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.arrays import Mask
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.kit import BrushKit
 from brushgs.brushes.texture import StrokeTexture
@@ -20,17 +19,18 @@ from brushgs.cameras.first_view import framed_camera
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.options.painting import PaintConfig, ViewConfig
-from brushgs.painting.drawing import render_options
-from brushgs.painting.prepare import Prepared
-from brushgs.painting.report import Report
-from brushgs.passes.broken_color import MOST, break_colors
-from brushgs.passes.equal_rows import chances
-from brushgs.quats import quat_products, rotation_matrices
+from brushgs.passes.color.broken_color import MOST, break_colors
+from brushgs.passes.reduce.equal_rows import chances
+from brushgs.pipeline.drawing import render_options
+from brushgs.pipeline.prepare import Prepared
+from brushgs.pipeline.report import Report
 from brushgs.refine.lay import Seen, lay_marks
 from brushgs.refine.views import views_around
 from brushgs.rendering.motion import SHIFT, SIZE, TURN, Pose, match
-from brushgs.scene import Gaussians
-from brushgs.style import StyleMarks
+from brushgs.values.arrays import Mask
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import quat_products, rotation_matrices
+from brushgs.values.style import StyleMarks
 
 FIRST_SIZE = 480, 270  # pixels: the shape of the picture that `render` paints
 AROUND, AROUND_SIZE = 12, (192, 144)  # views, and their pixels

@@ -3,7 +3,7 @@
 Gradients turn and stretch a stroke slowly, and each pulls toward what its own pixels show; strokes of a scene
 are nearly round and follow its forms, so from there a fit to a painting ends as other colours in the old
 marks. Here strokes are laid first as marks of the painting run: the painting lies over the picture of a
-camera, see `brushgs.passes.direction.marks`; where the first camera sees a stroke its picture decides, and
+camera, see `mark_directions`; where the first camera sees a stroke its picture decides, and
 elsewhere those around the scene. A mark stays within what it depicts: it becomes shorter, and wider, where
 its ends would leave the surface or reach another colour (Litwinowicz 1997).
 """
@@ -13,17 +13,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, Mask, Rows
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.passes.direction.marks import Marks, mark_wish
-from brushgs.passes.direction.neighborhood import Neighborhood
-from brushgs.passes.direction.orient import HEADING
-from brushgs.passes.direction.planes import Planes, ramp, unit_pairs
-from brushgs.quats import quats_of
+from brushgs.passes.form.mark_directions import Marks, mark_wish
+from brushgs.passes.form.neighborhood import Neighborhood
+from brushgs.passes.form.orient import HEADING
+from brushgs.passes.form.planes import Planes, ramp, unit_pairs
 from brushgs.rendering.render import render
-from brushgs.scene import Camera, Gaussians
-from brushgs.sh import base_colors, shift_base_colors
-from brushgs.style import StyleMarks
+from brushgs.values.arrays import F64, Array, Mask, Rows
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import quats_of
+from brushgs.values.sh import base_colors, shift_base_colors
+from brushgs.values.style import StyleMarks
 
 IN_FRONT = 0.04  # of its depth by which a stroke may lie behind what a picture shows, and still be seen
 FACING = (0.15, 0.45)  # cosine between normal and view: nearly edge-on a picture says little of a stroke

@@ -9,16 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.arrays import F32, F64, Array
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.colors import LUMINANCE
 from brushgs.errors import SceneError
 from brushgs.io.pictures.images import read_image
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.rendering.rasterize import rasterize
-from brushgs.scene import Boxes
-from brushgs.style import Style, StyleMarks
+from brushgs.values.arrays import F32, F64, Array
+from brushgs.values.boxes import Boxes
+from brushgs.values.colors import LUMINANCE
+from brushgs.values.style import Style, StyleMarks
 
 SIZE = 480, 360  # pixels of a painting that is painted of a style
 COVER = 5.0  # times that its marks cover it

@@ -14,7 +14,7 @@ import torch
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
 
 DSSIM_SHARE = 0.2  # of the loss, the rest is L1: the loss that scenes are trained with
 SIGMA, REACH = 1.5, 5  # standard deviation and half size of the window of SSIM, pixels

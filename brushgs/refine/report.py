@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from brushgs.arrays import Array
 from brushgs.measure.plotting import BLUE, VERMILION, label, new_figure, save_figure
 from brushgs.measure.report import ExperimentReport
 from brushgs.options.choices import Params
+from brushgs.values.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

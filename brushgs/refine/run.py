@@ -16,24 +16,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from brushgs.arrays import Array, Mask
 from brushgs.cameras.first_view import framed_camera, up_text
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.measure.report import plain_config, plain_paint
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, PaletteConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
-from brushgs.painting.clip import Clip, as_files, files_of
-from brushgs.painting.moments import check_strokes_output, write_strokes
-from brushgs.painting.outputs import input_files
-from brushgs.painting.prepare import STROKES, Prepared, prepare
-from brushgs.painting.report import Report
-from brushgs.painting.strokes import name_of, open_palette, recolor_scene
-from brushgs.painting.where import rows_where
+from brushgs.pipeline.clip import Clip, as_files, files_of
+from brushgs.pipeline.moments import check_strokes_output, write_strokes
+from brushgs.pipeline.outputs import input_files
+from brushgs.pipeline.prepare import STROKES, Prepared, prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.strokes import name_of, open_palette, recolor_scene
+from brushgs.pipeline.where import rows_where
 from brushgs.refine.checkpoint import Checkpoint, describe_fit
 from brushgs.refine.painting_style import PaintingStyle, at_size, is_style, open_style
 from brushgs.refine.report import Refinement, RefineReport, write_plot
-from brushgs.scene import Camera, FirstView, Gaussians
+from brushgs.values.arrays import Array, Mask
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.refine.fit import Drawing, FitSchedule
@@ -257,7 +258,7 @@ def _recolored(
     prepared: Prepared, moves: Mask | None, palette: PaletteConfig, config: RefineConfig, report: Report
 ) -> tuple[Prepared, Gaussians]:
     """Strokes, or those that may change, in the colours of a palette; and the scene they are fitted to."""
-    from brushgs.passes.recolor import recolor
+    from brushgs.passes.color.recolor import recolor
 
     gaussians, inside = prepared.whole_scene, None
     if moves is not None:

@@ -12,9 +12,7 @@ import torch
 from torch import Tensor
 
 import brushgs.autograd as ba
-from brushgs.arrays import Array
-from brushgs.colors import flatten, split_alpha
-from brushgs.passes.recolor import Palette
+from brushgs.passes.color.recolor import Palette
 from brushgs.refine.distil import FREE_ASPECT, ROUNDNESS
 from brushgs.refine.fit import Drawing, Fit, FitSchedule, LossCurve, no_progress
 from brushgs.refine.losses import color_distance, roundness, total_variation
@@ -22,7 +20,9 @@ from brushgs.refine.nnfm import Features, Style, style_gradient
 from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Rates, Variables
 from brushgs.refine.vgg import Vgg, find_weights
-from brushgs.scene import Gaussians
+from brushgs.values.arrays import Array
+from brushgs.values.colors import flatten, split_alpha
+from brushgs.values.gaussians import Gaussians
 
 # Strokes turn and stretch further here than in a fit to their own scene: marks of a painting run elsewhere.
 RATES = Rates(means=0.04, scales=0.03, quats=0.04, sh_base=0.03)

@@ -14,13 +14,14 @@ from torch import Tensor
 
 import brushgs.autograd as ba
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.painting.moving import Moving
-from brushgs.passes.contribution import paint_of
-from brushgs.passes.recolor import Palette, recolor
+from brushgs.core.threads import side_by_side
+from brushgs.passes.color.recolor import Palette, recolor
+from brushgs.passes.reduce.contribution import paint_of
+from brushgs.pipeline.moving import Moving
 from brushgs.refine.views import TimedView
 from brushgs.rendering.render import render
-from brushgs.scene import Camera, Gaussians
-from brushgs.threads import side_by_side
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ import brushgs.autograd as ba
 from brushgs.options.choices import Params
 from brushgs.passes.extent import robust_frame
 from brushgs.refine.adam import Adam
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 
 # Parameters that each set optimises.
 MOVING: dict[Params, tuple[str, ...]] = {

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from brushgs.cameras.framing import first_view_of, frame_scene
 from brushgs.cameras.orbit import orbit
-from brushgs.scene import Camera, FirstView, Gaussians
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
 
 GOLDEN_SHARE = (np.sqrt(5) - 1) / 2  # of a turn: any number of such steps are spread evenly over the circle
 # Of a clip, for the moments: 1 over the real root of x^3 = x + 1. No whole numbers relate it to the golden

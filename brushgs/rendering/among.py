@@ -15,7 +15,9 @@ from brushgs.brushes.soft import soft_brush
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.project import ProjectCounts
-from brushgs.scene import Boxes, Camera, Gaussians
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 NO_REACH = 1e-6  # of underpaint, in half extents: no pixel's centre lies under it
 

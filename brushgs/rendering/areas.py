@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64
-from brushgs.scene import Boxes
+from brushgs.values.arrays import F64
+from brushgs.values.boxes import Boxes
 
 TINY = np.finfo(np.float64).tiny  # in place of a length of zero
 

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import F64, Array
 from brushgs.brushes.brush_set import Brush, BrushSet
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.project import ProjectOptions
@@ -22,8 +22,11 @@ from brushgs.rendering.rasterize import Trace, box_arrays
 from brushgs.rendering.streaks import check_streaks, streak_arguments, streak_slopes
 from brushgs.rendering.texture_levels import coverage_gradients, kernel_of, levels_for
 from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
-from brushgs.scene import GAUSSIAN_COLUMNS, LAYER_COLUMNS, Boxes, Camera, Frame, Gaussians
-from brushgs.threads import num_threads_or_default
+from brushgs.values.arrays import F64, Array
+from brushgs.values.boxes import LAYER_COLUMNS, Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import GAUSSIAN_COLUMNS, Gaussians
 
 BOX_COLUMNS = ("centers", "half_extents", "angles", "depths", "colors", "opacities")
 

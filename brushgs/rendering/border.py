@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64
-from brushgs.hashing import GOLDEN, uniform
-from brushgs.scene import Boxes, Camera
+from brushgs.values.arrays import F64
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.hashing import GOLDEN, uniform
 
 WIDTH = 0.13  # of the border, over the length of the smaller side of the picture
 # At the very border a fifth of the boxes is left, and none whose centre lies 0.35 of the border beyond it.

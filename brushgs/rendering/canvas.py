@@ -11,14 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from brushgs.arrays import Array
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import rasterize_with
 from brushgs.rendering.project import Directions
 from brushgs.rendering.wanted import NOTHING, Wanted
-from brushgs.scene import Boxes, Camera, Frame
-from brushgs.threads import num_threads_or_default
+from brushgs.values.arrays import Array
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
 
 if TYPE_CHECKING:
     from brushgs.rendering.day import Day

@@ -6,14 +6,16 @@ A coat is decided once for a job.
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from brushgs.arrays import Array
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Blend
 from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.project import Directions, ProjectCounts
 from brushgs.rendering.relief import keep_relief
-from brushgs.scene import Boxes, Camera, Gaussians
+from brushgs.values.arrays import Array
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.rendering.motion import Pose

@@ -1,6 +1,6 @@
 """The thresholds of blending, as the scenes were trained with them (Kerbl et al. 2023): those of the core."""
 
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
 
 MAX_ALPHA: float = _core.MAX_ALPHA  # 0.99: no stroke is quite opaque
 MIN_ALPHA: float = _core.MIN_ALPHA  # 1/255: fainter fragments are skipped

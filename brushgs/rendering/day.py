@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.arrays import F32, F64
 from brushgs.rendering.relief import keep_relief
-from brushgs.sh import shift_base_colors
+from brushgs.values.arrays import F32, F64
+from brushgs.values.sh import shift_base_colors
 
 if TYPE_CHECKING:
     from brushgs.rendering.canvas import Painting

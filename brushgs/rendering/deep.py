@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
-from brushgs.layers import DeepSamples
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering.fragments import Fragments
 from brushgs.rendering.marks import Marks
-from brushgs.threads import num_threads_or_default
+from brushgs.values.arrays import Array
+from brushgs.values.layers import DeepSamples
 
 if TYPE_CHECKING:
     from brushgs.rendering.light import Lamp

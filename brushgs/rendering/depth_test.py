@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import Array, check
-from brushgs.scene import Boxes, Frame, Gaussians
+from brushgs.values.arrays import Array, check
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 
 # From this alpha on a plain picture has a surface that hides what lies behind. Less is fog and the rims of a
 # subject, whose depth is a mean of near and far.

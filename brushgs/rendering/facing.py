@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, smoothstep
-from brushgs.scene import Boxes, Camera, Gaussians
+from brushgs.values.arrays import F64, smoothstep
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 # Sines of the angles beside a silhouette at which its line begins to fade and is gone. A line of something
 # round then lies 0.8 and 4 % of the radius inside the new silhouette.

@@ -11,16 +11,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import U8, Array
 from brushgs.brushes.brush_set import BrushSet
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering.rasterize import RasterArguments
-from brushgs.threads import num_threads_or_default
+from brushgs.values.arrays import U8, Array
 
 if TYPE_CHECKING:
     from brushgs.rendering.depth_test import DepthTest
     from brushgs.rendering.options import RenderOptions
-    from brushgs.scene import Boxes, Camera
+    from brushgs.values.boxes import Boxes
+    from brushgs.values.camera import Camera
 
 TILE_HEIGHT: int = _core.TILE_HEIGHT  # rows of pixels; fragments are found in whole tiles
 

@@ -8,10 +8,10 @@ from typing import get_args
 
 import numpy as np
 
-from brushgs.arrays import Array
 from brushgs.options.choices import Blend
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import Boxes
+from brushgs.values.arrays import Array
+from brushgs.values.boxes import Boxes
 
 DARKEST = 0.02  # of a channel: no pigment swallows all light, and a product with 0 would stay 0
 

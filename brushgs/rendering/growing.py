@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
+from brushgs.values.arrays import F64
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.cameras.motion import is_same_view, lenses, screw_motion, view_changes
-from brushgs.native import core as _core
-from brushgs.scene import Camera, Gaussians
+from brushgs.core.native import core as _core
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 # The path is sampled each time the view has changed by this much, whatever the frame rate.
 KNOT_SPACING = radians(1.5)

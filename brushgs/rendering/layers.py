@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from brushgs.arrays import Array
-from brushgs.layers import Layer
-from brushgs.quats import rotation_matrices
 from brushgs.rendering.deep import DeepMaker, Lighting, Rest
 from brushgs.rendering.fragments import Fragments
 from brushgs.rendering.marks import LaidCoat, Marks
 from brushgs.rendering.mattes import MatteMaker, by_brush, by_layer, by_region, by_stroke, rest_name
 from brushgs.rendering.places import PixelMaps, dominant_marks, motion_maps, uv_maps
-from brushgs.scene import Frame
+from brushgs.values.arrays import Array
+from brushgs.values.frame import Frame
+from brushgs.values.layers import Layer
+from brushgs.values.quats import rotation_matrices
 
 if TYPE_CHECKING:
     from brushgs.rendering.wanted import Following, Wanted
-    from brushgs.scene import Camera
+    from brushgs.values.camera import Camera
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, check
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering.relief import canvas_scale
-from brushgs.scene import Camera
-from brushgs.threads import num_threads_or_default
+from brushgs.values.arrays import F64, Array, check
+from brushgs.values.camera import Camera
 
 BLUR = 0.6  # px of a picture of 1000 x 750: standard deviation; sharper, single pixels sparkle
 BLUR_MOVING = 3.0  # the same while the camera moves, see `Painting.is_moving`

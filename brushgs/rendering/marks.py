@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array, Mask, Rows
 from brushgs.rendering.fragments import (
     TILE_HEIGHT,
     FragmentFinder,
@@ -20,7 +19,11 @@ from brushgs.rendering.fragments import (
     no_fragments,
     stacked,
 )
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.values.arrays import Array, Mask, Rows
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat

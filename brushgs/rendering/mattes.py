@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32, Array
 from brushgs.brushes.brush_set import BrushSet
-from brushgs.layers import Matte
 from brushgs.rendering.fragments import Fragments, Shares
 from brushgs.rendering.marks import LaidCoat, Marks
+from brushgs.values.arrays import F32, Array
+from brushgs.values.layers import Matte
 
 if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat

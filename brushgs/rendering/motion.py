@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32, F64, Array, Rows
-from brushgs.quats import normalized, quat_products, rotation_matrices
-from brushgs.scene import Gaussians
-from brushgs.sh import C0
+from brushgs.values.arrays import F32, F64, Array, Rows
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import normalized, quat_products, rotation_matrices
+from brushgs.values.sh import C0
 
 # What a row of a motion holds, 12 numbers: slices of its last axis.
 SHIFT, TURN, SIZE, OPACITY, COLOR = slice(0, 3), slice(3, 7), 7, 8, slice(9, 12)

@@ -17,7 +17,10 @@ from brushgs.rendering.project import LOW_PASS, Directions, ProjectCounts, Proje
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.underpaint import STROKE_REACH, Underpaint
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Mask, Rows
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.rendering.fragments import Fragments
 from brushgs.rendering.marks import LaidCoat, Marks
-from brushgs.scene import Boxes, Camera
+from brushgs.values.arrays import F64, Mask, Rows
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
 
 if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat

@@ -11,7 +11,9 @@ from typing import Union
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.render import render
 from brushgs.rendering.view_by_view import view_by_view
-from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,13 +10,15 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, check
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import Lock, Order, ViewLock
 from brushgs.rendering.relief import Relief
-from brushgs.scene import Boxes, Camera, Gaussians
-from brushgs.sh import used_sh_degree
-from brushgs.threads import num_threads_or_default
+from brushgs.values.arrays import F64, check
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import used_sh_degree
 
 LOW_PASS = 0.3  # px^2: what scenes are trained with
 # Depth over which strokes cross-fade in the soft order, in sizes of a stroke: swaps that show fall to nothing

@@ -6,9 +6,9 @@ from typing import Any, get_args
 
 import numpy as np
 
-from brushgs.arrays import Array
 from brushgs.brushes.brush_set import Brush, BrushSet
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import MAX_PIXELS, MAX_SIDE, Blend, Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.depth_test import DepthTest, depth_test_arguments
@@ -17,8 +17,9 @@ from brushgs.rendering.relief import check_relief
 from brushgs.rendering.streaks import check_streaks, streak_arguments
 from brushgs.rendering.texture_levels import TextureLevels, kernel_of, levels_for
 from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
-from brushgs.scene import Boxes, Frame
-from brushgs.threads import num_threads_or_default
+from brushgs.values.arrays import Array
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
 
 PLAIN_EXPONENT = 40  # softness of 1e-12 to 1e12 world units needs no other unit
 

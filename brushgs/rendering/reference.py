@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Array
 from brushgs.brushes.brush_set import Brushes, BrushSet
 from brushgs.brushes.levels import axis_levels, level_coverage, level_height, level_index
 from brushgs.brushes.texture import StrokeTexture
@@ -24,8 +23,12 @@ from brushgs.rendering.project import SOFTNESS, Directions, ProjectOptions
 from brushgs.rendering.relief import UNDERPAINT_THICKNESS, Relief, paint_height
 from brushgs.rendering.streaks import BRISTLES, noise, streak_starts, streak_weights
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
-from brushgs.sh import sh_basis
+from brushgs.values.arrays import F64, Array
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import sh_basis
 
 CLAMP = 1.3  # the Jacobian is taken at most this factor outside the field of view, as scenes are trained
 FADED_NEAR = 8.0  # times the distance of the near plane: strokes nearer than that fade

@@ -13,13 +13,15 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Array
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.colors import oklab_of
-from brushgs.hashing import GOLDEN, uniform
-from brushgs.native import core as _core
-from brushgs.scene import Boxes, Camera, Gaussians
-from brushgs.sh import base_colors
+from brushgs.core.native import core as _core
+from brushgs.values.arrays import F64, Array
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.colors import oklab_of
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.hashing import GOLDEN, uniform
+from brushgs.values.sh import base_colors
 
 # At a picture of so many pixels (1000 x 750) lengths on the canvas are what they are said to be.
 CANVAS_PIXELS = 750_000

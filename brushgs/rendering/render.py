@@ -10,7 +10,9 @@ from brushgs.rendering.project import LOW_PASS, Directions
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.track import track_directions
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 
 
 def render(

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Array
 from brushgs.brushes.brush_set import BrushSet
-from brushgs.native import core as _core
-from brushgs.scene import Boxes
+from brushgs.core.native import core as _core
+from brushgs.values.arrays import F64, Array
+from brushgs.values.boxes import Boxes
 
 MOST_STREAKS = 0.5
 PERIOD = 256  # bristles after which the noise repeats; also how many places strokes may read it from

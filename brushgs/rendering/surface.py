@@ -4,7 +4,7 @@ Lengths belong to the canvas: they are pixels of a picture of 1000 x 750 and sca
 twice as large shows the same threads, twice as wide. Noise is drawn on lattices over the whole canvas, not
 on tiles: nothing recurs. They begin at its upper left corner, and each number is a hash of its place: a
 picture of another size or shape shows the same threads and bumps, and what paints on another machine repeats
-them (`page/web/surface.js`).
+them (`outlets/page/web/surface.js`).
 """
 
 from collections.abc import Callable
@@ -15,10 +15,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from brushgs.arrays import F32, Array
-from brushgs.hashing import GOLDEN_32, hash_32, lattice
+from brushgs.core.threads import side_by_side
 from brushgs.rendering.relief import canvas_scale
-from brushgs.threads import side_by_side
+from brushgs.values.arrays import F32, Array
+from brushgs.values.hashing import GOLDEN_32, hash_32, lattice
 
 PERIOD = 3.6  # px from thread to thread
 LINEN_HEIGHT = 0.2  # px, standard deviation

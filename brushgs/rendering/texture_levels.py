@@ -10,7 +10,6 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Array
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.levels import (
     axis_levels,
@@ -19,10 +18,11 @@ from brushgs.brushes.levels import (
     stroke_levels,
 )
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
 from brushgs.options.choices import Filter
 from brushgs.rendering.relief import paint_height
-from brushgs.scene import Boxes
+from brushgs.values.arrays import F64, Array
+from brushgs.values.boxes import Boxes
 
 Code = tuple[int, int]  # the level along u and along v, see `level_coverage`
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.arrays import Array, check
-from brushgs.native import core as _core
-from brushgs.scene import Frame
+from brushgs.core.native import core as _core
+from brushgs.values.arrays import Array, check
+from brushgs.values.frame import Frame
 
 SOFTNESS = 0.28  # in alpha: the step between bare paper and all of the paint
 

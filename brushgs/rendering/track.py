@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32, F64, Array
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import Order
 from brushgs.rendering.knots import Knots, knots_of, middle_and_reach
 from brushgs.rendering.project import LOW_PASS, Directions, project
-from brushgs.scene import Boxes, Camera, Gaussians
-from brushgs.threads import num_threads_or_default
+from brushgs.values.arrays import F32, F64, Array
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 TRACKED_COLUMNS = ("means", "quats", "scales", "opacities")  # of strokes: all that their directions depend on
 

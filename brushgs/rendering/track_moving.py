@@ -11,14 +11,15 @@ from math import cos, inf, pi, radians
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32, F64, Array, Mask, Rows
-from brushgs.quats import conjugates, normalized, quat_products, rotation_matrices, twists
+from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering.knots import Knots, knots_of, middle_and_reach
 from brushgs.rendering.motion import SHIFT, TURN, Pose, StrokeMotion, match, zeros_over_time
 from brushgs.rendering.project import LOW_PASS, Directions
 from brushgs.rendering.track import TRACKED_COLUMNS, Track, checked_cameras, directions_along
-from brushgs.scene import Camera, Gaussians
-from brushgs.threads import num_threads_or_default
+from brushgs.values.arrays import F32, F64, Array, Mask, Rows
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import conjugates, normalized, quat_products, rotation_matrices, twists
 
 # A thing whose view changes by more from knot to knot jumps: eyes do not follow it. What turns end over end
 # by a quarter turn a step does; a board that makes a turn a second, 12 degrees a step, does not.

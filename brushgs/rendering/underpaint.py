@@ -10,10 +10,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.brushes.brush_set import BrushSet, Sigmas, per_row
 from brushgs.rendering.constants import GAUSSIAN_SIGMAS
-from brushgs.scene import Boxes
+from brushgs.values.arrays import F64
+from brushgs.values.boxes import Boxes
 
 # Mean PSNR of five captured scenes with the stroke "flat" and views, at the picture and on an unused ring:
 # 26.2/26.3 dB without underpaint; 25.9/26.1 with size 1.2, and a halo around every silhouette; 27.1/26.8 with

@@ -7,7 +7,7 @@ views side by side keep both of two cores busy (a painting of 250 strokes takes 
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
-from brushgs.threads import MOST_AT_ONCE, in_turn
+from brushgs.core.threads import MOST_AT_ONCE, in_turn
 
 # Gaussians. Boxes and their sums take some 150 bytes a row and view; for larger scenes the core has threads.
 MOST_ROWS = 300_000

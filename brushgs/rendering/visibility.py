@@ -10,14 +10,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.rasterize import box_arrays
-from brushgs.scene import Boxes, Camera, Gaussians
-from brushgs.threads import num_threads_or_default
+from brushgs.values.arrays import Array
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 _KERNELS = {"gaussian": _core.Kernel.gaussian, "ellipse": _core.Kernel.ellipse}
 

@@ -9,7 +9,7 @@ from brushgs.options.choices import LAYERS
 if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.project import Directions
-    from brushgs.scene import Camera
+    from brushgs.values.camera import Camera
 
 OF_STROKES = frozenset({"normal", "motion", "stroke", "uv", "id"})  # layers that need every stroke of a pixel
 

@@ -8,10 +8,11 @@ spherical harmonics of degree 3. Up is -y, lengths are in decimetres.
 
 import numpy as np
 
-from brushgs.scene import Camera, Gaussians
 from brushgs.still_life.bodies import bodies
 from brushgs.still_life.cast import blockers_of, cast_of, joined
 from brushgs.still_life.light import TO_LAMP, baked
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 NUM_GAUSSIANS = 50_000
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from brushgs.arrays import F64
 from brushgs.still_life.surfaces import Patch, revolve, sheet, smooth, sphere, tube, turn, unit
+from brushgs.values.arrays import F64
 
 BLADE = np.array([[0.9, -0.06, -2.3], [2.05, -0.06, -1.62]])  # heel and tip of the knife
 

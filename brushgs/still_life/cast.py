@@ -6,12 +6,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.random import Generator
 
-from brushgs.arrays import F64, Mask, Rows
-from brushgs.quats import quats_of
-from brushgs.scene import Gaussians
 from brushgs.still_life.bodies import Body
 from brushgs.still_life.light import Blockers, Surface
 from brushgs.still_life.surfaces import unit
+from brushgs.values.arrays import F64, Mask, Rows
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import quats_of
 
 COVER = 0.67  # standard deviation over point spacing: the surface is closed, but not blurred
 FLATNESS = 0.12  # thickness over width of a Gaussian

@@ -10,9 +10,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Mask, Rows, smoothstep
-from brushgs.sh import C0, sh_basis
 from brushgs.still_life.surfaces import GOLDEN_ANGLE, unit
+from brushgs.values.arrays import F64, Mask, Rows, smoothstep
+from brushgs.values.sh import C0, sh_basis
 
 TO_LAMP = unit((-0.62, -0.68, -0.52))  # from the upper left, in front of the picture plane
 LAMP = np.array([1.0, 0.84, 0.60]) * 3.0  # linear RGB

@@ -11,12 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F64, Mask, Rows, smoothstep
-from brushgs.moving_scene import MovingScene
 from brushgs.options.choices import CLIP_FPS
-from brushgs.quats import quat_products, quats_of, rotation_matrices
-from brushgs.scene import Gaussians
-from brushgs.sh import C0, sh_basis
 from brushgs.still_life import NUM_GAUSSIANS, still_life
 from brushgs.still_life.bodies import bodies
 from brushgs.still_life.cast import Cast, blockers_of, cast_of, joined
@@ -31,6 +26,11 @@ from brushgs.still_life.light import (
     matt_light,
 )
 from brushgs.still_life.surfaces import turn, unit
+from brushgs.values.arrays import F64, Mask, Rows, smoothstep
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.moving import MovingScene
+from brushgs.values.quats import quat_products, quats_of, rotation_matrices
+from brushgs.values.sh import C0, sh_basis
 
 SECONDS = 4.0  # that the motion was composed for; another length plays it slower or faster
 RATE = CLIP_FPS  # moments a second where rows do not correspond

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.arrays import F64
+from brushgs.values.arrays import F64
 
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))  # azimuth step of the sunflower spiral
 PLASTIC = 1.32471795724474602596  # its powers step the two-dimensional R2 sequence (Roberts 2018)

@@ -1,7 +1,7 @@
 """How many strokes a scene is worth in a view, estimated without clustering it at count after count.
 
 The curve of error over cost is sampled at a few counts, each four times the one before. Nested cells
-(`passes.halving`) stand for clusters: the strokes of each count are merged from those of the next, painted
+(`halving`) stand for clusters: the strokes of each count are merged from those of the next, painted
 once, and compared with the plain picture. Costs are modelled (`view_model`), not timed: a scene gets the same
 count on every machine and in every run.
 """
@@ -13,22 +13,24 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array, check
 from brushgs.brushes.brush_set import Brush, Brushes, BrushSet
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.colors import rgb_of
 from brushgs.options.choices import Cost, Features, Filter, Merge
-from brushgs.passes.cluster import cluster_weights
-from brushgs.passes.contribution import visible_shares
-from brushgs.passes.features import cluster_features
-from brushgs.passes.halving import halve
-from brushgs.passes.merge import merge_clusters
+from brushgs.passes.reduce.cluster import cluster_weights
+from brushgs.passes.reduce.contribution import visible_shares
+from brushgs.passes.reduce.features import cluster_features
+from brushgs.passes.reduce.halving import halve
+from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.render import render
-from brushgs.scene import Camera, Frame, Gaussians
-from brushgs.sh import C0, base_colors, used_sh_degree
 from brushgs.stroke_count.curve import ErrorCurve, Knee, knee, psnr_of, value_at
 from brushgs.stroke_count.view_model import KERNEL, ViewModel, saves_by_merging
+from brushgs.values.arrays import Array, check
+from brushgs.values.camera import Camera
+from brushgs.values.colors import rgb_of
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0, base_colors, used_sh_degree
 
 WHITE = (1.0, 1.0, 1.0)
 FEWEST = 128  # the first count of the curve of the knee: with fewer strokes a scene is a blot

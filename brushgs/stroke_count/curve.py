@@ -31,7 +31,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array, check
+from brushgs.values.arrays import Array, check
 
 EXPONENTS = (-0.5, -0.25, 0.0, 0.25, 0.5)  # of the falling terms of the error; 0 is the logarithm
 COSTS = (

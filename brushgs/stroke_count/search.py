@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.passes.cluster import Grouping
-from brushgs.scene import Gaussians
+from brushgs.passes.reduce.cluster import Grouping
 from brushgs.stroke_count.choose import Choice, check_reach
 from brushgs.stroke_count.curve import psnr_of
 from brushgs.stroke_count.view_model import ViewModel
+from brushgs.values.gaussians import Gaussians
 
 # Clusters reach the error of cells at 0.7 to 1.4 of their count, mostly: the search for the fewest within a
 # budget starts a step below the estimate, and each step multiplies the count by 1.19.

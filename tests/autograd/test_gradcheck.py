@@ -7,7 +7,7 @@ torch = pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip
 
 import brushgs.autograd as ba  # noqa: E402
 from brushgs.rendering.backward import BOX_COLUMNS, GAUSSIAN_COLUMNS  # noqa: E402
-from brushgs.scene import Camera  # noqa: E402
+from brushgs.values.camera import Camera  # noqa: E402
 from tests.rendering.strokes import PATHS, boxes_of, bristles, texture_of  # noqa: E402
 from tests.rendering.test_project_backward import directions, scene_of  # noqa: E402
 

@@ -8,9 +8,9 @@ import pytest
 torch = pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip install torch")
 
 import brushgs.autograd as ba  # noqa: E402
-from brushgs.quats import normalized  # noqa: E402
 from brushgs.rendering.backward import GAUSSIAN_COLUMNS  # noqa: E402
 from brushgs.rendering.motion import COLOR, NUM_NUMBERS, OPACITY, SHIFT, SIZE, TURN, Pose  # noqa: E402
+from brushgs.values.quats import normalized  # noqa: E402
 from tests.rendering.test_project_backward import scene_of  # noqa: E402
 
 NUM = 9

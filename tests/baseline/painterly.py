@@ -15,13 +15,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Array, check
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.stability import Comparison, PaintTimer
 from brushgs.options.choices import Filter
 from brushgs.rendering.rasterize import rasterize
-from brushgs.scene import Boxes, Frame
+from brushgs.values.arrays import F64, Array, check
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
 
 # The numbers below were chosen by eye and PSNR on four scenes. Flicker hardly depends on them: with 2000
 # strokes on orbits of koala and chair in steps of 1.5 degrees, eight other choices have an excess error

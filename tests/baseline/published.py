@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.scene import Boxes
+from brushgs.values.boxes import Boxes
 
 
 def whole_pixels(boxes: Boxes) -> Boxes:

@@ -20,12 +20,15 @@ from brushgs.io import load
 from brushgs.measure.bench.supersample import supersampled
 from brushgs.measure.likeness import rmse
 from brushgs.options.choices import Filter
-from brushgs.passes.cluster import cluster
-from brushgs.passes.prune import prune
+from brushgs.passes.reduce.cluster import cluster
+from brushgs.passes.reduce.prune import prune
 from brushgs.rendering.project import project
 from brushgs.rendering.rasterize import rasterize
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.still_life import still_life, still_life_camera
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 from tests.bench.machine import describe
 from tests.bench.raster import measure
 from tests.scenes import SCENES_FOLDER

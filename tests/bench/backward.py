@@ -30,7 +30,8 @@ import torch
 import brushgs as bg
 import brushgs.autograd as ba
 from brushgs.rendering.backward import BOX_COLUMNS, GAUSSIAN_COLUMNS
-from brushgs.scene import Camera, Gaussians
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 from tests.bench import numpy_painter, torch_painter, workloads
 from tests.bench.machine import describe
 

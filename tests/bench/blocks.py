@@ -19,8 +19,8 @@ import numpy as np
 import brushgs as bg
 from brushgs.io.scenes.read import open_files
 from brushgs.options.memory_size import parse_memory
-from brushgs.painting.blocks.budget import Budget
-from brushgs.painting.blocks.load import load_in_blocks
+from brushgs.pipeline.blocks.budget import Budget
+from brushgs.pipeline.blocks.load import load_in_blocks
 from tests.bench.blocks_scene import write_landscape
 from tests.bench.machine import describe
 

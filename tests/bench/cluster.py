@@ -19,11 +19,11 @@ from pathlib import Path
 import numpy as np
 
 import brushgs as bg
-from brushgs.arrays import F32
-from brushgs.passes.cluster import choose_method
-from brushgs.passes.features import cluster_features
-from brushgs.passes.lloyd import Clusters, assign, lloyd
-from brushgs.passes.minibatch import minibatch
+from brushgs.passes.reduce.cluster import choose_method
+from brushgs.passes.reduce.features import cluster_features
+from brushgs.passes.reduce.lloyd import Clusters, assign, lloyd
+from brushgs.passes.reduce.minibatch import minibatch
+from brushgs.values.arrays import F32
 from tests.bench import workloads
 from tests.bench.machine import describe
 

@@ -23,7 +23,8 @@ from brushgs.io.files import replacing
 from brushgs.rendering import reference
 from brushgs.rendering.project import project
 from brushgs.rendering.render import render
-from brushgs.scene import Camera, Gaussians
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 from tests.bench.machine import describe
 from tests.stiff.precise import HAS_DIGITS, Exact, errors_of, exact
 

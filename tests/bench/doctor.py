@@ -20,8 +20,8 @@ import brushgs as bg
 from brushgs.cameras.framing import AXES, frame_scene
 from brushgs.doctor import Examination, examine_file, run_doctor
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig
-from brushgs.painting.still import paint
 from brushgs.passes.extent import robust_frame
+from brushgs.pipeline.still import paint
 from brushgs.still_life import still_life, still_life_camera
 from tests.bench.machine import describe
 from tests.doctor import plant

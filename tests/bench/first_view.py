@@ -17,14 +17,14 @@ import numpy as np
 from scipy.optimize import minimize
 
 import brushgs as bg
-from brushgs.arrays import F64
 from brushgs.cameras.framing import AXES, DEFAULT_UP, frame_scene
+from brushgs.core.threads import at_most
 from brushgs.first_view import find_first_view
 from brushgs.first_view.sample import take_sample
 from brushgs.first_view.up import EVIDENCE, PRIORS, SURE, Ups, believed_up, measure_up, ranked
 from brushgs.io.pictures.images import write_frame
-from brushgs.scene import Frame
-from brushgs.threads import at_most
+from brushgs.values.arrays import F64
+from brushgs.values.frame import Frame
 from tests.bench.doctor import SCENES as PLY_SCENES
 from tests.bench.doctor import print_row, scenes
 from tests.bench.machine import describe

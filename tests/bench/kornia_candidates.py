@@ -18,8 +18,8 @@ import torch
 import torch.nn.functional as F  # noqa: N812
 from torch import Tensor
 
-from brushgs.colors import LUMINANCE
 from brushgs.refine import filter_bank, losses, photometric, vgg
+from brushgs.values.colors import LUMINANCE
 from tests.bench.machine import describe
 
 SIZES = ((384, 288), (1280, 720))

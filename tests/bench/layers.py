@@ -20,8 +20,8 @@ from brushgs.options.choices import LAYERS
 from brushgs.options.look import Look
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
-from brushgs.painting.prepare import Prepared, prepare
-from brushgs.painting.report import Report
+from brushgs.pipeline.prepare import Prepared, prepare
+from brushgs.pipeline.report import Report
 from brushgs.rendering.track import track_directions
 from brushgs.rendering.wanted import Following, Wanted
 from tests.bench.machine import describe

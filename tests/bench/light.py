@@ -19,11 +19,11 @@ from brushgs.cameras.paths import turn_around
 from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
-from brushgs.painting.backdrop import with_cut_edges
-from brushgs.painting.coats.materials import BACKDROP, CUT_IN
-from brushgs.painting.prepare import PICTURE, Prepared, prepare
-from brushgs.painting.report import Report
-from brushgs.passes.squint import Squint
+from brushgs.passes.color.squint import Squint
+from brushgs.pipeline.backdrop import with_cut_edges
+from brushgs.pipeline.media.materials import BACKDROP, CUT_IN
+from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
+from brushgs.pipeline.report import Report
 from brushgs.rendering.canvas import Painting
 from tests.bench.machine import describe
 from tests.bench.strokes import markdown

@@ -22,7 +22,8 @@ from brushgs.cameras.orbit import orbit
 from brushgs.measure.box_events import orientation_events
 from brushgs.rendering.project import project
 from brushgs.rendering.track import track_directions
-from brushgs.scene import Camera, Gaussians
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 from tests.bench import workloads
 from tests.bench.machine import describe
 

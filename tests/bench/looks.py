@@ -31,7 +31,6 @@ from typing import Any
 import numpy as np
 
 import brushgs as bg
-from brushgs.arrays import Array
 from brushgs.measure.box_events import orientation_events
 from brushgs.measure.likeness import psnr, ssim
 from brushgs.measure.warp import View, warp_error
@@ -40,12 +39,13 @@ from brushgs.options.look import Look
 from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
-from brushgs.painting.coats.materials import BACKDROP
-from brushgs.painting.prepare import PICTURE, Prepared, prepare
-from brushgs.painting.report import Report
-from brushgs.painting.still import paint_view
+from brushgs.pipeline.media.materials import BACKDROP
+from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.still import paint_view
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.track import track_directions
+from brushgs.values.arrays import Array
 from tests.bench.curves import placed
 from tests.bench.machine import describe
 from tests.bench.strokes import SCENES, markdown

@@ -3,7 +3,7 @@
     python -m tests.bench.mark_paintings [FOLDER]   # hatching.png, swirls.png, dabs.png, washes.png, 1000x750
 
 Their marks are drawn on a ground by this project's own rasteriser, nearest first. Lengths are shares of the
-shorter side, as in `brushgs.style`.
+shorter side, as in `brushgs.values.style`.
 """
 
 import sys

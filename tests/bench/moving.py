@@ -24,15 +24,15 @@ from typing import Any
 from brushgs.io.moving import load_moving
 from brushgs.measure.stability import Stability, report_stability
 from brushgs.measure.stability.table import row_groups
-from brushgs.moving_scene import MovingScene
 from brushgs.options.clip import ClipConfig
 from brushgs.options.experiments import StabilityConfig
 from brushgs.options.moment import Moment
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
-from brushgs.painting.clip import Clip
+from brushgs.pipeline.clip import Clip
 from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
+from brushgs.values.moving import MovingScene
 from tests.baseline.painterly import painterly_painters
 from tests.bench.machine import describe
 from tests.bench.strokes import markdown

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.rendering.constants import MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
-from brushgs.scene import Boxes
+from brushgs.values.boxes import Boxes
 
 F32 = NDArray[np.float32]
 

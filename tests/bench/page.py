@@ -36,19 +36,19 @@ from brushgs.measure.likeness import psnr
 from brushgs.options.choices import LOOKS, PLAIN_LOOK
 from brushgs.options.look import Look
 from brushgs.options.painting import ClusterConfig, PaintConfig, ViewConfig
-from brushgs.page.container import write_container
-from brushgs.page.contents import PageContents, page_contents
-from brushgs.page.export import view_of
-from brushgs.page.weight import Weight, fragments_of
-from brushgs.page.write import write_page
-from brushgs.painting.prepare import PICTURE, Prepared, prepare
-from brushgs.painting.report import Report
+from brushgs.outlets.page.container import write_container
+from brushgs.outlets.page.contents import PageContents, page_contents
+from brushgs.outlets.page.export import view_of
+from brushgs.outlets.page.weight import Weight, fragments_of
+from brushgs.outlets.page.write import write_page
+from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
+from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life
 from tests.bench.curves import placed
 from tests.bench.machine import describe
 from tests.bench.strokes import markdown
 from tests.chromium import CHROMIUM, FLAGS
-from tests.page.studio import Studio, encoded
+from tests.outlets.page.studio import Studio, encoded
 from tests.scenes import SCENES_FOLDER
 
 if TYPE_CHECKING:

@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.painting.parallel import parallel_map
+from brushgs.core.threads import num_threads_or_default
+from brushgs.pipeline.parallel import parallel_map
 from brushgs.rendering.render import render
-from brushgs.scene import Camera, Gaussians
-from brushgs.threads import num_threads_or_default
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 from tests.bench import parallel as importable  # run with -m, this module is another one
 from tests.bench.machine import describe
 

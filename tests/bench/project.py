@@ -19,7 +19,7 @@ import numpy as np
 from brushgs import _core
 from brushgs.rendering import reference
 from brushgs.rendering.project import project
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 from tests.bench import workloads
 from tests.bench.machine import describe
 

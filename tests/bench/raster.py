@@ -26,7 +26,9 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.project import project
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render
-from brushgs.scene import Boxes, Camera, Frame
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
 from tests.bench import numpy_painter, scanline, workloads
 from tests.bench.machine import describe
 

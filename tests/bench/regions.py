@@ -22,11 +22,12 @@ from brushgs.passes.where import WhereContext, memberships
 from brushgs.passes.where.masks import MaskView
 from brushgs.rendering.render import render
 from brushgs.rendering.visibility import visible_areas
-from brushgs.scene import Camera, Gaussians
-from brushgs.sh import C0
 from brushgs.still_life import NUM_GAUSSIANS, still_life
 from brushgs.still_life.bodies import bodies
 from brushgs.still_life.cast import cast_of, joined
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
 
 SIZE = (640, 480)
 NUM_MASKS = (1, 3, 5, 9)

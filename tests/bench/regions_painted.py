@@ -17,12 +17,14 @@ import numpy as np
 
 from brushgs.options.look import Look
 from brushgs.options.painting import ClusterConfig, PaintConfig, StrokesConfig, ViewConfig
-from brushgs.painting.prepare import Prepared, prepare
-from brushgs.painting.report import Report
+from brushgs.pipeline.prepare import Prepared, prepare
+from brushgs.pipeline.report import Report
 from brushgs.rendering.render import render
-from brushgs.scene import Camera, Frame, Gaussians
-from brushgs.sh import base_colors
 from brushgs.still_life import still_life
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import base_colors
 from tests.bench.regions import REGIONS, SIZE, cameras, in_two_colors, mask_of, owners
 
 STROKES = 6000

@@ -27,10 +27,10 @@ import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
-from brushgs.painting.sequence import paint_sequence
-from brushgs.painting.still import paint_file
-from brushgs.passes.cluster import cluster
-from brushgs.passes.prune import prune
+from brushgs.passes.reduce.cluster import cluster
+from brushgs.passes.reduce.prune import prune
+from brushgs.pipeline.sequence import paint_sequence
+from brushgs.pipeline.still import paint_file
 from brushgs.rendering.project import project
 from brushgs.rendering.rasterize import rasterize
 from brushgs.still_life import still_life

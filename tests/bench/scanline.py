@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.scene import Boxes
+from brushgs.values.boxes import Boxes
 
 FLAGS = ["-O3", "-march=native", "-std=c++20", "-fPIC", "-shared", "-pthread"]
 F32 = NDArray[np.float32]

@@ -32,19 +32,22 @@ from brushgs.cameras.first_view import framed_camera
 from brushgs.cameras.framing import plain_first_view
 from brushgs.io.pictures.oiio import quantise
 from brushgs.options.painting import PaintConfig, ViewConfig
-from brushgs.painting.still import paint
-from brushgs.passes import contribution, lloyd
-from brushgs.passes.cluster import cluster_weights, group
-from brushgs.passes.features import cluster_features
-from brushgs.passes.merge import merge_clusters
-from brushgs.passes.morton import morton_order
-from brushgs.passes.prune import highest
+from brushgs.passes.reduce import contribution, lloyd
+from brushgs.passes.reduce.cluster import cluster_weights, group
+from brushgs.passes.reduce.features import cluster_features
+from brushgs.passes.reduce.merge import merge_clusters
+from brushgs.passes.reduce.morton import morton_order
+from brushgs.passes.reduce.prune import highest
+from brushgs.pipeline.still import paint
 from brushgs.rendering import rasterize as ops
 from brushgs.rendering import texture_levels
 from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
 from brushgs.rendering.track import track_directions
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
-from brushgs.sh import sh_basis
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import sh_basis
 from tests.bench import workloads
 from tests.bench.machine import describe
 

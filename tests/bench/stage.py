@@ -24,10 +24,10 @@ from brushgs.io.pictures.images import read_image
 from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneSource
-from brushgs.painting.prepare import Prepared, prepare
-from brushgs.painting.report import Report, Stage
-from brushgs.painting.still import paint_view
-from brushgs.passes.color_space import Space
+from brushgs.passes.color.color_space import Space
+from brushgs.pipeline.prepare import Prepared, prepare
+from brushgs.pipeline.report import Report, Stage
+from brushgs.pipeline.still import paint_view
 from tests.bench.machine import describe
 from tests.bench.strokes import markdown
 from tests.scenes import SCENES_FOLDER

@@ -46,10 +46,10 @@ from brushgs.options.painting import (
     StrokeSize,
     ViewConfig,
 )
-from brushgs.painting.count import open_view_model
-from brushgs.painting.prepare import prepare
-from brushgs.painting.report import Report
-from brushgs.painting.strokes import cluster_scene
+from brushgs.pipeline.count import open_view_model
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.strokes import cluster_scene
 from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.stroke_count import view_model as sight_module

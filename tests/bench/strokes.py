@@ -2,7 +2,7 @@
 
     python -m tests.bench.strokes [SCENE ...] [--arms ARM ...] [--json FOLDER] [--page FILE] [--repeats 3]
 
-Strokes are made by `brushgs.painting.prepare`, as the commands make them, for one picture of 800 x 600. The
+Strokes are made by `brushgs.pipeline.prepare`, as the commands make them, for one picture of 800 x 600. The
 arms: "off" has no pass that sees and draws strokes alone, "on" is the default of the command, "no X" leaves
 out one measure X of "on" (seen weights, splits and seen colours are the three parts of "views"), and "off N"
 are N strokes of "off", for what it would take to reach "on" without.
@@ -37,14 +37,14 @@ from brushgs.cameras.first_view import framed_camera, framing
 from brushgs.measure.likeness import psnr, ssim, unpainted
 from brushgs.options.direction import Direction
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
-from brushgs.painting.drawing import render_options
-from brushgs.painting.prepare import PICTURE, Prepared, prepare
-from brushgs.painting.report import Report
-from brushgs.passes.cluster import cluster_weights
+from brushgs.passes.reduce.cluster import cluster_weights
 from brushgs.passes.seen import Seen, seen_in
+from brushgs.pipeline.drawing import render_options
+from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
+from brushgs.pipeline.report import Report
 from brushgs.rendering.options import RenderOptions, render_with
-from brushgs.scene import FirstView
 from brushgs.still_life import still_life
+from brushgs.values.camera import FirstView
 from tests.bench.curves import placed
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
@@ -115,10 +115,10 @@ def _own_colors(gaussians: bg.Gaussians, views: Any) -> Seen | None:
 # Parts of "views", which have no switch: names in the package, and what stands in their place.
 PATCHED: dict[str, dict[str, Any]] = {
     "seen weights": {"brushgs.passes.seen.Seen.weights": lambda seen, focus: cluster_weights(seen.gaussians)},
-    "splits": {"brushgs.passes.cluster.FIRST_SHARE": 1.0},
+    "splits": {"brushgs.passes.reduce.cluster.FIRST_SHARE": 1.0},
     "seen colours": {
-        "brushgs.passes.cluster.seen_in": _own_colors,
-        "brushgs.passes.repaint.repaint": lambda strokes, *_, **__: strokes,
+        "brushgs.passes.reduce.cluster.seen_in": _own_colors,
+        "brushgs.passes.color.repaint.repaint": lambda strokes, *_, **__: strokes,
     },
 }
 MEASURES = ["views", *PATCHED, *(name for name in OFF if name != "views")]

@@ -34,11 +34,10 @@ import torch.nn.functional as F  # noqa: N812
 
 import brushgs as bg
 from brushgs.cameras.framing import frame_scene
-from brushgs.colors import LUMINANCE
 from brushgs.io.pictures.images import read_image
-from brushgs.passes.broken_color import break_colors
-from brushgs.passes.direction.marks import Marks, marks_at
-from brushgs.passes.recolor import Palette, recolor
+from brushgs.passes.color.broken_color import break_colors
+from brushgs.passes.color.recolor import Palette, recolor
+from brushgs.passes.form.mark_directions import Marks, marks_at
 from brushgs.passes.style.marks import learn_marks
 from brushgs.refine.filter_bank import REACH, FilterBank, oriented_filters
 from brushgs.refine.fit import Drawing, FitSchedule
@@ -51,6 +50,7 @@ from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Variables
 from brushgs.refine.views import views_around
 from brushgs.still_life import still_life, still_life_camera
+from brushgs.values.colors import LUMINANCE
 from tests.bench.machine import describe
 from tests.bench.mark_paintings import KINDS, write
 from tests.scenes import SCENES_FOLDER

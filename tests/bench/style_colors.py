@@ -36,23 +36,23 @@ import numpy as np
 from skimage.metrics import structural_similarity
 
 import brushgs as bg
-from brushgs.arrays import F64
-from brushgs.colors import LUMINANCE
 from brushgs.io.pictures.images import read_image
 from brushgs.io.styles.write import write_style
 from brushgs.measure.likeness import psnr
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
 from brushgs.options.styling import AdjustConfig
-from brushgs.painting import color_changes
-from brushgs.painting.prepare import Prepared, prepare
-from brushgs.painting.report import Report
-from brushgs.painting.runner import Memory
-from brushgs.painting.styling import styled
-from brushgs.passes.adjust import adjust_map
+from brushgs.passes.color.adjust import adjust_map
 from brushgs.passes.style.marks import learn_marks
 from brushgs.passes.style.palette import learn_palette
-from brushgs.style import Style
+from brushgs.pipeline import color_changes
+from brushgs.pipeline.prepare import Prepared, prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.runner import Memory
+from brushgs.pipeline.styling import styled
+from brushgs.values.arrays import F64
+from brushgs.values.colors import LUMINANCE
+from brushgs.values.style import Style
 from tests.bench.machine import describe
 from tests.bench.mark_paintings import write
 from tests.bench.strokes import SCENES, markdown
@@ -181,7 +181,7 @@ def keeping_changes() -> Iterator[list[color_changes.FittedMap]]:
         kept.append(make(*args))
         return kept[-1]
 
-    with patch("brushgs.painting.color_changes.style_change", kept_change):
+    with patch("brushgs.pipeline.color_changes.style_change", kept_change):
         yield kept
 
 

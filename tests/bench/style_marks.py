@@ -26,15 +26,15 @@ from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.styling import StyleConfig
-from brushgs.painting.prepare import prepare
-from brushgs.painting.report import Report
-from brushgs.painting.runner import Memory
-from brushgs.painting.styling import styled_values
-from brushgs.passes.direction.marks import Marks, mark_pairs, marks_at, shrunk
+from brushgs.passes.form.mark_directions import Marks, mark_pairs, marks_at, shrunk
 from brushgs.passes.style.marks import learn_marks
 from brushgs.passes.style.palette import learn_palette
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.runner import Memory
+from brushgs.pipeline.styling import styled_values
 from brushgs.still_life import still_life, still_life_camera
-from brushgs.style import Style
+from brushgs.values.style import Style
 from tests.bench.machine import describe
 from tests.bench.mark_paintings import KINDS, paint
 from tests.bench.style import _energies, _shares

@@ -24,20 +24,21 @@ from pathlib import Path
 import numpy as np
 
 import brushgs as bg
-from brushgs.arrays import F64
 from brushgs.cameras.framing import frame_scene
-from brushgs.colors import LUMINANCE
 from brushgs.first_view import find_first_view
 from brushgs.io.styles.write import write_style
-from brushgs.passes.color_map import difference_slopes, map_colors
+from brushgs.passes.color.color_map import difference_slopes, map_colors
 from brushgs.passes.style.edit import apply_edit, needed_features
 from brushgs.passes.style.features import StrokeFeatures, stroke_features
 from brushgs.passes.style.fit_bumps import COUNTS
 from brushgs.passes.style.learn_edit import learn_edit
-from brushgs.scene import FirstView, Gaussians
-from brushgs.sh import C0
 from brushgs.still_life import still_life
-from brushgs.style import Style, StyleEdit
+from brushgs.values.arrays import F64
+from brushgs.values.camera import FirstView
+from brushgs.values.colors import LUMINANCE
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
+from brushgs.values.style import Style, StyleEdit
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
 

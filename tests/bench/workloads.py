@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from brushgs.scene import SH_TERMS, Camera, Gaussians
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import SH_TERMS, Gaussians
 
 SEED = 20250612
 FOV_Y = np.radians(50.0)

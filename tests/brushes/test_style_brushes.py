@@ -11,8 +11,8 @@ from brushgs import SceneError
 from brushgs.brushes.brush_set import name_of
 from brushgs.io.styles.write import write_style
 from brushgs.options.painting import DrawConfig, PaintConfig
-from brushgs.painting.outputs import input_files
-from brushgs.style import Style, StyleMarks
+from brushgs.pipeline.outputs import input_files
+from brushgs.values.style import Style, StyleMarks
 
 IMAGES = tuple(np.random.default_rng(k).integers(0, 256, (12 + k, 40), dtype=np.uint8) for k in range(3))
 MARKS = StyleMarks(0.1, 3.0, np.zeros((4, 6, 2), np.float32), brushes=IMAGES)

@@ -18,8 +18,9 @@ from brushgs.cameras.around import (
 )
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.cameras.orbit import orbit
-from brushgs.scene import Camera, FirstView, Frame
 from brushgs.still_life import still_life
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.frame import Frame
 
 UP = np.array([0.0, -1.0, 0.0])
 

@@ -16,7 +16,7 @@ from brushgs.cli.configs import paint_config
 from brushgs.cli.parser import command_parser
 from brushgs.first_view import find_first_view
 from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
-from brushgs.scene import FirstView
+from brushgs.values.camera import FirstView
 from tests.cameras.test_first_view import INSIDE, assert_same
 from tests.scenes import real_scene
 

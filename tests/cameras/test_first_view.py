@@ -23,7 +23,7 @@ from brushgs.cameras.orbit import orbit
 from brushgs.cli import flags
 from brushgs.cli.parser import _joined
 from brushgs.options.painting import ViewConfig
-from brushgs.scene import FirstView
+from brushgs.values.camera import FirstView
 from tests.cameras.test_framing import box, cloud, pixels
 
 SIZE = (96, 64)

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 import brushgs as bg
 from brushgs.cameras.framing import AXES, MARGIN, default_elevation, frame_scene, subject, up_vector
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 from tests.scenes import real_scene
 
 

@@ -9,9 +9,9 @@ from brushgs.cameras.framing import AXES
 from brushgs.cameras.ground import level_up
 from brushgs.cameras.orbit import orbit
 from brushgs.options.painting import ViewConfig
-from brushgs.painting.report import Report
-from brushgs.painting.views import choose_first_view
-from brushgs.scene import Gaussians
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.views import choose_first_view
+from brushgs.values.gaussians import Gaussians
 from tests.scenes import real_scene
 
 

@@ -6,8 +6,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from brushgs.cameras.motion import SAME_VIEW, between, is_same_view, screw_motion, view_change
-from brushgs.quats import rotation_matrices
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
+from brushgs.values.quats import rotation_matrices
 
 SIZE = {"width": 64, "height": 48}
 

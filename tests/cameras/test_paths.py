@@ -17,8 +17,9 @@ from brushgs.errors import SceneError
 from brushgs.io.cameras.read import read_cameras
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import MAX_FRAMES, PathConfig
-from brushgs.scene import Camera, Gaussians
 from brushgs.still_life import still_life
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 from tests.scenes import real_scene
 
 SIZE = {"width": 64, "height": 48}

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from brushgs.cameras.motion import between, view_change
 from brushgs.cameras.spline import CameraSpline, through
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
 
 SIZE = {"width": 64, "height": 48}
 CENTER, REACH = np.array([0.5, -1.0, 2.0]), 1.0

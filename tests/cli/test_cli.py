@@ -14,14 +14,14 @@ import brushgs as bg
 from brushgs import cli
 from brushgs.brushes.builtin import stroke_notes
 from brushgs.brushes.texture import builtin_names
-from brushgs.colors import rgb_of
 from brushgs.io.pictures.images import read_image
 from brushgs.options.choices import LOOKS
 from brushgs.options.look import Look
-from brushgs.painting.report import Report
-from brushgs.painting.stroke_chart import CELL, COLUMNS, PAPER
-from brushgs.sh import base_colors
+from brushgs.outlets.stroke_chart import CELL, COLUMNS, PAPER
+from brushgs.pipeline.report import Report
 from brushgs.still_life.moving import still_life_moving
+from brushgs.values.colors import rgb_of
+from brushgs.values.sh import base_colors
 from tests.scenes import save_upright, still_life_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -317,7 +317,7 @@ def test_a_fault_of_our_own_is_called_one(scene, capsys, monkeypatch):
     def fail(*_, **__):
         raise KeyError("means")
 
-    monkeypatch.setattr("brushgs.painting.still.paint_file", fail)
+    monkeypatch.setattr("brushgs.pipeline.still.paint_file", fail)
     code, _, err = run(capsys, "render", scene, *SMALL)
     assert (code, err.count("\n")) == (1, 1)
     assert "internal error, KeyError" in err
@@ -329,7 +329,7 @@ def test_memory_that_runs_out_is_said(scene, capsys, monkeypatch):
     def fail(*_, **__):
         raise MemoryError("Unable to allocate 12.0 GiB")
 
-    monkeypatch.setattr("brushgs.painting.still.paint_file", fail)
+    monkeypatch.setattr("brushgs.pipeline.still.paint_file", fail)
     code, _, err = run(capsys, "render", scene, *SMALL)
     assert code == 2
     assert err.startswith("brushgs: out of memory (Unable to allocate 12.0 GiB)")
@@ -339,7 +339,7 @@ def test_ctrl_c_exits_with_130(scene, capsys, monkeypatch):
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("brushgs.painting.still.paint_file", stop)
+    monkeypatch.setattr("brushgs.pipeline.still.paint_file", stop)
     assert run(capsys, "render", scene, *SMALL) == (130, "", "brushgs: stopped\n")
 
 
@@ -683,7 +683,7 @@ def test_info_tells_what_a_scene_holds(scene, capsys):
 
 def test_the_demo_says_where_the_picture_is(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("brushgs.painting.demo.still_life", lambda *_, **__: still_life_of(1000))
+    monkeypatch.setattr("brushgs.outlets.demo.still_life", lambda *_, **__: still_life_of(1000))
     code, out, err = run(capsys, "demo", "--stroke", "gaussian", "--size", "64x48")
     assert (code, out) == (0, "brushgs-demo/still_life-gaussian.png\n")
     assert "a still life of" in err
@@ -692,9 +692,9 @@ def test_the_demo_says_where_the_picture_is(tmp_path, monkeypatch, capsys):
 
 def test_the_moving_demo_builds_a_clip_and_paints_it(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("brushgs.painting.demo.SECONDS", 4 / 24)
+    monkeypatch.setattr("brushgs.outlets.demo.SECONDS", 4 / 24)
     monkeypatch.setattr(
-        "brushgs.painting.demo.still_life_moving", lambda *_, **__: still_life_moving(1000, seconds=4 / 24)
+        "brushgs.outlets.demo.still_life_moving", lambda *_, **__: still_life_moving(1000, seconds=4 / 24)
     )
     words = "--look", "plain", "--stroke", "flat", "--strokes", "100", "--size", "64x48"
     code, out, err = run(capsys, "demo", "--moving", *words)
@@ -794,7 +794,7 @@ def test_a_disc_that_fills_while_frames_are_painted_leaves_those_that_are_whole(
 def test_a_real_ctrl_c_leaves_nothing_behind(tmp_path):
     fifo = tmp_path / "never.ply"
     os.mkfifo(fifo)
-    code = "import sys, time, brushgs.painting.still as p, brushgs.cli as c\n"
+    code = "import sys, time, brushgs.pipeline.still as p, brushgs.cli as c\n"
     code += "def wait(*a, **k): print('ready', flush=True); time.sleep(60)\n"
     code += "p.paint_file = wait\nsys.exit(c.main(['render', 'a.ply']))"
     process = subprocess.Popen(

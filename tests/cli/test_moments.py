@@ -12,7 +12,7 @@ from brushgs.cli import main
 from brushgs.io import read_scene
 from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
-from brushgs.page.export import command_of
+from brushgs.outlets.page.export import command_of
 from tests.io.moving.params_maker import write_params
 from tests.scenes import real_scene, save_upright, still_life_of
 

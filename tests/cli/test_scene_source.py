@@ -62,10 +62,10 @@ def test_outputs_bear_the_name_of_the_source(tiles, capsys, words, name, command
 
 
 CALLS = {  # command -> module and function that take the scene
-    "render": ("brushgs.painting.still", "paint_file"),
-    "prune": ("brushgs.painting.passes", "prune_file"),
-    "cluster": ("brushgs.painting.passes", "cluster_file"),
-    "recolor": ("brushgs.painting.passes", "recolor_file"),
+    "render": ("brushgs.pipeline.still", "paint_file"),
+    "prune": ("brushgs.outlets.passes", "prune_file"),
+    "cluster": ("brushgs.outlets.passes", "cluster_file"),
+    "recolor": ("brushgs.outlets.passes", "recolor_file"),
     "refine": ("brushgs.refine.run", "refine_file"),
     "bench": ("brushgs.measure.bench", "report_bench"),
     "stability": ("brushgs.measure.stability", "report_stability"),

@@ -7,7 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
-from brushgs.style import NamedColor, Style, StylePalette
+from brushgs.values.style import NamedColor, Style, StylePalette
 from tests.scenes import still_life_of
 
 

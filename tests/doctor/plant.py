@@ -12,7 +12,7 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.passes.extent import robust_frame
-from brushgs.sh import C0
+from brushgs.values.sh import C0
 from tests.io.ply_maker import write_scene
 
 Columns = dict[str, np.ndarray]

@@ -7,9 +7,9 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.first_view import find_first_view
-from brushgs.quats import quats_of, rotation_matrices
-from brushgs.scene import FirstView
-from brushgs.sh import C0
+from brushgs.values.camera import FirstView
+from brushgs.values.quats import quats_of, rotation_matrices
+from brushgs.values.sh import C0
 
 ROTATIONS = [
     np.eye(3)[list(order)] * np.array(signs)[:, None]

@@ -9,7 +9,7 @@ import brushgs as bg
 from brushgs.cameras.framing import FLAT_ELEVATION, frame_scene
 from brushgs.first_view import find_first_view
 from brushgs.first_view.front import wrapped
-from brushgs.sh import C0
+from brushgs.values.sh import C0
 from tests.first_view.scenes import about, gaussians, joined, moved, statue, statue_view
 from tests.scenes import real_scene
 

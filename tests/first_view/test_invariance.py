@@ -6,8 +6,8 @@ import pytest
 import brushgs as bg
 from brushgs.cameras.framing import AXES, frame_scene
 from brushgs.cameras.ground import level_up
+from brushgs.core.threads import at_most
 from brushgs.first_view import find_first_view
-from brushgs.threads import at_most
 from tests.first_view.scenes import moved, on_a_plaza, statue, statue_view
 
 

@@ -14,7 +14,7 @@ from brushgs.first_view import find_first_view
 from brushgs.first_view.front import wrapped
 from brushgs.first_view.sample import take_sample
 from brushgs.first_view.up import EVIDENCE, PRIORS, SURE, measure_up
-from brushgs.scene import FirstView
+from brushgs.values.camera import FirstView
 from tests.first_view.scenes import ROTATIONS
 from tests.scenes import real_scene
 

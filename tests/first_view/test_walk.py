@@ -8,12 +8,12 @@ import pytest
 
 import brushgs as bg
 from brushgs.cameras.framing import frame_scene
-from brushgs.colors import LUMINANCE
+from brushgs.core.threads import at_most
 from brushgs.first_view import find_first_view, walk
 from brushgs.first_view.usable import Judge, thinned_by_size
 from brushgs.first_view.walk import inside_stand, other_stands
-from brushgs.scene import FirstView
-from brushgs.threads import at_most
+from brushgs.values.camera import FirstView
+from brushgs.values.colors import LUMINANCE
 from tests.first_view.made_walks import HIGH, LONG, WIDE, street
 from tests.first_view.scenes import about, gaussians, joined, moved, on_a_plaza, statue, statue_view
 from tests.scenes import real_scene

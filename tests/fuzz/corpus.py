@@ -20,7 +20,7 @@ from brushgs.io.scenes.stored import Stored
 from brushgs.io.scenes.view_comments import comment_lines
 from brushgs.io.styles.write import write_style
 from brushgs.io.usd.process import is_usd_here
-from brushgs.scene import FirstView
+from brushgs.values.camera import FirstView
 from tests.fuzz.reader import SEPARATOR
 from tests.io import camera_models, test_cameras, test_colmap, test_compressed_ply
 from tests.io.moving import clips, params_maker, test_four_dgs

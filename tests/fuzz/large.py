@@ -150,7 +150,7 @@ def _as_stroke(path: Path) -> object:
 
 
 def _as_background(path: Path) -> object:
-    from brushgs.painting.background import open_background
+    from brushgs.pipeline.background import open_background
 
     return open_background(str(path), 1280, 720)
 

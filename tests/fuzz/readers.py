@@ -51,7 +51,7 @@ def _picture(path: Path) -> object:
     """The same file as a picture, as a stroke and as a background."""
     from brushgs.brushes.texture import StrokeTexture
     from brushgs.io.pictures.images import read_image
-    from brushgs.painting.background import open_background
+    from brushgs.pipeline.background import open_background
 
     image = read_image(path, max_pixels=PIXELS)  # what is too large for it does not reach the others
     background = open_background(str(path), 40, 30)

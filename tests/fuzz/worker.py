@@ -12,7 +12,7 @@ from pkgutil import walk_packages
 
 STATE = struct.Struct("<QQdQ")  # inputs done, inputs begun, seconds (monotonic) of the begin, worst memory
 # Beside all of `brushgs.io`: the modules that use what a file holds.
-_USERS = ("brushgs.brushes.texture", "brushgs.painting.background")
+_USERS = ("brushgs.brushes.texture", "brushgs.pipeline.background")
 
 
 def main() -> None:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.options.choices import Blend, Filter, Order
-from brushgs.passes.follow.canonical import canonical
-from brushgs.passes.follow.rows import follow_rows
+from brushgs.passes.motion.canonical import canonical
+from brushgs.passes.motion.rows import follow_rows
 from brushgs.rendering.light import Lamp
 from brushgs.rendering.motion import StrokeMotion
 from brushgs.rendering.project import project
@@ -24,9 +24,10 @@ from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import Surface, paper
 from brushgs.rendering.track_moving import MovingTrack, track_moving
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import Boxes, Gaussians
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.still_life.moving import still_life_moving
+from brushgs.values.boxes import Boxes
+from brushgs.values.gaussians import Gaussians
 
 FOLDER = Path(__file__).parent
 WIDTH, HEIGHT = 128, 96

@@ -25,18 +25,19 @@ from brushgs.cameras.around import near_views, ring_views, subject_ahead
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.io.pictures.images import read_image, write_frame
 from brushgs.io.styles.write import write_style
-from brushgs.passes import cluster as clustering
-from brushgs.passes.choose_brushes import choose_brushes
-from brushgs.passes.contribution import contributions
-from brushgs.passes.features import cluster_features, spans_of
-from brushgs.passes.merge import merge_clusters
+from brushgs.passes.form.choose_brushes import choose_brushes
+from brushgs.passes.reduce import cluster as clustering
+from brushgs.passes.reduce.contribution import contributions
+from brushgs.passes.reduce.features import cluster_features, spans_of
+from brushgs.passes.reduce.merge import merge_clusters
+from brushgs.passes.reduce.split import cut, painted_errors
+from brushgs.passes.reduce.worth import worth_keeping
 from brushgs.passes.seen import seen_in
-from brushgs.passes.split import cut, painted_errors
 from brushgs.passes.style.features import COLOR_FEATURES, stroke_features
-from brushgs.passes.worth import worth_keeping
-from brushgs.quats import rotation_matrices
 from brushgs.rendering.plain import PlainViews
-from brushgs.scene import GAUSSIAN_COLUMNS, Frame
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import GAUSSIAN_COLUMNS
+from brushgs.values.quats import rotation_matrices
 from tests.golden.cases import FOLDER
 from tests.io.styles import example
 from tests.scenes import still_life_of
@@ -204,7 +205,7 @@ def constants() -> list[tuple[ModuleType, str, float]]:
 
     Whole numbers are left out: they are counts, and limits of memory and of hostile input.
     """
-    packages = tuple(f"brushgs.{name}." for name in ("passes", "rendering", "painting.coats", "brushes"))
+    packages = tuple(f"brushgs.{name}." for name in ("passes", "rendering", "pipeline.media", "brushes"))
     found = []
     for name, module in sorted(sys.modules.items()):
         if name.startswith(packages):

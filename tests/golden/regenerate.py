@@ -12,7 +12,7 @@ from brushgs.io.pictures.images import write_frame
 from brushgs.rendering import reference
 from brushgs.rendering.canvas import CARRIED
 from brushgs.rendering.light import BLUR
-from brushgs.scene import Frame
+from brushgs.values.frame import Frame
 from tests.golden.cases import CASES, FOLDER, HEIGHT, WIDTH, Case
 
 

@@ -17,8 +17,9 @@ from brushgs.rendering.light import light
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.relief import Relief
-from brushgs.scene import Boxes, Frame
 from brushgs.still_life import still_life_camera
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
 from tests.golden.cases import CASES, FOLDER, HEIGHT, NUM_STROKES, WIDTH, Case, boxes_of, scene
 
 MEAN_LIMIT = 0.1  # steps of 8 bits

@@ -9,7 +9,7 @@ from PIL import Image, features
 
 import brushgs as bg
 from brushgs.io.pictures.images import write_frame
-from brushgs.scene import Frame
+from brushgs.values.frame import Frame
 
 pytestmark = pytest.mark.skipif(not features.check("avif"), reason="this Pillow was built without AVIF")
 

@@ -17,7 +17,7 @@ from brushgs.io.pictures.images import read_image
 from brushgs.io.scenes.write import write_scene
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import PathConfig
-from brushgs.scene import FirstView
+from brushgs.values.camera import FirstView
 from tests.io.camera_models import LENS, CameraModel, moving_model, write
 from tests.io.scenes.test_gltf_write import chunks_of, write_chunks
 from tests.io.scenes.test_written import make

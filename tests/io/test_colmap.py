@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from brushgs import SceneError, SceneWarning
 from brushgs.io import load_cameras
 from brushgs.io.cameras.colmap import MODELS
-from brushgs.quats import rotation_matrices
+from brushgs.values.quats import rotation_matrices
 from tests.scenes import real_scene
 
 NUMBER_OF = {name: number for number, (name, _) in enumerate(MODELS)}

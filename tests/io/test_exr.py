@@ -8,10 +8,10 @@ import OpenImageIO
 import pytest
 
 from brushgs import Camera, Frame, SceneError
-from brushgs.colors import linear_from_srgb
 from brushgs.io.pictures.images import encode_frame, read_image, write_frame
 from brushgs.io.pictures.shot import Shot
-from brushgs.layers import Matte
+from brushgs.values.colors import linear_from_srgb
+from brushgs.values.layers import Matte
 from tests.io.exr_reader import read_header
 
 HEIGHT, WIDTH = 70, 9  # more rows than are written at a time

@@ -15,7 +15,7 @@ from brushgs.io.pictures.exr import cryptomatte
 from brushgs.io.pictures.exr.cryptomatte import ids_of, is_long, manifest_of, murmur3, write_manifest
 from brushgs.io.pictures.images import write_frame
 from brushgs.io.pictures.shot import Shot
-from brushgs.layers import Matte
+from brushgs.values.layers import Matte
 from tests.io.exr_reader import read_header
 
 HEIGHT, WIDTH = 12, 16

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from brushgs import Camera, Frame, SceneError
 from brushgs.io.pictures.images import encode_frame, read_image, write_frame
 from brushgs.io.pictures.shot import Shot
-from brushgs.layers import DeepSamples
+from brushgs.values.layers import DeepSamples
 from tests.io.exr_reader import read_header
 
 

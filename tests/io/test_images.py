@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 import brushgs as bg
 from brushgs import Frame, SceneError
-from brushgs.colors import linear_from_srgb, srgb_from_linear
 from brushgs.io.formats import begins_with
 from brushgs.io.pictures import formats, identify
 from brushgs.io.pictures.images import read_bytes, read_image, write_frame
 from brushgs.io.pictures.oiio import quantise
 from brushgs.options.choices import Codec
+from brushgs.values.colors import linear_from_srgb, srgb_from_linear
 
 
 def make_frame(height: int = 5, width: int = 7, *, depth: bool = False) -> Frame:

@@ -16,7 +16,7 @@ from brushgs.io import read_scene
 from brushgs.io.scenes.stored import Stored
 from brushgs.io.scenes.view_comments import PREFIX, comment_lines, read_comments
 from brushgs.io.scenes.write import write_scene
-from brushgs.scene import FirstView
+from brushgs.values.camera import FirstView
 from tests.io.test_write_ply import make
 
 EVERY_FIELD = FirstView(

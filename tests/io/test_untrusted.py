@@ -20,7 +20,7 @@ from brushgs.io import load, load_cameras
 from brushgs.io.pictures import images
 from brushgs.io.pictures.images import read_image
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
-from brushgs.painting.background import open_background
+from brushgs.pipeline.background import open_background
 from tests.fuzz.corpus import many_directories
 from tests.io import test_cameras, test_colmap, test_compressed_ply
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene

@@ -19,10 +19,10 @@ from brushgs.options.look import Look
 from brushgs.options.moment import Moment
 from brushgs.options.painting import PaintConfig, StrokesConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
-from brushgs.painting.clip import Clip
-from brushgs.painting.prepare import PICTURE, prepare
-from brushgs.painting.report import Report
-from brushgs.painting.sequence import paint_sequence
+from brushgs.pipeline.clip import Clip
+from brushgs.pipeline.prepare import PICTURE, prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.sequence import paint_sequence
 from brushgs.still_life.moving import still_life_moving
 from tests.scenes import save_upright, still_life_of
 

@@ -12,17 +12,17 @@ from brushgs import cli
 from brushgs.measure.stability import Comparison, measure_stability, report_stability
 from brushgs.measure.stability.painters import AlonePainter, all_painters, nearest_pairs
 from brushgs.measure.stability.table import stability_table
-from brushgs.moving_scene import MovingScene
 from brushgs.options.clip import ClipConfig
 from brushgs.options.experiments import StabilityConfig
 from brushgs.options.moment import Moment
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
-from brushgs.painting.clip import Clip
-from brushgs.painting.moving import Moving
+from brushgs.pipeline.clip import Clip
+from brushgs.pipeline.moving import Moving
 from brushgs.rendering.motion import StrokeMotion, new_table
 from brushgs.rendering.options import RenderOptions
 from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
+from brushgs.values.moving import MovingScene
 from tests.baseline.painterly import painterly_painters
 from tests.scenes import still_life_of
 

@@ -4,8 +4,8 @@ import threading
 
 import pytest
 
-from brushgs.painting.parallel.ahead import one_ahead
-from brushgs.painting.report import Stopwatch
+from brushgs.pipeline.parallel.ahead import one_ahead
+from brushgs.pipeline.report import Stopwatch
 
 
 def test_the_next_result_is_made_while_the_caller_has_this_one():

@@ -23,11 +23,11 @@ from brushgs.errors import SceneError
 from brushgs.io.scenes.read import open_files
 from brushgs.options.painting import ClusterConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
-from brushgs.painting.blocks.budget import Budget
-from brushgs.painting.blocks.load import load_in_blocks
-from brushgs.painting.parallel import connection, parallel_map
-from brushgs.painting.parallel import dask_cluster as cluster
-from brushgs.painting.sequence import paint_sequence
+from brushgs.pipeline.blocks.budget import Budget
+from brushgs.pipeline.blocks.load import load_in_blocks
+from brushgs.pipeline.parallel import connection, parallel_map
+from brushgs.pipeline.parallel import dask_cluster as cluster
+from brushgs.pipeline.sequence import paint_sequence
 from brushgs.still_life import still_life
 from tests.parallel import work
 from tests.parallel.conftest import NUM_FRAMES, ROOT
@@ -203,7 +203,7 @@ def test_ctrl_c_leaves_the_cluster_alive_and_empty(address, tmp_path):
         textwrap.dedent(
             f"""
             import itertools
-            from brushgs.painting.parallel import parallel_map
+            from brushgs.pipeline.parallel import parallel_map
             from tests.parallel.work import slow_process_id
             for pid in parallel_map(slow_process_id, itertools.count(), scheduler="{address}"):
                 print(pid, flush=True)
@@ -353,7 +353,7 @@ def test_a_scheduler_without_workers_is_told_at_once_and_refused_in_the_end(
 ):
     monkeypatch.chdir(tmp_path)
     bg.save(still_life(2000), "scene.ply")
-    monkeypatch.setattr("brushgs.painting.sequence.prepare", None)  # not reached: workers are awaited first
+    monkeypatch.setattr("brushgs.pipeline.sequence.prepare", None)  # not reached: workers are awaited first
     words = [*words, "--orbit", "5", "--scheduler", lonely, "--workers-timeout", "0.3"]
     code = cli.main(["render", "scene.ply", *words])
     captured = capsys.readouterr()

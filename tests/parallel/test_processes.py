@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
+from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.painting.parallel import parallel_map
-from brushgs.threads import num_threads_or_default
+from brushgs.pipeline.parallel import parallel_map
 from tests.parallel import work
 from tests.parallel.conftest import NUM_FRAMES, ROOT
 
@@ -174,7 +174,7 @@ def test_a_script_without_a_main_guard_runs_once(tmp_path):
     script = run_script(
         tmp_path / "script.py",
         """
-        from brushgs.painting.parallel import parallel_map
+        from brushgs.pipeline.parallel import parallel_map
         from tests.parallel.work import square
         print("once", list(parallel_map(square, range(5), jobs=2)))
         import sys
@@ -197,7 +197,7 @@ def test_a_script_without_a_main_guard_runs_once(tmp_path):
 
 ENDLESS = """
     import itertools
-    from brushgs.painting.parallel import parallel_map
+    from brushgs.pipeline.parallel import parallel_map
     from tests.parallel.work import process_id
     for pid in parallel_map(process_id, itertools.count(), jobs=2):
         print(pid, flush=True)

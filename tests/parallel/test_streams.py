@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from brushgs.painting.parallel import parallel_map, streams
+from brushgs.pipeline.parallel import parallel_map, streams
 from tests.parallel import work
 from tests.parallel.conftest import NUM_FRAMES
 

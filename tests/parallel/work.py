@@ -7,8 +7,8 @@ import warnings
 from pathlib import Path
 
 import brushgs as bg
+from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.threads import num_threads_or_default
 
 
 def square(x):

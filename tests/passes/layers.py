@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from brushgs.quats import quats_of
-from brushgs.scene import Camera, Gaussians
-from brushgs.sh import C0
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import quats_of
+from brushgs.values.sh import C0
 
 COVER = 0.6  # standard deviation over distance: closed, and not blurred
 SIZE = 140  # pixels

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 
 
 def random_gaussians(n, seed=0, *, terms=1, spread=1.0, size=0.1, dtype=np.float64):

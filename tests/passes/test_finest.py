@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brushgs.passes.cluster import cluster
-from brushgs.passes.contribution import projected_areas, seen_areas
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.finest import finest_of, seen_scales
-from brushgs.passes.prune import prune
-from brushgs.passes.solid import solidify
+from brushgs.passes.form.solid import solidify
+from brushgs.passes.reduce.cluster import cluster
+from brushgs.passes.reduce.contribution import projected_areas, seen_areas
+from brushgs.passes.reduce.prune import prune
 from brushgs.rendering.render import render
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
 from tests.passes.scenes import assert_same, random_gaussians, replaced
 from tests.stiff.shapes import ball
 

@@ -13,7 +13,7 @@ import sys
 import numpy as np
 import brushgs as bg
 from brushgs.cameras.framing import frame_scene, plain_first_view
-from brushgs.passes.cluster import group
+from brushgs.passes.reduce.cluster import group
 from tests.passes.scenes import covariances
 with np.load(sys.argv[1]) as columns:
     scene = bg.Gaussians(**columns)
@@ -40,7 +40,7 @@ OF_NUMPY = [
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """From what is lacking to the strokes; each is made in a process of its own."""
-    from brushgs.scene import GAUSSIAN_COLUMNS
+    from brushgs.values.gaussians import GAUSSIAN_COLUMNS
     from tests.scenes import still_life_of
 
     folder = tmp_path_factory.mktemp("machines")

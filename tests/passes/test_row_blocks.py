@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from brushgs.core.threads import at_most
 from brushgs.passes import row_blocks
-from brushgs.threads import at_most
 
 
 @pytest.mark.parametrize("num", [0, 1, row_blocks.ROWS, 3 * row_blocks.ROWS + 5])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import brushgs as bg
+from brushgs.core.threads import at_most
 from brushgs.measure.likeness import psnr
-from brushgs.passes.cluster import group
+from brushgs.passes.reduce.cluster import group
+from brushgs.passes.reduce.split import painted_errors
 from brushgs.passes.seen import seen_in, shown_areas
-from brushgs.passes.split import painted_errors
 from brushgs.rendering.plain import PlainViews
 from brushgs.still_life import still_life
-from brushgs.threads import at_most
 from tests.doctor.scenes import ball
 
 KERNEL = bg.StrokeTexture.open("gaussian")

@@ -16,18 +16,18 @@ from brushgs import cli  # noqa: E402
 from brushgs.cameras.framing import frame_scene, plain_first_view  # noqa: E402
 from brushgs.options.experiments import RefineConfig  # noqa: E402
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig  # noqa: E402
-from brushgs.painting.clip import Clip  # noqa: E402
-from brushgs.painting.prepare import STROKES, prepare  # noqa: E402
-from brushgs.painting.report import Report  # noqa: E402
-from brushgs.painting.resume import motion_digest  # noqa: E402
-from brushgs.passes.recolor import Palette  # noqa: E402
-from brushgs.quats import quat_products  # noqa: E402
+from brushgs.passes.color.recolor import Palette  # noqa: E402
+from brushgs.pipeline.clip import Clip  # noqa: E402
+from brushgs.pipeline.prepare import STROKES, prepare  # noqa: E402
+from brushgs.pipeline.report import Report  # noqa: E402
+from brushgs.pipeline.resume import motion_digest  # noqa: E402
 from brushgs.refine.distil import distil, mean_psnr  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.run import refine_file  # noqa: E402
 from brushgs.refine.targets import draw_targets, scene_over_time  # noqa: E402
 from brushgs.refine.variables import Rates, Variables  # noqa: E402
 from brushgs.refine.views import OWN_VIEWS, views_over_time  # noqa: E402
+from brushgs.values.quats import quat_products  # noqa: E402
 from tests.clips import clip_of, first_moment, moving_scene, save_clip  # noqa: E402
 from tests.refine.stops import stopping_after  # noqa: E402
 
@@ -283,7 +283,7 @@ def test_a_checkpoint_of_another_part_of_the_clip_is_refused(stopped, folder, ca
 
 
 def test_strokes_that_move_otherwise_are_another_fit(stopped, folder, capsys, monkeypatch):
-    from brushgs.painting.steps import laying
+    from brushgs.pipeline.steps import laying
 
     follow = laying.follow_strokes
 

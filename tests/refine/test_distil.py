@@ -10,6 +10,7 @@ torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
 import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
+from brushgs.core.threads import at_most  # noqa: E402
 from brushgs.io.pictures.images import read_image  # noqa: E402
 from brushgs.options.where import Where  # noqa: E402
 from brushgs.passes.where import memberships  # noqa: E402
@@ -21,7 +22,6 @@ from brushgs.refine.targets import TargetView  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
 from brushgs.still_life import still_life  # noqa: E402
-from brushgs.threads import at_most  # noqa: E402
 from tests.scenes import save_upright  # noqa: E402
 
 COLUMNS = ("means", "quats", "scales", "opacities", "sh")

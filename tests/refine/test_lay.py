@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.quats import rotation_matrices
 from brushgs.refine.lay import LENGTHS, Seen, lay_marks
 from brushgs.rendering.motion import AT_REST, SHIFT, SIZE, TURN, Pose
-from brushgs.sh import C0
-from brushgs.style import StyleMarks
+from brushgs.values.quats import rotation_matrices
+from brushgs.values.sh import C0
+from brushgs.values.style import StyleMarks
 
 SIGMAS = 1.6
 CAMERA = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=160, height=120, fov_y=0.5)

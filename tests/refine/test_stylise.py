@@ -9,7 +9,7 @@ torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
 import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
-from brushgs.passes.recolor import Palette, recolor  # noqa: E402
+from brushgs.passes.color.recolor import Palette, recolor  # noqa: E402
 from brushgs.refine import nnfm  # noqa: E402
 from brushgs.refine.filter_bank import FilterBank  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402

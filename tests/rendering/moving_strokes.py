@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from brushgs.quats import quat_products
 from brushgs.rendering.motion import OPACITY, SHIFT, SIZE, TURN, StrokeMotion, new_table
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import quat_products
 
 
 def with_ids(strokes: Gaussians, ids=None) -> Gaussians:

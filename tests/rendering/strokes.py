@@ -7,7 +7,7 @@ import numpy as np
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter
 from brushgs.rendering.depth_test import DepthTest
-from brushgs.scene import Boxes
+from brushgs.values.boxes import Boxes
 
 # Stroke and filter of every path through the kernel.
 PATHS: dict[str, tuple[str, Filter]] = {

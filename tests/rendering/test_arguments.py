@@ -11,7 +11,9 @@ from brushgs.rendering import constants
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import Boxes, Camera, Gaussians
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 from tests.rendering.strokes import boxes_of, bristles, random_boxes, relieved, set_back, softened
 
 TEXTURE = StrokeTexture.open("ellipse")

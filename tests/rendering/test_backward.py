@@ -14,7 +14,8 @@ from brushgs.rendering.backward import BOX_COLUMNS, rasterize_backward
 from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
 from brushgs.rendering.rasterize import rasterize, rasterize_traced
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import Boxes, Frame
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
 from tests.differences import assert_same_gradient, central_differences
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, set_back, softened, texture_of
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from brushgs.rendering.border import WIDTH, thin_to_border, uniform_of
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
 from tests.rendering.strokes import boxes_of
 
 CAMERA = Camera.look_at((0, 0, -5), (0, 0, 0), width=400, height=300)

@@ -15,7 +15,10 @@ from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render
 from brushgs.rendering.track import track
 from brushgs.rendering.underpaint import SIZE, Underpaint
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 from tests.differences import assert_same_gradient, central_differences
 from tests.rendering.strokes import bristles, random_boxes, set_back, softened
 from tests.rendering.test_soft import CAMERA, scene_of

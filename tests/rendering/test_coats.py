@@ -5,14 +5,14 @@ import pytest
 
 import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.native import core as _core
+from brushgs.core.native import core as _core
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.light import Lamp
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import Surface, paper
-from brushgs.sh import in_colors
+from brushgs.values.sh import in_colors
 from tests.passes.scenes import random_gaussians
 
 CAMERA = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=96, height=72)

@@ -12,7 +12,8 @@ from brushgs.rendering.project import project
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import Boxes, Frame
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
 from tests.pairs import pairs_of
 from tests.rendering.strokes import (
     PATHS,

@@ -13,7 +13,7 @@ import pytest
 from brushgs import _core
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import Frame
+from brushgs.values.frame import Frame
 from tests.rendering.strokes import (
     PATHS,
     depth_test_of,

@@ -8,7 +8,8 @@ import pytest
 from brushgs.rendering import reference
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.rasterize import rasterize
-from brushgs.scene import Boxes, Frame
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
 from tests.rendering.strokes import PATHS, boxes_of, random_boxes, softened, texture_of
 
 WIDTH, HEIGHT = 70, 40

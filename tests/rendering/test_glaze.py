@@ -11,7 +11,7 @@ from brushgs.rendering.constants import MAX_ALPHA, MIN_ALPHA
 from brushgs.rendering.glaze import DARKEST
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import Boxes
+from brushgs.values.boxes import Boxes
 from tests.rendering.strokes import PATHS, boxes_of, random_boxes, set_back, softened, texture_of
 
 SOLID = StrokeTexture.from_coverage(np.ones((2, 2)))

@@ -10,7 +10,10 @@ from scipy.spatial.transform import Rotation
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 from tests.rendering.strokes import PATHS, boxes_of, random_boxes, texture_of
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -10,13 +10,11 @@ import pytest
 
 import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.layers import Matte
 from brushgs.options.choices import LAYERS
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
-from brushgs.painting.prepare import prepare
-from brushgs.painting.report import Report
-from brushgs.quats import quat_products
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
 from brushgs.rendering import marks as marks_of_view
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
@@ -24,6 +22,8 @@ from brushgs.rendering.motion import AT_REST, SHIFT, Pose
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.wanted import Following, Wanted
 from brushgs.still_life import still_life, still_life_camera
+from brushgs.values.layers import Matte
+from brushgs.values.quats import quat_products
 from tests.passes.scenes import random_gaussians
 from tests.stiff.scenes import SCENES as STIFF
 

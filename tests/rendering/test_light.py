@@ -8,7 +8,7 @@ import pytest
 
 from brushgs.rendering import reference
 from brushgs.rendering.light import MOST_STRENGTH, STRENGTH, Lamp, blur_taps, light
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
 
 MATT = Lamp(strength=1.0, gloss=0.0)
 SIZES = [(1, 1), (1, 9), (7, 1), (37, 53), (130, 201)]  # the last in several strips

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.quats import quat_products, rotation_matrices
 from brushgs.rendering import motion as motion_module
 from brushgs.rendering.motion import (
     AT_REST,
@@ -19,7 +18,8 @@ from brushgs.rendering.motion import (
     StrokeMotion,
     new_table,
 )
-from brushgs.sh import base_colors
+from brushgs.values.quats import quat_products, rotation_matrices
+from brushgs.values.sh import base_colors
 from tests.passes.scenes import assert_same, columns_of, random_gaussians
 from tests.rendering.moving_strokes import turn_about, with_ids
 

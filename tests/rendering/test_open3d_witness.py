@@ -20,8 +20,9 @@ import pytest
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.render import render
-from brushgs.scene import Camera, Gaussians
 from brushgs.still_life import still_life, still_life_camera
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 SIZE = {"width": 160, "height": 120}
 CAMERA = Camera.look_at((0.3, -0.4, -3), (0.011, 0.013, 0), **SIZE)

@@ -9,7 +9,8 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.constants import MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.rendering.rasterize import rasterize
-from brushgs.scene import Boxes, Frame
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, texture_of
 
 # (width, height); a tile is 32 x 16 pixels, a block 4 x 4.

@@ -15,11 +15,13 @@ from numpy.polynomial import legendre
 from scipy.spatial.transform import Rotation
 
 from brushgs import _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering import reference
 from brushgs.rendering.project import Directions, ProjectCounts, project, project_counted
-from brushgs.scene import Boxes, Camera, Gaussians
-from brushgs.sh import sh_basis, used_sh_degree
-from brushgs.threads import num_threads_or_default
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import sh_basis, used_sh_degree
 
 SIZE = {"width": 200, "height": 150}
 FRONT = Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)  # world axes are camera axes: x right, y down

@@ -8,7 +8,8 @@ import pytest
 from brushgs.rendering import reference
 from brushgs.rendering.backward import BOX_COLUMNS, GAUSSIAN_COLUMNS, BoxGradients, project_backward
 from brushgs.rendering.project import Directions, ProjectOptions, project
-from brushgs.scene import SH_TERMS, Camera, Gaussians
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import SH_TERMS, Gaussians
 from tests.differences import assert_same_gradient, central_differences
 
 CAMERA = Camera.look_at((0.5, -0.6, 2.6), (0, 0, 0), width=80, height=60, near=0.2)

@@ -9,11 +9,10 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.levels import level_coverage, level_height
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.orbit import orbit
-from brushgs.colors import oklab_of, rgb_of_oklab
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
-from brushgs.painting.prepare import prepare
-from brushgs.painting.report import Report
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
 from brushgs.rendering import reference
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.depth_test import DepthTest
@@ -37,9 +36,12 @@ from brushgs.rendering.relief import (
 )
 from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import Boxes, Frame, Gaussians
-from brushgs.sh import in_colors
 from brushgs.still_life import still_life, still_life_camera
+from brushgs.values.boxes import Boxes
+from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import in_colors
 from tests.pairs import pairs_of
 from tests.rendering.moving_strokes import motion_of, with_ids
 from tests.rendering.strokes import (

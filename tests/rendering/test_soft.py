@@ -14,7 +14,10 @@ from brushgs.rendering.project import SOFTNESS, project
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.track import track
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 from tests.pairs import pairs_of
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
 

@@ -15,7 +15,8 @@ from brushgs.rendering import reference
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import Boxes, Frame
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
 from tests.rendering.strokes import boxes_of, bristles, depth_test_of, relieved, ridges, set_back
 from tests.rendering.test_fragments import found_in
 

@@ -18,7 +18,8 @@ from brushgs.rendering.streaks import (
     streak_starts,
     streak_weights,
 )
-from brushgs.scene import Boxes, Frame
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
 from tests.differences import assert_same_gradient, central_differences
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
 

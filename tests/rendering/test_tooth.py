@@ -7,7 +7,7 @@ import pytest
 
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.tooth import SOFTNESS, press
-from brushgs.scene import Frame
+from brushgs.values.frame import Frame
 from tests.rendering.strokes import random_boxes
 
 

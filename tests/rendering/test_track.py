@@ -19,7 +19,8 @@ from brushgs.rendering import reference
 from brushgs.rendering.knots import KNOT_SPACING
 from brushgs.rendering.project import Directions, project
 from brushgs.rendering.track import Track, track_directions
-from brushgs.scene import Camera, Gaussians
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 SIZE = {"width": 160, "height": 120}
 FRONT = Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)

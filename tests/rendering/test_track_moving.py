@@ -9,11 +9,11 @@ import pytest
 import brushgs.rendering.motion as motion_module
 import brushgs.rendering.track_moving as track_moving_module
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
-from brushgs.quats import quat_products, quats_of
 from brushgs.rendering.project import project
 from brushgs.rendering.track import track_directions
 from brushgs.rendering.track_moving import MovingTrack, track_moving
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import quat_products, quats_of
 from tests.rendering.moving_strokes import motion_of, tumbling, turn_about, with_ids
 from tests.rendering.test_track import (
     FRONT,

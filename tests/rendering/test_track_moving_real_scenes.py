@@ -7,12 +7,12 @@ import pytest
 
 import brushgs as bg
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
-from brushgs.passes.cluster import group
-from brushgs.passes.follow.canonical import canonical, features_of
-from brushgs.passes.follow.rows import follow_rows
+from brushgs.passes.motion.canonical import canonical, features_of
+from brushgs.passes.motion.rows import follow_rows
+from brushgs.passes.reduce.cluster import group
 from brushgs.rendering.project import project
 from brushgs.rendering.track_moving import track_moving
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
 from tests.rendering.test_track import steps_of
 from tests.rendering.test_track_moving import relative
 from tests.scenes import real_scene

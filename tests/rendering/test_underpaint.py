@@ -14,7 +14,8 @@ from brushgs.rendering.project import ProjectOptions, project, project_by
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.underpaint import OPACITY, SIZE, STROKE_REACH, Underpaint
-from brushgs.scene import Boxes, Frame
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
 from tests.differences import assert_same_gradient, central_differences
 from tests.pairs import pairs_of
 from tests.rendering.strokes import PATHS, boxes_of, random_boxes, set_back, softened, texture_of

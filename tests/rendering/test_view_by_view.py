@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from brushgs import threads
+from brushgs.core import threads
 from brushgs.rendering.view_by_view import MOST_ROWS, view_by_view
 
 

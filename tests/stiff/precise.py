@@ -3,7 +3,7 @@
 NumPy's `longdouble` has 64 bits of mantissa on x86 and 15 of exponent (113 and 15 on arm64 Linux): needles
 of aspect 1e8 keep ten digits of their thin side, and nothing leaves the range. Inputs are taken as they
 are, float32 ones too: what is measured is the arithmetic, not the rounding of the scene. Only the harmonics
-(`brushgs.sh`) are in float64. The shorter extent comes from the area of the ellipse, another way than the
+(`values.sh`) are in float64. The shorter extent comes from the area of the ellipse, another way than the
 core's.
 """
 
@@ -14,8 +14,10 @@ import pytest
 
 from brushgs.rendering.project import Directions
 from brushgs.rendering.reference import ANCHOR_PULL, CLAMP, DIRECTION_NOISE, FADED_NEAR
-from brushgs.scene import Boxes, Camera, Gaussians
-from brushgs.sh import sh_basis
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import sh_basis
 
 X = np.longdouble
 HAS_DIGITS = np.finfo(X).eps < 1e-18

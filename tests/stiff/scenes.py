@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.scene import Camera, Gaussians
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 WIDTH, HEIGHT = 60, 45
 FLOAT = np.finfo(np.float32)

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 import brushgs as bg
-from brushgs.sh import C0
+from brushgs.values.sh import C0
 
 Shape = Literal["needle", "disc", "blob"]
 SHAPES = get_args(Shape)

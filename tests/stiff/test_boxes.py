@@ -8,7 +8,8 @@ import pytest
 
 from brushgs.rendering.project import Directions, project
 from brushgs.rendering.track import track_directions
-from brushgs.scene import Camera, Gaussians
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 from tests.stiff.precise import X, errors_of, exact, needs_digits
 from tests.stiff.scenes import END_ON, SCENES
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from brushgs.options.choices import Features, Merge, Method, Weight
-from brushgs.passes.cluster import cluster
-from brushgs.passes.prune import prune
+from brushgs.passes.reduce.cluster import cluster
+from brushgs.passes.reduce.prune import prune
 from brushgs.rendering.render import render
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 from tests.stiff.scenes import LARGEST, SCENES, orbit, resized, scene
 from tests.stiff.test_pictures import DTYPES, TEXTURES, assert_finite
 

@@ -7,7 +7,8 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.project import project, project_counted
 from brushgs.rendering.render import render, render_sequence
-from brushgs.scene import Boxes, Frame
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
 from tests.rendering.strokes import PATHS, bristles
 from tests.stiff.scenes import SCENES
 

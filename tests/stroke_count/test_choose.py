@@ -18,16 +18,16 @@ from brushgs.options.painting import (
     StrokeSize,
     ViewConfig,
 )
-from brushgs.painting.passes import cluster_file
-from brushgs.painting.report import Report
-from brushgs.painting.still import paint
+from brushgs.outlets.passes import cluster_file
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.still import paint
 from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.options import RenderOptions
-from brushgs.scene import Boxes
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.stroke_count.choose import FEWEST, choose_strokes, counts_to_sample
 from brushgs.stroke_count.search import SIZE_TRIES
 from brushgs.stroke_count.view_model import ViewModel, typical_size
+from brushgs.values.boxes import Boxes
 from tests.scenes import real_scene
 
 SWIRL = bg.StrokeTexture.open("swirl")

@@ -7,7 +7,7 @@ from typing import Literal
 
 from brushgs.cli.batch.jobs import Job
 from brushgs.cli.batch.run import Outcome
-from brushgs.painting.report import Report
+from brushgs.pipeline.report import Report
 
 SCHEMA = 1  # of the JSON
 

@@ -1,7 +1,7 @@
 """Jobs run in processes of their own, those of one scene in one, which makes what they have in common once.
 
 One that ends its process does not touch the others: these go on in another. A process of
-`brushgs.painting.parallel` is killed when the work stops, which suits work whose results come back as bytes.
+`brushgs.pipeline.parallel` is killed when the work stops, which suits work whose results come back as bytes.
 Jobs write files: they are asked to stop, as by SIGTERM, and take unfinished files away.
 """
 
@@ -20,9 +20,9 @@ from typing import IO, Any, NamedTuple
 
 from brushgs.cli.batch.jobs import Job, parser_of
 from brushgs.cli.option_words import named_actions
+from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError
 from brushgs.options.sequence import SequenceConfig
-from brushgs.threads import num_threads_or_default
 
 SECONDS_TO_STOP = 20.0  # that a process has to take its unfinished files away
 # The folder of a job is never searched for modules: a numpy.py in it would be run.
@@ -134,8 +134,8 @@ def run_jobs(
         _make_folder(job)
     tasks = [_task_of(job, config) for job in jobs]
     if config.scheduler is not None:
-        from brushgs.painting.parallel import parallel_map
-        from brushgs.painting.parallel.connection import Waiting
+        from brushgs.pipeline.parallel import parallel_map
+        from brushgs.pipeline.parallel.connection import Waiting
 
         waiting = Waiting(config.workers_timeout, tell)
         outcomes = parallel_map(run_task, tasks, scheduler=config.scheduler, waiting=waiting)

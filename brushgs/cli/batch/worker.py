@@ -11,7 +11,7 @@ import time
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from typing import Any
 
-from brushgs.painting.runner import Memory, holding
+from brushgs.pipeline.runner import Memory, holding
 
 STOPPED = {129, 130, 143}  # exit codes of a command that was asked to stop
 

@@ -27,7 +27,7 @@ def run(args: Namespace) -> None:
     """Write the strokes."""
     config, scene, where = paint_config(args), scene_source(args), where_config(args)
     with reported(args) as report:
-        from brushgs.painting.passes import cluster_file
+        from brushgs.outlets.passes import cluster_file
 
         clip = open_clip(args, scene)
         suffix = SCENE_SUFFIXES[0] if clip is None else ""

@@ -43,7 +43,7 @@ def run(args: Namespace) -> None:
     """Build, write and paint the scene."""
     config = paint_config(args, draw={"background": BACKGROUND})
     with reported(args) as report:
-        from brushgs.painting.demo import paint_demo, paint_moving_demo
+        from brushgs.outlets.demo import paint_demo, paint_moving_demo
 
         paint = paint_moving_demo if args.moving else paint_demo
         paint(args.output, config, report=report, name=painting_name(args, config))

@@ -15,7 +15,7 @@ from brushgs.options.page import PAGE_SUFFIXES, QUAD_SUFFIXES
 if TYPE_CHECKING:
     from brushgs.options.painting import PaintConfig
     from brushgs.options.scene_source import SceneSource
-    from brushgs.painting.report import Report
+    from brushgs.pipeline.report import Report
 
 
 class Request(NamedTuple):
@@ -44,7 +44,7 @@ class Export(NamedTuple):
 
 
 def _write_page(request: Request, report: "Report") -> None:
-    from brushgs.page.export import export_file
+    from brushgs.outlets.page.export import export_file
 
     scene, output, config, args = request
     options = words_of(_parser(), args.words, _paints)
@@ -52,14 +52,14 @@ def _write_page(request: Request, report: "Report") -> None:
 
 
 def _write_quads(request: Request, report: "Report") -> None:
-    from brushgs.quads.export import export_quads
+    from brushgs.outlets.glb.export import export_quads
 
     scene, output, config, args = request
     export_quads(scene, output, config, title=args.title, for_view=args.for_view, report=report)
 
 
 def _write_strokes(request: Request, report: "Report") -> None:
-    from brushgs.painting.export_strokes import export_strokes
+    from brushgs.outlets.export_strokes import export_strokes
 
     export_strokes(request.scene, request.output, request.config, report=report)
 

@@ -82,7 +82,7 @@ def run(args: Namespace) -> None:
         output = output_beside(scene, "looks", PICTURE_SUFFIXES[0])
     config = paint_config(args)
     with reported(args) as report:
-        from brushgs.painting.looks_sheet import paint_looks
+        from brushgs.outlets.looks_sheet import paint_looks
 
         paint_looks(looks, output, scene=scene, view=config.view, threads=config.draw.threads, report=report)
 

@@ -129,24 +129,24 @@ def run(args: Namespace) -> None:
         output = args.output or output_beside(scene, painting_name(args, config), suffix)
         sheet = None
         if args.views:
-            from brushgs.painting.views_sheet import sheet_beside
+            from brushgs.pipeline.views_sheet import sheet_beside
 
             sheet = sheet_beside(output, scene.name)
         if is_still:
-            from brushgs.painting.still import paint_file
+            from brushgs.pipeline.still import paint_file
 
             first = 1.0 if args.first is None else args.first
             paint_file(scene, output, config, report=report, sheet=sheet, first=first)
         else:
-            from brushgs.painting.sequence import paint_sequence
+            from brushgs.pipeline.sequence import paint_sequence
 
             paint_sequence(clip or scene, output, path, config, sequence, report=report, sheet=sheet)
 
 
 def _explain(args: Namespace, scene: "SceneSource", config: "PaintConfig") -> None:
     from brushgs.cli.explain import show
-    from brushgs.painting.prepare import PICTURE, open_job
-    from brushgs.painting.report import Report
+    from brushgs.pipeline.prepare import PICTURE, open_job
+    from brushgs.pipeline.report import Report
 
     clip = open_clip(args, scene)
     views = grow_config(args) or path_config(args, is_moving=clip is not None)

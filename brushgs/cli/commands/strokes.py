@@ -25,7 +25,7 @@ def add_flags(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Print the names, each with what it is good for, or draw the chart and print its path."""
     if args.sheet is not None:
-        from brushgs.painting.stroke_chart import write_stroke_chart
+        from brushgs.outlets.stroke_chart import write_stroke_chart
 
         write_stroke_chart(args.sheet)
         print(args.sheet)

@@ -12,7 +12,7 @@ from brushgs.io.pictures.formats import PICTURES_READ
 from brushgs.options.choices import STYLE_SUFFIX
 
 if TYPE_CHECKING:
-    from brushgs.style import NamedColor, Style
+    from brushgs.values.style import NamedColor, Style
 
 ACTIONS = ("learn", "show")
 OF_EDITS = ("before", "after", "scene", "camera_file")
@@ -95,7 +95,7 @@ def _learn(args: Namespace) -> None:
     painting = _file(args)
     output = args.output or Path(f"{painting.stem}{STYLE_SUFFIX}")
     with reported(args) as report:
-        from brushgs.painting.learn_style import learn_file
+        from brushgs.outlets.learn_style import learn_file
 
         learn_file(painting, output, args.name, report)
 
@@ -114,7 +114,7 @@ def _learn_edit(args: Namespace) -> None:
     source = EditSource(args.before, args.after, args.scene, args.camera_file, up)
     output = args.output or Path(f"{args.after.stem}{STYLE_SUFFIX}")
     with reported(args) as report:
-        from brushgs.painting.learn_edit import learn_edit_file
+        from brushgs.outlets.learn_edit import learn_edit_file
 
         learn_edit_file(source, output, args.name, report)
 

@@ -12,7 +12,7 @@ from brushgs.cli.console import reported
 from brushgs.cli.words import NOT_PAINTED, words_of
 
 if TYPE_CHECKING:
-    from brushgs.viewer.session import Session
+    from brushgs.outlets.studio.session import Session
 
 # Flags that say nothing of what `brushgs render` paints.
 OF_THE_VIEWER = {"host", "port", "browser", "headset", "certificate", "private_key"}
@@ -70,7 +70,7 @@ def run(args: Namespace) -> None:
     )
     paint_config(args)
     with reported(args) as report:
-        from brushgs.viewer.serve import paint_first, serve
+        from brushgs.outlets.studio.serve import paint_first, serve
 
         session = session_of(args)
         first = paint_first(session, report)
@@ -92,7 +92,7 @@ def run(args: Namespace) -> None:
 
 def session_of(args: Namespace) -> "Session":
     """What the command line asks for, ready to be painted."""
-    from brushgs.viewer.session import Session
+    from brushgs.outlets.studio.session import Session
 
     return Session(
         scene_source(args),

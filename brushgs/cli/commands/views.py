@@ -38,7 +38,7 @@ def run(args: Namespace) -> None:
     """Write the sheet."""
     config, scene = paint_config(args), scene_source(args)
     output = args.output or output_beside(scene, "views", PICTURE_SUFFIXES[0])
-    from brushgs.painting.views_sheet import ViewsReport, paint_views
+    from brushgs.pipeline.views_sheet import ViewsReport, paint_views
 
     report = ViewsReport()
     with reported(args, report):

@@ -13,14 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.cameras.camera_file import CameraFile, Motion
 from brushgs.io.cameras.lens import MAX_DISTANCE, lens_rule
 from brushgs.io.scene_node import SCENE_NODE
 from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.options.sequence import DEFAULT_FPS
-from brushgs.scene import Camera
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
 
 MAX_VIEWS = 50_000  # of a file: half an hour of film; a view takes some 1.2 kB in memory
 MAX_ASPECT = 50.0  # width by height, or height by width

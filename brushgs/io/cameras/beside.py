@@ -8,7 +8,7 @@ from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.cameras.formats import FILES_BESIDE, MODEL_BESIDE
 from brushgs.io.cameras.read import read_cameras
 from brushgs.io.files import is_dir, is_plain
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
 
 
 def find_beside(folders: Iterable[Path]) -> list[Path]:

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from brushgs.arrays import F64
-from brushgs.scene import Camera
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
 
 
 @dataclass(frozen=True)

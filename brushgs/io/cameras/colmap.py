@@ -19,8 +19,8 @@ from brushgs.errors import SceneError
 from brushgs.io.cameras.camera_file import CameraFile
 from brushgs.io.cameras.lens import lens_rule, warn_of_distortion
 from brushgs.io.files import open_plain
-from brushgs.quats import rotation_matrices
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
+from brushgs.values.quats import rotation_matrices
 
 T = TypeVar("T")
 # In the order of their numbers in binary files: name and parameters; None: no pinhole.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from brushgs.errors import SceneError
 from brushgs.io.cameras.lens import MAX_DISTANCE, lens_rule
 from brushgs.io.json_file import shown
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
 
 _MIN_ANGLE = 1e-6  # radians
 _NEAR_RIGID = 1e-2  # rotations this close to orthonormal were rounded, not scaled

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.errors import SceneError
 from brushgs.io.cameras.animated import FoundCamera, FoundScene, LensTrack, Times, camera_file
 from brushgs.io.cameras.camera_file import CameraFile
@@ -20,7 +19,8 @@ from brushgs.io.gltf_nodes import PlacedNode, local_matrix, node_numbers, placed
 from brushgs.io.json_file import shown
 from brushgs.io.scene_node import is_scene_name
 from brushgs.options.painting import DEFAULT_SIZE
-from brushgs.quats import rotation_matrices
+from brushgs.values.arrays import F64
+from brushgs.values.quats import rotation_matrices
 
 _PARTS = "translation", "rotation", "scale"
 _MIN_ANGLE = 1e-6  # radians

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64
 from brushgs.errors import SceneError
 from brushgs.io.gltf_file import CURE, GltfArray, GltfFile
 from brushgs.io.json_file import as_count, shown
+from brushgs.values.arrays import F64
 
 _WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
 _YFOV = "yfov"  # of a camera, by KHR_animation_pointer

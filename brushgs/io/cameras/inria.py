@@ -7,7 +7,7 @@ from pathlib import Path
 
 from brushgs.io.cameras.camera_file import CameraFile
 from brushgs.io.cameras.frame import CameraFrame, names_in, read_frames
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
 
 
 def read(path: Path, content: object) -> CameraFile:

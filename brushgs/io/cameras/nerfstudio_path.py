@@ -12,7 +12,7 @@ import numpy as np
 from brushgs.io.cameras.camera_file import CameraFile
 from brushgs.io.cameras.frame import CameraFrame, Json, read_frames
 from brushgs.io.json_file import parse_json, shown
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
 
 _MIN_SECONDS = 1e-6  # of a path: below, its frame rate would overflow
 _MAX_MATRIX_TEXT = 4096  # characters of a matrix that is stored as text

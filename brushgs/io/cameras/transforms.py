@@ -11,7 +11,7 @@ from brushgs.io.cameras.camera_file import CameraFile
 from brushgs.io.cameras.frame import CameraFrame, Json, names_in, read_frames
 from brushgs.io.cameras.lens import warn_of_distortion
 from brushgs.io.json_file import shown
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
 
 _BLENDER_SIZE = 800  # pixels; transforms.json of the NeRF-synthetic scenes omits the size
 _DISTORTION = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.errors import SceneError
 from brushgs.io.cameras.animated import FoundCamera, FoundScene, LensTrack, Times, camera_file
 from brushgs.io.cameras.camera_file import CameraFile
 from brushgs.io.usd.process import Reading
+from brushgs.values.arrays import F64
 
 
 def read(path: Path, content: object = None) -> CameraFile:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.arrays import F64, Rows
 from brushgs.errors import SceneError
+from brushgs.values.arrays import F64, Rows
 
 MAX_BYTES = 1 << 24  # of a file; 16 MiB are some 500,000 points, more than strokes
 MAX_COORDINATE = 1e15  # world units, as for positions of cameras

@@ -6,8 +6,8 @@ Imports nothing heavy before a file is read.
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from brushgs.moving_scene import MovingScene
     from brushgs.options.scene_source import SceneFiles
+    from brushgs.values.moving import MovingScene
 
 __all__ = ["load_moving", "open_moving"]
 

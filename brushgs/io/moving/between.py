@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.arrays import F32, Array
-from brushgs.quats import normalized
-from brushgs.scene import Gaussians
+from brushgs.values.arrays import F32, Array
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import normalized
 
 
 def between(first: Gaussians, second: Gaussians, share: float) -> Gaussians:

@@ -5,7 +5,6 @@ from math import nextafter
 
 import numpy as np
 
-from brushgs.arrays import F32, F64, Mask
 from brushgs.io.moving.formats import NOMINAL_FRAMES, NOMINAL_RATE
 from brushgs.io.moving.formula import Formula, path_faults
 from brushgs.io.scenes.columns import Columns
@@ -14,8 +13,9 @@ from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.notes import join_notes
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.used_terms import drop_zero_bands
-from brushgs.moving_scene import MovingScene
-from brushgs.scene import SH_TERMS
+from brushgs.values.arrays import F32, F64, Mask
+from brushgs.values.gaussians import SH_TERMS
+from brushgs.values.moving import MovingScene
 
 NOMINAL_DURATION = NOMINAL_FRAMES / NOMINAL_RATE  # seconds
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from brushgs.arrays import F64, Mask, Rows
-from brushgs.quats import normalized
-from brushgs.scene import Gaussians
+from brushgs.values.arrays import F64, Mask, Rows
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import normalized
 
 _NUM_ROWS = 4096  # that are compared
 _LEAST_NEARER = 0.8  # share of rows; by chance it is a third

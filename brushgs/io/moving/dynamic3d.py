@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.arrays import F32
 from brushgs.errors import SceneError
 from brushgs.io.moving.formats import NOMINAL_RATE
 from brushgs.io.moving.kept_moments import Moments
@@ -17,10 +16,11 @@ from brushgs.io.moving.kept_rows import Kept, keep_rows
 from brushgs.io.moving.npz import StoredArray, open_npz
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.encoding import STANDARD
-from brushgs.io.scenes.notes import LoadNotes
-from brushgs.moving_scene import MovingScene
-from brushgs.scene import Gaussians
-from brushgs.sh import C0
+from brushgs.values.arrays import F32
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.moving import MovingScene
+from brushgs.values.notes import LoadNotes
+from brushgs.values.sh import C0
 
 _WIDTHS = {
     "means3D": (3,),

@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from brushgs.arrays import F32, F64, Mask, Rows
 from brushgs.io.scenes.dropped import Faults
-from brushgs.scene import Gaussians
+from brushgs.values.arrays import F32, F64, Mask, Rows
+from brushgs.values.gaussians import Gaussians
 
 _RESTS = 1e-3  # an opacity that changes by no more than this over the clip is at rest
 _NARROWEST = 1e-150  # of a width of 0, so that a row shines at its own moment and no product is 0 x infinity

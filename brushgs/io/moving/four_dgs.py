@@ -14,15 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import F32
 from brushgs.errors import SceneError
 from brushgs.io.files import open_plain
 from brushgs.io.moving.clip import RawRows, clip_of, read_nothing
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.scene_file import SceneFile
-from brushgs.moving_scene import MovingScene
-from brushgs.scene import Gaussians
+from brushgs.values.arrays import F32
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.moving import MovingScene
 
 # What the package raises on damaged files beside its own errors.
 _DAMAGED = (ValueError, LookupError, TypeError, ArithmeticError, EOFError, struct.error, zlib.error)

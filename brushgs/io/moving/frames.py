@@ -25,7 +25,6 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.errors import NoGaussiansError, SceneError, SceneWarning
 from brushgs.io.files import check_plain, is_dir
 from brushgs.io.moving.compare import are_in_one_place, have_same_rows
@@ -35,13 +34,15 @@ from brushgs.io.moving.series import Series, find_series
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.encoding import STANDARD, Encoding
 from brushgs.io.scenes.folders import find_parts
-from brushgs.io.scenes.notes import LoadNotes, join_notes
+from brushgs.io.scenes.notes import join_notes
 from brushgs.io.scenes.open_file import drop_unnamed_brushes, open_file, warn_of_other_encoding
 from brushgs.io.scenes.scene_file import SceneFile
-from brushgs.moving_scene import MovingScene
 from brushgs.options.choices import MOMENTS_PER_SECOND
 from brushgs.options.scene_source import SceneSource
-from brushgs.scene import SH_TERMS, Gaussians
+from brushgs.values.arrays import F64
+from brushgs.values.gaussians import SH_TERMS, Gaussians
+from brushgs.values.moving import MovingScene
+from brushgs.values.notes import LoadNotes
 
 _FEWEST_UNSURE = 3  # files that are moments though their names do not say so
 _NUM_HEADERS = 64  # of which the number of rows is asked

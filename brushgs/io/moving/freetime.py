@@ -15,7 +15,7 @@ from brushgs.errors import SceneError
 from brushgs.io.moving.clip import NOMINAL_DURATION, RawRows, clip_of
 from brushgs.io.moving.formats import NOMINAL_RATE
 from brushgs.io.moving.ply_columns import TimedPly, read_timed
-from brushgs.moving_scene import MovingScene
+from brushgs.values.moving import MovingScene
 
 _VELOCITY = tuple(f"velocity_{index}" for index in range(3))
 _MAX_FRAMES = 10_000_000  # 90 hours

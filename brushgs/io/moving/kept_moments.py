@@ -6,7 +6,7 @@ from typing import Any
 
 from brushgs.io.moving.between import between
 from brushgs.io.moving.kept_rows import Kept
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 
 NUM_IN_MEMORY = 2  # moments; one more is that between them
 

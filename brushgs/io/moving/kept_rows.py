@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import Mask
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped, find_faults
 from brushgs.io.scenes.encoding import Encoding
-from brushgs.scene import Gaussians
+from brushgs.values.arrays import Mask
+from brushgs.values.gaussians import Gaussians
 
 
 @dataclass(frozen=True, eq=False)

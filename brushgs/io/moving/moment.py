@@ -13,10 +13,10 @@ from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.scene_file import SceneFile
-from brushgs.moving_scene import MovingScene
 from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.moving import MovingScene
 
 LEAST_OPACITY = 1e-3  # of a Gaussian between the moments that are stored; fainter ones are not there then
 ROUNDED = 1e-3  # seconds: reports print the end of a scene so

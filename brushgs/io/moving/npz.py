@@ -18,10 +18,10 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32
 from brushgs.errors import SceneError
 from brushgs.io.files import open_plain, read_exactly
 from brushgs.io.zip_file import ZIP_FAULTS, open_zip, why_not_read
+from brushgs.values.arrays import F32
 
 _LOCAL_HEADER = 30  # bytes before the name of a member
 _LOCAL_MARK = b"PK\x03\x04"

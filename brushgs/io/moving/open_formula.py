@@ -10,8 +10,8 @@ import numpy as np
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.files import is_plain
 from brushgs.io.moving.formats import MovingFormat, find_moving
-from brushgs.moving_scene import MovingScene
 from brushgs.options.scene_source import SceneSource
+from brushgs.values.moving import MovingScene
 
 _NUM_INSPECTED = 16  # of many paths: a clip of 100,000 files is not opened file by file
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.arrays import F32
 from brushgs.errors import SceneError
 from brushgs.io.files import open_plain
 from brushgs.io.scenes import ply
@@ -15,6 +14,7 @@ from brushgs.io.scenes.encoding import STANDARD
 from brushgs.io.scenes.ply_header import parse_header
 from brushgs.io.scenes.ply_rows import open_rows
 from brushgs.io.scenes.scene_file import SceneFile
+from brushgs.values.arrays import F32
 
 _BLOCK_BYTES = 1 << 21
 

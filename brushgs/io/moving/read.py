@@ -5,8 +5,8 @@ import numpy as np
 from brushgs.io.moving.frames import open_frames
 from brushgs.io.moving.open_formula import open_formula
 from brushgs.io.scenes.read import read_scene
-from brushgs.moving_scene import MovingScene
 from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.values.moving import MovingScene
 
 
 def open_moving(scene: SceneFiles) -> MovingScene | None:

@@ -11,7 +11,7 @@ import numpy as np
 from brushgs.io.moving.clip import RawRows, clip_of
 from brushgs.io.moving.ply_columns import read_timed
 from brushgs.io.scenes.encoding import Encoding
-from brushgs.moving_scene import MovingScene
+from brushgs.values.moving import MovingScene
 
 _MOTION = tuple(f"motion_{index}" for index in range(9))  # three of d, three of d^2, three of d^3
 _SPIN = tuple(f"omega_{index}" for index in range(4))

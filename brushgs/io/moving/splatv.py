@@ -17,7 +17,7 @@ from brushgs.io.moving.clip import RawRows, clip_of, read_nothing
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.scene_file import SceneFile
-from brushgs.moving_scene import MovingScene
+from brushgs.values.moving import MovingScene
 
 _MAX_HEADER = 1 << 24  # bytes of the JSON; that of a file with one camera has 452
 _MAX_SIZE = 1 << 50  # bytes of a texture, as a number of JSON

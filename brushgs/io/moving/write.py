@@ -12,7 +12,8 @@ from brushgs.io.files import filling, is_dir, is_plain
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.io.scenes.ply_header import STROKES
 from brushgs.io.scenes.write import write_scene
-from brushgs.scene import FirstView, Gaussians
+from brushgs.values.camera import FirstView
+from brushgs.values.gaussians import Gaussians
 
 NAME = "moment_%05d" + SCENE_SUFFIXES[0]  # the word says to readers that these are moments
 _OURS = re.compile(r"moment_[0-9]{5,}" + re.escape(SCENE_SUFFIXES[0]))

@@ -9,13 +9,13 @@ from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
+from brushgs.core.signals import defer_stop
 from brushgs.io.files import replacing
 from brushgs.io.pictures.encoding import Encoding
 from brushgs.io.pictures.libav import EncodedVideo, Encoder, Film, as_scene_error
 from brushgs.io.pictures.oiio import Background
 from brushgs.io.pictures.pixels import video_pixels
-from brushgs.scene import Frame
-from brushgs.signals import defer_stop
+from brushgs.values.frame import Frame
 
 MIN_SIDE = 16  # the encoder refuses smaller pictures
 _PIXELS = {8: "yuv420p", 10: "yuv420p10le"}

@@ -8,8 +8,8 @@ Source: ITU-R BT.709-6, items 3.2 to 3.5.
 
 import numpy as np
 
-from brushgs.arrays import F32
 from brushgs.io.pictures.pixels import Pixels
+from brushgs.values.arrays import F32
 
 _RED, _GREEN, _BLUE = 0.2126, 0.7152, 0.0722
 _FROM_RGB = np.array(

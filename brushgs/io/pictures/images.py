@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32
-from brushgs.colors import srgb_from_linear
 from brushgs.errors import SceneError
 from brushgs.io.files import scratch_folder
 from brushgs.io.formats import find_by_suffix
@@ -25,7 +23,9 @@ from brushgs.io.pictures.identify import find_format, suffixed
 from brushgs.io.pictures.limits import MAX_PIXELS, check_pixels
 from brushgs.io.pictures.oiio import Background, first_line
 from brushgs.io.pictures.shot import Shot
-from brushgs.scene import Frame
+from brushgs.values.arrays import F32
+from brushgs.values.colors import srgb_from_linear
+from brushgs.values.frame import Frame
 
 if TYPE_CHECKING:
     import OpenImageIO

@@ -17,7 +17,7 @@ from brushgs.errors import SceneError
 from brushgs.io.files import scratch_folder
 from brushgs.io.pictures.limits import check_pixels
 from brushgs.io.pictures.oiio import Background, bytes_of, write_pixels
-from brushgs.scene import Frame
+from brushgs.values.frame import Frame
 
 _ATTRIBUTES = {"Compression": "jpeg:95", "jpeg:subsampling": "4:4:4"}
 _MAX_SCANS = 100  # cameras and editors write 1 to 14

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.arrays import F32
+from brushgs.values.arrays import F32
 
 BOLD, PLAIN = "DroidSans-Bold", "DroidSans"
 

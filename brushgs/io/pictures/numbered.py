@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from brushgs.core.signals import defer_stop
 from brushgs.errors import SceneError
 from brushgs.io.files import read_whole, replacing
-from brushgs.signals import defer_stop
 
 _NUMBER = re.compile(r"%(?:0[1-9][0-9]?)?d")  # %d or %05d
 _MAX_BYTES, _MAX_LINES = 8 << 20, 200_000  # of a manifest; a path has at most 99,999 frames

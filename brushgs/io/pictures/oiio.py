@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
+from brushgs.core.signals import defer_stop
 from brushgs.errors import SceneError
 from brushgs.io.files import replacing
-from brushgs.scene import Frame
-from brushgs.signals import defer_stop
+from brushgs.values.arrays import Array
+from brushgs.values.frame import Frame
 
 # Without a date OpenImageIO writes the time of day, and equal frames would give different bytes.
 _HEADER = 1 << 12  # bytes of a file beside its pixels, at most

@@ -9,9 +9,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
 from brushgs.io.pictures.oiio import Background, pixels_of, quantise, straight_colors
-from brushgs.scene import Frame
+from brushgs.values.arrays import Array
+from brushgs.values.frame import Frame
 
 Pixels: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16]  # [H, W, 3 or 4]
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from brushgs.io.pictures.oiio import Background, pixels_of, write_pixels
-from brushgs.scene import Frame
+from brushgs.values.frame import Frame
 
 # Renders of koala at 1280x720: a third to a half of the time of libpng's defaults (level 6, all
 # filters), files at most 4 % larger. The filter predicts a pixel as the mean of its left and upper one.

@@ -4,7 +4,7 @@ from typing import Literal
 
 import numpy as np
 
-from brushgs.arrays import Array, check
+from brushgs.values.arrays import Array, check
 
 Edges = Literal["mirror", "nearest"]  # what lies beyond a picture, as SciPy calls it
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import PurePath
 
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
 
 
 @dataclass(frozen=True, eq=False)

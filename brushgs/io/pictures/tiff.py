@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from brushgs.io.pictures.oiio import NO_DATE, Background, pixels_of, write_pixels
-from brushgs.scene import Frame
+from brushgs.values.frame import Frame
 
 _ATTRIBUTES = {"oiio:UnassociatedAlpha": 1, "DateTime": NO_DATE, "tiff:zipquality": 2}
 

@@ -10,15 +10,15 @@ from importlib import import_module
 from itertools import chain
 from pathlib import Path
 
-from brushgs.arrays import Array
-from brushgs.colors import rgb_of
 from brushgs.io.files import replacing
 from brushgs.io.pictures.encoding import choose_encoding, codec_of, video_format_of
 from brushgs.io.pictures.formats import VIDEO_SUFFIXES
 from brushgs.io.pictures.libav import Film, VideoWriter, as_scene_error
 from brushgs.io.pictures.pixels import video_pixels
 from brushgs.io.pictures.rate import frame_rate
-from brushgs.scene import Frame
+from brushgs.values.arrays import Array
+from brushgs.values.colors import rgb_of
+from brushgs.values.frame import Frame
 
 
 def check_rate(path: Path, fps: float) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from brushgs.io.pictures.limits import check_pixels
 from brushgs.io.pictures.oiio import Background, bytes_of, write_pixels
-from brushgs.scene import Frame
+from brushgs.values.frame import Frame
 
 NUM_HEADER_BYTES = 30  # up to the size in each kind of first chunk
 _ATTRIBUTES = {"oiio:UnassociatedAlpha": 1, "Compression": "lossless"}

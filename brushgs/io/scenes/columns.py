@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32
 from brushgs.errors import SceneError
 from brushgs.io.scenes.encoding import Encoding
-from brushgs.scene import Gaussians
-from brushgs.sh import C0
+from brushgs.values.arrays import F32
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
 
 # An opacity of 1 that passed through other arithmetic may lie this far above 1; more is no opacity.
 OPACITY_SLACK = 1e-3

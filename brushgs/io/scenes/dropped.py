@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32, Mask
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.scenes.columns import Columns
+from brushgs.values.arrays import F32, Mask
 
 _MAX_LOG = np.log(np.finfo(np.float32).max)  # exp of a larger log-scale overflows float32
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from brushgs.core.threads import num_threads_or_default
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped, drop_faults
 from brushgs.io.scenes.encoding import Encoding
-from brushgs.threads import num_threads_or_default
 
 _ROWS_PER_THREAD = 100_000  # below this, a thread costs more than it saves
 _MAX_THREADS = 4  # more only wait for memory

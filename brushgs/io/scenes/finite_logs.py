@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
+from brushgs.values.arrays import Array
 
 # exp(-104) is 0 in float32 and 1 / (1 + exp(-+104)) is 1 or 0: finite values in place of infinite logs.
 _INFINITE_LOG = 104.0

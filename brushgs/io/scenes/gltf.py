@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.gltf_file import CURE, GltfArray, GltfFile
 from brushgs.io.scenes.columns import Columns, check_decoded_size
@@ -28,10 +27,12 @@ from brushgs.io.scenes.gltf_meshes import placed_meshes
 from brushgs.io.scenes.gltf_placed import Placement
 from brushgs.io.scenes.gltf_spz import MAX_GROWTH, NAMES, PackedSplats, open_packed
 from brushgs.io.scenes.parts import fill_parts
-from brushgs.io.scenes.scene_file import SceneFile, Training
+from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.stored import Stored
 from brushgs.io.scenes.upright_notes import NOTES, is_turned_by, read_notes
 from brushgs.io.scenes.used_terms import drop_zero_bands
+from brushgs.values.arrays import F64
+from brushgs.values.notes import Training
 
 EXTENSION = "KHR_gaussian_splatting"
 _BLOCK_ROWS = 1 << 13

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.io.scenes.columns import Columns
-from brushgs.quats import quats_of, rotation_matrices
-from brushgs.sh import sh_rotation
+from brushgs.values.quats import quats_of, rotation_matrices
+from brushgs.values.sh import sh_rotation
 
 _TOLERANCE = 1e-6  # of matrices written with float32
 _LARGEST_SCALE = 1e38  # of float32; also false for NaN

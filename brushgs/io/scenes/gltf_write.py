@@ -20,7 +20,7 @@ from brushgs.io.scenes.gltf import EXTENSION
 from brushgs.io.scenes.order import brush_order
 from brushgs.io.scenes.stored import NOTHING, Stored
 from brushgs.io.scenes.upright_notes import NOTES, notes_of
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 
 POINTS = 0  # the mode of a primitive
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from brushgs.io.scenes.finite_logs import unit_quats
 from brushgs.io.scenes.read import read_scene
-from brushgs.scene import Gaussians
-from brushgs.sh import C0
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
 
 _MIDDLE = 1, 99  # per cent of the centres: few far ones do not make a scene large
 _FLAT = 1e-6  # of the extent: smaller standard deviations are no lengths, and all are alike

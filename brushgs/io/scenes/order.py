@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.io.scenes.rounding import fractions_of, rounded
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 
 _BITS = 21  # of each axis: three of them fill 63 bits
 

@@ -32,9 +32,10 @@ from brushgs.io.scenes.ply_inria import (
     read_inria,
 )
 from brushgs.io.scenes.ply_rows import warn_of_surplus
-from brushgs.io.scenes.scene_file import SceneFile, Training
+from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.stored import read_stored
 from brushgs.io.scenes.view_comments import read_comments
+from brushgs.values.notes import Training
 
 _MEANINGLESS = ("nx", "ny", "nz")  # Gaussians have no normals: trainers write zeros for viewers of points
 _ENCODINGS = {

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32, U32
 from brushgs.errors import SceneError
 from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
@@ -25,7 +24,8 @@ from brushgs.io.scenes.ply_header import Element, Header
 from brushgs.io.scenes.ply_inria import count_terms
 from brushgs.io.scenes.ply_rows import check_size, open_rows
 from brushgs.io.scenes.stored import Stored
-from brushgs.sh import C0
+from brushgs.values.arrays import F32, U32
+from brushgs.values.sh import C0
 
 PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
 # What a chunk has the smallest and largest value of, by axis.

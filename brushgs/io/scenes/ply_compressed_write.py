@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32, U32
 from brushgs.io.files import replacing
 from brushgs.io.scenes.finite_logs import logs_of, unit_quats
 from brushgs.io.scenes.order import spatial_order
@@ -18,8 +17,9 @@ from brushgs.io.scenes.ply_compressed import AXES, CHUNK_ROWS, FOUR, PACKED, SH_
 from brushgs.io.scenes.ply_write import header_comments
 from brushgs.io.scenes.rounding import fractions_of, rounded
 from brushgs.io.scenes.stored import NOTHING, Stored
-from brushgs.scene import Gaussians
-from brushgs.sh import C0
+from brushgs.values.arrays import F32, U32
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
 
 _LARGEST_LOG = 20.0  # of a scale: some readers clip there
 _ENDS = "min", "max"

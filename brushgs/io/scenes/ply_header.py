@@ -8,9 +8,9 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.io.scenes.scene_file import Training
 from brushgs.io.scenes.stored import MAX_TEXT
 from brushgs.io.scenes.view_comments import PREFIX
+from brushgs.values.notes import Training
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.arrays import Array
 from brushgs.io.files import replacing
 from brushgs.io.scenes.finite_logs import logits_of, logs_of
 from brushgs.io.scenes.ply_header import BRUSH, MIP, STROKES
 from brushgs.io.scenes.stored import NOTHING, Stored
 from brushgs.io.scenes.view_comments import comment_lines
-from brushgs.scene import Gaussians
+from brushgs.values.arrays import Array
+from brushgs.values.gaussians import Gaussians
 
 _BLOCK_ROWS = 1 << 14
 

@@ -10,11 +10,12 @@ from brushgs.io.moving.moment import open_moment
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.encoding import STANDARD, Encoding
 from brushgs.io.scenes.folders import find_parts
-from brushgs.io.scenes.notes import LoadNotes, join_notes
+from brushgs.io.scenes.notes import join_notes
 from brushgs.io.scenes.open_file import drop_unnamed_brushes, open_file, warn_of_other_encoding
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.options.scene_source import SceneFiles, SceneSource
-from brushgs.scene import SH_TERMS, Gaussians
+from brushgs.values.gaussians import SH_TERMS, Gaussians
+from brushgs.values.notes import LoadNotes
 
 
 def read_scene(

@@ -3,17 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Protocol
 
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.fill import RowSource
-from brushgs.scene import FirstView
-
-# How the Gaussians of a scene were trained, where that changes how they are drawn: "antialiased" are those of
-# Mip-Splatting and of trainers with the same opacity compensation, "2dgs" flat discs.
-Training = Literal["default", "antialiased", "2dgs"]
+from brushgs.values.camera import FirstView
+from brushgs.values.notes import Training
 
 
 class ColumnReader(Protocol):

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32
+from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError
 from brushgs.io.json_file import MAX_BYTES
 from brushgs.io.pictures.images import read_bytes
@@ -27,7 +27,7 @@ from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.sog_files import SceneFiles, open_files
 from brushgs.io.scenes.sog_meta import Meta, Palette, count_palette, parse_meta
 from brushgs.io.scenes.used_terms import drop_zero_bands
-from brushgs.threads import num_threads_or_default
+from brushgs.values.arrays import F32
 
 U8 = NDArray[np.uint8]
 

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32
-from brushgs.threads import num_threads_or_default
+from brushgs.core.threads import num_threads_or_default
+from brushgs.values.arrays import F32
 
 if TYPE_CHECKING:
     from sklearn.cluster import KMeans

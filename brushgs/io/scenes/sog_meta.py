@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32, Array
 from brushgs.errors import SceneError
 from brushgs.io.json_file import as_count, decode_json, shown
 from brushgs.io.pictures.limits import MAX_PIXELS
-from brushgs.io.scenes.scene_file import Training
 from brushgs.io.scenes.stored import Stored, parse_content, read_stored
+from brushgs.values.arrays import F32, Array
+from brushgs.values.notes import Training
 
 NOTES = "brushgs"  # the key of what `Stored` holds, in files of ours
 _CURE = "export it as SOG again"

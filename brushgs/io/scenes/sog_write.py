@@ -22,7 +22,7 @@ from brushgs.io.scenes.sog_codebook import levels_of, nearest_levels, palette_of
 from brushgs.io.scenes.sog_files import META
 from brushgs.io.scenes.sog_meta import MAX_PALETTE, NOTES, PALETTE_ROW, mean_logs
 from brushgs.io.scenes.stored import NOTHING, Stored, content_of
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 from brushgs.version import __version__
 
 _WHOLE = 65535  # the largest number of 16 bits

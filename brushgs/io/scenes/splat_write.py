@@ -17,8 +17,8 @@ from brushgs.io.scenes.rounding import rounded
 from brushgs.io.scenes.splat import QUAT_ZERO
 from brushgs.io.scenes.stored import NOTHING, Stored
 from brushgs.io.scenes.unmarked import SPLAT_ROW_SIZE
-from brushgs.scene import Gaussians
-from brushgs.sh import C0
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
 
 _ROW = np.dtype([("means", "<f4", 3), ("scales", "<f4", 3), ("rgba", "u1", 4), ("quats", "u1", 4)])
 _BLOCK_ROWS = 1 << 16

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import NoGaussiansError, SceneError
 from brushgs.io.scenes.spz_extensions import NO_EXTENSIONS, Extensions, parse_extensions
-from brushgs.threads import num_threads_or_default
 
 _GZIP, _MAGIC = b"\x1f\x8b", b"NGSP"
 _HEADER = struct.Struct("<4sIIBBBB")  # magic, version, rows, degree, fractional bits, flags, streams

@@ -6,11 +6,11 @@ Every value is the float32 that is nearest to what the format defines.
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32, U32
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.spz_container import Blocks, Header
 from brushgs.io.scenes.used_terms import find_used_terms
-from brushgs.sh import sh_basis
+from brushgs.values.arrays import F32, U32
+from brushgs.values.sh import sh_basis
 
 _BYTES = np.arange(256)
 _OPACITIES = (_BYTES / 255).astype(np.float32)

@@ -20,7 +20,7 @@ from brushgs.io.scenes.spz_container import MAX_FRACTIONAL_BITS, Header, pack_st
 from brushgs.io.scenes.spz_decode import COLOR_SCALE, LOG_SCALE_STEPS, LOWEST_LOG_SCALE, SH_ZERO
 from brushgs.io.scenes.spz_extensions import notes_record
 from brushgs.io.scenes.stored import NOTHING, Stored, content_of, text_of
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 
 _VERSION = 3
 _LARGEST_POSITION = (1 << 23) - 1  # 24 bits with a sign

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneWarning
 from brushgs.io.scenes.columns import Columns
-from brushgs.scene import FirstView, Gaussians
+from brushgs.values.camera import FirstView
+from brushgs.values.gaussians import Gaussians
 
 # Characters of JSON: 4,096 points take 131,072, and outlines have at most 512; an order takes 174,764.
 MAX_TEXT = 1 << 19

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.io.scenes.stored import Stored, content_of, parse_content, read_stored
-from brushgs.quats import rotation_matrices
+from brushgs.values.quats import rotation_matrices
 
 NOTES = "brushgs"  # the key in the `extras` of a .glb and the `customData` of a prim
 _TURN = "turn"  # quaternion x, y, z, w

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64
 from brushgs.errors import SceneError
 from brushgs.io.json_file import parse_json
 from brushgs.io.scenes.columns import Columns, check_decoded_size
@@ -28,6 +27,7 @@ from brushgs.io.scenes.stored import MAX_TEXT
 from brushgs.io.scenes.upright_notes import is_turned_by, read_notes
 from brushgs.io.scenes.used_terms import drop_zero_bands
 from brushgs.io.usd.process import Answer, Reading
+from brushgs.values.arrays import F64
 
 _BLOCK_ROWS = 1 << 13
 _ENCODING = Encoding("linear", "linear", "xyzw", "sh")

@@ -20,7 +20,7 @@ from brushgs.io.scenes.order import brush_order
 from brushgs.io.scenes.stored import NOTHING, Stored, text_of
 from brushgs.io.scenes.upright_notes import NOTES, notes_of
 from brushgs.io.usd.process import INSTALL, is_usd_here
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 
 # Bytes that a number takes at most, where not four: text, and an archive with its member. OpenUSD raises an
 # error of its own where the disk is full.

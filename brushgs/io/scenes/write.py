@@ -10,7 +10,8 @@ import numpy as np
 from brushgs.io.formats import find_by_suffix
 from brushgs.io.scenes.formats import SCENE_SUFFIXES, WRITTEN_SCENES
 from brushgs.io.scenes.stored import Stored
-from brushgs.scene import FirstView, Gaussians
+from brushgs.values.camera import FirstView
+from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.io.scenes.losses import Losses

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from brushgs.style import Style
+    from brushgs.values.style import Style
 
 __all__ = ["load_style", "save_style"]
 
@@ -21,7 +21,7 @@ def load_style(path: str | Path) -> "Style":
             or a field is missing, unknown or wrong; names the field.
 
     Example:
-        >>> from brushgs.style import StyleEdit
+        >>> from brushgs.values.style import StyleEdit
         >>> darker = StyleEdit(0.6 * np.eye(3, 4))
         >>> bg.save_style(bg.Style("dusk", edit=darker), "dusk.style")
         >>> bg.load_style("dusk.style")
@@ -41,7 +41,7 @@ def save_style(style: "Style", path: str | Path) -> None:
         SceneError: if the file cannot be written.
 
     Example:
-        >>> from brushgs.style import StyleEdit
+        >>> from brushgs.values.style import StyleEdit
         >>> darker = StyleEdit(0.6 * np.eye(3, 4))
         >>> bg.save_style(bg.Style("dusk", edit=darker), "dusk.style")
     """

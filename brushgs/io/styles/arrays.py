@@ -7,12 +7,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, U8
 from brushgs.errors import SceneError
 from brushgs.io.files import scratch_folder
 from brushgs.io.json_file import as_count
 from brushgs.io.styles.fields import Fields
 from brushgs.io.styles.format import MAX_BYTES, MAX_TEXELS
+from brushgs.values.arrays import F64, U8
 
 ArrayType = Literal["uint8", "int8", "float16", "float32"]
 _DTYPES = {"uint8": "|u1", "int8": "|i1", "float16": "<f2", "float32": "<f4"}

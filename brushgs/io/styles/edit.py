@@ -6,7 +6,7 @@ import numpy as np
 
 from brushgs.io.styles.arrays import pack, take_array
 from brushgs.io.styles.fields import Fields, is_name
-from brushgs.style import Residual, StyleEdit
+from brushgs.values.style import Residual, StyleEdit
 
 MOST_FEATURES = 64
 MOST_FACTOR = 1e3  # of the affine map

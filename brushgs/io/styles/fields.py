@@ -7,11 +7,11 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from brushgs.arrays import F64
-from brushgs.colors import rgb_of
 from brushgs.errors import SceneError
 from brushgs.io.json_file import shown
 from brushgs.io.styles.format import MAX_NAME
+from brushgs.values.arrays import F64
+from brushgs.values.colors import rgb_of
 
 
 class Fields:

@@ -8,7 +8,7 @@
       "edit": {"affine": [[1, 0, 0, 0], ...], "log_size": 0, "residual": {...}}
     }
 
-Of palette, marks and edit at least one is there. The fields are those of the values in `brushgs.style`. An
+Of palette, marks and edit at least one is there. The fields are those of `Style`. An
 array is a list, of lists, of numbers, or packed: {"type": "float16", "shape": [128, 3], "data": base64},
 little endian, where int8 stands for -1 to 1 in steps of 1/127 and uint8 for 0 to 1 in steps of 1/255. A
 picture is {"type": "png", "data": base64}, 8 bits of grey. What an artist may write too: shares that do not

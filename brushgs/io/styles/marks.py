@@ -7,10 +7,10 @@ import numpy as np
 from brushgs.io.styles.arrays import pack, pack_picture, take_array, take_picture
 from brushgs.io.styles.fields import Fields
 from brushgs.io.styles.format import MAX_BRUSHES, MAX_TEXELS
-from brushgs.style import StyleMarks
+from brushgs.values.style import StyleMarks
 
 MOST_ASPECT = 20.0
-MOST_BROKEN = 0.5  # as `brushgs.passes.broken_color` allows
+MOST_BROKEN = 0.5  # as `brushgs.passes.color.broken_color` allows
 
 
 def to_json(marks: StyleMarks) -> dict[str, Any]:

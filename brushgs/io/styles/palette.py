@@ -8,7 +8,7 @@ from brushgs.errors import SceneError
 from brushgs.io.styles.arrays import pack, take_array
 from brushgs.io.styles.fields import Fields
 from brushgs.io.styles.format import MAX_COLORS
-from brushgs.style import NamedColor, StylePalette
+from brushgs.values.style import NamedColor, StylePalette
 
 FARTHEST = 2.0  # of an offset, in a channel: colours lie in 0 to 1, and offsets within 1
 

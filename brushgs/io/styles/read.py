@@ -8,7 +8,7 @@ from brushgs.io.json_file import as_count, decode_json, shown
 from brushgs.io.styles import edit, marks, palette
 from brushgs.io.styles.fields import Fields
 from brushgs.io.styles.format import CURE, MARK, MAX_BYTES, VERSION
-from brushgs.style import Style
+from brushgs.values.style import Style
 
 
 def read_style(path: str | Path) -> Style:

@@ -10,7 +10,7 @@ from brushgs.io.styles import edit, marks, palette
 from brushgs.io.styles.format import MARK, MAX_BYTES, VERSION
 from brushgs.io.styles.read import style_of
 from brushgs.options.choices import STYLE_SUFFIX
-from brushgs.style import Style
+from brushgs.values.style import Style
 
 
 def write_style(style: Style, path: str | Path) -> None:
@@ -22,7 +22,7 @@ def write_style(style: Style, path: str | Path) -> None:
 
     Raises:
         ValueError: if the suffix is another one, the style would take more than 200 kB, or a value is out of
-            the range that `brushgs.style` states; then nothing is written.
+            the range that `brushgs.values.style` states; then nothing is written.
         SceneError: if the file cannot be written.
     """
     path = Path(path)

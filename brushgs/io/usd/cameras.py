@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from brushgs.arrays import F64
 from brushgs.io.scene_node import is_scene_name
 from brushgs.io.usd.refused import RefusedError
 from brushgs.io.usd.stage import open_stage, prims
+from brushgs.values.arrays import F64
 
 LENS = (
     "focalLength",

@@ -10,7 +10,6 @@ from typing import Any, get_args
 
 import numpy as np
 
-from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.bench.figures import Verified
 from brushgs.measure.bench.subject import Subject, with_size
@@ -25,14 +24,17 @@ from brushgs.measure.bench.verify import (
 )
 from brushgs.measure.likeness import Likeness, compare, unpainted
 from brushgs.options.choices import Features, Filter, Merge
-from brushgs.passes.cluster import Grouping
-from brushgs.passes.merge import merge_clusters
+from brushgs.passes.reduce.cluster import Grouping
+from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.rendering import reference
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.options import project_with, render_with
-from brushgs.scene import Camera, Frame, Gaussians
-from brushgs.sh import used_sh_degree
 from brushgs.stroke_count.view_model import KERNEL
+from brushgs.values.arrays import Array
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import used_sh_degree
 
 # Just below round values, like the default: opaque strokes leave powers of 0.01, and rounding must not decide
 # whether a pixel is finished.

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from brushgs.arrays import Array
 from brushgs.measure.bench.families import (
     SIZES,
     TRUE_SIZE,
@@ -29,6 +28,7 @@ from brushgs.measure.bench.subject import with_size
 from brushgs.measure.bench.timing import TimedRun
 from brushgs.measure.likeness import compare
 from brushgs.options.painting import PaintConfig
+from brushgs.values.arrays import Array
 
 AS_IT_IS = "as it is"  # the painting with no knob turned
 NEAR_VIEWS = 4  # of the usual views: the picture's own and those near it

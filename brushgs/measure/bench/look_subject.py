@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import Array
 from brushgs.cameras.around import HELD_OUT, Ring
 from brushgs.io.pictures.resize import resize
 from brushgs.measure.bench.figures import Verified
@@ -21,15 +20,18 @@ from brushgs.measure.likeness import rmse
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import STEPS, PaintConfig
 from brushgs.options.scene_source import SceneSource
-from brushgs.painting.backdrop import with_cut_edges
-from brushgs.painting.prepare import PICTURE, Prepared, prepare
-from brushgs.painting.report import Report
-from brushgs.painting.runner import Memory, NoMemory, Steps
-from brushgs.painting.steps import PAINTING
+from brushgs.pipeline.backdrop import with_cut_edges
+from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.runner import Memory, NoMemory, Steps
+from brushgs.pipeline.steps import PAINTING
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.plain import PlainViews, plain_views
 from brushgs.rendering.surface import Surface, flat, linen, paper
-from brushgs.scene import Camera, FirstView, Frame, Gaussians
+from brushgs.values.arrays import Array
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 
 # Samples per pixel along each side at the limit. Of eight paintings of 480 x 270, compared with 6: one sample
 # is 1 to 5 of 255 off and 3 are 0.1 to 0.4; on one in ink, whose marks end in hollows of the paper, 18 and 4.

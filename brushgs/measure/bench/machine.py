@@ -5,8 +5,8 @@ import re
 from pathlib import Path
 from typing import Any
 
-from brushgs.native import core as _core
-from brushgs.threads import num_threads_or_default
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 
 
 def describe_machine(num_threads: int | None = None) -> dict[str, Any]:

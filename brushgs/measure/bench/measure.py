@@ -11,7 +11,7 @@ from brushgs.measure.bench.look_subject import LookSubject
 from brushgs.measure.bench.subject import Subject
 from brushgs.measure.bench.timing import TimedRun, TimeQuartiles, time_alternately
 from brushgs.options.experiments import PLAIN_FAMILIES, BenchConfig
-from brushgs.painting.report import Report
+from brushgs.pipeline.report import Report
 
 
 def measure(subject: Subject | LookSubject, report: Report, whole: LookSubject | None = None) -> Bench:

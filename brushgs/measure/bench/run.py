@@ -20,9 +20,9 @@ from brushgs.measure.report import (
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
-from brushgs.painting.outputs import input_files
-from brushgs.painting.prepare import prepare
-from brushgs.painting.report import Report
+from brushgs.pipeline.outputs import input_files
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import Array
 from brushgs.brushes.brush_set import Brushes
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.around import HELD_OUT, Ring, ring_views
@@ -16,15 +15,18 @@ from brushgs.options.choices import Features, Method
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneSource
-from brushgs.painting.background import Background, open_background
-from brushgs.painting.job_views import is_from_outside
-from brushgs.painting.prepare import STROKES, Prepared, prepare
-from brushgs.painting.report import Report
-from brushgs.painting.runner import NoMemory
-from brushgs.passes.cluster import Grouping, group
+from brushgs.passes.reduce.cluster import Grouping, group
+from brushgs.pipeline.background import Background, open_background
+from brushgs.pipeline.job_views import is_from_outside
+from brushgs.pipeline.prepare import STROKES, Prepared, prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.runner import NoMemory
 from brushgs.rendering.options import RenderOptions, render_with
-from brushgs.scene import Camera, FirstView, Frame, Gaussians
 from brushgs.stroke_count.view_model import KERNEL
+from brushgs.values.arrays import Array
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 
 
 class OnBackground:

@@ -7,7 +7,8 @@ import numpy as np
 from brushgs.brushes.brush_set import Brushes
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import Boxes, Frame
+from brushgs.values.boxes import Boxes
+from brushgs.values.frame import Frame
 
 FACTOR = 8  # samples per pixel along each side
 STRIP = 32  # rows of the picture at a time: 8 x 8 samples of a whole picture take gigabytes

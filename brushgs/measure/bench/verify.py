@@ -15,7 +15,10 @@ from brushgs.brushes.brush_set import Brushes
 from brushgs.measure.bench.figures import Verified
 from brushgs.rendering import reference
 from brushgs.rendering.options import RenderOptions
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 
 SIDE = 32  # pixels of the square
 STEP = 1 / 255  # of an 8-bit picture

@@ -9,18 +9,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from brushgs.arrays import Array
 from brushgs.measure.stability.painters import AlonePainter, StrokePainter
 from brushgs.options.choices import Lock
-from brushgs.painting.backdrop import with_cut_edges
-from brushgs.painting.coats.materials import BACKDROP
-from brushgs.painting.film_track import FilmTrack, track_film
-from brushgs.painting.prepare import Prepared
+from brushgs.pipeline.backdrop import with_cut_edges
+from brushgs.pipeline.film_track import FilmTrack, track_film
+from brushgs.pipeline.media.materials import BACKDROP
+from brushgs.pipeline.prepare import Prepared
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.project import Directions
 from brushgs.rendering.track import Track, track_directions
-from brushgs.scene import Frame, Gaussians
+from brushgs.values.arrays import Array
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 
 
 def is_bare(painting: Painting) -> bool:

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
 from brushgs.errors import SceneWarning
 from brushgs.measure.box_events import (
     SPIN,
@@ -36,10 +35,13 @@ from brushgs.measure.stability.pair_errors import PaintedFrame, PairErrors
 from brushgs.measure.stability.schedule import FrameSchedule
 from brushgs.measure.uiqm import uiqm
 from brushgs.measure.warp import View
-from brushgs.moving_scene import MovingScene
 from brushgs.options.experiments import StabilityConfig
 from brushgs.rendering.knots import is_closed
-from brushgs.scene import Boxes, Camera, Frame
+from brushgs.values.arrays import Array
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.moving import MovingScene
 
 NOTHING_COMPARED = (
     "no two frames of the path show the same surface, so no flicker could be measured; take smaller steps"

@@ -8,22 +8,25 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
 from brushgs.brushes.brush_set import Brushes
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.stability.figures import Seconds
-from brushgs.moving_scene import MovingScene
 from brushgs.options.choices import Lock, ViewLock
-from brushgs.painting.film_track import FilmTrack, track_film
-from brushgs.painting.moving import Moving
-from brushgs.painting.report import Stopwatch
+from brushgs.pipeline.film_track import FilmTrack, track_film
+from brushgs.pipeline.moving import Moving
+from brushgs.pipeline.report import Stopwatch
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.rendering.track import Track, track_directions
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.values.arrays import Array
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.moving import MovingScene
 
 if TYPE_CHECKING:
-    from brushgs.painting.prepare import Prepared
-    from brushgs.passes.follow.estimate import EstimatedMotion
+    from brushgs.passes.motion.estimate import EstimatedMotion
+    from brushgs.pipeline.prepare import Prepared
     from brushgs.rendering.canvas import Painting
 
 PLAIN = "plain"

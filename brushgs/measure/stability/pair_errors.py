@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import Array
 from brushgs.measure.stability.figures import Loop, Turning, Warp
 from brushgs.measure.stability.painters import PLAIN
 from brushgs.measure.warp import View, ViewMatch, WarpError, match_views
-from brushgs.scene import Boxes
+from brushgs.values.arrays import Array
+from brushgs.values.boxes import Boxes
 
 
 @dataclass

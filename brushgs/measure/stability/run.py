@@ -23,22 +23,23 @@ from brushgs.measure.stability.measure import (
 )
 from brushgs.measure.stability.painters import Comparison, MakePainters, no_painters
 from brushgs.measure.stability.plot import write_plot
-from brushgs.moving_scene import MovingScene
 from brushgs.options.experiments import StabilityConfig
 from brushgs.options.painting import CleanConfig, PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.sequence import PathConfig
-from brushgs.painting.clip import Clip
-from brushgs.painting.outputs import input_files
-from brushgs.painting.prepare import PICTURE, STROKES, prepare
-from brushgs.painting.report import Report
-from brushgs.scene import Camera, Gaussians
+from brushgs.pipeline.clip import Clip
+from brushgs.pipeline.outputs import input_files
+from brushgs.pipeline.prepare import PICTURE, STROKES, prepare
+from brushgs.pipeline.report import Report
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.moving import MovingScene
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from brushgs.painting.prepare import Prepared
-    from brushgs.passes.follow.estimate import EstimatedMotion
+    from brushgs.passes.motion.estimate import EstimatedMotion
+    from brushgs.pipeline.prepare import Prepared
 
 IN_MEMORY = "a moving scene in memory"  # in place of its files
 
@@ -175,7 +176,7 @@ def _compared(
 
 def _estimated(prepared: "Prepared") -> "EstimatedMotion":
     """The motion of a clip whose rows do not correspond."""
-    from brushgs.passes.follow.estimate import EstimatedMotion
+    from brushgs.passes.motion.estimate import EstimatedMotion
 
     assert prepared.moving is not None, "of a clip"
     scene = prepared.moving.scene

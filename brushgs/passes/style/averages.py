@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from brushgs.arrays import F32, Array
-from brushgs.colors import flatten
+from brushgs.values.arrays import F32, Array
+from brushgs.values.colors import flatten
 
 
 def averaged(image: Array, most: int) -> F32:

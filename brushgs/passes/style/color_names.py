@@ -6,8 +6,8 @@ them; a name says where a colour is, not which pigment it is.
 
 import numpy as np
 
-from brushgs.arrays import F64
-from brushgs.colors import oklab_of
+from brushgs.values.arrays import F64
+from brushgs.values.colors import oklab_of
 
 _GREY, _TINTED = 0.008, 0.034  # chroma up to which a colour is grey, and a warm or cool grey
 _WARM = (0.0, 125.0)  # degrees of hue; from 340 on too

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32, F64, Mask
-from brushgs.passes.color_space import oklab_planes
-from brushgs.passes.direction.planes import ramp
+from brushgs.passes.color.color_space import oklab_planes
+from brushgs.passes.form.planes import ramp
 from brushgs.passes.style.averages import averaged
 from brushgs.passes.style.outlines import hull_area
 from brushgs.passes.style.sizes import Sizes
+from brushgs.values.arrays import F32, F64, Mask
 
 MOST_BRUSHES, LEAST_BRUSHES = 8, 3
 LONGEST, WIDEST = 128, 64  # texels of a brush: eight of them take 87 kB as text in a file

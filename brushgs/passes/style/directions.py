@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from brushgs.passes.direction.marks import Marks, marks_at
-from brushgs.passes.direction.orient import ASPECT
-from brushgs.scene import Camera
-from brushgs.style import Style
+from brushgs.passes.form.mark_directions import Marks, marks_at
+from brushgs.passes.form.orient import ASPECT
+from brushgs.values.camera import Camera
+from brushgs.values.style import Style
 
 CELLS = 64  # along the longer side of a picture: finer than the fields of styles
 

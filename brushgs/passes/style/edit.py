@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F64, Array
-from brushgs.passes.color_map import Affine, Blend, ColorMap, map_colors
-from brushgs.passes.color_space import Space
+from brushgs.passes.color.color_map import Affine, Blend, ColorMap, map_colors
+from brushgs.passes.color.color_space import Space
 from brushgs.passes.style.features import COLOR_FEATURES, StrokeFeatures, color_features
-from brushgs.scene import Gaussians
-from brushgs.sh import C0
-from brushgs.style import Residual, StyleEdit
+from brushgs.values.arrays import F64, Array
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
+from brushgs.values.style import Residual, StyleEdit
 
 ROWS_AT_A_TIME = 1 << 12  # whose bumps are in memory
 LARGEST = np.log(8.0)  # of sizes: no style makes strokes that fill the picture, or vanish

@@ -13,14 +13,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Rows
-from brushgs.native import core as _core
-from brushgs.passes.color_space import Space
-from brushgs.passes.contribution import projected_areas, visible_shares
-from brushgs.quats import rotation_matrices
-from brushgs.scene import FirstView, Gaussians
-from brushgs.sh import C0, used_sh_degree
-from brushgs.threads import num_threads_or_default
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
+from brushgs.passes.color.color_space import Space
+from brushgs.passes.reduce.contribution import projected_areas, visible_shares
+from brushgs.values.arrays import F64, Rows
+from brushgs.values.camera import FirstView
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import rotation_matrices
+from brushgs.values.sh import C0, used_sh_degree
 
 NUM_NEIGHBORS = 8
 ROWS_AT_A_TIME = 1 << 15  # whose neighbours are in memory

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.arrays import F64
+from brushgs.values.arrays import F64
 
 CLIP = 2e-3  # half a step of 8 bits: what is this near to 0 or 1 may have been cut there
 ROUNDS = 12
@@ -30,7 +30,7 @@ class AffineFit:
     """An affine map and how well it explains the data.
 
     Attributes:
-        affine: [3, 4] as in `brushgs.style.StyleEdit`.
+        affine: [3, 4] as in `brushgs.values.style.StyleEdit`.
         known: [n, 3] of 0 or 1: which values after were not cut off at 0 or 1.
         kept: 0 to 1, the share of the best map that is in it; the rest leads to the identity.
     """

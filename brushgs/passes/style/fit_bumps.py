@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F32, F64, Mask, Rows
-from brushgs.passes.lloyd import lloyd
+from brushgs.passes.reduce.lloyd import lloyd
 from brushgs.passes.style.edit import bumps, within
 from brushgs.passes.style.features import COLOR_FEATURES
-from brushgs.style import Residual
+from brushgs.values.arrays import F32, F64, Mask, Rows
+from brushgs.values.style import Residual
 
 # In scenes and in strokes made of them medians of these are within 0.3 deviations of each other; those of
 # elongation, flatness, visibility and contrast are up to 0.9 apart, and more where a scene is of discs.

@@ -6,11 +6,11 @@ leave open, not of marks: they are no convex patches. Where one of these is miss
 
 import numpy as np
 
-from brushgs.arrays import F32, F64, Mask
-from brushgs.colors import rgb_of_oklab
-from brushgs.passes.color_space import oklab_planes
+from brushgs.passes.color.color_space import oklab_planes
 from brushgs.passes.style.averages import averaged
 from brushgs.passes.style.outlines import hull_area
+from brushgs.values.arrays import F32, F64, Mask
+from brushgs.values.colors import rgb_of_oklab
 
 MOST_SIDE = 512  # pixels
 BIN = 0.02  # of colours, OKLab

@@ -11,17 +11,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, Rows
 from brushgs.cameras.framing import camera_axes
-from brushgs.passes.contribution import paint_of
-from brushgs.passes.lloyd import lloyd
+from brushgs.passes.reduce.contribution import paint_of
+from brushgs.passes.reduce.lloyd import lloyd
 from brushgs.passes.style.features import COLOR_FEATURES, color_features, stroke_features
 from brushgs.passes.style.fit_affine import fit_affine
 from brushgs.passes.style.fit_bumps import CANDIDATES, NOTHING, NUM_FOLDS, BumpFit, Samples, fit_bumps
 from brushgs.passes.style.pairs import pair_rows
-from brushgs.scene import FirstView, Gaussians
-from brushgs.sh import C0
-from brushgs.style import StyleEdit
+from brushgs.values.arrays import F64, Array, Rows
+from brushgs.values.camera import FirstView
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
+from brushgs.values.style import StyleEdit
 
 MOST_ROWS = 10_000  # that an edit is fitted to
 SECTORS = 12  # around up, of which every fourth is held out at a time

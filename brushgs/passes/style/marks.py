@@ -1,7 +1,7 @@
 """A painting -> its marks: which way they run, how long and wide they are, how far they differ, and images.
 
 Everything is measured on the picture alone, in a second or two: directions by the structure tensor
-(`passes.direction.marks`), sizes by how fast colours change along and across them (`sizes`), the ground where
+(`mark_directions`), sizes by how fast colours change along and across them (`sizes`), the ground where
 there is evidence of it (`ground`), and images of single marks (`cut`). The relief stays 0, not known: light
 on ridges could not be told from what is painted. The skewness of slopes, which lit ridges have, differs by
 0.2 to 1 between relief 0 and 1 of a scene, and by 1 and more from scene to scene.
@@ -9,14 +9,14 @@ on ridges could not be told from what is painted. The skewness of slopes, which 
 
 import numpy as np
 
-from brushgs.arrays import F32, F64, Array
-from brushgs.passes.color_space import oklab_planes
-from brushgs.passes.direction.marks import marks_in
+from brushgs.passes.color.color_space import oklab_planes
+from brushgs.passes.form.mark_directions import marks_in
 from brushgs.passes.style.averages import averaged
 from brushgs.passes.style.cut import cut_marks
 from brushgs.passes.style.ground import find_ground
 from brushgs.passes.style.sizes import mark_sizes
-from brushgs.style import StyleMarks
+from brushgs.values.arrays import F32, F64, Array
+from brushgs.values.style import StyleMarks
 
 MOST_GRID = 48  # directions along the longer side of a painting
 MOST_SIDE = 1024  # pixels of a painting in which marks are measured; larger ones are averaged

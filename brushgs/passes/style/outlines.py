@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.arrays import F64
+from brushgs.values.arrays import F64
 
 
 def hull_area(u: F64, v: F64) -> float:

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.arrays import Array, Rows
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.neighbours import nearest
-from brushgs.scene import Gaussians
+from brushgs.values.arrays import Array, Rows
+from brushgs.values.gaussians import Gaussians
 
 NEAR = 2e-3  # radii of the scene: what is further away is another Gaussian
 LEAST_SHARE = 0.1  # of the rows before that must be found: else these are two scenes

@@ -7,10 +7,10 @@ there in their share.
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, Rows, check
-from brushgs.colors import oklab_of, rgb_of_oklab, split_alpha
 from brushgs.passes.style.color_names import color_names
-from brushgs.style import NamedColor, StylePalette
+from brushgs.values.arrays import F64, Array, Rows, check
+from brushgs.values.colors import oklab_of, rgb_of_oklab, split_alpha
+from brushgs.values.style import NamedColor, StylePalette
 
 MOST_COLORS, FEWEST_COLORS = 8, 5
 NUM_PIXELS = 1 << 16  # looked at of larger paintings

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.arrays import F64, Array
+from brushgs.values.arrays import F64, Array
 
 NUM_SAMPLES = 8000  # places of a picture: sizes of four paintings are within 6 % of those of 40,000
 NUM_STEPS = 30  # distances, in equal ratios
@@ -54,7 +54,7 @@ def mark_sizes(lab: Array, pairs: F64) -> Sizes:
 
     Args:
         lab: [3, H, W] OKLab of a painting.
-        pairs: [h, w, 2] directions of its marks, see `brushgs.passes.direction.marks`.
+        pairs: [h, w, 2] directions of its marks, see `brushgs.passes.form.mark_directions`.
     """
     short = min(lab.shape[1:])
     distances = np.geomspace(1.0, FARTHEST * short, NUM_STEPS)

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from brushgs.arrays import F64, Array, check
-from brushgs.colors import LUMINANCE
-from brushgs.passes.color_map import Affine, ColorMap
+from brushgs.passes.color.color_map import Affine, ColorMap
 from brushgs.passes.style.features import StrokeFeatures
-from brushgs.style import StylePalette
+from brushgs.values.arrays import F64, Array, check
+from brushgs.values.colors import LUMINANCE
+from brushgs.values.style import StylePalette
 
 NUM_SAMPLES = 1024  # of the scene's paint and of the painting, equally weighted
 SLOPES = 0.4, 2.5  # of the curve of luma
@@ -102,7 +102,7 @@ def palette_map(palette: StylePalette, rgb: Array, weights: Array) -> ColorMap:
     Args:
         palette: of the painting.
         rgb: [N, 3] colours of the scene's paint, display-encoded.
-        weights: [N] >= 0, how much of it each is, see `brushgs.passes.recolor.painted_weights`.
+        weights: [N] >= 0, how much of it each is, see `brushgs.passes.color.recolor.painted_weights`.
 
     Raises:
         TypeError: if an argument is not an array.

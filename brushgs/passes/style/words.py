@@ -12,16 +12,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from brushgs.arrays import F64
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.colors import oklab_of
 from brushgs.passes.style.color_names import color_name
 from brushgs.passes.style.palette import learn_palette
 from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.visibility import visible_areas
-from brushgs.scene import Camera, Gaussians
-from brushgs.style import Style, StyleMarks, StylePalette
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
+from brushgs.values.colors import oklab_of
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.style import Style, StyleMarks, StylePalette
 
 FITS = 0.5  # from which on a word fits
 LARGE_SHARE = 0.2  # of a painting: a colour that large fits by 1/2

@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import F32, F64
 from brushgs.errors import SceneError
 from brushgs.io.files import exists, is_dir, is_plain
 from brushgs.io.json_file import read_json, shown
+from brushgs.values.arrays import F32, F64
 
 PICKLES = (".bin", ".pt", ".pth", ".ckpt", ".pkl", ".h5", ".msgpack")  # weights in forms that are not read
 WEIGHTS = ("model.safetensors", "model.safetensors.index.json")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, Mask
+from brushgs.values.arrays import F64, Array, Mask
 
 
 def ramp(depths: F64, width: float) -> F64:
@@ -32,7 +32,7 @@ def soft_mask(inside: Mask, means: Array, width: float) -> F64:
         return inside.astype(np.float64)
     from scipy.spatial import cKDTree
 
-    from brushgs.threads import num_threads_or_default
+    from brushgs.core.threads import num_threads_or_default
 
     points, depths = means.astype(np.float64), np.empty(len(means))
     for side, sign in ((inside, 1.0), (~inside, -1.0)):

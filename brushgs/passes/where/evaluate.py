@@ -10,8 +10,6 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Array, Mask
-from brushgs.hashing import GOLDEN, uniform
 from brushgs.options.where import Where
 from brushgs.options.where_terms import (
     Box,
@@ -35,7 +33,10 @@ from brushgs.passes.where.masks import MaskView, mask_votes
 from brushgs.passes.where.parts import connected_parts
 from brushgs.passes.where.shapes import box_depths, color_depths, half_depths, sphere_depths
 from brushgs.passes.where.subject import find_subject
-from brushgs.scene import FirstView, Gaussians
+from brushgs.values.arrays import F64, Array, Mask
+from brushgs.values.camera import FirstView
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.hashing import GOLDEN, uniform
 
 T = TypeVar("T")
 HALF = 0.5  # from which on a Gaussian is inside, where it cannot be in part

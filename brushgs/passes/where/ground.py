@@ -9,11 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.arrays import F64, Array
 from brushgs.cameras.ground import MOST_ROWS, Plane, ground_plane
 from brushgs.options.where_terms import Height, Length
 from brushgs.passes.where.hull import in_hull, size_of
-from brushgs.scene import FirstView, Gaussians
+from brushgs.values.arrays import F64, Array
+from brushgs.values.camera import FirstView
+from brushgs.values.gaussians import Gaussians
 
 # In sizes of the subject: the ring around it, whose Gaussians tell where the ground ends; how far from the
 # plane these may lie; and the layers that they are counted in.

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, Mask
-from brushgs.scene import FirstView
+from brushgs.values.arrays import F64, Array, Mask
+from brushgs.values.camera import FirstView
 
 
 def size_of(view: FirstView) -> float:

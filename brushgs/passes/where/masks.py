@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F64, Array
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.passes.picture_votes import votes
+from brushgs.passes.color.picture_votes import votes
 from brushgs.passes.where.settle import settle
 from brushgs.rendering.options import RenderOptions, project_with
-from brushgs.scene import Camera, Gaussians
+from brushgs.values.arrays import F64, Array
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 
 # Of the share of a Gaussian that is not hidden, over all views. By the share itself, the table under the
 # cloth is taken for cloth: 0.80 of IoU in place of 0.94.

@@ -7,12 +7,12 @@ gap between their centres is at most `REACH` of their sizes along the line betwe
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Array
 from brushgs.passes.components import components
-from brushgs.passes.contribution import paint_of
 from brushgs.passes.neighbours import nearest
-from brushgs.quats import rotation_matrices
-from brushgs.scene import Gaussians
+from brushgs.passes.reduce.contribution import paint_of
+from brushgs.values.arrays import F64, Array
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import rotation_matrices
 
 NUM_NEIGHBOURS = 12
 REACH = 2.0  # standard deviations of each of the two: their visible extents meet

@@ -12,11 +12,11 @@ Source: Grady 2006, Random Walks for Image Segmentation (with trusted values in 
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.passes.neighbours import nearest
-from brushgs.quats import rotation_matrices
-from brushgs.scene import Gaussians
-from brushgs.sh import base_colors
+from brushgs.values.arrays import F64
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import rotation_matrices
+from brushgs.values.sh import base_colors
 
 NUM_NEIGHBOURS = 10
 NEAR = 1.5  # standard deviations of both together, of a normal distribution of the weights

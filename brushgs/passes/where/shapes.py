@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from brushgs.arrays import F64, Array
 from brushgs.options.where_terms import Box, Colour, Half, Sphere
-from brushgs.scene import Gaussians
-from brushgs.sh import base_colors
+from brushgs.values.arrays import F64, Array
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import base_colors
 
 
 def box_depths(box: Box, means: Array) -> F64:

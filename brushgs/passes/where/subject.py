@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from brushgs.arrays import Mask
-from brushgs.passes.contribution import paint_of
+from brushgs.passes.reduce.contribution import paint_of
 from brushgs.passes.where.ground import Ground
 from brushgs.passes.where.hull import in_hull, size_of
 from brushgs.passes.where.parts import connected_parts
-from brushgs.quats import shortest_axes
-from brushgs.scene import FirstView, Gaussians
+from brushgs.values.arrays import Mask
+from brushgs.values.camera import FirstView
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import shortest_axes
 
 MARGIN = 0.01  # of the subject's size, by which what is inside its hull may stick out
 # Of a scene with surroundings, in sizes of the subject: how far beyond its hull a part of it may reach, and

@@ -20,12 +20,13 @@ from typing import Protocol
 import numpy as np
 from scipy.spatial import cKDTree
 
-from brushgs.arrays import F32, F64
 from brushgs.cameras.around import ring_views
 from brushgs.io.pictures.resize import resize
-from brushgs.passes.picture_votes import votes
+from brushgs.passes.color.picture_votes import votes
 from brushgs.rendering.plain import plain_views
-from brushgs.scene import Camera, FirstView, Gaussians
+from brushgs.values.arrays import F32, F64
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
 
 CANONICAL = ("object", "things", "stuff", "texture")  # fit anything; of LERF
 SHARPNESS = 10.0  # on cosines before they are compared, of LERF; where relevance is 1/2 does not depend on it

@@ -10,7 +10,7 @@ import pytest
 
 from brushgs import SceneError
 from brushgs.io.moving import open_moving
-from brushgs.moving_scene import MovingScene
+from brushgs.values.moving import MovingScene
 
 C0 = 0.5 / math.sqrt(math.pi)
 NUM_ROWS = 300

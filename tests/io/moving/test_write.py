@@ -8,7 +8,7 @@ from brushgs.io.files import filling
 from brushgs.io.moving import load_moving
 from brushgs.io.moving.write import NAME, check_moments_folder, write_moments
 from brushgs.io.scenes.write import write_scene
-from brushgs.scene import Gaussians
+from brushgs.values.gaussians import Gaussians
 from tests.passes.scenes import random_gaussians
 
 

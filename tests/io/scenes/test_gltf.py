@@ -11,8 +11,8 @@ import brushgs as bg
 from brushgs.io import read_scene
 from brushgs.io.scenes import gltf
 from brushgs.io.scenes.encoding import STANDARD
-from brushgs.quats import rotation_matrices
-from brushgs.sh import C0, sh_basis
+from brushgs.values.quats import rotation_matrices
+from brushgs.values.sh import C0, sh_basis
 from tests.io.scenes import spz_format
 from tests.io.scenes.gltf_maker import PREFIX, Attributes, Model, make
 

@@ -12,7 +12,7 @@ import pytest
 import brushgs as bg
 from brushgs.io import read_scene
 from brushgs.io.scenes.write import write_scene
-from brushgs.scene import FirstView
+from brushgs.values.camera import FirstView
 from tests.io.scenes.test_written import degrees_between, make
 
 UP = np.array([0.6, -0.64, 0.48])

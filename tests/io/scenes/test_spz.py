@@ -14,7 +14,7 @@ from brushgs.io import load, read_scene
 from brushgs.io.scenes.encoding import STANDARD
 from brushgs.io.scenes.read import read_raw
 from brushgs.io.scenes.spz import open_data
-from brushgs.sh import sh_basis
+from brushgs.values.sh import sh_basis
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import spz_format as spz
 from tests.io.scenes.witness import NAMES, as_gaussforge_reads, assert_alike, convert

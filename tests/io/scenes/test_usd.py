@@ -14,7 +14,7 @@ from brushgs.io import load_cameras, read_scene
 from brushgs.io.scenes import usd_write
 from brushgs.io.scenes.write import write_scene
 from brushgs.io.usd import process
-from brushgs.scene import FirstView
+from brushgs.values.camera import FirstView
 from tests.io.scenes.test_written import make
 
 pytest.importorskip("pxr")

@@ -15,9 +15,9 @@ from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.io.scenes.stored import Stored
 from brushgs.io.scenes.write import write_scene
-from brushgs.painting.report import Report
-from brushgs.painting.strokes import write_scene as write_reported
-from brushgs.scene import FirstView
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.strokes import write_scene as write_reported
+from brushgs.values.camera import FirstView
 from tests.io.scenes.witness import as_gaussforge_reads
 
 # Those of USD differ in what packs the same stage, and each file starts a process: some stand for all.

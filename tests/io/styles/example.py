@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.style import NamedColor, Residual, Style, StyleEdit, StyleMarks, StylePalette
+from brushgs.values.style import NamedColor, Residual, Style, StyleEdit, StyleMarks, StylePalette
 
 
 def painting(num_brushes=2, side=24) -> Style:

@@ -12,7 +12,7 @@ from brushgs.io.styles.arrays import pack
 from brushgs.io.styles.format import MAX_BYTES
 from brushgs.io.styles.read import read_style
 from brushgs.io.styles.write import write_style
-from brushgs.style import Style
+from brushgs.values.style import Style
 from tests.io.styles import example
 
 HALF = 2.0**-11  # relative rounding of float16

@@ -17,7 +17,7 @@ from brushgs.measure import plotting
 from brushgs.measure.bench import BenchReport
 from brushgs.measure.bench.families import SIZES, STOPS
 from brushgs.options.experiments import BenchConfig
-from brushgs.painting.report import pace
+from brushgs.pipeline.report import pace
 from tests.scenes import save_upright, still_life_of
 
 FAMILIES = ["strokes", "merge", "filter", "precision", "sh", "size"]

@@ -26,8 +26,8 @@ from brushgs.options.experiments import LOOK_FAMILIES, BenchConfig
 from brushgs.options.look import Look
 from brushgs.options.painting import STEPS, PaintConfig, StrokesConfig, ViewConfig
 from brushgs.options.scene_source import SceneSource
-from brushgs.painting.report import Report
-from brushgs.painting.still import paint
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.still import paint
 from tests.scenes import save_upright, still_life_of
 
 # A side that is named, and no views: most of the time of a small painting goes there.

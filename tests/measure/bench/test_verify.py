@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
+from brushgs.core.threads import num_threads_or_default
 from brushgs.measure.bench import families, measure, subject
 from brushgs.measure.bench.supersample import FACTOR, supersampled
 from brushgs.measure.bench.verify import (
@@ -20,12 +21,11 @@ from brushgs.measure.bench.verify import (
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig
 from brushgs.options.scene_source import SceneSource
-from brushgs.painting.prepare import prepare
-from brushgs.painting.report import Report
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.rendering.rasterize import rasterize
 from brushgs.still_life import still_life_camera
-from brushgs.threads import num_threads_or_default
 from tests.rendering.strokes import bristles, random_boxes
 from tests.scenes import save_upright, still_life_of
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.direction.marks import marks_at
-from brushgs.passes.direction.orient import ASPECT
+from brushgs.passes.form.mark_directions import marks_at
+from brushgs.passes.form.orient import ASPECT
 from brushgs.passes.style.directions import direction_field
-from brushgs.style import Style, StyleMarks
-from tests.passes.direction.planks import long_axes, planks
-from tests.passes.direction.test_marks import camera_above
+from brushgs.values.style import Style, StyleMarks
+from tests.passes.form.planks import long_axes, planks
+from tests.passes.form.test_marks import camera_above
 
 
 def style_of(angle, *, clear=1.0, aspect=4.0, shape=(9, 12)):

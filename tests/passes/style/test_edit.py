@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.color_map import Blend, difference_slopes, map_colors
-from brushgs.passes.color_space import Space
+from brushgs.passes.color.color_map import Blend, difference_slopes, map_colors
+from brushgs.passes.color.color_space import Space
 from brushgs.passes.style.edit import apply_edit, edit_map, log_sizes, needed_features
 from brushgs.passes.style.features import COLOR_FEATURES, StrokeFeatures, stroke_features
-from brushgs.sh import C0
-from brushgs.style import Residual, StyleEdit
+from brushgs.values.sh import C0
+from brushgs.values.style import Residual, StyleEdit
 from tests.passes.scenes import assert_same, random_gaussians, replaced
 from tests.passes.style.test_features import VIEW
 

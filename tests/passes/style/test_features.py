@@ -15,9 +15,9 @@ from brushgs.passes.style.features import (
     MOST_GLOSS,
     stroke_features,
 )
-from brushgs.scene import FirstView
-from brushgs.sh import C0, sh_rotation
 from brushgs.still_life import still_life
+from brushgs.values.camera import FirstView
+from brushgs.values.sh import C0, sh_rotation
 from tests.passes.scenes import random_gaussians, replaced
 
 VIEW = FirstView(np.array([[-1.0, -1, -1], [1, 1, 1]]), np.array([0.0, 0, 1]), 0.0, 0.0)

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.colors import LUMINANCE
-from brushgs.passes.color_map import Affine, map_colors
+from brushgs.passes.color.color_map import Affine, map_colors
 from brushgs.passes.style.edit import apply_edit, needed_features
 from brushgs.passes.style.features import stroke_features
 from brushgs.passes.style.fit_affine import fit_affine
 from brushgs.passes.style.learn_edit import learn_edit
 from brushgs.passes.style.pairs import pair_rows
-from brushgs.sh import C0
+from brushgs.values.colors import LUMINANCE
+from brushgs.values.sh import C0
 from tests.passes.scenes import random_gaussians, replaced
 from tests.passes.style.test_features import VIEW
 

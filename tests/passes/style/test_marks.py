@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from brushgs.colors import rgb_of
 from brushgs.passes.style.ground import find_ground
 from brushgs.passes.style.marks import MOST_GRID, learn_marks
+from brushgs.values.colors import rgb_of
 from tests.bench.mark_paintings import KINDS, paint
 from tests.bench.paintings import PAINTINGS, _opaque
 from tests.bench.paintings import paint as painted

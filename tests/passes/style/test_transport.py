@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from brushgs.colors import LUMINANCE
-from brushgs.passes.color_map import Affine
+from brushgs.passes.color.color_map import Affine
 from brushgs.passes.style.palette import learn_palette
 from brushgs.passes.style.transport import SLOPES, palette_map
+from brushgs.values.colors import LUMINANCE
 
 GRID = np.stack(np.meshgrid(*[np.linspace(0, 1, 9)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from brushgs.passes.style.words import FITS, Scale, words_of_strokes, words_of_style
-from brushgs.scene import Camera, Gaussians
-from brushgs.sh import C0
-from brushgs.style import NamedColor, Style, StyleEdit, StyleMarks, StylePalette
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
+from brushgs.values.style import NamedColor, Style, StyleEdit, StyleMarks, StylePalette
 from tests.bench.paintings import paint
 
 CAMERA = Camera.look_at((0, 0, -4), (0, 0, 0), width=160, height=120, fov_y=0.8)

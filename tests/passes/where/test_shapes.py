@@ -6,8 +6,8 @@ import pytest
 import brushgs as bg
 from brushgs.options.where import Where
 from brushgs.passes.where import WhereContext, memberships, sides
-from brushgs.scene import FirstView
-from brushgs.sh import C0
+from brushgs.values.camera import FirstView
+from brushgs.values.sh import C0
 
 
 def scene():

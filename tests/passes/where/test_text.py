@@ -8,10 +8,11 @@ import pytest
 from brushgs.first_view import find_first_view
 from brushgs.passes.where import text
 from brushgs.passes.where.text import CANONICAL, WordFinder, relevance
-from brushgs.scene import Camera, FirstView, Gaussians
-from brushgs.sh import C0, base_colors
 from brushgs.still_life import still_life
 from brushgs.still_life.cast import cast_of, joined
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0, base_colors
 from tests.passes.scenes import random_gaussians, replaced
 
 bodies = importlib.import_module("brushgs.still_life.bodies")  # its name is that of a function, too

@@ -59,7 +59,7 @@ struct ProjectCounts {
     std::size_t outside = 0;      // no common area with the image
 };
 
-// One box on its way through the sort; the fields of `Boxes` in brushgs/scene.py.
+// One box on its way through the sort; the fields of `Boxes` in brushgs/values/boxes.py.
 template <class T>
 struct BoxRecord {
     T center[2], half_extents[2], angle, depth, color[3], opacity;

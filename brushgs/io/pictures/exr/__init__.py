@@ -10,7 +10,7 @@ from brushgs.io.pictures.exr.deep import write_deep
 from brushgs.io.pictures.exr.flat import write_flat
 from brushgs.io.pictures.oiio import Background
 from brushgs.io.pictures.shot import Shot
-from brushgs.scene import Frame
+from brushgs.values.frame import Frame
 
 
 def write(frame: Frame, path: str | Path, background: Background, shot: Shot | None = None) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from brushgs.io.pictures.rate import frame_rate
 from brushgs.io.pictures.shot import Shot
-from brushgs.scene import Camera
+from brushgs.values.camera import Camera
 from brushgs.version import __version__
 
 # x and y of red, green, blue and white. Source: ITU-R BT.709.

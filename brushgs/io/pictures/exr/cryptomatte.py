@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32, Array
 from brushgs.io.files import replacing
 from brushgs.io.pictures.exr.attributes import Attribute
 from brushgs.io.pictures.exr.planes import Plane, Rows
 from brushgs.io.pictures.shot import Shot
-from brushgs.layers import Matte
-from brushgs.scene import Frame
+from brushgs.values.arrays import F32, Array
+from brushgs.values.frame import Frame
+from brushgs.values.layers import Matte
 
 Rank = tuple[NDArray[np.int32], F32]  # [H, W] row of the names, and how much of the pixel it covers
 MAX_INLINE = 1 << 16  # bytes of names that each picture of a film may well hold: of some 2000 strokes

@@ -15,7 +15,7 @@ from brushgs.io.pictures.exr.attributes import attributes_of
 from brushgs.io.pictures.exr.header import FLOAT, HALF, UINT, deep_header
 from brushgs.io.pictures.exr.planes import LARGEST_HALF
 from brushgs.io.pictures.shot import Shot
-from brushgs.layers import DeepSamples
+from brushgs.values.layers import DeepSamples
 
 NOTES = {
     "RGBA": "display-encoded (sRGB), premultiplied: samples that are laid over each other as they are, the "

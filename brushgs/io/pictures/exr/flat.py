@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from brushgs.core.signals import defer_stop
 from brushgs.io.files import replacing
 from brushgs.io.pictures.exr.attributes import attributes_of
 from brushgs.io.pictures.exr.cryptomatte import cryptomattes_of
 from brushgs.io.pictures.exr.planes import LARGEST_HALF, NOTES, Plane, planes_of
 from brushgs.io.pictures.oiio import NO_DATE, Background, not_written
 from brushgs.io.pictures.shot import Shot
-from brushgs.scene import Frame
-from brushgs.signals import defer_stop
+from brushgs.values.frame import Frame
 
 if TYPE_CHECKING:
     import OpenImageIO

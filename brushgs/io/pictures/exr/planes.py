@@ -9,11 +9,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from brushgs.arrays import F32, Array
-from brushgs.colors import linear_from_srgb
 from brushgs.io.pictures.oiio import Background, straight_colors
-from brushgs.layers import Matte
-from brushgs.scene import Frame
+from brushgs.values.arrays import F32, Array
+from brushgs.values.colors import linear_from_srgb
+from brushgs.values.frame import Frame
+from brushgs.values.layers import Matte
 
 LARGEST_HALF = 65504.0  # larger numbers become infinite
 # Layer of the file -> what its numbers mean: the header holds it, as "brushgs/LAYER".

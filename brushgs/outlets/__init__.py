@@ -1,0 +1,1 @@
+"""What stands on a painting: pages, 3D models, the studio, sheets, styles learnt, files of strokes."""

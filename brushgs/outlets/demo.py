@@ -1,0 +1,111 @@
+"""The example scene, built, written as a trained scene would be, and painted."""
+
+from pathlib import Path
+
+from brushgs.brushes.brush_set import name_of
+from brushgs.errors import SceneError
+from brushgs.io import save
+from brushgs.io.moving.write import NAME
+from brushgs.io.pictures.formats import VIDEO_SUFFIXES
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
+from brushgs.options.choices import MOMENTS_PER_SECOND
+from brushgs.options.painting import PaintConfig
+from brushgs.pipeline.clip import Clip
+from brushgs.pipeline.outputs import check_output
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.sequence import paint_sequence
+from brushgs.pipeline.still import paint_file
+from brushgs.pipeline.strokes import file_size, write_scene
+from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life.moving import SECONDS, seen_from, still_life_moving
+
+SCENE_NAME = "still_life.ply"
+CLIP_NAME = "still_life_moving"
+# 1.5 MB a moment, which with the Gaussians and highlights of the still scene would be 13 MB.
+MOVING_GAUSSIANS = 20_000
+SIZE, FILM_SIZE = (1200, 900), (960, 720)  # pixels
+
+
+def paint_demo(
+    folder: str | Path,
+    config: PaintConfig,
+    *,
+    report: Report,
+    num_gaussians: int | None = None,
+    name: str | None = None,
+) -> Report:
+    """Write the still life as `still_life.ply` into a folder and paint it beside that.
+
+    Args:
+        folder: made if missing; files of the same names are replaced.
+        config: of the painting; the seed of its clustering is also that of the scene, and of its view only
+            the size is used, 1200 x 900 pixels if None.
+        report: gets the stages.
+        num_gaussians: of the scene; None for the default of `still_life`.
+        name: of the painting, still_life-NAME.png; None for that of the stroke.
+
+    Raises:
+        SceneError: if the folder cannot be made or written to.
+    """
+    folder = _made(Path(folder))
+    scene, picture = folder / SCENE_NAME, folder / f"still_life-{name or name_of(config.draw.stroke)}.png"
+    check_output(scene, SCENE_SUFFIXES)
+    with report.stage("build") as stage:
+        counts = {} if num_gaussians is None else {"num_gaussians": num_gaussians}
+        gaussians = still_life(seed=config.cluster.seed, **counts)
+        stage.did = f"a still life of {len(gaussians):,} Gaussians, SH degree 3"
+        stage.counts = {"gaussians": len(gaussians)}
+    write_scene(gaussians, scene, report)
+    del gaussians
+    width, height = config.view.fixed_size or SIZE
+    camera = still_life_camera(width=width, height=height)
+    return paint_file(scene, picture, config, camera=camera, report=report)
+
+
+def paint_moving_demo(
+    folder: str | Path,
+    config: PaintConfig,
+    *,
+    report: Report,
+    num_gaussians: int = MOVING_GAUSSIANS,
+    name: str | None = None,
+) -> Report:
+    """Write the still life in motion as one scene file a moment, 24 a second, and paint a film of it.
+
+    Args:
+        folder: made if missing; in it the folder `still_life_moving`, whose moments are replaced, and the
+            film are made.
+        config: as of `paint_demo`; a film has 960 x 720 pixels by default.
+        report: gets the stages.
+        num_gaussians: approximate count, >= 1000.
+        name: of the painting, still_life_moving-NAME.mp4; None for that of the stroke.
+
+    Raises:
+        SceneError: if the folder cannot be made or written to.
+    """
+    folder = _made(Path(folder))
+    clip, film = folder / CLIP_NAME, folder / f"{CLIP_NAME}-{name or name_of(config.draw.stroke)}.mp4"
+    files = [_made(clip) / (NAME % moment) for moment in range(round(SECONDS * MOMENTS_PER_SECOND))]
+    check_output(files[0], SCENE_SUFFIXES)
+    check_output(film, VIDEO_SUFFIXES)
+    scene = still_life_moving(num_gaussians, config.cluster.seed)
+    width, height = config.view.fixed_size or FILM_SIZE
+    camera = still_life_camera(width=width, height=height)
+    with report.stage("build", total=len(files), unit="moments") as stage:
+        for moment, path in enumerate(files):
+            gaussians = seen_from(scene.at(moment / MOMENTS_PER_SECOND), camera.position)
+            save(gaussians, path)
+            report.advance()
+        size = sum(path.stat().st_size for path in files)
+        stage.did = f"{clip}, {len(files)} moments of {len(gaussians):,} Gaussians, {file_size(size)}"
+        stage.counts = {"gaussians": len(gaussians), "moments": len(files), "bytes": size, "path": str(clip)}
+    return paint_sequence(Clip(scene), film, camera, config, report=report)
+
+
+def _made(folder: Path) -> Path:
+    """A folder, made if missing."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SceneError(folder, f"the folder cannot be made: {error.strerror}") from None
+    return folder

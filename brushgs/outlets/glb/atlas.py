@@ -1,0 +1,108 @@
+"""Brushes -> one texture: all of them side by side, white paint whose alpha is the coverage.
+
+One texture and one material, since strokes that lie on each other change brush from one to the next: viewers
+that draw a mesh in the order of its indices keep the order of strokes only within one material.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.brushes.soft import soft_brush
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.io.files import scratch_folder
+from brushgs.values.arrays import F64, U8
+
+# Texels between brushes, all transparent, and what their places are multiples of: the first four halvings of
+# the texture mix no brush with another.
+GAP = 16
+KERNEL_TEXELS = 256  # a side, of a kernel as an image
+
+
+@dataclass(frozen=True, eq=False)
+class Atlas:
+    """Several brushes in one image.
+
+    Attributes:
+        coverage: [h, w] of all brushes, 0 between them; sides are powers of two.
+        places: [B, 4] of each brush the texture coordinates of the middle of its first texel (u, v) and of
+            its last; v runs downwards. These are the corners of its box, as in the renderer.
+    """
+
+    coverage: U8
+    places: F64
+
+    @classmethod
+    def of(cls, images: Sequence[U8]) -> "Atlas":
+        """The atlas of images [h, w], at least one: rows of them, the highest first.
+
+        Of all widths that are powers of two, the one that needs the fewest texels is taken, of these the most
+        nearly square.
+        """
+        cells = np.array([[-(-(side + GAP) // GAP) * GAP for side in image.shape[::-1]] for image in images])
+        least = _power_of_two(GAP + int(cells[:, 0].max()))
+        most = max(least, _power_of_two(GAP + int(cells[:, 0].sum())))
+        widths = [least << step for step in range((most // least).bit_length())]
+        made = [(width, *_rows_of(cells, width)) for width in widths]
+        width, corners, height = min(made, key=lambda one: (one[0] * one[2], max(one[0], one[2])))
+        coverage, places = np.zeros((height, width), np.uint8), np.empty((len(images), 4))
+        for row, (image, (x, y)) in enumerate(zip(images, corners, strict=True)):
+            h, w = image.shape
+            coverage[y : y + h, x : x + w] = image
+            places[row] = x + 0.5, y + 0.5, x + w - 0.5, y + h - 0.5
+        return cls(coverage, places / (width, height, width, height))
+
+    def png(self) -> bytes:
+        """The texture as a PNG of 8 bits: white everywhere, so that no filter darkens an edge.
+
+        Raises:
+            SceneError: if the folder for temporary files is full.
+        """
+        from brushgs.io.pictures.oiio import write_pixels
+
+        pixels = np.full((*self.coverage.shape, 4), 255, np.uint8)
+        pixels[..., 3] = self.coverage
+        attributes = {"oiio:UnassociatedAlpha": 1, "png:compressionLevel": 6}  # 9: 6 % less, 9 times as long
+        with scratch_folder() as folder:  # OpenImageIO writes to named files only
+            path = folder / "brushes.png"
+            write_pixels(path, "png", pixels, ("R", "G", "B", "A"), attributes)
+            return path.read_bytes()
+
+
+def images_of(brushes: BrushSet) -> list[U8]:
+    """The coverage of each brush as an image, a kernel's too; last that of the soft kernel of underpaint."""
+    soft = soft_brush().coverage
+    return [*(_image_of(texture, soft) for texture in brushes.textures), soft]
+
+
+def _image_of(texture: StrokeTexture, soft: U8) -> U8:
+    if texture.kind == "image":
+        return texture.coverage
+    return soft if texture.kind == "gaussian" else _disc()
+
+
+def _disc() -> NDArray[np.uint8]:
+    """The kernel "ellipse": full inside of the circle that touches its box, with an edge of one texel."""
+    s = np.linspace(-1, 1, KERNEL_TEXELS)
+    inside = (1 - np.hypot(s[:, None], s)) * (KERNEL_TEXELS - 1) / 2  # texels from the edge
+    return np.rint(255 * np.clip(inside + 0.5, 0, 1)).astype(np.uint8)
+
+
+def _rows_of(cells: NDArray[np.int64], width: int) -> tuple[list[tuple[int, int]], int]:
+    """Where the cells [B, 2] (width, height) lie in rows of a width, and the height of all."""
+    corners = [(0, 0)] * len(cells)
+    x, y, row_height = GAP, GAP, 0
+    for index in np.lexsort((-cells[:, 0], -cells[:, 1])):
+        w, h = map(int, cells[index])
+        if x + w > width:
+            x, y, row_height = GAP, y + row_height, 0
+        corners[index] = x, y
+        x, row_height = x + w, max(row_height, h)
+    return corners, _power_of_two(y + row_height)
+
+
+def _power_of_two(value: int) -> int:
+    return 1 << (value - 1).bit_length()

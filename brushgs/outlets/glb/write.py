@@ -1,0 +1,131 @@
+"""A painting becomes a file of textured rectangles."""
+
+from pathlib import Path
+
+import numpy as np
+
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.errors import SceneError
+from brushgs.io.files import replacing
+from brushgs.outlets.glb.atlas import Atlas, images_of
+from brushgs.outlets.glb.gltf import model_of
+from brushgs.outlets.glb.shape import Quads, baked, lying
+from brushgs.outlets.page.view import PageView
+from brushgs.pipeline.report import Report
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.project import ProjectCounts
+from brushgs.values.arrays import U8
+from brushgs.values.camera import Camera
+from brushgs.values.sh import used_sh_degree
+
+MIDDLE = 0.5  # px by which the middle of a picture may lie beside the axis of its camera
+
+
+def write_quads(
+    painting: Painting,
+    camera: Camera,
+    output: str | Path,
+    *,
+    view: PageView,
+    title: str,
+    for_view: bool = False,
+    report: Report | None = None,
+) -> None:
+    """Write a .glb file; it appears when it is complete.
+
+    Args:
+        painting: its coats become rectangles.
+        camera: the first view, which the file has too.
+        output: the name of the file.
+        view: of the scene: which way is up, and what becomes the origin.
+        title: any text.
+        for_view: whether rectangles are the boxes of the first view, see `baked`; else they lie in the plane
+            of their strokes, see `lying`.
+        report: gets the stage "quads".
+
+    Raises:
+        SceneError: if the file cannot be written, or no stroke is left to write.
+        ValueError: if it would have 4 GiB or more.
+    """
+    report = report or Report()
+    with report.stage("quads") as stage:
+        made, culled = [], ProjectCounts(0, 0, 0, 0)
+        for coat in painting.coats:
+            if for_view:
+                quads, of_coat = baked(coat, camera)
+                culled += of_coat
+            else:
+                quads = lying(coat, camera)
+            made.append((coat, quads))
+        made = [(coat, quads) for coat, quads in made if len(quads)]
+        if not made:
+            cure = "point the camera at the scene" if for_view else "check the scales and opacities"
+            where = "is in the picture" if for_view else "has an area and an opacity of 1/255 or more"
+            raise SceneError(output, f"is not written: no stroke {where}; {cure}")
+        coats, atlas = _in_atlas(made)
+        model = model_of(coats, atlas, camera, up=view.up, center=view.center, title=title)
+        with replacing(output) as temporary, temporary.open("wb") as file:
+            model.write(file)
+        num_bytes, num_quads = Path(output).stat().st_size, sum(len(quads) for _, quads in coats)
+        height, width = atlas.coverage.shape
+        size = f"{num_bytes / 1e6:.2f} MB, {num_quads:,} rectangles"
+        stage.did = f"{output}: {size}, brushes in {width} x {height} texels"
+        stage.counts = {
+            "path": str(output),
+            "bytes": num_bytes,
+            "quads": num_quads,
+            "coats": len(coats),
+            "texels": width * height,
+            "for_view": for_view,
+        }
+        stage.skipped += omitted(painting, camera, for_view=for_view)
+        if culled.total:
+            stage.skipped.append(f"{culled.total:,} strokes that are not in the picture are not in the file")
+
+
+def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
+    """Sentences on what the painting has and the file does not show."""
+    found = {
+        "ground and tooth of the paper are not in the file, strokes have nothing behind them": (
+            painting.surface is not None
+        ),
+        "the file has no lamp and no relief: paint is flat": painting.lamp is not None,
+        "the axis of the camera goes through the middle of the picture in the file": (
+            np.abs(camera.K[:2, 2] - (camera.width / 2, camera.height / 2)).max() > MIDDLE
+        ),
+    }
+    for coat in painting.coats:
+        options = coat.options
+        of_coat = {
+            "glazes cover what lies below in the file, they do not multiply it": coat.blend == "glaze",
+            "streaks of bristles are not in the file": options.streaks > 0,
+            "strokes of nearly equal depth do not blend in the file": options.order == "soft",
+        }
+        if not for_view:
+            of_coat |= {
+                "colours do not change with the view in the file": used_sh_degree(coat.strokes) > 0,
+                "strokes do not thin out toward the border of the picture in the file": bool(coat.border),
+            }
+        found |= {sentence: found.get(sentence, False) or holds for sentence, holds in of_coat.items()}
+    return [sentence for sentence, holds in found.items() if holds]
+
+
+def _in_atlas(made: list[tuple[Coat, Quads]]) -> tuple[list[tuple[str, Quads]], Atlas]:
+    """The coats by name, with the brushes that they use as rows of one atlas."""
+    places: dict[tuple[tuple[int, ...], bytes], int] = {}
+    images: list[U8] = []
+    coats = []
+    for coat, quads in made:
+        own = images_of(BrushSet.of(coat.texture))
+        used, columns = np.unique(quads.brushes, return_inverse=True)
+        rows = []
+        for brush in used:
+            image = own[brush]
+            key = image.shape, image.tobytes()
+            if key not in places:
+                places[key] = len(images)
+                images.append(image)
+            rows.append(places[key])
+        coats.append((coat.name, Quads(quads.corners, quads.colors, quads.alphas, np.array(rows)[columns])))
+    return coats, Atlas.of(images)

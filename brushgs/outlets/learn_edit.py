@@ -1,0 +1,150 @@
+"""Two states of a scene become a style: scenes before and after an edit, or pictures of one before and after.
+
+Of pictures the Gaussians take up the colours that they show, before and after alike, by how much of each
+pixel each makes up: so an edit that was made to pictures is learnt as one of the scene.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from brushgs.errors import SceneError
+from brushgs.options.choices import STYLE_SUFFIX
+from brushgs.options.scene_source import SceneSource
+from brushgs.options.style_edit import EditSource
+from brushgs.outlets.learn_style import printable, write_learnt
+from brushgs.passes.color.picture_votes import votes
+from brushgs.passes.style.learn_edit import LearntEdit, learn_edit, learn_from_colors, sampled
+from brushgs.pipeline.masks import MaskOpener, open_with_camera
+from brushgs.pipeline.outputs import check_output
+from brushgs.pipeline.report import Report, Stage
+from brushgs.pipeline.strokes import load_scene
+from brushgs.pipeline.views import default_first_view
+from brushgs.values.arrays import F64, Array
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.style import Style
+
+MOST_SIDE = 512  # pixels of a picture: larger ones are averaged down, which an affine map does not notice
+FULLY = 0.995  # shares above it are not worth a word
+LEAST_SEEN = 0.5  # pixels over all pictures, of which the colour of a Gaussian is known
+
+
+def learn_edit_file(source: EditSource, output: Path, name: str | None, report: Report) -> Report:
+    """Learn the style of an edit and write it.
+
+    Args:
+        source: what it is learnt from.
+        output: a file *.style.
+        name: of the style; None for that of what is after the edit.
+        report: gets the stages.
+
+    Raises:
+        ValueError: if the output has another suffix than .style.
+        SceneError: if a file cannot be read, or before and after do not belong together.
+    """
+    check_output(output, (STYLE_SUFFIX,), inputs=source.inputs)
+    if source.scene is None:
+        learnt = _of_scenes(source, report)
+    else:
+        assert source.camera_file is not None, "see EditSource"
+        learnt = _of_pictures(source, source.scene, source.camera_file, report)
+    return write_learnt(Style(printable(name or source.after.stem), edit=learnt.edit), output, report)
+
+
+def _of_scenes(source: EditSource, report: Report) -> LearntEdit:
+    before, notes = load_scene(SceneSource((source.before,), seeks_cameras=False), report)
+    after, _ = load_scene(source.after, report)
+    view = default_first_view(before, notes, report, up=source.up)
+    with report.stage("edit") as stage:
+        try:
+            learnt = learn_edit(before, after, view)
+        except ValueError as error:
+            raise SceneError(source.after, str(error)) from None
+        _describe(stage, learnt)
+    return learnt
+
+
+def _of_pictures(source: EditSource, scene: Path, camera_file: Path, report: Report) -> LearntEdit:
+    gaussians, notes = load_scene(SceneSource((scene,), seeks_cameras=False), report)
+    view = default_first_view(gaussians, notes, report, up=source.up)
+    opener = MaskOpener(camera_file, "picture")
+    with report.stage("pictures") as stage:
+        sides = [opener.pairs(path) for path in (source.before, source.after)]
+        if len(sides[0]) != len(sides[1]):
+            numbers = f"holds {len(sides[1])} pictures after the edit for {len(sides[0])} before it"
+            raise SceneError(source.after, f"{numbers}; give each picture before one after, of the same name")
+        colors, weights = zip(*(_seen_colors(gaussians, side) for side in sides), strict=True)
+        seen = np.flatnonzero(np.minimum(*weights) >= LEAST_SEEN)
+        if not len(seen):
+            raise SceneError(
+                source.before, f"shows nothing of {scene.name}; give the cameras that the pictures are of"
+            )
+        stage.did = f"{len(sides[0])} before and after, which show {len(seen)} of {len(gaussians)} Gaussians"
+        stage.counts = {"pictures": len(sides[0]), "seen": len(seen)}
+    with report.stage("edit") as stage:
+        chosen, says = sampled(np.minimum(*weights)[seen])
+        rows = seen[chosen]
+        learnt = learn_from_colors(gaussians, rows, colors[0][rows], colors[1][rows], says, view)
+        _describe(stage, learnt)
+    return learnt
+
+
+def _seen_colors(gaussians: Gaussians, pictures: list[tuple[Path, Camera]]) -> tuple[F64, F64]:
+    """[N, 3] the mean colour in which pictures show each Gaussian, and [N] by how many pixels."""
+    sums, weights = np.zeros((len(gaussians), 3)), np.zeros(len(gaussians))
+    for file, camera in pictures:  # one at a time: those of a capture need not lie in memory together
+        rgb, alpha, own = _reduced(
+            *open_with_camera(file, camera, "give the pictures that the cameras are of")
+        )
+        found, shares = votes(gaussians, [own], [rgb], pixel_weights=[alpha])
+        sums += found
+        weights += shares
+    return sums / np.maximum(weights, 1e-12)[:, None], weights
+
+
+def _reduced(rgb: Array, alpha: Array, camera: Camera) -> tuple[Array, Array, Camera]:
+    """A picture and its camera at most `MOST_SIDE` wide and high: means of squares of pixels, by alpha."""
+    side = -(-max(alpha.shape) // MOST_SIDE)
+    if side == 1:
+        return rgb, alpha, camera
+    height, width = (max(length // side, 1) for length in alpha.shape)
+
+    def means(values: Array) -> Array:
+        part = values[: height * side, : width * side]
+        return np.asarray(part.reshape(height, side, width, side, -1).mean(axis=(1, 3)))
+
+    less = means(alpha)[..., 0]
+    colors = means(rgb * alpha[..., None]) / np.maximum(less, 1e-6)[..., None]
+    K = camera.K.copy()
+    K[:2] /= side
+    return colors, less, replace(camera, K=np.asarray(K), width=width, height=height)
+
+
+def _describe(stage: Stage, learnt: LearntEdit) -> None:
+    """What was learnt, and how well it explains what it was learnt from."""
+    edit = learnt.edit
+    words = f"colours changed by {learnt.changed:.1%}; an affine map leaves {learnt.left:.1%}"
+    if learnt.kept < FULLY:
+        kept = f"{learnt.kept:.0%} of it is" if learnt.kept > 1 - FULLY else "nothing of it is"
+        words += f" ({kept} kept: what holds for colours that it was not fitted to)"
+    if edit.residual is not None:
+        names = ", ".join(name.replace("_", " ") for name in edit.residual.features)
+        words += f", with {len(edit.residual.centers)} bumps over {names} {learnt.held_out:.1%}"
+        if learnt.bumps_kept < FULLY:
+            words += f" ({learnt.bumps_kept:.0%} of them kept)"
+    if edit.log_size:
+        words += f"; sizes times {np.exp(edit.log_size):.3g}"
+    stage.did = words
+    stage.counts = {
+        "pairs": learnt.num_pairs,
+        "changed": learnt.changed,
+        "left": learnt.left,
+        "kept": learnt.kept,
+        "bumps_kept": learnt.bumps_kept,
+        "held_out": learnt.held_out,
+        "bumps": 0 if edit.residual is None else len(edit.residual.centers),
+        "features": [] if edit.residual is None else list(edit.residual.features),
+        "log_size": edit.log_size,
+    }

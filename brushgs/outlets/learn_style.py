@@ -1,0 +1,87 @@
+"""A painting becomes a style: what `brushgs style learn` and `brushgs.learn_style` do."""
+
+from pathlib import Path
+
+from brushgs.errors import SceneError
+from brushgs.io.files import check_plain
+from brushgs.io.pictures.images import read_image
+from brushgs.io.styles.write import write_style
+from brushgs.options.choices import STYLE_SUFFIX
+from brushgs.passes.style.marks import learn_marks
+from brushgs.passes.style.palette import learn_palette
+from brushgs.pipeline.outputs import check_output
+from brushgs.pipeline.report import Report
+from brushgs.values.style import Style
+
+
+def learn_style(painting: str | Path, *, name: str | None = None) -> Style:
+    """Learn the style of a painting: its palette and its marks.
+
+    Args:
+        painting: a picture in one of the formats that are read; what is transparent in it does not count.
+        name: of the style; None for that of the file.
+
+    Raises:
+        SceneError: if the file cannot be read as a picture, or there is nothing to learn from it.
+
+    Example:
+        >>> small = camera.resized(160, 120)
+        >>> bg.save(bg.render(strokes, small, "flat", underpaint=True), "painting.png")
+        >>> bg.learn_style("painting.png")
+        Style('painting', ... colours...)
+    """
+    return learn_painting(Path(painting), name, Report())
+
+
+def learn_painting(painting: Path, name: str | None, report: Report) -> Style:
+    """`learn_style` in stages."""
+    with report.stage("load") as stage:
+        image = read_image(painting)
+        height, width = image.shape[:2]
+        stage.did = f"{painting}, {width}x{height} pixels"
+        stage.counts = {"path": str(painting), "width": width, "height": height}
+    with report.stage("palette") as stage:
+        try:
+            palette = learn_palette(image)
+        except ValueError as error:
+            raise SceneError(painting, f"has no colours to learn ({error}); choose another picture") from None
+        stage.did = f"{len(palette.colors)} colours: {', '.join(color.name for color in palette.colors)}"
+        stage.counts = {"colors": len(palette.colors), "samples": len(palette.samples)}
+    with report.stage("marks") as stage:
+        marks = None
+        try:
+            marks = learn_marks(image)
+        except ValueError as error:
+            stage.skipped.append(f"marks: {str(error).removeprefix('learn_marks: ')}")
+        if marks is not None:
+            stage.did = f"{marks.length:.1%} of the shorter side long, {marks.aspect:.1f} times their width"
+            stage.counts = {"length": marks.length, "aspect": marks.aspect, "brushes": len(marks.brushes)}
+    return Style(printable(name or painting.stem), palette, marks)
+
+
+def learn_file(painting: Path, output: Path, name: str | None, report: Report) -> Report:
+    """Learn the style of a painting and write it.
+
+    Raises:
+        ValueError: if the output has another suffix than .style.
+        SceneError: see `learn_style`; or if the output cannot be written, or is the painting.
+    """
+    check_plain(painting, "picture")
+    check_output(output, (STYLE_SUFFIX,), inputs=(painting,))
+    return write_learnt(learn_painting(painting, name, report), output, report)
+
+
+def write_learnt(style: Style, output: Path, report: Report) -> Report:
+    """Write a style as the last stage."""
+    with report.stage("write") as stage:
+        write_style(style, output)
+        size = output.stat().st_size
+        stage.did = f"{output}, {size / 1000:.0f} kB"
+        stage.counts = {"bytes": size}
+    report.output = str(output)
+    return report
+
+
+def printable(name: str) -> str:
+    """A name as a style may have it, from any name of a file."""
+    return "".join(c if c.isprintable() else "?" for c in name)[:80].strip() or "style"

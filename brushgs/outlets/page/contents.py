@@ -1,0 +1,339 @@
+"""A painting -> what a page needs to paint it: a header of facts and columns of numbers.
+
+The one source for the file of `brushgs export` and for the server of `brushgs view`. Every number comes from
+the function that also serves the exact renderer; nothing is computed anew here. Names in the header are those
+of JavaScript, camelCase.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from brushgs.brushes.brush_set import BrushSet, Sigmas
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.outlets.page.images import reduced
+from brushgs.outlets.page.view import PageView
+from brushgs.pipeline.media.materials import BACKDROP
+from brushgs.rendering.border import uniform_of
+from brushgs.rendering.constants import MIN_ALPHA
+from brushgs.rendering.light import BLUR, LEAST_RISE
+from brushgs.rendering.relief import paint_height
+from brushgs.rendering.streaks import starts_of
+from brushgs.rendering.surface import Recipe, Surface
+from brushgs.values.arrays import F64, Rows
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import used_sh_degree
+from brushgs.version import __version__
+
+if TYPE_CHECKING:
+    from brushgs.rendering.canvas import Painting
+    from brushgs.rendering.coat import Coat
+    from brushgs.rendering.light import Lamp
+
+VERSION = 1  # of the header; grows when a key changes its name or meaning
+MOST_GROUND = 640  # px, the longer side of a ground that is a picture: it lies behind all strokes
+MOST_PLAIN = 100_000  # Gaussians among the strokes of a coat: some 3 MB; more is no page for a phone
+_HALF = np.finfo(np.float16)
+_DTYPES: dict[str, type[np.generic]] = dict.fromkeys(("means", "quats", "scales"), np.float32)
+_DTYPES |= dict.fromkeys(("brush", "region", "streakStart"), np.uint8)
+
+
+@dataclass(frozen=True, eq=False)
+class PageContents:
+    """What a page paints.
+
+    Attributes:
+        header: for JSON, finite numbers only; names arrays, see `page_contents`.
+        arrays: columns and images by name: float32, float16 or uint8.
+        rows: for each coat, the rows of its strokes in the order in which the page has them.
+        omitted: sentences on what the painting has and the page does not show.
+    """
+
+    header: Mapping[str, Any]
+    arrays: Mapping[str, NDArray[Any]]
+    rows: tuple[Rows, ...] = ()
+    omitted: tuple[str, ...] = ()
+
+    @property
+    def num_strokes(self) -> int:
+        """Of all coats."""
+        return sum(coat["count"] for coat in self.header["coats"])
+
+
+@dataclass
+class _Collected:
+    """What is gathered while coats are read."""
+
+    arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
+    brushes: list[dict[str, Any]] = field(default_factory=list)
+    rows: list[Rows] = field(default_factory=list)
+    omitted: list[str] = field(default_factory=list)
+    _known: dict[tuple[bytes, bytes | None], int] = field(default_factory=dict)
+
+    def add(self, name: str, array: NDArray[Any], dtype: type[np.generic]) -> str:
+        self.arrays[name] = np.ascontiguousarray(array, dtype)
+        return name
+
+    def column(self, coat: int, name: str, values: NDArray[Any]) -> str:
+        """Adds float16, unless `_DTYPES` has another: values beyond its range become its largest ones."""
+        dtype = _DTYPES.get(name, np.float16)
+        if dtype == np.float16:
+            values = np.clip(values, float(_HALF.min), float(_HALF.max))
+        return self.add(f"coat{coat}.{name}", values, dtype)
+
+    def omit(self, sentence: str) -> None:
+        if sentence not in self.omitted:
+            self.omitted.append(sentence)
+
+    def brush(self, texture: StrokeTexture) -> int:
+        """The index of a brush image among those of the page; equal ones are stored once."""
+        height = None if texture.height is None else paint_height(texture)
+        shape = np.array(texture.coverage.shape).tobytes()
+        key = shape + texture.coverage.tobytes(), None if height is None else height.tobytes()
+        if key not in self._known:
+            index = self._known[key] = len(self.brushes)
+            rows, columns = texture.coverage.shape
+            self.brushes.append(
+                {
+                    "name": texture.name,
+                    "rows": rows,
+                    "columns": columns,
+                    "coverage": self.add(f"brush{index}.coverage", texture.coverage, np.uint8),
+                    "height": None if height is None else self.add(f"brush{index}.height", height, np.uint8),
+                }
+            )
+        return self._known[key]
+
+
+def page_contents(
+    painting: "Painting",
+    camera: Camera,
+    *,
+    view: PageView,
+    title: str,
+    command: tuple[str, Sequence[str]],
+    background: ArrayLike | None = None,
+    regions: Sequence[str] = (),
+) -> PageContents:
+    """What a page needs to show a painting.
+
+    Args:
+        painting: at least one coat.
+        camera: the first view, that of `render`.
+        view: what the camera of the page turns around.
+        title: any text; the page shows it as text only.
+        command: the scene, and the options with which `brushgs render SCENE OPTIONS` paints this.
+        background: what lies behind the strokes where the painting has no surface: one RGB colour or a
+            picture [H, W, 3]; None for transparent.
+        regions: the names of the regions of the strokes from 1 on, any text; those that have none are called
+            by their numbers.
+
+    Returns:
+        The header has the keys version, title, generator, command, camera (first view, world axes), origin
+        (means are relative to it), up, center, radius, isInside, surface, background, isTransparent, lamp,
+        brushes and coats; and regions, their names, where a coat has a column of them. Rows of a coat are
+        sorted by `coarse_to_fine`; what belongs to a row of the strokes was computed before. Strokes of an
+        opacity under 1/255, which no renderer paints, are left out.
+    """
+    collected = _Collected()
+    coats = [_coat(number, coat, view.center, collected) for number, coat in enumerate(painting.coats)]
+    surface = None if painting.surface is None else _surface(painting.surface, collected)
+    behind = None if background is None else np.asarray(background, np.float64)
+    if surface is None and behind is not None and behind.ndim == 3:
+        surface, behind = _board(Recipe("flat", behind, 0.0, 0), collected), None
+    header = {
+        "version": VERSION,
+        "title": title,
+        "generator": f"brushgs {__version__}",
+        "command": {"scene": command[0], "options": list(command[1])},
+        "camera": {
+            "viewmat": camera.viewmat.ravel().tolist(),
+            "K": camera.K.ravel().tolist(),
+            "width": int(camera.width),
+            "height": int(camera.height),
+            "near": float(camera.near),
+        },
+        "origin": view.center.tolist(),
+        "up": view.up.tolist(),
+        "center": view.center.tolist(),
+        "radius": view.radius,
+        "isInside": view.is_inside,
+        "surface": surface,
+        "background": None if behind is None else behind.tolist(),
+        "isTransparent": painting.is_transparent,
+        "lamp": None if painting.lamp is None else _lamp(painting.lamp.seen_by(camera)),
+        "brushes": collected.brushes,
+        "coats": coats,
+    }
+    if any("region" in coat["arrays"] for coat in coats):
+        header["regions"] = _names_of_regions(painting, regions)
+    return PageContents(header, collected.arrays, tuple(collected.rows), tuple(collected.omitted))
+
+
+def shown_by(coat: "Coat") -> Gaussians:
+    """The strokes of a coat in the page, before they are sorted: its own, and the Gaussians among them.
+
+    Of these, which carry the row of the soft brush, those `MOST_PLAIN` that carry most paint.
+    """
+    if coat.plain is None:
+        return coat.strokes
+    plain = coat.plain.take(np.sort(coarse_to_fine(coat.plain)[:MOST_PLAIN]))
+    rows = np.full(len(plain), len(BrushSet.of(coat.texture)) - 1, np.uint8)
+    brushes = coat.strokes.brushes
+    own = np.zeros(len(coat.strokes), np.uint8) if brushes is None else brushes
+    missing = max(0, plain.sh.shape[1] - coat.strokes.sh.shape[1])  # where strokes have one colour each
+    sh = np.pad(coat.strokes.sh, ((0, 0), (0, missing), (0, 0)))
+    return Gaussians.joined([replace(coat.strokes, sh=sh, brushes=own), replace(plain, brushes=rows)])
+
+
+def _names_of_regions(painting: "Painting", names: Sequence[str]) -> list[str]:
+    """A name for each region from 1 on, as many as there are names or numbers."""
+    columns = [coat.strokes.regions for coat in painting.coats if coat.strokes.regions is not None]
+    highest = max(int(column.max(initial=0)) for column in columns)
+    return [*names, *(f"Region {number}" for number in range(len(names) + 1, highest + 1))]
+
+
+def coarse_to_fine(strokes: Gaussians) -> Rows:
+    """[N] rows, those first that carry most paint: by the area of their two larger axes times opacity.
+
+    The first k of them cover more than any other k, whatever the view, and small ones only refine what they
+    lie on: so a share of the strokes is a coarser painting of the same thing. Ties are by row. The order in
+    which a painting grows (`pipeline/growth/order.py`) hides gaps better, but is that of one view, and merges
+    strokes for its beginning.
+    """
+    larger = np.sort(strokes.scales.astype(np.float64), axis=1)[:, 1:]
+    return np.argsort(-larger.prod(axis=1) * strokes.opacities, kind="stable")
+
+
+def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict[str, Any]:
+    options = coat.options
+    brush_set, strokes = BrushSet.of(coat.texture), shown_by(coat)
+    is_image = brush_set.kind == "image"
+    _note_omitted(coat, brush_set, collected)
+    order = coarse_to_fine(strokes)
+    rows = order[strokes.opacities[order] >= MIN_ALPHA]
+    collected.rows.append(rows)
+    brushes, used = brush_set.rows_of("page_contents", strokes.brushes), np.zeros(1, np.intp)
+    brush: NDArray[Any] | None = None
+    if brushes is not None and len(rows):
+        used = np.unique(brushes[rows].astype(np.intp))
+        brush = np.searchsorted(used, brushes) if len(used) > 1 else None
+    columns = _columns(coat, strokes, origin, brush)
+    arrays = {name: collected.column(number, name, values[rows]) for name, values in columns.items()}
+    underpaint, relief = options.underpaint, options.relief
+    plain = {}
+    if is_image and len(brush_set) - 1 in used and len(strokes) > len(coat.strokes):
+        plain["plainBrush"] = int(np.searchsorted(used, len(brush_set) - 1))
+    return {
+        "name": coat.name,
+        "isBackdrop": coat.name == BACKDROP,
+        "isOneSided": coat.is_one_sided,
+        "count": len(rows),
+        "blend": coat.blend,
+        "dry": coat.dry,
+        "tolerance": coat.tolerance,
+        "border": coat.border,
+        "kernel": brush_set.kind,
+        "brushes": [collected.brush(brush_set.textures[row]) for row in used] if is_image else [],
+        "numSigmas": _of_rows(options.num_sigmas, used),
+        "lock": "off" if options.lock == "off" else "anchor",
+        "lowPass": options.low_pass,
+        "fade": options.fade,
+        "antialiased": strokes.antialiased,
+        "streaks": options.streaks,
+        "underpaint": None
+        if underpaint is None or not is_image
+        else {"opacity": underpaint.opacity, "reach": _of_rows(underpaint.reach, used)},
+        "relief": None if relief is None else {"thickness": relief.thickness, "gain": relief.gain},
+        "shDegree": used_sh_degree(strokes),
+        **plain,
+        "arrays": arrays,
+    }
+
+
+def _columns(
+    coat: "Coat", strokes: Gaussians, origin: F64, brush: NDArray[Any] | None
+) -> dict[str, NDArray[Any]]:
+    """What the page knows of each stroke of a coat, by name, in the order of the file."""
+    options, own = coat.options, len(coat.strokes)
+    quats = strokes.quats.astype(np.float64)
+    quats /= np.abs(quats).max(axis=1, keepdims=True, initial=0)  # squares of any length stay in range
+    quats /= np.linalg.norm(quats, axis=1, keepdims=True)
+    ids = np.arange(len(strokes))  # what hashes the row is made of the rows of the strokes
+    has_regions = strokes.regions is not None and strokes.regions.any()  # a coat without lies elsewhere
+    reliefs = None if options.relief is None else options.relief.of_strokes(coat.strokes)
+    columns: dict[str, NDArray[Any] | None] = {
+        "means": strokes.means.astype(np.float64) - origin,
+        "quats": quats,
+        "scales": strokes.scales,
+        "opacities": strokes.opacities,
+        "sh": strokes.sh[:, : (used_sh_degree(strokes) + 1) ** 2],
+        "brush": brush,
+        "region": strokes.regions if has_regions else None,
+        "streakStart": starts_of(ids) if options.streaks > 0 else None,
+        "relief": None if reliefs is None else np.pad(reliefs, ((0, len(strokes) - own), (0, 0))),
+        # 0 stays up to the border
+        "chance": np.where(ids < own, uniform_of(ids, 0), 0.0) if coat.border else None,
+        "normals": coat.normals,
+    }
+    return {name: values for name, values in columns.items() if values is not None}
+
+
+def _of_rows(values: Sigmas, rows: Rows) -> list[float]:
+    """What belongs to each brush that is used, of one number for all or one for each."""
+    return [float(values[row] if isinstance(values, tuple) else values) for row in rows]
+
+
+def _note_omitted(coat: "Coat", brush_set: BrushSet, collected: _Collected) -> None:
+    options = coat.options
+    if coat.plain is not None and len(coat.plain) > MOST_PLAIN:
+        collected.omit(
+            f"of {len(coat.plain):,} Gaussians that are not painted the page has the {MOST_PLAIN:,} largest"
+        )
+    if options.order == "soft":
+        collected.omit(
+            "strokes of nearly equal depth do not blend in the page: the nearer one covers the other"
+        )
+    if options.lock not in ("off", "anchor"):
+        collected.omit(
+            "strokes are not tracked in the page, which knows no path: each view has its directions"
+        )
+    if brush_set.is_directed and options.filter != "mip":
+        collected.omit(f"the page samples brushes by the filter 'mip', not {options.filter!r}")
+
+
+def _surface(surface: Surface, collected: _Collected) -> dict[str, Any]:
+    recipe = surface.recipe
+    if recipe is None:
+        collected.omit("the height and the grain of this surface are not in the page, only its colour")
+        recipe = Recipe("flat", surface.rgb, 0.0, 0)
+    return _board(recipe, collected)
+
+
+def _board(recipe: Recipe, collected: _Collected) -> dict[str, Any]:
+    """The header of a surface of one colour [3], or of a picture [H, W, 3], which is stored as an array."""
+    color: Any = {"color": recipe.color.astype(np.float64).tolist()}
+    if recipe.color.ndim == 3:
+        image = reduced(recipe.color, MOST_GROUND)
+        if image.shape != recipe.color.shape:
+            sizes = " to ".join(f"{shape[1]} x {shape[0]}" for shape in (recipe.color.shape, image.shape))
+            collected.omit(f"the picture behind the strokes was scaled from {sizes} pixels")
+        color = {"image": collected.add("ground", np.rint(np.clip(image, 0, 1) * 255), np.uint8)}
+    return {"kind": recipe.kind, **color, "strength": recipe.strength, "seed": recipe.seed}
+
+
+def _lamp(lamp: "Lamp") -> dict[str, Any]:
+    return {
+        "direction": lamp.direction.tolist(),
+        "halfWay": lamp.half_way.tolist(),
+        "strength": lamp.strength,
+        "gloss": lamp.gloss,
+        "exponent": lamp.exponent,
+        "towards": lamp.towards,
+        "leastRise": LEAST_RISE,
+        "blur": BLUR,
+    }

@@ -1,0 +1,96 @@
+"""`brushgs export`: a scene file becomes a page. The stages are those of `prepare`, then picture and page."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from brushgs.cameras.first_view import framing
+from brushgs.options.moment import Moment
+from brushgs.options.page import PAGE_SUFFIXES
+from brushgs.options.painting import PaintConfig
+from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.outlets.page.view import PageView
+from brushgs.outlets.page.write import write_page
+from brushgs.pipeline.outputs import check_output, input_files
+from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.strokes import name_of
+
+if TYPE_CHECKING:
+    from brushgs.values.notes import LoadNotes
+
+
+def export_file(
+    scene: SceneFiles,
+    output: str | Path,
+    config: PaintConfig | None = None,
+    *,
+    title: str | None = None,
+    options: Sequence[str] = (),
+    report: Report | None = None,
+) -> Report:
+    """Paint a scene file to a page, whose first view is the picture that `paint_file` paints.
+
+    Args:
+        scene: the files of a trained 3D Gaussian scene, or of strokes.
+        output: .html file to write.
+        config: see `PaintConfig`.
+        title: of the page, any text; None for the name of the scene.
+        options: the words after `brushgs render SCENE` that paint this, but for the view: the page offers
+            them with the view that it shows.
+        report: gets the stages; a new one if None.
+
+    Returns:
+        The report, with one stage per step.
+
+    Raises:
+        SceneError: if a file cannot be read or written.
+        ValueError: if an option does not suit the scene, before any long work where that can be known.
+    """
+    config, report, output = config or PaintConfig(), report or Report(), Path(output)
+    source = SceneSource.of(scene)
+    check_output(output, PAGE_SUFFIXES, inputs=input_files(source, config))
+    prepared = prepare(source, config, report, asks=(*PICTURE, "first_view"))
+    write_page(
+        prepared.painting,
+        prepared.camera,
+        output,
+        view=view_of(prepared, config),
+        title=name_of(source, prepared.notes) if title is None else title,
+        command=command_of(source, options, prepared.notes),
+        background=prepared.background,
+        regions=prepared.region_names,
+        report=report,
+    )
+    report.output = str(output)
+    return report
+
+
+def view_of(prepared: Prepared, config: PaintConfig) -> PageView:
+    """What the camera of a page turns around, for a painting whose first view is known."""
+    assert prepared.first_view is not None, "ask for first_view"
+    view = prepared.first_view
+    is_framed = config.view.camera_file is None
+    return PageView.of(view, prepared.camera, framing(view, config.view)["look_at"] if is_framed else None)
+
+
+def command_of(
+    source: SceneSource, options: Sequence[str], notes: "LoadNotes | None" = None
+) -> tuple[str, list[str]]:
+    """The scene and the options of `brushgs render SCENE OPTIONS`; a scene of several files begins these.
+
+    Args:
+        source: its files.
+        options: the words of the options.
+        notes: what was read of it: of a moving scene one moment, which the options name, as without it
+            `render` paints a film.
+    """
+    first, *more = map(str, source.paths)
+    lod = [] if source.lod is None else ["--lod", str(source.lod)]
+    moment = source.time
+    if moment is None and notes is not None and notes.moment is not None:
+        moment = Moment(notes.moment)
+    time = [] if moment is None else ["--time", moment.word]
+    rate = source.moments_per_second
+    moments = [] if rate is None else ["--moments-per-second", str(rate)]
+    return first, [*more, *lod, *time, *moments, *options]

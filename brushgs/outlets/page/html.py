@@ -1,0 +1,196 @@
+"""The text of a page: the template, the style, the joined scripts with their shaders, and the contents.
+
+What a page runs is in `web/`, one idea a file, and is joined here: there is no build tool. Nothing that comes
+from a scene is markup: titles are escaped, and all else lies in the contents, as base64.
+"""
+
+import base64
+import hashlib
+import html
+import json
+import re
+import unicodedata
+from functools import lru_cache
+from importlib import resources
+
+from brushgs.outlets.page.shared import SHARED, shared_glsl
+from brushgs.version import __version__
+
+# In this order: a class is defined before another one extends it. Those that are missing are skipped.
+SCRIPTS = (
+    "container.js",
+    "matrix.js",
+    "camera.js",
+    "order.js",
+    "program.js",
+    "levels.js",
+    "atlas.js",
+    "coat.js",
+    "surface.js",
+    "canvas.js",
+    "highlight.js",
+    "painter.js",
+    "orbit.js",
+    "pick.js",
+    "controls.js",
+    "camera_file.js",
+    "panel.js",
+    "pace.js",
+    "xr.js",
+    "live_server.js",
+    "live_fields.js",
+    "live_outputs.js",
+    "live_where.js",
+    "live.js",
+    "app.js",
+)
+# Those that only the page of a server has.
+LIVE_SCRIPTS = frozenset({"live_server.js", "live_fields.js", "live_outputs.js", "live_where.js", "live.js"})
+SHARED_GLSL = "shared.glsl"  # is no file, see `brushgs.outlets.page.shared`
+SHADER_SUFFIXES = (".vert", ".frag", ".glsl")
+_INCLUDE = re.compile(r'^[ \t]*#include "([^"\n]+)"[ \t]*$', re.MULTILINE)
+_SLOT = re.compile(r"\{\{(\w+)\}\}")
+STILL_TYPES = {b"\xff\xd8\xff": "image/jpeg", b"RIFF": "image/webp", b"\x89PNG": "image/png"}
+
+
+def page_html(contents: bytes | None, *, title: str, still: bytes | None = None, live: bool = False) -> str:
+    """The text of a page, to be stored as UTF-8.
+
+    Args:
+        contents: of `write_container`; None for a page that gets them from its server.
+        title: any text.
+        still: a picture, JPEG, WebP or PNG, for a browser that cannot paint; None for none.
+        live: whether the page talks to its server: then it may, and has the studio of `live.js`.
+    """
+    script, style = page_script(live=live), web_text("style.css") + (web_text("live.css") if live else "")
+    own = " 'self'" if live else ""
+    policy = "; ".join(
+        [
+            "default-src 'none'",
+            f"script-src {_hash(script)}",
+            f"style-src {_hash(style)}",
+            f"img-src data: blob:{own}",
+            f"connect-src data: blob:{own}",
+            *(["media-src blob: 'self'"] if live else []),
+            "base-uri 'none'",
+            "form-action 'none'",
+        ]
+    )
+    name = html.escape(plain_text(title) or "painting")
+    return fill(
+        web_text("page.html"),
+        {
+            "policy": html.escape(policy, quote=False),
+            "generator": html.escape(f"brushgs {__version__}"),
+            "title": name,
+            "style": style,
+            "still": "" if still is None else _still(still, name),
+            "script": script,
+            "contents": "" if contents is None else _contents(contents),
+        },
+    )
+
+
+def plain_text(text: str) -> str:
+    """A text on one line: control characters, line ends and half characters become spaces."""
+    shown = (" " if unicodedata.category(letter) in ("Cc", "Zl", "Zp", "Cs") else letter for letter in text)
+    return " ".join("".join(shown).split())
+
+
+def fill(template: str, values: dict[str, str]) -> str:
+    """The template with a value in each `{{slot}}`; values are not searched for slots.
+
+    Raises:
+        KeyError: if there is no value for a slot.
+    """
+    return _SLOT.sub(lambda match: values[match[1]], template)
+
+
+def page_script(*, live: bool = False) -> str:
+    """All scripts of a page as one: a strict function of its own.
+
+    It begins with the texts of the shaders as `SHADERS`, and `brushgs.outlets.page.shared` as `SHARED`.
+
+    Raises:
+        ValueError: if a script holds what would end its element in HTML, or an included file is missing.
+    """
+    names = web_files()
+    parts = [
+        script_beginning(),
+        *(
+            f"// {name}\n{web_text(name)}"
+            for name in SCRIPTS
+            if name in names and (live or name not in LIVE_SCRIPTS)
+        ),
+    ]
+    script = '(() => {\n"use strict";\n' + "\n".join(parts) + "\n})();\n"
+    if re.search(r"</script|<!--", script, re.IGNORECASE):
+        raise ValueError("page_script: a script holds '</script' or '<!--'; write it in two parts")
+    return script
+
+
+def script_beginning() -> str:
+    """What all scripts share: the constants `SHADERS` and `SHARED`."""
+    return "\n".join(
+        f"const {name} = {_quoted(value)};"
+        for name, value in (("SHADERS", shaders()), ("SHARED", dict(SHARED)))
+    )
+
+
+def shaders() -> dict[str, str]:
+    """The texts of all shaders by the name of their file.
+
+    Lines `#include "name.glsl"` are resolved, the first time that a file is included.
+    """
+    return {name: _resolved(name, (), set()) for name in web_files() if name.endswith(SHADER_SUFFIXES)}
+
+
+def web_files() -> list[str]:
+    """The names of the files that a page is joined of."""
+    return sorted(entry.name for entry in _web().iterdir() if entry.is_file())
+
+
+def _resolved(name: str, within: tuple[str, ...], included: set[str]) -> str:
+    if name in within:
+        raise ValueError(f"shaders: {' -> '.join((*within, name))} includes itself")
+    if name in included:
+        return ""
+    included.add(name)
+    if name == SHARED_GLSL:
+        return shared_glsl()
+    if name not in web_files():
+        raise ValueError(f"shaders: {within[-1] if within else name} includes {name}, which is missing")
+    return _INCLUDE.sub(lambda match: _resolved(match[1], (*within, name), included), web_text(name))
+
+
+def _quoted(value: object) -> str:
+    """JSON that is safe within a script element: no "<", and nothing beyond ASCII."""
+    return json.dumps(value, indent=0).replace("<", "\\u003c")
+
+
+def _contents(contents: bytes) -> str:
+    text = base64.b64encode(contents).decode("ascii")
+    return f'<script type="application/octet-stream" id="contents">{text}</script>\n'
+
+
+def _still(still: bytes, name: str) -> str:
+    kind = next((kind for begin, kind in STILL_TYPES.items() if still.startswith(begin)), None)
+    if kind is None:
+        raise ValueError("page_html: still must be a JPEG, a WebP or a PNG")
+    text = base64.b64encode(still).decode("ascii")
+    return f'<img id="still" alt="{name}" src="data:{kind};base64,{text}">'
+
+
+def _hash(text: str) -> str:
+    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
+    return f"'sha256-{digest}'"
+
+
+def _web() -> "resources.abc.Traversable":
+    return resources.files("brushgs.outlets.page") / "web"
+
+
+@lru_cache(maxsize=64)
+def web_text(name: str) -> str:
+    """The text of a file that a page is joined of."""
+    return (_web() / name).read_text(encoding="utf-8")

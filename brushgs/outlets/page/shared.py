@@ -1,0 +1,95 @@
+"""The numbers that the page shares with the renderer: said once, in Python, for shaders and scripts.
+
+Scripts have them as `SHARED`. Shaders say `#include "shared.glsl"` and have them as constants.
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from brushgs.brushes import levels
+from brushgs.brushes.texture import FITTED_REACH, KERNEL_SIGMAS
+from brushgs.cameras.framing import NEAR_SHARE
+from brushgs.rendering import (
+    border,
+    canvas,
+    constants,
+    depth_test,
+    facing,
+    glaze,
+    light,
+    reference,
+    relief,
+    streaks,
+    surface,
+    tooth,
+)
+from brushgs.values.hashing import GOLDEN_32
+
+INTEGERS = frozenset({"GOLDEN_32"})  # of 32 bits, which a float cannot hold
+Shared = float | tuple[float, float] | list[list[int]]
+
+# Names are those in Python where they say alone what they belong to.
+SHARED: Mapping[str, Shared] = MappingProxyType(
+    {
+        "NEAR_SHARE": NEAR_SHARE,
+        "MIN_ALPHA": constants.MIN_ALPHA,
+        "MAX_ALPHA": constants.MAX_ALPHA,
+        "GAUSSIAN_SIGMAS": constants.GAUSSIAN_SIGMAS,
+        "CLAMP": reference.CLAMP,
+        "ANCHOR_PULL": reference.ANCHOR_PULL,
+        "FADED_NEAR": reference.FADED_NEAR,
+        "BORDER_LEFT": border.LEFT_AT_BORDER,
+        "BORDER_SPREAD": border.SPREAD,
+        "BORDER_FADE": border.FADE,
+        "FACING_BOUNDS": facing.BOUNDS,
+        "BEHIND_BOUNDS": facing.BEHIND,
+        "SOLID_BELOW": depth_test.SOLID,
+        "DARKEST": glaze.DARKEST,
+        "TOOTH_SOFTNESS": tooth.SOFTNESS,
+        "CARRIED": canvas.CARRIED,
+        "UNDERPAINT_THICKNESS": relief.UNDERPAINT_THICKNESS,
+        "CANVAS_PIXELS": relief.CANVAS_PIXELS,
+        "LIGHT_REACH": light.REACH,
+        "BRISTLES": streaks.BRISTLES,
+        "STREAK_PERIOD": streaks.PERIOD,
+        "STREAK_NOISE": streaks.noise().tolist(),
+        "BRISTLE_FADE": streaks.BRISTLE_FADE,
+        "TUFT_FADE": streaks.TUFT_FADE,
+        "FITTED_REACH": FITTED_REACH,
+        "IMAGE_SIGMAS": KERNEL_SIGMAS["image"],
+        "FIRST_FOOTPRINT": levels.FIRST_FOOTPRINT,
+        "LEVELS_PER_OCTAVE": levels.LEVELS_PER_OCTAVE,
+        "TEXELS_PER_PIXEL": levels.TEXELS_PER_PIXEL,
+        "MARGIN_PIXELS": levels.MARGIN_PIXELS,
+        "SHORTEST_BOX": levels.SHORTEST_BOX,
+        "GOLDEN_32": GOLDEN_32,
+        "NOISE_GAIN": surface.NOISE_GAIN,
+        "THREAD_PERIOD": surface.PERIOD,
+        "THREADS_BEFORE": surface.BEFORE,
+        "THREAD_SPACING": surface.SPACING,
+        "NARROW_THREAD": surface.NARROW_THREAD,
+        "SLUBS": surface.SLUBS,
+        "WAVES": surface.WAVES,
+        "WAVE_LENGTH": surface.WAVE_LENGTH,
+        "OVER": surface.OVER,
+        "WEAVE_MEAN": surface.WEAVE_MEAN,
+        "WEAVE_DEVIATION": surface.WEAVE_DEVIATION,
+        "LINEN_HEIGHT": surface.LINEN_HEIGHT,
+        "LINEN_TONE": surface.LINEN_TONE,
+        "PAPER_SPACINGS": (surface.PAPER_COARSE, surface.PAPER_FINE),
+        "PAPER_SHARES": surface.PAPER_SHARES,
+        "PAPER_HEIGHT": surface.PAPER_HEIGHT,
+        "PAPER_TONE": surface.PAPER_TONE,
+    }
+)
+
+
+def shared_glsl() -> str:
+    """The single numbers, and the pairs, as constants of a shader: floats, whatever they are in Python."""
+    lines = []
+    for name, value in SHARED.items():
+        if isinstance(value, tuple):
+            lines.append(f"const vec2 {name} = vec2({', '.join(repr(float(each)) for each in value)});")
+        elif not isinstance(value, list) and name not in INTEGERS:
+            lines.append(f"const float {name} = {float(value)!r};")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,52 @@
+"""What the camera of a page turns around, how far away that is, and which way is up."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.cameras.framing import LookAt, distance_ahead, point_of, points_of
+from brushgs.cameras.orbit import middle_of
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera, FirstView
+
+LEAST_DISTANCE = 0.05  # of the radius of the subject, from the camera to what it turns around
+
+
+@dataclass(frozen=True, eq=False)
+class PageView:
+    """Facts on the subject for the camera of a page.
+
+    Attributes:
+        up: [3] unit vector, world axes.
+        center: [3] what the camera turns around, world units: on the axis of the first camera, so that the
+            first view is a turn around it without being moved aside.
+        radius: of the subject, world units, > 0.
+        is_inside: whether the scene is seen from inside: the camera looks around and does not turn around it.
+    """
+
+    up: F64
+    center: F64
+    radius: float
+    is_inside: bool
+
+    @classmethod
+    def of(cls, first_view: FirstView, camera: Camera, look_at: LookAt | None = None) -> "PageView":
+        """The facts for a first camera.
+
+        Args:
+            first_view: of the scene.
+            camera: that of the first view of the page.
+            look_at: what the camera was framed on, see `frame_scene`; None for the default.
+        """
+        is_inside = first_view.eye is not None and look_at is None
+        points = points_of(first_view, look_at)
+        forward = camera.viewmat[2, :3]
+        middle = middle_of(points, first_view.up)
+        radius = max(float(np.linalg.norm(points - middle, axis=1).max()), 1e-9)
+        if is_inside:
+            distance = distance_ahead(first_view, camera.viewmat[:3, :3])
+        else:
+            point = point_of(look_at)
+            distance = float((np.asarray(middle if point is None else point) - camera.position) @ forward)
+        distance = max(distance, LEAST_DISTANCE * radius)
+        return cls(first_view.up, camera.position + distance * forward, radius, is_inside)

@@ -1,0 +1,93 @@
+"""A painting becomes the file of a page."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from brushgs.io.files import replacing
+from brushgs.io.pictures.oiio import Background
+from brushgs.outlets.page.container import write_container
+from brushgs.outlets.page.contents import page_contents
+from brushgs.outlets.page.html import page_html
+from brushgs.outlets.page.still import paint_first_view, still_of
+from brushgs.outlets.page.view import PageView
+from brushgs.outlets.page.weight import Weight, warnings_of
+from brushgs.pipeline.report import Report
+from brushgs.rendering.canvas import Painting
+from brushgs.values.camera import Camera
+
+
+def write_page(
+    painting: Painting,
+    camera: Camera,
+    output: str | Path,
+    *,
+    view: PageView,
+    title: str,
+    command: tuple[str, Sequence[str]],
+    background: Background = None,
+    regions: Sequence[str] = (),
+    report: Report | None = None,
+) -> Weight:
+    """Write a page; the file appears when it is complete.
+
+    Args:
+        painting: see `page_contents`, as all that is not named here.
+        camera: the first view.
+        output: the name of the file.
+        view: what the camera of the page turns around.
+        title: any text.
+        command: the scene and the options of `brushgs render`.
+        background: one RGB colour, a picture [H, W, 3], or None for transparent.
+        regions: the names of the regions of the strokes from 1 on.
+        report: gets the stages "first view" and "page", and notes where a device would suffer.
+
+    Raises:
+        SceneError: if the file cannot be written.
+    """
+    report = report or Report()
+    with report.stage("picture") as stage:
+        frame, weight = paint_first_view(painting, camera)
+        still = still_of(frame, background)
+        stage.did = (
+            f"first view: {weight.fragments / 1e6:.1f} million fragments, {weight.overdraw:.1f} on a "
+            "painted pixel"
+        )
+        stage.counts = {
+            "fragments": round(weight.fragments),
+            "overdraw": round(weight.overdraw, 3),
+            "fragments_per_pixel": round(weight.per_pixel, 3),
+            "painted": round(weight.painted / weight.pixels, 6),
+            "still_bytes": len(still),
+        }
+    with report.stage("page") as stage:
+        contents = page_contents(
+            painting,
+            camera,
+            view=view,
+            title=title,
+            command=command,
+            background=None if background is None else np.asarray(background),
+            regions=regions,
+        )
+        text = page_html(write_container(contents), title=title, still=still)
+        with replacing(output) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
+        num_bytes = Path(output).stat().st_size
+        stage.did = (
+            f"{output}: {num_bytes / 1e6:.2f} MB, {contents.num_strokes:,} strokes, "
+            f"{weight.vertices:,} vertices"
+        )
+        stage.counts = {
+            "path": str(output),
+            "bytes": num_bytes,
+            "strokes": contents.num_strokes,
+            "vertices": weight.vertices,
+            "brushes": len(contents.header["brushes"]),
+            "coats": len(contents.header["coats"]),
+        }
+        stage.skipped += contents.omitted
+    for warning in warnings_of(weight, num_bytes):
+        report.tell(warning)
+    return weight

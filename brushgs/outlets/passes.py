@@ -1,0 +1,111 @@
+"""Single passes as commands: prune, cluster or recolor, from scene file to scene file.
+
+The output records the name and the first view of the scene before the pass, so pictures of both line up.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
+from brushgs.options.painting import PaintConfig, PaletteConfig, PruneConfig
+from brushgs.options.scene_source import SceneFiles
+from brushgs.options.where import WhereConfig
+from brushgs.pipeline.clip import Clip, as_files, files_of
+from brushgs.pipeline.moments import check_strokes_output, write_strokes
+from brushgs.pipeline.outputs import check_output, scene_inputs
+from brushgs.pipeline.prepare import STROKES, prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.strokes import (
+    load_scene,
+    name_of,
+    open_palette,
+    prune_scene,
+    recolor_scene,
+    write_scene,
+)
+from brushgs.pipeline.views import default_first_view
+from brushgs.pipeline.where import files_where, rows_where, where_in
+
+if TYPE_CHECKING:
+    from brushgs.values.notes import LoadNotes
+
+
+def prune_file(
+    scene: SceneFiles,
+    output: str | Path,
+    config: PruneConfig,
+    report: Report,
+    *,
+    where: WhereConfig | None = None,
+) -> Report:
+    """Prune a scene file, also one of strokes; or only a part of it, and the rest stays as it is."""
+    check_output(Path(output), SCENE_SUFFIXES, inputs=(*scene_inputs(scene), *files_where(where)))
+    gaussians, notes = load_scene(scene, report)
+    view = default_first_view(gaussians, notes, report)
+    among = rows_where(gaussians, where, view, report, what=_called(notes))
+    gaussians = prune_scene(gaussians, config, report, among=among)
+    return write_scene(
+        gaussians,
+        output,
+        report,
+        is_strokes=notes.is_strokes,
+        scene=name_of(scene, notes),
+        first_view=view,
+        brushes=notes.brushes,
+    )
+
+
+def cluster_file(
+    scene: SceneFiles | Clip,
+    output: str | Path,
+    config: PaintConfig,
+    report: Report,
+    *,
+    where: WhereConfig | None = None,
+) -> Report:
+    """Cluster a scene file, or a clip whose strokes are written one file a moment, without pruning it.
+
+    Where only a part of it is clustered, the Gaussians of the rest are strokes as they are, behind the others
+    in the file.
+
+    Where the number of strokes is chosen for a view, that is the default view of `paint_file`, painted with
+    its default stroke.
+    """
+    files, scene = files_of(scene), as_files(scene)
+    check_strokes_output(scene, output, inputs=(*scene_inputs(files), *files_where(where)))
+    unpruned = replace(config, prune=PruneConfig(keep=1.0))
+    prepared = prepare(scene, unpruned, report, asks=(*STROKES, "first_view"), where=where)
+    return write_strokes(prepared.strokes, prepared, output, name_of(files, prepared.notes), report)
+
+
+def recolor_file(
+    scene: SceneFiles,
+    output: str | Path,
+    config: PaletteConfig,
+    report: Report,
+    *,
+    where: WhereConfig | None = None,
+) -> Report:
+    """Give a scene file the colours of a palette; or only a part of it, and the rest keeps its own."""
+    check_output(
+        Path(output), SCENE_SUFFIXES, inputs=(*scene_inputs(scene), config.file, *files_where(where))
+    )
+    palette = open_palette(config, report)
+    gaussians, notes = load_scene(scene, report)
+    view = default_first_view(gaussians, notes, report)
+    shares = where_in(gaussians, where, view, report, what=_called(notes))
+    gaussians = recolor_scene(gaussians, palette, config, report, is_strokes=notes.is_strokes, shares=shares)
+    return write_scene(
+        gaussians,
+        output,
+        report,
+        is_strokes=notes.is_strokes,
+        scene=name_of(scene, notes),
+        first_view=view,
+        brushes=notes.brushes,
+    )
+
+
+def _called(notes: "LoadNotes") -> str:
+    return "strokes" if notes.is_strokes else "Gaussians"

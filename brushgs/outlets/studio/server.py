@@ -1,0 +1,433 @@
+"""HTTP in front of a studio: the server of the standard library, and strict about what it is asked.
+
+The standard library's, since ten routes for one user need no framework, and each rule stands here to be read:
+who may ask (a token, the name of the host, the origin of what changes something), how much (lengths, times,
+connections), and that no part of a request is ever the name of a file.
+"""
+
+import hmac
+import ipaddress
+import json
+import re
+import secrets
+import socket
+import ssl
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from http import HTTPStatus
+from http.cookies import CookieError, SimpleCookie
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from io import BytesIO
+from typing import Any
+from urllib.parse import parse_qsl, urlsplit
+
+from brushgs.errors import SceneError
+from brushgs.options.viewer import ServerConfig
+from brushgs.outlets.studio.settings import read_film, read_json, read_part, read_settings, read_shot
+from brushgs.outlets.studio.studio import Studio
+
+MAX_UPLOAD = 16 << 20  # bytes of a dropped picture
+MAX_JSON = 1 << 18  # 500 cameras take 200 kB
+MAX_CONNECTIONS = 48  # a browser keeps six; more wait for none
+REQUEST_SECONDS = 30.0  # from the first byte of a request to its last: pictures come from this very machine
+STATE_SECONDS = 20.0  # that a request for the next state waits at most
+READ_BYTES = 1 << 16
+
+# Whatever is not the page itself runs nothing and shows nothing.
+PLAIN_POLICY = "default-src 'none'; frame-ancestors 'none'"
+PAGE_POLICY = "frame-ancestors 'none'; base-uri 'none'; form-action 'none'; object-src 'none'"
+HEADERS = {
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "X-Frame-Options": "DENY",
+}
+
+
+class RefusedError(Exception):
+    """A request that is not answered, with its status and a sentence."""
+
+    def __init__(self, status: HTTPStatus, sentence: str) -> None:
+        super().__init__(sentence)
+        self.status = status
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What a request is answered with."""
+
+    content: bytes
+    kind: str = "application/json"
+    headers: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, value: Mapping[str, Any]) -> "Reply":
+        """A reply of JSON."""
+        return cls(json.dumps(value, allow_nan=False).encode())
+
+
+class StudioServer(ThreadingHTTPServer):
+    """The server of one studio.
+
+    Args:
+        studio: that it serves.
+        config: where.
+
+    Raises:
+        OSError: if the address cannot be used.
+        SceneError: if the certificate or its key cannot.
+    """
+
+    daemon_threads = True
+    block_on_close = False  # connections that are kept open would hold up the end
+    allow_reuse_address = sys.platform != "win32"
+    request_queue_size = 16
+
+    def __init__(self, studio: Studio, config: ServerConfig) -> None:
+        self.studio, self.config = studio, config
+        self.token = secrets.token_urlsafe(32)
+        self.tls = None if config.certificate is None else _tls(config)
+        self._deadlines: dict[socket.socket, tuple[float, socket.socket]] = {}
+        self._lock = threading.Lock()
+        try:
+            super().__init__((config.host, config.port), StudioHandler)
+        except OSError as error:
+            cure = "take another --port, or none for a free one" if config.port else "take another --host"
+            reason = error.strerror or error
+            raise SceneError(f"{config.host}:{config.port}", f"cannot be served ({reason}); {cure}") from None
+        self.port = int(self.server_address[1])
+        self.cookie = f"brushgs-{self.port}"  # cookies are shared by all ports of a host
+
+    @property
+    def scheme(self) -> str:
+        """The protocol, "http" or "https"."""
+        return "http" if self.tls is None else "https"
+
+    def address(self, host: str | None = None) -> str:
+        """The address that opens the page, with its token."""
+        name = host or ("127.0.0.1" if self.config.host == "0.0.0.0" else self.config.host)
+        return f"{self.scheme}://{name}:{self.port}/?token={self.token}"
+
+    def is_own_host(self, text: str) -> bool:
+        """Whether the header Host names this server, and not a name that was bent to its address.
+
+        A number cannot be bent, so where others are served any number is taken, as the machine has several.
+        """
+        default = 80 if self.tls is None else 443
+        match = re.fullmatch(r"([A-Za-z0-9.-]{1,253}|\[[0-9A-Fa-f:.]{2,45}\])(?::([0-9]{1,5}))?", text)
+        if match is None or int(match[2] or default) != self.port:
+            return False
+        name = match[1].lower()
+        if name in ("localhost", "127.0.0.1", self.config.host.lower()):
+            return True
+        if self.config.is_local:
+            return False
+        machine = socket.gethostname().lower()
+        return name in (machine, f"{machine}.local") or _is_address(name.strip("[]"))
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer a connection in a thread of its own, if there are not too many."""
+        with self._lock:
+            is_full = len(self._deadlines) >= MAX_CONNECTIONS
+            if not is_full:
+                self._deadlines[request] = time.monotonic() + REQUEST_SECONDS, request
+        if is_full:
+            self.shutdown_request(request)
+            return
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        """Close a connection."""
+        with self._lock:
+            self._deadlines.pop(request, None)
+        super().shutdown_request(request)
+
+    def begin(self, request: socket.socket, current: socket.socket, seconds: float) -> None:
+        """Give a connection so long for what it sends next; infinity where it is the server's turn.
+
+        Args:
+            request: the connection as it was accepted.
+            current: the same, or what encrypts it now.
+            seconds: from now on.
+        """
+        with self._lock:
+            if request in self._deadlines:
+                self._deadlines[request] = time.monotonic() + seconds, current
+
+    def service_actions(self) -> None:
+        """Close connections that send too slowly; called twice a second."""
+        now = time.monotonic()
+        with self._lock:
+            late = [current for until, current in self._deadlines.values() if until < now]
+        for request in late:
+            with suppress(OSError):
+                # Its thread reads an end, answers and closes it. TLS has its own, not for two threads.
+                socket.socket.shutdown(request, socket.SHUT_RD)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Connections that break are nothing to people."""
+
+
+class StudioHandler(BaseHTTPRequestHandler):
+    """Answers the requests of one connection."""
+
+    protocol_version = "HTTP/1.1"
+    server_version, sys_version = "brushgs", ""
+    error_content_type = "application/json"
+    timeout = REQUEST_SECONDS
+    server: StudioServer
+
+    def setup(self) -> None:
+        """Begin a connection; a handshake must not hold up others, so it happens here."""
+        self.plain_request = self.request
+        if self.server.tls is not None:
+            self.request.settimeout(self.timeout)
+            self.request = self.server.tls.wrap_socket(
+                self.plain_request, server_side=True, do_handshake_on_connect=False
+            )
+            self.server.begin(self.plain_request, self.request, REQUEST_SECONDS)
+            self.request.do_handshake()
+        super().setup()
+
+    def finish(self) -> None:
+        """End a connection."""
+        try:
+            super().finish()
+        finally:
+            if self.request is not self.plain_request:
+                self.request.close()
+
+    def handle_one_request(self) -> None:
+        """Wait for a request, and answer it."""
+        self.server.begin(self.plain_request, self.request, REQUEST_SECONDS)
+        super().handle_one_request()
+
+    def do_GET(self) -> None:
+        """Answer a request for something."""
+        self._answer()
+
+    def do_POST(self) -> None:
+        """Answer a request to do something."""
+        self._answer()
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Nothing is logged: the terminal shows what was written."""
+
+    def handle_expect_100(self) -> bool:
+        """The answer to `Expect: 100-continue`: only after all has been checked; browsers never ask."""
+        self.send_error(HTTPStatus.EXPECTATION_FAILED)
+        return False
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """Refuse a request that `http.server` could not read."""
+        known = {501: HTTPStatus.METHOD_NOT_ALLOWED, 505: HTTPStatus.BAD_REQUEST}
+        status = known.get(code, HTTPStatus(code))
+        self._send(status, Reply.of({"error": status.phrase}), closes=True)
+
+    def _answer(self) -> None:
+        """Check a request, do what it asks, and answer."""
+        try:
+            reply = self._reply()
+        except RefusedError as refused:
+            self._send(refused.status, Reply.of({"error": str(refused)}), closes=True)
+        except TimeoutError:
+            sentence = "the request took too long"
+            self._send(HTTPStatus.REQUEST_TIMEOUT, Reply.of({"error": sentence}), closes=True)
+        except ValueError as error:  # of what was sent
+            reply = Reply.of({"error": " ".join(str(error).split())})
+            self._send(HTTPStatus.BAD_REQUEST, reply, closes=True)  # its body may not have been read
+        except OSError as error:
+            sentence = error.strerror or "the file cannot be read"
+            self._send(HTTPStatus.INTERNAL_SERVER_ERROR, Reply.of({"error": sentence}), closes=True)
+        else:
+            self._send(HTTPStatus.OK, reply)
+
+    def _reply(self) -> Reply:
+        url = urlsplit(self.path) if self.path.startswith("/") and len(self.path) < 2048 else None
+        if url is None:
+            raise RefusedError(HTTPStatus.BAD_REQUEST, "the address is not one of this server")
+        hosts = self.headers.get_all("Host", [])
+        if len(hosts) != 1 or not self.server.is_own_host(hosts[0]):
+            raise RefusedError(HTTPStatus.FORBIDDEN, "open the address that `brushgs view` printed")
+        query = dict(parse_qsl(url.query, True, bool(url.query), max_num_fields=8))
+        if not self._has_token(query.get("token") if url.path == "/" else None):
+            sentence = "open the address that `brushgs view` printed, with its token"
+            raise RefusedError(HTTPStatus.FORBIDDEN, sentence)
+        methods = {method for method, path in ROUTES if path == url.path}
+        if not methods:
+            raise RefusedError(HTTPStatus.NOT_FOUND, "there is nothing of that name")
+        if self.command not in methods:
+            raise RefusedError(HTTPStatus.METHOD_NOT_ALLOWED, f"only {', '.join(methods)}")
+        if self.command == "POST":
+            self._check_origin(hosts[0])
+        body = self._body(MAX_UPLOAD if url.path == "/file" else MAX_JSON)
+        self.server.begin(self.plain_request, self.request, float("inf"))
+        return ROUTES[self.command, url.path](self, query, body)
+
+    def _has_token(self, given: str | None) -> bool:
+        """Whether a request knows the token, by its cookie or, the first time, by the address."""
+        if given is None:
+            try:
+                cookies = SimpleCookie("; ".join(self.headers.get_all("Cookie", [])))
+            except CookieError:
+                return False
+            morsel = cookies.get(self.server.cookie)
+            given = "" if morsel is None else morsel.value
+        return hmac.compare_digest(given.encode(errors="replace"), self.server.token.encode())
+
+    def _check_origin(self, host: str) -> None:
+        """Refuse what another page asks for in the name of this one."""
+        origins = self.headers.get_all("Origin", [])
+        if origins != [f"{self.server.scheme}://{host}"]:
+            raise RefusedError(HTTPStatus.FORBIDDEN, "only the page itself may ask for that")
+
+    def _body(self, most: int) -> bytes:
+        """What a request holds, at most so many bytes; a GET holds nothing."""
+        lengths = self.headers.get_all("Content-Length", [])
+        if "Transfer-Encoding" in self.headers:
+            raise RefusedError(HTTPStatus.LENGTH_REQUIRED, "say the length, in place of chunks")
+        if self.command != "POST":
+            if lengths not in ([], ["0"]):
+                raise RefusedError(HTTPStatus.BAD_REQUEST, "this request holds nothing")
+            return b""
+        if not lengths:
+            raise RefusedError(HTTPStatus.LENGTH_REQUIRED, "say the length of what is sent")
+        if len(lengths) > 1 or not re.fullmatch(r"[0-9]{1,18}", lengths[0]):
+            raise RefusedError(HTTPStatus.BAD_REQUEST, "the length must be a number of bytes")
+        length = int(lengths[0])
+        if length > most:
+            sentence = f"at most {most / (1 << 20):g} MiB may be sent"
+            raise RefusedError(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, sentence)
+        content = BytesIO()
+        while (left := length - content.tell()) > 0:
+            piece = self.rfile.read1(min(left, READ_BYTES))
+            if not piece:
+                raise RefusedError(HTTPStatus.REQUEST_TIMEOUT, "less was sent than was said")
+            content.write(piece)
+        return content.getvalue()
+
+    def _send(self, status: HTTPStatus, reply: Reply, *, closes: bool = False) -> None:
+        try:
+            self.send_response(status)
+            for name, value in {**HEADERS, "Content-Security-Policy": PLAIN_POLICY, **reply.headers}.items():
+                self.send_header(name, value)
+            self.send_header("Content-Type", reply.kind)
+            self.send_header("Content-Length", str(len(reply.content)))
+            if closes:  # what it still sends is no request
+                self.send_header("Connection", "close")
+                self.close_connection = True
+            self.end_headers()
+            if self.command != "HEAD":
+                self.wfile.write(reply.content)
+        except OSError:  # the browser went away
+            self.close_connection = True
+
+    def page(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """The page; from now on its cookie knows the token."""
+        secure = "; Secure" if self.server.tls is not None else ""
+        cookie = f"{self.server.cookie}={self.server.token}; Path=/; HttpOnly; SameSite=Strict{secure}"
+        headers = {"Set-Cookie": cookie, "Content-Security-Policy": PAGE_POLICY}
+        return Reply(self.server.studio.page().encode(), "text/html; charset=utf-8", headers)
+
+    def state(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """The state, as soon as it is another than the one whose number is given."""
+        known = query.get("known", "0")
+        if not re.fullmatch(r"[0-9]{1,15}", known):
+            raise ValueError("known must be the number of a state")
+        return Reply.of(self.server.studio.state(int(known), STATE_SECONDS))
+
+    def choices(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """What the page offers."""
+        return Reply.of(self.server.studio.choices())
+
+    def contents(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """The painting."""
+        version, content = self.server.studio.contents()
+        return Reply(content, "application/octet-stream", {"X-Version": str(version)})
+
+    def settings(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """Change the painting."""
+        studio = self.server.studio
+        return Reply.of({"number": studio.change(read_settings(read_json(body), studio.session.known))})
+
+    def file(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """Keep a picture that was dropped."""
+        name = "".join(letter for letter in query.get("name", "") if letter.isprintable())[:200]
+        return Reply.of({"id": self.server.studio.add_file(name or "picture", body)})
+
+    def render(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """Have a picture painted."""
+        return Reply.of({"id": self.server.studio.shoot(read_shot(read_json(body)))})
+
+    def video(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """Have a video painted."""
+        return Reply.of({"id": self.server.studio.film(read_film(read_json(body)))})
+
+    def where(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """Find the strokes in a part of the scene."""
+        return Reply.of(self.server.studio.find(read_part(read_json(body))))
+
+    def stop(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """Stop a picture or a video."""
+        return Reply.of({"stopped": self.server.studio.stop(query.get("id", ""))})
+
+    def icon(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """Browsers ask for one; an empty one spares a complaint."""
+        return Reply(b"", "image/png")
+
+    def output(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """A picture or a video that was written."""
+        path = self.server.studio.output(query.get("id", ""))
+        if path is None:
+            raise RefusedError(HTTPStatus.NOT_FOUND, "there is no such picture or video")
+        kind = {".png": "image/png", ".mp4": "video/mp4"}[path.suffix]
+        return Reply(path.read_bytes(), kind)
+
+
+Route = Callable[[StudioHandler, Mapping[str, str], bytes], Reply]
+ROUTES: Mapping[tuple[str, str], Route] = {
+    ("GET", "/"): StudioHandler.page,
+    ("GET", "/favicon.ico"): StudioHandler.icon,
+    ("GET", "/state"): StudioHandler.state,
+    ("GET", "/choices"): StudioHandler.choices,
+    ("GET", "/contents"): StudioHandler.contents,
+    ("GET", "/output"): StudioHandler.output,
+    ("POST", "/settings"): StudioHandler.settings,
+    ("POST", "/file"): StudioHandler.file,
+    ("POST", "/render"): StudioHandler.render,
+    ("POST", "/video"): StudioHandler.video,
+    ("POST", "/where"): StudioHandler.where,
+    ("POST", "/stop"): StudioHandler.stop,
+}
+
+
+def _is_address(text: str) -> bool:
+    try:
+        ipaddress.ip_address(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _tls(config: ServerConfig) -> ssl.SSLContext:
+    """The context of https. Raises SceneError if the files are no certificate and its key."""
+    from brushgs.io.files import check_plain
+
+    assert config.certificate is not None
+    assert config.key is not None
+    check_plain(config.certificate, "certificate")
+    check_plain(config.key, "key")
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    try:
+        context.load_cert_chain(config.certificate, config.key, password="")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "reason", None) or getattr(error, "strerror", None) or error
+        sentence = f"is no certificate in PEM with its key {config.key} ({reason}); give both files"
+        raise SceneError(config.certificate, sentence) from None
+    return context

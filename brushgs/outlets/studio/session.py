@@ -1,0 +1,241 @@
+"""From settings to a painting for the page, and from a view of it to a picture or a video.
+
+No threads and no HTTP: one call after the other. Steps that a change does not touch are not made again, see
+`brushgs.pipeline.memory`; pictures and videos show the very strokes of the page.
+"""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from brushgs.brushes.builtin import stroke_notes
+from brushgs.errors import SceneError
+from brushgs.options.choices import LOOKS
+from brushgs.options.painting import PaintConfig
+from brushgs.options.scene_source import SceneSource
+from brushgs.outlets.page.container import write_container
+from brushgs.outlets.page.contents import page_contents
+from brushgs.outlets.page.export import command_of, view_of
+from brushgs.outlets.studio.settings import Film, Known, Settings, Shot, flags_of, overrides_of, shown_lamp
+from brushgs.outlets.studio.where import Finder, Members, given_in, read_where
+from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.runner import Memory
+from brushgs.values.arrays import Rows
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+QUICK = 1  # of gzip: nothing is sent far. Level 9 takes 0.5 s for 6700 strokes, this 0.1 s
+MAX_NUMBER = 99_999  # of the files of one name
+
+
+@dataclass(frozen=True)
+class Dropped:
+    """A picture that was dropped on the page.
+
+    Attributes:
+        name: that it had, for people and for the command line.
+        path: where it lies now.
+    """
+
+    name: str
+    path: Path
+
+
+@dataclass(frozen=True, eq=False)
+class Painted:
+    """A painting that the page shows.
+
+    Attributes:
+        settings: that it was made with.
+        config: what they mean.
+        prepared: its strokes.
+        contents: of the page, as `write_container` packs them.
+        facts: what the panel shows of it, for JSON.
+        rows: for each coat, the rows of its strokes in the order in which the page has them.
+    """
+
+    settings: Settings
+    config: PaintConfig
+    prepared: Prepared
+    contents: bytes
+    facts: Mapping[str, Any]
+    rows: tuple[Rows, ...] = ()
+
+
+@dataclass
+class Session:
+    """A scene that is being painted.
+
+    Attributes:
+        source: its files.
+        config_of: the options of the command line with values in place of some flags, see `overrides_of`.
+        look: the look of the command line.
+        options: its words for `brushgs render`, without those that values take the place of.
+        folder: where pictures and videos are written.
+        dropped: pictures that were dropped, by id.
+    """
+
+    source: SceneSource
+    config_of: Callable[[Mapping[str, Any]], PaintConfig]
+    look: str
+    options: Callable[[Mapping[str, Any]], list[str]]
+    folder: Path = Path()
+    dropped: dict[str, Dropped] = field(default_factory=dict)
+    _memory: Memory = field(default_factory=Memory)
+    _finder: Finder = field(default_factory=Finder)
+
+    @property
+    def known(self) -> Known:
+        """The names that settings may have now."""
+        looks = LOOKS if self.look in LOOKS else (self.look, *LOOKS)
+        files = {key: one.path for key, one in self.dropped.items()}
+        return Known(looks, tuple(note.name for note in stroke_notes()), files)
+
+    @property
+    def made(self) -> Mapping[str, int]:
+        """How often each step was made."""
+        return self._memory.made
+
+    def config(self, settings: Settings) -> PaintConfig:
+        """The options that settings mean.
+
+        Raises:
+            ValueError: if one is out of range, or they exclude each other.
+        """
+        return self.config_of(overrides_of(settings, self.known))
+
+    def paint(self, settings: Settings, report: Report) -> Painted:
+        """Make the painting of settings.
+
+        Raises:
+            SceneError: if a file cannot be read.
+            ValueError: if an option does not suit the scene.
+        """
+        config = self.config(settings)
+        prepared = prepare(
+            self.source, config, report, asks=(*PICTURE, "first_view", "scene"), memory=self._memory
+        )
+        with report.stage("page") as stage:
+            contents = page_contents(
+                prepared.painting,
+                prepared.camera,
+                view=view_of(prepared, config),
+                title=self.source.name,
+                command=command_of(self.source, self._options(settings), prepared.notes),
+                background=prepared.background,
+                regions=prepared.region_names,
+            )
+            packed = write_container(contents, level=QUICK)
+            stage.did = f"{contents.num_strokes:,} strokes, {len(packed) / 1e6:.1f} MB"
+            stage.counts = {"strokes": contents.num_strokes, "bytes": len(packed)}
+        facts = self._facts(settings, config, prepared, contents.omitted)
+        return Painted(settings, config, prepared, packed, facts, contents.rows)
+
+    def find(self, painted: Painted, text: object) -> Members:
+        """The strokes in a part of the scene that was typed, see `brushgs.outlets.studio.where`.
+
+        Raises:
+            ValueError: if it cannot be read, names what is not there, or would read files.
+        """
+        return self._finder.find(painted.prepared, painted.rows, read_where(text, given_in(painted.config)))
+
+    def shoot(self, painted: Painted, shot: Shot, report: Report) -> Path:
+        """Paint a view with the exact renderer, and return the file."""
+        from brushgs.pipeline.drawing import write_picture
+        from brushgs.pipeline.other_views import seen_by
+        from brushgs.pipeline.still import paint_view
+
+        with self._new_file(painted, ".png") as path:
+            seen = seen_by(painted.prepared, painted.config, shot.camera, report)
+            frame = paint_view(seen, report, depth=False)
+            write_picture(frame, path, seen.background, painted.config, report)
+        return path
+
+    def film(self, painted: Painted, film: Film, report: Report) -> Path:
+        """Paint a video with the exact renderer, and return the file."""
+        from brushgs.cameras.orbit import sway
+        from brushgs.cameras.paths import CameraPath, path_through, turn_around
+        from brushgs.pipeline.other_views import along
+        from brushgs.pipeline.sequence import paint_prepared
+
+        config, view = film.config, painted.prepared.known_view
+        num_frames = max(round(config.seconds * config.fps), 3)
+        if film.center is not None and view.eye is not None:  # inside, there is nothing to turn around
+            cameras = sway(film.cameras[0], view, num_frames)
+            path = CameraPath(cameras, True, config.fps, "a small circle, inside the scene")
+        elif film.center is None:
+            path = path_through(
+                film.cameras,
+                view,
+                size=(config.width, config.height),
+                seconds=config.seconds,
+                fps=config.fps,
+                loop=config.loop,
+            )
+        else:
+            path = turn_around(film.cameras[0], film.center, view.up, seconds=config.seconds, fps=config.fps)
+        with self._new_file(painted, ".mp4") as target:
+            paint_prepared(
+                along(painted.prepared, painted.config, path, report), target, painted.config, report
+            )
+        return target
+
+    def _options(self, settings: Settings) -> list[str]:
+        """The words of a command line that paint the same; a dropped picture is called as it was."""
+        names = {key: one.name for key, one in self.dropped.items()}
+        return self.options(overrides_of(settings, self.known)) + flags_of(settings, names)
+
+    def _facts(
+        self, settings: Settings, config: PaintConfig, prepared: Prepared, omitted: Sequence[str]
+    ) -> Mapping[str, Any]:
+        """What the panel shows: the values that are in force, whoever set them."""
+        brushes = config.brushes.names
+        return {
+            "look": settings.look or self.look,
+            "strokes": len(prepared.strokes),
+            "keep": config.prune.share(),
+            "stroke": settings.stroke,
+            "brushes": ", ".join(brushes) if brushes else Path(config.draw.stroke).stem,
+            "relief": config.light.relief,
+            "lamp": shown_lamp(config.light.lamp),
+            "ground": config.ground.ground,
+            "palette": None if config.palette is None else config.palette.strength,
+            "omitted": list(omitted),
+        }
+
+    @contextmanager
+    def _new_file(self, painted: Painted, suffix: str) -> "Iterator[Path]":
+        """A name that no file has, SCENE-LOOK-1.png and so on; it is free again where the block fails."""
+        stem = f"{self.source.name}-{Path(painted.facts['look']).stem}"
+        path = reserve(self.folder, stem, suffix)
+        try:
+            yield path
+        except BaseException:
+            path.unlink(missing_ok=True)
+            raise
+
+
+def reserve(folder: Path, stem: str, suffix: str) -> Path:
+    """Make an empty file of the first number that is free, so that nobody else takes its name.
+
+    Raises:
+        SceneError: if the folder cannot be written to.
+    """
+    for number in count(1):
+        path = folder / f"{stem}-{number}{suffix}"
+        try:
+            os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        except FileExistsError:
+            if number < MAX_NUMBER:
+                continue
+            raise SceneError(path, "is taken, as all lower numbers are; move some away") from None
+        except OSError as error:
+            raise SceneError(path, f"cannot be written ({error.strerror}); choose another folder") from None
+        return path
+    raise AssertionError("count never ends")

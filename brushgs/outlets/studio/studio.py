@@ -1,0 +1,371 @@
+"""What the page of a viewer shows: what is painted, what is worked on, and what was written.
+
+Changes of the painting and outputs (pictures and videos) have a lane of work each, so that a long video does
+not hold up a change. The latest change wins. An output begins when no change is worked on: it shows all that
+were made before it was asked for. Every change of the state has a new number, which the page waits for.
+"""
+
+import re
+import threading
+import time
+from base64 import b64encode
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePath
+from secrets import token_hex
+from typing import Any, Literal
+
+from brushgs.io.pictures.images import read_image
+from brushgs.outlets.page.html import page_html
+from brushgs.outlets.studio.hearing import Heard
+from brushgs.outlets.studio.session import Dropped, Painted, Session
+from brushgs.outlets.studio.settings import Film, Settings, Shot
+from brushgs.outlets.studio.work import AbandonedError, Lane, Progress, Task, WatchedReport
+
+MAX_OUTPUTS = 32  # that wait or run; more is a page gone wild
+MAX_DROPPED = 64  # pictures that were dropped
+KEPT_OUTPUTS = 200  # whose names the page may ask for
+
+Kind = Literal["picture", "video"]
+OutputState = Literal["waiting", "running", "done", "failed", "stopped"]
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Output:
+    """A picture or a video that was asked for.
+
+    Attributes:
+        key: its id.
+        kind: which of them.
+        state: what became of it.
+        words: its size and length.
+        progress: of its work, while it runs.
+        path: of the file, where it is done.
+        error: a sentence, where it failed.
+        notes: what it warned of.
+    """
+
+    key: str
+    kind: Kind
+    state: OutputState
+    words: str
+    progress: Progress | None = None
+    path: Path | None = None
+    error: str | None = None
+    notes: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """For the page."""
+        return {
+            "id": self.key,
+            "kind": self.kind,
+            "state": self.state,
+            "words": self.words,
+            "progress": _progress(self.progress),
+            "name": None if self.path is None else self.path.name,
+            "folder": None if self.path is None else str(self.path.resolve().parent),
+            "error": self.error,
+            "notes": list(self.notes),
+        }
+
+
+class Studio:
+    """A session, its work, and its state. All methods may be called by any thread.
+
+    Args:
+        session: whose painting is shown.
+        first: its first painting.
+        uploads: an empty folder, where dropped pictures are kept while the studio is open.
+        heard: warnings of scenes by thread; None where nobody hears them.
+        say: gets the path of a file that was written.
+
+    Attributes:
+        hint: how a headset reaches the page, which shows it; "" for none.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        first: Painted,
+        *,
+        uploads: Path,
+        heard: Heard | None = None,
+        say: Say = lambda path: None,
+    ) -> None:
+        self._session, self._uploads, self._heard = session, uploads, heard or Heard()
+        self._say, self.hint = say, ""
+        self._changed, self._finding = threading.Condition(), threading.Lock()
+        self._number, self._is_closed = 1, False
+        self._painted, self._version, self._seconds = first, 1, 0.0
+        self._wanted = first.settings
+        self._progress: Progress | None = None
+        self._error: str | None = None
+        self._notes: tuple[str, ...] = ()
+        self._outputs: dict[str, Output] = {}
+        self._tasks: dict[str, Task] = {}
+        self._changes = Lane("brushgs changes", latest_wins=True)
+        self._writing = Lane("brushgs outputs")
+
+    @property
+    def session(self) -> Session:
+        """Whose painting is shown."""
+        return self._session
+
+    def page(self) -> str:
+        """The text of the page, with the painting as it is now."""
+        with self._changed:
+            contents = self._painted.contents
+        return page_html(contents, title=self._session.source.name, live=True)
+
+    def contents(self) -> tuple[int, bytes]:
+        """The version of the painting, and what the page paints it from."""
+        with self._changed:
+            return self._version, self._painted.contents
+
+    def state(self, known: int = 0, seconds: float = 0.0) -> Mapping[str, Any]:
+        """The state for the page, for JSON.
+
+        Args:
+            known: the number of the state that the page has.
+            seconds: how long to wait for another one.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self._number != known or self._is_closed, seconds)
+            return {
+                "number": self._number,
+                "version": self._version,
+                "seconds": round(self._seconds, 2),
+                "painting": dict(self._painted.facts),
+                "settings": _settings(self._wanted),
+                "progress": _progress(self._progress),
+                "error": self._error,
+                "notes": list(self._notes),
+                "outputs": [output.as_json() for output in self._outputs.values()],
+            }
+
+    def choices(self) -> Mapping[str, Any]:
+        """What the page offers, for JSON: it does not change but for dropped pictures."""
+        from brushgs.brushes.builtin import stroke_notes
+        from brushgs.options.look import Look
+
+        known = self._session.known
+        looks = [(name, Look.open(name)) for name in known.looks]
+        with self._changed:
+            dropped = {key: one.name for key, one in self._session.dropped.items()}
+        return {
+            "looks": [{"name": name, "title": look.title, "goodFor": look.good_for} for name, look in looks],
+            "strokes": [{"name": note.name, "goodFor": note.good_for} for note in stroke_notes()],
+            "dropped": [{"id": key, "name": name} for key, name in dropped.items()],
+            "folder": str(self._session.folder.resolve()),
+            "hint": self.hint,
+        }
+
+    def change(self, settings: Settings) -> int:
+        """Have a painting made of other settings; it replaces what is worked on.
+
+        Returns:
+            The number of the state.
+
+        Raises:
+            ValueError: if a setting is out of range; then nothing changes.
+        """
+        self._session.config(settings)
+        with self._changed:
+            self._wanted, self._error, self._progress = settings, None, Progress("waiting")
+            # While the state is held, so that lanes and states have one order.
+            self._changes.submit(lambda task: self._paint(settings, task))
+            return self._bump()
+
+    def shoot(self, shot: Shot) -> str:
+        """Have a picture painted; returns the id of the output. Raises ValueError if too many wait."""
+        words = f"{shot.camera.width} x {shot.camera.height}"
+        return self._add("picture", words, lambda one, report: self._session.shoot(one, shot, report))
+
+    def film(self, film: Film) -> str:
+        """Have a video painted; returns the id of the output. Raises ValueError if too many wait."""
+        config = film.config
+        words = f"{config.width} x {config.height}, {config.seconds:g} s"
+        return self._add("video", words, lambda one, report: self._session.film(one, film, report))
+
+    def find(self, text: object) -> dict[str, Any]:
+        """The strokes in a part of the scene that was typed, for JSON; nothing is painted anew.
+
+        Returns:
+            The version of the painting, `num` of `total` strokes, and for each coat a column of bytes, 0 to
+            255 for 0 to 1, as base64.
+
+        Raises:
+            ValueError: if it cannot be read, or names what is not there.
+        """
+        with self._changed:
+            painted, version = self._painted, self._version
+        with self._finding:  # one after the other: each may use all processors
+            found = self._session.find(painted, text)
+        columns = [b64encode(column.tobytes()).decode("ascii") for column in found.columns]
+        return {"version": version, "num": found.num, "total": found.total, "columns": columns}
+
+    def stop(self, key: str) -> bool:
+        """Stop an output; False if there is none that waits or runs."""
+        with self._changed:
+            output = self._outputs.get(key)
+            if output is None or output.state not in ("waiting", "running"):
+                return False
+            self._tasks[key].abandon()
+            if output.state == "waiting":
+                self._update(key, state="stopped")
+            return True
+
+    def add_file(self, name: str, content: bytes) -> str:
+        """Keep a picture that was dropped; returns its id.
+
+        Raises:
+            ValueError: if it is no picture that can be read, or there are too many.
+        """
+        if len(self._session.dropped) >= MAX_DROPPED:
+            raise ValueError(f"at most {MAX_DROPPED} pictures can be dropped; start the viewer again")
+        key = token_hex(8)
+        folder = self._uploads / key
+        folder.mkdir()
+        path = folder / _plain_stem(name)
+        path.write_bytes(content)
+        try:
+            read_image(path)
+        except ValueError as error:
+            path.unlink()
+            folder.rmdir()
+            raise ValueError(f"{name}: {str(error).removeprefix(f'{path}: ')}") from None
+        with self._changed:
+            # A new dictionary: other threads may be reading the old one.
+            self._session.dropped = {**self._session.dropped, key: Dropped(name, path)}
+            self._bump()
+        return key
+
+    def output(self, key: str) -> Path | None:
+        """The file of an output that is done."""
+        with self._changed:
+            output = self._outputs.get(key)
+            return None if output is None or output.state != "done" else output.path
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Wait until nothing is worked on; returns False if that takes longer."""
+        until = None if seconds is None else time.monotonic() + seconds
+        if not self._changes.wait(seconds=seconds):
+            return False
+        return self._writing.wait(seconds=None if until is None else max(until - time.monotonic(), 0.0))
+
+    def close(self, seconds: float = 10.0) -> bool:
+        """Abandon all work, and wait until it is left; returns False if that takes longer."""
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify_all()
+        until = time.monotonic() + seconds
+        is_left = self._changes.close(max(until - time.monotonic(), 0.0))
+        return self._writing.close(max(until - time.monotonic(), 0.0)) and is_left
+
+    def _paint(self, settings: Settings, task: Task) -> None:
+        """The work of a change."""
+        start = time.perf_counter()
+
+        def watch(progress: Progress) -> None:
+            with self._changed:
+                task.check()
+                self._progress = progress
+                self._bump()
+
+        self._heard.take()
+        painted, error = None, None
+        try:
+            painted = self._session.paint(settings, WatchedReport(watch=watch))
+        except AbandonedError:
+            raise
+        except Exception as caught:
+            error = self._sentence(caught)
+        notes = tuple(self._heard.take())
+        with self._changed:
+            task.check()
+            self._progress, self._error, self._notes = None, error, notes
+            if painted is not None:
+                self._painted, self._version = painted, self._version + 1
+                self._seconds = time.perf_counter() - start
+            self._bump()
+
+    def _add(self, kind: Kind, words: str, paint: Callable[[Painted, WatchedReport], Path]) -> str:
+        with self._changed:
+            busy = [one for one in self._outputs.values() if one.state in ("waiting", "running")]
+            if len(busy) >= MAX_OUTPUTS:
+                raise ValueError(f"at most {MAX_OUTPUTS} pictures and videos can wait; stop some")
+            for old in [key for key, one in self._outputs.items() if one not in busy][:-KEPT_OUTPUTS]:
+                del self._outputs[old], self._tasks[old]
+            key = token_hex(8)
+            self._outputs[key] = Output(key, kind, "waiting", words)
+            self._tasks[key] = self._writing.submit(lambda task: self._write(key, paint, task))
+            self._bump()
+            return key
+
+    def _write(self, key: str, paint: Callable[[Painted, WatchedReport], Path], task: Task) -> None:
+        """The work of an output."""
+
+        def watch(progress: Progress) -> None:
+            task.check()
+            self._update(key, progress=progress)
+
+        try:
+            self._changes.wait(task)
+            with self._changed:
+                painted = self._painted
+            self._update(key, state="running")
+            self._heard.take()
+            path = paint(painted, WatchedReport(watch=watch))
+        except AbandonedError:
+            self._update(key, state="stopped", progress=None)
+            raise
+        except Exception as caught:
+            self._update(key, state="failed", progress=None, error=self._sentence(caught))
+        else:
+            notes = tuple(self._heard.take())
+            self._update(key, state="done", progress=None, path=path, notes=notes)
+            self._say(str(path))
+
+    def _sentence(self, error: Exception) -> str:
+        """An error for people."""
+        if isinstance(error, MemoryError):
+            sentence = "out of memory; take a smaller size"
+        elif isinstance(error, ValueError | OSError):
+            sentence = " ".join(str(error).split())
+        else:
+            sentence = f"internal error, {type(error).__name__}: {error}"
+        for key, one in self._session.dropped.items():  # where it lies is nothing to people
+            sentence = sentence.replace(str(one.path), one.name).replace(key, one.name)
+        return sentence
+
+    def _update(self, key: str, **fields: Any) -> None:
+        with self._changed:
+            self._outputs[key] = replace(self._outputs[key], **fields)
+            self._bump()
+
+    def _bump(self) -> int:
+        self._number += 1
+        self._changed.notify_all()
+        return self._number
+
+
+def _plain_stem(name: str) -> str:
+    """What is left of a name that a page gave, so that it can be that of any file: the page shows it."""
+    return re.sub(r"[^A-Za-z0-9_-]+", "-", PurePath(name).stem)[:40].strip("-") or "picture"
+
+
+def _progress(progress: Progress | None) -> dict[str, Any] | None:
+    if progress is None:
+        return None
+    return {"stage": progress.stage, "done": progress.done, "total": progress.total}
+
+
+def _settings(settings: Settings) -> dict[str, Any]:
+    """The settings as the page sends them, without those that are not set."""
+    from dataclasses import fields
+
+    from brushgs.outlets.studio.settings import camel
+
+    values = {camel(field.name): getattr(settings, field.name) for field in fields(settings)}
+    return {name: value for name, value in values.items() if value is not None}

@@ -1,0 +1,240 @@
+"""A painting and its scene -> a few small strokes of pure light and dark, to be laid last.
+
+A painter ends with the highlight on the eye and the dark under the lid. Merged strokes have the mean colour
+of their members, so the extreme lights and darks of a scene are what a painting lacks first. Where the
+lightest and the darkest of the plain pictures are missing most, accents are laid in these colours.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.passes.color.color_space import oklab_planes
+from brushgs.passes.groups import add_rows
+from brushgs.passes.neighbours import nearest
+from brushgs.rendering.options import RenderOptions, draw_with, project_with
+from brushgs.rendering.plain import PlainViews
+from brushgs.rendering.view_by_view import view_by_view
+from brushgs.rendering.visibility import painted_sums
+from brushgs.values.arrays import F32, F64, Array, Rows, smoothstep
+from brushgs.values.camera import Camera
+from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import shift_base_colors
+
+# Accents of a painting of 4800 strokes and more; of fewer one to 80 strokes, and of less than 400 none.
+NUM_ACCENTS, STROKES_EACH, LEAST_STROKES = 60, 80, 400
+EXTREMES = 0.05  # share of what views show that is light, and as much that is dark
+LEAST_CONTRAST = 0.08  # OKLab L by which lights and darks differ from the middle at least
+OPAQUE = 0.8  # alpha of pixels that are compared
+LACKS = (0.03, 0.12)  # OKLab L: lacking by less is none, by more full
+PURER = 0.02  # OKLab L beyond the colour of the scene
+LENGTH = 0.014  # of an accent, over the diagonal of the first view: 7 pixels of 400x300
+ASPECT, THICKNESS = 2.2, 0.15  # length over width, and thickness over width
+APART = 3.0  # lengths, at least, between two accents: side by side they read as a fence
+OPACITY = 0.95
+BEFORE = 8  # strokes nearby, before all of which an accent lies
+LEAST = 0.05  # OKLab L times pixels, over all views, that are missing at an accent
+MOST_PLACES = 20  # that are compared, for each accent
+SURE = 0.5  # alpha of a pixel that shows a colour
+MOST_LIFT = 1.5  # lengths by which it comes before its place at most
+
+
+def num_accents(num_strokes: int, economy: float) -> int:
+    """How many of so many strokes are left to accents at most."""
+    most = min(NUM_ACCENTS, num_strokes // STROKES_EACH) if num_strokes >= LEAST_STROKES else 0
+    return round(economy * most)
+
+
+def accents(
+    strokes: Gaussians,
+    gaussians: Gaussians,
+    views: PlainViews,
+    *,
+    count: int = NUM_ACCENTS,
+    focus: F64 | None = None,
+) -> Gaussians:
+    """New strokes of the lights and darks that a painting lacks.
+
+    Args:
+        strokes: k strokes, as they are painted.
+        gaussians: that they were made of, N Gaussians.
+        views: plain pictures of the scene, the first that of the picture; a few are enough. What none shows
+            gets no accent.
+        count: at most so many, half of them lights where both are missing, >= 0.
+        focus: [N] > 0, how much more an accent is worth at each Gaussian; None for 1.
+
+    Returns:
+        At most `count` strokes in the columns of the others: flat ones, along the stroke that each lies on,
+        slightly before it as the first view sees it, without view-dependent colour. Fewer where less is
+        missing; none where nothing is.
+    """
+    if count <= 0 or len(strokes) == 0 or len(gaussians) == 0 or len(views) == 0:
+        return strokes.take(slice(0, 0))
+    plain = [oklab_planes(_on_grey(frame))[0] for frame in views.frames]
+    ends = _ends(plain, views)
+    lacks = _lacks(strokes, gaussians, views, plain, ends)
+    if focus is not None:
+        lacks *= np.asarray(focus, np.float64)[:, None]
+    size = _length(gaussians, views.cameras[0])
+    dark, light = (
+        _pure(gaussians, views, one, end, size, count)
+        for one, end in zip(lacks.T, ((-1.0, ends[0]), (1.0, ends[1])), strict=True)
+    )
+    num_lights = max(count // 2, count - len(dark.rows))
+    light, dark = light.first(num_lights), dark.first(count - min(num_lights, len(light.rows)))
+    rows = np.concatenate([light.rows, dark.rows])
+    if not len(rows):
+        return strokes.take(slice(0, 0))
+    laid = _laid(strokes, gaussians.means[rows].astype(np.float64), size[rows], views.cameras[0])
+    return shift_base_colors(laid, np.concatenate([light.colors, dark.colors]) - 0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class _Chosen:
+    """Gaussians that accents are laid at, the first first.
+
+    Attributes:
+        rows: [n] of the Gaussians.
+        colors: [n, 3] RGB, display-encoded.
+    """
+
+    rows: Rows
+    colors: F64
+
+    def first(self, count: int) -> "_Chosen":
+        return _Chosen(self.rows[:count], self.colors[:count])
+
+
+def _ends(plain: list[F32], views: PlainViews) -> tuple[float, float]:
+    """OKLab L up to which what views show is dark, and from which on it is light."""
+    shown = np.concatenate([one[frame.alpha > SURE] for one, frame in zip(plain, views.frames, strict=True)])
+    dark, middle, light = np.quantile(shown, (EXTREMES, 0.5, 1 - EXTREMES)) if shown.size else (0.0, 0.5, 1.0)
+    return min(float(dark), float(middle) - LEAST_CONTRAST), max(float(light), float(middle) + LEAST_CONTRAST)
+
+
+def _pure(
+    gaussians: Gaussians, views: PlainViews, lacks: F64, end: tuple[float, float], size: F64, count: int
+) -> _Chosen:
+    """Where most of the lights, or darks, is missing: at most so many Gaussians that are such themselves.
+
+    The end is a sign, 1 for lights and -1 for darks, and the lightness from which on they are.
+    """
+    sign, lightness = end
+    rows = np.flatnonzero(lacks > 0)
+    # Those that lack most, ties by place; of more no accent would be chosen.
+    rows = rows[np.lexsort((*gaussians.means[rows].T, -lacks[rows]))[: MOST_PLACES * count]]
+    lab = _extremes(gaussians.means[rows].astype(np.float64), views, sign)
+    are_pure = sign * (lab[:, 0] - lightness) >= 0
+    rows, lab = rows[are_pure], lab[are_pure]
+    lab[:, 0] = np.clip(lab[:, 0] + PURER * sign, 0, 1)
+    chosen = _apart(gaussians.means[rows].astype(np.float64), lacks[rows], size[rows], count)
+    return _Chosen(rows[chosen], np.asarray(np.clip(rgb_of_oklab(lab[chosen]), 0, 1)))
+
+
+def _lacks(
+    strokes: Gaussians,
+    gaussians: Gaussians,
+    views: PlainViews,
+    plain: list[F32],
+    ends: tuple[float, float],
+) -> F64:
+    """[N, 2] OKLab L x pixels of darks, and of lights, that Gaussians show and the painting lacks."""
+    kernel, dab = StrokeTexture.open("gaussian"), StrokeTexture.open("ellipse")
+    found, (dark, light) = np.zeros((len(gaussians), 2)), ends
+    kernel_options, options = RenderOptions.of(kernel), RenderOptions.of(dab, depth=False)
+
+    def look(index: int) -> tuple[NDArray[np.int32], Array]:
+        camera, frame = views.cameras[index], views.frames[index]
+        _, painted = draw_with(strokes, camera, dab, options)
+        away = plain[index] - oklab_planes(_on_grey(painted))[0]
+        covered = np.minimum(frame.alpha, painted.alpha) > OPAQUE  # beside an outline nothing is missing
+        missing = np.zeros((*away.shape, 3))
+        missing[..., 0] = _missing(-away) * (plain[index] <= dark) * covered
+        missing[..., 1] = _missing(away) * (plain[index] >= light) * covered
+        boxes, _ = project_with(gaussians, camera, kernel_options)
+        return boxes.ids, painted_sums(boxes, kernel, missing, covered.astype(np.float32))[0][:, :2]
+
+    for ids, sums in view_by_view(look, range(len(views)), len(gaussians)):
+        add_rows(found, ids, sums)
+    return found
+
+
+def _on_grey(frame: Frame) -> F32:
+    return np.clip(frame.rgb + 0.5 * (1 - frame.alpha[..., None]), 0, 1).astype(np.float32)
+
+
+def _missing(away: Array) -> F64:
+    low, high = LACKS
+    return np.asarray(smoothstep((away - low) / (high - low)) * np.maximum(away, 0))
+
+
+def _length(gaussians: Gaussians, camera: Camera) -> F64:
+    """[N] how long an accent is at each Gaussian, world units."""
+    depths = gaussians.means.astype(np.float64) @ camera.viewmat[2, :3] + camera.viewmat[2, 3]
+    pixels = LENGTH * float(np.hypot(camera.width, camera.height))
+    return np.asarray(np.maximum(np.abs(depths), camera.near) * pixels / float(camera.K[0, 0]))
+
+
+def _apart(means: F64, lacks: F64, size: F64, count: int) -> Rows:
+    """Places around which most is missing, none near another, at most `count`, the first first."""
+    away = np.zeros((len(means), len(means)))
+    for column in means.T:
+        away += (column[:, None] - column) ** 2
+    sums = np.where(away <= size[:, None] ** 2, lacks, 0.0).sum(axis=1)
+    free = sums >= LEAST
+    chosen: list[int] = []
+    for index in np.lexsort((*means.T, -np.round(sums, 5))):
+        if free[index] and len(chosen) < count:
+            chosen.append(index)
+            free &= away[index] > (APART * size[index]) ** 2
+    return np.asarray(chosen, np.intp)
+
+
+def _laid(strokes: Gaussians, means: F64, size: F64, camera: Camera) -> Gaussians:
+    """Accents at places [n, 3], each along the stroke that it lies on and before all those around."""
+    others = strokes.means.astype(np.float64)
+    near = nearest(others, means, min(BEFORE, len(others)))[1]
+    under = strokes.take(near[:, 0])
+    half = 0.25 * size  # two standard deviations to each side
+    sizes = np.stack([half, half / ASPECT, THICKNESS * half / ASPECT], axis=1)
+    scales = np.empty_like(sizes)
+    np.put_along_axis(scales, np.argsort(-under.scales, axis=1, kind="stable"), sizes, axis=1)
+    to_eye = camera.position - means
+    distances = np.maximum(np.linalg.norm(to_eye, axis=1), 1e-12)
+    to_eye /= distances[:, None]
+    before = np.einsum("nbi,ni->nb", others[near] - means[:, None], to_eye).max(axis=1)
+    lift = np.clip(before + half, 0, np.minimum(MOST_LIFT * size, 0.5 * distances))
+    dtype = strokes.means.dtype.type
+    return replace(
+        under,
+        means=(means + lift[:, None] * to_eye).astype(dtype),
+        scales=scales.astype(dtype),
+        opacities=np.full(len(means), OPACITY, dtype),
+        sh=np.zeros_like(under.sh),
+    )
+
+
+def _extremes(means: F64, views: PlainViews, sign: float) -> F64:
+    """[n, 3] OKLab of the lightest (sign 1) or darkest (-1) that views show at places [n, 3].
+
+    Where none shows anything it is a middle grey.
+    """
+    found, best = np.tile([0.5, 0.0, 0.0], (len(means), 1)), np.full(len(means), -np.inf)
+    for camera, frame in views.pairs():
+        x, y, z = (means @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).T
+        depth = np.maximum(z, camera.near)
+        columns = np.floor(camera.K[0, 0] * x / depth + camera.K[0, 2])
+        lines = np.floor(camera.K[1, 1] * y / depth + camera.K[1, 2])
+        inside = (z > camera.near) & (columns >= 0) & (columns < camera.width)
+        at = np.flatnonzero(inside & (lines >= 0) & (lines < camera.height))
+        alpha = frame.alpha[lines[at].astype(np.intp), columns[at].astype(np.intp)]
+        at, alpha = at[alpha > SURE], alpha[alpha > SURE]
+        rgb = frame.rgb[lines[at].astype(np.intp), columns[at].astype(np.intp)] / alpha[:, None]
+        lab = oklab_of(np.clip(rgb, 0, 1).astype(np.float64))
+        better = sign * lab[:, 0] > best[at]
+        found[at[better]], best[at[better]] = lab[better], (sign * lab[:, 0])[better]
+    return found

@@ -1,0 +1,267 @@
+"""What lies behind a scene: a ground in a colour that goes with it, and a backdrop of loose strokes in space.
+
+A captured object hangs in a void. Painters tone the canvas in the complement of their subject, and lay a
+few loose strokes around it. Here these are a sphere around the scene and all cameras, so that they stay where
+they are while the camera moves. They are a set of strokes of their own, to be painted before the others.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import tan
+
+import numpy as np
+
+from brushgs.cameras.framing import DEFAULT_FOV_Y, FLAT_ELEVATION, camera_axes, default_elevation
+from brushgs.passes.extent import robust_frame
+from brushgs.passes.reduce.contribution import paint_of
+from brushgs.values.arrays import F64, Array, Mask, smoothstep
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import quats_of
+from brushgs.values.sh import C0, base_colors
+
+RADIUS = 2.6  # of the sphere, in radii of the scene
+BEYOND_EYE = 1.35  # or in distances of the farthest camera, whichever is larger
+MOST_ZOOM = 2.2  # beyond it strokes get larger in the picture: more would be a pattern
+JITTER = 0.42  # of places, in distances between strokes: so much hides the lattice
+SIZE_JITTER = 0.2  # of the logarithm of sizes
+# Standard deviations to which a stroke may be seen. Boxes extend 2, but seen aslant their corners lie further
+# out than a ball of that size: with 2.2 one of 10,000 strokes was missing.
+REACH = 3.0
+THICKNESS = 0.01  # of a stroke, over its size
+# The field of their directions: around the vertical, up and down by waves, and a little at random.
+_SWAY, _WAVES, _LOOSE = 0.8, np.array([2.17, -0.62, 1.55]), 0.25
+_RISE = 1.1  # how fast lightness changes with height over the horizon
+
+BORDER = 0.08  # of the smaller side of a picture, on each side
+# Mean alpha of the border from which a scene fills its pictures. Objects have up to 0.14, and a truck on a
+# plaza under an empty sky 0.55: it gains most.
+FULL_BORDER = 0.8
+
+
+@dataclass(frozen=True)
+class Tone:
+    """A colour that goes with the mean colour of a scene, in OKLab.
+
+    Attributes:
+        lightness: 0 to 1.
+        complement: the part of the scene's a and b that is taken with the opposite sign.
+        warmth: (a, b) added to that.
+    """
+
+    lightness: float
+    complement: float = 0.6
+    warmth: tuple[float, float] = (0.012, 0.04)
+
+    def lab(self, mean: F64) -> F64:
+        """[3] this tone where the mean colour is [3], both OKLab."""
+        return np.array([self.lightness, *(-self.complement * mean[1:] + self.warmth)])
+
+
+@dataclass(frozen=True)
+class Backdrop:
+    """How the strokes of a backdrop look.
+
+    Attributes:
+        strokes: how many on the whole sphere, at the usual field of view.
+        above: tone of the zenith.
+        below: tone of the nadir.
+        aspect: length over width, >= 1.
+        size: of a stroke, in distances between strokes; 1.6 covers most of what lies behind.
+        opacity: above 0 to 1.
+        lightness: standard deviation of L in OKLab from stroke to stroke.
+        chroma: standard deviation of a and b.
+
+    Raises:
+        ValueError: if a value is out of range.
+    """
+
+    strokes: int = 2500
+    above: Tone = Tone(0.66, 0.5, (0.0, 0.03))
+    below: Tone = Tone(0.40, 0.3, (0.012, 0.03))
+    aspect: float = 3.0
+    size: float = 1.6
+    opacity: float = 0.92
+    lightness: float = 0.018
+    chroma: float = 0.004
+
+    def __post_init__(self) -> None:
+        for name, is_right, rule in (
+            ("strokes", self.strokes >= 0, ">= 0"),
+            ("aspect", 1 <= self.aspect < np.inf, ">= 1 and finite"),
+            ("size", 0 < self.size < np.inf, "positive and finite"),
+            ("opacity", 0 < self.opacity <= 1, "above 0 to 1"),
+            ("lightness", 0 <= self.lightness <= 0.5, "in 0 to 0.5"),
+            ("chroma", 0 <= self.chroma <= 0.5, "in 0 to 0.5"),
+        ):
+            if not is_right:
+                raise ValueError(f"Backdrop: {name} must be {rule}, got {getattr(self, name)}")
+
+
+TONED = Tone(0.58)  # of a ground
+
+
+def mean_lab(gaussians: Gaussians, weights: Array | None = None) -> F64:
+    """[3] the mean colour of a scene, OKLab.
+
+    Args:
+        gaussians: N Gaussians.
+        weights: [N] >= 0; None for opacity x mean projected area, the paint they carry. Where none is above
+            zero, as in an empty scene, the mean is a middle grey.
+    """
+    if weights is None:
+        weights = paint_of(gaussians)
+    total = float(weights.sum(dtype=np.float64))
+    if not total > 0:
+        return np.asarray(oklab_of(np.full((1, 3), 0.5))[0])
+    return np.asarray(weights.astype(np.float64) / total @ oklab_of(base_colors(gaussians.sh)))
+
+
+def ground_color(
+    gaussians: Gaussians, tone: Tone = TONED, *, weights: Array | None = None
+) -> tuple[float, float, float]:
+    """RGB, display-encoded, 0 to 1, of a ground that is toned for a scene.
+
+    Args:
+        gaussians: N Gaussians.
+        tone: by default of middle lightness, the complement of the scene, a little warm.
+        weights: see `mean_lab`.
+    """
+    red, green, blue = _display_rgb(tone.lab(mean_lab(gaussians, weights))[None])[0]
+    return float(red), float(green), float(blue)
+
+
+def reason_for_none(first_view: FirstView, plain: Sequence[Frame]) -> str | None:
+    """Why a scene gets no backdrop, for the report; None where it stands in a void, and gets one.
+
+    A scene gets none where it is seen from inside, or fills its pictures; nor where it is flat, as land seen
+    from the air is: that lies on a table, and strokes that float below it look like water. Surroundings alone
+    do not tell: a plaza may end at the horizon, and have no sky.
+
+    Args:
+        first_view: of the scene.
+        plain: plain pictures of it, in some views of the job; without any it counts as not filling them.
+    """
+    if first_view.eye is not None:
+        return "the scene is seen from inside"
+    if default_elevation(first_view.points, first_view.up) == FLAT_ELEVATION:
+        return "the scene is flat, and seen from above"
+    if plain and float(np.mean([border_alpha(frame) for frame in plain])) >= FULL_BORDER:
+        return "the scene fills the picture up to its border"
+    return None
+
+
+def border_alpha(frame: Frame) -> float:
+    """Mean alpha of the border of a picture, 8 % of its smaller side wide."""
+    height, width = frame.alpha.shape
+    side = max(round(BORDER * min(height, width)), 1)
+    inner = frame.alpha[side : height - side, side : width - side]
+    total = float(frame.alpha.sum(dtype=np.float64)) - float(inner.sum(dtype=np.float64))
+    return total / (frame.alpha.size - inner.size) if inner.size < frame.alpha.size else 0.0
+
+
+def backdrop(
+    gaussians: Gaussians,
+    first_view: FirstView,
+    cameras: Sequence[Camera],
+    look: Backdrop | None = None,
+    *,
+    weights: Array | None = None,
+    seed: int = 0,
+) -> Gaussians:
+    """Loose strokes on a sphere around a scene and all cameras, those that some camera sees.
+
+    Args:
+        gaussians: the scene, N Gaussians; its colours and its extent count.
+        first_view: of the scene; which way is up.
+        cameras: all views of the job. They decide how far away the sphere is, how many strokes it has (the
+            narrower the field of view, the more, up to 2.2^2 times as many), and which are kept.
+        look: how the strokes look; None for loose dry ones, light above and dark below.
+        weights: see `mean_lab`.
+        seed: another one gives other jitter.
+
+    Returns:
+        The strokes, flat ones that face the centre, without view-dependent colour; in the dtype of the scene.
+
+    Raises:
+        ValueError: if there is no camera.
+    """
+    if not cameras:
+        raise ValueError("backdrop: there must be at least one camera, got none")
+    look = Backdrop() if look is None else look
+    center, radius = robust_frame(gaussians.means)
+    farthest = max(float(np.linalg.norm(camera.position - center)) for camera in cameras)
+    radius = max(RADIUS * radius, BEYOND_EYE * farthest)
+    count = round(look.strokes * min(max(map(_zoom, cameras)), MOST_ZOOM) ** 2)
+    g = np.random.default_rng([seed, count])
+    axes = camera_axes(first_view.up, 0.0, 0.0)  # right, down, forward
+
+    outward, along = _sphere(count, g)
+    mean = mean_lab(gaussians, weights)
+    rise = smoothstep(0.5 - _RISE * outward[:, 1:2])
+    lab = rise * look.above.lab(mean) + (1 - rise) * look.below.lab(mean)
+    lab += g.normal(0, 1, (count, 3)) * (look.lightness, look.chroma, look.chroma)
+
+    spacing = radius * np.sqrt(4 * np.pi / max(count, 1))
+    size = look.size / 4 * spacing * np.exp(g.normal(0, SIZE_JITTER, (count, 1)))
+    scales = size * (np.sqrt(look.aspect), 1 / np.sqrt(look.aspect), THICKNESS)
+    means = center + radius * (outward @ axes)
+    kept = _seen_by_any(means, REACH * scales[:, 0], cameras)
+    frames = np.stack([along @ axes, np.cross(outward, along) @ axes, outward @ axes], axis=2)[kept]
+    frames[:, :, 2] *= np.sign(np.linalg.det(frames))[:, None]
+    return Gaussians(
+        means[kept],
+        quats_of(frames),
+        scales[kept],
+        np.full(int(kept.sum()), look.opacity),
+        ((_display_rgb(lab[kept]) - 0.5) / C0)[:, None],
+    ).astype(gaussians.means.dtype.type)
+
+
+def _sphere(count: int, g: np.random.Generator) -> tuple[F64, F64]:
+    """[n, 3] directions and, across them, [n, 3] axes of strokes; right, down, forward.
+
+    A Fibonacci lattice around the vertical, jittered; the axes follow a swirl around it.
+    """
+    k = np.arange(count) + 0.5
+    down, turn = 2 * k / max(count, 1) - 1, np.pi * (1 + np.sqrt(5)) * k
+    level = np.sqrt(1 - down * down)
+    outward = np.stack([level * np.cos(turn), down, level * np.sin(turn)], axis=1)
+    outward += g.normal(0, JITTER * np.sqrt(4 * np.pi / max(count, 1)), (count, 3)) / np.sqrt(2)
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    vertical = np.array([0.0, -1.0, 0.0])
+    along = np.cross(outward, vertical) + _SWAY * np.sin(outward @ _WAVES)[:, None] * vertical
+    along += _LOOSE * g.normal(0, 1, (count, 3))
+    along -= (along * outward).sum(axis=1, keepdims=True) * outward
+    return outward, along / np.linalg.norm(along, axis=1, keepdims=True)
+
+
+def _zoom(camera: Camera) -> float:
+    """How much narrower than usual the field of view of a camera is, at least 1."""
+    return max(float(camera.K[1, 1]) / (0.5 * camera.height) * tan(0.5 * DEFAULT_FOV_Y), 1.0)
+
+
+def _seen_by_any(means: F64, reaches: F64, cameras: Sequence[Camera]) -> Mask:
+    """Mask of the balls, of radius `reaches`, that may show in some camera."""
+    seen = np.zeros(len(means), bool)
+    for camera in cameras:
+        rows = np.flatnonzero(~seen)
+        if not rows.size:
+            break
+        x, y, z = (means[rows] @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).T
+        (fx, cx), (fy, cy) = camera.K[0, [0, 2]], camera.K[1, [1, 2]]
+        inside = z > camera.near
+        # The four planes through the eye and the sides of the picture.
+        for side, focal in ((x * fx + z * cx, fx), (z * (camera.width - cx) - x * fx, fx)):
+            inside &= side > -reaches[rows] * np.hypot(focal, max(cx, camera.width - cx))
+        for side, focal in ((y * fy + z * cy, fy), (z * (camera.height - cy) - y * fy, fy)):
+            inside &= side > -reaches[rows] * np.hypot(focal, max(cy, camera.height - cy))
+        seen[rows[inside]] = True
+    return seen
+
+
+def _display_rgb(lab: F64) -> F64:
+    """[n, 3] display-encoded colours of OKLab, clipped to 0 to 1."""
+    return np.asarray(np.clip(rgb_of_oklab(lab), 0, 1))

@@ -1,0 +1,222 @@
+"""A scene and a few views of it -> its lines: silhouettes, creases and marks, as strokes fixed in space."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.passes.add.line_agreement import Sight, agreed
+from brushgs.passes.add.line_chains import in_order, link
+from brushgs.passes.add.line_choice import RANGE, SHORTEST, importance, least_drawn, without_doubles
+from brushgs.passes.add.line_edges import EdgePoints, Picture, edge_points
+from brushgs.passes.add.line_fit import fit, strokes_of
+from brushgs.passes.add.line_lift import PIXELS, SMOOTH, Chains, lift, unit_of
+from brushgs.passes.add.line_windows import Along
+from brushgs.rendering.plain import PlainViews
+from brushgs.rendering.render import render
+from brushgs.values.arrays import F64, Mask, Rows
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+
+LEAST = 0.065 * RANGE[0]  # strength of an edge
+# Radians, and distances of what is seen, between views that show the same lines, and nearly the same.
+ALIKE, WITNESS = 0.08, 0.3
+GAP = 8.0  # px that a line crosses
+WIDTH = 2.2  # px, of the strongest line, in a picture of 800x600
+FAINT = 0.4  # of that, the width of the faintest
+FULL = 0.35  # strength from which on a line has its full width
+LINE_SIGMAS = 1.76  # half length of a box, standard deviations: `fitted_sigmas` of the stroke "line"
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Lines of a scene, as L strokes: nearly straight pieces, each reaching a little over the next.
+
+    Attributes:
+        strokes: the pieces; their longest axis runs along the line.
+        strengths: [L] of the line, 0 for the faintest that are drawn to 1: 0.5 is twice as long or as strong
+            an edge as those have, see `stronger_than`.
+        chains: [L] line of each piece, ascending; pieces of a line stand in order.
+        normals: [L, 3] of the surface where it is a silhouette, for `fade_by_facing`: the longer, the sooner
+            it fades. 0 for what is fixed in space.
+    """
+
+    strokes: Gaussians
+    strengths: F64
+    chains: Rows
+    normals: F64
+
+    def __len__(self) -> int:
+        return len(self.strokes)
+
+    def stronger_than(self, strength: float) -> "Lines":
+        """The lines of at least this strength, each as a whole."""
+        rows = np.flatnonzero(self.strengths >= strength)
+        return Lines(self.strokes.take(rows), self.strengths[rows], self.chains[rows], self.normals[rows])
+
+
+def find_lines(
+    gaussians: Gaussians,
+    views: Sequence[Camera] | PlainViews,
+    *,
+    width: float = WIDTH,
+    color: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    opacity: float = 1.0,
+    num_sigmas: float = LINE_SIGMAS,
+    num_threads: int | None = None,
+) -> Lines:
+    """Find the lines that a contour drawing of a scene has.
+
+    Edges of colour and depth are sought in the plain picture of each view, carried into space by its depth
+    and compared with the other views; see the modules of this folder. The first view is the picture: it is
+    looked at in 480,000 pixels, and what it has in sight it decides alone. Others add what it cannot see, for
+    a camera that moves.
+
+    Args:
+        gaussians: N Gaussians.
+        views: cameras, or plain pictures already drawn; those with depth are not drawn again. Some 120,000
+            pixels each are enough.
+        width: px of the strongest lines in a picture of 480,000 pixels, > 0; lines have it at their place in
+            space, so that nearer is wider.
+        color: RGB of all lines, display-encoded.
+        opacity: 0 to 1.
+        num_sigmas: half length of a box in standard deviations that the strokes will be drawn with, > 0:
+            `fitted_sigmas` of their stroke image.
+        num_threads: None takes the processors available to this process. The lines do not depend on it.
+
+    Returns:
+        The lines, those of the first view first; none where there is nothing to draw.
+
+    Raises:
+        ValueError: if there is no view, or a number is out of range.
+    """
+    for name, value in (("width", width), ("num_sigmas", num_sigmas)):
+        if not 0 < value < np.inf:
+            raise ValueError(f"find_lines: {name} must be positive and finite, got {value}")
+    if not 0 <= opacity <= 1:
+        raise ValueError(f"find_lines: opacity must be in 0 to 1, got {opacity}")
+    cameras = views.cameras if isinstance(views, PlainViews) else tuple(views)
+    if len(cameras) == 0:
+        raise ValueError("find_lines: views must have at least one camera, got none")
+    frames = views.frames if isinstance(views, PlainViews) else (None,) * len(cameras)
+    kernel = StrokeTexture.open("gaussian")
+
+    def drawn(camera: Camera, frame: Frame | None) -> Frame:
+        if (
+            frame is not None
+            and frame.depth is not None
+            and frame.alpha.shape == (camera.height, camera.width)
+        ):
+            return frame
+        return render(gaussians, camera, kernel, num_threads=num_threads)
+
+    camera = _in_pixels(cameras[0], PIXELS)
+    first = _Traced.of(camera, drawn(camera, frames[0]))
+    least = least_drawn(first.smooth, first.importances, first.along)
+    found, sights = [first.lines(least, 0)], [first.sight(least)]
+    for row, is_witness in _others(cameras, first.distance):
+        view = _Traced.of(cameras[row], drawn(cameras[row], frames[row]), only_edges=is_witness)
+        found.append(view.lines(least, row))
+        sights.append(view.sight(least))
+    chains = agreed(found, sights, least=SHORTEST)
+    strengths = np.clip(chains.strengths / FULL, 0, 1)
+    widths = width * chains.sizes * (FAINT + (1 - FAINT) * np.maximum(strengths, chains.steps))
+    pieces = fit(chains, widths)
+    strokes = strokes_of(pieces, color, opacity, num_sigmas, gaussians)
+    starts = np.flatnonzero(np.diff(chains.chains, prepend=-1))
+    ranks = 1 - least / np.maximum(chains.importances[starts], least)
+    return Lines(strokes, ranks[pieces.chains], pieces.chains, pieces.normals)
+
+
+@dataclass(frozen=True, eq=False)
+class _Traced:
+    """A picture and its chains, all that may be worth a line.
+
+    Attributes:
+        camera: the view.
+        frame: its plain picture, with depth.
+        edges: all edge points.
+        rows: [P] edge points, chain after chain, in order.
+        smooth: [P, 2] their places, px, smooth.
+        along: their chains.
+        importances: [C] of the chains.
+    """
+
+    camera: Camera
+    frame: Frame
+    edges: EdgePoints
+    rows: Rows
+    smooth: F64
+    along: Along
+    importances: F64
+
+    @classmethod
+    def of(cls, camera: Camera, frame: Frame, *, only_edges: bool = False) -> "_Traced":
+        """Of a plain picture; with no chains where only its edges are wanted."""
+        edges = edge_points(Picture.of(frame), least=LEAST)
+        if only_edges:
+            none = np.zeros(0, np.intp)
+            return cls(camera, frame, edges, none, np.zeros((0, 2)), Along.of(none), np.zeros(0))
+        order = in_order(link(edges.points, edges.normals, gap=GAP))
+        points, along = edges.take(order.rows), Along.of(order.chains)
+        smooth = along.smooth(points.points, SMOOTH)
+        importances = importance(smooth, points.strengths, points.steps, along)
+        importances = without_doubles(importances, smooth, points.strengths, along)
+        return cls(camera, frame, edges, order.rows, smooth, along, importances)
+
+    @property
+    def distance(self) -> float:
+        """Of what the picture shows, world units; 0 where it shows nothing."""
+        assert self.frame.depth is not None
+        seen = self.frame.depth[self.frame.alpha > 0.5]
+        return float(np.median(seen)) if len(seen) else 0.0
+
+    def lines(self, least: float, view: int) -> Chains:
+        """The chains of at least this importance, in space."""
+        kept = self._kept(least)
+        along, points = Along.of(self.along.chains[kept]), self.edges.take(self.rows[kept])
+        importances = self.importances[self.along.chains[kept]]
+        return lift(points, along, importances, self.camera, self.frame, view)
+
+    def sight(self, least: float) -> Sight:
+        """What the view knows of edges, and of those that are worth a line."""
+        lines = self.rows[self._kept(least)] if len(self.rows) else self.edges.strengths > LEAST / RANGE[0]
+        return Sight.of(self.camera, self.frame, self.edges.points, self.edges.points[lines])
+
+    def _kept(self, least: float) -> Mask:
+        return np.asarray(self.importances >= least)[self.along.chains]
+
+
+def _in_pixels(camera: Camera, pixels: int) -> Camera:
+    """The same view of about so many pixels; the camera itself where it has as many."""
+    factor = float(np.sqrt(pixels / (camera.width * camera.height)))
+    width, height = (max(round(side * factor), 1) for side in (camera.width, camera.height))
+    if (width, height) == (camera.width, camera.height):
+        return camera
+    scale = np.diag([width / camera.width, height / camera.height, 1.0])
+    return replace(camera, K=scale @ camera.K, width=width, height=height)
+
+
+def _others(cameras: Sequence[Camera], distance: float) -> list[tuple[int, bool]]:
+    """Which cameras but the first do not show what an earlier one shows already; and of each, whether it
+    shows so little else than the first that it is only asked for what it sees of its lines.
+
+    Args:
+        cameras: the views.
+        distance: of what they show.
+    """
+    kept = [0]
+    for row, camera in enumerate(cameras):
+        if not any(_is_like(camera, cameras[other], distance, ALIKE) for other in kept):
+            kept.append(row)
+    return [(row, _is_like(cameras[row], cameras[0], distance, WITNESS)) for row in kept[1:]]
+
+
+def _is_like(camera: Camera, other: Camera, distance: float, most: float) -> bool:
+    """Whether two pictures of something at this distance have nearly the same edges."""
+    turn = np.arccos(np.clip(camera.viewmat[2, :3] @ other.viewmat[2, :3], -1, 1))
+    moved = np.linalg.norm(camera.position - other.position)
+    zoom = unit_of(camera) / unit_of(other)
+    return bool(turn < most and moved <= most * distance and 0.8 < zoom < 1.25)

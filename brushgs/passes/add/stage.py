@@ -1,0 +1,160 @@
+"""A stage: a table and a wall around a subject, in tones that set it off, with the shadow that it throws.
+
+    gaussians -> place -> ground, lamp -> surface, shadow -> tones -> strokes
+
+They are strokes in space, so films, pages and 3D files have them like all others.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from brushgs.options.choices import StageTone
+from brushgs.passes.add.backdrop import mean_lab
+from brushgs.passes.add.stage_ground import Ground, find_ground
+from brushgs.passes.add.stage_lamp import found_lamp
+from brushgs.passes.add.stage_paint import Hand, stage_strokes
+from brushgs.passes.add.stage_place import Place, above_ground, find_place
+from brushgs.passes.add.stage_shadow import Shadow, cast_shadow
+from brushgs.passes.add.stage_surface import Surface, surface_around
+from brushgs.passes.add.stage_tones import Tones, choose_tones, outline_of
+from brushgs.passes.reduce.contribution import paint_of
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import rotation_matrices
+
+MOST_ROWS = 40_000  # Gaussians of a scene that are looked at: of more every n-th
+FRINGE = 1.5  # radius of a ground with its torn border, in that of what it covers
+LOW = 0.3  # of the height of a stage, below which strokes belong to the table
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """What is around a subject, before it is painted.
+
+    Attributes:
+        place: where the subject stands.
+        ground: that the scene brings; None for none.
+        surface: of table and wall.
+        shadow: that the subject throws.
+        tones: of table and wall.
+        follows_light: whether the lamp is where shadows in the scene show that the light was.
+        others: shadows that the subject throws at other times of a day.
+    """
+
+    place: Place
+    ground: Ground | None
+    surface: Surface
+    shadow: Shadow
+    tones: Tones
+    follows_light: bool = False
+    others: tuple[Shadow, ...] = ()
+
+    def at(self, shadow: Shadow) -> "Stage":
+        """The stage at a time of the day at which this shadow falls, one of `shadow` and `others`."""
+        others = tuple(one for one in (self.shadow, *self.others) if one is not shadow)
+        return replace(self, place=shadow.place, shadow=shadow, others=others)
+
+    def normals_of(self, strokes: Gaussians) -> F64:
+        """[N, 3] normals of strokes on the table and its cove, world axes; 0 for those of the wall."""
+        normals = rotation_matrices(strokes.quats)[:, :, 2]
+        normals *= np.sign(normals @ self.place.axes[1])[:, None]
+        heights = self.place.local(strokes.means)[:, 1]
+        return np.asarray(normals * (heights < LOW * self.surface.height[-1])[:, None])
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """Where a subject stands and how it is lit, before anything is painted.
+
+    Attributes:
+        gaussians: of the scene, at most some 40,000 that stand for it.
+        weights: [n] the paint of each; 0 for those of a ground.
+        place: where the subject stands.
+        ground: that the scene brings; None for none.
+        follows_light: whether the lamp is where shadows in the scene show that the light was.
+    """
+
+    gaussians: Gaussians
+    weights: F64
+    place: Place
+    ground: Ground | None
+    follows_light: bool = False
+
+    @property
+    def towards(self) -> F64:
+        """[3] unit vector toward the lamp, world axes."""
+        return np.asarray(self.place.lamp @ self.place.axes)
+
+
+def find_site(gaussians: Gaussians, first_view: FirstView, towards: F64 | None = None) -> Site:
+    """Where a scene stands, and its lamp.
+
+    Args:
+        gaussians: the scene, N >= 1 Gaussians, which throw the shadow.
+        first_view: which way is up, and where the usual lamp is.
+        towards: [3] unit vector toward the lamp, world axes; None for the light that shadows in the scene
+            show, else the usual lamp.
+    """
+    step = -(-len(gaussians) // MOST_ROWS)
+    gaussians = gaussians.take(slice(None, None, step))
+    weights = step * paint_of(gaussians)
+    place = find_place(gaussians, first_view, weights, towards)
+    ground = find_ground(gaussians, place, weights)
+    if ground is None:
+        return Site(gaussians, weights, place, None)
+    place = ground.place
+    weights = weights * ~ground.is_on(place.local(gaussians.means))
+    lamp = found_lamp(gaussians, ground, weights) if towards is None else None
+    place = place if lamp is None else replace(place, lamp=lamp)
+    return Site(gaussians, weights, place, ground, follows_light=lamp is not None)
+
+
+def open_stage(
+    site: Site,
+    strokes: Gaussians,
+    cameras: Sequence[Camera],
+    tone: "StageTone | tuple[F64, F64]" = "auto",
+    suns: Sequence[F64] = (),
+    *,
+    values: float = 0.0,
+) -> Stage:
+    """The stage of a scene.
+
+    Args:
+        site: where it stands.
+        strokes: made of it, in the colors in which they are painted, which the tones set off.
+        cameras: of the job, at least one: they stand inside.
+        tone: see `choose_tones`.
+        suns: [3] unit vectors toward the lamp at other times of a day, world axes.
+        values: see `choose_tones`.
+    """
+    place, ground = site.place, site.ground
+    table = 0.0 if ground is None else 1.15 * ground.extent
+    subject = strokes if ground is None else strokes.take(~ground.is_on(place.local(strokes.means)))
+    farthest = max(float(np.hypot(*place.local(c.position[None])[0, [0, 2]])) for c in cameras)
+    surface = surface_around(place, farthest, table=table)
+    own = 0.0 if ground is None else FRINGE * ground.extent
+    outline = outline_of(subject, cameras, place, surface, own=own)
+    own_tone = None if ground is None else ground.tone
+    tones = choose_tones(mean_lab(subject), outline, tone, ground=own_tone, values=values)
+    places = [place, *(replace(place, lamp=above_ground(place.axes @ sun)) for sun in suns)]
+    shadow, *others = (cast_shadow(site.gaussians, one, site.weights) for one in places)
+    return Stage(place, ground, surface, shadow, tones, site.follows_light, tuple(others))
+
+
+def painted_stage(stage: Stage, hand: Hand, cameras: Sequence[Camera], *, seed: int = 0) -> Gaussians:
+    """The strokes of a stage, all around, float64."""
+    return stage_strokes(
+        stage.place,
+        stage.surface,
+        stage.shadow,
+        stage.tones,
+        hand,
+        cameras,
+        others=stage.others,
+        ground=stage.ground,
+        seed=seed,
+    )

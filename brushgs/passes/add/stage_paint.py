@@ -1,0 +1,201 @@
+"""The strokes of a painted stage: few, large and quiet, small only where the shadow has an edge."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.passes.add.stage_ground import Ground
+from brushgs.passes.add.stage_place import Place
+from brushgs.passes.add.stage_shadow import REACH, Shadow
+from brushgs.passes.add.stage_surface import Spots, Surface, spots_on
+from brushgs.passes.add.stage_tones import Tones
+from brushgs.values.arrays import F64, Mask, smoothstep
+from brushgs.values.camera import Camera
+from brushgs.values.colors import rgb_of_oklab
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
+
+# Size of strokes, the root of length times width, in widths of the picture: near the subject and far from it,
+# by distance in its radii. They are 1.5 times as long, 0.19 to 0.4 of the width.
+NEAR_SIZE, FAR_SIZE, FAR = 0.12, 0.26, 3.0
+FINE = 0.55  # size of strokes in the shadow, in that of others there
+OVERLAP = 9.6  # strokes that cover a place
+PLACE_JITTER, SIZE_JITTER = 0.35, 0.18  # in widths of a cell; standard deviation of the logarithm of sizes
+LEAST_SIZE = 0.1  # of a stroke, in radii, however close a camera stands
+SIGMAS = 3.6  # size of a stroke in standard deviations
+THICKNESS = 0.01
+OPACITY = 0.95
+SWAY, LOOSE = 0.9, 0.16  # of directions on the wall, radians: broad waves; and of every stroke
+TABLE_SWAY = 0.16
+SHADED = 0.08  # shade or contact from which strokes are fine
+DARKEST, CONTACT = 0.52, 0.30  # what full shadow and contact take of lightness
+COOLER = np.array([-0.003, -0.016])  # what full shadow adds to a and b
+REFLECTED = 0.5  # share of the color of what stands near
+UPPER, FAR_TABLE, FRONT = 0.10, 0.04, 0.03  # by which the wall darkens upward, the table away and in front
+LEVEL_UP_TO = 0.7  # of the table's radius, from which strokes turn along its edge
+BLEND = (0.02, 0.6)  # slope of the cove between which the table becomes wall, radians
+
+
+@dataclass(frozen=True)
+class Hand:
+    """How a stage is painted.
+
+    Attributes:
+        size: of strokes, 1 for the usual one.
+        aspect: length over width, >= 1.
+        jitter: standard deviations of OKLab lightness, and of a and b, from stroke to stroke.
+        shadow: strength of shadow, contact and reflected color, 0 to 1.
+    """
+
+    size: float = 1.0
+    aspect: float = 2.4
+    jitter: tuple[float, float] = (0.008, 0.004)
+    shadow: float = 0.6
+
+
+def stage_strokes(
+    place: Place,
+    surface: Surface,
+    shadow: Shadow,
+    tones: Tones,
+    hand: Hand,
+    cameras: Sequence[Camera],
+    *,
+    others: Sequence[Shadow] = (),
+    ground: Ground | None = None,
+    seed: int = 0,
+) -> Gaussians:
+    """The strokes of a table and a wall, float64, without view-dependent color.
+
+    Args:
+        place: of the subject.
+        surface: to paint on.
+        shadow: of the subject.
+        tones: of table and wall.
+        hand: how strokes are.
+        cameras: of the job, at least one: strokes are as large as these see them.
+        others: shadows that fall at other times, where strokes are as small.
+        ground: that the scene brings; None for none.
+        seed: another one gives other jitter.
+    """
+    g, of_broad, of_fine = np.random.default_rng([seed, 7]).spawn(3)
+    usual = _sizes(surface, place, cameras)
+    broad, broad_sizes = _laid(surface, usual * hand.size, of_broad)
+    # However large the strokes, a shadow keeps its shape.
+    fine_usual = usual * FINE * min(hand.size, 1.0)
+    fine, fine_sizes = _laid(surface, fine_usual, of_fine, until=REACH * place.radius)
+    shadows = (shadow, *others)
+    kept = [~_is_shaded(broad, shadows, hand), _is_shaded(fine, shadows, hand)]
+    spots = Spots(*(np.concatenate([a[kept[0]], b[kept[1]]]) for a, b in zip(broad, fine, strict=True)))
+    sizes = np.concatenate([broad_sizes[kept[0]], fine_sizes[kept[1]]])
+    sizes = sizes * np.exp(SIZE_JITTER * spots.noise[:, 0])
+    lab = _colors(spots, surface, shadow, tones, hand, ground)
+    lab += spots.noise[:, 1:4] * (hand.jitter[0], hand.jitter[1], hand.jitter[1])
+    frames = _frames(spots, place, surface, len(cameras) == 1, g)
+    root = np.sqrt(hand.aspect)
+    scales = sizes[:, None] / SIGMAS * (root, 1 / root, THICKNESS)
+    return Gaussians(
+        place.world(spots.points),
+        place.quats(frames),
+        scales,
+        np.full(len(sizes), OPACITY),
+        ((np.clip(rgb_of_oklab(lab), 0, 1) - 0.5) / C0)[:, None],
+    )
+
+
+def _sizes(surface: Surface, place: Place, cameras: Sequence[Camera]) -> F64:
+    """[STEPS] size of strokes along the profile, world units."""
+    distance = float(np.median([np.linalg.norm(place.local(c.position[None])[0]) for c in cameras]))
+    away = np.clip((surface.rho - place.width) / (FAR * place.radius), 0, 1)
+    share = NEAR_SIZE + (FAR_SIZE - NEAR_SIZE) * away
+    sizes = share * place.seen_width(cameras) * np.hypot(1, surface.rho / max(distance, 1e-300))
+    return np.asarray(np.maximum(sizes, LEAST_SIZE * place.radius))
+
+
+def _laid(
+    surface: Surface, sizes: F64, g: np.random.Generator, *, until: float = np.inf
+) -> tuple[Spots, F64]:
+    """Places of strokes of these sizes, [STEPS] along the profile, and the size of each."""
+    spots = spots_on(surface, sizes**2 / OVERLAP, PLACE_JITTER, g, until=until)
+    return spots, np.interp(spots.along, surface.length, sizes)
+
+
+def _is_shaded(spots: Spots, shadows: Sequence[Shadow], hand: Hand) -> Mask:
+    is_shaded = np.zeros(len(spots.points), bool)
+    for shadow in shadows if hand.shadow else ():
+        shade, contact, _ = shadow.at(spots.points)
+        is_shaded |= np.maximum(shade, contact) > SHADED
+    return is_shaded
+
+
+def _colors(
+    spots: Spots,
+    surface: Surface,
+    shadow: Shadow,
+    tones: Tones,
+    hand: Hand,
+    ground: Ground | None,
+) -> F64:
+    """[n, 3] OKLab of table and wall, in light and shadow."""
+    covered = np.zeros(len(spots.points)) if ground is None else ground.at(spots.points)[0]
+    low, high = BLEND
+    wall = smoothstep((surface.slope(spots.along) - low) / (high - low))[:, None]
+    table = _table(spots.points, surface, tones, ground)
+    lab = table + wall * (_wall(spots.points, surface, tones) - table)
+    if hand.shadow == 0:
+        return lab
+    shade, contact, reflected = shadow.at(spots.points)
+    share = hand.shadow * (1 - covered)  # a ground of the scene has its own
+    lab[:, 1:] += (share[:, None] * REFLECTED * reflected) + (share * shade)[:, None] * COOLER
+    lab[:, 0] *= (1 - DARKEST * share * shade) * (1 - CONTACT * share * contact)
+    return lab
+
+
+def _table(points: F64, surface: Surface, tones: Tones, ground: Ground | None) -> F64:
+    """[n, 3] OKLab of a table at local points: darker far away and in front; near a ground in its colors."""
+    right, _, away = points.T
+    lab = np.tile(tones.table, (len(points), 1))
+    far = np.clip(away / surface.wall, -1, 1)
+    lab[:, 0] -= np.where(far > 0, FAR_TABLE, -FRONT) * far
+    if ground is not None:
+        near = np.clip(1.5 - np.hypot(right, away) / ground.extent, 0, 1)[:, None]
+        lab += near * (ground.at(points)[1] - tones.table) * (1, 0.8, 0.8)
+    return lab
+
+
+def _wall(points: F64, surface: Surface, tones: Tones) -> F64:
+    """[n, 3] OKLab of a wall at local points: darker upward, lighter to one side."""
+    right, height, _ = points.T
+    lab = np.tile(tones.wall, (len(points), 1))
+    lab[:, 0] += tones.slope * np.clip(right / surface.wall, -1, 1)
+    lab[:, 0] -= UPPER * np.clip(height / surface.wall, 0, 1)
+    return lab
+
+
+def _frames(spots: Spots, place: Place, surface: Surface, is_still: bool, g: np.random.Generator) -> F64:
+    """[n, 3, 3] local axes of strokes in columns: along, across, off the surface toward the subject."""
+    slope, (cos, sin) = surface.slope(spots.along), (np.cos(spots.around), np.sin(spots.around))
+    zero = np.zeros(len(cos))
+    normal = np.stack([-np.sin(slope) * cos, np.cos(slope), -np.sin(slope) * sin], axis=1)
+    around = np.stack([-sin, zero, cos], axis=1)
+    rho = np.hypot(*spots.points[:, [0, 2]].T)[:, None]
+    seam = np.clip((rho / surface.table - LEVEL_UP_TO) / (1 - LEVEL_UP_TO), 0, 1)
+    level = np.array([1.0, 0.0, 0.0]) if is_still else around
+    base = (1 - seam) * level + seam * around * np.where(around[:, :1] < 0, -1, 1)
+    base = base - (base * normal).sum(axis=1, keepdims=True) * normal
+    base /= np.maximum(np.linalg.norm(base, axis=1, keepdims=True), 1e-9)
+    is_table = (slope < BLEND[1])[:, None]
+    across = np.cross(normal, base)
+    at = spots.points / place.radius
+    turn = np.where(is_table[:, 0], TABLE_SWAY * _waves(at, 0.8, g), SWAY * _waves(at, 0.35, g))
+    turn = (turn + LOOSE * spots.noise[:, 4])[:, None]
+    along = np.cos(turn) * base + np.sin(turn) * across
+    return np.stack([along, np.cross(normal, along), normal], axis=2)
+
+
+def _waves(points: F64, frequency: float, g: np.random.Generator, count: int = 6) -> F64:
+    """[n] smooth noise of standard deviation 1 at points [n, 3]."""
+    directions = g.normal(0, frequency, (count, 3))
+    phases = g.uniform(0, 2 * np.pi, count)
+    return np.asarray(np.sin(points @ directions.T + phases).sum(axis=1) / np.sqrt(0.5 * count))

@@ -1,0 +1,121 @@
+"""Where a subject stands: its foot, its size, which way is up, and where its light comes from."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.cameras.framing import camera_axes, weighted_quantiles
+from brushgs.passes.extent import robust_frame
+from brushgs.values.arrays import F64, Array
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import quats_of
+
+# Toward the lamp, in the level axes (right, up, away) of the first view: the upper left, a little in front.
+LAMP = (-0.75, 0.95, -0.55)
+LEAST_RISE = 0.14  # sine of the elevation of a lamp, 8 degrees: lower, shadows do not end
+LOWEST = 0.004  # share of the paint below the foot: fringes hang lower
+SIGMAS = 2.0  # to which a single Gaussian is seen
+LEAST = 0.05  # width and height of a subject, in radii
+TAILS = 0.01  # share of the paint outside of the subject's width, on each side
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A subject on level ground.
+
+    Its local coordinates are right, up and away in the level first view, world units, from the middle of the
+    subject on the ground.
+
+    Attributes:
+        foot: [3] the origin of these coordinates in the world.
+        axes: [3, 3] rows right, up and away, world axes.
+        radius: of the subject, see `robust_frame`.
+        width: half the larger of its two level sizes.
+        height: from the ground to its top.
+        lamp: [3] unit vector toward the light, local, above the ground.
+    """
+
+    foot: F64
+    axes: F64
+    radius: float
+    width: float
+    height: float
+    lamp: F64
+
+    def local(self, points: Array) -> F64:
+        """[n, 3] local coordinates of world points [n, 3]."""
+        return np.asarray((points.astype(np.float64) - self.foot) @ self.axes.T)
+
+    def world(self, points: F64) -> F64:
+        """[n, 3] world coordinates of local points [n, 3]."""
+        return np.asarray(self.foot + points @ self.axes)
+
+    def seen_width(self, cameras: Sequence[Camera]) -> float:
+        """Width of a picture where the subject stands, world units: the median over the views."""
+        distances = [np.linalg.norm(self.local(camera.position[None])[0]) for camera in cameras]
+        views = [camera.width / camera.K[0, 0] for camera in cameras]
+        return float(np.median(np.multiply(distances, views)))
+
+    def quats(self, frames: F64) -> F64:
+        """[n, 4] world quaternions of local frames [n, 3, 3], whose axes are columns; the second may turn.
+
+        The local axes are left-handed.
+        """
+        turned = self.axes.T @ frames
+        turned[:, :, 1] *= np.sign(np.linalg.det(turned))[:, None]
+        return quats_of(turned)
+
+    def cast(self, points: F64) -> F64:
+        """[n, 2] where the shadows of local points [n, 3] fall on the plane of the ground: right and away."""
+        lamp = self.lamp / self.lamp[1]
+        return np.asarray(points[:, [0, 2]] - points[:, 1:2] * lamp[[0, 2]])
+
+
+def lamp_direction(lamp: tuple[float, float, float] = LAMP) -> F64:
+    """[3] a lamp as a unit vector."""
+    return np.asarray(np.asarray(lamp) / np.linalg.norm(lamp))
+
+
+def above_ground(lamp: F64) -> F64:
+    """[3] a unit vector toward a lamp, local, that throws a shadow of finite length: at least so high."""
+    up = max(float(lamp[1]), LEAST_RISE)
+    level = lamp[[0, 2]]
+    level = level * (np.sqrt(1 - up**2) / max(float(np.linalg.norm(level)), 1e-9))
+    return np.array([level[0], up, level[1]])
+
+
+def find_place(
+    gaussians: Gaussians, first_view: FirstView, weights: F64, towards: F64 | None = None
+) -> Place:
+    """Where a scene stands, its foot at its lowest paint.
+
+    Args:
+        gaussians: the scene, N >= 1 Gaussians.
+        first_view: which way is up, and which way is right.
+        weights: [N] the paint of each, see `contribution.paint_of`.
+        towards: [3] unit vector toward the lamp, world axes; None for the usual one.
+    """
+    right, down, away = camera_axes(first_view.up, first_view.azimuth, 0.0)
+    axes = np.stack([right, -down, away])
+    center, radius = robust_frame(gaussians.means)
+    if not np.ptp(gaussians.means, axis=0).any():
+        radius = SIGMAS * float(gaussians.scales.max()) or radius
+    points = (gaussians.means.astype(np.float64) - center) @ axes.T
+    if not weights.sum() > 0:
+        weights = np.ones(len(weights))
+    low, top = weighted_quantiles(points[:, 1], weights, (LOWEST, 1 - LOWEST))
+    left, right_end = weighted_quantiles(points[:, 0], weights, (TAILS, 1 - TAILS))
+    near, far = weighted_quantiles(points[:, 2], weights, (TAILS, 1 - TAILS))
+    middle = np.array([0.5 * (left + right_end), low, 0.5 * (near + far)])
+    width = 0.5 * max(right_end - left, far - near)
+    tiny = LEAST * radius
+    return Place(
+        center + middle @ axes,
+        axes,
+        radius,
+        max(width, tiny),
+        max(top - low, tiny),
+        lamp_direction() if towards is None else above_ground(axes @ towards),
+    )

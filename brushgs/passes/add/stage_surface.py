@@ -1,0 +1,111 @@
+"""The surface that a stage is painted on: a table that rises in a soft cove to a wall, around all cameras.
+
+It is a surface of revolution around the subject, so that every view of an orbit sees the same. Strokes lie on
+it along a spiral of equal areas, small near the subject and large far away.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from brushgs.passes.add.stage_place import Place
+from brushgs.values.arrays import F64
+
+STEPS = 400  # of the profile
+BEYOND_EYE = 1.5  # distance of the wall, in that of the farthest camera
+TABLE = 3.0  # radius of the level table, in that of the subject, or so; beyond it lies the cove
+LEAST_WALL = 3.0  # distance of the wall, in the same
+RISE = 0.85  # height of the cove, in the distance of the wall
+TOP = 1.1  # height of the wall above the cove, in the same
+NOISE = 5  # random numbers of a stroke, beside those of its place
+GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """The profile of a stage: distance from the axis, height, and how far along it that is.
+
+    Attributes:
+        rho: [STEPS] distance from the axis, world units.
+        height: [STEPS] over the table.
+        length: [STEPS] along the profile, from the axis.
+        table: radius of the level part.
+        wall: distance of the wall.
+    """
+
+    rho: F64
+    height: F64
+    length: F64
+    table: float
+    wall: float
+
+    def slope(self, at: F64) -> F64:
+        """[n] angle of the surface with the level, radians, at lengths [n] along the profile."""
+        angles = np.arctan2(np.gradient(self.height), np.gradient(self.rho))
+        return np.interp(at, self.length, angles)
+
+
+class Spots(NamedTuple):
+    """Where strokes lie.
+
+    n local points, [n] radians around the axis, [n] lengths along the profile, and [n, NOISE] random numbers
+    of standard deviation 1, which do not depend on how many spots follow.
+    """
+
+    points: F64
+    around: F64
+    along: F64
+    noise: F64
+
+
+def surface_around(place: Place, farthest: float, *, table: float = 0.0) -> Surface:
+    """The surface for a subject and its cameras.
+
+    Args:
+        place: of the subject.
+        farthest: level distance of the farthest camera from the subject's axis, world units.
+        table: least radius of the level part, world units.
+    """
+    flat = max(TABLE * max(1.2 * place.width, place.radius, 0.8 * place.height), table)
+    wall = max(LEAST_WALL * place.radius, BEYOND_EYE * farthest, 1.6 * flat)
+    rise = RISE * wall
+    turn = np.linspace(0, np.pi / 2, STEPS // 2)
+    level = np.linspace(0, flat, STEPS // 4, endpoint=False)
+    upright = np.linspace(rise, rise + TOP * wall, STEPS // 4 + 1)[1:]
+    rho = np.concatenate([level, flat + (wall - flat) * np.sin(turn), np.full(len(upright), wall)])
+    height = np.concatenate([np.zeros(len(level)), rise * (1 - np.cos(turn)), upright])
+    steps = np.hypot(np.diff(rho, prepend=0.0), np.diff(height, prepend=0.0))
+    return Surface(rho, height, np.cumsum(steps), flat, wall)
+
+
+def spots_on(
+    surface: Surface, cells: F64, jitter: float, g: np.random.Generator, *, until: float = np.inf
+) -> Spots:
+    """Points on a surface, evenly spread where cells are equal.
+
+    Args:
+        surface: to lie on.
+        cells: [STEPS] the area of each point's cell, along the profile, world units squared.
+        jitter: of places, in widths of a cell.
+        g: random numbers.
+        until: distance from the axis up to which there are points, world units.
+    """
+    counts = np.cumsum(2 * np.pi * surface.rho * np.gradient(surface.length) / cells)
+    last = int(np.searchsorted(surface.rho, until))
+    k = np.arange(int(counts[min(last, STEPS - 1)])) + 0.5
+    noise = g.normal(0, 1, (len(k), 2 + NOISE))
+    along = np.interp(k, counts, surface.length)
+    around = k * GOLDEN_ANGLE
+    rho = np.interp(along, surface.length, surface.rho)
+    width = np.sqrt(np.interp(along, surface.length, cells))
+    along = np.clip(along + jitter * width * noise[:, 0], 0, surface.length[-1])
+    around = around + jitter * width / np.maximum(rho, width) * noise[:, 1]
+    return Spots(at_lengths(surface, along, around), around, along, noise[:, 2:])
+
+
+def at_lengths(surface: Surface, along: F64, around: F64) -> F64:
+    """[n, 3] local points at lengths [n] along the profile and angles [n] around the axis, 0 to the right."""
+    rho = np.interp(along, surface.length, surface.rho)
+    height = np.interp(along, surface.length, surface.height)
+    return np.stack([rho * np.cos(around), height, rho * np.sin(around)], axis=1)

@@ -1,0 +1,108 @@
+"""The tone of strokes, and grading of their colours: what a painter decides before the first mark.
+
+Drawing media have few tones, so the tone of a stroke is not its lightness: it stands out from what surrounds
+it in space, and all tones are in use. Both are decided once for a job, by the strokes alone.
+"""
+
+import numpy as np
+
+from brushgs.passes.form.coverage import NUM_NEIGHBORS, nearest_others
+from brushgs.values.arrays import F64
+from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import base_colors, shift_base_colors
+
+NUM_ROUNDS = 6  # of means over the nearest 16: together some 100 strokes around one
+LOCAL_RANGE = 1.4  # deviations from those around that are far on the way to black or white
+LEAST_SPREAD = 0.05  # OKLab L: what differs less is flat
+DARKEST, LIGHTEST = 0.04, 0.93  # shares of the painted area that become black and white
+LEAST_RANGE = 0.15  # OKLab L between them: a scene of one tone is not torn apart
+SHADOW, LIGHT = (0.62, 0.40), (0.62, 0.35)  # OKLab L at which they begin, and over how much they grow
+
+
+def grade(
+    strokes: Gaussians,
+    *,
+    chroma: float = 1.0,
+    contrast: float = 1.0,
+    pivot: float = 0.6,
+    shadows: tuple[float, float] = (0.0, 0.0),
+    lights: tuple[float, float] = (0.0, 0.0),
+) -> Gaussians:
+    """Grade the colours of strokes in OKLab.
+
+    Args:
+        strokes: k strokes.
+        chroma: factor on a and b, >= 0.
+        contrast: factor on the distance of L from `pivot`, >= 0.
+        pivot: OKLab L that contrast leaves as it is.
+        shadows: (a, b) by which dark colours are shifted, in full at L 0.22 and below.
+        lights: (a, b) by which light colours are shifted, in full at L 0.97 and above.
+
+    Returns:
+        The strokes with other view-independent colours; the input itself where nothing is asked for.
+    """
+    if len(strokes) == 0 or (chroma == contrast == 1 and not any((*shadows, *lights))):
+        return strokes
+    colors = base_colors(strokes.sh)
+    lab = oklab_of(colors)
+    lightness = lab[:, :1]
+    dark = np.clip((SHADOW[0] - lightness) / SHADOW[1], 0, 1)
+    light = np.clip((lightness - LIGHT[0]) / LIGHT[1], 0, 1)
+    graded = np.concatenate(
+        [
+            pivot + (lightness - pivot) * contrast,
+            lab[:, 1:] * chroma + dark * np.asarray(shadows) + light * np.asarray(lights),
+        ],
+        axis=1,
+    )
+    return shift_base_colors(strokes, np.clip(rgb_of_oklab(graded), 0, 1) - colors)
+
+
+def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5) -> F64:
+    """The tone of each stroke, [k] 0 (black) to 1 (white).
+
+    Args:
+        strokes: k strokes.
+        local: 0 to 1: share of the tone that says whether a stroke is darker or lighter than those around it,
+            in units of how much these differ; the rest is its lightness in the whole scene.
+        equalized: 0 to 1: share of the latter that is the rank of the stroke by painted area, so that all
+            tones are used alike; the rest is its place between the darkest 4 % and the lightest 7 %.
+    """
+    if len(strokes) == 0:
+        return np.empty(0)
+    lightness, paint = oklab_of(base_colors(strokes.sh))[:, 0], painted_areas(strokes)
+    order = np.argsort(lightness, kind="stable")
+    shares = np.cumsum(paint[order])
+    shares /= max(shares[-1], np.finfo(np.float64).tiny)
+    ends = np.searchsorted(shares, (DARKEST, LIGHTEST))
+    low, high = lightness[order[np.minimum(ends, len(order) - 1)]]
+    plain = np.clip((lightness - low) / np.maximum(high - low, LEAST_RANGE), 0, 1)
+    ranks = np.empty(len(order))
+    ranks[order] = shares
+    tone = (1 - equalized) * plain + equalized * ranks
+    return np.asarray((1 - local) * tone + local * _local_tones(strokes, lightness, paint) if local else tone)
+
+
+def painted_areas(strokes: Gaussians) -> F64:
+    """[k] opacity times the product of the two largest scales, in those of the largest stroke: 0 to 1."""
+    scales = np.sort(strokes.scales, axis=1)[:, 1:].astype(np.float64)
+    scales /= max(float(scales.max(initial=0)), np.finfo(np.float64).tiny)
+    return np.asarray(strokes.opacities * scales[:, 0] * scales[:, 1])
+
+
+def _local_tones(strokes: Gaussians, lightness: F64, paint: F64) -> F64:
+    """[k] 0 to 1: 1/2 as light as what is around, less where darker."""
+    others = nearest_others(strokes.means.astype(np.float64), NUM_NEIGHBORS)
+    rows = np.concatenate([np.arange(len(strokes))[:, None], others], axis=1)
+    weights = np.sqrt(paint) + np.finfo(np.float64).tiny
+    weights = weights[rows] / weights[rows].sum(axis=1, keepdims=True)
+
+    def mean_around(values: F64) -> F64:
+        for _ in range(NUM_ROUNDS):
+            values = np.einsum("kn,kn->k", weights, values[rows])
+        return values
+
+    away = lightness - mean_around(lightness)
+    spread = np.sqrt(np.maximum(mean_around(away**2), 0))
+    return np.asarray(0.5 + 0.5 * np.tanh(away / (LOCAL_RANGE * np.maximum(spread, LEAST_SPREAD))))

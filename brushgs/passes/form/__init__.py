@@ -1,0 +1,1 @@
+"""Passes that change how strokes lie: direction, size, brush, gaps and edges."""

@@ -1,0 +1,135 @@
+"""Strokes -> the same strokes, each with its brush: by shape, size, surface and chance, never by the view.
+
+A painter draws long strokes with a flat and touches with a dab, lays a light wall with a knife and drags fur
+with a dry brush; one image for all is seen at once. The choice depends on the strokes in space alone, so a
+stroke keeps its brush while the camera moves.
+The bounds were found by trial on captured scenes.
+"""
+
+import operator
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.brushes.kit import BrushKit
+from brushgs.passes.reduce.equal_rows import chances
+from brushgs.values.arrays import F64
+from brushgs.values.gaussians import Gaussians
+
+LONG, SHORT = 1.9, 1.35  # length over width above and below which strokes are long and short
+LARGE = 2.2  # times the median size
+MAX_SEED = 2**32 - 1
+ROUNDING = 1e-9  # of a sum of shares
+
+
+def choose_brushes(strokes: Gaussians, kit: BrushKit, *, material: float = 0.0, seed: int = 0) -> Gaussians:
+    """Give each stroke a brush of a kit.
+
+    Long strokes (largest over second scale above 1.9) take the brushes `kit.long`, short ones (below 1.35)
+    `kit.short`, the rest `kit.other`. Strokes of more than 2.2 times the median size (the geometric mean of
+    the two larger scales) choose among `kit.large` as well. Which one of several is a hash of the place of
+    the stroke and the seed: it does not depend on the order of the strokes.
+
+    Args:
+        strokes: k strokes.
+        kit: the brushes.
+        material: share in which strokes of smooth and light surfaces take one of `kit.smooth` instead, and
+            those of rough ones one of `kit.rough`, where the kit has some; 0 (none) to 1. As it grows more
+            strokes take one and none gives it back. See `passes.form.material`.
+        seed: 0 to 2^32 - 1; another one chooses otherwise.
+
+    Returns:
+        The strokes with `brushes`, rows of `kit.open()`.
+
+    Raises:
+        TypeError: if `seed` is not an integer.
+        ValueError: if it or `material` is out of range, or the kit has more than 256 images.
+
+    Example:
+        >>> kit = bg.BrushKit(long=("flat",), short=("dab",))
+        >>> chosen = bg.choose_brushes(strokes, kit)
+        >>> chosen
+        Gaussians(500, SH 3, brushes)
+        >>> frame = bg.render(chosen, camera, kit.open())
+    """
+    _check_seed("choose_brushes", seed)
+    if not 0 <= material <= 1:
+        raise ValueError(f"choose_brushes: material must be 0 to 1, got {material:g}")
+    rows = kit.rows()
+    large = rows["large"]
+    aspects, sizes = _shapes(strokes)
+    shares = chances(strokes.means, seed, 4)
+    brushes = np.zeros(len(strokes), np.uint8)
+    is_large = sizes > LARGE * np.median(sizes) if len(strokes) else np.zeros(0, bool)
+    is_long, is_short = aspects > LONG, aspects < SHORT
+    groups = {"long": is_long, "short": is_short, "other": ~(is_long | is_short)}
+    for group, is_in in groups.items():
+        for some, choice in (
+            (is_in & ~is_large, rows[group]),
+            (is_in & is_large, np.union1d(rows[group], large)),
+        ):
+            brushes[some] = choice[(shares[some] * len(choice)).astype(np.intp)]
+    if material and (kit.smooth or kit.rough):
+        from brushgs.passes.form.material import Materials
+
+        of_surfaces, takes = Materials.of(strokes), chances(strokes.means, seed, 7)
+        for choice, is_of in (rows["smooth"], of_surfaces.smooth), (rows["rough"], of_surfaces.rough):
+            some = (takes < material * is_of) & (len(choice) > 0)
+            brushes[some] = choice[(shares[some] * len(choice)).astype(np.intp)]
+    return replace(strokes, brushes=brushes)
+
+
+def mix_brushes(
+    strokes: Gaussians, choices: Sequence[tuple[NDArray[np.uint8], float]], *, seed: int = 0
+) -> Gaussians:
+    """Give a share of the strokes other brushes, evenly over the scene.
+
+    Who takes them is a hash of the place and the seed: as the share of one choice grows, more strokes take
+    its brushes and none gives them back.
+
+    Args:
+        strokes: k strokes; without brushes theirs is row 0.
+        choices: rows of the brush set, one or more, and the share of the strokes that take one of them; the
+            shares are 0 to 1, at most 1 in all.
+        seed: 0 to 2^32 - 1.
+
+    Returns:
+        The strokes with other `brushes`; the input itself where no share is above 0.
+
+    Raises:
+        TypeError: if `seed` is not an integer.
+        ValueError: if it, or a share, is out of range, or a choice has no rows.
+    """
+    _check_seed("mix_brushes", seed)
+    total = 0.0
+    for rows, share in choices:
+        total += share
+        if not share >= 0 or total > 1 + ROUNDING:
+            raise ValueError(f"mix_brushes: shares must be 0 to 1 and at most 1 in all, got {share:g}")
+        if len(rows) == 0:
+            raise ValueError("mix_brushes: a choice must have at least one row, got none")
+    if total == 0:
+        return strokes
+    takes, which = (chances(strokes.means, seed, draw) for draw in (5, 6))
+    brushes = np.zeros(len(strokes), np.uint8) if strokes.brushes is None else strokes.brushes.copy()
+    first = 0.0
+    for rows, share in choices:
+        chosen = (takes >= first) & (takes < first + share)
+        brushes[chosen] = np.asarray(rows, np.uint8)[(which[chosen] * len(rows)).astype(np.intp)]
+        first += share
+    return replace(strokes, brushes=brushes)
+
+
+def _check_seed(where: str, seed: int) -> None:
+    if not 0 <= operator.index(seed) <= MAX_SEED:
+        raise ValueError(f"{where}: seed must be in 0 to {MAX_SEED}, got {seed}")
+
+
+def _shapes(strokes: Gaussians) -> tuple[F64, F64]:
+    """[k] length over width of each stroke, and its size in world units."""
+    scales = np.sort(strokes.scales, axis=1)[:, 1:].astype(np.float64)
+    width, length = scales.T
+    aspects = np.divide(length, width, out=np.full(len(strokes), np.inf), where=width > 0)
+    return np.where(length > 0, aspects, 1.0), np.sqrt(length) * np.sqrt(width)

@@ -1,0 +1,41 @@
+"""A `Direction` as options have it -> what `orient` takes: files are read and checked here."""
+
+from brushgs.errors import SceneError
+from brushgs.io.guides.guide_file import Guides
+from brushgs.options.direction import Direction, FieldName
+from brushgs.passes.form.mark_directions import Marks
+from brushgs.values.camera import Camera
+
+
+def open_field(direction: Direction, camera: Camera | None = None) -> FieldName | Guides | Marks:
+    """Open the file of a direction, if it has one.
+
+    Args:
+        direction: which way strokes run.
+        camera: of a painting: the picture whose place it takes.
+
+    Raises:
+        ValueError: if there is a painting and no camera.
+        SceneError: if the file cannot be used.
+    """
+    if direction.kind == "guides":
+        from brushgs.io.guides.read import read_guides
+
+        assert direction.file is not None
+        return read_guides(direction.file)
+    if direction.kind == "painting":
+        from brushgs.io.pictures.images import read_image
+
+        assert direction.file is not None
+        if camera is None:
+            raise ValueError("orient: camera must be given with a painting, which lies over its picture")
+        image = read_image(direction.file)
+        try:
+            return Marks.of_image(image, camera)
+        except ValueError as error:
+            raise SceneError(
+                direction.file, f"has no marks to follow ({error}); choose another picture"
+            ) from None
+    if direction.kind == "style":
+        raise ValueError("orient: direction must not be style, which is that of a painting; give its marks")
+    return direction.kind

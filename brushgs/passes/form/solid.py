@@ -1,0 +1,65 @@
+"""Strokes as glass -> strokes as paint: opacity concentrated on less area.
+
+Trained scenes are made of half transparent Gaussians, several deep, and so are the strokes merged from them:
+panes of glass. Paint covers. A stroke becomes more opaque and smaller, such that opacity x area, the paint
+that it carries, stays: pictures keep their brightness and their transparency on the average.
+
+Colours are to be those seen (`repaint`) afterwards. Measured so, with three brushes, 2000 and 6000 strokes:
+mean of six scenes +0.1 dB (koala, whose fur blends, -0.3), on underpaint +0.2 (campsite -0.1, biker +0.8).
+Without new colours it costs 0.3. Keeping more of the area loses 0.1 dB; opacity^0.5 everywhere breaks haze
+into specks (chair -0.7).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from brushgs.passes.finest import finest_of, seen_scales
+from brushgs.passes.form.coverage import Coverage
+from brushgs.passes.reduce.contribution import projected_areas
+from brushgs.values.gaussians import Gaussians
+
+STRENGTH = 1.0  # 0.7 is 0.1 dB better on koala and 0.1 worse on biker and skull, but less crisp
+
+
+def solidify(strokes: Gaussians, strength: float = STRENGTH) -> Gaussians:
+    """Make strokes more opaque and smaller, keeping opacity x area.
+
+    The new opacity is o + strength x s x o (1 - o): o of the stroke, s the share of the light that it and its
+    neighbours stop at its centre. On a surface (s = 1) that is the opacity of two coats; where there is only
+    haze (s = o) it is nearly o: a large faint stroke in the air becomes neither a slab nor specks.
+
+    Args:
+        strokes: k strokes.
+        strength: 0 changes nothing, 1 is two coats.
+
+    Returns:
+        The strokes with other `opacities` and `scales`, in the same dtype; the input itself at strength 0 or
+        where k = 0.
+
+    Raises:
+        ValueError: if `strength` is not in [0, 1].
+
+    Independent of unit and place of the scene, of the order of the rows and of the number of threads.
+
+    Example:
+        >>> bg.solidify(strokes)
+        Gaussians(500, SH 3)
+    """
+    if not 0 <= strength <= 1:
+        raise ValueError(f"solidify: strength must be in [0, 1], got {strength:g}")
+    if strength == 0 or len(strokes) == 0:
+        return strokes
+    opacities = strokes.opacities.astype(np.float64)
+    stopped = 1 - (1 - opacities) * Coverage.of(strokes).passed(opacities)
+    gains = 1 + strength * stopped * (1 - opacities)  # of opacity; at most 2
+    dtype = strokes.means.dtype
+    scales = strokes.scales / np.sqrt(gains)[:, None]
+    finest = finest_of(strokes)
+    before, after = seen_scales(strokes.scales, finest), seen_scales(scales, finest)
+    if after is not scales:  # a line gets shorter, but not thinner
+        rows = np.flatnonzero((after != scales).any(axis=1))
+        gains[rows] = projected_areas(before[rows]) / projected_areas(after[rows])
+    return replace(
+        strokes, scales=scales.astype(dtype), opacities=np.minimum(opacities * gains, 1).astype(dtype)
+    )

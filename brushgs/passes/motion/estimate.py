@@ -1,0 +1,105 @@
+"""Moments whose rows do not correspond -> where their Gaussians were earlier: a motion that is estimated.
+
+What was found in the moment before was where it was there; anything else was beside what is most like it.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from brushgs.passes.motion.appearance import Appearance
+from brushgs.passes.motion.match import Match, match
+from brushgs.passes.motion.matter import Matter
+from brushgs.values.arrays import F32, F64, Rows
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.moving import MovingScene
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """From one moment to the next.
+
+    Attributes:
+        ahead: [n, 3] how far those of the moment go, world units.
+        was: [m] of each of the next the row of the moment that it was, or is beside.
+        beside: [m, 3] how far beside.
+    """
+
+    ahead: F32
+    was: Rows
+    beside: F32
+
+
+@dataclass(eq=False)
+class EstimatedMotion:
+    """The moments of a clip, moved along between them, and where they were earlier.
+
+    The steps that are asked for are matched once and kept: 28 bytes a Gaussian and moment.
+
+    Attributes:
+        scene: the clip, of at least one moment.
+        times: [T] seconds of its moments, ascending.
+    """
+
+    scene: MovingScene
+    times: F64
+    _steps: dict[int, _Step | None] = field(default_factory=dict, repr=False)
+    _last: tuple[int, Appearance, Match] | None = field(default=None, repr=False)
+
+    def at(self, time: float) -> Gaussians:
+        """The Gaussians of the last moment until a time, in seconds, moved toward the next."""
+        moment, share = self._place(time)
+        gaussians = self._moment(moment)
+        means = gaussians.means + self._ahead(moment, share)
+        return replace(gaussians, means=means.astype(gaussians.means.dtype))
+
+    def means_at(self, then: float, now: float) -> F64:
+        """Where the Gaussians that `at` gives of a time were at an earlier one, [n, 3] world units."""
+        first, share = self._place(then)
+        moment = self._place(now)[0]
+        rows = np.arange(len(self._moment(moment)))
+        beside = np.zeros((len(rows), 3))
+        for at in range(moment - 1, first - 1, -1):
+            step = self._step(at)
+            if step is None:  # one of the two shows nothing
+                return np.asarray(self.at(now).means, np.float64)
+            beside += step.beside[rows]
+            rows = step.was[rows]
+        start = self._moment(first)
+        return np.asarray((start.means + self._ahead(first, share))[rows] + beside, np.float64)
+
+    def _place(self, time: float) -> tuple[int, float]:
+        position = float(np.interp(time, self.times, np.arange(len(self.times))))
+        moment = min(int(position + 1e-6), len(self.times) - 1)
+        return moment, max(position - moment, 0.0)
+
+    def _moment(self, moment: int) -> Gaussians:
+        return self.scene.at(float(self.times[moment]))
+
+    def _ahead(self, moment: int, share: float) -> F32 | float:
+        step = self._step(moment) if share > 0 else None
+        return 0.0 if step is None else (share * step.ahead).astype(np.float32)
+
+    def _step(self, moment: int) -> _Step | None:
+        """From a moment to the next; None where one of the two has no Gaussians."""
+        if moment not in self._steps:
+            self._steps[moment] = self._matched(moment)
+        return self._steps[moment]
+
+    def _matched(self, moment: int) -> _Step | None:
+        before, after = (Matter.of(self._moment(number)) for number in (moment, moment + 1))
+        if not (len(before) and len(after)):
+            return None
+        last = None
+        if self._last is not None and self._last[0] == moment:
+            looks, last = self._last[1:]
+        else:
+            looks = Appearance.of(before)
+        now = Appearance.of(after)
+        found = match(looks, now, last)
+        self._last = moment + 1, now, found
+        beside = np.where(found.is_same[:, None], 0.0, after.means - found.places[found.was])
+        ahead = found.places - before.means
+        same = np.flatnonzero(found.is_same)
+        ahead[found.was[same]] = after.means[same] - before.means[found.was[same]]
+        return _Step(ahead.astype(np.float32), found.was, beside.astype(np.float32))

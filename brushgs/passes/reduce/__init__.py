@@ -1,0 +1,1 @@
+"""Fewer Gaussians: cleaning, pruning, clustering and merging, also block by block."""

@@ -1,0 +1,92 @@
+"""Gaussians -> points in nine dimensions, whose distance decides which Gaussians share a stroke."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.options.choices import Features
+from brushgs.passes.extent import robust_frame
+from brushgs.passes.row_blocks import for_blocks
+from brushgs.values.arrays import Array
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import rotation_matrices
+from brushgs.values.sh import base_colors
+
+# The difference from black to white counts like 7 % of the scene's radius. Measured at 250, 2000 and
+# 7000 strokes on five scenes: 0.05 to 0.1 are within 0.1 dB of each other, 0.3 loses 0.5 dB and more.
+COLOR_WEIGHT = 0.07
+
+
+SceneFrame = tuple[NDArray[np.float64], float]  # centre [3] and radius of a scene, world units
+
+
+def cluster_features(
+    gaussians: Gaussians, features: Features = "balanced", *, frame: SceneFrame | None = None
+) -> NDArray[np.float32]:
+    """Position, linear scales and base colour of each Gaussian, [N, 9].
+
+    "paper" takes them as they are, so the result depends on the unit of the scene. "balanced" measures
+    positions and scales in radii of the scene from its centre (see `robust_frame`) and weights colour by
+    `COLOR_WEIGHT`; beyond one radius positions and scales are contracted to less than two radii, as
+    perspective does in a view from the middle: outliers at 1e7 radii cannot claim all clusters. Colour is
+    clamp(0.5 + C0 sh_0, 0, 1).
+    Source: Xiang et al. 2025, section 3.2 ("paper"); Barron et al. 2022, Mip-NeRF 360, eq. 10 (contraction).
+
+    Args:
+        gaussians: N Gaussians.
+        features: see above.
+        frame: of "balanced", the centre and the radius of the scene; None for those of these Gaussians. The
+            moments of a scene that moves have one frame: in frames of their own what rests would move.
+    """
+    points = np.empty((len(gaussians), 9), dtype=np.float32)
+    if features == "paper":
+        largest = np.finfo(np.float32).max
+        points[:, :3] = np.clip(gaussians.means, -largest, largest)
+        points[:, 3:6] = np.minimum(gaussians.scales, largest)
+        points[:, 6:] = base_colors(gaussians.sh)
+        return points
+    places, factors = contracted(gaussians.means, frame)
+
+    def fill(rows: slice) -> None:
+        points[rows, :3] = places[rows]
+        points[rows, 3:6] = np.minimum(gaussians.scales[rows] * factors[rows], 2.0)
+        points[rows, 6:] = COLOR_WEIGHT * base_colors(gaussians.sh[rows])
+
+    for_blocks(fill, len(points))
+    return points
+
+
+def spans_of(gaussians: Gaussians, points: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Half axes of Gaussians among their `cluster_features`, [N, 3, 3], as columns."""
+    spans = np.empty((len(gaussians), 3, 3), dtype=np.float32)
+
+    def fill(rows: slice) -> None:
+        spans[rows] = rotation_matrices(gaussians.quats[rows]) * points[rows, None, 3:6]
+
+    for_blocks(fill, len(points))
+    return spans
+
+
+def contracted(
+    means: Array, frame: SceneFrame | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Positions in radii of the scene from its centre, contracted beyond one radius to less than two.
+
+    Args:
+        means: [N, 3] points.
+        frame: centre and radius of the scene; None for those of these points.
+
+    Returns:
+        The positions [N, 3], and what a length there is multiplied by [N, 1].
+    """
+    center, radius = robust_frame(means) if frame is None else frame
+    places, factors = np.empty((len(means), 3)), np.empty((len(means), 1))
+
+    def fill(rows: slice) -> None:
+        away = (means[rows] - center) / radius
+        squares = away * away
+        distance = np.maximum(np.sqrt(squares[:, 0] + squares[:, 1] + squares[:, 2]), 1.0)[:, None]
+        contraction = (2 - 1 / distance) / distance
+        places[rows], factors[rows] = away * contraction, contraction / radius
+
+    for_blocks(fill, len(means))
+    return places, factors

@@ -1,0 +1,92 @@
+"""Where the strokes of a scene go: a factor per Gaussian on the strokes per area, for `cluster(focus=...)`.
+
+Inside the focus the factor is `STRENGTH`, of what stands out by itself `AUTO_STRENGTH`; outside 1, with a
+smooth edge between: the strokes of a painting are as many as without it, and inside there are twice as many
+to an area as outside, or up to eight times.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from brushgs.passes.color.picture_votes import votes
+from brushgs.passes.form.saliency import saliency
+from brushgs.values.arrays import F64, Array, check, smoothstep
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
+
+STRENGTH = 2.0  # times as many strokes to an area
+# Of 4000 strokes of a room, 7 gave the face of a cook 6.2 times as many to an area as what does not stand out
+# (1.6 without a focus), 12 gave it 7.9 times; a toy's nose had 14 times (5.5).
+AUTO_STRENGTH = 8.0
+EDGE = 0.15  # half width of the smooth edge of a sphere over its radius; that of a box over its half diagonal
+LEAST_SEEN = 0.01  # pixels: what makes up less of a picture is not seen, and no focus for it is known
+
+
+def sphere_focus(gaussians: Gaussians, center: ArrayLike, radius: float) -> F64:
+    """Factors [N], 1 to `STRENGTH`, of a focus in a sphere; halfway at its surface.
+
+    Args:
+        gaussians: N Gaussians.
+        center: [3], world units.
+        radius: world units, > 0.
+    """
+    middle = np.asarray(center, np.float64)
+    distances = np.linalg.norm(gaussians.means.astype(np.float64) - middle, axis=1)
+    return _factors(smoothstep(0.5 - (distances / radius - 1) / (2 * EDGE)))
+
+
+def subject_focus(gaussians: Gaussians, view: FirstView) -> F64:
+    """Factors [N], 1 to `STRENGTH`, of a focus on the framed subject: the bounds of its points.
+
+    Of a scene without surroundings nearly everything is the subject, and nothing changes.
+
+    Args:
+        gaussians: N Gaussians.
+        view: how the scene is seen.
+    """
+    low, high = view.points.min(axis=0), view.points.max(axis=0)
+    means = gaussians.means.astype(np.float64)
+    outside = np.linalg.norm(np.maximum(np.maximum(low - means, means - high), 0), axis=1)
+    edge = max(EDGE * 0.5 * float(np.linalg.norm(high - low)), np.finfo(np.float64).tiny)
+    return _factors(smoothstep(1 - outside / edge))
+
+
+def auto_focus(gaussians: Gaussians, view: FirstView) -> F64:
+    """Factors [N], 1 to `AUTO_STRENGTH`, of a focus on what stands out, see `saliency`.
+
+    Args:
+        gaussians: N Gaussians.
+        view: how the scene is seen.
+    """
+    return _factors(saliency(gaussians, view), AUTO_STRENGTH)
+
+
+def mask_focus(gaussians: Gaussians, camera: Camera, mask: Array, *, num_threads: int | None = None) -> F64:
+    """Factors [N], 1 to `STRENGTH`, of a focus on what a view shows where a picture is light.
+
+    Each Gaussian takes the mean of the picture over the pixels that it makes up, weighted by how much of
+    each. What the view does not show, because it lies outside the picture or behind something, is no focus.
+
+    Args:
+        gaussians: N Gaussians.
+        camera: the view.
+        mask: [H, W] in the size of the view, 0 (no focus) to 1.
+        num_threads: None takes the processors available to this process. The result does not depend on it.
+    """
+    check("mask_focus", mask=(mask, f"{camera.height} {camera.width}"))
+    sums, areas = votes(gaussians, [camera], [mask[..., None]], num_threads=num_threads)
+    light, is_seen = np.zeros(len(gaussians)), areas >= LEAST_SEEN
+    light[is_seen] = sums[is_seen, 0] / areas[is_seen]
+    return _factors(np.clip(light, 0, 1))
+
+
+def contrast(factors: Sequence[float] | F64) -> float:
+    """The largest factor over the smallest: 1 where a focus changes nothing."""
+    values = np.asarray(factors, np.float64)
+    return float(values.max() / values.min()) if len(values) else 1.0
+
+
+def _factors(share: F64, strength: float = STRENGTH) -> F64:
+    return 1 + (strength - 1) * share

@@ -1,0 +1,118 @@
+"""The files of a scene that is larger than memory become Gaussians that are not."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from brushgs.io.scenes.blocks import SAMPLE_ROWS, sample_rows
+from brushgs.io.scenes.dropped import Dropped
+from brushgs.io.scenes.notes import join_notes
+from brushgs.io.scenes.open_file import warn_of_other_encoding
+from brushgs.io.scenes.scene_file import SceneFile
+from brushgs.options.sequence import SequenceConfig
+from brushgs.passes.extent import robust_frame
+from brushgs.passes.reduce.block_merge import merged_of
+from brushgs.passes.reduce.block_table import CellTable
+from brushgs.passes.reduce.features import SceneFrame
+from brushgs.pipeline.blocks.budget import MOST_MERGED, Budget
+from brushgs.pipeline.blocks.work import Block, OpenFiles, SumBlock, usual_block_rows
+from brushgs.pipeline.parallel import parallel_map
+from brushgs.pipeline.parallel.connection import Waiting
+from brushgs.pipeline.report import Report
+from brushgs.values.gaussians import SH_TERMS, Gaussians
+from brushgs.values.notes import LoadNotes
+
+
+def load_in_blocks(
+    files: Sequence[SceneFile],
+    lod: int | None,
+    budget: Budget,
+    workers: SequenceConfig | None = None,
+    *,
+    block_rows: int | None = None,
+    report: Report | None = None,
+) -> tuple[Gaussians, LoadNotes]:
+    """Read a scene in blocks, each once, and merge it.
+
+    Before, some rows of each file are: centre and radius of the scene are those of a sample of 262,144 rows.
+
+    Args:
+        files: as `read.open_files` gives them.
+        lod: level of detail that they were opened with.
+        budget: that the scene is too large for.
+        workers: where blocks are read: in so many processes, or by a Dask cluster whose workers see the same
+            files. None, or one process, for as many of this machine as are worth it.
+        block_rows: rows in memory at a time; None for some 100 MB of them. The Gaussians depend on it by
+            rounding only.
+        report: whose running stage shows how many blocks are read, and that says where a cluster keeps it
+            waiting.
+
+    Returns:
+        The merged Gaussians, and notes on the files: `rows_each` says how many are one.
+
+    Raises:
+        SceneError: if a file is damaged, or none of its rows can be drawn.
+    """
+    num_terms = max(file.num_terms for file in files)
+    block_rows = block_rows or usual_block_rows(num_terms)
+    capacity = budget.capacity(num_terms)
+    most = MOST_MERGED if capacity is None else min(capacity, MOST_MERGED)
+    opened = OpenFiles([file.path.absolute() for file in files], lod)
+    survey = _survey(files, opened, block_rows)
+    notes = join_notes(files, rows_dropped=0, sh_degree_used=0)
+    if survey.is_whole or workers is None:
+        workers = SequenceConfig()
+    jobs = workers.jobs
+    if jobs == 1 and workers.scheduler is None and not survey.is_whole:
+        jobs = min(budget.num_processes(), len(survey.blocks))
+    report = report or Report()
+    report.expect(len(survey.blocks), "blocks")
+    waiting = Waiting(workers.workers_timeout, report.tell)
+    antialiased = notes.training == "antialiased"
+    work = SumBlock(opened, survey.frame, most, block_rows, antialiased=antialiased)
+    table, dropped = CellTable(most), [Dropped() for _ in files]
+    for result in parallel_map(work, survey.blocks, jobs=jobs, scheduler=workers.scheduler, waiting=waiting):
+        dropped[result.file].add(result.dropped)
+        table.add(*result.sums)
+        report.advance()
+    for file, some in zip(files, dropped, strict=True):
+        some.report(file.path, file.num_rows)
+    gaussians = merged_of(table, survey.frame, antialiased=antialiased)
+    num_dropped = sum(some.num_rows for some in dropped)
+    return gaussians, replace(
+        notes,
+        rows_dropped=num_dropped,
+        sh_degree_used=SH_TERMS[gaussians.sh.shape[1]],
+        rows_each=(notes.rows_read - num_dropped) / len(gaussians),
+    )
+
+
+class _Survey(NamedTuple):
+    """What is known of a scene before it is read.
+
+    Attributes:
+        frame: centre and radius, of a sample.
+        blocks: of all files.
+        is_whole: whether some file is in memory as a whole, so that no other process should read it too.
+    """
+
+    frame: SceneFrame
+    blocks: list[Block]
+    is_whole: bool
+
+
+def _survey(files: Sequence[SceneFile], opened: OpenFiles, block_rows: int) -> _Survey:
+    num_rows, means, blocks, is_whole = sum(file.num_rows for file in files), [], [], False
+    for number, file in enumerate(files):
+        rows = opened.rows(number)
+        is_whole = is_whole or rows.is_whole
+        sample = sample_rows(rows, SAMPLE_ROWS * file.num_rows // num_rows)
+        if not file.has_fixed_encoding:
+            warn_of_other_encoding(file.path, sample)
+        means.append(sample.means)
+        step = file.num_rows if rows.is_sequential else block_rows  # those in order are one block
+        starts = range(0, file.num_rows, step)
+        blocks += [Block(number, start, min(start + step, file.num_rows)) for start in starts]
+    return _Survey(robust_frame(np.concatenate(means)), blocks, is_whole)

@@ -1,0 +1,156 @@
+"""Cameras for Gaussians in memory: `frame_scene` and `orbit`, as `brushgs render` frames the scene of a file.
+
+Both find the first view of the scene (`pipeline.views`) and change it by options (`cameras.first_view`).
+"""
+
+from math import radians
+
+from brushgs.cameras.first_view import framed_camera, framed_orbit
+from brushgs.cameras.framing import LookAt
+from brushgs.options.choices import Side, Target
+from brushgs.options.painting import DEFAULT_SIZE, Up, ViewConfig
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.views import default_first_view
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
+
+
+def frame_scene(
+    gaussians: Gaussians,
+    *,
+    width: int = DEFAULT_SIZE[0],
+    height: int = DEFAULT_SIZE[1],
+    up: Up | None = None,
+    azimuth: float | None = None,
+    elevation: float | None = None,
+    side: Side | None = None,
+    zoom: float = 1.0,
+    fov_y: float = radians(50.0),
+    look_at: LookAt | None = None,
+    distance: float | None = None,
+    pan: tuple[float, float] = (0.0, 0.0),
+    roll: float = 0.0,
+) -> Camera:
+    """A camera that shows a scene upright, from its front, with the whole subject as large as fits.
+
+    It is the camera that `paint` and `brushgs render` take where none but its size is given; without a size
+    they choose one, and set an object into the picture. Which way is up, where the
+    front is and what the subject is are estimated from the Gaussians, in about half a second for 100,000.
+    Strokes are best seen by the camera of their scene.
+
+    Args:
+        gaussians: N Gaussians of a scene, N >= 1.
+        width: of the picture, pixels.
+        height: of the picture, pixels.
+        up: direction that is up in the picture: "+x" to "-z" or three numbers, world axes; None estimates it.
+        azimuth: radians by which the camera stands to the right of a fixed direction, see
+            `brushgs.cameras.framing.frame_scene`; None for a three-quarter view of the front.
+        elevation: radians above the horizon, -pi/2 to pi/2; None for 15 degrees, or 40 above flat ground.
+        side: the side that is shown, in place of an azimuth: "front", "left", "back", "right", "top" or
+            "three-quarter".
+        zoom: 1 shows the subject whole, 2 twice as large, > 0.
+        fov_y: vertical field of view, radians, in (0, pi).
+        look_at: what is in the middle: the "subject", the "scene" with all of its surroundings, a "part" of
+            the subject, its upper third, or a point [3], world units. None for the subject, or for the view
+            from inside of a scene that is seen so.
+        distance: from the camera to that point, world units, > 0; None for that of the subject.
+        pan: (right, up), by which the camera moves aside without turning, in shares of the picture.
+        roll: radians by which the scene is turned clockwise in the picture.
+
+    Raises:
+        ValueError: if there is no Gaussian, or an option is out of range.
+
+    Example:
+        >>> bg.frame_scene(gaussians, width=640, height=480, side="front")
+        Camera(640x480, 50 degrees high, at ...)
+    """
+    view = ViewConfig(
+        size=(width, height),
+        up=up,
+        azimuth=azimuth,
+        elevation=elevation,
+        side=side,
+        zoom=zoom,
+        fov_y=fov_y,
+        look_at=_target(look_at),
+        distance=distance,
+        pan=pan,
+        roll=roll,
+    )
+    return framed_camera(_first_view("frame_scene", gaussians, up), view)
+
+
+def orbit(
+    gaussians: Gaussians,
+    num_frames: int,
+    *,
+    width: int = DEFAULT_SIZE[0],
+    height: int = DEFAULT_SIZE[1],
+    up: Up | None = None,
+    azimuth: float | None = None,
+    elevation: float | None = None,
+    side: Side | None = None,
+    zoom: float = 1.0,
+    fov_y: float = radians(50.0),
+    look_at: LookAt | None = None,
+    distance: float | None = None,
+    pan: tuple[float, float] = (0.0, 0.0),
+    roll: float = 0.0,
+) -> list[Camera]:
+    """One turn around a scene: a loop at constant distance, in even steps, with a level horizon.
+
+    It is the path of `brushgs render --orbit`: the first camera looks as that of `frame_scene`, from as far
+    away as is needed to show the whole subject in every view. A scene that is seen from inside has nothing to
+    show from behind: there the camera sways on a small circle.
+
+    Args:
+        gaussians: N Gaussians of a scene, N >= 1.
+        num_frames: >= 1; frame i is turned by i / num_frames of a full turn.
+        width: see `frame_scene`, as all that follow.
+        height: pixels.
+        up: estimated where it is None.
+        azimuth: of the first view; it grows along the orbit.
+        elevation: of all views.
+        side: that the first view shows.
+        zoom: of all views.
+        fov_y: radians.
+        look_at: the turn is around the middle of it.
+        distance: from the camera to a point `look_at`.
+        pan: of all views.
+        roll: of all views.
+
+    Raises:
+        ValueError: as `frame_scene` does, or if `num_frames` is below 1.
+
+    Example:
+        >>> cameras = bg.orbit(gaussians, 120, width=320, height=240)
+        >>> len(cameras)
+        120
+    """
+    view = ViewConfig(
+        size=(width, height),
+        up=up,
+        azimuth=azimuth,
+        elevation=elevation,
+        side=side,
+        zoom=zoom,
+        fov_y=fov_y,
+        look_at=_target(look_at),
+        distance=distance,
+        pan=pan,
+        roll=roll,
+    )
+    return framed_orbit(_first_view("orbit", gaussians, up), view, num_frames)
+
+
+def _first_view(where: str, gaussians: Gaussians, up: Up | None) -> FirstView:
+    if len(gaussians) == 0:
+        raise ValueError(f"{where}: gaussians must have at least one row, got none")
+    return default_first_view(gaussians, None, Report(), up=up)
+
+
+def _target(look_at: LookAt | None) -> Target | tuple[float, float, float] | None:
+    if look_at is None or isinstance(look_at, str):
+        return look_at
+    x, y, z = map(float, look_at)
+    return x, y, z

@@ -1,0 +1,147 @@
+"""`brushgs.cluster`: that of the pass, with a number of strokes as the command line takes it."""
+
+import operator
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.brushes.brush_set import Brush, BrushSet
+from brushgs.options.choices import Features, Knee, Merge, Method
+from brushgs.options.painting import DEFAULT_STROKE, ClusterConfig, ErrorBudget
+from brushgs.options.stroke_number import parse_strokes
+from brushgs.passes.reduce import cluster as passes
+from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.plain import PlainViews
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.stroke_count.search import Clustered
+
+
+def cluster(
+    gaussians: Gaussians,
+    num_strokes: int | float | str,
+    *,
+    features: Features = "balanced",
+    merge: Merge = "cover",
+    method: Method = "auto",
+    seed: int = 0,
+    views: Sequence[Camera] | PlainViews | None = None,
+    focus: NDArray[np.float64] | None = None,
+    camera: Camera | None = None,
+    texture: Brush = DEFAULT_STROKE,
+) -> Gaussians:
+    """Merge Gaussians into fewer and larger ones.
+
+    Args:
+        gaussians: N Gaussians.
+        num_strokes: the largest number of strokes: k >= 1, or a share of N, 0.1 or "10%"; "all" merges none.
+            Or a target in a view: "auto" is the knee of error over the time of a painting, "auto:frame" that
+            over the time of a frame, see `choose_strokes`; "24dB" are the fewest that reach this PSNR to the
+            plain picture, found by clustering again and again.
+        features: "balanced" does not depend on the unit of the scene and weighs each Gaussian by its
+            contribution and the colour detail around it (`cluster_weights`); "paper" is raw and unweighted.
+            See `cluster_features`.
+        merge: "cover" or "paper", see `merge_clusters`.
+        method: "minibatch" as published, "lloyd" with exact steps, "auto" by `choose_method`.
+        seed: of all random choices, 0 to 2^32 - 1. Equal seeds give equal results, bit for bit, for any
+            number of threads.
+        views: what the strokes are for: cameras, a few small ones (see `plain_views`), or plain pictures of
+            the whole scene, already drawn. Then Gaussians are weighed by what these views show of them,
+            strokes that differ from the pictures are cut in two, and have the colours seen in them. Where no
+            view shows anything, and None: all Gaussians count, wherever they are.
+        focus: [N] > 0, how many times as many strokes per area each Gaussian is to get; None is 1 for all.
+        camera: the view of a target; None for that of `frame_scene`. A number needs none.
+        texture: the stroke of a target, or its name or path, see `render`. A number needs none.
+
+    Returns:
+        At most k Gaussians; the input itself, unmerged, where k >= N.
+
+    Raises:
+        TypeError: if `num_strokes` is no number or text, or `seed` is not an integer.
+        ValueError: if an option is out of range or unknown, `focus` or `views` do not suit, or even all N
+            strokes do not reach the PSNR.
+
+    Shuffled rows give the same clusters under other labels as long as no two Gaussians have equal weight and
+    position. Sums over a cluster then differ in the last bits only, which can move a Gaussian that lies
+    midway between two clusters.
+
+    Example:
+        >>> bg.cluster(gaussians, 300)
+        Gaussians(300, SH 3)
+        >>> tenth = bg.cluster(gaussians, "10%")
+        >>> strokes = bg.cluster(gaussians, "auto", camera=camera, texture="flat")
+    """
+    wanted = _number_of(num_strokes)
+
+    def clustered(count: int) -> Gaussians:
+        return passes.cluster(
+            gaussians,
+            count,
+            features=features,
+            merge=merge,
+            method=method,
+            seed=seed,
+            views=views,
+            focus=focus,
+        )
+
+    if wanted is None:
+        return gaussians
+    if isinstance(wanted, int):
+        return clustered(wanted)
+    if isinstance(wanted, float):
+        return clustered(ClusterConfig(wanted).num_strokes(len(gaussians)))
+
+    from brushgs.stroke_count.choose import choose_for_view_model, open_view_model
+    from brushgs.stroke_count.search import search_budget
+
+    if camera is None:
+        from brushgs.pipeline.cameras import frame_scene
+
+        camera = frame_scene(gaussians)
+    views = None if views is None else PlainViews.of(gaussians, views)  # drawn once
+    brush_set = BrushSet.of(texture)
+    view_model = open_view_model(gaussians, camera, brush_set, RenderOptions.of(brush_set))
+    psnr = wanted.psnr if isinstance(wanted, ErrorBudget) else None
+    are_changed = views is not None
+    choice = choose_for_view_model(
+        gaussians,
+        view_model,
+        psnr=psnr,
+        features=features,
+        merge=merge,
+        cost=ClusterConfig(wanted).cost,
+        are_changed=are_changed,
+    )
+    if psnr is None:
+        return clustered(choice.strokes)
+
+    def attempt(count: int) -> "Clustered":
+        return clustered(count), None
+
+    found = search_budget(len(gaussians), psnr, view_model, choice, attempt, descends=are_changed)
+    return found.clustered[0]
+
+
+def _number_of(num_strokes: object) -> "int | float | Knee | ErrorBudget | None":
+    """What a number of strokes means: a count, a share, a target; None for all."""
+    if isinstance(num_strokes, str):
+        try:
+            return parse_strokes(num_strokes)
+        except ValueError as error:
+            raise ValueError(f"cluster: num_{error}") from None
+    if isinstance(num_strokes, float | np.floating):
+        if not 0 < num_strokes <= 1:
+            raise ValueError(
+                f"cluster: num_strokes must be a whole number, or a share in (0, 1], got {num_strokes}"
+            )
+        return float(num_strokes)
+    try:
+        return operator.index(num_strokes)  # type: ignore[arg-type]
+    except TypeError:
+        kind = type(num_strokes).__name__
+        raise TypeError(f"cluster: num_strokes must be a number, a share or text, got {kind}") from None

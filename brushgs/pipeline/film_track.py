@@ -1,0 +1,85 @@
+"""Which way strokes point over a film: a track for each of its runs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.pipeline.clip import Run
+from brushgs.pipeline.moving import Moving
+from brushgs.rendering.project import Directions
+from brushgs.rendering.track_moving import MovingTrack, track_moving
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+
+
+@dataclass(frozen=True, eq=False)
+class FilmTrack:
+    """Which way the strokes of a coat point in each frame of a film, a track for each of its runs.
+
+    Attributes:
+        runs: of the film.
+        tracks: one per run.
+    """
+
+    runs: list[Run]
+    tracks: list[MovingTrack]
+
+    def directions(self, frame: int) -> Directions:
+        """The directions in a frame."""
+        track, place = self._place(frame, fading_in=False)
+        return track.directions(place)
+
+    def directions_into(self, frame: int) -> Directions:
+        """The directions in what a frame fades into."""
+        track, place = self._place(frame, fading_in=True)
+        return track.directions(place)
+
+    def place(self, frame: int) -> float:
+        """Where a frame lies among the knots of its run."""
+        track, place = self._place(frame, fading_in=False)
+        return float(track.positions[place])
+
+    def _place(self, frame: int, *, fading_in: bool) -> tuple[MovingTrack, int]:
+        for run, track in zip(self.runs, self.tracks, strict=True):
+            split = run.num_fading
+            among, skipped = (run.frames[:split], 0) if fading_in else (run.frames[split:], split)
+            place = int(np.searchsorted(among, frame))
+            if place < len(among) and among[place] == frame:
+                return track, place + skipped
+        raise IndexError(f"directions: there is no frame {frame}")
+
+
+def track_film(
+    strokes: Gaussians,
+    cameras: Sequence[Camera],
+    moving: Moving,
+    *,
+    is_loop: bool,
+    num_threads: int | None,
+) -> FilmTrack:
+    """Choose which way the strokes of a coat point over a film.
+
+    Args:
+        strokes: of the coat.
+        cameras: one per frame.
+        moving: how the strokes move.
+        is_loop: whether the frame after the last is the first again, for the camera as for the scene.
+        num_threads: None takes the processors available to this process.
+    """
+    runs, tracks = moving.film.runs(), []
+    for run in runs:
+        frames, times = run.frames, run.times
+        if is_loop and len(runs) == 1 and not run.num_fading:  # it ends with its first frame again
+            frames, times = np.append(frames, frames[0]), np.append(times, times[0])
+        tracks.append(
+            track_moving(
+                strokes,
+                [cameras[frame] for frame in frames],
+                moving.motion,
+                moving.motion.positions(times),
+                fps=moving.film.fps,
+                num_threads=num_threads,
+            )
+        )
+    return FilmTrack(runs, tracks)

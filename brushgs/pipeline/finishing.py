@@ -1,0 +1,240 @@
+"""What a painter does last, with the whole picture before him: edges lost and found, values, and accents.
+
+All are decided once for a job, on small pictures in a few of its views, before paint and canvas are lit: so
+they are the same in every frame.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from brushgs.options.painting import PaintConfig
+from brushgs.pipeline.lamp import some_small
+from brushgs.pipeline.media.materials import ACCENTS, Materials
+from brushgs.pipeline.media.media import coats_of
+from brushgs.pipeline.regions import nearest_regions, nearest_rows
+from brushgs.pipeline.report import Report, Stage
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.plain import PlainViews
+from brushgs.values.arrays import F64, Array
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import base_colors, shift_base_colors
+
+if TYPE_CHECKING:
+    from brushgs.passes.add.stage_ground import Ground
+    from brushgs.passes.color.values import Values
+    from brushgs.passes.form.edges import Edges
+
+SIDE = 480  # pixels of the longer side of the pictures; with fewer leaves widen, and their darks count more
+TOLD = 5  # every so many pixels of them are looked at for the report
+MOST_VIEWS = 3  # of a path
+NEAR_VIEWS = 4  # of those that strokes are made by: the view of a still and those around it
+STANDING_OUT = 3.0  # times as much more an accent is worth where it is looked at
+
+
+class Seen(NamedTuple):
+    """A painting in a few views of its job, small and unlit.
+
+    Attributes:
+        pictures: [H, W, 3] of each view, opaque.
+        coverages: [H, W] of each, how far the strokes of the scene cover it.
+    """
+
+    pictures: list[Array]
+    coverages: list[Array]
+
+
+def seen_small(cameras: Sequence[Camera], backdrop: Sequence[Coat], materials: Materials) -> Seen:
+    """Paint small pictures of a painting.
+
+    Args:
+        cameras: of the job, at least one; of many, some that are evenly spread.
+        backdrop: the coat of what stands around the strokes, or none.
+        materials: of the strokes.
+    """
+    subject, behind, seen = _alone(coats_of(materials)), _alone(backdrop), Seen([], [])
+    for camera in some_small(cameras, MOST_VIEWS, SIDE):
+        picture = np.asarray(materials.paper, np.float32)
+        frame = subject.frame(camera)
+        for one in (behind.frame(camera), frame):
+            picture = one.rgb + (1 - one.alpha[..., None]) * picture
+        seen.pictures.append(picture)
+        seen.coverages.append(frame.alpha)
+    return seen
+
+
+def _alone(coats: Sequence[Coat]) -> Painting:
+    """Coats on nothing, flat, as a still shows them: along a path strokes turn only in its own views."""
+
+    def still(options: RenderOptions) -> RenderOptions:
+        flat = replace(options, order="depth", relief=None, depth=False)
+        return replace(flat, lock="anchor") if flat.lock == "track" else flat
+
+    return Painting(tuple(replace(coat, options=still(coat.options)) for coat in coats))
+
+
+def with_values(
+    config: PaintConfig,
+    cameras: Sequence[Camera],
+    backdrop: Sequence[Coat],
+    materials: Materials,
+    report: Report,
+    *,
+    has_own: str | None,
+    views: PlainViews | None = None,
+) -> "tuple[list[Coat], Materials, Values | None]":
+    """The backdrop and the strokes in graded colours, and the grading; None where there is none.
+
+    Args:
+        config: the options.
+        cameras: of the job.
+        backdrop: the coat of what stands around the strokes, or none.
+        materials: of the strokes.
+        report: gets the stage, only where values are asked for.
+        has_own: what has values of its own, such as "the palette"; None for nothing.
+        views: plain pictures of the scene, the first that of the job; None for none.
+    """
+    strength = config.color.values
+    if strength == 0 or not cameras or len(materials.strokes) == 0:
+        return list(backdrop), materials, None
+    with report.stage("values") as stage:
+        if config.media.kind != "paint":
+            has_own = config.media.kind
+        if has_own is not None:
+            stage.did = "nothing"
+            stage.skipped.append(f"values: {has_own} has its own")
+            return list(backdrop), materials, None
+        from brushgs.passes.color.values import fit_values
+
+        seen = seen_small(cameras, backdrop, materials)
+        before = () if views is None else views.frames[:1]
+        values = fit_values(seen.pictures, seen.coverages, strength=strength, before=before)
+        _describe(stage, values, seen)
+    laid = [replace(coat, strokes=values.strokes(coat.strokes)) for coat in backdrop]
+    return laid, replace(materials, strokes=values.strokes(materials.strokes)), values
+
+
+def with_edges(
+    config: PaintConfig,
+    cameras: Sequence[Camera],
+    backdrop: Sequence[Coat],
+    materials: Materials,
+    report: Report,
+    *,
+    gaussians: Gaussians,
+    focus: F64 | None,
+    ground: "Ground | None",
+) -> "tuple[Materials, Edges | None]":
+    """The strokes with lost and found edges, and what each is to them; None where there are none.
+
+    Args:
+        config: the options.
+        cameras: of the job, or a few small ones.
+        backdrop: the coat of what stands around the strokes, or none.
+        materials: of the strokes.
+        report: gets the stage, only where edges are asked for.
+        gaussians: the scene, N, pruned.
+        focus: [N] factors of its Gaussians; None for none.
+        ground: that the scene brings, which has no outline to lose; None for none.
+    """
+    strength, strokes = config.strokes.edges, materials.strokes
+    if strength == 0 or not cameras or len(strokes) == 0:
+        return materials, None
+    with report.stage("edges") as stage:
+        reason = None if backdrop else "the scene fills its pictures"
+        if config.media.kind != "paint":
+            reason = f"{config.media.kind} has its own"
+        if reason is not None:
+            stage.did = "nothing"
+            stage.skipped.append(f"edges: {reason}")
+            return materials, None
+        from brushgs.passes.form.edges import Around, find_edges, soften_edges
+
+        around = Around(backdrop[0].strokes, materials.paper)
+        subject = None if ground is None else ~ground.is_on(ground.place.local(strokes.means))
+        of_strokes = None if focus is None else focus[nearest_rows(gaussians, strokes)]
+        edges = find_edges(strokes, cameras, around, focus=of_strokes, subject=subject)
+        softened = soften_edges(strokes, edges, strength)
+        num = 0 if edges is None else int(np.count_nonzero(edges.lost > 0.5 * edges.near.max()))
+        stage.did = f"{num:,} of {len(strokes):,} strokes lie at lost edges"
+        stage.counts = {"strokes": len(strokes), "lost": num, "strength": strength}
+    return replace(materials, strokes=softened), edges
+
+
+def with_accents(
+    config: PaintConfig,
+    views: "PlainViews",
+    gaussians: Gaussians,
+    focus: F64 | None,
+    made: Gaussians,
+    materials: Materials,
+    report: Report,
+) -> list[Coat]:
+    """The coat of accents, pure lights and darks that are laid last; none where nothing is missing.
+
+    Args:
+        config: the options.
+        views: plain pictures of the scene, the first that of the job.
+        gaussians: the scene, pruned.
+        focus: [N] factors of its Gaussians; None for none.
+        made: the strokes as they were made, in the light of the scene, which they lack something of.
+        materials: of the strokes as they are painted.
+        report: gets the stage.
+    """
+    from brushgs.passes.add.accents import accents, num_accents
+
+    count = num_accents(len(made), config.strokes.economy)
+    if count == 0:
+        return []
+    with report.stage("accents") as stage:
+        from brushgs.passes.color.repaint import repaint
+
+        near = PlainViews(views.cameras[:NEAR_VIEWS], views.frames[:NEAR_VIEWS])
+        if config.color.grades or config.color.pigments:  # what grading took away is not missing
+            made = repaint(made, gaussians, near)
+        if focus is not None:
+            focus = 1 + STANDING_OUT * (focus - 1) / max(float(focus.max()) - 1, 1e-9)
+        found = accents(made, gaussians, near, count=count, focus=focus)
+        stage.did = f"{len(found):,} of pure light and dark"
+        stage.counts = {"strokes": len(found)}
+        if len(found) == 0:
+            return []
+        # Lit and graded as the stroke that each lies on, and with its brush.
+        rows = nearest_rows(made, found)
+        shifts = base_colors(materials.strokes.sh) - base_colors(made.sh)
+        found = shift_base_colors(found, shifts[rows])
+        if materials.strokes.brushes is not None:
+            found = replace(found, brushes=materials.strokes.brushes[rows])
+        return [materials.marks(ACCENTS, nearest_regions(materials.strokes, found), dry=0.0)]
+
+
+def in_own_lights(backdrop: Sequence[Coat], materials: Materials) -> tuple[list[Coat], Materials]:
+    """The backdrop and the strokes with paint as thick as they are light, see `Relief.by_light`.
+
+    What is light is decided by the strokes of the scene, for all coats.
+    """
+
+    def lit(options: RenderOptions) -> RenderOptions:
+        relief = options.relief
+        return options if relief is None else replace(options, relief=relief.in_lights_of(materials.strokes))
+
+    laid = [replace(coat, options=lit(coat.options)) for coat in backdrop]
+    return laid, replace(materials, options=lit(materials.options))
+
+
+def _describe(stage: Stage, values: "Values", seen: Seen) -> None:
+    """Report what the grading does to the first view."""
+    from brushgs.passes.color.squint import Squint
+
+    picture, coverage = (one[::TOLD, ::TOLD] for one in (seen.pictures[0], seen.coverages[0]))
+    before, after = Squint.of(picture, coverage), Squint.of(values.picture(picture), coverage)
+    three = after.three_values._asdict()
+    stage.did = f"a range of values of {after.range:.0f} of 100, from {before.range:.0f}"
+    stage.counts = {"range_before": round(before.range, 1), "range": round(after.range, 1)}
+    stage.counts |= {name: None if value is None else round(value, 1) for name, value in three.items()}
+    stage.counts["warmth"] = round(values.warmth, 2)

@@ -1,0 +1,102 @@
+"""The stage that decides where more strokes go: from the option `--focus` to a factor per Gaussian."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.errors import SceneError
+from brushgs.options.focus import Focus
+from brushgs.pipeline.background import fill_picture
+from brushgs.pipeline.report import Report
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.colors import LUMINANCE, flatten
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.values.arrays import F64, Array
+
+DARK = 0.02  # luminance up to which a mask is dark
+MOST = 0.95  # share of the Gaussians; of more in focus the report says that it hardly matters
+SAME = 1.02  # contrast of factors up to which a focus changes nothing
+
+
+def open_mask(path: Path, width: int, height: int) -> "Array":
+    """[height, width] how light a picture is, 0 to 1, scaled to fill a view; what is transparent is dark.
+
+    Raises:
+        SceneError: if the picture cannot be read, or is dark all over.
+    """
+    from brushgs.io.pictures.images import read_image
+
+    image = np.asarray(flatten(read_image(path), 0.0), np.float32)
+    mask = np.clip(fill_picture(image, width, height) @ np.array(LUMINANCE, np.float32), 0, 1)
+    if not mask.max() > DARK:
+        raise SceneError(path, "is dark all over, so there is no focus; paint light what more strokes go to")
+    return np.asarray(mask)
+
+
+def place_focus(
+    gaussians: Gaussians,
+    focus: Focus | None,
+    camera: Camera | None,
+    first_view: FirstView | None,
+    report: Report,
+    *,
+    num_threads: int | None = None,
+) -> "F64 | None":
+    """The factor [N] of each Gaussian on the strokes per area; None, without a stage, if there is no focus.
+
+    Args:
+        gaussians: N Gaussians that strokes are made of.
+        focus: where more strokes go.
+        camera: the first view of the job, whose place a mask takes.
+        first_view: of the scene, for its subject and what stands out in it.
+        report: gets the stage.
+        num_threads: None takes the processors available to this process.
+
+    Raises:
+        SceneError: if the mask cannot be read, is dark all over, or light only where nothing is seen.
+        ValueError: if nothing of the scene lies in the sphere.
+    """
+    if focus is None:
+        return None
+    with report.stage("focus") as stage:
+        from brushgs.cameras.around import small_view
+        from brushgs.passes.reduce.focus import auto_focus, contrast, mask_focus, sphere_focus, subject_focus
+
+        if focus.mask is not None:
+            assert camera is not None, "a mask lies over the first view"
+            small = small_view(camera)
+            mask = open_mask(focus.mask, small.width, small.height)
+            factors = mask_focus(gaussians, small, mask, num_threads=num_threads)
+            if not factors.max() > SAME:
+                raise SceneError(
+                    focus.mask, "is light only where the view shows nothing; paint light what it shows"
+                )
+        elif focus.sphere is not None:
+            *center, radius = focus.sphere
+            factors = sphere_focus(gaussians, center, radius)
+            if not factors.max() > SAME:
+                low, high = gaussians.means.min(axis=0), gaussians.means.max(axis=0)
+                raise ValueError(
+                    f"focus must lie in the scene, got {focus}; nothing is there, the scene spans "
+                    f"{_point(low)} to {_point(high)}"
+                )
+        else:
+            assert first_view is not None, "the subject is that of the first view"
+            factors = (auto_focus if focus.is_auto else subject_focus)(gaussians, first_view)
+        in_focus = int(np.count_nonzero(factors > 0.5 * (1 + factors.max())))
+        stage.did = f"{focus}: {in_focus:,} of {len(gaussians):,} Gaussians"
+        stage.counts = {"focus": str(focus), "gaussians": len(gaussians), "in_focus": in_focus}
+        if contrast(factors) <= SAME:
+            why = "nothing stands out" if focus.is_auto else "all of the scene is in it"
+            stage.skipped.append(f"focus: {why}")
+            return None
+        if in_focus > MOST * len(gaussians):
+            stage.did += "; that is nearly all, so little changes"
+    return factors
+
+
+def _point(numbers: "Array") -> str:
+    return ",".join(f"{number:.3g}" for number in numbers)

@@ -1,0 +1,136 @@
+"""The painter of single frames of a sequence: picklable, so that it runs in any process of any machine."""
+
+from dataclasses import dataclass, field, replace
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from brushgs.io.pictures.formats import holds_depth
+from brushgs.io.pictures.shot import Shot
+from brushgs.options.output import OutputConfig
+from brushgs.pipeline.background import Background
+from brushgs.rendering.project import Directions
+from brushgs.rendering.wanted import Following, Wanted
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+
+if TYPE_CHECKING:
+    from brushgs.io.pictures.pixels import Pixels
+    from brushgs.rendering.canvas import Painting
+    from brushgs.rendering.growing import GrowingPainting
+    from brushgs.rendering.motion import Pose
+
+
+@dataclass(frozen=True, eq=False)
+class FrameView:
+    """One frame to paint: everything that differs from frame to frame.
+
+    Attributes:
+        index: which frame of the path, from 0.
+        camera: the view.
+        directions: of the strokes of each coat, None for one whose strokes are not tracked.
+        time: of a painting that grows, 0 to 1.
+        hour: share of a day that has passed, 0 to 1; None where the light stands still.
+        pose: where strokes are that move; None where nothing moves.
+        into: what the frame fades into; None for nothing.
+        share: how far it has faded, 0 to 1.
+        following: the frame after this one, for the motion of what both show; None where it is not wanted.
+        sign: -1 where `following` is the frame before: then paint goes on as it came.
+    """
+
+    index: int
+    camera: Camera
+    directions: tuple[Directions | None, ...] = ()
+    time: float = 1.0
+    hour: float | None = None
+    pose: "Pose | None" = None
+    into: "FrameView | None" = None
+    share: float = 0.0
+    following: "FrameView | None" = None
+    sign: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class FrameKind:
+    """What a frame becomes.
+
+    Attributes:
+        suffix: one of `PICTURE_SUFFIXES` for the bytes of such a file, None for pixels of a video.
+        output: bits and layers; of a video the bits are given.
+        fps: frames a second, for files that say so; None where it is not known.
+        manifest: see `Shot`.
+    """
+
+    suffix: str | None
+    output: OutputConfig = field(default_factory=OutputConfig)
+    fps: float | None = None
+    manifest: PurePath | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class FramePainter:
+    """Everything that is equal in all frames; it is sent to each process once.
+
+    Attributes:
+        painting: the coats of strokes, and what they are laid on; `num_threads` of their options are those of
+            one process.
+        background: what lies behind the painting, see `open_background`; None keeps pictures transparent.
+        kind: what frames become.
+        growth: how the painting comes into being; None for one that is finished in all frames.
+        fade: the time in which a stroke comes, see `GrowingPainting.at`.
+        takes_light: see `Moving`.
+    """
+
+    painting: "Painting"
+    background: Background
+    kind: FrameKind
+    growth: "GrowingPainting | None" = None
+    fade: float = 0.0
+    takes_light: bool = True
+
+    def frame(self, view: FrameView) -> Frame:
+        """Paint the frame, with depth if its file holds it, and the layers that are asked for."""
+        suffix, output = self.kind.suffix, self.kind.output
+        has_depth = suffix is not None and holds_depth(f"a{suffix}")
+        painting = self._painting(view).with_depth(has_depth)
+        following = None
+        if view.following is not None:
+            other = view.following
+            following = Following(self._painting(other).coats, other.camera, other.directions, view.sign)
+        wanted = Wanted(output.all_layers, output.deep, following)
+        frame = painting.frame(view.camera, view.directions, wanted=wanted)
+        return frame if view.into is None else _faded(frame, self.frame(view.into), view.share)
+
+    def _painting(self, view: FrameView) -> "Painting":
+        """The painting at the time of a frame."""
+        painting = self.painting if self.growth is None else self.growth.at(view.time, self.fade)
+        if painting.day is not None and view.hour is not None:
+            painting = painting.day.over(painting, view.hour)
+        if view.pose is not None:
+            painting = painting.posed(view.pose, takes_light=self.takes_light)
+        return painting
+
+    def __call__(self, view: FrameView) -> "bytes | Pixels":
+        """The content of the finished picture file, or the pixels of a video, see `video_pixels`.
+
+        Pictures are encoded here, so that as many processes as paint share that work too.
+        """
+        frame, kind = self.frame(view), self.kind
+        if kind.suffix is None:
+            from brushgs.io.pictures.pixels import video_pixels
+
+            return video_pixels(frame, self.background, kind.output.bits or 8)
+        from brushgs.io.pictures.images import encode_frame
+
+        shot = Shot(view.camera, view.index, kind.fps, kind.manifest)
+        return encode_frame(frame, kind.suffix, self.background, bits=kind.output.bits, shot=shot)
+
+
+def _faded(frame: Frame, into: Frame, share: float) -> Frame:
+    """A frame that fades into another."""
+    mixed: dict[str, Any] = {}
+    for name in ("rgb", "alpha", "depth", "height"):
+        from_, to = getattr(frame, name), getattr(into, name)
+        mixed[name] = None if from_ is None or to is None else from_ + np.float32(share) * (to - from_)
+    return replace(frame, **mixed)

@@ -1,0 +1,118 @@
+"""From the coats of a painting to one that comes into being, coat after coat."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.pipeline.growth.layers import NONE, Layers
+from brushgs.pipeline.growth.order import Order, lay_orders
+from brushgs.pipeline.make_strokes import StrokeMaker
+from brushgs.pipeline.report import Report
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.growing import GrowingCoat, GrowingPainting
+from brushgs.rendering.relief import Relief, median_size
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.passes.reduce.cluster import Grouping
+
+PACE = 0.15  # power of the number of strokes in the time of a stage: small ones come faster
+# Shares of a time after which what waits comes: of that of later coats, for strokes that they cover for the
+# most part; of that of its own coat, for what this hides and later coats are tested against.
+COVERED_FROM, HIDDEN_FROM = 0.3, 0.9
+
+
+def grow(
+    painting: Painting,
+    strokes: Gaussians,
+    grouping: "Grouping | None",
+    maker: StrokeMaker,
+    finish: Callable[[Gaussians], Gaussians],
+    camera: Camera,
+    report: Report,
+) -> GrowingPainting:
+    """Find how a painting grows.
+
+    Args:
+        painting: the finished one. Coats that hold the very strokes begin with coarser ones; the strokes of
+            others come by their size alone.
+        strokes: of the painting, see `Layers.of` for these and what follows.
+        grouping: None where there are no coarser strokes.
+        maker: of the strokes.
+        finish: of the strokes.
+        camera: the view.
+        report: gets the stage.
+    """
+    with report.stage("order") as stage:
+        of_coats = [
+            Layers.of(strokes, grouping, maker, finish)
+            if grouping is not None and coat.strokes is strokes
+            else Layers.flat(coat.strokes)
+            for coat in painting.coats
+        ]
+        orders = lay_orders(painting.coats, of_coats, camera)
+        growing, num_laid = _paced(painting.coats, of_coats, orders)
+        num_over = sum(len(of_coat.strokes) - of_coat.num_finished for of_coat in of_coats)
+        stage.did = f"{num_laid:,} strokes one after the other, {num_over:,} of them painted over"
+        stage.counts = {"laid": num_laid, "painted_over": num_over}
+    return GrowingPainting(painting, growing)
+
+
+def _paced(
+    coats: Sequence[Coat], layers: Sequence[Layers], orders: Sequence[Order]
+) -> tuple[tuple[GrowingCoat, ...], int]:
+    """The coats with the times of their strokes, and the number of these."""
+    counts = np.concatenate([*(order.counts for order in orders), np.zeros(1, np.intp)])
+    laid, passed = np.cumsum(counts), np.cumsum(counts**PACE)
+    duration = max(float(passed[-1]), 1.0)
+    knots = np.concatenate([[0], laid]), np.concatenate([[0], passed]) / duration
+    times, comes, before, start = [], [], 0, 0.0
+    for order in orders:
+        time = np.interp(before + order.ranks, *knots)
+        before += int(order.counts.sum())
+        end = float(np.interp(before, *knots))
+        time[order.is_covered] = _spread(end + COVERED_FROM * (1 - end), int(order.is_covered.sum()))
+        times.append(time)
+        hidden = start + HIDDEN_FROM * (end - start) if order.is_ahead else 1.0
+        comes.append(np.where(order.is_unseen, np.inf, np.where(order.is_hidden, hidden, time)))
+        start = end
+    in_turn = np.sort(np.concatenate([*comes, np.zeros(0)]))
+    num_laid = int(np.isfinite(in_turn).sum())
+    growing, at_end = [], num_laid - sum(int((come == 1).sum()) for come in comes)
+    for coat, of_coat, time, come in zip(coats, layers, times, comes, strict=True):
+        leaves = np.full(len(time), np.inf)
+        leaves[of_coat.num_finished :] = 1.0  # where nothing is worth keeping of what a stroke gives way to
+        replacing = np.flatnonzero(of_coat.parents != NONE)
+        leaves[of_coat.parents[replacing]] = time[replacing]
+        laid = np.where(np.isfinite(come), np.searchsorted(in_turn, come), np.inf)
+        is_last = come == 1
+        laid[is_last] = at_end + np.arange(np.count_nonzero(is_last))
+        at_end += int(np.count_nonzero(is_last))
+        shares = laid / max(num_laid, 1)
+        growing.append(GrowingCoat(_with_coarser(coat, of_coat), come, leaves, shares))
+    return tuple(growing), num_laid
+
+
+def _with_coarser(coat: Coat, layers: Layers) -> Coat:
+    """The coat with all its strokes; the paint of the finished ones lies as thick as without the others."""
+    if layers.strokes is coat.strokes:
+        return coat
+    options = coat.options
+    if options.relief is not None:
+        options = replace(options, relief=_of_finished(options.relief, coat.strokes))
+    return replace(coat, strokes=layers.strokes, options=options)
+
+
+def _of_finished(relief: Relief, strokes: Gaussians) -> Relief:
+    """A relief that other strokes have as these."""
+    return replace(relief, size=median_size(strokes)).in_lights_of(strokes)
+
+
+def _spread(start: float, count: int) -> F64:
+    """So many times from a start to the end."""
+    return np.linspace(start, 1, count, endpoint=False)

@@ -1,0 +1,192 @@
+"""The lamp of a job: where it stands in the scene, and how it shines on paint and canvas."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil, cos, degrees, sin
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.options.look_parts import USUAL_LAMP, LightConfig
+from brushgs.pipeline.make_strokes import StrokePass
+from brushgs.pipeline.media.materials import BACKDROP
+from brushgs.rendering.coat import Coat
+from brushgs.values.arrays import F32, F64
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.passes.add.stage import Site
+    from brushgs.passes.color.key_light import KeyLight
+    from brushgs.rendering.day import Day
+    from brushgs.rendering.light import Lamp
+
+SMALL = 240  # pixels of the longer side of views that tell where strokes face
+MOST_VIEWS = 8
+INSIDE = 0.5  # strength of the light in a room, over that on an object: walls are flat, and show every error
+SUN_STEP = 3.0  # degrees of the way of a sun, between which colours are interpolated
+
+
+@dataclass(frozen=True, eq=False)
+class Key:
+    """The light of a lamp on the strokes of a painting.
+
+    Attributes:
+        strength: 0 to 1.
+        site: where the scene stands, and its lamp.
+        cameras: that see the strokes, a few small ones.
+        is_inside: whether the scene is seen from inside.
+    """
+
+    strength: float
+    site: "Site"
+    cameras: Sequence[Camera]
+    is_inside: bool
+
+    @classmethod
+    def of(
+        cls,
+        light: LightConfig,
+        site: "Site | None",
+        cameras: Sequence[Camera],
+        first_view: FirstView | None,
+    ) -> "Key | None":
+        """The key light of options; None where there is none.
+
+        Args:
+            light: the options.
+            site: where the scene stands; None where that is not known.
+            cameras: of the job, or small ones of it.
+            first_view: of the scene.
+        """
+        if light.key == 0 or site is None:
+            return None
+        small = some_small(cameras, MOST_VIEWS, SMALL)
+        is_inside = first_view is not None and first_view.eye is not None
+        return cls(light.key * (INSIDE if is_inside else 1), site, small, is_inside)
+
+    def on(self, strokes: Gaussians) -> "KeyLight":
+        """Strokes that wait for a lamp."""
+        from brushgs.passes.color.key_light import KeyLight
+
+        return KeyLight.of(strokes, self.cameras, self.site.place, is_inside=self.is_inside)
+
+    def stroke_pass(self, *, skip: str | None) -> StrokePass:
+        """The pass that lights strokes; `skip` says why it does not run."""
+
+        def lit(strokes: Gaussians) -> Gaussians:
+            return self.on(strokes).lit(self.site.towards, self.strength)
+
+        what = f"lit, warm in the light and cool in the shade, by {self.strength:g}"
+        counts = {"strength": self.strength, "towards": [round(x, 3) for x in self.site.towards.tolist()]}
+        return StrokePass("key", what, lit, skip, counts)
+
+
+def some_small(cameras: Sequence[Camera], most: int, side: int) -> list[Camera]:
+    """At most so many of some cameras, evenly spread, with so many pixels on the longer side or fewer."""
+    rows = np.unique(np.linspace(0, len(cameras) - 1, min(len(cameras), most)).round().astype(int))
+    chosen = (cameras[row] for row in rows)
+    return [camera.in_side(min(side, max(camera.width, camera.height))) for camera in chosen]
+
+
+def check_sun(light: LightConfig, *, is_film: bool, is_moving: bool) -> None:
+    """Refuse a sun that passes over what is no film of a standing scene.
+
+    Raises:
+        ValueError: saying what to do.
+    """
+    if not light.has_day:
+        return
+    if is_moving:
+        raise ValueError("sun must stand still over a scene that moves; give one azimuth and elevation")
+    if not is_film:
+        raise ValueError(
+            "sun passes over a film only; add --orbit or --path, or give one azimuth and elevation"
+        )
+
+
+def suns_of(light: LightConfig, first_view: FirstView | None) -> F64 | None:
+    """[K, 3] unit vectors toward the suns of a day, evenly spread; None where the light stands still."""
+    if light.sun is None or not light.has_day or first_view is None:
+        return None
+    from brushgs.cameras.framing import camera_axes
+
+    start, end = np.array(light.sun[:2]), np.array(light.sun[2:])
+    num = max(ceil(degrees(float(np.abs(end - start).max())) / SUN_STEP), 1) + 1
+    suns = start + np.linspace(0, 1, num)[:, None] * (end - start)
+    return np.stack([-camera_axes(first_view.up, azimuth, elevation)[2] for azimuth, elevation in suns])
+
+
+def day_of(
+    suns: F64, key: Key | None, strokes: Gaussians, coats: Sequence[Coat], of_backdrop: F32 | None
+) -> "Day":
+    """The day that passes over a painting.
+
+    Args:
+        suns: [K, 3] see `suns_of`.
+        key: the light on the strokes; None where they keep theirs.
+        strokes: as they were made, k.
+        coats: of the painting.
+        of_backdrop: [K, n, 3] what each sun adds to the colours of the backdrop, RGB; None for nothing.
+    """
+    from brushgs.rendering.day import Day
+
+    shifts = {}
+    if of_backdrop is not None:
+        shifts[BACKDROP] = of_backdrop
+    if key is not None:
+        light = key.on(strokes)
+        colors = np.stack([light.colors(sun, key.strength) for sun in suns])
+        moves = (colors - colors[0]).astype(np.float32)
+        own = (coat.name for coat in coats if coat.name != BACKDROP and len(coat.strokes) == len(strokes))
+        shifts |= dict.fromkeys(own, moves)
+    return Day(suns, shifts)
+
+
+def towards_lamp(light: LightConfig, first_view: FirstView, axes: F64) -> F64 | None:
+    """[3] unit vector toward the lamp that options name, world axes; None for the usual one.
+
+    Args:
+        light: the options.
+        first_view: whose up axis and front the angles of a sun are measured from.
+        axes: [3, 3] rows right, down and ahead of the first view of the job.
+    """
+    if light.sun is not None:
+        from brushgs.cameras.framing import camera_axes
+
+        azimuth, elevation = light.sun[:2]
+        return np.asarray(-camera_axes(first_view.up, azimuth, elevation)[2])
+    if light.lamp is None:
+        return None
+    azimuth, elevation = light.lamp
+    level = cos(elevation)
+    return np.asarray((cos(azimuth) * level, sin(azimuth) * level, -sin(elevation)) @ axes)
+
+
+def cast_towards(light: LightConfig, first_view: FirstView) -> F64:
+    """[3] direction toward the light that casts the shadow on a stage, world axes."""
+    from brushgs.cameras.framing import camera_axes
+    from brushgs.passes.add.stage_place import lamp_direction
+
+    axes = camera_axes(first_view.up, first_view.azimuth, 0.0)
+    right, down, away = axes
+    towards = towards_lamp(light, first_view, axes)
+    return np.asarray(lamp_direction() @ np.stack([right, -down, away])) if towards is None else towards
+
+
+def open_lamp(light: LightConfig, site: "Site | None") -> "Lamp | None":
+    """The lamp of a look; None where pictures stay flat.
+
+    It stands in the scene where it lights that, or where options place it and it throws a shadow there.
+    """
+    if light.relief == 0:
+        return None
+    from brushgs.rendering.light import Lamp
+
+    azimuth, elevation = light.lamp or USUAL_LAMP
+    towards = None
+    if site is not None and (light.is_in_scene or light.lamp is not None):
+        x, y, z = site.towards.tolist()
+        towards = x, y, z
+    lamp = Lamp(azimuth, elevation, gloss=light.gloss, exponent=int(light.exponent), towards=towards)
+    return lamp.at_relief(light.relief)

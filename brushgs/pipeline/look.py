@@ -1,0 +1,144 @@
+"""The stages that make a painting of strokes: what it is laid on, how high paint lies, and lines."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from brushgs.options.choices import Canvas
+from brushgs.options.look_parts import GroundConfig, LightConfig
+from brushgs.pipeline.background import Background, open_background
+from brushgs.pipeline.report import Report
+from brushgs.values.arrays import Array
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.brushes.brush_set import BrushSet
+    from brushgs.passes.add.lines import Lines
+    from brushgs.rendering.plain import PlainViews
+    from brushgs.rendering.relief import Relief
+    from brushgs.rendering.surface import Surface
+
+BOUGHT = {"canvas": "#dccfb8", "paper": "#f7f3ea"}  # grounds as they come
+BY_LIGHT = 2.0  # how far paint lies thick in the lights and thin in the darks, over the strength of the key
+LINE_BRUSH = "line"
+
+
+def open_relief(config: LightConfig) -> "Relief | None":
+    """How high the paint of a look lies; None where nothing is seen of it."""
+    if config.relief == 0 or config.gain == config.base == 0:
+        return None
+    from brushgs.rendering.relief import Relief
+
+    return Relief(thickness=config.base, gain=config.gain, by_light=min(BY_LIGHT * config.key, 1.0))
+
+
+def open_surface(
+    ground: GroundConfig,
+    canvas: tuple[Canvas, float],
+    background: str,
+    gaussians: Gaussians,
+    camera: Camera,
+    report: Report,
+) -> "Surface | None":
+    """What a look is painted on, in the size of the picture; None where strokes lie on a plain background.
+
+    Args:
+        ground: its options.
+        canvas: what lies under it, and how strong its grain is.
+        background: what is seen where there is no ground, as `open_background` takes it.
+        gaussians: the scene, whose colours a toned ground goes with.
+        camera: gives the size.
+        report: gets the stage, only where there is a surface.
+
+    Raises:
+        SceneError: if the ground is an image that cannot be read.
+    """
+    kind, strength = canvas
+    if ground.ground == "none" and kind == "none":
+        return None
+    with report.stage("ground") as stage:
+        from brushgs.rendering.surface import flat, linen, paper
+
+        color = _ground_color(ground, background, gaussians, camera)
+        size: dict[str, int] = {"height": camera.height, "width": camera.width}
+        shown = (1.0, 1.0, 1.0) if color is None else color
+        if kind == "none":
+            surface = flat(shown, **size)
+        else:
+            weave = linen if kind == "linen" else paper
+            surface = weave(shown, **size, strength=strength)
+        of_colour = "transparent" if color is None else "a picture" if np.ndim(color) == 3 else _code(color)
+        stage.did = f"{background if ground.ground == 'none' else ground.ground}, {of_colour}"
+        if kind != "none":
+            stage.did += f", on {kind}"
+        stage.counts = {"ground": ground.ground, "canvas": kind}
+    return surface
+
+
+def recolored_ground(surface: "Surface | None", change: Callable[[Array], Array]) -> "Surface | None":
+    """What a look is painted on in other colours; `change` takes those of the ground, [3] or [H, W, 3]."""
+    if surface is None:
+        return None
+    from brushgs.rendering.surface import in_color
+
+    assert surface.recipe is not None, "open_surface makes it of a recipe"
+    return in_color(surface, change(surface.recipe.color))
+
+
+def shown_ground(surface: "Surface | None", background: Background) -> Background:
+    """What is seen where nothing is painted: RGB [3] or [H, W, 3]; None where that is transparent."""
+    return background if surface is None or background is None else surface.rgb
+
+
+def _ground_color(ground: GroundConfig, background: str, gaussians: Gaussians, camera: Camera) -> Background:
+    if ground.ground == "none":
+        return open_background(background, camera.width, camera.height)
+    if ground.ground == "toned":
+        from brushgs.passes.add.backdrop import Tone, ground_color
+
+        return ground_color(gaussians, Tone(ground.lightness, ground.complement, ground.warmth))
+    return open_background(BOUGHT.get(ground.ground, ground.ground), camera.width, camera.height)
+
+
+def _code(color: ArrayLike) -> str:
+    return "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in np.clip(color, 0, 1))
+
+
+def open_lines(
+    width: float,
+    gaussians: Gaussians,
+    views: "PlainViews | None",
+    cameras: Sequence[Camera],
+    threads: int | None,
+    report: Report,
+) -> "tuple[Lines, BrushSet] | tuple[None, None]":
+    """The lines of a drawing medium, as the views of the job show them, and their brushes; or None.
+
+    `width` is that of `find_lines`.
+    """
+    if len(gaussians) == 0:
+        return None, None
+    with report.stage("lines") as stage:
+        from brushgs.brushes.brush_set import size_for
+        from brushgs.brushes.kit import BrushKit
+        from brushgs.passes.add.lines import find_lines
+
+        camera = cameras[0]
+        brushes = BrushKit(other=(LINE_BRUSH,)).open(size=size_for(camera.width, camera.height))
+        lines = find_lines(
+            gaussians,
+            views or cameras[:1],
+            width=width,
+            num_threads=threads,
+        )
+        # All pieces of a line have one brush, or it would not read as one.
+        of_line = (lines.chains % len(brushes)).astype(np.uint8)
+        lines = replace(lines, strokes=replace(lines.strokes, brushes=of_line))
+        num_lines = len(np.unique(lines.chains))
+        stage.did = f"{num_lines:,} lines in {len(lines):,} pieces"
+        stage.counts = {"lines": num_lines, "pieces": len(lines)}
+    return lines, brushes

@@ -1,0 +1,355 @@
+"""From Gaussians to strokes of any number: clustering and the passes after it, as one function of the number.
+
+    cluster -> solid -> direction -> repaint (-> recolor) -> broken colour
+
+Whoever needs strokes calls it: a painting once, the search for an error budget or a stroke size again and
+again, and the bench for each point of its curves. So what is measured is what is painted.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from brushgs.options.look_parts import ColorConfig
+from brushgs.options.painting import ClusterConfig, StrokesConfig
+from brushgs.pipeline.report import Report, Stage, Stopwatch
+from brushgs.pipeline.runner import Memory, NoMemory
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.brushes.kit import BrushKit
+    from brushgs.io.guides.guide_file import Guides
+    from brushgs.options.direction import FieldName
+    from brushgs.passes.form.mark_directions import Marks
+    from brushgs.passes.reduce.cluster import Grouping
+    from brushgs.rendering.plain import PlainViews
+    from brushgs.stroke_count.search import Clustered
+    from brushgs.values.arrays import F32, F64, Mask, Rows
+
+ALREADY_STROKES = "they are strokes already"
+
+
+@dataclass(eq=False)
+class StrokePass:
+    """A pass that changes strokes and keeps their number, or most of it.
+
+    Attributes:
+        name: of its stage.
+        what: it does, in words.
+        run: from strokes to strokes.
+        skip: why it does not run, in words; None where it does.
+        counts: for its stage.
+        inputs: what `run` depends on beside the strokes.
+        memory: of what it returned.
+        watch: adds up its seconds.
+        num_before: strokes that it was last called with.
+        num_after: and that it returned.
+    """
+
+    name: str
+    what: str
+    run: Callable[[Gaussians], Gaussians]
+    skip: str | None = None
+    counts: dict[str, Any] = field(default_factory=dict)
+    inputs: tuple[object, ...] = ()
+    memory: Memory = field(default_factory=NoMemory)
+    watch: Stopwatch = field(default_factory=Stopwatch)
+    num_before: int = 0
+    num_after: int = 0
+
+    def __call__(self, strokes: Gaussians) -> Gaussians:
+        """The strokes after the pass; they themselves where it is skipped."""
+        self.num_before = len(strokes)
+        if self.skip is None:
+            with self.watch.running():
+                before = strokes
+                strokes = self.memory.of(self.name, (before, *self.inputs), lambda: self.run(before))
+        self.num_after = len(strokes)
+        return strokes
+
+    def report(self, report: Report) -> None:
+        """Add its stage, after it ran."""
+        with report.stage(self.name, earlier=self.watch) as stage:
+            self._describe(stage)
+
+    def _describe(self, stage: Stage) -> None:
+        if self.skip is not None:
+            stage.did = "nothing"
+            stage.skipped.append(f"{self.name}: {self.skip}")
+        else:
+            stage.did = f"{self.num_after:,} strokes {self.what}"
+            if dropped := self.num_before - self.num_after:
+                stage.did += f", {dropped:,} dropped"
+        stage.counts = {"before": self.num_before, "after": self.num_after} | self.counts
+
+
+@dataclass(frozen=True, eq=False)
+class StrokeMaker:
+    """Makes strokes of a scene.
+
+    Attributes:
+        gaussians: the scene, pruned.
+        cluster: how they are merged; its number of strokes is that of each call.
+        views: small plain pictures of the scene that decide about strokes; None for the scene alone.
+        focus: [N] factors on the strokes per area; None for the same everywhere.
+        is_solid: whether strokes that are not worth keeping are dropped, see `passes.reduce.worth`; where
+            there are views, others take their places.
+        passes: what is done to the clusters, in this order.
+        pass_watch: adds up the seconds of all passes.
+        memory: of groupings, and of strokes merged of them.
+        economy: share in which few large strokes describe what is flat, see `group`.
+        cameras: views in which no stroke is longer than a share of the picture, see `passes.form.slabs`;
+            none where that does not matter.
+        has_accents: whether as many strokes fewer are made as accents may follow, see `num_accents`.
+        motion: [N, m] how the Gaussians move, see `group`: then strokes have the numbers of their clusters as
+            ids, or where each Gaussian is a stroke that of its row. None where nothing moves.
+    """
+
+    gaussians: Gaussians
+    cluster: ClusterConfig
+    views: "PlainViews | None" = None
+    focus: "F64 | None" = None
+    is_solid: bool = False
+    economy: float = 0.0
+    cameras: Sequence[Camera] = ()
+    has_accents: bool = False
+    passes: list[StrokePass] = field(default_factory=list)
+    pass_watch: Stopwatch = field(default_factory=Stopwatch)
+    memory: Memory = field(default_factory=NoMemory)
+    motion: "F32 | None" = None
+
+    @property
+    def skip(self) -> str | None:
+        """Why all passes are skipped, in words; None where one runs."""
+        reasons = {one.skip for one in self.passes}
+        if None in reasons:
+            return None
+        return reasons.pop() if len(reasons) == 1 else "they are switched off"
+
+    def __call__(self, num_strokes: int) -> "Clustered":
+        """At most so many strokes, and how the Gaussians were grouped; None where each is a stroke."""
+        strokes, grouping = self.clusters(num_strokes)
+        return self._shortened(self.finished(strokes)), grouping
+
+    def clusters(self, num_strokes: int) -> "Clustered":
+        """The same before the passes: Gaussians that stand for those of the scene."""
+        if self.has_accents and num_strokes < len(self.gaussians):
+            from brushgs.passes.add.accents import num_accents
+
+            num_strokes -= num_accents(num_strokes, self.economy)
+        of_scene = self.gaussians, num_strokes, self.cluster, self.views, self.focus
+        makes = *of_scene, self.is_solid, self.economy, tuple(self.cameras)
+        return self.memory.of("cluster", makes, lambda: self._clustered(num_strokes))
+
+    def of_groups(
+        self, grouping: "Grouping", into: "Rows | None" = None, *, most: int
+    ) -> "tuple[Gaussians, Rows]":
+        """The strokes of a grouping, or coarser ones.
+
+        Args:
+            grouping: of the scene, as a call returned it.
+            into: [num_clusters] the group of each cluster; None makes the strokes of the call.
+            most: the largest number of strokes.
+
+        Returns:
+            The strokes, and the cluster or group of each, ascending.
+        """
+        strokes, clusters = self._merged(grouping, most, into)
+        strokes = self.finished(strokes)  # coarser strokes of a painting that grows may be longer
+        return (strokes if into is not None else self._shortened(strokes)), clusters
+
+    def _clustered(self, num_strokes: int) -> "Clustered":
+        grouping = self._grouped(num_strokes)
+        if grouping is None:
+            return self._with_ids(self.gaussians, np.arange(len(self.gaussians))), None
+        return self._merged(grouping, num_strokes)[0], grouping
+
+    def finished(self, strokes: Gaussians) -> Gaussians:
+        """Strokes after all passes."""
+        with self.pass_watch.running():
+            for one in self.passes:
+                strokes = one(strokes)
+        return strokes
+
+    def _grouped(self, num_strokes: int) -> "Grouping | None":
+        if len(self.gaussians) <= num_strokes:
+            return None
+        from brushgs.passes.reduce.cluster import group
+
+        config = self.cluster
+        return group(
+            self.gaussians,
+            num_strokes,
+            features=config.features,
+            method=config.method,
+            seed=config.seed,
+            views=self.views,
+            focus=self.focus,
+            worth_keeping=_worth_keeping if self.is_solid else None,
+            motion=self.motion,
+            economy=self.economy,
+            cameras=self.cameras,
+        )
+
+    def _merged(
+        self, grouping: "Grouping", most: int, into: "Rows | None" = None
+    ) -> "tuple[Gaussians, Rows]":
+        """The strokes that are worth keeping, at most so many, and the cluster of each."""
+        strokes = grouping.merged(self.cluster.merge, into)
+        rows = np.arange(len(strokes))
+        if self.is_solid:
+            rows = np.flatnonzero(_worth_keeping(strokes))
+            rows = rows[_most_worth(strokes.take(rows), most)]
+        strokes = strokes if len(rows) == len(strokes) else strokes.take(rows)
+        return self._with_ids(strokes, rows), rows
+
+    def _shortened(self, strokes: Gaussians) -> Gaussians:
+        """Strokes that are not too long in the cameras, after the passes, which turn them."""
+        if not self.cameras:
+            return strokes
+        from brushgs.passes.form.slabs import shorten_slabs
+
+        return shorten_slabs(strokes, self.cameras)
+
+    def _with_ids(self, strokes: Gaussians, ids: "Rows") -> Gaussians:
+        return strokes if self.motion is None else replace(strokes, ids=ids.astype(np.int32))
+
+
+def _worth_keeping(strokes: Gaussians) -> "Mask":
+    """Mask [k] of the strokes that paint something; all, where that would be none."""
+    from brushgs.passes.reduce.worth import worth_keeping
+
+    kept = worth_keeping(strokes)
+    return kept if kept.any() else ~kept
+
+
+def _most_worth(strokes: Gaussians, most: int) -> "Rows":
+    """Rows of at most so many: as more are made where some are not worth keeping, a few may be too many."""
+    if len(strokes) <= most:
+        return np.arange(len(strokes))
+    from brushgs.passes.reduce.contribution import contributions
+    from brushgs.passes.reduce.prune import highest
+
+    return np.flatnonzero(highest(contributions(strokes), most))
+
+
+def stroke_passes(
+    gaussians: Gaussians,
+    config: StrokesConfig,
+    *,
+    views: "PlainViews | None",
+    field: "FieldName | Guides | Marks | None",
+    skip: str | None,
+    memory: Memory,
+) -> list[StrokePass]:
+    """The passes that options ask for, but for broken colour, each with its reason where it is skipped.
+
+    Args:
+        gaussians: that strokes are made of.
+        config: the options.
+        views: see `StrokeMaker`.
+        field: what `open_field` opened; None where no direction is needed.
+        skip: why all are skipped; None if they are not.
+        memory: of what they returned.
+    """
+
+    def solid(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.form.solid import solidify
+
+        return solidify(strokes)
+
+    def direction(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.form.orient import orient
+
+        assert field is not None, "a direction is opened unless it is skipped"
+        return orient(strokes, gaussians, field)
+
+    def seen(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.color.repaint import repaint
+
+        assert views is not None, "repainting needs views"
+        return repaint(strokes, gaussians, views)
+
+    where = config.direction
+    return [
+        StrokePass(
+            "solid", "of solid paint", solid, skip or (None if config.solid else "--solid off"), memory=memory
+        ),
+        StrokePass(
+            "direction",
+            f"run by {where}",
+            direction,
+            skip or ("--direction own" if where.kind == "own" else None),
+            {"direction": str(where)},
+            (gaussians, field),
+            memory,
+        ),
+        StrokePass(
+            "repaint",
+            "in the colours that are seen there",
+            seen,
+            skip or ("--see off" if views is None else None),
+            inputs=(gaussians, views),
+            memory=memory,
+        ),
+    ]
+
+
+def broken_color_pass(config: StrokesConfig, *, seed: int, skip: str | None) -> StrokePass:
+    """The last pass, after a palette."""
+
+    def broken(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.color.broken_color import CHROMA, LIGHTNESS, break_colors
+
+        share = config.broken_color / LIGHTNESS
+        return break_colors(strokes, config.broken_color, share * CHROMA, follows=config.economy, seed=seed)
+
+    is_off = "--broken-color 0" if config.broken_color == 0 else None
+    what = f"differ by {config.broken_color:g} in lightness"
+    return StrokePass("broken colour", what, broken, skip or is_off, {"lightness": config.broken_color})
+
+
+def color_passes(config: ColorConfig, *, seed: int) -> list[StrokePass]:
+    """The passes that grade colours; none where a look leaves them."""
+
+    def graded(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.color.tone import grade
+
+        return grade(
+            strokes,
+            chroma=config.chroma,
+            contrast=config.contrast,
+            pivot=config.pivot,
+            shadows=config.shadows,
+            lights=config.lights,
+        )
+
+    def mixed(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.color.pigments import use_pigments
+
+        return use_pigments(strokes, config.pigments, share=config.pure, seed=seed)
+
+    passes = []
+    if config.grades:
+        passes.append(StrokePass("colour", f"graded, chroma x {config.chroma:g}", graded))
+    if config.pigments:
+        what = f"mixed of {config.pigments} pigments"
+        passes.append(StrokePass("pigments", what, mixed, counts={"pigments": config.pigments}))
+    return passes
+
+
+def brush_passes(kit: "BrushKit", config: StrokesConfig, *, seed: int) -> list[StrokePass]:
+    """The pass that chooses a brush for each stroke; none where there is one brush."""
+    if len(kit.images) == 1:
+        return []
+
+    def chosen(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.form.choose_brushes import choose_brushes
+
+        return choose_brushes(strokes, kit, material=config.economy, seed=seed)
+
+    images = list(kit.images)
+    return [StrokePass("brushes", f"of {len(images)} brushes", chosen, counts={"brushes": images})]

@@ -1,0 +1,136 @@
+"""What every medium is made of: the strokes of a painting, their brushes, and how strokes are altered."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from brushgs.options.look_parts import ColorConfig, MediaConfig
+from brushgs.pipeline.background import Background
+from brushgs.pipeline.regions import nearest_regions
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.options import RenderOptions
+from brushgs.values.arrays import Array
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.brushes.brush_set import BrushSet
+    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.passes.add.lines import Lines
+    from brushgs.values.arrays import F64
+
+BACKDROP = "backdrop"  # name of the coat of whatever stands around the strokes of a scene
+CUT_IN = "cutting in"  # of strokes of a stage along the outline of its subject, in one view
+ACCENTS = "accents"  # of pure lights and darks, which are laid last
+Color = tuple[float, float, float]
+LINE_TOLERANCE = (
+    20.0  # times that of marks: a line is thin, and its own size says little about what it lies on
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Materials:
+    """What a medium makes its coats of.
+
+    Attributes:
+        strokes: the strokes of the painting, N.
+        texture: their stroke image, or images.
+        options: how they become a frame.
+        media: the numbers of the medium.
+        color: how tones are found.
+        ground: what is seen where nothing is painted, RGB [3] or [H, W, 3]; None for nothing.
+        lines: along edges of the scene; None where the medium has none.
+        line_texture: their stroke image, or images.
+    """
+
+    strokes: Gaussians
+    texture: "StrokeTexture | BrushSet"
+    options: RenderOptions
+    media: MediaConfig
+    color: ColorConfig
+    ground: Background
+    lines: "Lines | None" = None
+    line_texture: "StrokeTexture | BrushSet | None" = None
+
+    @cached_property
+    def paper(self) -> Color:
+        """One colour for the ground: what drawing media leave open, and mix their greys from."""
+        if self.ground is None:
+            return 1.0, 1.0, 1.0
+        red, green, blue = np.asarray(self.ground, np.float64).reshape(-1, 3).mean(axis=0)
+        return float(red), float(green), float(blue)
+
+    @cached_property
+    def tones(self) -> "F64":
+        """[N] 0 (black) to 1 (white)."""
+        from brushgs.passes.color.tone import tones
+
+        return tones(self.strokes, local=self.color.local, equalized=self.color.equalize)
+
+    @cached_property
+    def solidity(self) -> "F64":
+        """[N] 0 to 1: how far a stroke counts as paint; faint ones are drawn fainter still."""
+        return np.asarray(np.minimum(2 * self.strokes.opacities.astype(np.float64), 1))
+
+    def marks(self, name: str, strokes: Gaussians, *, dry: float) -> Coat:
+        """A coat of single marks: without underpaint and streaks, and only where they are seen."""
+        options = self.options.for_marks(self.texture)
+        return Coat(name, strokes, self.texture, options, dry=dry, tolerance=self.media.behind)
+
+    def glaze(self, name: str, strokes: Gaussians, *, dry: float) -> Coat:
+        """A coat of transparent marks, which multiply what lies below."""
+        return replace(self.marks(name, strokes, dry=dry), blend="glaze")
+
+    def smudge(self, name: str, strokes: Gaussians) -> Coat:
+        """A coat of soft tone: each stroke as the kernel "gaussian"."""
+        from brushgs.brushes.texture import StrokeTexture
+
+        kernel = StrokeTexture.open("gaussian")
+        options = RenderOptions.of(kernel, num_threads=self.options.num_threads)
+        return Coat(name, strokes, kernel, options)
+
+    def line_coat(self, color: Color, *, opacity: float, dry: float) -> list[Coat]:
+        """A coat of lines along edges; none where there are no lines."""
+        from brushgs.values.sh import in_colors
+
+        if self.lines is None or self.line_texture is None or opacity == 0:
+            return []
+        shown = self.lines.stronger_than(self.media.line_strength)
+        if len(shown) == 0:
+            return []
+        strokes = in_colors(
+            scaled(shown.strokes, 1.0, 1.0, opacities=opacity * shown.strokes.opacities), color
+        )
+        strokes = nearest_regions(self.strokes, strokes)
+        options = self.options.for_marks(self.line_texture)
+        return [
+            Coat(
+                "lines",
+                strokes,
+                self.line_texture,
+                options,
+                dry=dry,
+                tolerance=self.media.behind * LINE_TOLERANCE,
+                normals=shown.normals,
+            )
+        ]
+
+
+def scaled(strokes: Gaussians, along: float, across: float, *, opacities: Array | None = None) -> Gaussians:
+    """Strokes with other lengths along and across, and other opacities, clipped to 1."""
+    order = np.argsort(-strokes.scales, axis=1)
+    factors = np.ones_like(strokes.scales)
+    rows = np.arange(len(strokes))
+    factors[rows, order[:, 0]], factors[rows, order[:, 1]] = along, across
+    changed = replace(strokes, scales=strokes.scales * factors)
+    if opacities is None:
+        return changed
+    return replace(changed, opacities=np.clip(opacities, 0, 1).astype(strokes.opacities.dtype))
+
+
+def mixed(paper: Color, colors: ArrayLike, shares: Array) -> Array:
+    """[N, 3] colours between that of the paper (share 0) and others (1), [3] or [N, 3]."""
+    start = np.asarray(paper)
+    return np.asarray(start + (np.asarray(colors) - start) * np.asarray(shares)[:, None])

@@ -1,0 +1,31 @@
+"""The media by name: what each makes of strokes."""
+
+from collections.abc import Callable
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+from brushgs.pipeline.media.materials import Materials
+from brushgs.rendering.coat import Coat
+
+if TYPE_CHECKING:
+    from brushgs.pipeline.media.staging import Staging
+
+
+def coats_of(materials: Materials) -> list[Coat]:
+    """The coats of a painting in its medium, the first laid first.
+
+    A medium is a function in the module of its name beside this one, where `stage` makes what is around it.
+    """
+    make: Callable[[Materials], list[Coat]] = getattr(_module_of(materials), materials.media.kind)
+    return make(materials)
+
+
+def stage_of(materials: Materials, staging: "Staging") -> Coat:
+    """The coat of a stage in the medium of a painting."""
+    make: Callable[[Materials, Staging], Coat] = _module_of(materials).stage
+    return make(materials, staging)
+
+
+def _module_of(materials: Materials) -> ModuleType:
+    return import_module(f"brushgs.pipeline.media.{materials.media.kind}")

@@ -1,0 +1,46 @@
+"""What a medium makes the coat of a stage of, beside its materials."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.passes.add.stage import Stage, painted_stage
+from brushgs.passes.add.stage_marks import Marking, shadow_marks, table_edge
+from brushgs.passes.add.stage_paint import Hand
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+
+
+@dataclass(frozen=True, eq=False)
+class Staging:
+    """A stage and the hand that paints it.
+
+    Attributes:
+        stage: table, wall, shadow and tones.
+        hand: how strokes are painted.
+        cameras: of the job, at least one.
+        finished: strokes in the brushes and the changed colours of the subject.
+        seed: of random numbers.
+    """
+
+    stage: Stage
+    hand: Hand
+    cameras: Sequence[Camera]
+    finished: Callable[[Gaussians], Gaussians]
+    seed: int
+
+    def painted(self) -> Gaussians:
+        """Its strokes, float32."""
+        return painted_stage(self.stage, self.hand, self.cameras, seed=self.seed).astype(np.float32)
+
+    def shadow(self, marking: Marking) -> Gaussians:
+        """The marks of its shadow, float32."""
+        stage = self.stage
+        marks = shadow_marks(stage.place, stage.shadow, self.cameras, marking, seed=self.seed)
+        return marks.astype(np.float32)
+
+    def table_edge(self) -> Gaussians:
+        """Lines along the edge of its table, float32."""
+        stage = self.stage
+        return table_edge(stage.place, stage.surface, self.cameras, seed=self.seed).astype(np.float32)

@@ -1,0 +1,62 @@
+"""A painting that is prepared already, seen by other cameras: its strokes stay as they are.
+
+`prepare` for another camera makes other strokes where small views of the job guide them. Who turns a painting
+and asks for a picture of what is seen wants these: only what has the size of the picture is made anew.
+"""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from brushgs.options.painting import DrawConfig, PaintConfig
+from brushgs.pipeline.drawing import open_picture_background
+from brushgs.pipeline.look import open_surface, recolored_ground
+from brushgs.pipeline.prepare import Prepared
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.steps.seeing import canvas
+from brushgs.rendering.coat import Coat
+from brushgs.values.camera import Camera
+
+if TYPE_CHECKING:
+    from brushgs.cameras.paths import CameraPath
+
+
+def seen_by(prepared: Prepared, config: PaintConfig, camera: Camera, report: Report) -> Prepared:
+    """The same strokes, seen by one camera.
+
+    Args:
+        prepared: with its `scene`.
+        config: that it was prepared with.
+        camera: the view, in any size.
+        report: gets the stages of what has the size of the picture.
+    """
+    background = open_picture_background(config.draw, camera, report)
+    surface = open_surface(
+        config.ground, canvas(config.light), config.draw.background, prepared.whole_scene, camera, report
+    )
+    for change in prepared.ground_changes:
+        surface = recolored_ground(surface, change)
+    painting = replace(prepared.painting, surface=surface)
+    return replace(prepared, cameras=[camera], path=None, background=background, painting=painting)
+
+
+def along(prepared: Prepared, config: PaintConfig, path: "CameraPath", report: Report) -> Prepared:
+    """The same strokes along a path: with the lock, the order and the light of paths.
+
+    Args:
+        prepared: of a still, with its `scene`.
+        config: that it was prepared with.
+        path: its cameras.
+        report: gets the stages of what has the size of the pictures.
+    """
+    seen = seen_by(prepared, config, path.cameras[0], report)
+    coats = tuple(_along(coat, config.draw) for coat in seen.painting.coats)
+    painting = replace(seen.painting, coats=coats, is_moving=True)
+    return replace(seen, cameras=path.cameras, path=path, painting=painting)
+
+
+def _along(coat: Coat, draw: DrawConfig) -> Coat:
+    """A coat of a still along a path; a kernel has neither lock nor order, see `RenderOptions.of`."""
+    if not coat.texture.is_directed:
+        return coat
+    lock, order = draw.lock_of(along_path=True), draw.order_of(along_path=True)
+    return replace(coat, options=replace(coat.options, lock=lock, order=order))

@@ -1,0 +1,97 @@
+"""Outputs: whether they can be written, before the work for them is done."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from brushgs.brushes.brush_set import paths_of
+from brushgs.brushes.texture import brush_of_style
+from brushgs.errors import SceneError
+from brushgs.io.pictures.encoding import choose_encoding
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES, holds_depth
+from brushgs.options.painting import PaintConfig
+from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.pipeline.background import TRANSPARENT
+
+
+def scene_inputs(scene: SceneFiles | None) -> tuple[Path, ...]:
+    """The files and folders of a scene, and the files in these folders; none of one in memory."""
+    return () if scene is None else SceneSource.of(scene).files()
+
+
+def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ...]:
+    """The files that a painting is made of; names of built-in strokes and colours among them are no files."""
+    palette = () if config.palette is None else (config.palette.file,)
+    styles = () if config.style is None else config.style.files
+    return (
+        *scene_inputs(scene),
+        *map(_file_of, paths_of(config.draw.stroke)),
+        Path(config.draw.background),
+        *map(_file_of, config.brushes.names),
+        Path(config.ground.ground),
+        *map(_file_of, config.ground.backdrop_brushes),
+        *palette,
+        *styles,
+        *(() if config.rules is None else config.rules.files),
+        *(() if config.painted is None else config.painted.files),
+        *config.strokes.files,
+    )
+
+
+def _file_of(stroke: str | Path) -> Path:
+    of_style = brush_of_style(str(stroke))
+    return Path(stroke) if of_style is None else of_style[0]
+
+
+def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...] = ()) -> None:
+    """Refuse an output that cannot be written, before any work.
+
+    Raises:
+        ValueError: if the suffix is none of `suffixes`.
+        SceneError: if the folder is missing or read-only, or the output is one of the inputs.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise ValueError(
+            f"output must end in {', '.join(suffixes)}, got {str(path)!r}; the suffix decides the format"
+        )
+    if path.exists() and not path.is_file():
+        raise SceneError(path, "is not a regular file and cannot be replaced; choose another name")
+    if path.exists() and any(other.exists() and path.samefile(other) for other in inputs):
+        raise SceneError(path, "is the input, which is never overwritten; choose another name")
+    check_folder(path.resolve().parent, path)
+
+
+def check_encoding(path: Path, config: PaintConfig) -> None:
+    """Refuse a background, layers, a codec or bits that an output does not hold, before any work.
+
+    Raises:
+        ValueError: if it does not.
+    """
+    output, transparent = config.output, config.draw.background.lower() == TRANSPARENT
+    choose_encoding(path, codec=output.codec, bits=output.bits, transparent=transparent)
+    if (output.layers or output.deep) and not holds_depth(path):
+        asked = "deep" if output.deep else "layers"
+        frames = Path(f"{path.with_suffix('')}/%05d.exr")  # of a video
+        cure = path.with_suffix(".exr") if path.suffix.lower() in PICTURE_SUFFIXES else frames
+        raise ValueError(f"{asked} must be written to .exr, got {path.name}; write {cure}")
+
+
+def check_folder(folder: Path, path: Path) -> None:
+    """Refuse a folder that `path` could not be written to, and a name that libraries cannot take.
+
+    Raises:
+        SceneError: if the folder is missing, read-only or a file, or the name is not UTF-8.
+    """
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        raise SceneError(path, "its name is not UTF-8; choose another name") from None
+    if folder.exists() and not folder.is_dir():
+        raise SceneError(path, f"{folder} is a file, not a folder; choose another name")
+    if not folder.is_dir():
+        raise SceneError(path, f"the folder {folder} does not exist; create it first")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise SceneError(path, f"cannot be written: {os.strerror(error.errno or 0).lower()}") from None

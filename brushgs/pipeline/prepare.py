@@ -1,0 +1,232 @@
+"""The one preparation of every command: from a scene and options to the strokes, the views and how to draw.
+
+Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
+"""
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, TypedDict, Unpack
+
+from brushgs.options.painting import PaintConfig, ViewConfig
+from brushgs.options.scene_source import SceneFiles
+from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
+from brushgs.options.where import WhereConfig
+from brushgs.pipeline.background import Background, check_background
+from brushgs.pipeline.clip import Clip
+from brushgs.pipeline.lamp import check_sun
+from brushgs.pipeline.make_strokes import StrokeMaker
+from brushgs.pipeline.moving import Moving
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.runner import Job, Memory, NoMemory, Steps, held
+from brushgs.pipeline.steps import CONFIGS, PAINTING
+from brushgs.pipeline.where import Rest
+from brushgs.rendering.canvas import Painting
+from brushgs.values.arrays import Array
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.brushes.brush_set import BrushSet
+    from brushgs.brushes.kit import BrushKit
+    from brushgs.cameras.paths import CameraPath
+    from brushgs.passes.color.recolor import Palette
+    from brushgs.passes.form.edges import Edges
+    from brushgs.rendering.growing import GrowingPainting
+    from brushgs.rendering.options import RenderOptions
+    from brushgs.rendering.plain import PlainViews
+    from brushgs.values.notes import LoadNotes
+
+# What callers ask for, by the names of `Prepared`.
+STROKES = (
+    "strokes",
+    "plain",
+    "rest",
+    "texture",
+    "kit",
+    "options",
+    "palette",
+    "notes",
+    "region_names",
+    "moving",
+)
+VIEW = ("cameras", "path", "background")
+PICTURE = (*VIEW, *STROKES, "painting", "edges", "ground_changes")
+_VALUE_OF = {"cameras": "shown", "scene": "whole", "plain": "shown_plain"}  # where the graph has another name
+_FIRST = (
+    "styles",
+    "regions",
+    "own_brushes",
+    "palette",
+)  # files that options name: wrong ones are refused early
+_EARLY = ("first_view", *VIEW, "scene")  # what is found before the long work, in this order
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Prepared:
+    """What was asked of a painting; None, or nothing, where it was not asked for.
+
+    Attributes:
+        strokes: the strokes in space.
+        texture: the stroke images, or a kernel.
+        kit: which strokes each of several images suits; its names are rows of the strokes' brushes.
+        options: how strokes become a frame, of a still or along a path.
+        cameras: the views, one per frame.
+        path: the path that the cameras belong to; None for a still.
+        background: what lies behind the strokes; None for transparent.
+        palette: the colours that the strokes took; None if they kept their own.
+        notes: what the scene file holds beside its Gaussians; None for Gaussians in memory.
+        first_view: how the scene is seen.
+        painting: the coats that strokes are laid in, on what, and in which light.
+        scene: the Gaussians as loaded, without floaters.
+        pruned: those that strokes are made of.
+        maker: makes other numbers of strokes.
+        growth: how the painting comes into being.
+        moving: how the strokes move; None for a still scene.
+        rest: what no strokes were made of, since it lies outside of the part of the scene that was asked for;
+            None where strokes are of all.
+        region_names: of the parts that are painted otherwise, from label 1 on.
+        plain: Gaussians that are shown as they are among the strokes; None where all is painted.
+        edges: what the strokes are to lost and found edges; None where there are none.
+        ground_changes: what was done to the colours of the ground, in this order.
+        view: the options of the view, with the size and the place that a composed picture was given.
+        plain_views: small plain pictures that strokes were made by; None where the scene alone decides.
+    """
+
+    strokes: Gaussians = None  # type: ignore[assignment]  # who reads what he did not ask for fails at once
+    texture: "BrushSet" = None  # type: ignore[assignment]
+    kit: "BrushKit" = None  # type: ignore[assignment]
+    options: "RenderOptions" = None  # type: ignore[assignment]
+    cameras: Sequence[Camera] = ()
+    path: "CameraPath | None" = None
+    background: Background = None
+    palette: "Palette | None" = None
+    notes: "LoadNotes | None" = None
+    first_view: FirstView | None = None
+    painting: Painting = None  # type: ignore[assignment]
+    scene: Gaussians | None = None
+    pruned: Gaussians | None = None
+    maker: StrokeMaker | None = None
+    growth: "GrowingPainting | None" = None
+    moving: Moving | None = None
+    rest: Rest | None = None
+    region_names: Sequence[str] = ()
+    plain: Gaussians | None = None
+    edges: "Edges | None" = None
+    ground_changes: Sequence[Callable[[Array], Array]] = ()
+    view: ViewConfig | None = None
+    plain_views: "PlainViews | None" = None
+
+    @property
+    def camera(self) -> Camera:
+        """The first view, of a still the only one."""
+        return self.cameras[0]
+
+    @property
+    def known_view(self) -> FirstView:
+        """How the scene is seen, of a caller that asked for it."""
+        assert self.first_view is not None, "ask for first_view"
+        return self.first_view
+
+    @property
+    def whole_scene(self) -> Gaussians:
+        """The Gaussians as loaded, without floaters, of a caller that asked for them."""
+        assert self.scene is not None, "ask for scene"
+        return self.scene
+
+    @property
+    def stroke_maker(self) -> StrokeMaker:
+        """What makes strokes of the pruned scene, of a caller that asked for it."""
+        assert self.maker is not None, "ask for maker"
+        return self.maker
+
+
+class JobOptions(TypedDict, total=False):
+    """Of `open_job`, which says what they are."""
+
+    asks: Collection[str]
+    views: Camera | PathConfig | GrowConfig | None
+    check_path: Callable[["CameraPath"], None] | None
+    on_background: bool
+    memory: Memory | None
+    where: WhereConfig | None
+    workers: SequenceConfig | None
+    steps: Steps
+
+
+def prepare(
+    source: SceneFiles | Gaussians | Clip, config: PaintConfig, report: Report, **options: Unpack[JobOptions]
+) -> Prepared:
+    """Make strokes of a scene, and what else is asked for; nothing that it does not depend on.
+
+    Peak memory: a scene is freed as soon as the next one is made of it, unless the caller holds it.
+
+    Args:
+        source: see `open_job`, as for all others.
+        config: of the painting.
+        report: gets the stages of the steps that run.
+        options: what is asked for, and from where it is seen.
+
+    Raises:
+        SceneError: if a file cannot be read.
+        ValueError: if an option does not suit the scene, before any long work where that can be known.
+    """
+    job = open_job(source, config, report, **options)
+    found = job.run()
+    fields_of = {_VALUE_OF.get(one.name, one.name): one.name for one in fields(Prepared)}
+    return Prepared(**{fields_of[name]: found[name] for name in job.asked if name in fields_of})
+
+
+def open_job(
+    source: SceneFiles | Gaussians | Clip,
+    config: PaintConfig,
+    report: Report,
+    *,
+    asks: Collection[str] = PICTURE,
+    views: Camera | PathConfig | GrowConfig | None = None,
+    check_path: Callable[["CameraPath"], None] | None = None,
+    on_background: bool = True,
+    memory: Memory | None = None,
+    where: WhereConfig | None = None,
+    workers: SequenceConfig | None = None,
+    steps: Steps = PAINTING,
+) -> Job:
+    """A job of the graph of a painting, of which nothing has run yet.
+
+    Args:
+        source: the files of a scene; Gaussians in memory, which count as a scene and not as strokes; or a
+            moving scene, of which a film is painted: then `Prepared.cameras` are one per frame of it.
+        config: see `PaintConfig`.
+        report: gets the stages of the steps that run.
+        asks: names of fields of `Prepared`.
+        views: one camera, or a path; None for the one camera that `config.view` describes, and a painting
+            that grows is seen by it too.
+        check_path: refuses a path before the long work, by raising.
+        on_background: whether the background of the options lies behind the painting.
+        memory: of earlier jobs for the same source: steps whose inputs are as they were are not made again,
+            and have no stage. None has that of `holding`, or makes all of them.
+        where: the part of the scene that strokes are made of; `Prepared.rest` is all else. None for all.
+        workers: that read a scene larger than memory; None for this machine.
+        steps: the graph.
+
+    Raises:
+        ValueError: if options exclude each other.
+    """
+    check_sun(config.light, is_film=isinstance(views, PathConfig), is_moving=isinstance(source, Clip))
+    if (on_background and "background" in asks) or config.cluster.target is not None:
+        check_background(config.draw.background)
+    memory = memory or held() or NoMemory()
+    inputs = {
+        "config": config,
+        "source": source,
+        "views": views,
+        "where": where,
+        "on_background": on_background,
+        "report": report,
+        "workers": workers,
+        "check_path": check_path,
+        "memory": memory,
+    }
+    inputs |= {name: getattr(config, one.name) for name, one in zip(CONFIGS, fields(config), strict=True)}
+    more = ["growth"] if isinstance(views, GrowConfig) else []
+    asked = [*(one for one in _EARLY if one in asks), *sorted({*asks, *more} - {*_EARLY})]
+    return Job(steps, [*_FIRST, *(_VALUE_OF.get(name, name) for name in asked)], inputs, memory)

@@ -1,0 +1,214 @@
+"""What a run depends on, in the form that a manifest or a checkpoint holds: `--resume` compares it.
+
+Arrays are recorded as digests. The digest of the strokes covers the scene and everything that was done to it:
+where clustering rounds differently on another machine, the strokes differ, and the comparison shows it.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.io.json_file import shown
+from brushgs.io.pictures.numbered import Manifest, NumberedFiles
+from brushgs.options.clip import ClipConfig
+from brushgs.options.painting import PaintConfig, UsualCount
+from brushgs.options.sequence import GrowConfig
+from brushgs.pipeline.prepare import Prepared
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.version import __version__
+
+if TYPE_CHECKING:
+    from brushgs.pipeline.moving import Moving
+
+_DIGEST = "digest"
+_OF_LOOKS = (
+    "brushes",
+    "color",
+    "ground",
+    "light",
+    "media",
+    "adjust",
+    "output",
+)  # steps that plain paintings do nothing in
+
+
+def describe_options(
+    config: PaintConfig, grow: GrowConfig | None = None, clip: ClipConfig | None = None
+) -> dict[str, Any]:
+    """The options that frames depend on, known before any work: name -> number, text or None."""
+    along_path = grow is None
+    steps = asdict(config.prune) | asdict(config.cluster) | asdict(config.draw)
+    del steps["threads"]
+    steps["keep"] = config.prune.share()
+    if config.cluster.target is not None:
+        steps["strokes"] = str(config.cluster.target)
+    elif isinstance(config.cluster.strokes, UsualCount):
+        steps["strokes"] = config.cluster.strokes.count
+    steps |= {field.name: getattr(config.strokes, field.name) for field in fields(config.strokes)}
+    for name in ("focus", "direction"):
+        steps[name] = None if steps[name] is None else str(steps[name])
+    steps |= {step: _changed(getattr(config, step)) for step in _OF_LOOKS}
+    if config.palette is not None:
+        steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
+    rules = (
+        None if config.rules is None else digest(np.frombuffer(repr(config.rules.rules).encode(), np.uint8))
+    )
+    named = {"style": config.style, "rules": rules, "where": config.painted}
+    steps |= {name: str(part) for name, part in named.items() if part is not None}
+    moving: dict[str, Any] = {
+        "lock": config.draw.lock_of(along_path=along_path),
+        "order": config.draw.order_of(along_path=along_path),
+    }
+    if grow is not None:
+        moving |= {"grow": grow.seconds, "fps": grow.rate}
+    if clip is not None:
+        moving |= {
+            f"clip {name}": None if value is None else str(value) for name, value in vars(clip).items()
+        }
+    return {"version": __version__} | steps | moving
+
+
+def _changed(part: Any) -> str:
+    """The fields of a step that differ from its defaults, in words such as "relief 0.5, canvas linen"."""
+    plain = type(part)()
+    values = {known.name: getattr(part, known.name) for known in fields(part) if known.compare}
+    return (
+        ", ".join(f"{name} {value}" for name, value in values.items() if value != getattr(plain, name))
+        or "plain"
+    )
+
+
+def describe_painting(
+    config: PaintConfig,
+    prepared: Prepared,
+    grow: GrowConfig | None = None,
+    clip: ClipConfig | None = None,
+) -> dict[str, Any]:
+    """Everything that frames depend on: the options, and digests of what was made from the files."""
+    strokes, path, background = prepared.strokes, prepared.path, prepared.background
+    plain = prepared.plain
+    assert path is not None
+    moving = {} if prepared.moving is None else {"motion": motion_digest(prepared.moving)}
+    return (
+        describe_options(config, grow, clip)
+        | moving
+        | {
+            "scene": digest(*content_of(strokes), *([] if plain is None else content_of(plain))),
+            "stroke image": digest(*prepared.texture.coverages),
+            "background image": None if background is None else digest(np.asarray(background)),
+            "frames": len(path.cameras),
+            "loop": path.is_loop,
+            "path": digest(*map(_numbers, path.cameras)),
+        }
+    )
+
+
+def read_manifest(
+    files: NumberedFiles,
+    config: PaintConfig,
+    grow: GrowConfig | None = None,
+    clip: ClipConfig | None = None,
+) -> Manifest | None:
+    """Read the manifest of the painting that is to be resumed; None if there are no frames yet.
+
+    Raises:
+        SceneError: if there are frames without a manifest, or options differ from those of the manifest.
+    """
+    manifest = Manifest.read(files)
+    if manifest is not None:
+        check_same_painting(manifest, describe_options(config, grow, clip))
+    elif numbers := files.numbers():
+        raise SceneError(
+            files.manifest,
+            f"there is no such manifest, so it is not known which painting the {len(numbers)} frames "
+            f"{files.name} belong to; omit --resume to paint them all again",
+        )
+    return manifest
+
+
+def check_same_painting(manifest: Manifest, expected: Mapping[str, Any]) -> None:
+    """Refuse to resume another painting.
+
+    Raises:
+        SceneError: if anything expected differs in the manifest; names everything that differs.
+    """
+    if differing := differences(manifest.painting, expected):
+        raise SceneError(
+            manifest.files.pattern,
+            f"the frames there are of another painting ({differing}); give the options they were "
+            "painted with, or omit --resume to paint them all again",
+        )
+
+
+def differences(found: Mapping[str, Any], expected: Mapping[str, Any]) -> str:
+    """Everything expected that differs in what was found, in words such as "seed 0, now 5"; "" if nothing.
+
+    A value is a number, text, a digest, or what `named_digest` gives.
+    """
+    differing = []
+    for name, value in expected.items():
+        there = found.get(name)
+        before, now = _label(there), _label(value)
+        if _content(there) == _content(value):
+            continue
+        if isinstance(value, str) and value.startswith(_DIGEST):
+            differing.append(f"another {name}")
+        else:
+            differing.append(f"another {name} {now}" if before == now else f"{name} {before}, now {now}")
+    return "; ".join(differing)
+
+
+def _content(value: Any) -> Any:
+    """What is compared: a file may have been renamed."""
+    return value.get(_DIGEST) if isinstance(value, dict) else value
+
+
+def _label(value: Any) -> str:
+    """A value in words; it may come from any file."""
+    value = value.get("name", value) if isinstance(value, dict) else value
+    return shown(value) if isinstance(value, list | dict) else str(value)[:80]
+
+
+def content_of(gaussians: Gaussians) -> list[NDArray[Any]]:
+    """All that a digest of Gaussians covers; antialiased ones, and those with brushes, have more of it."""
+    brushes = [] if gaussians.brushes is None else [gaussians.brushes]
+    return [*gaussians.columns().values(), *[np.ones(1)] * gaussians.antialiased, *brushes]
+
+
+def named_digest(name: str, *arrays: NDArray[Any]) -> dict[str, str]:
+    """A file by its content; the name is for messages."""
+    return {"name": name, _DIGEST: digest(*arrays)}
+
+
+def named_file_digest(path: Path) -> dict[str, str]:
+    """The same of a file that is not read as arrays."""
+    with path.open("rb") as file:
+        return {"name": path.name, _DIGEST: f"{_DIGEST} {hashlib.file_digest(file, 'blake2b').hexdigest()}"}
+
+
+def motion_digest(moving: "Moving") -> str:
+    """A digest of how strokes move, a moment at a time: the table may be larger than memory."""
+    film, motion = moving.film, moving.motion
+    poses = (np.asarray(numbers) for numbers in motion.table)
+    return digest(film.times, film.others, film.shares, motion.ids, motion.pivots, *poses)
+
+
+def _numbers(camera: Camera) -> NDArray[np.float64]:
+    size = (camera.width, camera.height, camera.near)
+    return np.concatenate([camera.viewmat.ravel(), camera.K.ravel(), size])
+
+
+def digest(*arrays: NDArray[Any]) -> str:
+    """Text that stands for arrays: their shapes, types and bytes."""
+    hashed = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        hashed.update(f"{array.shape} {array.dtype.str}".encode())
+        hashed.update(np.ascontiguousarray(array).tobytes())
+    return f"{_DIGEST} {hashed.hexdigest()}"

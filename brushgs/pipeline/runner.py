@@ -1,0 +1,399 @@
+"""The graph of steps: a painting is what is asked of it, and nothing else is made.
+
+A step is a plain function. Its name is the value that it makes, its parameters name the values that it takes.
+Nobody calls steps in order: who wants a value asks for it, and what it depends on is made first, once.
+"""
+
+import inspect
+import time
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from copy import copy
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+if TYPE_CHECKING:
+    from brushgs.pipeline.explain import Explained
+
+T = TypeVar("T")
+
+
+class Later(Generic[T]):
+    """A value that a step may not need: `def key(light, camera: Later[Camera])`, and in it `camera()`."""
+
+    def __init__(self, make: Callable[[], T]) -> None:
+        """With what makes it."""
+        self._make = make
+
+    def __call__(self) -> T:
+        """The value; the steps that make it run now, unless they ran before."""
+        return self._make()
+
+
+def makes(*names: str) -> Callable[[Callable[..., T]], Callable[..., T]]:
+    """Say that a step returns a tuple of several values with these names, in place of one with its own."""
+
+    def named(step: Callable[..., T]) -> Callable[..., T]:
+        step.makes = names  # type: ignore[attr-defined]
+        return step
+
+    return named
+
+
+def anew(step: Callable[..., T]) -> Callable[..., T]:
+    """Say that the result of a step is never kept: it changes while it is used."""
+    step.is_kept = False  # type: ignore[attr-defined]
+    return step
+
+
+class Memory:
+    """The last result of each step, by its name, and what it was made of.
+
+    A step is made again where an input differs. Options are compared by value; arrays and what holds them by
+    identity: a step that is not made again returns the very same object, so what follows it is found
+    unchanged too.
+
+    Attributes:
+        made: how often each step was made.
+    """
+
+    def __init__(self) -> None:
+        self.made: Counter[str] = Counter()
+        self._kept: dict[str, tuple[tuple[object, ...], Any]] = {}
+
+    def of(self, step: str, inputs: Sequence[object], make: Callable[[], T]) -> T:
+        """The result of a step: the last one, if its inputs are the same, else a new one.
+
+        Args:
+            step: its name.
+            inputs: everything that its result depends on: options, arrays and what holds them, and tuples of
+                both.
+            make: makes the result. It is not remembered if it raises.
+        """
+        known = self.known(step)
+        if known is not None and is_same(known[0], tuple(inputs)):
+            result: T = known[1]
+            return result
+        self.forget(step)
+        result = make()
+        self.keep(step, tuple(inputs), result)
+        return result
+
+    def known(self, step: str) -> tuple[tuple[object, ...], Any] | None:
+        """What a step was made of the last time, and its result."""
+        return self._kept.get(step)
+
+    def forget(self, step: str) -> None:
+        """Drop the result of a step, before another takes its room."""
+        self._kept.pop(step, None)
+
+    def keep(self, step: str, inputs: tuple[object, ...], result: object) -> None:
+        """Remember a result."""
+        self.made[step] += 1
+        self._kept[step] = inputs, result
+
+
+class NoMemory(Memory):
+    """Makes every step, and keeps nothing."""
+
+    def keep(self, step: str, inputs: tuple[object, ...], result: object) -> None:
+        """Forget it."""
+
+
+_held: ContextVar[Memory | None] = ContextVar("held", default=None)
+
+
+def held() -> Memory | None:
+    """The memory of the block, see `holding`."""
+    return _held.get()
+
+
+@contextmanager
+def holding(memory: Memory | None) -> Iterator[None]:
+    """Within the block jobs that are given no memory have this one."""
+    token = _held.set(memory)
+    try:
+        yield
+    finally:
+        _held.reset(token)
+
+
+def is_same(known: object, other: object) -> bool:
+    """Whether two inputs of a step are the same, see `Memory`."""
+    if known is other:
+        return True
+    if isinstance(known, tuple) and isinstance(other, tuple):
+        return len(known) == len(other) and all(map(is_same, known, other))
+    return (known == other) is True  # arrays, and what holds them, are compared by identity
+
+
+@dataclass(frozen=True)
+class Rule:
+    """When a step is not needed.
+
+    Attributes:
+        why: the reason in words, of the values that decide it; None where the step runs.
+        takes: names of these values.
+        instead: what the step's values are without it: names of other values, or anything else as it is.
+    """
+
+    why: Callable[..., str | None]
+    takes: tuple[str, ...]
+    instead: tuple[Any, ...]
+
+    def reason(self, value: Callable[[str], Any]) -> str | None:
+        """Why the step is not needed; `value` makes a value by its name."""
+        return self.why(**{one: value(one) for one in self.takes})
+
+    def stand_ins(self, value: Callable[[str], Any]) -> list[Any]:
+        """The values of the step without it."""
+        return [value(one) if isinstance(one, str) else one for one in self.instead]
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Names of the values that stand in for those of the step."""
+        return tuple(one for one in self.instead if isinstance(one, str))
+
+
+def unless(why: Callable[..., str | None], *instead: Any) -> Callable[[Callable[..., T]], Callable[..., T]]:
+    """Say when a step is not needed, and what its values are then; see `Rule`. Without `instead` None."""
+
+    def ruled(step: Callable[..., T]) -> Callable[..., T]:
+        step.rule = Rule(why, tuple(inspect.signature(why).parameters), instead)  # type: ignore[attr-defined]
+        return step
+
+    return ruled
+
+
+@dataclass(frozen=True)
+class Step:
+    """A function of a graph.
+
+    Attributes:
+        name: of the function.
+        run: the function.
+        needs: names of the values that it takes.
+        later: those of them that it may turn out not to need.
+        makes: names of the values that it returns.
+        rule: when it does not run; None where it always does.
+        is_kept: whether a memory keeps its result.
+    """
+
+    name: str
+    run: Callable[..., Any]
+    needs: tuple[str, ...]
+    later: frozenset[str]
+    makes: tuple[str, ...]
+    rule: Rule | None
+    is_kept: bool
+
+    @classmethod
+    def of(cls, run: Callable[..., Any]) -> "Step":
+        """A function as a step."""
+        parameters = inspect.signature(run).parameters
+        later = frozenset(name for name, one in parameters.items() if _is_later(one.annotation))
+        names, rule = getattr(run, "makes", (run.__name__,)), getattr(run, "rule", None)
+        if rule is not None and not rule.instead:
+            rule = replace(rule, instead=(None,) * len(names))
+        return cls(run.__name__, run, tuple(parameters), later, names, rule, getattr(run, "is_kept", True))
+
+    @property
+    def takes(self) -> tuple[str, ...]:
+        """Names of all values that it may take, and its rule."""
+        ruled = () if self.rule is None else (*self.rule.takes, *self.rule.sources)
+        return tuple(dict.fromkeys((*ruled, *self.needs)))
+
+    def values_of(self, result: Any) -> Sequence[Any]:
+        """The values that a result of the function is."""
+        return result if len(self.makes) > 1 else (result,)
+
+    @property
+    def does(self) -> str:
+        """What it makes, in words: the first line of the function's docstring, without the full stop."""
+        return (self.run.__doc__ or self.name).strip().splitlines()[0].rstrip(".")
+
+
+def _is_later(annotation: object) -> bool:
+    if isinstance(annotation, str):
+        return annotation.startswith(f"{Later.__name__}[")
+    return getattr(annotation, "__origin__", None) is Later
+
+
+class Steps:
+    """Functions by the names of what they make.
+
+    Attributes:
+        step_of: the step that makes a value.
+        inputs: names of the values that come from outside.
+        services: those inputs that say nothing about a result, such as where progress is reported.
+    """
+
+    def __init__(
+        self, functions: Iterable[Callable[..., Any]], inputs: Collection[str], services: Collection[str] = ()
+    ) -> None:
+        """Check that each value can be made.
+
+        Raises:
+            TypeError: if steps wait for each other in a circle, or one takes a value that nothing makes, or
+                two make the same.
+        """
+        self.inputs, self.services = frozenset(inputs), frozenset(services)
+        self.step_of: dict[str, Step] = {}
+        for step in map(Step.of, functions):
+            for name in step.makes:
+                if name in self.step_of or name in self.inputs:
+                    raise TypeError(f"two steps make {name}, or it is an input")
+                self.step_of[name] = step
+        sound: set[str] = set(self.inputs)
+        for name in self.step_of:
+            self._check(name, (), sound)
+
+    def _check(self, name: str, above: tuple[str, ...], sound: set[str]) -> None:
+        if name in above:
+            raise TypeError(f"steps wait for each other: {' -> '.join((*above, name))}")
+        if name in sound:
+            return
+        if name not in self.step_of:
+            raise TypeError(f"step {above[-1]} takes {name}, which no step makes and no input is")
+        for one in self.step_of[name].takes:
+            self._check(one, (*above, name), sound)
+        sound.add(name)
+
+    def altered(self, name: str, change: Callable[[Any, Mapping[str, Any]], Any]) -> "Steps":
+        """The same graph, where something more is done to a value.
+
+        Args:
+            name: of the value, which is all that its step makes.
+            change: makes another of it, and of what its step took.
+        """
+        step = self.step_of[name]
+
+        def run(**needs: Any) -> Any:
+            return change(step.run(**needs), needs)
+
+        other = copy(self)
+        other.step_of = self.step_of | {name: replace(step, run=run)}
+        return other
+
+    def below(self, names: Iterable[str]) -> list[Step]:
+        """The steps that some values may depend on, each after those that it takes values of."""
+        found: dict[str, Step] = {}
+
+        def add(name: str) -> None:
+            step = self.step_of.get(name)
+            if step is not None and step.name not in found:
+                for one in step.takes:
+                    add(one)
+                found.setdefault(step.name, step)
+
+        for name in names:
+            add(name)
+        return list(found.values())
+
+
+class Job:
+    """What is asked of a graph, once; a value is freed as soon as nothing more depends on it.
+
+    Attributes:
+        steps: the graph.
+        asked: names of the values that are asked for.
+        seconds: that each step took that ran, without those that it waited for.
+        skipped: why others did not, by their names.
+    """
+
+    def __init__(
+        self, steps: Steps, asked: Sequence[str], inputs: Mapping[str, Any], memory: Memory | None = None
+    ) -> None:
+        """Nothing runs yet.
+
+        Args:
+            steps: the graph.
+            asked: names of values.
+            inputs: by name, all of them.
+            memory: of earlier jobs; None makes every step.
+        """
+        self.steps, self.asked, self.inputs = steps, tuple(asked), dict(inputs)
+        self.seconds: dict[str, float] = {}
+        self.skipped: dict[str, str] = {}
+        self._memory, self._values = memory or NoMemory(), dict(inputs)
+        self._waited = 0.0
+        self._done: set[str] = set()  # names of steps that are through
+        self._readers = Counter(self.asked)  # of values: steps that may still take them
+        for step in steps.below(asked):
+            self._readers.update(step.takes)
+
+    def explain(self, facts: Mapping[str, Any] | None = None) -> "list[Explained]":
+        """Which steps would run, and why others would not, without running one that costs anything.
+
+        `facts` are values that are known without it, such as what the header of a file says.
+        """
+        from brushgs.pipeline.explain import explain
+
+        return explain(self, facts or {})
+
+    def run(self) -> dict[str, Any]:
+        """Make the values that are asked for, and what they depend on."""
+        return {name: self._value(name) for name in self.asked}
+
+    def _value(self, name: str) -> Any:
+        if name not in self._values:
+            step = self.steps.step_of[name]
+            for one, value in zip(step.makes, self._results(step), strict=True):
+                if self._readers[one]:
+                    self._values[one] = value
+            self._finish(step)
+        return self._values[name]
+
+    def _finish(self, step: Step) -> None:
+        """A step is through, or will not run: it takes nothing more."""
+        self._done.add(step.name)
+        for name in step.takes:
+            self._readers[name] -= 1
+            if self._readers[name] or name in self.steps.inputs:
+                continue
+            self._values.pop(name, None)
+            maker = self.steps.step_of[name]
+            if maker.name not in self._done and not any(self._readers[one] for one in maker.makes):
+                self._finish(maker)
+
+    def _results(self, step: Step) -> Sequence[Any]:
+        """The values that a step makes, made, kept, or what stands in for them."""
+        if step.rule is not None and (why := step.rule.reason(self._value)) is not None:
+            self.skipped[step.name] = why
+            return step.rule.stand_ins(self._value)
+        needs = {one: self._value(one) for one in step.needs if one not in step.later}
+        memory = self._memory if step.is_kept else NoMemory()
+        known = memory.known(step.name)
+        if known is not None and self._is_unchanged(known[0], needs):
+            self.skipped[step.name] = "its result is kept"
+            return step.values_of(known[1])
+        del known
+        memory.forget(step.name)
+        return step.values_of(self._made(step, needs, memory))
+
+    def _made(self, step: Step, needs: dict[str, Any], memory: Memory) -> Any:
+        used: dict[str, Any] = {}  # what was asked for later is an input too
+
+        def later(one: str) -> Later[Any]:
+            def get() -> Any:
+                start, before = time.perf_counter(), self._waited
+                used[one] = self._value(one)
+                self._waited = before + time.perf_counter() - start
+                return used[one]
+
+            return Later(get)
+
+        start, before = time.perf_counter(), self._waited
+        result = step.run(**needs, **{one: later(one) for one in step.later})
+        self.seconds[step.name] = time.perf_counter() - start - (self._waited - before)
+        inputs = {one: x for one, x in (needs | used).items() if one not in self.steps.services}
+        memory.keep(step.name, tuple(inputs.items()), result)
+        return result
+
+    def _is_unchanged(self, known: tuple[Any, ...], needs: Mapping[str, Any]) -> bool:
+        """Whether what a step takes is as it was: first what it takes in any case."""
+        before, services = dict(known), self.steps.services
+        at_once = all(is_same(before.get(one), x) for one, x in needs.items() if one not in services)
+        return at_once and all(is_same(x, self._value(one)) for one, x in before.items() if one not in needs)

@@ -1,0 +1,471 @@
+"""A path, or a painting that grows: a scene file becomes a video or numbered pictures.
+
+The stages are those of `prepare`, then track -> paint -> write. What happens to a stroke is decided before
+any frame is painted: its directions along the whole path, or when it comes. After that frames do not depend
+on each other: any number of processes paint the same files, bit for bit; missing ones can be painted alone.
+"""
+
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
+from itertools import groupby
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any
+
+from brushgs.errors import SceneWarning
+from brushgs.io.pictures.encoding import choose_encoding, codec_of
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES
+from brushgs.io.pictures.numbered import Manifest, NumberedFiles
+from brushgs.io.pictures.video import check_rate, check_size, open_video, padded_size
+from brushgs.options.clip import ClipConfig
+from brushgs.options.output import OutputConfig
+from brushgs.options.painting import DrawConfig, PaintConfig
+from brushgs.options.scene_source import SceneFiles
+from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
+from brushgs.pipeline.background import TRANSPARENT
+from brushgs.pipeline.clip import Clip, files_of
+from brushgs.pipeline.drawing import why_nothing_is_seen
+from brushgs.pipeline.film_track import FilmTrack, track_film
+from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
+from brushgs.pipeline.media.materials import BACKDROP
+from brushgs.pipeline.outputs import check_output, input_files
+from brushgs.pipeline.parallel import parallel_map
+from brushgs.pipeline.parallel.ahead import one_ahead
+from brushgs.pipeline.parallel.connection import Waiting, check_scheduler
+from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
+from brushgs.pipeline.report import Report, Stage, Stopwatch
+from brushgs.pipeline.resume import check_same_painting, describe_painting, read_manifest
+from brushgs.pipeline.sequence_outputs import check_target, plan_output
+from brushgs.pipeline.strokes import file_size, name_of
+from brushgs.pipeline.views_sheet import write_sheet_of
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.cameras.paths import CameraPath
+    from brushgs.rendering.track import Track
+
+    AnyTrack = Track | FilmTrack
+
+NUM_SAMPLED_VIEWS = 8  # of a path, to see whether any stroke is visible: thousands of frames need no more
+
+
+def paint_sequence(
+    scene: SceneFiles | Clip,
+    output: str | Path,
+    path_config: PathConfig | GrowConfig | Camera | None,
+    config: PaintConfig | None = None,
+    sequence: SequenceConfig | None = None,
+    *,
+    report: Report | None = None,
+    sheet: str | Path | None = None,
+) -> Report:
+    """Paint a scene file along a camera path, as it comes into being, or as it moves.
+
+    Args:
+        scene: the files of a trained 3D Gaussian scene, or a moving scene.
+        output: a video (.mp4, .mov, .webm, .mkv, .gif), a pattern of numbered pictures such as
+            frames/%05d.png (any picture format; the last folder is made), or a folder, which means %05d.png
+            in it.
+        path_config: where the camera goes, or how the painting grows before one camera; before a moving scene
+            a camera that stands still, None for that of `config`.
+        config: see `PaintConfig`; of its view what `plan_path` takes.
+        sequence: where the frames are painted, and which.
+        report: gets the stages; a new one if None.
+        sheet: another picture, which shows the plain scene from all around, see `views_sheet`; None for none.
+
+    Returns:
+        The report, with one stage per step.
+
+    Raises:
+        SceneError: if a file cannot be read or written, or the frames that are to be resumed are of
+            another painting.
+        ValueError: if an option does not suit the scene, the path or the output, or no frame shows a stroke.
+        KeyboardInterrupt: if the run is stopped; says how to resume it. Frames are whole or not there.
+    """
+    config, sequence, report = config or PaintConfig(), sequence or SequenceConfig(), report or Report()
+    grow = path_config if isinstance(path_config, GrowConfig) else None
+    clip = scene.config if isinstance(scene, Clip) else None
+    files = files_of(scene)
+    target = plan_output(output, is_resumed=sequence.is_resumed)
+    check_target(target, files, _rate_of(path_config, clip), config)
+    if sequence.scheduler is not None:
+        check_scheduler(sequence.scheduler, Waiting(sequence.workers_timeout, report.tell))
+    found = None
+    if sequence.is_resumed and isinstance(target, NumberedFiles):
+        found = read_manifest(target, config, grow, clip)
+    asks: tuple[str, ...] = PICTURE
+    if sheet is not None:
+        check_output(Path(sheet), PICTURE_SUFFIXES, inputs=input_files(files, config))
+        asks = (*PICTURE, "first_view", "scene")
+    prepared = prepare(
+        scene,
+        config,
+        report,
+        asks=asks,
+        views=path_config,
+        check_path=lambda path: _check_video(target, path, config),
+        workers=sequence,
+    )
+    if sheet is not None:
+        write_sheet_of(prepared, Path(sheet), config, report, name=name_of(files, prepared.notes))
+    tracks = _track(prepared, config.draw, report) if grow is None else []
+    _check_seen(prepared)
+    frames = _Frames(prepared, config, tracks, sequence, grow, clip)
+    if isinstance(target, Path):
+        _paint_video(frames, target, report)
+        report.output = str(target)
+    else:
+        _paint_files(frames, target, found, report)
+        report.output = str(target.pattern)
+    return report
+
+
+def _rate_of(path_config: PathConfig | GrowConfig | Camera | None, clip: ClipConfig | None) -> float | None:
+    """Frames a second that the options name."""
+    named = path_config if isinstance(path_config, PathConfig | GrowConfig) else clip
+    return None if named is None else named.fps
+
+
+def _check_video(target: Path | NumberedFiles, path: "CameraPath", config: PaintConfig) -> None:
+    """Refuse a rate or a size of frames that does not suit a video."""
+    if isinstance(target, Path):
+        check_rate(target, path.fps)
+        check_size(target, path.cameras[0].width, path.cameras[0].height, config.output.codec)
+
+
+def _check_seen(prepared: Prepared) -> None:
+    """Refuse to paint frames of which none shows a stroke."""
+    if not _sees_any(prepared, NUM_SAMPLED_VIEWS) and not _sees_any(prepared, len(prepared.cameras)):
+        why = why_nothing_is_seen(coat.strokes for coat in prepared.painting.coats if coat.name != BACKDROP)
+        raise ValueError(f"in all {len(prepared.cameras)} frames {why}")
+
+
+def paint_prepared(prepared: Prepared, target: Path, config: PaintConfig, report: Report) -> Report:
+    """Paint what is prepared along its path, as a video.
+
+    Args:
+        prepared: with a path.
+        target: the video to write.
+        config: that it was prepared with.
+        report: gets the stages; `advance` after each frame.
+
+    Raises:
+        ValueError: if the rate or the size does not suit the video.
+        SceneError: if it cannot be written.
+    """
+    assert prepared.path is not None, "prepare along a path"
+    check_rate(target, prepared.path.fps)
+    check_size(target, prepared.camera.width, prepared.camera.height, config.output.codec)
+    frames = _Frames(prepared, config, _track(prepared, config.draw, report), SequenceConfig())
+    _paint_video(frames, target, report)
+    report.output = str(target)
+    return report
+
+
+def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTrack | None]":
+    """Choose the directions of the strokes along the whole path, of each coat whose strokes are tracked."""
+    with report.stage("track") as stage:
+        cameras, coats = prepared.cameras, prepared.painting.coats
+        tracked = [coat for coat in coats if coat.options.lock == "track"]
+        lock, num_strokes = draw.lock_of(along_path=True), sum(len(coat.strokes) for coat in tracked)
+        stage.counts = {"lock": lock, "strokes": num_strokes, "frames": len(cameras)}
+        if not tracked:
+            stage.did = "nothing"
+            of_name = f"{prepared.texture.name!r} has no direction"
+            stage.skipped.append(f"tracking: {of_name if lock == 'track' else f'the lock is {lock!r}'}")
+            return [None] * len(coats)
+        from brushgs.rendering.track import track_directions
+
+        assert prepared.path is not None
+        closed, threads, moving = prepared.path.closed, draw.threads, prepared.moving
+
+        def track(strokes: Gaussians) -> "AnyTrack":
+            if moving is None:
+                return track_directions(strokes, closed, num_threads=threads)
+            is_loop = prepared.path is not None and prepared.path.is_loop
+            return track_film(strokes, cameras, moving, is_loop=is_loop, num_threads=threads)
+
+        tracks = [track(coat.strokes) if coat in tracked else None for coat in coats]
+        stage.did = f"directions of {num_strokes:,} strokes over {len(cameras):,} views"
+    return tracks
+
+
+def _sees_any(prepared: Prepared, num_views: int) -> bool:
+    """Whether a stroke is visible in so many of the views, evenly spread."""
+    from brushgs.rendering.options import project_with
+
+    step, moving = -(-len(prepared.cameras) // num_views), prepared.moving
+    for coat in prepared.painting.coats:
+        if coat.name == BACKDROP:
+            continue
+        options = replace(coat.options, lock="off", order="depth", fade=False)  # the fastest
+        for index in range(0, len(prepared.cameras), step):
+            shown = coat if moving is None else coat.posed(moving.pose(index))
+            if len(project_with(shown.strokes, prepared.cameras[index], options)[0]):
+                return True
+    return False
+
+
+@dataclass(frozen=True, eq=False)
+class _Frames:
+    """The frames of a path, or of a painting that grows, ready to be painted."""
+
+    prepared: Prepared
+    config: PaintConfig
+    tracks: "list[AnyTrack | None]"
+    sequence: SequenceConfig
+    grow: GrowConfig | None = None
+    clip: ClipConfig | None = None
+
+    @property
+    def path(self) -> "CameraPath":
+        """The path of the camera."""
+        assert self.prepared.path is not None
+        return self.prepared.path
+
+    def painter(self, kind: FrameKind) -> FramePainter:
+        """The painter of every frame."""
+        painting, background = self.prepared.painting, self.prepared.background
+        fade = 0.0 if self.grow is None else self.grow.fade
+        takes_light = self.prepared.moving is None or self.prepared.moving.takes_light
+        return FramePainter(painting, background, kind, self.prepared.growth, fade, takes_light)
+
+    def view(self, index: int) -> FrameView:
+        """What is special to one frame."""
+        view = self._alone(index)
+        if not self._has_motion:
+            return view
+        other, sign = self._neighbour(index)
+        return replace(view, following=self._alone(other), sign=sign)
+
+    @property
+    def _has_motion(self) -> bool:
+        """Whether frames have a layer of motion: no paint moves while a painting grows."""
+        return "motion" in self.config.output.all_layers and self.grow is None
+
+    def _neighbour(self, index: int) -> tuple[int, int]:
+        """The frame that follows, and 1; at the end of an open path the one before, and -1."""
+        num_frames = len(self.path.cameras)
+        if index + 1 < num_frames:
+            return index + 1, 1
+        return (0, 1) if self.path.is_loop else (max(index - 1, 0), -1)
+
+    def _alone(self, index: int) -> FrameView:
+        """The same without its neighbour."""
+        directions = tuple(None if track is None else track.directions(index) for track in self.tracks)
+        view = FrameView(index, self.path.cameras[index], directions, self._time(index), self._hour(index))
+        moving = self.prepared.moving
+        if moving is None:
+            return view
+        view = replace(view, pose=moving.pose(index))
+        share = float(moving.film.shares[index])
+        if share == 0:
+            return view
+        others = (
+            track.directions_into(index) if isinstance(track, FilmTrack) else None for track in self.tracks
+        )
+        into = replace(view, directions=tuple(others), pose=moving.pose_into(index))
+        return replace(view, into=into, share=share)
+
+    def identity(self, index: int) -> tuple[object, ...]:
+        """Equal for frames whose pictures are equal, bit for bit: nothing moves between them."""
+        if not self._has_motion:
+            return self._seen(index)
+        other, sign = self._neighbour(index)
+        return *self._seen(index), *self._seen(other), sign
+
+    def _seen(self, index: int) -> tuple[object, ...]:
+        """What decides the colours of a frame."""
+        camera = self.path.cameras[index]
+        places = (_place(track, index) for track in self.tracks if track is not None)
+        lens = camera.K.tobytes(), camera.width, camera.height, camera.near
+        moving = self.prepared.moving
+        moment = () if moving is None else moving.film.moment(index)
+        return camera.viewmat.tobytes(), *lens, *places, self._time(index), self._hour(index), *moment
+
+    def _hour(self, index: int) -> float | None:
+        if self.prepared.painting.day is None:
+            return None
+        return index / max(len(self.path.cameras) - 1, 1)
+
+    def _time(self, index: int) -> float:
+        return 1.0 if self.grow is None else self.grow.time(index)
+
+
+def _place(track: "AnyTrack", index: int) -> float:
+    """Where a frame lies among the knots of its track."""
+    return track.place(index) if isinstance(track, FilmTrack) else float(track.positions[index])
+
+
+def _paint(
+    frames: _Frames,
+    indices: Sequence[int],
+    kind: FrameKind,
+    take: Callable[[int, Any], None],
+    report: Report,
+) -> Stopwatch:
+    """Paint frames and pass each, in order, to `take`, which writes it.
+
+    While the camera rests, one picture serves all its frames. Where one process paints, the next frame is
+    painted while `take` has this one.
+
+    Returns:
+        The time that `take` took; it belongs to the stage of writing.
+    """
+    sequence, writing, making, start = frames.sequence, Stopwatch(), Stopwatch(), time.perf_counter()
+    with report.stage("paint", total=len(indices), apart=writing) as stage:
+        rests = [list(same) for _, same in groupby(indices, key=frames.identity)]
+        views = (frames.view(rest[0]) for rest in rests)
+        painted: Any = parallel_map(
+            frames.painter(kind),
+            views,
+            jobs=sequence.jobs,
+            scheduler=sequence.scheduler,
+            waiting=Waiting(sequence.workers_timeout, report.tell),
+        )
+        is_alone = sequence.jobs == 1 and sequence.scheduler is None
+        with closing(one_ahead(painted, making) if is_alone else painted) as ready:
+            for rest, frame in zip(rests, ready, strict=True):
+                for index in rest:
+                    with writing.running():
+                        take(index, frame)
+                    report.advance()
+        seconds = making.seconds if is_alone else time.perf_counter() - start - writing.seconds
+        _describe_painted(stage, frames, len(rests), len(indices) - len(rests), seconds, report)
+    return writing
+
+
+def _describe_painted(
+    stage: Stage, frames: _Frames, num_painted: int, num_repeated: int, seconds: float, report: Report
+) -> None:
+    """Report how many frames were painted, and the cost of one."""
+    sequence, num_frames = frames.sequence, len(frames.path.cameras)
+    num_skipped = num_frames - num_painted - num_repeated
+    stage.counts = {
+        "frames": num_frames,
+        "painted": num_painted,
+        "repeated": num_repeated,
+        "skipped": num_skipped,
+        "jobs": sequence.jobs,
+        "scheduler": sequence.scheduler,
+    }
+    stage.did = f"{num_painted:,} of {num_frames:,} frames"
+    if num_skipped:
+        stage.skipped.append(f"{num_skipped:,} frames: they exist, whole")
+    if num_repeated:
+        why = (
+            "the camera rests, they equal those before" if frames.grow is None else "the painting is finished"
+        )
+        if frames.clip is not None:
+            why = "nothing moves, they equal those before"
+        stage.skipped.append(f"{num_repeated:,} frames: {why}")
+    if not num_painted:
+        return
+    per_frame = seconds / num_painted
+    stage.did += f", {per_frame:.3f} s each"
+    stage.counts["seconds_per_frame"] = round(per_frame, 6)
+    if any(track is not None for track in frames.tracks):
+        tracking = next(earlier.seconds for earlier in reversed(report.stages) if earlier.name == "track")
+        share = tracking / num_frames / per_frame
+        stage.details.append(f"tracking adds {share:.1%}")
+        stage.counts["tracking_share"] = round(share, 4)
+    if sequence.scheduler is not None:
+        stage.did += f"; by the workers of {sequence.scheduler}"
+    elif sequence.jobs > 1:
+        stage.did += f"; in {sequence.jobs} processes"
+
+
+def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
+    """Paint all frames to a video file."""
+    path, camera, background = frames.path, frames.path.cameras[0], frames.config.draw.background
+    size, output = (camera.width, camera.height), frames.config.output
+    transparent = background.lower() == TRANSPARENT
+    encoding = choose_encoding(target, codec=output.codec, bits=output.bits, transparent=transparent)
+    film = open_video(
+        target,
+        width=size[0],
+        height=size[1],
+        fps=path.fps,
+        loops=path.is_loop,
+        codec=output.codec,
+        bits=output.bits,
+        transparent=transparent,
+    )
+    cure = f"no video was written; numbered frames, -o {target.with_suffix('')}/, can be resumed"
+    with _interrupted_with(lambda: cure), film as reel:
+        kind, indices = FrameKind(None, replace(output, bits=encoding.bits)), range(len(path.cameras))
+        writing = _paint(frames, indices, kind, lambda _, pixels: reel.add(pixels), report)
+        with report.stage("write", earlier=writing) as stage:
+            reel.finish()
+    # Only now the file has its name, and its size.
+    num_bytes, padded = target.stat().st_size, padded_size(target, *size, output.codec)
+    codec = codec_of(target, output.codec).name
+    stage.did = f"{target}, {path.fps:g} frames per second, {file_size(num_bytes)}, on {background}"
+    if output != OutputConfig():
+        stage.did += f"; {codec}, {encoding.bits} bit"
+    if padded != size:
+        stage.did += (
+            f"; {padded[0]}x{padded[1]}: the last row or column is doubled, for {codec} has even sides"
+        )
+    stage.counts = {"path": str(target), "bytes": num_bytes, "width": padded[0], "height": padded[1]}
+    stage.counts |= {"fps": path.fps, "background": background, "codec": codec, "bits": encoding.bits}
+
+
+def _paint_files(frames: _Frames, files: NumberedFiles, found: Manifest | None, report: Report) -> None:
+    """Paint the missing frames, each to a file."""
+    painting = describe_painting(frames.config, frames.prepared, frames.grow, frames.clip)
+    if found is not None:
+        check_same_painting(found, painting)
+    num_frames, background = len(frames.path.cameras), frames.config.draw.background
+    done = {} if found is None else {i: size for i, size in found.sizes.items() if found.is_done(i)}
+    manifest = Manifest(files, painting, done)
+    manifest.begin()
+    missing = [index for index in range(num_frames) if index not in done]
+
+    def state() -> str:
+        return f"{len(manifest.sizes)} of {num_frames} frames are done; add --resume to paint the rest"
+
+    with _interrupted_with(state):
+        writing = _paint(frames, missing, _kind_of(frames, files), manifest.add, report)
+    with report.stage("write", earlier=writing) as stage:
+        num_bytes = sum(manifest.sizes.values())
+        stage.did = f"{files.pattern}, {num_frames:,} files, {file_size(num_bytes)}, on {background}"
+        stage.counts = {"path": str(files.pattern), "files": num_frames, "bytes": num_bytes}
+        stage.counts["background"] = background
+        _warn_of_others(files, num_frames)
+
+
+def _kind_of(frames: _Frames, files: NumberedFiles) -> FrameKind:
+    """What files of frames hold; the names of strokes, if they are many, are written once beside them."""
+    output, manifest = frames.config.output, None
+    if output.deep or "stroke" in output.all_layers:
+        from brushgs.io.pictures.exr.cryptomatte import is_long, write_manifest
+        from brushgs.rendering.mattes import stroke_names
+
+        names = stroke_names(frames.prepared.painting.coats)
+        if output.deep or is_long(names):
+            manifest = files.named("strokes.json")
+            write_manifest(manifest, names)
+    name = None if manifest is None else PurePath(manifest.name)
+    return FrameKind(files.pattern.suffix.lower(), output, frames.path.fps, name)
+
+
+@contextmanager
+def _interrupted_with(state: Callable[[], str]) -> Iterator[None]:
+    """Let Ctrl-C report which frames are done, and how to resume."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(state()) from None
+
+
+def _warn_of_others(files: NumberedFiles, num_frames: int) -> None:
+    """Warn of frames of an older, longer sequence: a player would show them after the last frame."""
+    others = [number for number in files.numbers() if number >= num_frames]
+    if others:
+        first = files.path(others[0]).name
+        sentence = f"{len(others)} files of an older sequence follow the last frame, from {first} on"
+        warnings.warn(SceneWarning(f"{files.pattern}: {sentence}; remove them"), stacklevel=2)

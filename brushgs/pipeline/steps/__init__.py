@@ -1,0 +1,26 @@
+"""The steps of a painting, as functions that name what they take; see `brushgs.pipeline.runner`."""
+
+from collections.abc import Callable
+from dataclasses import fields
+from types import ModuleType
+from typing import Any
+
+from brushgs.options.painting import PaintConfig
+from brushgs.pipeline.runner import Steps
+from brushgs.pipeline.steps import laying, making, opening, seeing
+
+CONFIGS = tuple(f"{one.name}_config" for one in fields(PaintConfig))
+SERVICES = ("report", "memory", "workers", "check_path")
+
+
+def _steps_of(module: ModuleType) -> list[Callable[..., Any]]:
+    """The functions that a module makes public."""
+    found = (one for name, one in vars(module).items() if callable(one) and not name.startswith("_"))
+    return [one for one in found if one.__module__ == module.__name__]
+
+
+PAINTING = Steps(
+    [step for module in (opening, seeing, making, laying) for step in _steps_of(module)],
+    inputs=(*CONFIGS, "config", "source", "views", "where", "on_background", *SERVICES),
+    services=SERVICES,
+)

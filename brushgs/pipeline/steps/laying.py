@@ -1,0 +1,305 @@
+"""Steps that lay strokes: how they follow what moves, what stands around them, and the coats of a painting.
+
+None of their results is kept from one painting to the next: they change with the first option of a look.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from brushgs.options.look_parts import GroundConfig, LightConfig, MediaConfig
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
+from brushgs.options.where import WhereConfig
+from brushgs.pipeline.backdrop import Setting, open_backdrop
+from brushgs.pipeline.background import Background
+from brushgs.pipeline.clip import Clip, Film
+from brushgs.pipeline.drawing import render_options
+from brushgs.pipeline.finishing import NEAR_VIEWS, in_own_lights, with_accents, with_edges, with_values
+from brushgs.pipeline.lamp import Key, day_of, open_lamp, suns_of
+from brushgs.pipeline.look import open_relief, recolored_ground, shown_ground
+from brushgs.pipeline.make_strokes import StrokeMaker
+from brushgs.pipeline.media.materials import BACKDROP, Materials
+from brushgs.pipeline.media.media import coats_of
+from brushgs.pipeline.moving import Moving, attached, follow_strokes
+from brushgs.pipeline.regions import Regions
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.runner import anew, makes, unless
+from brushgs.pipeline.stroke_changes import StrokeChanges
+from brushgs.pipeline.styling import Styles
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.motion import StrokeMotion
+from brushgs.values.arrays import F32, F64, Array
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.brushes.brush_set import BrushSet
+    from brushgs.brushes.kit import BrushKit
+    from brushgs.passes.add.lines import Lines
+    from brushgs.passes.add.stage import Site
+    from brushgs.passes.color.recolor import Palette
+    from brushgs.passes.color.values import Values
+    from brushgs.passes.form.edges import Edges
+    from brushgs.passes.motion.canonical import Canonical
+    from brushgs.passes.reduce.cluster import Grouping
+    from brushgs.rendering.growing import GrowingPainting
+    from brushgs.rendering.light import Lamp
+    from brushgs.rendering.options import RenderOptions
+    from brushgs.rendering.plain import PlainViews
+    from brushgs.rendering.surface import Surface
+
+Change = Callable[[Array], Array]
+
+
+@anew
+def painted_with(config: PaintConfig, view: ViewConfig) -> PaintConfig:
+    """All options, with the view that a composed picture was given."""
+    return replace(config, view=view)
+
+
+@anew
+def options(
+    draw_config: DrawConfig, texture: "BrushSet", along_path: bool, light_config: LightConfig
+) -> "RenderOptions":
+    """How strokes become a frame."""
+    return render_options(draw_config, texture, along_path=along_path, relief=open_relief(light_config))
+
+
+@anew
+@makes("strokes", "shown_plain", "motion")
+@unless(lambda is_moving: None if is_moving else "the scene does not move", "finished", "plain", None)
+def followed(
+    finished: Gaussians,
+    plain: Gaussians | None,
+    clip: Clip,
+    film: Film,
+    grouping: "Grouping | None",
+    maker: StrokeMaker,
+    changes: StrokeChanges,
+    clustering: ClusterConfig,
+    rows: "Canonical | None",
+    report: Report,
+) -> tuple[Gaussians, Gaussians | None, StrokeMotion | None]:
+    """The strokes, those that are born later among them; what is shown as it is; and how both move."""
+    return follow_strokes(
+        clip,
+        film,
+        finished,
+        grouping,
+        maker.gaussians,
+        changes.later(),
+        report,
+        found=rows,
+        plain=plain,
+        asked=clustering.asked_count,
+    )
+
+
+@anew
+def colored_ground(ground: "Surface | None", finished: Gaussians, changes: StrokeChanges) -> "Surface | None":
+    """What strokes are laid on, in changed colours, which are fitted to the finished strokes."""
+    return recolored_ground(ground, changes.colors.ground) if changes.colors.are_any else ground
+
+
+@anew
+def materials(
+    background: Background,
+    strokes: Gaussians,
+    texture: "BrushSet",
+    options: "RenderOptions",
+    painted_with: PaintConfig,
+    colored_ground: "Surface | None",
+    lines: "Lines | None",
+    line_brushes: "BrushSet | None",
+) -> Materials:
+    """What the medium makes its coats of."""
+    behind, config = shown_ground(colored_ground, background), painted_with
+    return Materials(strokes, texture, options, config.media, config.color, behind, lines, line_brushes)
+
+
+@anew
+@unless(lambda lighting: None if lighting.has_day else "the light stands still")
+def suns(lighting: LightConfig, stance: FirstView | None) -> F64 | None:
+    """[K, 3] toward the lamp during a day, world axes; None where it is not known how the scene stands."""
+    return suns_of(lighting, stance)
+
+
+def _no_backdrop(ground_config: GroundConfig, painted_config: WhereConfig | None) -> str | None:
+    if not ground_config.stage and ground_config.backdrop == 0:
+        return "no stage and no backdrop"
+    is_part = painted_config is not None and not ground_config.backdrop_always
+    return "what is not painted is as the scene has it" if is_part else None
+
+
+@anew
+@makes("backdrop", "standing", "of_backdrop")
+@unless(_no_backdrop, (), "materials", None)
+def staged(
+    materials: Materials,
+    painted_with: PaintConfig,
+    pruned: Gaussians,
+    is_placed: bool,
+    stance: FirstView | None,
+    site: "Site | None",
+    suns: F64 | None,
+    cameras: Sequence[Camera],
+    plain_views: "PlainViews | None",
+    kit: "BrushKit",
+    changes: StrokeChanges,
+    styles: Styles | None,
+    report: Report,
+) -> tuple[list[Coat], Materials, F32 | None]:
+    """The coat of what stands around the strokes, and the strokes on it; see `open_backdrop`."""
+    seen_as = stance if is_placed else None  # known for the light alone
+    setting = Setting(pruned, seen_as, site, suns, cameras, plain_views, kit, changes.colors, styles)
+    return open_backdrop(painted_with, setting, materials, report)
+
+
+@anew
+@makes("softened", "edges")
+@unless(lambda strokes_config: None if strokes_config.edges else "--edges 0", "standing", None)
+def edged(
+    standing: Materials,
+    backdrop: Sequence[Coat],
+    painted_with: PaintConfig,
+    cameras: Sequence[Camera],
+    is_path: bool,
+    plain_views: "PlainViews | None",
+    pruned: Gaussians,
+    focus: F64 | None,
+    site: "Site | None",
+    report: Report,
+) -> "tuple[Materials, Edges | None]":
+    """The strokes with lost and found edges, and what each is to them."""
+    near = cameras if plain_views is None or is_path else plain_views.cameras[:NEAR_VIEWS]
+    ground = None if site is None else site.ground
+    return with_edges(
+        painted_with, near, backdrop, standing, report, gaussians=pruned, focus=focus, ground=ground
+    )
+
+
+@anew
+@makes("graded_backdrop", "graded", "values")
+def graded_strokes(
+    softened: Materials,
+    backdrop: Sequence[Coat],
+    painted_with: PaintConfig,
+    cameras: Sequence[Camera],
+    palette: "Palette | None",
+    styles: Styles | None,
+    plain_views: "PlainViews | None",
+    report: Report,
+) -> "tuple[list[Coat], Materials, Values | None]":
+    """The strokes and what stands around them in graded colours, with paint as thick as they are light."""
+    has_own = "the palette" if palette is not None else None if styles is None else "the style"
+    laid, found, values = with_values(
+        painted_with, cameras, backdrop, softened, report, has_own=has_own, views=plain_views
+    )
+    return *in_own_lights(laid, found), values
+
+
+@anew
+@makes("surface", "ground_changes")
+def graded_ground(
+    colored_ground: "Surface | None", changes: StrokeChanges, values: "Values | None"
+) -> "tuple[Surface | None, list[Change]]":
+    """What strokes are laid on, and what was done to its colours, in this order."""
+    done: list[Change] = [changes.colors.ground] if changes.colors.are_any else []
+    if values is None:
+        return colored_ground, done
+    grade = values.without_warmth.picture
+    return recolored_ground(colored_ground, grade), [*done, grade]
+
+
+@anew
+@unless(lambda lays_accents: None if lays_accents else "economy lays none", ())
+def accents(
+    graded: Materials,
+    painted_with: PaintConfig,
+    plain_views: "PlainViews",
+    pruned: Gaussians,
+    focus: F64 | None,
+    made: Gaussians,
+    report: Report,
+) -> list[Coat]:
+    """The coat of accents, if something is missing."""
+    return with_accents(painted_with, plain_views, pruned, focus, made, graded, report)
+
+
+@anew
+def coats(
+    graded: Materials,
+    graded_backdrop: list[Coat],
+    shown_plain: Gaussians | None,
+    strokes: Gaussians,
+    accents: Sequence[Coat],
+    is_moving: bool,
+) -> list[Coat]:
+    """The coats of the painting, the first laid first."""
+    first, *others = coats_of(graded)
+    first = first if shown_plain is None else first.showing(shown_plain)
+    found = [*graded_backdrop, first, *others, *accents]
+    return attached(found, strokes, resting=(BACKDROP,)) if is_moving else found
+
+
+@anew
+def lamp(light_config: LightConfig, site: "Site | None") -> "Lamp | None":
+    """How light falls on paint and canvas; None where pictures stay flat."""
+    return open_lamp(light_config, site)
+
+
+def region_names(regions: Regions | None) -> tuple[str, ...]:
+    """Of the parts that are painted otherwise, from label 1 on."""
+    return () if regions is None else tuple(regions.names)
+
+
+@anew
+def painting(
+    coats: list[Coat],
+    surface: "Surface | None",
+    lamp: "Lamp | None",
+    background: Background,
+    painted_with: PaintConfig,
+    along_path: bool,
+    region_names: tuple[str, ...],
+    suns: F64 | None,
+    key: Key | None,
+    made: Gaussians,
+    of_backdrop: F32 | None,
+) -> Painting:
+    """The painting of a still, or of all frames of a film."""
+    return Painting(
+        tuple(coats),
+        surface,
+        lamp,
+        is_transparent=background is None and painted_with.ground.ground == "none",
+        is_moving=along_path,
+        region_names=region_names,
+        day=None if suns is None else day_of(suns, key, made, coats, of_backdrop),
+    )
+
+
+@anew
+@unless(lambda is_moving: None if is_moving else "the scene does not move")
+def moving(clip: Clip, film: Film, motion: StrokeMotion, media_config: MediaConfig) -> Moving:
+    """How the strokes move."""
+    return Moving.of(clip.scene, film, motion, takes_light=not media_config.has_own_color)
+
+
+@anew
+def growth(
+    painting: Painting,
+    graded: Materials,
+    grouping: "Grouping | None",
+    maker: StrokeMaker,
+    changes: StrokeChanges,
+    values: "Values | None",
+    cameras: Sequence[Camera],
+    report: Report,
+) -> "GrowingPainting":
+    """How the painting comes into being."""
+    from brushgs.pipeline.growth.grow import grow
+
+    finish = changes.finish if values is None else changes.finish.then("values", values.strokes)
+    return grow(painting, graded.strokes, grouping, maker, finish, cameras[0], report)

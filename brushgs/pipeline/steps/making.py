@@ -1,0 +1,397 @@
+"""Steps that make strokes: what guides them, which Gaussians they are made of, and clusters of these."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from brushgs.options.direction import Direction
+from brushgs.options.focus import Focus
+from brushgs.options.look_parts import ColorConfig, GroundConfig, LightConfig, MediaConfig
+from brushgs.options.painting import ClusterConfig, PaletteConfig, PruneConfig, StrokesConfig, ViewConfig
+from brushgs.options.rules import Rules
+from brushgs.options.sequence import PathConfig
+from brushgs.options.styling import AdjustConfig
+from brushgs.pipeline.clean import select_seen
+from brushgs.pipeline.clip import Clip, Film
+from brushgs.pipeline.color_changes import Changes
+from brushgs.pipeline.focus import place_focus
+from brushgs.pipeline.job_views import draw_job_views
+from brushgs.pipeline.lamp import Key, towards_lamp
+from brushgs.pipeline.look import open_lines
+from brushgs.pipeline.make_strokes import ALREADY_STROKES, StrokeMaker, StrokePass, stroke_passes
+from brushgs.pipeline.moving import features_of, seen_at
+from brushgs.pipeline.regions import Regions
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.runner import Later, Memory, anew, makes, unless
+from brushgs.pipeline.steps.opening import Views
+from brushgs.pipeline.stroke_changes import Named, StrokeChanges, changes_of
+from brushgs.pipeline.strokes import cluster_scene, cut_scene, prune_scene
+from brushgs.pipeline.styling import Styles, directions_of
+from brushgs.pipeline.views import choose_first_view
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.brushes.brush_set import BrushSet
+    from brushgs.brushes.kit import BrushKit
+    from brushgs.io.guides.guide_file import Guides
+    from brushgs.options.direction import FieldName
+    from brushgs.passes.add.lines import Lines
+    from brushgs.passes.add.stage import Site
+    from brushgs.passes.color.recolor import Palette
+    from brushgs.passes.form.mark_directions import Marks
+    from brushgs.passes.motion.canonical import Canonical
+    from brushgs.passes.reduce.cluster import Grouping
+    from brushgs.rendering.plain import PlainViews
+    from brushgs.stroke_count.view_model import ViewModel
+    from brushgs.values.arrays import F64
+    from brushgs.values.notes import LoadNotes
+
+
+def is_empty(cleaned: Gaussians) -> bool:
+    """Whether there are no Gaussians."""
+    return len(cleaned) == 0
+
+
+def skip(is_empty: bool, is_strokes: bool) -> str | None:
+    """Why no pass changes strokes; None where passes do."""
+    if is_empty:
+        return "there are no Gaussians"
+    return ALREADY_STROKES if is_strokes else None
+
+
+def is_for_view(clustering: ClusterConfig, is_strokes: bool, is_moving: bool, clip: Later[Clip]) -> bool:
+    """Whether strokes are made only of what the views show: what a first moment does not, another may."""
+    if clustering.strokes_for != "view" or is_strokes:
+        return False
+    return not is_moving or clip().scene.has_rows
+
+
+def num_loaded(subject: Gaussians, notes: "LoadNotes | None") -> int:
+    """The number of Gaussians, also of a scene that was merged while it was read."""
+    return len(subject) if notes is None else round(len(subject) * notes.rows_each)
+
+
+def _no_guide(skip: str | None, sees: bool, focused_on: Focus | None) -> str | None:
+    return skip or (None if sees or focused_on is not None else "strokes are made by the scene alone")
+
+
+@unless(_no_guide)
+def guide(
+    stance: FirstView | None, subject: Gaussians, standing_config: ViewConfig, notes: "LoadNotes | None"
+) -> FirstView:
+    """How the scene is seen while strokes are made of it.
+
+    Where it decides nothing else there is no stage, and no doubt about it is told.
+    """
+    return stance or choose_first_view(subject, standing_config, notes, Report())
+
+
+@unless(lambda skip, direction: skip or ("--direction own" if direction.kind == "own" else None))
+def field(
+    direction: Direction, styles: Styles | None, cameras: Later[Sequence[Camera]]
+) -> "FieldName | Guides | Marks | None":
+    """Which way strokes run, as `orient` takes it."""
+    camera = cameras()[0] if direction.needs_camera else None
+    if direction.kind == "style":
+        return directions_of(styles, camera)
+    from brushgs.passes.form.open_field import open_field
+
+    return open_field(direction, camera)
+
+
+@makes("has_lines", "has_paint")
+def of_media(media_config: MediaConfig) -> tuple[bool, bool]:
+    """Whether the medium draws lines, and whether it is opaque paint."""
+    return media_config.draws_lines, media_config.kind == "paint"
+
+
+def is_path(views: Views) -> bool:
+    """Whether the camera moves."""
+    return isinstance(views, PathConfig)
+
+
+@unless(lambda skip, sees: skip or (None if sees else "--see off"))
+def plain_views(
+    subject: Gaussians,
+    cameras: Sequence[Camera],
+    view: ViewConfig,
+    guide: FirstView,
+    is_path: bool,
+    is_framed: bool,
+    is_for_view: bool,
+    has_lines: bool,
+    threads: int | None,
+    report: Report,
+) -> "PlainViews":
+    """Small plain pictures that decide about strokes."""
+    return draw_job_views(
+        subject,
+        cameras,
+        view,
+        report,
+        first_view=guide,
+        is_path=is_path,
+        is_framed=is_framed,
+        with_ring=not is_for_view,
+        depth=has_lines,
+        num_threads=threads,
+    )
+
+
+@unless(lambda skip, sees: skip or (None if sees else "--see off"), "subject")
+def finest(subject: Gaussians, plain_views: "PlainViews") -> Gaussians:
+    """The Gaussians with the finest line that the views show."""
+    from brushgs.passes.finest import finest_of
+
+    return replace(subject, finest=finest_of(subject, plain_views.cameras))
+
+
+@makes("lines", "line_brushes")
+@unless(lambda skip, has_lines: skip or (None if has_lines else "the medium draws no lines"))
+def drawn_lines(
+    finest: Gaussians,
+    media_config: MediaConfig,
+    plain_views: "PlainViews | None",
+    cameras: Sequence[Camera],
+    threads: int | None,
+    report: Report,
+) -> "tuple[Lines, BrushSet] | tuple[None, None]":
+    """The lines of a drawing, and their brushes."""
+    return open_lines(media_config.line_width, finest, plain_views, cameras, threads, report)
+
+
+@unless(lambda is_for_view: None if is_for_view else "strokes are for the whole scene", "finest")
+def seen(
+    finest: Gaussians,
+    clip: Clip | None,
+    film: Later[Film],
+    shown: Later[Sequence[Camera]],
+    cameras: Later[Sequence[Camera]],
+    report: Report,
+) -> Gaussians:
+    """The Gaussians that the views show."""
+    if clip is None:
+        return select_seen(finest, cameras(), report)
+    return select_seen(finest, shown(), report, at=seen_at(clip, film(), finest))
+
+
+def is_economical(economy: float, skip: str | None) -> bool:
+    """Whether few large strokes describe what is flat, and accents the rest."""
+    return economy > 0 and skip is None
+
+
+def lays_accents(is_economical: bool, is_moving: bool, sees: bool, has_paint: bool) -> bool:
+    """Whether pure lights and darks are laid last."""
+    return is_economical and not is_moving and sees and has_paint
+
+
+def _no_slabs(is_economical: bool, clustering: ClusterConfig) -> str | None:
+    if not is_economical:
+        return "--economy 0"
+    return "each Gaussian is to be a stroke" if clustering.strokes is None else None
+
+
+@unless(_no_slabs, "seen")
+def cut(
+    seen: Gaussians, cameras: Sequence[Camera], clip: Clip | None, rows: "Canonical | None", report: Report
+) -> Gaussians:
+    """Gaussians of which none covers much of a picture; a clip needs rows that correspond."""
+    return seen if clip is not None and rows is None else cut_scene(seen, cameras, report)
+
+
+def pruned(
+    cut: Gaussians,
+    prune_config: PruneConfig,
+    clustering: ClusterConfig,
+    is_strokes: bool,
+    is_for_view: bool,
+    notes: "LoadNotes | None",
+    report: Report,
+) -> Gaussians:
+    """The Gaussians that strokes are made of."""
+    is_merged = notes is not None and notes.rows_each > 1
+    return prune_scene(
+        cut,
+        prune_config,
+        report,
+        is_strokes=is_strokes,
+        is_seen=is_for_view,
+        is_merged=is_merged,
+        cluster=clustering,
+    )
+
+
+def _no_focus(focused_on: Focus | None, skip: str | None, rules_config: Rules | None) -> str | None:
+    if rules_config is not None:
+        return None  # parts may get more strokes
+    return skip or ("--focus off" if focused_on is None else None)
+
+
+@unless(_no_focus)
+def focus(
+    pruned: Gaussians,
+    focused_on: Focus | None,
+    skip: str | None,
+    guide: FirstView | None,
+    cameras: Later[Sequence[Camera]],
+    regions: Regions | None,
+    threads: int | None,
+    report: Report,
+) -> "F64 | None":
+    """[N] factors on the strokes per area; None for the same everywhere."""
+    factors = None
+    if skip is None and focused_on is not None:
+        camera = None if focused_on.mask is None else cameras()[0]
+        factors = place_focus(pruned, focused_on, camera, guide, report, num_threads=threads)
+    return factors if regions is None else regions.shares(pruned, factors)
+
+
+@makes("lighting", "has_stage")
+def of_light(light_config: LightConfig, ground_config: GroundConfig) -> tuple[LightConfig, bool]:
+    """The options of the lamp without those of paint and canvas; and whether it lights a stage."""
+    light = light_config
+    return LightConfig(lamp=light.lamp, key=light.key, sun=light.sun), ground_config.stage
+
+
+def _no_site(lighting: LightConfig, has_stage: bool) -> str | None:
+    return None if has_stage or lighting.is_in_scene else "neither a stage nor the light of a lamp is painted"
+
+
+@unless(_no_site)
+def site(
+    lighting: LightConfig, pruned: Gaussians, stance: FirstView | None, cameras: Sequence[Camera]
+) -> "Site | None":
+    """Where the scene stands and how it is lit; None where that is not known."""
+    if stance is None or len(pruned) == 0:
+        return None
+    from brushgs.passes.add.stage import find_site
+
+    return find_site(pruned, stance, towards_lamp(lighting, stance, cameras[0].viewmat[:3, :3]))
+
+
+@unless(lambda lighting: "--key 0" if lighting.key == 0 else None)
+def key(
+    lighting: LightConfig,
+    site: "Site | None",
+    plain_views: "PlainViews | None",
+    stance: FirstView | None,
+    cameras: Sequence[Camera],
+) -> Key | None:
+    """The light of a lamp on the strokes; None where it is not known how the scene stands."""
+    seen_from = cameras if plain_views is None else plain_views.cameras
+    return Key.of(lighting, site, seen_from, stance)
+
+
+@anew
+def making(
+    pruned: Gaussians,
+    strokes_config: StrokesConfig,
+    plain_views: "PlainViews | None",
+    field: "FieldName | Guides | Marks | None",
+    skip: str | None,
+    memory: Memory,
+) -> list[StrokePass]:
+    """What makes strokes of clusters, without what parts of the scene have of their own."""
+    return stroke_passes(pruned, strokes_config, views=plain_views, field=field, skip=skip, memory=memory)
+
+
+@anew
+def colors(
+    styles: Styles | None,
+    regions: Regions | None,
+    adjust_config: AdjustConfig,
+    stance: Later[FirstView | None],
+    plain_views: "PlainViews | None",
+) -> Changes:
+    """Changes of colour that do not come from the scene, fitted to the first strokes that they are given."""
+    seen = stance() if styles is not None or regions is not None else None
+    return Changes(styles, adjust_config, seen, () if plain_views is None else plain_views.cameras)
+
+
+def named(
+    palette: "Palette | None",
+    palette_config: PaletteConfig | None,
+    styles: Styles | None,
+    regions: Regions | None,
+    kit: "BrushKit",
+) -> Named:
+    """What options name and strokes are changed by."""
+    return Named(palette, palette_config, styles, regions, kit)
+
+
+@anew
+def changes(
+    making: list[StrokePass],
+    named: Named,
+    strokes_config: StrokesConfig,
+    color_config: ColorConfig,
+    colors: Changes,
+    pruned: Gaussians,
+    clustering: ClusterConfig,
+    key: Key | None,
+    skip: str | None,
+    cameras: Later[Sequence[Camera]],
+) -> StrokeChanges:
+    """All that is done to strokes, while they are made and after."""
+    is_turned = named.regions is not None and named.regions.needs_camera
+    return changes_of(
+        making,
+        named,
+        strokes_config,
+        color_config,
+        colors,
+        [] if key is None else [key.stroke_pass(skip=skip)],
+        gaussians=pruned,
+        camera=cameras()[0] if is_turned else None,
+        seed=clustering.seed,
+        skip=skip,
+    )
+
+
+@anew
+def maker(
+    pruned: Gaussians,
+    clustering: ClusterConfig,
+    plain_views: "PlainViews | None",
+    focus: "F64 | None",
+    is_solid: bool,
+    economy: float,
+    is_economical: bool,
+    lays_accents: bool,
+    skip: str | None,
+    changes: StrokeChanges,
+    clip: Clip | None,
+    rows: "Canonical | None",
+    cameras: Later[Sequence[Camera]],
+    memory: Memory,
+) -> StrokeMaker:
+    """What makes strokes of the scene, any number of them."""
+    return StrokeMaker(
+        pruned,
+        clustering,
+        plain_views,
+        focus,
+        is_solid=is_solid and skip is None,
+        economy=economy if skip is None else 0.0,
+        cameras=cameras() if is_economical else (),
+        has_accents=lays_accents,
+        passes=list(changes.making),
+        memory=memory,
+        motion=None if clip is None else features_of(rows, pruned),
+    )
+
+
+@anew
+@makes("made", "grouping")
+def clustered(
+    view_model: "ViewModel | None", maker: StrokeMaker, num_loaded: int, report: Report
+) -> "tuple[Gaussians, Grouping | None]":
+    """The strokes as they are made, and how the Gaussians were grouped."""
+    return cluster_scene(maker, report, num_loaded=num_loaded, view_model=view_model)
+
+
+@anew
+def finished(made: Gaussians, changes: StrokeChanges, report: Report) -> Gaussians:
+    """The strokes after all passes."""
+    return changes.finish(made, report)

@@ -1,0 +1,120 @@
+"""Boxes: strokes on the image plane, as projection leaves them."""
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.values.arrays import Array, check
+from brushgs.values.columns import RowChoice, check_finite, check_rows, freeze_columns, row_choice
+
+# The layers of a frame beside its colour: field of `Frame` -> column of `Boxes`, [M] or [M, channels], whose
+# alpha-weighted mean it is. Boxes without the column give frames without the layer. How many channels the
+# core has room for is said in core/include/brushgs/layers.hpp.
+LAYER_COLUMNS = {"depth": "depths"}
+_OPTIONAL = {"softness": "M", "setbacks": "M", "reliefs": "M 2"}  # columns of Boxes, >= 0 -> shape
+_BOX_INTEGERS: dict[str, type[np.integer[Any]]] = {"ids": np.int32, "brushes": np.uint8}
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes:
+    """M oriented rectangles on the image plane, one a stroke, nearest first.
+
+    Columns are arrays of float32 or of float64, `ids` of int32, `brushes` of uint8, or lists of numbers; see
+    `Gaussians`.
+
+    Attributes:
+        centers: [M, 2] (x, y), pixels.
+        half_extents: [M, 2] (along u, along v), pixels, >= 0.
+        angles: [M] direction of the u axis, radians from +x towards +y; v = (-sin, cos).
+        depths: [M] camera z of the centre, world units, ascending.
+        colors: [M, 3] RGB, >= 0, display-encoded.
+        opacities: [M] 0 to 1.
+        ids: [M] int32, the Gaussian (row) behind each box.
+        softness: [M] world units, >= 0, or None. Two boxes whose depths differ by less than the root of the
+            sum of their squared softness hide each other in part, see `rasterize`; None is zero for all.
+        setbacks: [M] world units, >= 0, or None: how far behind each stroke its underpaint lies, see
+            `rasterize`; None for boxes without.
+        brushes: [M] uint8, the brush of each box: its row of a `BrushSet`; None: the first for all.
+        reliefs: [M, 2] pixels, >= 0, or None: the thickness of each stroke's paint, and what the height of
+            its brush, less 1/2, is multiplied by; see `rasterize`.
+
+    Raises:
+        TypeError: if a column has another dtype.
+        ValueError: if a shape is wrong, the depths descend or a softness, setback or relief is negative.
+
+    Example:
+        >>> boxes = bg.project(strokes, camera)
+        >>> nearest = boxes[:100]
+        >>> nearest.centers.shape
+        (100, 2)
+    """
+
+    centers: Array  # [M, 2]
+    half_extents: Array  # [M, 2]
+    angles: Array  # [M]
+    depths: Array  # [M]
+    colors: Array  # [M, 3]
+    opacities: Array  # [M]
+    ids: NDArray[np.int32]  # [M]
+    softness: Array | None = None  # [M]
+    setbacks: Array | None = None  # [M]
+    brushes: NDArray[np.uint8] | None = None  # [M]
+    reliefs: Array | None = None  # [M, 2]
+
+    def __post_init__(self) -> None:
+        freeze_columns("Boxes", self, _BOX_INTEGERS)
+        check(
+            "Boxes",
+            centers=(self.centers, "M 2"),
+            half_extents=(self.half_extents, "M 2"),
+            angles=(self.angles, "M"),
+            depths=(self.depths, "M"),
+            colors=(self.colors, "M 3"),
+            opacities=(self.opacities, "M"),
+            ids=(self.ids, "M"),
+            **{name: (column, _OPTIONAL[name]) for name, column in self._optional().items()},
+            **({} if self.brushes is None else {"brushes": (self.brushes, "M")}),
+        )
+        check_finite("Boxes", self)
+        check_rows("Boxes", "depths", "ascend: sort by depth", np.diff(self.depths) < 0)
+        for name, column in self._optional().items():
+            if column.min(initial=0) < 0:
+                check_rows("Boxes", name, "be >= 0", np.any(column.reshape(len(self), -1) < 0, axis=1))
+
+    def __len__(self) -> int:
+        return len(self.centers)
+
+    def _optional(self) -> dict[str, Array]:
+        columns = {name: getattr(self, name) for name in _OPTIONAL}
+        return {name: column for name, column in columns.items() if column is not None}
+
+    def attributes(self) -> dict[str, Array]:
+        """The columns that become layers of a frame, by the name of the layer; see `LAYER_COLUMNS`."""
+        columns = {name: getattr(self, column) for name, column in LAYER_COLUMNS.items()}
+        return {name: column for name, column in columns.items() if column is not None}
+
+    def take(self, rows: RowChoice) -> "Boxes":
+        """The rows chosen as those of `Gaussians`, in that order, which must be one by depth."""
+        chosen = row_choice("Boxes", rows)
+        columns = {f.name: getattr(self, f.name) for f in fields(self)}
+        taken: dict[str, Any] = {n: None if c is None else c[chosen] for n, c in columns.items()}
+        return Boxes(**taken)
+
+    def __getitem__(self, rows: RowChoice) -> "Boxes":
+        """`take`."""
+        return self.take(rows)
+
+    __iter__ = None  # as of Gaussians
+
+    def __repr__(self) -> str:
+        facts = [f"{len(self):,}"] + (["float64"] if self.centers.dtype == np.float64 else [])
+        facts += [*self._optional()] + ([] if self.brushes is None else ["brushes"])
+        return f"Boxes({', '.join(facts)})"
+
+    def astype(self, dtype: type[np.floating[Any]]) -> "Boxes":
+        """The same boxes with all columns but `ids` and `brushes` as float32 or float64."""
+        floats = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in _BOX_INTEGERS}
+        cast: dict[str, Any] = {n: c if c is None else c.astype(dtype, copy=False) for n, c in floats.items()}
+        return replace(self, **cast)

@@ -1,0 +1,147 @@
+"""Real spherical harmonics as 3D Gaussian Splatting orders and signs them.
+
+A colour seen from unit direction d (from the camera to the Gaussian, world frame) is max(0, 0.5 + sum over
+terms of coefficient x basis(d)). Terms are sorted by degree l, then order m from -l to l.
+Source: Kerbl et al. 2023; Sloan 2008, Stupid Spherical Harmonics Tricks, appendix A2 (with the
+Condon-Shortley sign).
+"""
+
+from dataclasses import replace
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from brushgs.values.arrays import Array
+from brushgs.values.gaussians import Gaussians
+
+C0 = 0.28209479177387814  # 1 / (2 sqrt(pi)): the view-independent basis function
+
+_ROWS_AT_A_TIME = 4096  # a band in use has non-zero coefficients in the first rows, mostly
+
+_used_degrees: WeakKeyDictionary[Gaussians, int] = WeakKeyDictionary()
+
+
+def sh_basis(directions: Array, degree: int) -> NDArray[np.float64]:
+    """Values of the (degree + 1)^2 basis functions in given directions.
+
+    Args:
+        directions: [M, 3] unit vectors.
+        degree: 0 to 3.
+
+    Returns:
+        [M, (degree + 1)^2] float64.
+    """
+    x, y, z = np.asarray(directions, dtype=np.float64).T
+    pi = np.pi
+    terms = [
+        np.full_like(x, np.sqrt(1 / (4 * pi))),
+        -np.sqrt(3 / (4 * pi)) * y,
+        np.sqrt(3 / (4 * pi)) * z,
+        -np.sqrt(3 / (4 * pi)) * x,
+        np.sqrt(15 / (4 * pi)) * x * y,
+        -np.sqrt(15 / (4 * pi)) * y * z,
+        np.sqrt(5 / (16 * pi)) * (2 * z * z - x * x - y * y),
+        -np.sqrt(15 / (4 * pi)) * x * z,
+        np.sqrt(15 / (16 * pi)) * (x * x - y * y),
+        -np.sqrt(35 / (32 * pi)) * y * (3 * x * x - y * y),
+        np.sqrt(105 / (4 * pi)) * x * y * z,
+        -np.sqrt(21 / (32 * pi)) * y * (4 * z * z - x * x - y * y),
+        np.sqrt(7 / (16 * pi)) * z * (2 * z * z - 3 * x * x - 3 * y * y),
+        -np.sqrt(21 / (32 * pi)) * x * (4 * z * z - x * x - y * y),
+        np.sqrt(105 / (16 * pi)) * z * (x * x - y * y),
+        -np.sqrt(35 / (32 * pi)) * x * (x * x - 3 * y * y),
+    ]
+    return np.stack(terms[: (degree + 1) ** 2], axis=1)
+
+
+def sh_rotation(matrix: Array, degree: int) -> NDArray[np.float64]:
+    """How coefficients change when a scene is rotated or mirrored.
+
+    A rotated Gaussian shows in direction R d the colour that it showed in d. Each degree is closed under
+    rotation, so the matrix of a degree follows from the values of its functions in a few directions.
+
+    Args:
+        matrix: [3, 3] orthogonal R; its determinant may be -1.
+        degree: 0 to 3.
+
+    Returns:
+        [k, k] float64, k = (degree + 1)^2, block-diagonal: the new coefficients are this times the old ones.
+    """
+    num_terms = (degree + 1) ** 2
+    # Directions spread over the sphere (a Fibonacci lattice): twice as many as the largest band has terms.
+    count = np.arange(2 * 7) + 0.5
+    z, turn = 1 - 2 * count / len(count), count * np.pi * (3 - np.sqrt(5))
+    radius = np.sqrt(1 - z * z)
+    directions = np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
+    after = sh_basis(directions, degree)
+    before = sh_basis(directions @ np.asarray(matrix, dtype=np.float64), degree)  # R^-1 d, row by row
+    found = np.zeros((num_terms, num_terms))
+    for band in range(degree + 1):
+        terms = slice(band**2, (band + 1) ** 2)
+        found[terms, terms] = np.linalg.lstsq(after[:, terms], before[:, terms], rcond=None)[0]
+    return found
+
+
+def base_colors(sh: Array) -> NDArray[np.float64]:
+    """The colour without its view-dependent part, clipped to the display range: clamp(0.5 + C0 sh_0, 0, 1).
+
+    Args:
+        sh: [N, k, 3] coefficients, k >= 1.
+
+    Returns:
+        [N, 3] RGB, display-encoded, float64.
+    """
+    return np.asarray(np.clip(0.5 + C0 * sh[:, 0].astype(np.float64), 0.0, 1.0))
+
+
+def shift_base_colors(gaussians: Gaussians, steps: Array) -> Gaussians:
+    """The Gaussians in other colours; how a colour depends on the view stays.
+
+    Args:
+        gaussians: N Gaussians.
+        steps: [N, 3] what is added to each RGB channel. No colour without its view-dependent part leaves 0 to
+            1 by it; one that lies outside goes no further.
+    """
+    before = 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64)
+    after = np.clip(before + steps, np.minimum(before, 0.0), np.maximum(before, 1.0))
+    sh = gaussians.sh.copy()
+    sh[:, 0] = (after - 0.5) / C0
+    return replace(gaussians, sh=sh)
+
+
+def in_colors(gaussians: Gaussians, colors: ArrayLike) -> Gaussians:
+    """The Gaussians in other colours, which do not depend on the view.
+
+    Args:
+        gaussians: N Gaussians.
+        colors: [N, 3] or [3] RGB, display-encoded.
+    """
+    sh = np.empty((len(gaussians), 1, 3), gaussians.sh.dtype)
+    sh[:, 0] = (np.asarray(colors, np.float64) - 0.5) / C0
+    return replace(gaussians, sh=sh)
+
+
+def used_sh_degree(gaussians: Gaussians) -> int:
+    """The highest SH degree with a non-zero coefficient, 0 to 3: higher degrees cannot change a colour.
+
+    Cached per scene. Rows are read only until one uses the highest stored degree, all of them where none
+    does.
+    """
+    known = _used_degrees.get(gaussians)
+    if known is None:
+        known = _used_degrees[gaussians] = _find_used_degree(gaussians)
+    return known
+
+
+def _find_used_degree(gaussians: Gaussians) -> int:
+    used = 0
+    for start in range(0, len(gaussians), _ROWS_AT_A_TIME):
+        rows = gaussians.sh[start : start + _ROWS_AT_A_TIME]
+        for degree in range(gaussians.sh_degree, used, -1):
+            if rows[:, degree**2 : (degree + 1) ** 2].any():
+                used = degree
+                break
+        if used == gaussians.sh_degree:
+            break
+    return used

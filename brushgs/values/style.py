@@ -1,0 +1,153 @@
+"""A style: what was learnt from a painting, or from an edit of a scene, in terms that any scene has.
+
+It travels as a file, see `brushgs.io.styles`. A style of a painting has a palette and marks, one of an edit
+has an edit. Colours are display-encoded RGB, 0 to 1; lengths are shares of the shorter side of the painting.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.values.arrays import F32, F64
+
+StyleKind = Literal["painting", "edit"]
+
+
+@dataclass(frozen=True, eq=False)
+class NamedColor:
+    """One colour of a palette, and the colours of the painting around it.
+
+    Attributes:
+        name: such as "deep blue"; what an artist calls it.
+        rgb: [3]; an artist may change it in the file, and all that is around it changes along.
+        share: of the painting, 0 to 1; those of a palette add up to 1.
+        offsets: [m, 3] colours of the painting less `rgb` as it was learnt, equally weighted, m >= 1.
+    """
+
+    name: str
+    rgb: F64
+    share: float
+    offsets: F32
+
+
+@dataclass(frozen=True, eq=False)
+class StylePalette:
+    """The colours of a painting.
+
+    Attributes:
+        colors: a handful, the most frequent first, at least one.
+    """
+
+    colors: tuple[NamedColor, ...]
+
+    @property
+    def samples(self) -> F64:
+        """[S, 3] colours of the painting, by which a palette is matched."""
+        return np.concatenate([color.rgb + color.offsets for color in self.colors])
+
+    @property
+    def weights(self) -> F64:
+        """[S] of the samples, sum 1."""
+        return np.concatenate(
+            [np.full(len(color.offsets), color.share / len(color.offsets)) for color in self.colors]
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class StyleMarks:
+    """The marks of a painting.
+
+    Attributes:
+        length: of a typical mark, a share of the painting's shorter side, above 0 to 1.
+        aspect: its length over its width, 1 to 20.
+        directions: [h, w, 2] twice the angle of marks from +x towards +y as unit vectors, times how clear it
+            is, 0 to 1; see `brushgs.passes.form.mark_directions`.
+        broken_lightness: standard deviation by which marks differ from their neighbours in OKLab lightness.
+        broken_chroma: the same in a and b.
+        ground: [3] colour that shows between marks; None where none does.
+        relief: how much the light on ridges of paint is seen, 0 to 1, as `LightConfig.relief`; 0 where that
+            is not known, and the relief of a look stays.
+        brushes: stroke images cut out of the painting, each [h, w] uint8 coverage with its mark along the
+            rows; none where no mark stands alone.
+    """
+
+    length: float
+    aspect: float
+    directions: F32
+    broken_lightness: float = 0.0
+    broken_chroma: float = 0.0
+    ground: F64 | None = None
+    relief: float = 0.0
+    brushes: tuple[NDArray[np.uint8], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """What an edit does beyond its affine map: a sum of Gaussian bumps of the features of a stroke.
+
+    Each adds bump x (weights + slopes @ colour before), a change of the affine map around its centre.
+
+    Attributes:
+        features: names of the F features, see `brushgs.passes.style.features`.
+        centers: [K, F] of the bumps, in deviations of the features.
+        width: of the bumps, in deviations, above 0.
+        weights: [K, C] what each adds to the C outputs: RGB, then log size, see `StyleEdit`.
+        offset: [F] means of the features, which are taken off them first.
+        scale: [F] deviations, by which they are then divided, above 0.
+        slopes: [K, 3, 3] what each adds to the matrix of the affine map; None for nothing.
+    """
+
+    features: tuple[str, ...]
+    centers: F32
+    width: float
+    weights: F32
+    offset: F32
+    scale: F32
+    slopes: F32 | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class StyleEdit:
+    """What was done to a scene.
+
+    Attributes:
+        affine: [3, 4] colour after = affine[:, :3] @ colour before + affine[:, 3].
+        log_size: added to the logarithm of sizes.
+        residual: what remains; None where that is nothing.
+    """
+
+    affine: F64
+    log_size: float = 0.0
+    residual: Residual | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Style:
+    """A style.
+
+    Attributes:
+        name: for reports.
+        palette: of a painting; else None.
+        marks: of a painting; None for colours alone, and of an edit.
+        edit: of an edit; else None.
+    """
+
+    name: str
+    palette: StylePalette | None = None
+    marks: StyleMarks | None = None
+    edit: StyleEdit | None = None
+
+    def __repr__(self) -> str:
+        facts = [] if self.palette is None else [f"{len(self.palette.colors)} colours"]
+        if self.marks is not None:
+            facts += ["marks"]
+            facts += [f"{len(self.marks.brushes)} brushes"] if self.marks.brushes else []
+        facts += [] if self.edit is None else ["an edit"]
+        return f"Style({', '.join([repr(self.name), *facts])})"
+
+    @property
+    def kind(self) -> StyleKind:
+        """What it was learnt from."""
+        return "painting" if self.edit is None else "edit"

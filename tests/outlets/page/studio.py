@@ -1,0 +1,282 @@
+"""A blank tab with the part of the page that paints: tests hand it strokes and read back numbers.
+
+Pictures are painted into a float target and read in the task that painted them.
+"""
+
+import base64
+
+import numpy as np
+
+from brushgs.outlets.page.container import write_container
+from brushgs.outlets.page.contents import page_contents
+from brushgs.outlets.page.html import SCRIPTS, script_beginning, web_files, web_text
+from brushgs.outlets.page.view import PageView
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.options import RenderOptions
+
+HOOK = """
+const canvas = document.createElement("canvas");
+const gl = canvas.getContext("webgl2", { antialias: false, alpha: true, depth: false });
+gl.getExtension("EXT_color_buffer_float");
+gl.getExtension("EXT_float_blend");
+let painter = null, origin = null;
+
+const encoded = (array) => {
+  const bytes = new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
+  let text = "";
+  for (let i = 0; i < bytes.length; i += 32768) text += String.fromCharCode(...bytes.subarray(i, i + 32768));
+  return btoa(text);
+};
+const decoded = (text, TypedArray) => new TypedArray(bytesOfBase64(text).buffer);
+const newTarget = (textures) => {
+  const target = gl.createFramebuffer();
+  gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+  const places = textures.map((texture, i) => {
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, texture, 0);
+    return gl.COLOR_ATTACHMENT0 + i;
+  });
+  gl.drawBuffers(places);
+  return target;
+};
+const floatTexture = (width, height, pixels = null) => {
+  const texture = newTexture(gl, gl.NEAREST);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, pixels);
+  return texture;
+};
+const pixelsOf = (target, place, x, y, width, height) => {
+  const pixels = new Float32Array(4 * width * height);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+  gl.readBuffer(place);
+  gl.readPixels(x, y, width, height, gl.RGBA, gl.FLOAT, pixels);
+  return encoded(pixels);
+};
+const cameraOf = (camera) => camera && PageCamera.ofHeader({ camera, origin });
+
+window.studio = {
+  gl,
+  async load(base64, copies = 1, onSharper = null) {
+    painter?.dispose();
+    const contents = await decodeContents(bytesOfBase64(base64));
+    contents.header.brushes = Array(copies).fill(contents.header.brushes).flat();
+    origin = contents.header.origin;
+    painter = new Painter(gl, contents, onSharper);
+    window.studio.painter = painter;
+  },
+  async replace(base64) {
+    const atlas = painter._atlas, contents = await decodeContents(bytesOfBase64(base64));
+    painter.replace(contents);
+    origin = contents.header.origin;
+    return painter._atlas === atlas;
+  },
+  paint(camera, { at: [x, y], ...options }) {
+    const { width, height } = camera;
+    const texture = floatTexture(x + width, y + height), target = newTarget([texture]);
+    const head = cameraOf(options.head) ?? undefined;
+    const viewport = [x, y, width, height];
+    painter.paint(cameraOf(camera), { ...options, head, target, viewport });
+    const pixels = pixelsOf(target, gl.COLOR_ATTACHMENT0, x, y, width, height);
+    gl.deleteFramebuffer(target);
+    gl.deleteTexture(texture);
+    return pixels;
+  },
+  coat(index, camera, detail, belows) {
+    const coat = painter._coats[index], page = cameraOf(camera), { width, height } = camera;
+    const layers = belows.map((text) => floatTexture(width, height, decoded(text, Float32Array)));
+    const [below, belowDetail] = layers;
+    const textures = [floatTexture(width, height), ...(detail ? [floatTexture(width, height)] : [])];
+    const target = newTarget(textures);
+    gl.viewport(0, 0, width, height);
+    gl.clearBufferfv(gl.COLOR, 0, coat.header.blend === "glaze" ? [1, 1, 1, 1] : [0, 0, 0, 0]);
+    if (detail) gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
+    coat.draw(page, page, { order: "depth", share: 1, brush: null, detail, below, belowDetail });
+    const found = textures.map((_, i) => pixelsOf(target, gl.COLOR_ATTACHMENT0 + i, 0, 0, width, height));
+    gl.deleteFramebuffer(target);
+    for (const texture of [...textures, ...layers]) gl.deleteTexture(texture);
+    return found;
+  },
+  boxes(coat, camera, head) {
+    const options = head ? { head: cameraOf(head) } : {};
+    return encoded(painter.boxes(coat, cameraOf(camera), options));
+  },
+  turning(cameras) {
+    return cameras.map((camera) => encoded(painter.boxes(0, cameraOf(camera))));
+  },
+  async loseContext(camera) {
+    const happened = (name) =>
+      new Promise((done) => {
+        const listener = (event) => {
+          event.preventDefault();
+          setTimeout(done, 0); // once all listeners have been called
+        };
+        canvas.addEventListener(name, listener, { once: true });
+      });
+    const [lost, back] = [happened("webglcontextlost"), happened("webglcontextrestored")];
+    const losing = gl.getExtension("WEBGL_lose_context");
+    losing.loseContext();
+    await lost;
+    painter.paint(cameraOf(camera), {}); // paints nothing, and throws nothing
+    losing.restoreContext();
+    await back;
+    gl.getExtension("EXT_color_buffer_float");
+    gl.getExtension("EXT_float_blend");
+    painter.restore();
+  },
+  drawn(camera) {
+    const coat = painter._coats[0], page = cameraOf(camera);
+    coat._sort(coat.count, page, "distance");
+    return encoded(coat._order.ids);
+  },
+  order(means, setbacks, count, eye, axis) {
+    const order = new StrokeOrder(decoded(means, Float32Array), setbacks && decoded(setbacks, Float32Array));
+    return encoded(order.sort(count, eye, axis).slice(0, count * order.layers));
+  },
+  levels({ rows, columns, coverage, height }, levelU, levelsV) {
+    const [paint, thickness] = [coverage, height].map((text) => text && decoded(text, Uint8Array));
+    const levels = new BrushLevels({ rows, columns, coverage: paint, height: thickness });
+    return [...levels.alongV(levelU, levelsV)].map((level) => ({ ...level, texels: encoded(level.texels) }));
+  },
+  axisLevels: (numTexels) => axisLevels(numTexels),
+};
+"""
+
+
+def encoded(array):
+    """Base64 of bytes, or of those of an array."""
+    return base64.b64encode(array if isinstance(array, bytes) else np.ascontiguousarray(array)).decode()
+
+
+def decoded(text, dtype):
+    """A flat array of base64."""
+    return np.frombuffer(base64.b64decode(text), dtype)
+
+
+def studio_script(more=""):
+    """The scripts of the page up to its painter, and the hook of the tests with more of it, as one."""
+    names = [name for name in SCRIPTS[: SCRIPTS.index("painter.js") + 1] if name in web_files()]
+    parts = [script_beginning(), *map(web_text, names), HOOK]
+    return '(() => {\n"use strict";\n' + "\n".join([*parts, more]) + "\n})();"
+
+
+def camera_facts(camera):
+    """A camera as it stands in the header."""
+    return {
+        "viewmat": camera.viewmat.ravel().tolist(),
+        "K": camera.K.ravel().tolist(),
+        "width": camera.width,
+        "height": camera.height,
+        "near": camera.near,
+    }
+
+
+def painting_of(strokes, texture, *, coat=None, surface=None, lamp=None, **options):
+    """A painting of one coat; `coat` are more fields of it, `options` those of `RenderOptions.of`."""
+    given = RenderOptions.of(texture, **options)
+    return Painting((Coat("strokes", strokes, texture, given, **(coat or {})),), surface, lamp)
+
+
+def contents_of(painting, camera, **more):
+    """Contents for a page without a title; `more` are arguments of `page_contents`."""
+    view = PageView(np.array([0.0, -1, 0]), np.zeros(3), 1.0, False)
+    return page_contents(painting, camera, view=view, title="", command=("", ()), **more)
+
+
+class Studio:
+    """The tab."""
+
+    def __init__(self, page, more=""):
+        self.page = page
+        page.evaluate(studio_script(more))
+
+    def load(self, painting, camera, *, copies=1, **more):
+        """Hand it a painting; returns its contents, whose `rows` say which stroke is which.
+
+        `copies` of its brushes are made, as if a painting had so many.
+        """
+        contents = contents_of(painting, camera, **more)
+        self.page.evaluate("a => studio.load(...a)", [encoded(write_container(contents)), copies])
+        return contents
+
+    def replace(self, painting, camera):
+        """Hand the same painter another painting; returns whether its brushes are still the same texture."""
+        text = encoded(write_container(contents_of(painting, camera)))
+        return self.page.evaluate("text => studio.replace(text)", text)
+
+    def paint(self, camera, *, head=None, at=(0, 0), **options):
+        """[H, W, 4] float32 premultiplied colour and alpha, upper row first.
+
+        Painted into a target whose lower left corner lies `at` pixels away; `options` are those of `paint`.
+        """
+        given = {"at": at, "head": None if head is None else camera_facts(head)}
+        options = {"ground": False} | given | options
+        text = self.page.evaluate("a => studio.paint(...a)", [camera_facts(camera), options])
+        return decoded(text, np.float32).reshape(camera.height, camera.width, 4)[::-1]
+
+    def first_picture(self, contents, camera):
+        """Like `paint`, as soon as these contents are read, while brushes are still being filtered."""
+        script = """async ([data, ...picture]) => {
+          window.sharper = new Promise((done) => (window.onSharper = done));
+          await studio.load(data, 1, window.onSharper);
+          return studio.paint(...picture);
+        }"""
+        options = {"ground": False, "at": (0, 0), "head": None}
+        data = encoded(write_container(contents))
+        text = self.page.evaluate(script, [data, camera_facts(camera), options])
+        return decoded(text, np.float32).reshape(camera.height, camera.width, 4)[::-1]
+
+    def sharper_picture(self, camera):
+        """Like `paint`, after `first_picture`, when all brushes are there."""
+        self.page.evaluate("() => sharper")
+        return self.paint(camera)
+
+    def coat(self, camera, *, coat=0, detail=False, below=None):
+        """What one coat alone leaves in its targets, [H, W, 4] float32 each: see `CoatPainter.draw`.
+
+        `below` is the frame of what it is tested against. Depths count from the origin of the page.
+        """
+        belows = []
+        if below is not None:
+            zeros = np.zeros_like(below.alpha)
+            detail_below = np.stack(
+                [zeros, (below.depth - camera.viewmat[2, 3]) * below.alpha, zeros, below.alpha], axis=2
+            )
+            for layer in np.dstack([below.rgb, below.alpha]), detail_below:
+                belows.append(encoded(layer[::-1].astype(np.float32)))
+        texts = self.page.evaluate("a => studio.coat(...a)", [coat, camera_facts(camera), detail, belows])
+        shape = camera.height, camera.width, 4
+        return [decoded(text, np.float32).reshape(shape)[::-1] for text in texts]
+
+    def boxes(self, camera, *, coat=0, head=None):
+        """[N, 12] of the strokes in the order of the page."""
+        facts = None if head is None else camera_facts(head)
+        text = self.page.evaluate("a => studio.boxes(...a)", [coat, camera_facts(camera), facts])
+        return decoded(text, np.float32).reshape(-1, 12)
+
+    def turning(self, cameras):
+        """[views, N, 12] boxes of the first coat."""
+        texts = self.page.evaluate("c => studio.turning(c)", [camera_facts(camera) for camera in cameras])
+        return np.stack([decoded(text, np.float32).reshape(-1, 12) for text in texts])
+
+    def drawn(self, camera):
+        """Instances of the first coat in the page's own order, farthest first."""
+        return decoded(self.page.evaluate("c => studio.drawn(c)", camera_facts(camera)), np.uint32)
+
+    def axis_levels(self, num_texels):
+        """Dictionaries like `AxisLevel`."""
+        return self.page.evaluate("n => studio.axisLevels(n)", num_texels)
+
+    def levels(self, coverage, height, level_u, levels_v):
+        """[rows, columns, 1 or 2] uint8 for each level along v: coverage, and height where it is given."""
+        rows, columns = coverage.shape
+        images = {"coverage": encoded(coverage), "height": None if height is None else encoded(height)}
+        brush = {"rows": rows, "columns": columns, **images}
+        found = self.page.evaluate("a => studio.levels(...a)", [brush, level_u, list(levels_v)])
+        return [
+            decoded(level["texels"], np.uint8).reshape(level["rows"], level["columns"], -1) for level in found
+        ]
+
+    def order(self, means, eye, *, setbacks=None, count=None, axis=None):
+        """Instances, farthest first."""
+        given = [encoded(means), None if setbacks is None else encoded(setbacks), count or len(means)]
+        text = self.page.evaluate("a => studio.order(...a)", [*given, list(eye), axis])
+        return decoded(text, np.uint32)

@@ -1,0 +1,223 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.cameras.first_view import plain_first_view
+from brushgs.cameras.framing import frame_scene
+from brushgs.cameras.orbit import orbit
+from brushgs.outlets.page.contents import coarse_to_fine
+from brushgs.outlets.page.images import reduced
+from brushgs.outlets.page.view import PageView
+from brushgs.rendering import surface
+from brushgs.rendering.border import thin_to_border
+from brushgs.rendering.options import project_with
+from brushgs.rendering.relief import Relief
+from brushgs.rendering.streaks import streak_starts
+from tests.outlets.page.paintings import CAMERA, VIEW, contents_of, some_coat, some_strokes
+from tests.scenes import still_life_of
+
+
+def column(contents, name, coat=0):
+    return contents.arrays[contents.header["coats"][coat]["arrays"][name]]
+
+
+def test_columns_are_those_of_the_strokes_in_another_order():
+    strokes = some_strokes(300, degree=2)
+    contents = contents_of(some_coat(strokes))
+    rows = contents.rows[0]
+    assert sorted(rows) == list(range(300))
+    for name in ("means", "quats", "scales"):
+        assert column(contents, name).dtype == np.float32
+    relative = strokes.means.astype(np.float64) - VIEW.center
+    np.testing.assert_array_equal(column(contents, "means"), relative[rows].astype(np.float32))
+    np.testing.assert_array_equal(column(contents, "scales"), strokes.scales[rows])
+    units = strokes.quats / np.linalg.norm(strokes.quats, axis=1, keepdims=True)
+    np.testing.assert_allclose(column(contents, "quats"), units[rows], atol=1e-7)
+    np.testing.assert_array_equal(column(contents, "opacities"), strokes.opacities[rows].astype(np.float16))
+    np.testing.assert_array_equal(column(contents, "sh"), strokes.sh[rows].astype(np.float16))
+    assert contents.header["origin"] == VIEW.center.tolist()
+
+
+def test_a_share_of_the_strokes_carries_the_most_paint():
+    strokes = some_strokes(500)
+    order = coarse_to_fine(strokes)
+    paint = np.sort(strokes.scales, axis=1)[:, 1:].prod(axis=1) * strokes.opacities
+    assert (np.diff(paint[order]) <= 0).all()
+    equal = bg.Gaussians(*(np.repeat(values[:1], 5, axis=0) for values in strokes.columns().values()))
+    np.testing.assert_array_equal(coarse_to_fine(equal), np.arange(5))
+
+
+def test_what_belongs_to_a_row_stays_with_it():
+    strokes = some_strokes(400)
+    options = {"streaks": 0.1, "relief": Relief(thickness=0.3, gain=1.1, by_light=0.5), "border": 0.2}
+    coat = some_coat(strokes, normals=np.asarray(strokes.means), **options)
+    contents = contents_of(coat)
+    rows = contents.rows[0]
+    square = replace(CAMERA, width=1000, height=750)  # where a pixel is that of the canvas
+    boxes, _ = project_with(strokes, square, coat.options)
+    place = np.argsort(rows)[boxes.ids]  # of each box among the rows of the page
+    assert len(boxes) > 100
+    np.testing.assert_array_equal(column(contents, "streakStart")[place], streak_starts(boxes))
+    np.testing.assert_array_equal(column(contents, "relief")[place], boxes.reliefs.astype(np.float16))
+    np.testing.assert_array_equal(column(contents, "normals"), strokes.means[rows].astype(np.float16))
+    thin = thin_to_border(boxes, square, width=0.2)
+    chance = column(contents, "chance")[place].astype(float)
+    inside = np.minimum(boxes.centers, (1000, 750) - boxes.centers).min(axis=1) / 750
+    left = np.clip((inside / 0.2 + 0.35 - 1.1 * chance) / 0.25, 0, 1)
+    np.testing.assert_allclose(thin.opacities, boxes.opacities * left, atol=2e-3)
+
+
+def test_strokes_that_nobody_would_see_are_left_out():
+    strokes = some_strokes(50)
+    faint = np.array(strokes.opacities)
+    faint[[3, 7]] = 0.5 / 255
+    contents = contents_of(some_coat(replace(strokes, opacities=faint)))
+    assert set(range(50)) - set(contents.rows[0]) == {3, 7}
+    assert (
+        contents.header["coats"][0]["count"] == len(column(contents, "means")) == contents.num_strokes == 48
+    )
+
+
+@pytest.mark.parametrize("used", [0, 1, 3])
+def test_harmonics_are_kept_to_the_degree_that_is_used(used):
+    strokes = some_strokes(40, degree=3)
+    sh = np.array(strokes.sh)
+    sh[:, (used + 1) ** 2 :] = 0
+    contents = contents_of(some_coat(replace(strokes, sh=sh)))
+    assert contents.header["coats"][0]["shDegree"] == used
+    assert column(contents, "sh").shape == (40, (used + 1) ** 2, 3)
+
+
+def test_values_beyond_the_range_of_half_floats_are_its_largest():
+    strokes = some_strokes(3)
+    sh = np.full_like(strokes.sh, 1e6)
+    assert (column(contents_of(some_coat(replace(strokes, sh=sh))), "sh") == np.finfo(np.float16).max).all()
+
+
+def test_brushes_that_no_stroke_uses_are_left_out_and_equal_ones_stored_once():
+    names = ["flat", "dab", "impasto", "swirl"]
+    strokes = some_strokes(90, brushes=4)
+    chosen = np.where(strokes.brushes == 1, 2, strokes.brushes).astype(np.uint8)
+    several = some_coat(replace(strokes, brushes=chosen), names, underpaint=True)
+    single = some_coat(some_strokes(5), "swirl")
+    contents = contents_of(several, single)
+    header = contents.header
+    assert [brush["name"] for brush in header["brushes"]] == ["flat", "impasto", "swirl"]
+    first, second = header["coats"]
+    assert (first["brushes"], second["brushes"]) == ([0, 1, 2], [2])
+    assert "brush" not in second["arrays"]
+    rows, options = contents.rows[0], several.options
+    of_page = column(contents, "brush")
+    for k, row in enumerate((0, 2, 3)):
+        np.testing.assert_array_equal(of_page == k, chosen[rows] == row)
+        assert first["numSigmas"][k] == options.num_sigmas[row]
+        assert first["underpaint"]["reach"][k] == options.underpaint.reach[row]
+        texture = StrokeTexture.open(names[row])
+        image = header["brushes"][k]
+        coverage = contents.arrays[image["coverage"]]
+        assert coverage.shape == (image["rows"], image["columns"])
+        np.testing.assert_array_equal(coverage, texture.coverage)
+        height = contents.arrays[image["height"]]
+        np.testing.assert_array_equal(height, np.rint(texture.height * 255).astype(np.uint8))
+
+
+def test_a_brush_without_height_and_a_kernel_say_so():
+    bare = StrokeTexture.from_coverage(np.eye(8))
+    contents = contents_of(some_coat(some_strokes(4), bare), some_coat(some_strokes(4), "gaussian"))
+    (brush,) = contents.header["brushes"]
+    assert brush["height"] is None
+    image, kernel = contents.header["coats"]
+    assert (image["kernel"], image["lock"], image["fade"]) == ("image", "anchor", True)
+    assert (kernel["kernel"], kernel["lock"], kernel["fade"], kernel["brushes"]) == (
+        "gaussian",
+        "off",
+        False,
+        [],
+    )
+    assert kernel["numSigmas"] == [3.0]
+
+
+def test_coats_say_how_they_are_laid():
+    one = some_coat(some_strokes(4), dry=0.4, blend="glaze", tolerance=1.5, low_pass=0.7, num_sigmas=1.3)
+    (coat,) = contents_of(one).header["coats"]
+    laid = {name: coat[name] for name in ("dry", "blend", "tolerance", "lowPass", "numSigmas", "relief")}
+    assert laid == {
+        "dry": 0.4,
+        "blend": "glaze",
+        "tolerance": 1.5,
+        "lowPass": 0.7,
+        "numSigmas": [1.3],
+        "relief": None,
+    }
+
+
+def test_the_surface_is_said_and_not_stored():
+    painted = surface.linen((0.5, 0.4, 0.3), height=48, width=64, strength=0.6)
+    lamp = bg.Lamp(azimuth=1.0)
+    header = contents_of(some_coat(some_strokes(4)), surface=painted, lamp=lamp).header
+    found = header["surface"]
+    assert (found["kind"], found["strength"], found["seed"]) == ("linen", 0.6, 0)
+    np.testing.assert_allclose(found["color"], (0.5, 0.4, 0.3), atol=1e-7)
+    np.testing.assert_array_equal(header["lamp"]["direction"], lamp.direction)
+    np.testing.assert_array_equal(header["lamp"]["halfWay"], lamp.half_way)
+
+
+def test_a_picture_behind_the_strokes_is_stored_smaller_and_that_is_told():
+    picture = np.random.default_rng(0).uniform(0, 1, (30, 1280, 3)).astype(np.float32)
+    contents = contents_of(some_coat(some_strokes(4)), background=picture)
+    found = contents.header["surface"]
+    assert (found["kind"], found["strength"], contents.header["background"]) == ("flat", 0.0, None)
+    stored = contents.arrays[found["image"]]
+    expected = picture.astype(float).reshape(15, 2, 640, 2, 3).mean(axis=(1, 3))
+    assert np.abs(stored / 255 - expected).max() <= 0.5 / 255 + 1e-6
+    assert any("1280 x 30 to 640 x 15" in sentence for sentence in contents.omitted)
+
+
+def test_reducing_keeps_the_mean():
+    picture = np.random.default_rng(0).uniform(0, 1, (37, 101, 3))
+    small = reduced(picture, 40)
+    assert small.shape == (15, 40, 3)
+    np.testing.assert_allclose(small.mean(axis=(0, 1)), picture.mean(axis=(0, 1)))
+    np.testing.assert_array_equal(reduced(picture, 101), picture)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({}, None),
+        ({"order": "soft"}, "blend"),
+        ({"lock": "track"}, "tracked"),
+        ({"filter": "bilinear"}, "bilinear"),
+    ],
+)
+def test_what_the_page_does_not_show_is_told(options, told):
+    omitted = contents_of(
+        some_coat(some_strokes(4), **options), some_coat(some_strokes(4), **options)
+    ).omitted
+    assert len(omitted) == (told is not None)
+    assert told is None or told in omitted[0]
+
+
+def test_the_camera_turns_around_a_point_on_its_axis():
+    first_view = plain_first_view(still_life_of(2000))
+    camera = frame_scene(first_view, width=64, height=48, azimuth=0.7, elevation=0.2)
+    view = PageView.of(first_view, camera)
+    x, y, depth = camera.viewmat[:3, :3] @ view.center + camera.viewmat[:3, 3]
+    assert abs(x) < 1e-12
+    assert abs(y) < 1e-12
+    turned = orbit(first_view, 2, width=64, height=48, azimuth=0.7, elevation=0.2)
+    middle = 0.5 * (turned[0].position + turned[1].position)  # of the turn, on the axis of up
+    assert np.linalg.norm(np.cross(view.center - middle, first_view.up)) < 0.1 * view.radius
+    assert 0.5 * view.radius < depth < 5 * view.radius
+    assert not view.is_inside
+    assert np.linalg.norm(first_view.points - view.center, axis=1).max() < 1.3 * view.radius
+
+
+def test_a_scene_that_is_seen_from_inside_says_so_unless_something_is_looked_at():
+    first_view = replace(plain_first_view(still_life_of(2000)), eye=np.zeros(3))
+    camera = frame_scene(first_view, width=64, height=48)
+    assert PageView.of(first_view, camera).is_inside
+    assert not PageView.of(first_view, camera, "subject").is_inside

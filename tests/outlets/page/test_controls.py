@@ -1,0 +1,464 @@
+"""How the camera of a page is moved: by hand, by keys, and by itself."""
+
+from dataclasses import replace
+from math import pi, radians
+
+import numpy as np
+import pytest
+
+from brushgs.cameras.framing import NEAR_SHARE, camera_axes, frame_scene, rolled
+from brushgs.outlets.page.view import PageView
+from brushgs.values.camera import Camera
+from tests.outlets.page.kit import kit
+from tests.outlets.page.page_file import (
+    SIZE,
+    camera_of,
+    pixels,
+    scene,
+    seen,
+    settle,
+    shown,
+    wait_until,
+    write_page,
+)
+
+WIDTH, HEIGHT = 480, 360  # of the window, in which the bar covers the lower half
+WINDOW = {"width": WIDTH, "height": HEIGHT}
+CALM = {"reduced_motion": "reduce", **WINDOW}  # nothing turns by itself or glides
+STROKES, FIRST = scene()
+POINTS = FIRST.points[::5]
+OFF = np.array([[330.0, 0, 150], [0, 300, 130], [0, 0, 1]])  # not as high as wide, and off the middle
+PLAIN = frame_scene(FIRST, **SIZE)
+CAMERAS = {
+    "framed": PLAIN,
+    "rolled": frame_scene(FIRST, **SIZE, roll=0.3, elevation=-0.4),
+    "from the top": frame_scene(FIRST, **SIZE, elevation=pi / 2, azimuth=2.0),
+    "panned": frame_scene(FIRST, **SIZE, pan=(0.3, -0.1), zoom=2.0),
+    "of a file": replace(PLAIN, K=OFF, near=0.37),
+    "narrow": frame_scene(FIRST, **SIZE, fov_y=radians(12)),
+}
+
+
+@pytest.fixture(scope="module")
+def contents():
+    return shown()
+
+
+@pytest.fixture(scope="module")
+def path(contents, tmp_path_factory):
+    return write_page(tmp_path_factory.mktemp("page") / "pears.html", contents)
+
+
+@pytest.fixture(scope="module")
+def calm(open_shared_page, path):
+    tab = open_shared_page(path, **CALM)
+    tab.evaluate("brushgs.ready")
+    return tab
+
+
+@pytest.fixture(scope="module")
+def tab(open_shared_page):
+    return kit(open_shared_page)
+
+
+@pytest.fixture
+def page(calm):
+    """A calm page that shows its first picture."""
+    calm.bring_to_front()
+    calm.mouse.move(0, 0)
+    calm.evaluate(
+        """() => {
+          const { controls } = brushgs;
+          controls.home();
+          controls.state.set(controls.target);
+          controls._tap = null;
+          document.activeElement.blur();
+        }"""
+    )
+    settle(calm)
+    return calm
+
+
+def shot(page):
+    """The `Camera` of the window."""
+    return seen(page, page.evaluate("brushgs.contents.header"), WIDTH, HEIGHT)
+
+
+def state_of(page):
+    """Place, logarithm of the distance, azimuth and elevation that are aimed at."""
+    return np.array(page.evaluate("[...brushgs.controls.target]"))
+
+
+def header_of(camera, *, is_inside=False):
+    view = replace(PageView.of(FIRST, camera), is_inside=is_inside)
+    return shown(camera, view=view).header
+
+
+@pytest.mark.parametrize("name", CAMERAS)
+def test_the_first_picture_is_that_of_render_in_a_window_of_any_shape(tab, name):
+    camera = CAMERAS[name]
+    for is_inside in (False, True):
+        header = dict(header_of(camera, is_inside=is_inside))
+        for width, height in ((320, 240), (640, 480), (500, 200), (390, 844)):
+            facts = tab.evaluate(
+                """([header, width, height]) => {
+                  const orbit = new kit.Orbit(header);
+                  const [w, h] = orbit.shape(width, height).map(Math.round);
+                  const camera = new kit.PageCamera({ ...orbit.lens, width: w, height: h });
+                  return kit.facts(orbit.aim(camera, orbit.first));
+                }""",
+                [header, width, height],
+            )
+            shown_camera = camera_of(facts, header)
+            scale = min(shown_camera.width / 320, shown_camera.height / 240)
+            shift = 0.5 * np.array([shown_camera.width - 320 * scale, shown_camera.height - 240 * scale])
+            np.testing.assert_allclose(
+                pixels(shown_camera, POINTS), pixels(camera, POINTS) * scale + shift, atol=1e-6
+            )
+            assert shift.min() >= 0, "a part of the picture is outside of the window"
+            assert shown_camera.near == pytest.approx(camera.near, rel=1e-12)
+
+
+def test_a_tall_window_shows_no_more_than_a_lens_can_show_well(tab):
+    code = "([header, w, h]) => new kit.Orbit(header).shape(w, h)"
+    header = dict(header_of(PLAIN))
+    assert tab.evaluate(code, [header, 320, 240]) == [320, 240]
+    width, height = tab.evaluate(code, [header, 390, 844])
+    assert width == 390
+    assert 390 * 240 / 320 < height < 844
+    focal = PLAIN.K[0, 0] * 390 / 320
+    assert height / 2 / focal == pytest.approx(0.85)
+    narrow = dict(header_of(CAMERAS["narrow"]))
+    assert tab.evaluate(code, [narrow, 390, 844]) == [390, 844]
+
+
+@pytest.mark.parametrize("up", [(0, -1, 0), (0, 0, 1), (1, 0, 0), (0.2, -0.9, 0.3)])
+def test_the_axes_of_an_orbit_are_those_of_camera_axes(tab, up):
+    up = np.array(up) / np.linalg.norm(up)
+    for azimuth, elevation, roll in ((0, 0, 0), (1.2, 0.5, 0), (-2.8, -1.5, 0.7), (3.0, pi / 2, 0)):
+        viewmat = np.eye(4)
+        viewmat[:3, :3] = rolled(camera_axes(up, azimuth, elevation), roll)
+        viewmat[:3, 3] = (0.1, 0.2, 7)
+        camera = Camera(viewmat, PLAIN.K, **SIZE)
+        header = dict(header_of(camera)) | {"up": up.tolist()}
+        first = tab.evaluate(
+            "header => { const o = new kit.Orbit(header); return [...o.first, o.roll]; }", header
+        )
+        turns = (np.array(first[4:]) - (azimuth, elevation, roll)) / (2 * pi)
+        np.testing.assert_allclose(turns - np.round(turns), 0, atol=1e-9)
+
+
+def test_the_opened_page_shows_the_first_view(page, contents):
+    np.testing.assert_allclose(pixels(shot(page), POINTS), 1.5 * pixels(PLAIN, POINTS), atol=1e-6)
+    assert page.evaluate("[brushgs.canvas.width, brushgs.canvas.height]") == [WIDTH, HEIGHT]
+
+
+def test_a_drag_turns_the_scene_with_the_hand(page, contents):
+    before, state = shot(page), state_of(page)
+    page.mouse.move(240, 100)
+    page.mouse.down()
+    page.mouse.move(280, 110, steps=4)
+    page.mouse.up()
+    settle(page)
+    after = shot(page)
+    moved = state_of(page) - state
+    np.testing.assert_allclose(moved[4:], (-40 * pi / HEIGHT, 10 * pi / HEIGHT), atol=1e-9)
+    np.testing.assert_allclose(moved[:4], 0, atol=1e-12)
+    # What lies before the middle went to the right and down, with the hand.
+    center = np.array(contents.header["center"])
+    front = center + 0.2 * (before.position - center)
+    shift = pixels(after, [front])[0] - pixels(before, [front])[0]
+    assert shift[0] > 5
+    assert shift[1] > 1
+    np.testing.assert_allclose(pixels(after, [center])[0], (240, 180), atol=1e-6)
+
+
+@pytest.mark.parametrize("how", ["right", "shift"])
+def test_a_drag_of_the_other_kind_moves_the_scene_with_the_hand(page, contents, how):
+    before = shot(page)
+    page.mouse.move(100, 100)
+    if how == "shift":
+        page.keyboard.down("Shift")
+    page.mouse.down(button="right" if how == "right" else "left")
+    page.mouse.move(130, 80)
+    page.mouse.up(button="right" if how == "right" else "left")
+    page.keyboard.up("Shift")
+    settle(page)
+    after = shot(page)
+    np.testing.assert_allclose(after.viewmat[:3, :3], before.viewmat[:3, :3], atol=1e-12)
+    center = contents.header["center"]
+    np.testing.assert_allclose(pixels(after, [center])[0], (270, 160), atol=1e-6)
+
+
+def test_the_wheel_leaves_what_is_under_the_pointer_there(page, contents):
+    before = shot(page)
+    at = np.array([250.0, 60.0])
+    distance = np.exp(state_of(page)[3])
+    ray = np.array([*((at - before.K[:2, 2]) / before.K[0, 0]), 1]) * distance
+    point = before.viewmat[:3, :3].T @ (ray - before.viewmat[:3, 3])
+    page.mouse.move(*at)
+    page.mouse.wheel(0, -240)
+    settle(page)
+    wait_until(page, "d => Math.exp(brushgs.controls.state[3]) < 0.9 * d", distance)
+    after = shot(page)
+    np.testing.assert_allclose(pixels(after, [point])[0], at, atol=1e-6)
+    assert np.exp(state_of(page)[3]) / distance == pytest.approx(np.exp(-240 * 0.0015), rel=1e-9)
+    assert after.near / before.near == pytest.approx(np.exp(-240 * 0.0015), rel=1e-9)
+
+
+def test_limits_hold(page, contents):
+    header = contents.header
+    for _ in range(40):
+        page.evaluate("brushgs.controls.press('+')")
+    assert np.exp(state_of(page)[3]) == pytest.approx(0.02 * header["radius"])
+    assert shot(page).near > 0
+    for _ in range(80):
+        page.evaluate("brushgs.controls.press('-')")
+    assert np.exp(state_of(page)[3]) == pytest.approx(6 * header["radius"])
+    for _ in range(40):
+        page.evaluate("brushgs.controls.press('ArrowUp')")
+        page.evaluate("brushgs.controls.press('ArrowLeft', true)")
+    state = state_of(page)
+    assert state[5] == pytest.approx(radians(89))
+    first = np.array(page.evaluate("[...brushgs.controls.orbit.first]"))
+    assert np.linalg.norm(state[:3] - first[:3]) == pytest.approx(3 * header["radius"])
+
+
+def test_keys_move_the_view_and_home_brings_it_back_exactly(page, contents):
+    first = state_of(page)
+    page.locator("#painting").focus()
+    page.wait_for_function("document.hasFocus() && document.activeElement.id === 'painting'")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowUp")
+    np.testing.assert_allclose((state_of(page) - first)[4:], radians(5), atol=1e-12)
+    page.keyboard.press("Shift+ArrowRight")
+    page.keyboard.press("+")
+    settle(page)
+    moved = state_of(page)
+    assert moved[3] == pytest.approx(first[3] + np.log(0.85))
+    assert np.linalg.norm(moved[:3] - first[:3]) > 0.01
+    page.evaluate("brushgs.controls.orbit.turn(brushgs.controls.target, 40, 0)")  # six turns and more
+    page.keyboard.press("Home")
+    settle(page)
+    np.testing.assert_array_equal(page.evaluate("[...brushgs.controls.state]"), first)
+    np.testing.assert_allclose(pixels(shot(page), POINTS), 1.5 * pixels(PLAIN, POINTS), atol=1e-6)
+
+
+class Fingers:
+    """A touch screen."""
+
+    def __init__(self, page):
+        self.session = page.context.new_cdp_session(page)
+
+    def send(self, kind, *points):
+        touches = [{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(points)]
+        self.session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+
+
+def test_one_finger_turns_two_move_and_zoom(open_page, path, contents):
+    page = open_page(path, has_touch=True, **CALM)
+    page.evaluate("brushgs.ready")
+    first, fingers = state_of(page), Fingers(page)
+    fingers.send("touchStart", (100, 100))
+    fingers.send("touchMove", (124, 100))
+    fingers.send("touchEnd")
+    np.testing.assert_allclose((state_of(page) - first)[4:], (-24 * pi / HEIGHT, 0), atol=1e-9)
+    settle(page)
+    before = shot(page)
+    distance = np.exp(state_of(page)[3])
+    tips = np.array([[100.0, 120], [180, 120]])
+    fingers.send("touchStart", *tips.tolist())
+    fingers.send("touchMove", (90, 100), (250, 100))
+    fingers.send("touchEnd")
+    settle(page)
+    after = shot(page)
+    assert np.exp(state_of(page)[3]) / distance == pytest.approx(0.5, rel=1e-6)
+    rays = np.concatenate([(tips - before.K[:2, 2]) / before.K[0, 0], np.ones((2, 1))], axis=1) * distance
+    points = (rays - before.viewmat[:3, 3]) @ before.viewmat[:3, :3]
+    np.testing.assert_allclose(pixels(after, points), [[90, 100], [250, 100]], atol=0.01)
+
+
+@pytest.mark.parametrize("kind", ["click", "tap"])
+def test_a_double_click_puts_what_is_there_in_the_middle(open_page, path, contents, kind):
+    page = open_page(path, has_touch=kind == "tap", **CALM)
+    page.evaluate("brushgs.ready")
+    before = shot(page)
+    at = (130, 150)
+    if kind == "click":
+        page.mouse.dblclick(*at)
+    else:
+        page.touchscreen.tap(*at)
+        page.touchscreen.tap(*at)
+    settle(page)
+    place = state_of(page)[:3] + contents.header["origin"]
+    np.testing.assert_allclose(pixels(before, [place])[0], at, atol=1e-6)
+    after = shot(page)
+    np.testing.assert_allclose(pixels(after, [place])[0], (240, 180), atol=1e-6)
+    np.testing.assert_allclose(after.viewmat[:3, :3], before.viewmat[:3, :3], atol=1e-12)
+    move = before.viewmat[:3, :3] @ (after.position - before.position)
+    assert move[2] == pytest.approx(0, abs=1e-9), "the camera moves aside, not nearer"
+
+
+def test_a_point_is_picked_where_half_of_the_light_is_lost(tab):
+    half = int(np.array(0.45, np.float16).view(np.uint16))
+    points = tab.evaluate(
+        """half => {
+          const pick = (z, direction = [0, 0, 1]) => kit.pointOnRay({
+            header: {
+              coats: [{ count: z.length, arrays: { means: "m", quats: "q", scales: "s", opacities: "o" } }],
+            },
+            arrays: {
+              m: Float32Array.from(z.flatMap((value) => [0, 0, value])),
+              q: Float32Array.from(z.flatMap(() => [1, 0, 0, 0])),
+              s: Float32Array.from(z.flatMap(() => [1, 1, 0])),
+              o: Uint16Array.from(z.map(() => half)),
+            },
+          }, [0, 0, 0], direction);
+          return [pick([5, 3, 9]), pick([5]), pick([-5, -3]), pick([]), pick([4, 4, 4], [0.6, 0, 0.8])];
+        }""",
+        half,
+    )
+    assert points[0] == pytest.approx([0, 0, 5])  # 0.45 and 0.45 of the rest stop more than half
+    assert points[1:4] == [None, None, None]
+    assert points[4] is None  # three deviations off
+
+
+def test_inside_a_scene_the_hand_looks_around_and_the_wheel_walks_a_little(open_page, tmp_path):
+    view = replace(PageView.of(FIRST, PLAIN), is_inside=True)
+    contents = shown(PLAIN, view=view)
+    page = open_page(write_page(tmp_path / "inside.html", contents), **CALM)
+    page.evaluate("brushgs.ready")
+    before = shot(page)
+    page.mouse.move(240, 100)
+    page.mouse.down()
+    page.mouse.move(260, 100)
+    page.mouse.up()
+    settle(page)
+    looked = shot(page)
+    np.testing.assert_allclose(looked.position, before.position, atol=1e-9)
+    ahead = before.position + before.viewmat[2, :3]
+    assert pixels(looked, [ahead])[0][0] == pytest.approx(260, abs=1)  # as a picture in the hand
+    assert looked.near == before.near
+    for _ in range(60):
+        page.evaluate("brushgs.controls.press('+')")
+    settle(page)
+    walked = shot(page).position - looked.position
+    distance = np.linalg.norm(np.array(contents.header["center"]) - before.position)
+    np.testing.assert_allclose(walked / np.linalg.norm(walked), looked.viewmat[2, :3], atol=1e-9)
+    assert np.linalg.norm(walked) == pytest.approx(0.5 * distance)
+
+
+# Glides
+
+
+def test_the_glide_does_not_depend_on_the_number_of_frames(open_page, path):
+    page = open_page(path, **CALM)
+    page.evaluate("brushgs.ready")
+    ends = page.evaluate(
+        """() => {
+          const { controls } = brushgs;
+          controls.isCalm = false;
+          return [[0.3], [0.1, 0.2], Array(30).fill(0.01)].map((steps) => {
+            controls.target.set(controls.orbit.first);
+            controls.state.set(controls.orbit.first);
+            controls.orbit.turn(controls.target, 1, 0.2);
+            for (const seconds of steps) controls.advance(seconds);
+            return [...controls.state.map((value, k) => value - controls.orbit.first[k])];
+          });
+        }"""
+    )
+    left = 1 - np.exp(-0.3 / 0.12)
+    np.testing.assert_allclose(ends, [[0, 0, 0, 0, left, 0.2 * left]] * 3, atol=1e-12)
+
+
+def test_nothing_is_drawn_when_nothing_moves(open_page, path):
+    page = open_page(path, **WINDOW)
+    page.evaluate("brushgs.ready")
+    page.keyboard.press("ArrowLeft")  # stops the turn of the start, and begins a glide
+    drawn = settle(page)
+    np.testing.assert_array_equal(page.evaluate("[...brushgs.controls.state]"), state_of(page))
+    page.wait_for_timeout(300)
+    assert page.evaluate("brushgs.framesDrawn") == drawn
+    page.mouse.move(30, 30)
+    page.mouse.move(60, 60)  # a pointer that touches nothing
+    page.wait_for_timeout(100)
+    assert page.evaluate("brushgs.framesDrawn") == drawn
+    page.keyboard.press("ArrowLeft")
+    wait_until(page, "drawn => brushgs.framesDrawn > drawn", drawn)
+
+
+def test_the_page_turns_until_it_is_touched(open_page, path):
+    for stop in ("key", "touch", "bar"):
+        page = open_page(path, **WINDOW)
+        page.evaluate("brushgs.ready")
+        assert page.evaluate("brushgs.controls.isTurning")
+        assert page.locator("#turn").get_attribute("aria-pressed") == "true"
+        first = page.evaluate("brushgs.controls.orbit.first[4]")
+        wait_until(page, "first => brushgs.controls.state[4] > first + 1e-4", first)
+        if stop == "key":
+            page.keyboard.press("a")
+        elif stop == "touch":
+            page.mouse.move(20, 20)
+            page.mouse.down()
+            page.mouse.up()
+        else:
+            page.locator("#share").focus()
+        assert not page.evaluate("brushgs.controls.isTurning")
+        assert page.locator("#turn").get_attribute("aria-pressed") == "false"
+        page.close()
+
+
+def test_the_page_does_not_turn_where_motion_is_reduced_unless_asked(page):
+    assert not page.evaluate("brushgs.controls.isTurning")
+    page.keyboard.press("Space")
+    assert page.evaluate("brushgs.controls.isTurning")
+    page.locator("#share").focus()
+    assert page.evaluate("brushgs.controls.isTurning")  # was asked for
+    page.locator("#painting").focus()
+    page.keyboard.press("Space")
+    assert not page.evaluate("brushgs.controls.isTurning")
+
+
+def test_a_turn_takes_forty_seconds(page):
+    turned = page.evaluate(
+        """() => {
+          const { controls } = brushgs;
+          controls.isTurning = true;
+          for (let i = 0; i < 100; i++) controls.advance(0.1); // it starts softly
+          const before = controls.state[4];
+          for (let i = 0; i < 400; i++) controls.advance(0.1);
+          controls.isTurning = false;
+          return controls.state[4] - before;
+        }"""
+    )
+    assert turned == pytest.approx(2 * pi, rel=0.01)
+
+
+def test_inside_a_scene_the_camera_sways_around_what_is_ahead(open_page, tmp_path):
+    contents = shown(PLAIN, view=replace(PageView.of(FIRST, PLAIN), is_inside=True))
+    page = open_page(write_page(tmp_path / "inside.html", contents), **CALM)
+    page.evaluate("brushgs.ready")
+    center, distance = contents.header["center"], PLAIN.near / NEAR_SHARE
+    page.evaluate("brushgs.controls._phase = 0; brushgs.controls.isTurning = true; brushgs.isPaused = true")
+    for _ in range(5):
+        page.evaluate("for (let i = 0; i < 20; i++) brushgs.controls.advance(0.1)")
+        camera = shot(page)
+        np.testing.assert_allclose(pixels(camera, [center])[0], (240, 180), atol=1e-6)
+        assert np.linalg.norm(camera.position - PLAIN.position) < 0.11 * distance
+    page.evaluate("brushgs.controls.setTurning(false)")
+    np.testing.assert_allclose(shot(page).viewmat, camera.viewmat, atol=1e-12)
+
+
+def test_slow_frames_make_the_moving_picture_coarser_and_fast_ones_sharper(tab):
+    shares = tab.evaluate(
+        """() => {
+          const pace = new kit.Pace();
+          const after = (count, seconds) => {
+            for (let i = 0; i < count; i++) pace.tell(seconds);
+            return pace.share;
+          };
+          const slow = [after(2, 0.1), after(1, 0.01), after(2, 0.1), after(3, 0.1), after(9, 0.1)];
+          return [...slow, after(240, 0.016)];
+        }"""
+    )
+    assert shares == [1, 1, 1, 0.75, 0.5, 1]

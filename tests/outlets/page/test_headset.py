@@ -1,0 +1,485 @@
+"""Headsets, with a device of our own: `device.js` replaces WebXR, and each test says where the head is."""
+
+import base64
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.outlets.page.container import write_container
+from brushgs.outlets.page.contents import page_contents
+from brushgs.outlets.page.html import web_text
+from brushgs.outlets.page.view import PageView
+from brushgs.rendering.light import Lamp
+from brushgs.rendering.relief import Relief
+from brushgs.rendering.surface import paper
+from tests.outlets.page.page_file import settle, shown, wait_until, write_page
+from tests.outlets.page.studio import Studio, painting_of
+
+WIDTH, HEIGHT = 240, 200  # of an eye
+IPD = 0.064  # metres between the eyes
+OUTER, INNER = 1.2, 0.8  # tangents: the frusta of headsets are not symmetric
+ABOVE = 0.7
+BELOW = HEIGHT / WIDTH * (OUTER + INNER) - ABOVE  # pixels are square
+MIDDLE = np.array([0.0, 0, -1.75])  # where what is seen from outside stands: 1 m away, 1.5 m across
+FRONT = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=64, height=64)
+TURNED = PageView(np.array([0.0, -1, 0]), np.zeros(3), 1.0, False)
+
+DEVICE = (Path(__file__).parent / "device.js").read_text()
+FRAME = "time => device.frame(time, [0, 1.5, 0], [0, 0, 0, 1])"
+HOOK = """
+Object.assign(gl.canvas, { width: 480, height: 200 });
+document.body.append(gl.canvas);
+const problems = [];
+const options = { share: 1, brush: null, ground: true, highlight: null };
+let isDrawn = false;
+const headset = new Headset(gl, {
+  getPainter: () => painter,
+  getOptions: () => options,
+  onStart() {},
+  onEnd: () => { isDrawn = true; },
+  onProblem: (sentence) => problems.push(sentence),
+});
+Object.assign(window.studio, {
+  headset,
+  options,
+  problems,
+  wasDrawn: () => isDrawn,
+  eyeBoxes() {
+    const { _eyes: eyes, _head: head } = headset;
+    return eyes.map(({ camera }) => encoded(painter.boxes(0, camera, { head })));
+  },
+  instances: () => encoded(painter._coats[0]._order.ids.slice()),
+});
+"""
+
+
+@dataclass(frozen=True)
+class Head:
+    """A pose: a place in metres, x right, y up, z backward, and turns in degrees, that around y first."""
+
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    yaw: float = 0.0
+    roll: float = 0.0
+
+    @property
+    def quaternion(self):
+        """x, y, z, w as in WebXR."""
+        y, z = np.radians([self.yaw, self.roll]) / 2
+        return [np.sin(y) * np.sin(z), np.sin(y) * np.cos(z), np.cos(y) * np.sin(z), np.cos(y) * np.cos(z)]
+
+    @property
+    def rotation(self):
+        """[3, 3] room from head."""
+        y, z = np.radians([self.yaw, self.roll])
+        around_y = [[np.cos(y), 0, np.sin(y)], [0, 1, 0], [-np.sin(y), 0, np.cos(y)]]
+        around_z = [[np.cos(z), -np.sin(z), 0], [np.sin(z), np.cos(z), 0], [0, 0, 1]]
+        return np.array(around_y) @ around_z
+
+
+def projection_of(eye):
+    """[4, 4] clip from view, of the left (0) or right eye."""
+    left, right = (-OUTER, INNER) if eye == 0 else (-INNER, OUTER)
+    near, far = 0.05, 1000.0
+    return np.array(
+        [
+            [2 / (right - left), 0, (right + left) / (right - left), 0],
+            [0, 2 / (ABOVE + BELOW), (ABOVE - BELOW) / (ABOVE + BELOW), 0],
+            [0, 0, -(far + near) / (far - near), -2 * far * near / (far - near)],
+            [0, 0, -1, 0],
+        ]
+    )
+
+
+def seen_at(point, head, eye):
+    """[x, y] pixels of an eye from its upper left corner, of a point in the room: what WebXR says."""
+    offset = head.rotation @ [(-0.5 if eye == 0 else 0.5) * IPD, 0, 0]
+    view = head.rotation.T @ (np.asarray(point) - head.place - offset)
+    clip = projection_of(eye) @ [*view, 1]
+    return (clip[:2] / clip[3] * [1, -1] + 1) / 2 * [WIDTH, HEIGHT]
+
+
+def eyes_of_device():
+    """For `device.eyes`."""
+    columns = [projection_of(eye).T.ravel().tolist() for eye in (0, 1)]
+    return [{"offset": (eye - 0.5) * IPD, "projection": columns[eye]} for eye in (0, 1)]
+
+
+class Visit(Studio):
+    """A tab with a painting and a device."""
+
+    def __init__(self, page):
+        super().__init__(page, more=web_text("xr.js") + HOOK)
+        self.time = 0.0
+        page.evaluate("eyes => { device.eyes = eyes; }", eyes_of_device())
+
+    def hang(self, strokes, texture="gaussian", *, view=TURNED, camera=FRONT, **options):
+        """Hand it strokes."""
+        painting = painting_of(strokes, bg.StrokeTexture.open(texture), **options)
+        contents = page_contents(painting, camera, view=view, title="", command=("", ()))
+        data = base64.b64encode(write_container(contents)).decode()
+        self.page.evaluate("data => studio.load(data)", data)
+
+    def enter(self, mode="immersive-vr"):
+        self.page.evaluate("mode => studio.headset.enter(mode)", mode)
+        return self
+
+    def look(self, head=None, *, after=20):
+        """[2, H, W, 4] of the left and the right eye, in [0, 1], upper row first."""
+        head = head or Head()
+        self.time += after
+        text = self.page.evaluate(
+            "([time, place, turn]) => device.frame(time, place, turn)",
+            [self.time, list(head.place), list(head.quaternion)],
+        )
+        flat = np.frombuffer(base64.b64decode(text), np.uint8).reshape(HEIGHT, 2, WIDTH, 4)
+        return flat[::-1].swapaxes(0, 1) / 255
+
+    def boxes_of_eyes(self):
+        """[2, N, 12] of the last frame."""
+        texts = self.page.evaluate("studio.eyeBoxes()")
+        return np.stack([np.frombuffer(base64.b64decode(text), np.float32).reshape(-1, 12) for text in texts])
+
+    def instances(self):
+        """Strokes of the last frame, farthest first."""
+        return np.frombuffer(base64.b64decode(self.page.evaluate("studio.instances()")), np.uint32)
+
+    def hold(self, hand, axes):
+        """Controllers: one, with a thumbstick at (x, y)."""
+        source = {"handedness": hand, "gamepad": {"axes": [0, 0, *axes]}}
+        self.page.evaluate("source => { device.session.inputSources = [source]; }", source)
+
+
+@pytest.fixture
+def visit(open_page, tmp_path):
+    """A tab of a file, as WebXR is only in secure pages."""
+    blank = tmp_path / "blank.html"
+    blank.write_text("<!doctype html><title>Headset</title><body></body>")
+    return Visit(open_page(blank, init_script=DEVICE))
+
+
+def spot(place=(0.0, 0.0, 0.0), size=0.05):
+    """One round white stroke."""
+    return bg.Gaussians([place], [[1.0, 0, 0, 0]], [[size] * 3], [0.9], [[[1.7] * 3]])
+
+
+def crowd(count=60, seed=3):
+    """Strokes around the origin, longer than wide."""
+    rng = np.random.default_rng(seed)
+    return bg.Gaussians(
+        rng.normal(size=(count, 3)) * 0.25,
+        rng.normal(size=(count, 4)),
+        rng.uniform([0.1, 0.02, 0.01], [0.2, 0.05, 0.02], (count, 3)),
+        rng.uniform(0.5, 0.9, count),
+        rng.normal(size=(count, 1, 3)),
+    )
+
+
+def centroid(alpha):
+    """[x, y] in pixels."""
+    rows, columns = np.indices(alpha.shape) + 0.5
+    return np.array([(alpha * columns).sum(), (alpha * rows).sum()]) / alpha.sum()
+
+
+def turn_of(angles, others):
+    """Degrees from one direction to the other, -180 to 180."""
+    return np.degrees(np.remainder(angles - others + np.pi, 2 * np.pi) - np.pi)
+
+
+@pytest.mark.parametrize("place", [(0.0, 0, 0), (0.4, 0.3, -0.5), (-0.5, -0.2, 0.8)])
+def test_a_stroke_has_the_parallax_of_its_distance(visit, place):
+    visit.hang(spot(place))
+    visit.enter("immersive-ar")
+    start = Head((0.1, 1.6, 0.2))
+    visit.look(start)
+    x, y, z = place  # of the page: y down, and z away from the first camera
+    depth = max(0.0, y) * 0.75
+    room = np.array([start.place[0] + 0.75 * x, depth - 0.75 * y, start.place[2] - 1.75 - 0.75 * z])
+    head = Head((0.15, 0.2, 0.3))
+    left, right = visit.look(head)
+    found = [centroid(eye[..., 3]) for eye in (left, right)]
+    for eye in (0, 1):
+        np.testing.assert_allclose(found[eye], seen_at(room, head, eye), atol=0.5)
+    focal = WIDTH / (OUTER + INNER)
+    middles = WIDTH * OUTER / (OUTER + INNER), WIDTH * INNER / (OUTER + INNER)
+    disparity = (found[0][0] - middles[0]) - (found[1][0] - middles[1])
+    assert disparity == pytest.approx(focal * IPD / (head.place[2] - room[2]), abs=0.25)
+    assert found[0][1] == pytest.approx(found[1][1], abs=0.02)
+
+
+def test_a_head_that_turns_leaves_the_order_as_it_is(visit):
+    visit.hang(crowd(), "flat")
+    visit.enter()
+    orders = [(visit.look(Head((0, 0.5, 0), yaw)), visit.instances())[1] for yaw in (0, 20, -35, 90)]
+    assert len(set(orders[0])) == len(orders[0])
+    assert all((order == orders[0]).all() for order in orders)
+    visit.look(Head((1.5, 0.5, -1.75), 90))
+    assert (visit.instances() != orders[0]).any()
+
+
+def test_both_eyes_see_one_direction_and_one_colour_in_one_order(visit):
+    visit.hang(crowd(), "flat")
+    visit.enter()
+    visit.page.evaluate("""() => {
+      window.sorts = 0;
+      const { sort } = studio.painter._coats[0]._order.constructor.prototype;
+      studio.painter._coats[0]._order.sort = function (...a) { window.sorts++; return sort.apply(this, a); };
+    }""")
+    visit.look(Head((0, 0.3, 0)))
+    assert visit.page.evaluate("sorts") == 1
+    left, right = visit.boxes_of_eyes()
+    seen = (left[:, 7] == 1) & (right[:, 7] == 1)
+    assert seen.sum() > 30
+    np.testing.assert_array_equal(left[seen, 8:11], right[seen, 8:11])  # colours
+    np.testing.assert_allclose(turn_of(left[seen, 4], right[seen, 4]), 0, atol=1e-3)
+    assert np.abs(left[seen, 0] - right[seen, 0]).min() > 5  # centres are those of each eye
+
+
+def test_a_head_that_rolls_rolls_the_strokes(visit):
+    visit.hang(crowd(), "flat")
+    visit.enter()
+    visit.look(Head((0, 0.3, 0)))
+    before = visit.boxes_of_eyes()
+    visit.look(Head((0, 0.3, 0), roll=20))
+    after = visit.boxes_of_eyes()
+    seen = (before[..., 7] == 1) & (after[..., 7] == 1)
+    turned = turn_of(after[seen][:, 4], before[seen][:, 4])
+    np.testing.assert_allclose(turned, 20, atol=0.2)
+
+
+def test_ar_is_transparent_where_nothing_is_painted(visit):
+    visit.hang(spot())
+    picture = visit.enter("immersive-ar").look(Head((0, 0.2, 0)))
+    assert (picture[..., 3] == 0).mean() > 0.9
+    assert (picture[picture[..., 3] == 0] == 0).all()
+    assert picture[..., 3].max() > 0.8
+    assert visit.page.evaluate("device.layers[0].alpha")
+
+
+def test_both_eyes_see_what_is_highlighted(visit):
+    visit.hang(crowd(), "flat")
+    visit.enter()
+    usual = visit.look(Head((0, 0.3, 0)))
+    columns = [[0] * 60]
+    part = {"columns": columns, "ground": 0, "region": None, "name": ""}
+    visit.page.evaluate("part => { studio.options.highlight = part; }", part)
+    veiled = visit.look(Head((0, 0.3, 0)))[..., :3]
+    np.testing.assert_allclose(veiled, 0.24 * usual[..., :3] + 0.76 * 0.5, atol=0.01)
+    visit.page.evaluate("studio.options.highlight = null")
+    np.testing.assert_array_equal(visit.look(Head((0, 0.3, 0))), usual)
+
+
+def test_vr_has_the_ground_of_the_painting(visit):
+    visit.hang(spot())
+    picture = visit.enter().look(Head((0, 0.2, 0)))
+    assert (picture[..., 3] == 1).all()
+    assert (picture[:, :10] == 1).all()  # white where the painting says nothing
+    layer = visit.page.evaluate("device.layers[0]")
+    assert (layer["alpha"], layer["ignoreDepthValues"], layer["framebufferScaleFactor"]) == (False, True, 0.7)
+
+
+def test_threads_and_borders_of_pictures_stay_out_of_the_headset(visit):
+    color = np.array([0.8, 0.6, 0.2])
+    lit = {
+        "surface": paper(color, height=HEIGHT, width=WIDTH, strength=5),
+        "lamp": Lamp(),
+        "relief": Relief(),
+    }
+    near_borders = Head((0.0, 0.2, -1.2))
+    pictures = []
+    visit.enter()
+    for coat in ({}, {"border": 0.4}):
+        visit.hang(crowd(), "flat", **lit, coat=coat)
+        pictures.append(visit.look(near_borders))
+    np.testing.assert_array_equal(pictures[1], pictures[0])
+    is_ground = np.abs(pictures[0][..., :3] - color).max(axis=-1) < 1 / 255
+    assert (is_ground.mean(axis=(1, 2)) > 0.8).all()
+    assert (is_ground.mean(axis=(1, 2)) < 0.95).all()
+
+
+def test_without_a_floor_the_subject_is_before_the_eyes(visit):
+    visit.hang(spot())
+    visit.page.evaluate("() => { device.hasFloor = false; }")
+    head = Head((0.3, 0.4, 0.1), yaw=30)
+    left, right = visit.enter("immersive-ar").look(head)
+    ahead = head.place + head.rotation @ MIDDLE
+    for eye, picture in enumerate((left, right)):
+        np.testing.assert_allclose(centroid(picture[..., 3]), seen_at(ahead, head, eye), atol=0.5)
+
+
+def test_a_scene_seen_from_inside_is_as_large_as_its_eye_is_high(visit):
+    ground = np.stack([*np.meshgrid(np.linspace(-3, 3, 7), [0.5], np.linspace(-3, 3, 7))], -1).reshape(-1, 3)
+    num = len(ground)
+    quats, colors = np.tile([1.0, 0, 0, 0], (num, 1)), np.ones((num, 1, 3))
+    strokes = bg.Gaussians(ground, quats, np.full((num, 3), 0.02), np.full(num, 0.9), colors)
+    inside = replace(TURNED, is_inside=True, radius=6.0)
+    camera = bg.Camera.look_at((0, 0, 0), (0, 0, 1), width=64, height=64)
+    visit.hang(strokes, view=inside, camera=camera)
+    head = Head((0.0, 1.5, 0.0))
+    visit.enter().look(head)
+    left, _ = visit.boxes_of_eyes()
+    seen = left[left[:, 7] == 1]
+    scale = 1.6 / 0.5
+    ahead = ground[ground[:, 2] > 0]
+    points = np.array([seen_at((scale * x, 1.6 - scale * y, -scale * z), head, 0) for x, y, z in ahead])
+    points = points[(points > 0).all(axis=1) & (points < [WIDTH, HEIGHT]).all(axis=1)]
+    assert len(points) > 5
+    for point in points:
+        assert np.linalg.norm(seen[:, :2] - point, axis=1).min() < 0.02
+
+
+def test_thumbsticks_move_turn_and_resize(visit):
+    visit.hang(spot())
+    visit.enter("immersive-ar")
+    head = Head((0, 0.2, 0))
+
+    def middle(picture):
+        return np.mean([centroid(eye[..., 3]) for eye in picture], axis=0)
+
+    def size(picture):
+        return picture[..., 3].sum()
+
+    start = visit.look(head)
+    visit.hold("left", (0, -1))
+    near = [visit.look(head, after=50) for _ in range(10)][-1]  # half a second at 1.5 m a second
+    assert size(near) > 1.5 * size(start)
+    np.testing.assert_allclose(visit.boxes_of_eyes()[:, 0, 5] * 0.75, 1.0, atol=1e-4)
+    visit.hold("left", (0, 1))
+    for _ in range(10):
+        visit.look(head, after=50)
+    visit.hold("right", (1, 0))
+    turned = [visit.look(head) for _ in range(3)][-1]  # once, until the stick was back
+    ahead = 1.75 * np.array([-np.sin(np.pi / 6), 0, -np.cos(np.pi / 6)])
+    np.testing.assert_allclose(centroid(turned[0][..., 3]), seen_at(ahead, head, 0), atol=0.6)
+    visit.hold("right", (0, 0))
+    visit.look(head)
+    visit.hold("right", (-1, 0))
+    np.testing.assert_allclose(middle(visit.look(head)), middle(start), atol=0.1)
+    visit.hold("right", (0, -1))
+    for _ in range(10):
+        visit.look(head, after=100)  # a second
+    assert visit.boxes_of_eyes()[0, 0, 5] * 1.5 == pytest.approx(2 * 1.75, rel=1e-4)
+
+
+def test_a_pause_carries_nobody_away(visit):
+    visit.hang(spot())
+    visit.enter()
+    visit.look()
+    visit.hold("left", (0, -1))
+    visit.look(after=60_000)
+    assert visit.boxes_of_eyes()[0, 0, 5] * 0.75 == pytest.approx(1.75 - 0.15, abs=1e-4)
+
+
+def test_a_long_squeeze_ends_the_session(visit):
+    visit.hang(spot())
+    visit.enter()
+    visit.look()
+    squeeze = "isHeld => device.session.squeeze(device, isHeld)"
+    visit.page.evaluate(squeeze, True)
+    visit.look(after=20)
+    visit.look(after=900)
+    visit.page.evaluate(squeeze, False)
+    visit.look(after=900)
+    assert visit.page.evaluate("studio.headset.isOn")
+    visit.page.evaluate(squeeze, True)
+    visit.look(after=20)
+    visit.look(after=1000)
+    assert not visit.page.evaluate("studio.headset.isOn")
+    assert visit.page.evaluate("studio.wasDrawn()")
+    assert visit.page.evaluate("device.session.isEnded")
+    visit.enter().look()  # and again
+    assert visit.page.evaluate("studio.headset.isOn")
+
+
+def test_what_cannot_start_is_told_in_a_sentence(visit):
+    visit.hang(spot())
+    visit.page.evaluate("() => { device.refusal = 'No XR hardware found.'; }")
+    visit.enter()
+    visit.page.evaluate("() => { device.refusal = null; device.incompatible = 'Wrong graphics card.'; }")
+    visit.enter()
+    assert visit.page.evaluate("studio.problems") == [
+        "The headset did not start: No XR hardware found.",
+        "The headset did not start: Wrong graphics card.",
+    ]
+    assert visit.page.evaluate("[studio.headset.isOn, device.session.isEnded]") == [False, True]
+
+
+def test_only_sessions_that_there_are_are_offered(visit):
+    modes = "() => studio.headset.modes()"
+    assert visit.page.evaluate(modes) == ["immersive-vr", "immersive-ar"]
+    visit.page.evaluate("() => { device.modes = ['immersive-ar']; }")
+    assert visit.page.evaluate(modes) == ["immersive-ar"]
+    visit.page.evaluate("() => { navigator.xr.isSessionSupported = async () => { throw new Error('no'); }; }")
+    assert visit.page.evaluate(modes) == []
+    visit.page.evaluate("() => Object.defineProperty(navigator, 'xr', { value: undefined })")
+    assert visit.page.evaluate(modes) == []
+    assert "brushgs view --serve" in visit.page.evaluate("studio.headset.hint()")  # opened by file:
+
+
+def test_a_lost_context_comes_back_in_the_headset(visit):
+    visit.hang(spot())
+    visit.enter("immersive-ar")
+    head = Head((0, 0.2, 0))
+    before = visit.look(head)
+    visit.page.evaluate("""async () => {
+      const { gl, painter } = studio;
+      gl.canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+      const restored = new Promise((resolve) => gl.canvas.addEventListener("webglcontextrestored", resolve));
+      const extension = gl.getExtension("WEBGL_lose_context");
+      extension.loseContext();
+      await new Promise((resolve) => setTimeout(resolve, 50));
+      device.frame(500, [0, 0, 0], [0, 0, 0, 1]);
+      extension.restoreContext();
+      await restored;
+      painter.restore();
+    }""")
+    assert visit.page.evaluate("device.layers.length") == 2
+    np.testing.assert_array_equal(visit.look(head), before)
+
+
+def test_the_bar_leads_into_the_headset_and_a_squeeze_back(open_page, tmp_path):
+    contents = shown()
+    path = write_page(tmp_path / "pears.html", contents)
+    page = open_page(path, init_script=DEVICE, reduced_motion="reduce")
+    page.evaluate("() => brushgs.ready")
+    wait_until(page, "!!document.getElementById('immersive-ar')")
+    assert page.get_by_role("button", name="Enter VR").count() == 1
+    assert page.evaluate("document.getElementById('headsetHint').textContent") == ""
+    settle(page)
+    before = page.evaluate("() => [...brushgs.controls.camera(320, 240).viewmat]")
+    page.evaluate("eyes => { device.eyes = eyes; }", eyes_of_device())
+    page.get_by_role("button", name="Enter VR").click()
+    wait_until(page, "brushgs.isPaused")
+    pixels = np.frombuffer(base64.b64decode(page.evaluate(FRAME, 0)), np.uint8)
+    drawn = page.evaluate("brushgs.framesDrawn")
+    left, right = np.split(pixels.reshape(240, 320, 4), 2, axis=1)
+    for eye in (left, right):
+        assert (eye != 255).any(axis=-1).mean() > 0.05
+    assert (left != right).any()
+    page.evaluate("() => brushgs.invalidate()")
+    page.evaluate("() => device.session.squeeze(device, true)")
+    for time in (20, 500, 1100):
+        page.evaluate(FRAME, time)
+    wait_until(page, "!brushgs.isPaused")
+    wait_until(page, f"brushgs.framesDrawn === {drawn + 1}")
+    assert page.evaluate("() => [...brushgs.controls.camera(320, 240).viewmat]") == before
+
+
+def test_a_page_without_a_headset_has_no_button_and_says_what_to_do(open_page, tmp_path):
+    page = open_page(write_page(tmp_path / "pears.html"))
+    page.evaluate("() => brushgs.ready")
+    wait_until(page, "document.getElementById('headsetHint').textContent !== ''")
+    assert "brushgs view --serve" in page.evaluate("document.getElementById('headsetHint').textContent")
+    assert page.evaluate("document.querySelectorAll('[id^=immersive]').length") == 0
+
+
+def test_a_session_that_is_refused_is_said_in_the_page(open_page, tmp_path):
+    page = open_page(write_page(tmp_path / "pears.html"), init_script=DEVICE)
+    page.evaluate("() => brushgs.ready")
+    wait_until(page, "!!document.getElementById('immersive-vr')")
+    page.evaluate("() => { device.refusal = 'The headset is asleep.'; }")
+    page.get_by_role("button", name="Enter VR").click()
+    wait_until(page, "document.getElementById('notice').textContent.includes('asleep')")
+    assert not page.evaluate("brushgs.isPaused")

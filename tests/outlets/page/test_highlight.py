@@ -1,0 +1,248 @@
+"""A region highlighted: who is told of it, what it looks like, and that it leaves no trace."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.cameras.framing import frame_scene
+from brushgs.outlets.page.container import write_container
+from brushgs.outlets.page.contents import page_contents
+from brushgs.outlets.page.view import PageView
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.light import Lamp
+from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.relief import Relief
+from brushgs.rendering.surface import paper
+from tests.outlets.page.page_file import SIZE, scene, settle, wait_until, write_page
+from tests.outlets.page.paintings import contents_of, some_coat, some_strokes
+from tests.outlets.page.studio import camera_facts, decoded, painting_of
+
+CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=120, height=80, fov_y=0.6)
+LEFT, RIGHT = np.s_[:, :40], np.s_[:, 80:]  # of the picture: beyond the reach of what lies in the middle
+VEIL, GREY = 0.76, 0.5
+CALM = {"reduced_motion": "reduce"}
+NAMES = ["pear", "<i>cloth</i>", "nobody's"]
+
+
+def halves(count=400, *, seed=2):
+    """Strokes all over the picture; those on its left are region 1, and none crosses from side to side."""
+    draw = np.random.default_rng(seed)
+    means = draw.uniform((-2, -1.5, -0.2), (2, 1.5, 0.2), (count, 3))
+    means[:, 0] += 0.45 * np.sign(means[:, 0])
+    return bg.Gaussians(
+        means.astype(np.float32),
+        draw.normal(size=(count, 4)).astype(np.float32),
+        draw.uniform(0.05, 0.12, (count, 3)).astype(np.float32),
+        draw.uniform(0.6, 1, count).astype(np.float32),
+        draw.normal(0, 0.8, (count, 1, 3)).astype(np.float32),
+        regions=(means[:, 0] < 0).astype(np.uint8),
+    )
+
+
+def paintings():
+    """One of each way in which coats reach the picture."""
+    strokes, flat = halves(), StrokeTexture.open("flat")
+    board = paper((0.9, 0.85, 0.8), width=120, height=80)
+    plain = painting_of(strokes, StrokeTexture.open("ellipse"))
+    lit = painting_of(strokes, flat, surface=board, lamp=Lamp(), relief=Relief(0.4, 1.2), underpaint=True)
+    wash = Coat("wash", strokes, flat, RenderOptions.of(flat), blend="glaze")
+    marks = Coat("marks", halves(seed=3), flat, RenderOptions.of(flat), dry=0.6, tolerance=2.0)
+    covered = Coat("smudge", halves(seed=4), flat, RenderOptions.of(flat))
+    return {
+        "plain": plain,
+        "lit": lit,
+        "glaze": Painting((wash,), board, None),
+        "dry": Painting((covered, marks), board, None),
+    }
+
+
+def part(contents, region):
+    """What `partOfRegion` makes of contents."""
+    columns = [
+        (contents.arrays[coat["arrays"]["region"]] == region).astype(int) * 255
+        for coat in contents.header["coats"]
+    ]
+    columns = [column.tolist() for column in columns]
+    return {"columns": columns, "ground": int(region == 0), "region": region, "name": ""}
+
+
+def test_the_column_and_the_names_of_regions_are_in_the_contents():
+    strokes = some_strokes(200)
+    regions = np.random.default_rng(0).integers(0, 4, 200).astype(np.uint8)
+    coat, bare = some_coat(replace(strokes, regions=regions)), some_coat(some_strokes(9), name="backdrop")
+    contents = contents_of(coat, bare, regions=["pear", "cloth"])
+    assert contents.header["regions"] == ["pear", "cloth", "Region 3"]
+    first, second = contents.header["coats"]
+    column = contents.arrays[first["arrays"]["region"]]
+    assert column.dtype == np.uint8
+    np.testing.assert_array_equal(column, regions[contents.rows[0]])
+    assert "region" not in second["arrays"]
+    more = len(write_container(contents, level=0)) - len(
+        write_container(contents_of(some_coat(strokes), bare), level=0)
+    )
+    assert more - 200 < 160  # a byte a stroke, and some of the header
+
+
+@pytest.mark.parametrize("regions", [None, np.zeros(50, np.uint8)])
+def test_contents_without_regions_are_as_ever_byte_for_byte(regions):
+    strokes = some_strokes(50)
+    usual = contents_of(some_coat(strokes), title="a")
+    found = contents_of(some_coat(replace(strokes, regions=regions)), title="a", regions=["pear"])
+    assert "regions" not in usual.header
+    assert write_container(found) == write_container(usual)
+
+
+@pytest.mark.parametrize("kind", ["plain", "lit", "glaze", "dry"])
+def test_a_veil_lies_over_all_that_is_not_highlighted(studio, kind):
+    painting = paintings()[kind]
+    contents = studio.load(painting, CAMERA, background=(0.1, 0.3, 0.2))
+    usual = studio.paint(CAMERA, ground=True)
+    assert usual[..., :3].std() > 0.05
+    for region, shown, other in ((1, LEFT, RIGHT), (0, RIGHT, LEFT)):
+        found = studio.paint(CAMERA, ground=True, highlight=part(contents, region))
+        is_shown = (found[shown] == usual[shown]).all(axis=2)
+        below = (1 - VEIL) * usual[other][..., :3] + VEIL * GREY
+        is_veiled = np.isclose(found[other][..., :3], below, atol=0.004).all(axis=2)
+        # The bare ground between strokes lies elsewhere: on the left it is veiled for 1, and not for 0.
+        assert is_shown.mean() > (0.6 if region == 1 else 0.999)
+        assert is_veiled.mean() > (0.999 if region == 1 else 0.6)
+        np.testing.assert_array_equal(found[..., 3], usual[..., 3])
+    np.testing.assert_array_equal(studio.paint(CAMERA, ground=True), usual)
+
+
+def test_a_veil_lies_only_where_something_is_painted(studio):
+    contents = studio.load(paintings()["plain"], CAMERA)
+    usual = studio.paint(CAMERA)
+    found = studio.paint(CAMERA, highlight=part(contents, 1))
+    np.testing.assert_array_equal(found[..., 3], usual[..., 3])
+    is_empty = usual[..., 3] == 0
+    assert is_empty.any()
+    assert (found[is_empty] == 0).all()
+
+
+def test_members_by_degrees_are_veiled_by_degrees(studio):
+    contents = studio.load(paintings()["plain"], CAMERA)
+    usual = studio.paint(CAMERA)
+    solid = usual[..., 3] > 0.97
+    means = []
+    for member in (0, 64, 128, 192, 255):
+        columns = [[member] * contents.num_strokes]
+        given = {"columns": columns, "ground": 0, "region": None, "name": ""}
+        found = studio.paint(CAMERA, highlight=given)
+        means.append(np.abs(found - usual)[solid].mean())
+    assert (np.diff(means) < 0).all()
+    assert means[-1] == 0
+
+
+def test_a_highlight_keeps_its_place_in_the_framebuffer_and_survives_a_lost_context(studio):
+    contents = studio.load(paintings()["lit"], CAMERA)
+    given = part(contents, 1)
+    found = studio.paint(CAMERA, ground=True, highlight=given)
+    shifted = studio.paint(CAMERA, ground=True, at=(7, 5), highlight=given)
+    np.testing.assert_allclose(shifted, found, atol=2e-3)
+    studio.page.evaluate("camera => studio.loseContext(camera)", camera_facts(CAMERA))
+    np.testing.assert_array_equal(studio.paint(CAMERA, ground=True, highlight=given), found)
+
+
+def page_with(names, *, title="pears"):
+    """The still life, its strokes in regions by their height: 0 the highest, then 1, 2."""
+    strokes, first = scene()
+    height = strokes.means[:, 1]
+    regions = np.digitize(height, np.quantile(height, (0.3, 0.6))).astype(np.uint8)
+    camera = frame_scene(first, **SIZE)
+    painting = painting_of(replace(strokes, regions=regions), StrokeTexture.open("impasto"))
+    view = PageView.of(first, camera)
+    return page_contents(
+        painting, camera, view=view, title=title, command=("a.ply", ()), background=(1, 1, 1), regions=names
+    )
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return write_page(tmp_path_factory.mktemp("page") / "pears.html", page_with(NAMES))
+
+
+PIXELS = """() => {
+  const { gl, canvas } = brushgs;
+  brushgs._paint(1);
+  const pixels = new Uint8Array(4 * canvas.width * canvas.height);
+  gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  return btoa(Array.from(pixels, (byte) => String.fromCharCode(byte)).join(""));
+}"""
+
+
+def screen(page):
+    """The picture on the screen, upper rows first."""
+    width, height = page.evaluate("[brushgs.canvas.width, brushgs.canvas.height]")
+    return decoded(page.evaluate(PIXELS), np.uint8).reshape(height, width, 4)[::-1]
+
+
+def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page, path, tmp_path):
+    page = open_page(path, **CALM, width=900, height=160)
+    page.evaluate("brushgs.ready")
+    settle(page)
+    usual = screen(page)
+    select = page.get_by_role("combobox", name="Highlight")
+    assert select.locator("option").all_inner_texts() == [
+        "Nothing",
+        "pear",
+        "<i>cloth</i>",
+        "nobody's (no strokes)",
+        "Elsewhere",
+    ]
+    assert select.locator("option:disabled").all_inner_texts() == ["nobody's (no strokes)"]
+    assert select.bounding_box()["height"] >= 40
+    page.locator("#ground").focus()
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.id") == "region"
+    page.keyboard.press("ArrowDown")
+    wait_until(page, "brushgs.look.highlight !== null")
+    assert page.evaluate("brushgs.look.highlight.name") == "pear"
+    assert page.get_by_role("img", name="pears: a painting of 1,131 strokes, pear highlighted").count() == 1
+    settle(page)
+    veiled = screen(page)
+    changed = (veiled != usual).any(axis=2).mean()
+    assert 0.3 < changed < 0.995  # what is seen of the pear, 1.1 % of this wide strip, has no veil
+
+    with page.expect_download() as saving:
+        page.evaluate("brushgs.panel.savePicture()")
+    saving.value.save_as(tmp_path / "a.png")
+    from PIL import Image
+
+    saved = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))
+    np.testing.assert_array_equal(saved, usual[..., :3])
+    np.testing.assert_array_equal(screen(page), veiled)
+
+    select.select_option("Nothing")
+    assert page.evaluate("brushgs.look.highlight") is None
+    np.testing.assert_array_equal(screen(page), usual)
+
+
+def test_other_contents_keep_what_is_highlighted_by_its_name(open_page, path):
+    page = open_page(path, **CALM)
+    page.evaluate("brushgs.ready")
+    page.locator("#region").select_option("<i>cloth</i>")
+    assert page.evaluate("brushgs.look.highlight.region") == 2
+    moved = """() => {
+      const { header, arrays } = brushgs.contents;
+      brushgs.replace({ header: { ...header, regions: ["<i>cloth</i>", "pear"] }, arrays });
+    }"""
+    page.evaluate(moved)
+    assert page.evaluate("[brushgs.look.highlight.region, document.getElementById('region').value]") == [
+        1,
+        "1",
+    ]
+    page.evaluate(moved.replace('["<i>cloth</i>", "pear"]', '["fig"]'))
+    assert page.evaluate("brushgs.look.highlight") is None
+
+
+def test_a_page_without_regions_offers_none(open_page, tmp_path):
+    page = open_page(write_page(tmp_path / "plain.html"), **CALM)
+    page.evaluate("brushgs.ready")
+    assert not page.locator("#region").is_visible()
+    assert page.evaluate("brushgs.look.highlight") is None
+    assert page.evaluate("brushgs.painter._highlighter") is None

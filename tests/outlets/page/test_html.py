@@ -1,0 +1,193 @@
+import base64
+import hashlib
+import html as markup
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from brushgs.outlets.page import html
+from brushgs.outlets.page.container import write_container
+from brushgs.outlets.page.html import fill, page_html, page_script, plain_text, shaders
+from brushgs.outlets.page.write import write_page
+from brushgs.rendering.canvas import Painting
+from tests.outlets.page.paintings import CAMERA, VIEW, contents_of, some_coat, some_strokes
+from tests.outlets.page.read import read_page
+
+HOSTILE = [
+    "</script><script>alert(1)</script>",
+    "</title><img src=x onerror=alert(1)>",
+    "\"' onload=alert(1) x='",
+    "<!-- <script>alert(1)</script>",
+    "a\u2028b\u2029c\x00d\x1be\r\nf\udc80g",
+    "{{script}}{{contents}}",
+    "&lt;script&gt;alert(1)&lt;/script&gt;",
+]
+JPEG = b"\xff\xd8\xff\xe0 no picture, but it begins as one"
+
+
+class Elements(HTMLParser):
+    """The start tags of a page with their attributes, and the text in each element."""
+
+    def __init__(self, text):
+        super().__init__(convert_charrefs=True)
+        self.tags, self.text = [], {}
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append((tag, dict(attributes)))
+
+    def handle_data(self, data):
+        if self.tags:
+            name = self.tags[-1][0] + "#" + self.tags[-1][1].get("id", "")
+            self.text[name] = self.text.get(name, "") + data
+
+    def named(self, tag):
+        return [attributes for name, attributes in self.tags if name == tag]
+
+
+def hostile_page(name):
+    contents = contents_of(some_coat(some_strokes(20), name=name), title=name)
+    contents.header["brushes"][0]["name"] = name
+    return page_html(write_container(contents), title=name, still=JPEG)
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_name_becomes_text_and_nothing_else(name):
+    text, plain = hostile_page(name), page_html(write_container(contents_of()), title="", still=JPEG)
+    found, usual = Elements(text), Elements(plain)
+    shapes = [[(tag, set(attributes)) for tag, attributes in elements.tags] for elements in (found, usual)]
+    assert shapes[0] == shapes[1]
+    assert found.text["title#"].strip() == plain_text(name).strip()
+    assert not re.search(r"[\x00-\x09\x0b-\x1f\u2028\u2029\ud800-\udfff]", text)
+    assert "<!--" not in text
+    text.encode("utf-8")
+
+
+def test_titles_are_one_line_of_text():
+    assert Elements(page_html(None, title="\0\n")).text["title#"].strip() == "painting"
+    assert plain_text(" a\n\tb\u2028c\x00d ") == "a b c d"
+    assert plain_text("Füße ✓ 絵") == "Füße ✓ 絵"
+
+
+def test_the_contents_are_the_last_element_and_the_policy_allows_the_one_script_alone():
+    content = write_container(contents_of(some_coat(some_strokes(5))))
+    text = page_html(content, title="t", still=JPEG)
+    found = Elements(text)
+    (script, data), (style,) = found.named("script"), found.named("style")
+    assert (script, style) == ({}, {})
+    assert data == {"type": "application/octet-stream", "id": "contents"}
+    assert found.tags[-1] == ("script", data)
+    assert base64.b64decode(found.text["script#contents"].split("<")[0].strip()) == content
+    (policy,) = [meta["content"] for meta in found.named("meta") if "http-equiv" in meta]
+    rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
+    assert rules["default-src"] == "'none'"
+    assert "unsafe" not in policy
+    assert "'self'" not in policy
+    for rule, element in (("script-src", "script"), ("style-src", "style")):
+        (inside,) = re.findall(rf"<{element}>(.*?)</{element}>", text, re.DOTALL)
+        digest = base64.b64encode(hashlib.sha256(inside.encode()).digest()).decode()
+        assert rules[rule] == f"'sha256-{digest}'"
+    (still,) = found.named("img")
+    assert still["src"] == "data:image/jpeg;base64," + base64.b64encode(JPEG).decode()
+
+
+def test_the_page_of_a_server_gets_its_contents_from_there():
+    found = Elements(page_html(None, title="t", live=True))
+    assert len(found.named("script")) == 1
+    (policy,) = [meta["content"] for meta in found.named("meta") if "http-equiv" in meta]
+    assert "connect-src data: blob: 'self'" in policy
+    assert re.search(r"script-src 'sha256-[^ ]*';", policy)
+
+
+def test_a_still_of_another_kind_is_refused():
+    with pytest.raises(ValueError, match="JPEG"):
+        page_html(None, title="t", still=b"GIF89a")
+
+
+def test_slots_in_values_stay_as_they_are():
+    assert fill("{{a}} {{b}}", {"a": "{{b}}", "b": "\\1"}) == "{{b}} \\1"
+
+
+def test_every_file_of_the_web_folder_is_joined():
+    names = set(html.web_files())
+    assert {"page.html", "style.css"} <= names
+    assert {name for name in names if name.endswith(".js")} <= set(html.SCRIPTS)
+    assert all(name.endswith((".js", ".html", ".css", *html.SHADER_SUFFIXES)) for name in names)
+    assert "\r" not in page_script(live=True)
+
+
+@pytest.fixture
+def web(tmp_path, monkeypatch):
+    """A folder in place of that of the package."""
+    html.web_text.cache_clear()
+    monkeypatch.setattr(html, "_web", lambda: tmp_path)
+    yield tmp_path
+    html.web_text.cache_clear()
+
+
+def test_scripts_are_joined_in_their_order_and_shaders_are_whole(web):
+    (web / "app.js").write_text("const app = 1;\n")
+    (web / "camera.js").write_text("const camera = 1;\n")
+    (web / "live.js").write_text("const live = 1;\n")
+    (web / "a.vert").write_text('one\n  #include "b.glsl"\n// </script> <!--\n')
+    (web / "b.glsl").write_text('#include "c.glsl"\ntwo')
+    (web / "c.glsl").write_text("three")
+    assert shaders()["a.vert"] == "one\nthree\ntwo\n// </script> <!--\n"
+    script = page_script()
+    assert script.startswith('(() => {\n"use strict";\nconst SHADERS')
+    assert script.index("const camera") < script.index("const app")
+    assert "const live" not in script
+    assert script.index("const camera") < page_script(live=True).index("const live")
+    assert "</script" not in script
+
+
+def test_a_shader_that_includes_itself_or_nothing_is_refused(web):
+    (web / "a.glsl").write_text('#include "b.glsl"\n')
+    with pytest.raises(ValueError, match=r"a\.glsl includes b\.glsl, which is missing"):
+        shaders()
+    (web / "b.glsl").write_text('#include "a.glsl"\n')
+    with pytest.raises(ValueError, match=r"a\.glsl -> b\.glsl -> a\.glsl includes itself"):
+        shaders()
+
+
+@pytest.mark.parametrize("text", ["// </SCRIPT>", "'<!--'"])
+def test_a_script_that_would_end_its_element_is_refused(web, text):
+    (web / "app.js").write_text(text)
+    with pytest.raises(ValueError, match="script"):
+        page_script()
+
+
+def test_chromium_runs_the_script_of_the_page_and_no_other(browser, open_page, tmp_path, monkeypatch):
+    ran = "document.getElementById('message').textContent = 'ran </b>';"
+    monkeypatch.setattr(html, "page_script", lambda live: f"(() => {{ {ran} }})();")
+    text = page_html(write_container(contents_of(some_coat(some_strokes(5)))), title="t")
+    (tmp_path / "page.html").write_text(text, encoding="utf-8")
+    page = open_page(tmp_path / "page.html")
+    assert page.text_content("#message") == "ran </b>"
+    assert page.evaluate("getComputedStyle(document.body).margin") == "0px"  # the style was taken too
+    other = text.replace("</main>", "<script>window.bad = 1</script></main>")
+    (tmp_path / "other.html").write_text(other, encoding="utf-8")
+    tab = browser.new_page()
+    tab.goto((tmp_path / "other.html").as_uri())
+    assert tab.evaluate("window.bad") is None
+    tab.close()
+
+
+@pytest.mark.parametrize("name", HOSTILE[:5])
+def test_chromium_shows_a_hostile_name_as_text(open_page, tmp_path, name):
+    strokes = some_strokes(20)
+    painting = Painting((some_coat(strokes, name=name),))
+    path = tmp_path / "page.html"
+    write_page(painting, CAMERA, path, view=VIEW, title=name, command=(name, [name]), background=(1, 1, 1))
+    header, _ = read_page(path)
+    assert header["title"] == header["command"]["scene"] == header["coats"][0]["name"] == name
+    dialogs = []
+    page = open_page(path, reduced_motion="reduce")
+    page.on("dialog", lambda dialog: (dialogs.append(dialog.message), dialog.dismiss()))
+    page.wait_for_timeout(100)
+    assert dialogs == []
+    assert page.title() == plain_text(name)
+    assert page.evaluate("[...document.scripts].filter((s) => !s.type).length") == 1
+    assert page.get_attribute("#still", "alt") == plain_text(name)
+    assert markup.escape(plain_text(name)) in path.read_text(encoding="utf-8")

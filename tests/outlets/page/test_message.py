@@ -1,0 +1,227 @@
+"""What a page says when something is wrong, and that a lost context comes back."""
+
+import gzip
+import json
+import re
+import zlib
+
+import numpy as np
+import pytest
+
+from brushgs.outlets.page.container import write_container
+from brushgs.outlets.page.html import page_html
+from tests.outlets.page.page_file import pixels, scene, seen, settle, shown, wait_until, write_page
+
+CALM = {"reduced_motion": "reduce"}
+NO_WEBGL = """
+const original = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+  return kind === "webgl2" ? null : original.call(this, kind, ...rest);
+};
+"""
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return write_page(tmp_path_factory.mktemp("page") / "pears.html", shown())
+
+
+def message_of(page):
+    """What is said over the picture; "" for nothing."""
+    message = page.locator("#message")
+    return message.inner_text().strip() if message.is_visible() else ""
+
+
+def test_a_page_that_paints_says_nothing(open_page, path):
+    page = open_page(path, **CALM)
+    page.evaluate("brushgs.ready")
+    assert message_of(page) == ""
+    assert not page.locator("#still").is_visible()
+    assert page.evaluate("brushgs.firstPictureMs") > 0
+    assert page.evaluate("brushgs.framesDrawn") >= 1
+
+
+def test_without_webgl_the_still_picture_stays_with_a_sentence(open_page, path):
+    page = open_page(path, init_script=NO_WEBGL)
+    page.evaluate("brushgs.ready")
+    said = "This browser cannot paint: it has no WebGL 2. This is a still picture of the painting."
+    assert message_of(page) == said
+    assert page.locator("#still").is_visible()
+    assert not page.locator("#painting").is_visible()
+    assert not page.locator("#bar").is_visible()
+    assert page.locator("#message").get_attribute("role") == "status"
+
+
+def test_without_webgl_and_still_picture_another_browser_is_named(open_page, tmp_path):
+    page = open_page(write_page(tmp_path / "bare.html", still=None), init_script=NO_WEBGL)
+    page.evaluate("brushgs.ready")
+    assert message_of(page).endswith("Open the page in another one.")
+
+
+CUTS = {
+    "in the style": lambda text: text.index("<style>") + 700,
+    "at the end of the style": lambda text: text.index("</style>") + 3,
+    "in the still picture": lambda text: text.index('id="still"') + 60,
+    "in the bar": lambda text: text.index('id="turn"'),
+    "in the script": lambda text: text.index("<script>") + 30_000,
+    "in the contents": lambda text: text.index('id="contents"') + 40_000,
+    "within a digit of base64": lambda text: text.index('id="contents"') + 40_001,
+    "before the contents": lambda text: text.index("<script type="),
+    "after the first letters of the contents": lambda text: text.index('id="contents"') + 30,
+    "in the last letters": lambda text: text.rindex("</script>") - 7,
+}
+
+
+@pytest.mark.parametrize("cut", CUTS)
+def test_a_page_cut_short_says_so(open_page, path, tmp_path, cut):
+    text = path.read_text(encoding="utf-8")
+    short = tmp_path / "short.html"
+    short.write_text(text[: CUTS[cut](text)], encoding="utf-8")
+    expected = "Applying inline style violates" if "style" in cut else None
+    page = open_page(short, **CALM, expected=expected)
+    page.wait_for_timeout(50)
+    page.evaluate("window.brushgs?.ready")
+    page.clock.install()
+    wait_until(page, "getComputedStyle(document.getElementById('message')).visibility === 'visible'")
+    assert re.match(r"This page is incomplete\b.* [Gg]et the whole file again", message_of(page))
+    assert not page.locator("#bar").is_visible()
+
+
+def test_a_page_that_lacks_only_its_last_tags_paints(open_page, path, tmp_path):
+    text = path.read_text(encoding="utf-8")
+    short = tmp_path / "short.html"
+    short.write_text(text[: text.rindex("</script>") + 4], encoding="utf-8")
+    page = open_page(short, **CALM)
+    page.evaluate("brushgs.ready")
+    assert message_of(page) == ""
+    assert page.evaluate("brushgs.framesDrawn") >= 1
+
+
+def test_a_browser_that_cannot_unpack_is_told_apart_from_a_broken_page(open_page, path):
+    page = open_page(path, init_script="delete window.DecompressionStream")
+    page.evaluate("brushgs.ready")
+    said = "This browser is too old to unpack the painting. This is a still picture of the painting."
+    assert message_of(page) == said
+    assert page.locator("#still").is_visible()
+
+
+def test_an_error_becomes_a_sentence(open_page, path):
+    broken = "WebGL2RenderingContext.prototype.createShader = () => { throw new TypeError('no shader'); };"
+    page = open_page(path, init_script=broken, expected="no shader")
+    page.evaluate("brushgs.ready")
+    said = "Something went wrong in this page (TypeError: no shader). Open it in another browser."
+    assert message_of(page) == said
+    assert page.locator("#still").is_visible()
+    assert not page.locator("#painting").is_visible()
+
+
+def test_a_later_error_is_said_and_the_picture_stays(open_page, path):
+    page = open_page(path, **CALM, expected="no such thing")
+    page.evaluate("brushgs.ready")
+    page.evaluate("window.dispatchEvent(new ErrorEvent('error', { error: new TypeError('no such thing') }))")
+    assert "Something went wrong in this page (TypeError: no such thing)" in message_of(page)
+    assert page.locator("#painting").is_visible()
+
+
+EXTENSION = "chrome-extension://abcdef/content.js"
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        f"new ErrorEvent('error', {{ message: 'x is not defined', filename: '{EXTENSION}' }})",
+        "new PromiseRejectionEvent('unhandledrejection', { promise: new Promise(() => {}), reason: "
+        f"Object.assign(new TypeError('x'), {{ stack: 'TypeError: x at run ({EXTENSION}:1:2)' }}) }})",
+    ],
+)
+def test_an_error_of_a_browser_extension_is_not_taken_for_one_of_the_page(open_page, path, event):
+    page = open_page(path, **CALM)
+    page.evaluate("brushgs.ready")
+    page.evaluate(f"window.dispatchEvent({event})")
+    assert message_of(page) == ""
+    assert page.locator("#painting").is_visible()
+
+
+def more_strokes(header):
+    header["coats"][0]["count"] += 1
+
+
+def higher_degree(header):
+    header["coats"][0]["shDegree"] += 1
+
+
+def another_brush(header):
+    header["coats"][0]["brushes"] = [len(header["brushes"])]
+
+
+def wider_brush(header):
+    header["brushes"][0]["columns"] *= 1000
+
+
+def no_scales(header):
+    del header["coats"][0]["arrays"]["scales"]
+
+
+def huge_array(header):
+    header["arrays"]["coat0.means"]["shape"][0] = 1 << 60
+
+
+def other_numbers(header):
+    header["arrays"]["coat0.means"]["dtype"] = "int64"
+
+
+FAULTS = [more_strokes, higher_degree, another_brush, wider_brush, no_scales, huge_array, other_numbers]
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
+def test_counts_that_do_not_agree_are_one_sentence(open_page, tmp_path, fault):
+    raw = gzip.decompress(write_container(shown()))
+    end = 12 + int.from_bytes(raw[8:12], "little")
+    header = json.loads(raw[12:end])
+    fault(header)
+    text = json.dumps(header).encode()
+    start = raw[:8] + len(text).to_bytes(4, "little") + text
+    body = start.ljust(-(-len(start) // 8) * 8, b"\0") + raw[-(-end // 8) * 8 : -4]
+    container = gzip.compress(body + zlib.crc32(body).to_bytes(4, "little"))
+    path = tmp_path / "odd.html"
+    path.write_text(page_html(container, title="odd", still=None), encoding="utf-8")
+    page = open_page(path, **CALM)
+    page.evaluate("brushgs.ready")
+    assert re.fullmatch(r"The painting in this page does not agree .*\. Export it again\.", message_of(page))
+
+
+def test_a_lost_context_comes_back_with_the_same_view(open_page, path):
+    page = open_page(path, **CALM)
+    page.evaluate("brushgs.ready")
+    page.keyboard.press("ArrowLeft")
+    settle(page)
+    header = page.evaluate("brushgs.contents.header")
+    before, colors = seen(page, header), sample(page)
+    page.evaluate("window.lost = brushgs.gl.getExtension('WEBGL_lose_context'); lost.loseContext()")
+    wait_until(page, "brushgs.painter === null")
+    assert message_of(page) == "The graphics processor was interrupted; the painting comes back by itself."
+    page.keyboard.press("ArrowRight")  # hands are not idle meanwhile
+    page.keyboard.press("ArrowLeft")
+    drawn = page.evaluate("brushgs.framesDrawn")
+    page.evaluate("lost.restoreContext()")
+    wait_until(page, "drawn => brushgs.framesDrawn > drawn", drawn)
+    assert message_of(page) == ""
+    settle(page)
+    points = scene()[1].points[::9]
+    np.testing.assert_allclose(pixels(seen(page, header), points), pixels(before, points), atol=1e-9)
+    np.testing.assert_array_equal(sample(page), colors)
+
+
+def sample(page):
+    """Colours of some pixels of the page, painted anew."""
+    return np.array(
+        page.evaluate(
+            """() => {
+              const { gl, canvas } = brushgs;
+              brushgs._paint(1);
+              const pixels = new Uint8Array(4 * canvas.width * canvas.height);
+              gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+              return [...pixels.filter((_, i) => i % 97 === 0)];
+            }"""
+        )
+    )

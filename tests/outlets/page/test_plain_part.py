@@ -1,0 +1,95 @@
+"""Gaussians among strokes, as they are, where only a part of a scene is painted: in the page as exactly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.brushes.soft import SOFT
+from brushgs.options.look import Look
+from brushgs.options.where import Where, WhereConfig
+from brushgs.outlets.page import contents as page
+from brushgs.pipeline.prepare import PICTURE, prepare
+from brushgs.pipeline.report import Report
+from brushgs.rendering.canvas import Painting
+from brushgs.still_life import still_life_camera
+from brushgs.values.gaussians import Gaussians
+from tests.outlets.page.paintings import contents_of, some_coat, some_strokes
+from tests.scenes import still_life_of
+
+CAMERA = still_life_camera(width=160, height=120)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return still_life_of(2000)
+
+
+@pytest.mark.parametrize("look", ["oil", "plain", "watercolour", "charcoal"])
+def test_the_page_shows_what_is_not_painted_as_the_exact_renderer_does(studio, scene, look):
+    """Oil is within 66 dB, watercolour 61, plain 56, charcoal 50."""
+    config = Look.open(look).config
+    config = replace(
+        config,
+        cluster=replace(config.cluster, strokes=200),
+        draw=replace(config.draw, order="depth", lock="anchor"),
+        painted=WhereConfig(Where.parse("half:-1,0,0,0")),
+    )
+    found = prepare(scene, config, Report(), views=CAMERA, asks=(*PICTURE, "first_view"))
+    contents = studio.load(found.painting, CAMERA, background=found.background)
+    assert contents.num_strokes > 1000
+    page = studio.paint(CAMERA, ground=True)
+    frame = found.painting.frame(CAMERA)
+    exact = frame.rgb if found.painting.surface is not None else frame.over(found.background)
+    difference = np.clip(page[..., :3], 0, 1) - np.clip(exact, 0, 1)
+    psnr = -10 * np.log10(np.mean(difference.astype(np.float64) ** 2))
+    assert psnr > 45
+
+
+def among(strokes, plain, **options):
+    return some_coat(strokes, "flat", **options).showing(plain)
+
+
+def test_gaussians_follow_strokes_with_the_soft_brush_and_nothing_of_paint():
+    strokes, plain = some_strokes(50), some_strokes(30, seed=1)
+    coat = among(strokes, plain, streaks=0.1, border=0.2)
+    contents = contents_of(coat)
+    (header,), (rows,) = contents.header["coats"], contents.rows
+    assert header["count"] == 80
+    is_plain = rows >= 50
+    brush = contents.arrays[header["arrays"]["brush"]]
+    np.testing.assert_array_equal(brush == header["plainBrush"], is_plain)
+    names = [contents.header["brushes"][index]["name"] for index in header["brushes"]]
+    assert names[header["plainBrush"]] == SOFT
+    np.testing.assert_array_equal(
+        contents.arrays[header["arrays"]["scales"]][is_plain], plain.scales[rows[is_plain] - 50]
+    )
+    assert (contents.arrays[header["arrays"]["chance"]][is_plain] == 0).all()
+    assert "plainBrush" not in contents_of(some_coat(strokes)).header["coats"][0]
+
+
+def test_a_page_has_the_largest_of_too_many_and_says_so(monkeypatch):
+    monkeypatch.setattr(page, "MOST_PLAIN", 10)
+    strokes, plain = some_strokes(50), some_strokes(30, seed=1)
+    coat = among(strokes, plain)
+    shown = page.shown_by(coat)
+    assert len(shown) == 60
+    order = page.coarse_to_fine(plain)[:10]
+    np.testing.assert_array_equal(shown.means[50:], plain.means[np.sort(order)])
+    assert any("of 30 Gaussians" in sentence for sentence in contents_of(coat).omitted)
+    bare = some_coat(strokes)
+    assert page.shown_by(bare) is bare.strokes
+    assert isinstance(shown, Gaussians)
+    assert (shown.brushes[50:] == len(BrushSet.of(coat.texture)) - 1).all()
+
+
+def test_another_brush_leaves_gaussians_as_they_are(studio):
+    strokes, plain = some_strokes(1), some_strokes(200, seed=1)
+    hidden = replace(strokes, opacities=np.zeros_like(strokes.opacities))
+    coat, other = among(hidden, plain), some_coat(some_strokes(1), "swirl")
+    other = replace(other, strokes=replace(other.strokes, opacities=np.full(1, 0.005, np.float32)))
+    studio.load(Painting((coat, other)), CAMERA)
+    usual = studio.paint(CAMERA)
+    assert usual[..., 3].max() > 0.5
+    np.testing.assert_allclose(studio.paint(CAMERA, brush=1), usual, atol=0.01)

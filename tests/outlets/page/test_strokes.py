@@ -1,0 +1,197 @@
+"""Pictures of strokes that the page paints, against `render` in the order by depth."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.pipeline.media.materials import BACKDROP
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.options import rasterize_with
+from brushgs.rendering.relief import Relief
+from brushgs.still_life import still_life_camera
+from tests.outlets.page.strokes import CAMERAS, halved, hard_strokes
+from tests.outlets.page.studio import camera_facts, painting_of
+from tests.scenes import still_life_of
+
+STEP = 4 / 255
+BRUSHES = ["flat", "swirl", "dab", "wash", "gaussian", "ellipse"]
+SET = BrushSet(tuple(bg.StrokeTexture.open(name) for name in ("flat", "line", "swirl")))
+
+
+def assert_near(found, expected):
+    """99 % of the pixels within 4/255, and at least 40 dB."""
+    difference = np.abs(found - expected)
+    assert (difference.max(axis=2) <= STEP).mean() >= 0.99
+    assert 10 * np.log10(1 / np.square(difference).mean()) >= 40
+
+
+def picture(frame):
+    """[H, W, 4] colour and alpha of a frame."""
+    assert frame.alpha.mean() > 0.05
+    return np.dstack([frame.rgb, frame.alpha])
+
+
+def assert_same_picture(studio, painting, camera):
+    """Colour and alpha of the strokes alone."""
+    studio.load(painting, camera)
+    assert_near(studio.paint(camera), picture(painting.frame(camera)))
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """A still life of about 1000 Gaussians, in numbers that the page holds too."""
+    strokes = still_life_of(1000)
+    return replace(strokes, opacities=halved(strokes.opacities), sh=halved(strokes.sh))
+
+
+@pytest.mark.parametrize(
+    ("camera", "options"),
+    [
+        *((camera, {"underpaint": True}) for camera in CAMERAS),
+        *((camera, {"streaks": 0.5, "lock": "off"}) for camera in CAMERAS[::2]),
+    ],
+)
+def test_hard_strokes_from_five_cameras(studio, camera, options):
+    strokes = hard_strokes(500, antialiased="underpaint" in options)
+    assert_same_picture(studio, painting_of(strokes, bg.StrokeTexture.open("flat"), **options), camera)
+
+
+@pytest.mark.parametrize(
+    ("name", "width", "height"), [*((name, 160, 120) for name in BRUSHES), ("swirl", 480, 360)]
+)
+def test_brushes(studio, scene, name, width, height):
+    camera = still_life_camera(width=width, height=height)
+    assert_same_picture(studio, painting_of(scene, bg.StrokeTexture.open(name)), camera)
+
+
+@pytest.mark.parametrize("options", [{}, {"underpaint": True, "streaks": 0.3}])
+def test_several_brushes(studio, options):
+    strokes = hard_strokes(500, brushes=3, degree=1)
+    assert_same_picture(studio, painting_of(strokes, SET, **options), CAMERAS[0])
+
+
+def test_normals_and_border(studio, scene):
+    normals = np.random.default_rng(0).normal(size=(len(scene), 3))
+    normals = halved(normals / np.linalg.norm(normals, axis=1, keepdims=True))
+    camera = still_life_camera(width=320, height=240)
+    texture = bg.StrokeTexture.open("line")
+    assert_same_picture(studio, painting_of(scene, texture, coat={"normals": normals}), camera)
+    one_sided = {"normals": normals, "is_one_sided": True}
+    assert_same_picture(studio, painting_of(scene, texture, coat=one_sided), camera)
+    assert_same_picture(studio, painting_of(scene, texture, coat={"border": 0.13}), camera)
+
+
+def test_another_brush_in_place_of_those_of_the_painting(studio):
+    strokes = hard_strokes(300, brushes=3, degree=0)
+    studio.load(painting_of(strokes, SET, underpaint=True), CAMERAS[0])
+    own, all_swirl = studio.paint(CAMERAS[0]), studio.paint(CAMERAS[0], brush=2)
+    again = studio.paint(CAMERAS[0])
+    studio.load(painting_of(replace(strokes, brushes=None), SET.textures[2], underpaint=True), CAMERAS[0])
+    np.testing.assert_allclose(all_swirl, studio.paint(CAMERAS[0]), rtol=0, atol=1e-3)
+    assert np.abs(own - all_swirl).max() > 0.1
+    np.testing.assert_array_equal(own, again)
+
+
+def test_a_picture_beside_another_in_one_target(studio, scene):
+    """A viewport that begins elsewhere, as that of the right eye does."""
+    camera = still_life_camera(width=160, height=120)
+    studio.load(painting_of(scene, bg.StrokeTexture.open("flat"), underpaint=True), camera)
+    np.testing.assert_array_equal(studio.paint(camera), studio.paint(camera, at=(160, 40)))
+
+
+@pytest.mark.parametrize("size", [(160, 120), (640, 480)])
+def test_height_and_depth(studio, scene, size):
+    camera = still_life_camera(width=size[0], height=size[1])
+    painting = painting_of(scene, bg.StrokeTexture.open("impasto"), underpaint=True, relief=Relief())
+    studio.load(painting, camera)
+    color, detail = studio.coat(camera, detail=True)
+    frame = painting.frame(camera)
+    assert_near(color, picture(frame))
+    assert np.ptp(frame.height) > 0.3  # pixels
+    # Pixels. Levels that the page leaves out weigh more here: at 640 x 480 1 % differ by over 4/255, and lit
+    # pictures by 53 dB.
+    assert (np.abs(detail[..., 0] - frame.height) < 0.03).mean() >= 0.99
+    np.testing.assert_allclose(detail[..., 3], color[..., 3], rtol=0, atol=1e-6)
+    depth = detail[..., 1] / np.maximum(detail[..., 3], 1e-6) + camera.viewmat[2, 3]
+    assert (np.abs(depth - frame.depth)[frame.alpha > 0.5] < 0.01 * frame.depth.max()).mean() > 0.99
+
+
+@pytest.mark.parametrize("blend", ["cover", "glaze"])
+def test_a_coat_ends_behind_what_it_is_tested_against(studio, scene, blend):
+    camera = still_life_camera(width=160, height=120)
+    texture = bg.StrokeTexture.open("wash")
+    strokes = replace(scene, opacities=halved(0.5 * scene.opacities))
+    cover = painting_of(scene, bg.StrokeTexture.open("flat")).coats[0]
+    glaze = painting_of(strokes, texture, coat={"blend": blend, "tolerance": 0.5}).coats[0]
+    painting = Painting((cover, glaze))
+    canvas = painting.canvas(camera)
+    laid = canvas.lay(cover, cover.boxes(camera)[0])
+    below = replace(laid, alpha=laid.alpha.copy(), depth=laid.depth.copy())  # the next coat changes them
+    alone = rasterize_with(glaze.boxes(camera)[0], camera, texture, glaze.options, blend=blend)
+    expected = canvas.lay(glaze, glaze.boxes(camera)[0])
+    studio.load(painting, camera)
+    (tested,), (untested,) = studio.coat(camera, coat=1, below=below), studio.coat(camera, coat=1)
+    for found, frame in ((tested, expected), (untested, alone)):
+        left = 1 - found[..., 3] if blend == "glaze" else found[..., 3]  # of a glaze, what passes
+        assert_near(np.dstack([found[..., :3], left]), picture(frame))
+    assert np.abs(tested - untested).max() > 0.1
+
+
+def test_brushes_are_made_anew_only_where_they_are_others(studio, scene):
+    camera = still_life_camera(width=160, height=120)
+    flat, swirl = (painting_of(scene, bg.StrokeTexture.open(name)) for name in ("flat", "swirl"))
+    others = replace(scene, means=scene.means + np.float32(0.1), opacities=scene.opacities[::-1])
+    moved = painting_of(others, bg.StrokeTexture.open("flat"))
+    raised = painting_of(scene, bg.StrokeTexture.open("flat"), relief=Relief())
+    studio.load(flat, camera)
+    for painting, is_kept in ((moved, True), (swirl, False), (flat, False), (raised, False)):
+        assert studio.replace(painting, camera) is is_kept
+        assert_near(studio.paint(camera), picture(painting.frame(camera)))
+
+
+def test_a_lost_context_comes_back(studio, scene):
+    camera = still_life_camera(width=160, height=120)
+    studio.load(painting_of(scene, bg.StrokeTexture.open("flat"), underpaint=True), camera)
+    before = studio.paint(camera)
+    studio.page.evaluate("camera => studio.loseContext(camera)", camera_facts(camera))
+    np.testing.assert_array_equal(studio.paint(camera), before)
+
+
+@pytest.mark.parametrize("copies", [60, 600])
+def test_more_brushes_than_memory_has_room_for_blur_large_strokes_alone(studio, scene, copies):
+    camera = still_life_camera(width=160, height=120)
+    painting = painting_of(scene, bg.StrokeTexture.open("swirl"))
+    studio.load(painting, camera, copies=copies)
+    assert studio.page.evaluate("studio.painter.counts.atlasBytes") <= 2**26
+    found, frame = studio.paint(camera), painting.frame(camera)
+    difference = np.abs(found - picture(frame)).max(axis=2)
+    assert (difference < 0.1).mean() > 0.95
+
+
+def test_many_brushes_are_sharper_after_the_first_picture(studio, scene):
+    camera = still_life_camera(width=160, height=120)
+    names = ("flat", "swirl", "dab", "wash", "fan")
+    brushes = BrushSet(tuple(bg.StrokeTexture.open(name) for name in names))
+    rows = np.random.default_rng(0).integers(0, len(names), len(scene)).astype(np.uint8)
+    painting = painting_of(replace(scene, brushes=rows), brushes)
+    contents = studio.load(painting, camera)
+    expected = studio.paint(camera)
+    first = studio.first_picture(contents, camera)
+    difference = np.abs(first - expected).max(axis=2)
+    assert (difference > STEP).any()
+    assert difference.mean() < 0.02
+    np.testing.assert_array_equal(studio.sharper_picture(camera), expected)
+
+
+def test_without_a_ground_there_is_no_backdrop(studio, scene):
+    camera = still_life_camera(width=160, height=120)
+    faint = replace(scene, opacities=halved(0.2 * scene.opacities))
+    painting = painting_of(faint, bg.StrokeTexture.open("flat"))
+    (coat,) = painting.coats
+    studio.load(Painting((replace(coat, name=BACKDROP, strokes=scene), coat)), camera)
+    assert_near(studio.paint(camera), picture(painting.frame(camera)))
+    on_white = studio.paint(camera, ground=[1, 1, 1])[..., :3]
+    assert np.abs(on_white - painting.frame(camera).over((1, 1, 1))).mean() > 0.02

@@ -1,0 +1,428 @@
+"""Real HTTP: who may ask, how much, and that nothing that is sent stops the server or reaches a file."""
+
+import http.client
+import json
+import re
+import socket
+import ssl
+import subprocess
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from brushgs.errors import SceneError
+from brushgs.io.pictures.images import read_image
+from brushgs.options.viewer import ServerConfig
+from brushgs.outlets.studio import server as server_module
+from brushgs.outlets.studio.server import MAX_JSON, MAX_UPLOAD, ROUTES, StudioServer
+from tests.outlets.studio.conftest import SECONDS, serving
+
+SWIRL = (Path(__file__).parents[3] / "strokes" / "swirl.png").read_bytes()
+
+
+def own_headers(server, method="GET"):
+    headers = {"Cookie": f"{server.cookie}={server.token}"}
+    return headers | ({"Origin": f"http://127.0.0.1:{server.port}"} if method == "POST" else {})
+
+
+def ask(server, method, path, body=None, **headers):
+    """Status, headers and content of an answer; a header of None is left out."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=SECONDS)
+    given = {name.replace("_", "-"): value for name, value in headers.items()}
+    all_headers = {k: v for k, v in (own_headers(server, method) | given).items() if v is not None}
+    content = json.dumps(body).encode() if isinstance(body, dict) else body
+    try:
+        connection.request(method, path, body=content, headers=all_headers)
+        answer = connection.getresponse()
+        return answer.status, answer.headers, answer.read()
+    finally:
+        connection.close()
+
+
+def send(server, text, *, ends=True):
+    """The status of the answer to raw bytes; None if the connection was closed without one."""
+    with socket.create_connection(("127.0.0.1", server.port), timeout=SECONDS) as connection:
+        connection.sendall(text if isinstance(text, bytes) else text.encode())
+        if ends:
+            connection.shutdown(socket.SHUT_WR)
+        answer = b""
+        while piece := connection.recv(65536):
+            answer += piece
+    match = re.match(rb"HTTP/1\.1 ([0-9]{3}) ", answer)
+    return None if match is None else int(match[1])
+
+
+def request(server, line, *headers, body=b""):
+    """A raw request with the right host, token and origin."""
+    own = [f"{name}: {value}" for name, value in own_headers(server, "POST").items()]
+    head = "\r\n".join([line, f"Host: 127.0.0.1:{server.port}", *own, *headers, "", ""])
+    return head.encode("latin-1") + body
+
+
+def is_alive(server):
+    return ask(server, "GET", "/state")[0] == 200
+
+
+def test_the_printed_address_opens_the_page_and_gives_the_cookie(shared):
+    path = shared.address().removeprefix(f"http://127.0.0.1:{shared.port}")
+    status, headers, page = ask(shared, "GET", path, Cookie=None)
+    assert (status, headers["Content-Type"]) == (200, "text/html; charset=utf-8")
+    assert headers["Set-Cookie"] == (
+        f"brushgs-{shared.port}={shared.token}; Path=/; HttpOnly; SameSite=Strict"
+    )
+    assert b"class Studio" in page
+    assert b"connect-src data: blob: 'self'" in page
+    assert shared.token.encode() not in page
+    assert ask(shared, "GET", "/")[0] == 200
+
+
+def test_answers_are_not_kept_not_guessed_at_and_not_framed(shared):
+    for path in ("/", "/state", "/contents", "/nothing"):
+        headers = ask(shared, "GET", path)[1]
+        assert headers["Cache-Control"] == "no-store"
+        assert headers["X-Content-Type-Options"] == "nosniff"
+        assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+    assert "Server" not in headers or "Python" not in headers["Server"]
+
+
+def test_the_painting_comes_as_bytes_with_its_version(shared):
+    status, headers, content = ask(shared, "GET", "/contents")
+    assert (status, headers["Content-Type"], headers["X-Version"]) == (200, "application/octet-stream", "1")
+    assert content == shared.studio.contents()[1]
+
+
+TOKENS = ["", "x", "é", "token", "0" * 43]
+
+
+@pytest.mark.parametrize("path", sorted({path for _, path in ROUTES}))
+def test_nothing_is_answered_without_the_token(shared, path):
+    method = next(method for method, known in ROUTES if known == path)
+    body = b"{}" if method == "POST" else None
+    assert ask(shared, method, path, body, Cookie=None)[0] == 403
+    for token in TOKENS:
+        assert ask(shared, method, path, body, Cookie=f"{shared.cookie}={token}".encode())[0] == 403
+
+
+@pytest.mark.parametrize("token", ["", "x", "%C3%A9", "0" * 43])
+def test_a_wrong_token_in_the_address_is_refused_even_with_the_cookie(shared, token):
+    assert ask(shared, "GET", f"/?token={token}")[0] in (400, 403)
+
+
+def test_only_the_page_itself_takes_the_token_in_its_address(shared):
+    assert ask(shared, "GET", f"/state?token={shared.token}", Cookie=None)[0] == 403
+
+
+@pytest.mark.parametrize(
+    "host",
+    [
+        "evil.example", "evil.example:{port}", "127.0.0.1", "127.0.0.1:1", "127.0.0.1:{port}x", "", " ",
+        "localhost:{port}.evil", "[::1]:{port}", "0.0.0.0:{port}", "192.168.1.2:{port}", "@127.0.0.1:{port}",
+        "127.0.0.1:{port}, evil.example",
+    ],
+)  # fmt: skip
+def test_a_name_that_is_not_of_this_server_is_refused(shared, host):
+    assert ask(shared, "GET", "/state", Host=host.format(port=shared.port))[0] == 403
+
+
+def test_localhost_is_this_server_and_a_request_without_a_host_is_not(shared):
+    assert ask(shared, "GET", "/state", Host=f"LocalHost:{shared.port}")[0] == 200
+    cookie = own_headers(shared)["Cookie"]
+    assert send(shared, f"GET /state HTTP/1.1\r\nCookie: {cookie}\r\n\r\n") == 403
+    assert send(shared, request(shared, "GET /state HTTP/1.1", "Host: evil.example")) == 403  # two of them
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [
+        None,
+        "null",
+        "http://evil.example",
+        "https://127.0.0.1:{port}",
+        "http://127.0.0.1",
+        "http://localhost:{port}",
+    ],
+)
+@pytest.mark.parametrize("path", sorted(path for method, path in ROUTES if method == "POST"))
+def test_what_changes_something_must_come_from_the_page(shared, path, origin):
+    given = None if origin is None else origin.format(port=shared.port)
+    assert ask(shared, "POST", path, b"{}", Origin=given)[0] == 403
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/etc/passwd", "/../../etc/passwd", "/..%2f..%2fetc%2fpasswd", "//etc/passwd", "/output/../../a",
+        "/state/", "/STATE", "/index.html", "/%00", "/live.js", "/" + "a" * 1500,
+    ],
+)  # fmt: skip
+def test_no_path_is_a_file(shared, path):
+    status, _, content = ask(shared, "GET", path)
+    assert status in (400, 404)
+    assert b"root:" not in content
+
+
+@pytest.mark.parametrize("key", ["", "../../etc/passwd", "/etc/passwd", "0" * 16, "%00"])
+def test_an_output_is_known_by_its_id_alone(shared, key):
+    assert ask(shared, "GET", f"/output?id={key}")[0] in (400, 404)
+
+
+MALFORMED = {
+    "garbage": "\x00\x01\x02\x03\r\n\r\n",
+    "one word": "GET\r\n\r\n",
+    "four words": "GET /state HTTP/1.1 now\r\n\r\n",
+    "no slash": "GET state HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n",
+    "another version": "GET /state HTTP/9.9\r\n\r\n",
+    "no version": "GET /state JUNK\r\n\r\n",
+    "long address": "GET /" + "a" * 70_000 + " HTTP/1.1\r\n\r\n",
+    "long header": "GET /state HTTP/1.1\r\nA: " + "a" * 70_000 + "\r\n\r\n",
+    "many headers": "GET /state HTTP/1.1\r\n" + "A: b\r\n" * 500 + "\r\n",
+    "TLS": b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
+    "method": "BREW /state HTTP/1.1\r\n\r\n",
+    "expectation": "POST /render HTTP/1.1\r\nExpect: 100-continue\r\n\r\n",
+}
+
+
+@pytest.mark.parametrize("name", MALFORMED)
+def test_a_malformed_request_is_refused_and_the_server_lives(shared, name):
+    status = send(shared, MALFORMED[name])
+    assert status is None or 400 <= status < 500
+    assert is_alive(shared)
+
+
+@pytest.mark.parametrize(
+    ("headers", "body", "status"),
+    [
+        ([], b"", 411),
+        (["Content-Length: -1"], b"", 400),
+        (["Content-Length: +2"], b"{}", 400),
+        (["Content-Length: two"], b"{}", 400),
+        (["Content-Length: 2", "Content-Length: 3"], b"{}", 400),
+        ([f"Content-Length: {10**30}"], b"", 400),
+        ([f"Content-Length: {MAX_JSON + 1}"], b"", 413),
+        (["Transfer-Encoding: chunked"], b"2\r\n{}\r\n0\r\n\r\n", 411),
+        (["Transfer-Encoding: chunked", "Content-Length: 2"], b"{}", 411),
+        (["Content-Length: 10"], b"{}", 408),  # and then an end
+    ],
+)
+def test_what_is_sent_must_have_its_length(shared, headers, body, status):
+    assert send(shared, request(shared, "POST /render HTTP/1.1", *headers, body=body)) == status
+    assert is_alive(shared)
+
+
+def test_a_request_for_something_holds_nothing(shared):
+    assert send(shared, request(shared, "GET /state HTTP/1.1", "Content-Length: 2", body=b"{}")) == 400
+
+
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [
+        ("POST", "/state"),
+        ("GET", "/render"),
+        ("PUT", "/settings"),
+        ("DELETE", "/"),
+        ("HEAD", "/"),
+        ("OPTIONS", "/"),
+    ],
+)
+def test_another_method_is_refused(shared, method, path):
+    assert ask(shared, method, path, b"{}" if method == "POST" else None)[0] == 405
+
+
+@pytest.mark.parametrize(
+    ("path", "body"),
+    [
+        ("/settings", b""),
+        ("/settings", b"["),
+        ("/settings", b"[]"),
+        ("/settings", b"\xff"),
+        ("/settings", {"a": 1}),
+        ("/settings", {"relief": 2}),
+        ("/settings", {"look": "x.toml"}),
+        ("/settings", {"stroke": "/etc/passwd"}),
+        ("/settings", {"keep": 0}),
+        ("/settings", {"strokeSize": 1e9}),
+        ("/settings", {"paletteStrength": 0.5}),
+        ("/settings?a", b"{}"),
+        ("/settings?" + "a=b&" * 20, b"{}"),
+        ("/render", {}),
+        ("/render", b'{"camera":' * 10_000),
+        ("/video", {"kind": "turn"}),
+        ("/file?name=a.png", b"no"),
+        ("/file?name=%2e%2e%2fa.png", b""),
+    ],
+)
+def test_what_cannot_be_is_refused_with_a_sentence(shared, path, body):
+    before = shared.studio.state()
+    status, _, content = ask(shared, "POST", path, body)
+    assert status == 400
+    assert len(json.loads(content)["error"]) > 10
+    assert shared.studio.state() == before
+
+
+def test_too_much_is_refused_before_it_is_sent(shared):
+    line = "POST /file?name=a.png HTTP/1.1"
+    status = send(shared, request(shared, line, f"Content-Length: {MAX_UPLOAD + 1}"), ends=False)
+    assert status == 413
+
+
+def test_a_dropped_picture_becomes_a_choice(shared):
+    status, _, content = ask(shared, "POST", "/file?name=mine.png", SWIRL)
+    assert status == 200
+    choices = json.loads(ask(shared, "GET", "/choices")[2])
+    assert {"id": json.loads(content)["id"], "name": "mine.png"} in choices["dropped"]
+    assert choices["looks"][0]["name"] == "oil"
+
+
+def test_slow_requests_are_closed_and_others_are_served(session, tmp_path, monkeypatch):
+    monkeypatch.setattr(server_module, "REQUEST_SECONDS", 0.3)
+    with serving(session, tmp_path) as server:
+        head = request(server, "POST /render HTTP/1.1", "Content-Length: 10", body=b"{")
+        for text in (b"", b"GET /sta", b"GET /state HTTP/1.1\r\nHost: ", head):
+            with socket.create_connection(("127.0.0.1", server.port), timeout=SECONDS) as connection:
+                connection.sendall(text)
+                start = time.monotonic()
+                while connection.recv(65536):  # an answer or none, and then the end
+                    pass
+                assert time.monotonic() - start < SECONDS / 2
+        assert is_alive(server)
+
+
+def test_too_many_connections_are_closed_and_come_back(session, tmp_path, monkeypatch):
+    monkeypatch.setattr(server_module, "MAX_CONNECTIONS", 3)
+    with serving(session, tmp_path) as server:
+        address = "127.0.0.1", server.port
+        held = [socket.create_connection(address, timeout=SECONDS) for _ in range(3)]
+        with socket.create_connection(address, timeout=SECONDS) as one:
+            assert one.recv(1) == b""
+        for connection in held:
+            connection.close()
+        until = time.monotonic() + SECONDS
+        while True:
+            try:
+                assert is_alive(server)
+                return
+            except (ConnectionError, http.client.HTTPException):
+                assert time.monotonic() < until
+                time.sleep(0.01)
+
+
+def wait_for_output(server, key):
+    known, until = 0, time.monotonic() + SECONDS
+    while time.monotonic() < until:
+        state = json.loads(ask(server, "GET", f"/state?known={known}")[2])
+        output = next(one for one in state["outputs"] if one["id"] == key)
+        if output["state"] not in ("waiting", "running"):
+            return output
+        known = state["number"]
+    raise TimeoutError
+
+
+def test_a_change_a_picture_and_a_video_by_http(session, tmp_path):
+    with serving(session, tmp_path) as server:
+        assert ask(server, "POST", "/settings", {"strokes": 60, "relief": 0.9})[0] == 200
+        assert server.studio.wait(SECONDS)
+        state = json.loads(ask(server, "GET", "/state")[2])
+        assert (state["version"], state["painting"]["strokes"] <= 60) == (2, True)
+        assert state["settings"] == {"strokes": 60, "relief": 0.9}
+        camera = server.studio._painted.prepared.camera
+        view = {
+            "viewmat": camera.viewmat.ravel().tolist(),
+            "K": camera.K.ravel().tolist(),
+            "width": camera.width,
+            "height": camera.height,
+            "near": camera.near,
+        }
+        shot = {"camera": view, "width": 48, "height": 36}
+        key = json.loads(ask(server, "POST", "/render", shot)[2])["id"]
+        output = wait_for_output(server, key)
+        assert (output["state"], output["name"]) == ("done", "pears-oil-1.png")
+        _, headers, content = ask(server, "GET", f"/output?id={key}")
+        assert headers["Content-Type"] == "image/png"
+        assert content == (tmp_path / "pears-oil-1.png").read_bytes()
+        assert read_image(tmp_path / "pears-oil-1.png").shape[:2] == (36, 48)
+        film = {"kind": "turn", "cameras": [view], "center": [0, 0, 0], "seconds": 1, "fps": 3}
+        key = json.loads(ask(server, "POST", "/video", {**film, "width": 32, "height": 24})[2])["id"]
+        output = wait_for_output(server, key)
+        assert (output["state"], output["name"]) == ("done", "pears-oil-1.mp4")
+        assert ask(server, "GET", f"/output?id={key}")[1]["Content-Type"] == "video/mp4"
+        path = {**film, "kind": "path", "cameras": [view, view], "width": 32, "height": 24}
+        del path["center"]
+        key = json.loads(ask(server, "POST", "/video", path)[2])["id"]
+        output = wait_for_output(server, key)
+        assert output["state"] == "failed"
+        assert "2 different key views" in output["error"]
+        assert not (tmp_path / "pears-oil-2.mp4").exists()
+
+
+def test_a_server_for_others_takes_numbers_and_no_foreign_names(shared):
+    config = ServerConfig(host="0.0.0.0")
+    with StudioServer(shared.studio, config) as server:
+        port = server.port
+        assert server.is_own_host(f"192.168.1.2:{port}")
+        assert server.is_own_host(f"[fe80::1]:{port}")
+        assert server.is_own_host(f"localhost:{port}")
+        assert server.is_own_host(f"{socket.gethostname()}:{port}")
+        assert not server.is_own_host(f"evil.example:{port}")
+        assert not server.is_own_host("192.168.1.2")
+        assert server.address().startswith(f"http://127.0.0.1:{port}/?token=")
+
+
+def test_an_address_that_is_taken_is_refused(shared):
+    with pytest.raises(SceneError, match=r"127.0.0.1:[0-9]+: cannot be served .*take another --port"):
+        StudioServer(shared.studio, ServerConfig(port=shared.port))
+    with pytest.raises(SceneError, match=r"192.0.2.1:0: cannot be served .*take another --host"):
+        StudioServer(shared.studio, ServerConfig(host="192.0.2.1"))
+
+
+@pytest.fixture(scope="module")
+def certificate(tmp_path_factory):
+    """A certificate and its key, made by openssl."""
+    folder = tmp_path_factory.mktemp("certificate")
+    files = folder / "own.crt", folder / "own.key"
+    words = [
+        "openssl",
+        "req",
+        "-x509",
+        "-newkey",
+        "rsa:2048",
+        "-nodes",
+        "-days",
+        "2",
+        "-subj",
+        "/CN=localhost",
+    ]
+    words += ["-addext", "subjectAltName=DNS:localhost", "-out", files[0], "-keyout", files[1]]
+    try:
+        subprocess.run(words, check=True, capture_output=True)
+    except FileNotFoundError:
+        pytest.skip("openssl is not installed")
+    return files
+
+
+def test_https_with_a_certificate_of_ones_own(session, tmp_path, certificate):
+    config = ServerConfig(certificate=certificate[0], key=certificate[1])
+    with serving(session, tmp_path, config) as server:
+        with socket.create_connection(("127.0.0.1", server.port), timeout=SECONDS) as plain:
+            plain.sendall(b"GET / HTTP/1.1\r\n\r\n")
+            with suppress(ConnectionError):
+                assert b"HTTP" not in plain.recv(65536)
+        context = ssl.create_default_context(cafile=certificate[0])
+        connection = http.client.HTTPSConnection("localhost", server.port, context=context, timeout=SECONDS)
+        connection.request("GET", f"/?token={server.token}")
+        answer = connection.getresponse()
+        assert answer.status == 200
+        assert answer.headers["Set-Cookie"].endswith("; Secure")
+        connection.close()
+        assert server.address().startswith("https://")
+
+
+@pytest.mark.parametrize("which", ["missing", "no certificate", "another key"])
+def test_files_that_are_no_certificate_are_refused(shared, certificate, tmp_path, which):
+    own = tmp_path / "a.pem"
+    if which != "missing":
+        own.write_text("no certificate" if which == "no certificate" else certificate[0].read_text())
+    key = own if which == "another key" else certificate[1]
+    with pytest.raises(SceneError, match=r"a\.pem: (there is no such certificate|is no certificate in PEM)"):
+        StudioServer(shared.studio, ServerConfig(certificate=own, key=key))

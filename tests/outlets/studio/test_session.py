@@ -1,0 +1,169 @@
+"""From settings to a painting, and from views of it to files that are never overwritten."""
+
+import gzip
+import json
+import struct
+from dataclasses import replace
+
+import av
+import numpy as np
+import pytest
+
+from brushgs.cli.commands.view import session_of
+from brushgs.cli.parser import parse
+from brushgs.errors import SceneError
+from brushgs.io.pictures.images import read_image
+from brushgs.options.viewer import FilmConfig
+from brushgs.outlets.studio.session import Dropped, reserve
+from brushgs.outlets.studio.settings import Film, Settings, Shot
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.still import paint_file
+from tests.outlets.studio.conftest import FEW
+
+
+def header_of(contents):
+    content = gzip.decompress(contents)
+    (length,) = struct.unpack("<I", content[8:12])
+    return json.loads(content[12 : 12 + length])
+
+
+@pytest.fixture(scope="module")
+def painted(scene, tmp_path_factory):
+    """A session, and its first painting."""
+    session = session_of(parse(["view", str(scene), *FEW, "-o", str(tmp_path_factory.mktemp("out"))]))
+    return session, session.paint(Settings(), Report())
+
+
+def anew(session, settings):
+    """What settings paint, and the stages that were gone through."""
+    before = dict(session.made)
+    painted = session.paint(settings, Report())
+    return painted, {step for step, count in session.made.items() if count > before.get(step, 0)}
+
+
+def test_the_first_painting_is_that_of_the_command_line(painted):
+    _, first = painted
+    assert header_of(first.contents)["command"]["options"] == ["--strokes", "120", "--backdrop", "off"]
+    assert first.facts["look"] == "oil"
+    assert first.facts["strokes"] == len(first.prepared.strokes) <= 120
+
+
+def test_relief_lamp_and_brush_make_no_strokes_anew(painted):
+    session, first = painted
+    lit, made = anew(session, Settings(relief=0.9, lamp=(20, 60), stroke="dab"))
+    assert {"own_brushes", "site", "key"} <= made
+    assert made.isdisjoint({"read", "cleaned", "first_view", "plain_views", "pruned", "cluster", "repaint"})
+    np.testing.assert_array_equal(lit.prepared.strokes.means, first.prepared.strokes.means)
+    header = header_of(lit.contents)
+    assert [brush["name"] for brush in header["brushes"]] == ["dab"]
+    assert header["command"]["options"][-6:] == ["--stroke", "dab", "--relief", "0.9", "--lamp", "20,60"]
+    assert (lit.facts["relief"], lit.facts["lamp"], lit.facts["stroke"]) == (0.9, [20, 60], "dab")
+
+
+def test_another_number_makes_strokes_anew_of_the_scene_as_it_was_loaded(painted):
+    session, _ = painted
+    session.paint(Settings(), Report())
+    fewer, made = anew(session, Settings(strokes=40))
+    assert made.isdisjoint({"read", "cleaned", "first_view", "plain_views"})
+    assert "cluster" in made
+    header = header_of(fewer.contents)
+    assert sum(coat["count"] for coat in header["coats"]) == fewer.facts["strokes"] <= 40
+    assert header["command"]["options"] == ["--backdrop", "off", "--strokes", "40"]  # not twice
+
+
+def test_a_change_paints_what_its_command_paints(painted, scene, tmp_path):
+    session, _ = painted
+    changed = session.paint(Settings(look="gouache", strokes=60, keep=0.8), Report())
+    options = header_of(changed.contents)["command"]["options"]
+    words = ["render", str(scene), *options, "--size", "96x72", "-o", str(tmp_path / "a.png")]
+    from brushgs.cli import main
+
+    assert main([*words, "--quiet"]) == 0
+    path = session.shoot(changed, Shot(changed.prepared.camera), Report())
+    assert np.array_equal(read_image(path), read_image(tmp_path / "a.png"))
+
+
+def test_a_dropped_picture_is_a_brush_or_a_palette_and_is_called_as_it_was(painted, tmp_path):
+    session, first = painted
+    paint_file(session.source, tmp_path / "picture.png", first.config)
+    session.dropped = {"id1": Dropped("my brush.png", tmp_path / "picture.png")}
+    own = session.paint(Settings(stroke="id1", palette="id1"), Report())
+    assert header_of(own.contents)["command"]["options"][-4:] == [
+        "--stroke", "my brush.png", "--palette", "my brush.png"
+    ]  # fmt: skip
+    assert own.facts["palette"] == 1
+    assert not np.array_equal(own.prepared.strokes.sh, first.prepared.strokes.sh)
+
+
+def test_a_palette_of_the_command_line_can_be_taken_away(scene, tmp_path, painted):
+    _, first = painted
+    picture = tmp_path / "palette.png"
+    paint_file(scene, picture, first.config)
+    words = ["view", str(scene), *FEW, "--palette", str(picture), "--palette-strength", "50%"]
+    session = session_of(parse(words))
+    assert session.config(Settings()).palette is not None
+    assert session.config(Settings(palette="none")).palette is None
+    assert session.options({"palette.file": None}) == ["--strokes", "120", "--backdrop", "off"]
+
+
+def test_a_file_has_the_next_free_number_and_keeps_others(painted, tmp_path):
+    session, first = painted
+    session = replace(session, folder=tmp_path)
+    (tmp_path / "pears-oil-1.png").write_text("mine")
+    (tmp_path / "pears-oil-3.png").write_text("mine too")
+    shot = Shot(first.prepared.camera.resized(40, 30))
+    names = [session.shoot(first, shot, Report()).name for _ in range(3)]
+    assert names == ["pears-oil-2.png", "pears-oil-4.png", "pears-oil-5.png"]
+    assert (tmp_path / "pears-oil-1.png").read_text() == "mine"
+    assert (tmp_path / "pears-oil-3.png").read_text() == "mine too"
+    assert read_image(tmp_path / "pears-oil-2.png").shape[:2] == (30, 40)
+
+
+def test_a_picture_that_fails_frees_its_name(painted, tmp_path, monkeypatch):
+    session, first = painted
+    session = replace(session, folder=tmp_path)
+    monkeypatch.setattr("brushgs.pipeline.still.paint_view", lambda *_, **__: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        session.shoot(first, Shot(first.prepared.camera), Report())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_written_to_is_named(tmp_path):
+    with pytest.raises(SceneError, match=r"missing/a-1\.png: cannot be written"):
+        reserve(tmp_path / "missing", "a", ".png")
+
+
+def frames_of(path):
+    with av.open(str(path)) as film:
+        return [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+
+
+def test_a_path_through_marked_views_is_a_video(painted, tmp_path):
+    session, first = painted
+    session = replace(session, folder=tmp_path)
+    camera = first.prepared.camera.resized(64, 48)
+    shift = np.eye(4)
+    shift[0, 3] = 0.2
+    keys = [camera, replace(camera, viewmat=shift @ camera.viewmat)]
+    path = session.film(first, Film(FilmConfig("path", 2, 64, 48, fps=1), keys), Report())
+    frames = frames_of(path)
+    assert (path.name, len(frames), frames[0].shape) == ("pears-oil-1.mp4", 3, (48, 64, 3))
+    assert not np.array_equal(frames[0], frames[2])
+
+
+def test_a_turn_is_a_loop_around_what_is_looked_at(painted, tmp_path):
+    session, first = painted
+    session = replace(session, folder=tmp_path)
+    camera = first.prepared.camera.resized(64, 48)
+    center = tuple(header_of(first.contents)["center"])
+    film = Film(FilmConfig("turn", 1, 64, 48, fps=4), [camera], center)
+    assert len(frames_of(session.film(first, film, Report()))) == 4
+
+
+def test_a_path_of_equal_views_is_refused(painted, tmp_path):
+    session, first = painted
+    session = replace(session, folder=tmp_path)
+    camera = first.prepared.camera
+    with pytest.raises(ValueError, match="at least 2 different key views, got 1"):
+        session.film(first, Film(FilmConfig("path", 1, 64, 48), [camera, camera]), Report())
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,228 @@
+"""The state of the page: the latest change wins, outputs show what was changed before, errors are told."""
+
+import threading
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from brushgs.errors import SceneError
+from brushgs.options.viewer import FilmConfig
+from brushgs.outlets.studio.session import Painted
+from brushgs.outlets.studio.settings import Film, Known, Settings, Shot
+from brushgs.outlets.studio.studio import MAX_OUTPUTS
+from tests.outlets.studio.conftest import SECONDS, studio_of
+
+
+@dataclass
+class FakeSession:
+    """A session whose stages a test lets go, one by one."""
+
+    folder: Path
+    stages: dict = field(default_factory=dict)  # number of strokes -> event that lets its stage go on
+    began: dict = field(default_factory=dict)  # number of strokes -> event that it began
+    error: Exception | None = None
+    painted: list = field(default_factory=list)
+    dropped: dict = field(default_factory=dict)
+    known: Known = field(default_factory=Known)
+    source: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(name="fake"))
+
+    def config(self, settings):
+        if settings.relief is not None and settings.relief > 1:
+            raise ValueError("relief must be 0 to 1")
+
+    def hold(self, count):
+        self.stages[count], self.began[count] = threading.Event(), threading.Event()
+
+    def paint(self, settings, report):
+        count = settings.strokes or 0
+        with report.stage("cluster"):
+            if count in self.stages:
+                self.began[count].set()
+                assert self.stages[count].wait(SECONDS)
+        if self.error is not None:
+            raise self.error
+        with report.stage("page"):
+            self.painted.append(count)
+        return Painted(settings, None, None, b"contents %d" % count, {"strokes": count})
+
+    def shoot(self, painted, shot, report):
+        with report.stage("rasterise"):
+            path = self.folder / f"{painted.facts['strokes']}.png"
+            path.write_bytes(b"picture")
+        return path
+
+    def film(self, painted, film, report):
+        with report.stage("paint", total=3):
+            self.began["film"].set()
+            for _ in range(3):
+                assert self.stages["film"].wait(SECONDS)
+                report.advance()
+        return self.folder / "film.mp4"
+
+
+@pytest.fixture
+def session(tmp_path):
+    return FakeSession(tmp_path)
+
+
+@pytest.fixture
+def studio(session, tmp_path):
+    uploads = tmp_path / "uploads"
+    uploads.mkdir()
+    first = Painted(Settings(), None, None, b"contents 0", {"strokes": 0})
+    with studio_of(session, uploads, first) as studio:
+        yield studio
+        for event in session.stages.values():
+            event.set()
+
+
+SHOT = Shot(SimpleNamespace(width=4, height=3))
+FILM = Film(FilmConfig("turn", 1, 4, 3), [])
+
+
+def states_of(studio):
+    return [output["state"] for output in studio.state()["outputs"]]
+
+
+def test_the_latest_change_wins_and_the_others_are_left_at_their_next_stage(session, studio):
+    for count in (1, 2, 3):
+        session.hold(count)
+    studio.change(Settings(strokes=1))
+    assert session.began[1].wait(SECONDS)
+    studio.change(Settings(strokes=2))
+    studio.change(Settings(strokes=3))
+    state = studio.state()
+    assert (state["version"], state["settings"]) == (1, {"strokes": 3})
+    assert state["progress"] == {"stage": "waiting", "done": 0, "total": None}
+    for event in session.stages.values():
+        event.set()
+    assert studio.wait(SECONDS)
+    assert session.painted == [3]
+    assert not session.began[2].is_set()
+    assert studio.contents() == (2, b"contents 3")
+    assert studio.state()["progress"] is None
+
+
+def test_the_state_is_told_as_soon_as_it_changes(session, studio):
+    session.hold(1)
+    before = studio.state()["number"]
+    assert studio.state(before, 0)["number"] == before
+    studio.change(Settings(strokes=1))
+    assert session.began[1].wait(SECONDS)
+    known = studio.state()["number"]
+    told = []
+    waiting = threading.Thread(target=lambda: told.append(studio.state(known, SECONDS)))
+    waiting.start()
+    session.stages[1].set()
+    waiting.join(SECONDS)
+    assert told[0]["number"] > known
+
+
+def test_a_change_that_cannot_be_is_refused_at_once_and_changes_nothing(studio):
+    before = studio.state()
+    with pytest.raises(ValueError, match="relief must be 0 to 1"):
+        studio.change(Settings(relief=2))
+    assert studio.state() == before
+
+
+def test_a_change_that_fails_is_told_and_leaves_the_painting(session, studio):
+    session.error = SceneError("a.ply", "is damaged; get it again")
+    studio.change(Settings(strokes=5))
+    assert studio.wait(SECONDS)
+    state = studio.state()
+    assert (state["version"], state["error"]) == (1, "a.ply: is damaged; get it again")
+    session.error = None
+    studio.change(Settings(strokes=6))
+    assert studio.wait(SECONDS)
+    assert (studio.state()["version"], studio.state()["error"]) == (2, None)
+
+
+def test_an_internal_error_is_told_and_the_studio_goes_on(session, studio):
+    session.error = KeyError("x")
+    studio.change(Settings(strokes=5))
+    assert studio.wait(SECONDS)
+    assert studio.state()["error"] == "internal error, KeyError: 'x'"
+    session.error = None
+    studio.change(Settings(strokes=6))
+    assert studio.wait(SECONDS)
+    assert studio.contents() == (2, b"contents 6")
+
+
+def test_a_picture_shows_the_changes_that_were_made_before_it(session, studio, tmp_path):
+    session.hold(7)
+    studio.change(Settings(strokes=7))
+    key = studio.shoot(SHOT)
+    assert session.began[7].wait(SECONDS)
+    assert states_of(studio) == ["waiting"]
+    assert studio.output(key) is None
+    session.stages[7].set()
+    assert studio.wait(SECONDS)
+    assert studio.output(key) == tmp_path / "7.png"
+    assert studio.state()["outputs"][0]["name"] == "7.png"
+
+
+def test_a_change_does_not_wait_for_a_video(session, studio):
+    session.hold("film")
+    key = studio.film(FILM)
+    assert session.began["film"].wait(SECONDS)
+    studio.change(Settings(strokes=8))
+    assert studio._changes.wait(seconds=SECONDS)
+    assert studio.contents() == (2, b"contents 8")
+    assert states_of(studio) == ["running"]
+    assert studio.state()["outputs"][0]["progress"] == {"stage": "paint", "done": 0, "total": 3}
+    session.stages["film"].set()
+    assert studio.wait(SECONDS)
+    assert studio.output(key).name == "film.mp4"
+
+
+def test_a_video_can_be_stopped_while_it_waits_and_while_it_runs(session, studio):
+    session.hold("film")
+    keys = [studio.film(FILM), studio.film(FILM)]
+    assert session.began["film"].wait(SECONDS)
+    assert studio.stop(keys[1])
+    assert studio.stop(keys[0])
+    session.stages["film"].set()
+    assert studio.wait(SECONDS)
+    assert states_of(studio) == ["stopped", "stopped"]
+    assert not studio.stop(keys[0])
+    assert not studio.stop("nothing")
+
+
+def test_a_page_gone_wild_is_refused_outputs(session, studio):
+    session.hold("film")
+    for _ in range(MAX_OUTPUTS):
+        studio.film(FILM)
+    with pytest.raises(ValueError, match="at most 32 pictures and videos can wait"):
+        studio.shoot(SHOT)
+    for output in studio.state()["outputs"]:
+        studio.stop(output["id"])
+
+
+def test_what_is_dropped_must_be_a_picture_and_its_name_is_no_path(studio, session, tmp_path):
+    with pytest.raises(ValueError, match=r"^../../evil.png: "):
+        studio.add_file("../../evil.png", b"no picture")
+    assert list((tmp_path / "uploads").iterdir()) == []
+    content = (Path(__file__).parents[3] / "strokes" / "swirl.png").read_bytes()
+    key = studio.add_file("../../evil.png", content)
+    assert session.dropped[key].name == "../../evil.png"
+    assert session.dropped[key].path == tmp_path / "uploads" / key / "evil"
+    other = studio.add_file("..", content)
+    assert session.dropped.pop(other).path == tmp_path / "uploads" / other / "picture"
+    assert studio.choices()["dropped"] == [{"id": key, "name": "../../evil.png"}]
+
+
+def test_closing_a_studio_leaves_its_work(session, studio):
+    session.hold(1)
+    session.hold("film")
+    studio.film(FILM)
+    assert session.began["film"].wait(SECONDS)
+    studio.change(Settings(strokes=1))
+    assert session.began[1].wait(SECONDS)
+    assert not studio.close(0)
+    for event in session.stages.values():
+        event.set()
+    assert studio.close(SECONDS)
+    assert session.painted == []
+    assert states_of(studio) == ["stopped"]

@@ -1,0 +1,273 @@
+"""The studio in a real browser: a change replaces the strokes without a reload, and pictures are files."""
+
+import re
+import time
+from collections import Counter
+
+import pytest
+
+from brushgs.cli.commands.view import session_of
+from brushgs.cli.parser import parse
+from brushgs.io.pictures.images import read_image
+from brushgs.outlets.page.html import page_script, web_files
+from tests.outlets.studio.conftest import FEW, SECONDS, serving
+
+
+def until(page, expression):
+    """Wait until an expression is true; the page's own policy lets Playwright not wait in it."""
+    end = time.monotonic() + SECONDS
+    while not page.evaluate(expression):
+        assert time.monotonic() < end, expression
+        time.sleep(0.02)
+
+
+@pytest.fixture
+def viewed(request, scene, tmp_path, open_page):
+    """A page of the viewer with its studio, and its server: of one brush, on nothing, which is drawn soon.
+
+    A parameter is what the browser may complain of.
+    """
+    plain = ["--stroke", "impasto", "--ground", "none", "--canvas", "none"]
+    session = session_of(parse(["view", str(scene), *FEW, *plain, "-o", str(tmp_path)]))
+    uploads = tmp_path / "uploads"
+    uploads.mkdir()
+    with serving(session, uploads) as server:
+        own = f"http://127.0.0.1:{server.port}/"
+        page = open_page(
+            server.address(),
+            width=900,
+            height=240,
+            allowed=(own, "data:", "blob:"),
+            expected=getattr(request, "param", None),
+            reduced_motion="reduce",
+        )
+        until(page, "window.brushgs.studio?.isSettled")
+        yield page
+        page.goto("about:blank")  # before its server ends, which it would complain of
+
+
+def strokes_of(page):
+    return page.evaluate("window.brushgs.contents.header.coats.reduce((sum, coat) => sum + coat.count, 0)")
+
+
+def slide(page, name, value):
+    """Move a slider as a hand does: the value of its place, and the event."""
+    page.evaluate(
+        """([name, value]) => {
+            const slider = document.querySelector(`#studio input[name=${name}]`);
+            slider.value = value;
+            slider.dispatchEvent(new Event("input", { bubbles: true }));
+        }""",
+        [name, value],
+    )
+    until(page, "window.brushgs.studio.isSettled")
+
+
+def text_of(page, name):
+    return page.evaluate(
+        "(name) => document.querySelector(`#studio input[name=${name}]`).closest('label')"
+        ".querySelector('output').textContent",
+        name,
+    )
+
+
+def test_a_painter_turns_changes_and_renders(viewed, tmp_path):
+    page = viewed
+    page.evaluate("window.isSamePage = true")
+    assert page.url.endswith("/")  # the token is no more to be seen
+    before = strokes_of(page)
+    page.focus("#painting")
+    page.keyboard.press("ArrowRight")
+    view = page.evaluate("Array.from(window.brushgs.controls.target)")
+    slide(page, "strokes", 3.7)  # its place is a logarithm: 40
+    assert strokes_of(page) < before
+    assert text_of(page, "strokes") == str(strokes_of(page))
+    slide(page, "relief", 0.9)
+    assert text_of(page, "relief") == "90 %"
+    assert page.evaluate("window.brushgs.contents.header.command.options").count("--relief") == 1
+    page.select_option("#studio select[name=stroke]", "dab")
+    until(page, "window.brushgs.contents.header.brushes.map((brush) => brush.name).join() === 'dab'")
+    assert page.evaluate("Array.from(window.brushgs.controls.target)") == view
+    assert page.evaluate("window.isSamePage") is True
+    page.fill("#studio input[name=width]", "64")
+    page.fill("#studio input[name=height]", "48")
+    page.click("#render")
+    until(page, "document.querySelector('#output').open")
+    assert "Saved as pears-oil-1.png in" in page.inner_text("#output p")
+    until(page, "document.querySelector('#output img').naturalWidth === 64")
+    assert read_image(tmp_path / "pears-oil-1.png").shape[:2] == (48, 64)
+
+
+def test_a_picture_that_is_done_before_the_page_hears_of_it_is_shown(viewed):
+    page = viewed
+    page.evaluate(
+        """() => {
+            const server = window.brushgs.studio._server, state = server.state.bind(server);
+            server.state = async (known) => {
+                const heard = await state(known);
+                if (!window.silence) return heard;
+                await window.silence;
+                return state(known);
+            };
+        }"""
+    )
+    slide(page, "relief", 0.9)  # the page asks by the function above from now on
+    page.evaluate("() => { window.silence = new Promise((end) => { window.speak = end; }); }")
+    page.click("#render")
+    until(
+        page,
+        "fetch('/state?known=0').then((answer) => answer.json())"
+        ".then(({ outputs }) => outputs.some(({ state }) => state === 'done'))",
+    )
+    assert not page.evaluate("document.querySelector('#output').open")
+    page.evaluate("window.speak()")
+    until(page, "document.querySelector('#output').open")
+    page.reload()
+    until(page, "window.brushgs.studio?.isSettled")
+    assert page.locator("#studio .outputs li").count() == 1
+    assert not page.evaluate("document.querySelector('#output').open")  # it is of an earlier visit
+
+
+def test_a_video_through_marked_views(viewed, tmp_path):
+    page = viewed
+    page.click("#mark")
+    page.focus("#painting")
+    page.keyboard.press("ArrowRight")
+    page.click("#mark")
+    page.focus("#painting")
+    page.keyboard.press("ArrowUp")
+    page.click("#mark")
+    page.click("#studio .marks [aria-label='Remove View 2']")
+    assert page.locator("#studio .marks li").count() == 2
+    for name, value in (("width", "32"), ("height", "24"), ("seconds", "0.1")):
+        page.fill(f"#studio input[name={name}]", value)
+    page.click("#film")
+    until(page, "document.querySelector('#output').open")
+    assert (tmp_path / "pears-oil-1.mp4").stat().st_size > 0
+    assert page.evaluate("document.querySelector('#output video').src").startswith("blob:")
+
+
+def test_a_dropped_picture_paints(viewed, tmp_path):
+    page = viewed
+    picture = tmp_path / "mine.png"
+    from brushgs.brushes.texture import strokes_folder
+
+    picture.write_bytes((strokes_folder() / "swirl.png").read_bytes())
+    page.set_input_files("#studio input[type=file] >> nth=0", picture)
+    until(page, "window.brushgs.contents.header.brushes.map((brush) => brush.name).join() === 'mine'")
+    until(page, "window.brushgs.studio.isSettled")
+    options = page.evaluate("window.brushgs.contents.header.command.options")
+    assert options[-2:] == ["--stroke", "mine.png"]
+    page.set_input_files("#studio input[type=file] >> nth=1", picture)
+    until(page, "window.brushgs.contents.header.command.options.includes('--palette')")
+    page.click("#reset")
+    until(page, "window.brushgs.contents.header.brushes.map((brush) => brush.name).join() === 'impasto'")
+
+
+def test_every_field_has_a_name_for_screen_readers_and_keys_reach_it(viewed):
+    page = viewed
+    nameless = page.evaluate(
+        """() => Array.from(document.querySelectorAll("#studio input, #studio select, #studio button"))
+            .filter((field) => field.type !== "file")
+            .filter((field) => !(field.labels?.[0] ?? field).textContent.trim() && !field.ariaLabel)
+            .map((field) => field.outerHTML)"""
+    )
+    assert nameless == []
+    page.focus("#studioToggle")
+    page.keyboard.press("Enter")
+    assert page.evaluate("document.getElementById('studio').hidden")
+    assert page.get_attribute("#studioToggle", "aria-expanded") == "false"
+    page.keyboard.press("Enter")
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.name") == "look"
+
+
+def test_a_page_of_a_file_has_no_studio():
+    assert "class StudioServer" in page_script(live=True)
+    assert "class StudioServer" not in page_script()
+
+
+def test_no_two_scripts_define_the_same_name():
+    """They are joined into one function, in which the last function of a name replaces those before."""
+    script = page_script(live=True)
+    names = re.findall(r"^(?:async )?(?:function\*?|class|const|let) +(\w+)", script, re.MULTILINE)
+    assert [name for name, count in Counter(names).items() if count > 1] == []
+    assert len(names) > 50
+    assert "live.css" in web_files()
+
+
+def test_a_file_over_the_page_is_shown_where_it_may_be_dropped(viewed, tmp_path):
+    page = viewed
+    send = """([name, use]) => {
+        const data = new DataTransfer();
+        data.items.add(new File([Uint8Array.from(window.bytes)], "dropped.png", { type: "image/png" }));
+        const zones = document.querySelectorAll("#drops .zone");
+        const target = use ? zones[use === "stroke" ? 0 : 1] : document.body;
+        target.dispatchEvent(new DragEvent(name, { bubbles: true, cancelable: true, dataTransfer: data }));
+    }"""
+    from brushgs.brushes.texture import strokes_folder
+
+    page.evaluate("(bytes) => { window.bytes = bytes; }", list((strokes_folder() / "swirl.png").read_bytes()))
+    page.evaluate(send, ["dragenter", None])
+    assert page.is_visible("#drops")
+    page.evaluate(send, ["dragleave", None])
+    assert page.is_hidden("#drops")
+    page.evaluate(send, ["dragenter", None])
+    page.evaluate(send, ["drop", "stroke"])
+    assert page.is_hidden("#drops")
+    until(page, "window.brushgs.contents.header.brushes[0].name === 'dropped'")
+
+
+PART = "window.brushgs.look.highlight"
+
+
+def show_where(page, text):
+    page.fill("#studio input[name=where]", text)
+    page.press("#studio input[name=where]", "Enter")
+
+
+def test_a_part_that_is_typed_is_highlighted_and_changes_no_stroke(viewed):
+    page = viewed
+    page.evaluate("window.before = window.brushgs.contents")
+    show_where(page, "half:1,0,0,0")
+    until(page, f"{PART} !== null")
+    words = re.fullmatch(r"([0-9]+) of ([0-9]+) strokes", page.inner_text("#whereWords"))
+    assert 0 < int(words[1]) < int(words[2]) == strokes_of(page)
+    members = page.evaluate(f"{PART}.columns.map((column) => column.filter((byte) => byte >= 128).length)")
+    assert sum(members) == int(words[1])
+    assert page.evaluate("window.before === window.brushgs.contents")
+    name = page.get_attribute("#painting", "aria-label")
+    assert name.endswith("strokes, half:1,0,0,0 highlighted")
+    assert page.input_value("#region") == "typed"
+    page.select_option("#region", "Nothing")
+    assert page.evaluate(PART) is None
+    page.select_option("#region", "As typed")
+    assert page.evaluate(f"{PART}.name") == "half:1,0,0,0"
+
+    slide(page, "strokes", 3.7)
+    until(page, f"{PART} !== null && {PART}.columns[0].length === {strokes_of(page)}")
+    page.press("#studio input[name=where]", "Escape")
+    assert page.evaluate(PART) is None
+    assert page.input_value("#studio input[name=where]") == ""
+
+
+@pytest.mark.parametrize("viewed", ["400 (Bad Request)"], indirect=True)
+def test_a_part_that_cannot_be_is_told_below_its_field(viewed):
+    page = viewed
+    field = page.get_by_role("textbox", name="Show where")
+    assert "subject" in page.inner_text("#" + field.get_attribute("aria-describedby"))
+    for text, sentence in (
+        ("subject and", "where must have"),
+        ("mask:/etc/passwd", "where: mask: reads files, which a page must not name"),
+        ("part:999", "part:999 is not there"),
+        ("sphere:900,0,0,1", "No stroke lies there"),
+    ):
+        show_where(page, text)
+        until(page, f"document.getElementById('whereWords').textContent.includes({sentence!r})")
+        is_wrong = "No stroke" not in sentence
+        assert field.get_attribute("aria-invalid") == str(is_wrong).lower()
+        assert page.evaluate(PART) is None
+    show_where(page, "subject or not subject")
+    until(page, f"{PART} !== null")
+    show_where(page, "sphere:")
+    until(page, f"{PART} === null")

@@ -1,0 +1,169 @@
+"""`brushgs view` as a command: what it refuses, what it prints, and how it ends."""
+
+import http.client
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import webbrowser
+from pathlib import Path
+
+import pytest
+
+from brushgs.cli import main
+from brushgs.cli.commands import view
+from brushgs.options.viewer import FilmConfig, ServerConfig, check_picture
+from tests.outlets.studio.conftest import FEW, SECONDS
+
+ROOT = Path(__file__).resolve().parents[3]
+ADDRESS = re.compile(r"^http://127\.0\.0\.1:([0-9]+)/\?token=([\w-]{43})$")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--port", "70000"], "port must be 0 to 65535, got 70000"),
+        (["--port", "x"], "--port must be a whole number of 0 or more"),
+        (["--certificate", "a.pem"], "key is missing: https needs --certificate and --private-key"),
+        (["--private-key", "a.pem"], "certificate is missing: https needs --certificate and --private-key"),
+        (["--host", ""], "host must be an address of this machine, got ''"),
+        (["--relief", "3"], "relief must be 0 to 1, got 3"),
+        (["--orbit", "20"], "unrecognized arguments: --orbit"),
+        (["--look", "watercolor"], "watercolor: neither a file nor a look"),
+        (["-o", "missing"], "the folder .*missing does not exist; create it first"),
+        (["--host", "192.0.2.1"], "192.0.2.1:0: cannot be served"),
+        (["--certificate", "a.pem", "--private-key", "a.pem"], "a.pem: there is no such certificate"),
+    ],
+)
+def test_what_cannot_be_served_is_refused(scene, tmp_path, monkeypatch, capsys, words, sentence):
+    monkeypatch.chdir(tmp_path)
+    assert main(["view", str(scene), *FEW, "--no-browser", "--quiet", *words]) == 2
+    out, err = capsys.readouterr()
+    assert re.match(f"brushgs: .*{sentence}", err)
+    assert err.count("\n") == 1
+    assert out == ""
+
+
+def test_a_scene_that_cannot_be_read_is_refused(tmp_path, capsys):
+    (tmp_path / "a.ply").write_bytes(b"no scene")
+    assert main(["view", str(tmp_path / "a.ply"), "--no-browser", "--quiet"]) == 2
+    assert "a.ply" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"kind": "spin"}, "kind must be turn or path"),
+        ({"seconds": 0}, "seconds must be above 0 and at most 600"),
+        ({"fps": 2000}, "fps must be above 0 and at most 1000"),
+        ({"width": 40000}, "size must be 1x1 to 32767x32767"),
+    ],
+)
+def test_a_film_has_limits(values, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        FilmConfig(**{"kind": "turn", "seconds": 1, "width": 64, "height": 48} | values)
+
+
+def test_a_picture_has_limits():
+    check_picture(8192, 8192)
+    with pytest.raises(ValueError, match=r"size must be at most 67 million pixels, got 8193x8193"):
+        check_picture(8193, 8193)
+    assert ServerConfig().is_local
+    assert not ServerConfig(host="0.0.0.0").is_local
+
+
+@pytest.fixture
+def stopped_when_served(monkeypatch):
+    """Serving ends as soon as it begins, as by Ctrl-C; what the browser was asked to open."""
+    opened = []
+
+    def serve_forever(self, poll_interval=0.5):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("brushgs.outlets.studio.server.StudioServer.serve_forever", serve_forever)
+    monkeypatch.setattr(webbrowser, "open", lambda address: opened.append(address) or False)
+    return opened
+
+
+def test_the_address_is_printed_and_opened(stopped_when_served, scene, tmp_path, capsys):
+    assert main(["view", str(scene), *FEW, "-o", str(tmp_path)]) == 130
+    out, err = capsys.readouterr()
+    assert ADDRESS.match(out.strip())
+    assert stopped_when_served == [out.strip()]
+    assert "note: stop with Ctrl-C" in err
+    assert "note: no browser could be opened; open the address" in err
+    assert "adb" not in err
+    assert err.endswith("brushgs: stopped\n")
+
+
+def test_a_headset_is_told_how_to_get_here(stopped_when_served, scene, tmp_path, capsys):
+    assert main(["view", str(scene), *FEW, "-o", str(tmp_path), "--serve", "--port", "0"]) == 130
+    out, err = capsys.readouterr()
+    port, token = ADDRESS.match(out.strip()).groups()
+    assert f"run `adb reverse tcp:{port} tcp:{port}`, and open http://localhost:{port}/?token={token}" in err
+    assert stopped_when_served == []
+
+
+def test_others_are_served_only_on_demand_and_that_is_said(stopped_when_served, scene, tmp_path, capsys):
+    words = ["--host", "0.0.0.0", "--no-browser"]
+    assert main(["view", str(scene), *FEW, "-o", str(tmp_path), *words]) == 130
+    err = capsys.readouterr().err
+    assert "note: others who reach 0.0.0.0 and know the address with its token can use this page" in err
+    assert "adb reverse" in err
+    assert stopped_when_served == []
+
+
+def test_the_options_that_the_page_names_are_those_of_render(scene):
+    """Each flag of `view` is one of the viewer, or means the same to `render`."""
+    from argparse import ArgumentParser
+
+    from brushgs.cli.commands import render
+
+    ours, theirs = ArgumentParser(), ArgumentParser()
+    view.add_flags(ours)
+    render.add_flags(theirs)
+    known = {flag for action in theirs._actions for flag in action.option_strings}
+    for action in ours._actions:
+        if action.dest not in view.OF_THE_VIEWER:
+            assert set(action.option_strings) <= known
+
+
+CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
+@pytest.mark.parametrize("number", CODES)
+def test_a_signal_ends_it_cleanly(scene, tmp_path, number):
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    command = [sys.executable, "-m", "brushgs", "view", scene, *FEW, "--no-browser", "-o", tmp_path]
+    with subprocess.Popen(
+        list(map(str, command)),
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            port, token = ADDRESS.match(process.stdout.readline().strip()).groups()
+            connection = http.client.HTTPConnection("127.0.0.1", int(port), timeout=SECONDS)
+            connection.request("GET", f"/?token={token}")
+            answer = connection.getresponse()
+            assert (answer.status, b"class Studio" in answer.read()) == (200, True)
+            with socket.create_connection(("127.0.0.1", int(port))):  # and one that says nothing
+                process.send_signal(number)
+                start = time.monotonic()
+                _, err = process.communicate(timeout=SECONDS)
+                assert time.monotonic() - start < SECONDS / 2
+                connection.close()
+        finally:
+            process.kill()
+    assert process.returncode == CODES[number]
+    assert err.endswith("brushgs: stopped\n")
+    assert "Traceback" not in err
+    assert list(temporary.iterdir()) == []
+    assert [path.name for path in tmp_path.iterdir()] == ["temporary"]

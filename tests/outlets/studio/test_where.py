@@ -1,0 +1,152 @@
+"""A part of the scene that is typed in the page: what it may say, and which strokes it finds."""
+
+import base64
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from brushgs.cli.commands.view import session_of
+from brushgs.cli.parser import parse
+from brushgs.options.where import Where, WhereConfig
+from brushgs.outlets.studio.settings import Settings
+from brushgs.outlets.studio.where import MAX_TYPED, Finder, given_in, read_where
+from brushgs.pipeline.report import Report
+from tests.outlets.studio.conftest import FEW
+from tests.outlets.studio.test_server import ask
+from tests.outlets.studio.test_session import header_of
+
+
+@pytest.fixture
+def painted(session):
+    return session.paint(Settings(), Report())
+
+
+def found(painted, text):
+    return Finder().find(painted.prepared, painted.rows, read_where(text))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (7, "where must be text"),
+        ("x" * (MAX_TYPED + 1), "where must be at most 2,000 characters, got 2,001"),
+        ("", "where must have a term"),
+        ("subjekt", "subject"),
+        ("subject and", "its end"),
+        ("mask:/etc/passwd", "where: mask: reads files, which a page must not name"),
+        ("not (subject or mask:a.png)", "where: mask: reads files"),
+        ("text:the pear", "where: text: reads files"),
+    ],
+)
+def test_what_cannot_be_or_reads_files_is_refused(text, message):
+    with pytest.raises(ValueError, match=message):
+        read_where(text)
+
+
+def test_files_that_the_command_line_names_may_be_asked_for():
+    mask, other = Where.parse("mask:a.png and subject"), Where.parse("subject")
+    cameras = Path("cameras.json")
+    given = (WhereConfig(other), WhereConfig(mask, camera_file=cameras))
+    config = read_where("not mask:a.png", given)
+    assert config.camera_file == cameras
+    with pytest.raises(ValueError, match="mask: reads files"):
+        read_where("mask:b.png", given)
+
+
+def test_the_rules_of_the_command_line_name_regions_and_files(scene, tmp_path):
+    rules = tmp_path / "rules.toml"
+    rules.write_text(
+        """
+        camera_file = "cameras.json"
+        [[region]]
+        name = "left"
+        where = "half:-1,0,0,0"
+        [[region]]
+        where = "sphere:9,9,9,1 or surroundings"
+        """
+    )
+    session = session_of(parse(["view", str(scene), *FEW, "--rules", str(rules), "-o", str(tmp_path)]))
+    painted = session.paint(Settings(), Report())
+    header = header_of(painted.contents)
+    assert header["regions"] == ["left", "region 2"]
+    first, second = given_in(painted.config)
+    assert str(first.expression) == "half:-1,0,0,0"
+    assert second.camera_file == Path("cameras.json")
+    part = session_of(parse(["view", str(scene), *FEW, "--where", "subject", "-o", str(tmp_path)]))
+    assert [str(one) for one in given_in(part.config(Settings()))] == ["subject"]
+    without = session_of(parse(["view", str(scene), *FEW, "-o", str(tmp_path)]))
+    assert given_in(without.config(Settings())) == ()
+
+
+def test_strokes_are_in_it_where_the_scene_around_them_is(painted):
+    low, high = painted.prepared.whole_scene.means.min(axis=0), painted.prepared.whole_scene.means.max(axis=0)
+    middle = float(low[0] + high[0]) / 2
+    sides = [found(painted, f"half:{sign},0,0,{sign * middle}") for sign in (1, -1)]
+    (coat,), (rows,) = painted.prepared.painting.coats, painted.rows
+    across = coat.strokes.means[rows, 0] - middle
+    scale = coat.strokes.scales[rows].max(axis=1)
+    is_clear = np.abs(across) > 5 * scale  # long strokes are shorter than what they were made of
+    assert is_clear.sum() > 20
+    np.testing.assert_array_equal(sides[0].columns[0][is_clear], np.where(across[is_clear] > 0, 255, 0))
+    total = sides[0].columns[0].astype(int) + sides[1].columns[0]
+    assert np.abs(total - 255).max() <= 1
+    assert sides[0].total == len(rows)
+    assert sides[0].num == np.count_nonzero(sides[0].columns[0] >= 128)
+    everything = found(painted, "subject or not subject")
+    assert (everything.columns[0] == 255).all()
+    assert everything.num == everything.total
+
+
+def test_what_is_not_painted_is_found_too(scene, tmp_path):
+    words = ["--strokes", "60", "--size", "96x72", "--where", "half:-1,0,0,0", "-o", str(tmp_path)]
+    painted = session_of(parse(["view", str(scene), *words])).paint(Settings(), Report())
+    (coat,), (rows,) = painted.prepared.painting.coats, painted.rows
+    assert len(rows) > len(coat.strokes) > 0
+    everything, right = found(painted, "subject or not subject"), found(painted, "half:1,0,0,0.5")
+    assert everything.num == everything.total == len(rows)
+    points = np.concatenate([coat.strokes.means, coat.plain.means])[rows]
+    scene = painted.prepared.whole_scene.means
+    away = np.linalg.norm(points[:, None].astype(float) - scene, axis=2)
+    around = np.argsort(away, axis=1)[:, :8]  # as the eight Gaussians around each are
+    np.testing.assert_allclose(right.columns[0], 255 * (scene[around, 0] >= 0.5).mean(axis=1), atol=0.51)
+
+
+def test_the_backdrop_is_in_no_part(scene, tmp_path):
+    words = ["--strokes", "60", "--size", "96x72", "--backdrop", "on", "-o", str(tmp_path)]
+    painted = session_of(parse(["view", str(scene), *words])).paint(Settings(), Report())
+    everything = found(painted, "subject or not subject")
+    coats = [coat.name for coat in painted.prepared.painting.coats]
+    assert coats[0] == "backdrop"
+    assert not everything.columns[0].any()
+    assert (everything.columns[1] == 255).all()
+    assert everything.total == len(everything.columns[1])
+
+
+def test_a_part_that_is_not_there_is_one_sentence(painted):
+    with pytest.raises(ValueError, match="part:999 is not there; the subject has"):
+        found(painted, "part:999")
+    assert found(painted, "sphere:900,0,0,1").num == 0
+
+
+def test_the_server_answers_with_columns_and_refuses_with_a_sentence(shared):
+    status, _, content = ask(shared, "POST", "/where", {"where": "half:1,0,0,0"})
+    answer = json.loads(content)
+    assert status == 200
+    assert answer["version"] == shared.studio.contents()[0]
+    (column,) = [np.frombuffer(base64.b64decode(text), np.uint8) for text in answer["columns"]]
+    assert len(column) == answer["total"]
+    assert answer["num"] == np.count_nonzero(column >= 128) > 0
+    before = shared.studio.state()
+    for body, sentence in (
+        ({"where": "mask:/etc/passwd"}, "where: mask: reads files"),
+        ({"where": "sphere:1,2"}, "sphere"),
+        ({"where": None}, "where must be text"),
+        ({}, "there is no where"),
+        ({"where": "subject", "camera": 1}, "there is no field 'camera'"),
+    ):
+        status, _, content = ask(shared, "POST", "/where", body)
+        assert status == 400
+        assert sentence in json.loads(content)["error"]
+    assert shared.studio.state() == before

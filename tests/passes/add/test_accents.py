@@ -1,0 +1,112 @@
+"""Accents: small pure lights and darks where a painting lacks them most."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.passes.add.accents import APART, NUM_ACCENTS, accents
+from brushgs.rendering.plain import plain_views
+from brushgs.values.camera import Camera
+from brushgs.values.colors import oklab_of
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0, base_colors
+
+CAMERA = Camera.look_at((0, 0, -3), (0, 0, 0), width=160, height=120)
+LIGHT, DARK = (0.4, 0.3), (-0.4, -0.2)
+
+
+def wall(num=60):
+    """A grey wall with a small white spot and a small black one."""
+    x, y = (axis.ravel() for axis in np.meshgrid(*2 * [np.linspace(-1, 1, num)]))
+    colors = np.full((num * num, 3), 0.45)
+    colors[np.hypot(x - LIGHT[0], y - LIGHT[1]) < 0.1] = 0.98
+    colors[np.hypot(x - DARK[0], y - DARK[1]) < 0.1] = 0.03
+    return Gaussians(
+        np.stack([x, y, np.zeros_like(x)], axis=1),
+        np.tile([1.0, 0, 0, 0], (num * num, 1)),
+        np.tile([0.03, 0.03, 0.002], (num * num, 1)),
+        np.full(num * num, 0.99),
+        ((colors - 0.5) / C0)[:, None],
+    )
+
+
+def painted_grey():
+    """The wall in few strokes without the spots."""
+    x, y = (axis.ravel() for axis in np.meshgrid(*2 * [np.linspace(-1, 1, 12)]))
+    return Gaussians(
+        np.stack([x, y, np.zeros_like(x)], axis=1),
+        np.tile([1.0, 0, 0, 0], (144, 1)),
+        np.tile([0.12, 0.1, 0.01], (144, 1)),
+        np.full(144, 1.0),
+        np.tile((0.45 - 0.5) / C0, (144, 4, 3)) * np.array([1, 0, 0, 0])[:, None],
+        brushes=np.arange(144, dtype=np.uint8),
+    )
+
+
+def test_lights_and_darks_lie_where_they_are_missing():
+    scene, strokes = wall(), painted_grey()
+    found = accents(strokes, scene, plain_views(scene, [CAMERA]))
+    assert 2 <= len(found) <= NUM_ACCENTS
+    lightness = oklab_of(base_colors(found.sh))[:, 0]
+    lights, darks = found.take(lightness > 0.6), found.take(lightness < 0.5)
+    assert len(lights) >= 1 <= len(darks)
+    assert len(lights) + len(darks) == len(found)
+    assert lightness.max() > 0.97
+    assert lightness.min() < 0.15
+    for some, place in ((lights, LIGHT), (darks, DARK)):
+        assert np.linalg.norm(some.means[:, :2] - place, axis=1).max() < 0.2
+    assert (found.means[:, 2] < 0).all(), "before the wall, as the view sees it"
+    assert found.scales.max() < 0.02
+    assert found.sh.shape[1] == strokes.sh.shape[1]
+    assert not found.sh[:, 1:].any()
+    assert found.brushes is not None
+
+
+def test_accents_are_apart_and_no_more_than_asked_for():
+    scene, strokes = wall(), painted_grey()
+    views = plain_views(scene, [CAMERA])
+    found = accents(strokes, scene, views)
+    away = np.linalg.norm(found.means[:, None] - found.means, axis=2) + 9 * np.eye(len(found))
+    assert away.min() > 0.5 * APART * 4 * found.scales.max(axis=1).min()
+    assert len(found) == 2, "one to each place: side by side they would read as a fence"
+    assert len(accents(strokes, scene, views, count=1)) == 1
+    assert len(accents(strokes, scene, views, count=0)) == 0
+
+
+def test_a_focus_says_which_come_first():
+    scene, strokes = wall(), painted_grey()
+    for side in (1, -1):
+        focus = np.where(side * scene.means[:, 0] > 0, 1e3, 1e-3)
+        found = accents(strokes, scene, plain_views(scene, [CAMERA]), count=1, focus=focus)
+        assert side * found.means[0, 0] > 0
+
+
+def test_a_wall_of_one_color_gets_none():
+    scene = wall()
+    scene = replace(scene, sh=np.full_like(scene.sh, -0.05 / C0))
+    assert len(accents(painted_grey(), scene, plain_views(scene, [CAMERA]))) == 0
+
+
+def test_order_of_the_gaussians_does_not_matter():
+    scene, strokes = wall(), painted_grey()
+    jitter = np.random.default_rng(1).normal(0, 0.004, scene.means.shape)
+    scene = replace(scene, means=scene.means + jitter)
+    order = np.random.default_rng(0).permutation(len(scene))
+    found = accents(strokes, scene, plain_views(scene, [CAMERA]))
+    again = accents(strokes, scene.take(order), plain_views(scene.take(order), [CAMERA]))
+    np.testing.assert_allclose(again.means, found.means, atol=1e-6)
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e20])
+def test_extreme_input_gives_finite_strokes(scale):
+    scene = wall()
+    views = plain_views(scene, [CAMERA])
+    for strokes in (painted_grey().take([0]), replace(painted_grey(), scales=np.full((144, 3), scale))):
+        found = accents(strokes, scene, views)
+        assert np.isfinite(found.means).all()
+    none = painted_grey().take(slice(0, 0))
+    assert len(accents(none, scene, views)) == 0
+    assert len(accents(painted_grey(), scene.take(slice(0, 0)), views)) == 0
+    same = replace(scene, means=np.zeros_like(scene.means))
+    assert np.isfinite(accents(painted_grey(), same, plain_views(same, [CAMERA])).means).all()

@@ -1,0 +1,254 @@
+"""The toned ground, and the backdrop of loose strokes around a scene."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.cameras.framing import frame_scene, plain_first_view
+from brushgs.cameras.orbit import orbit
+from brushgs.first_view import find_first_view
+from brushgs.passes.add.backdrop import (
+    BEYOND_EYE,
+    RADIUS,
+    TONED,
+    Backdrop,
+    Tone,
+    backdrop,
+    border_alpha,
+    ground_color,
+    mean_lab,
+    reason_for_none,
+)
+from brushgs.passes.extent import robust_frame
+from brushgs.rendering.plain import plain_views
+from brushgs.rendering.project import project
+from brushgs.values.colors import oklab_of
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import rotation_matrices
+from brushgs.values.sh import C0, base_colors
+from tests.scenes import real_scene
+
+SIZE = {"width": 160, "height": 120}
+LOOKS = {
+    "loose": Backdrop(),
+    "dabs": Backdrop(strokes=5200, aspect=1.8, size=1.7),
+    "flats": Backdrop(strokes=900, aspect=3.4, size=1.7),
+}
+
+
+def ball(n: int = 500, color=(0.2, 0.5, 0.3), dtype=np.float32, scale: float = 1.0) -> Gaussians:
+    """Gaussians of one colour in a ball around (3, -2, 5)."""
+    g = np.random.default_rng(0)
+    means = g.normal(0, 1, (n, 3))
+    means *= scale * g.uniform(0, 1, (n, 1)) ** (1 / 3) / np.linalg.norm(means, axis=1, keepdims=True)
+    columns = (
+        means + np.array([3, -2, 5]),
+        g.normal(0, 1, (n, 4)),
+        np.full((n, 3), 0.05 * scale),
+        np.full(n, 0.9),
+    )
+    sh = np.broadcast_to((np.array(color) - 0.5) / C0, (n, 1, 3))
+    return Gaussians(*(c.astype(dtype) for c in columns), sh.astype(dtype))
+
+
+def strokes_of(scene: Gaussians, look: Backdrop | None = None, **options):
+    view = plain_first_view(scene)
+    return backdrop(scene, view, [frame_scene(view, **SIZE)], look, **options)
+
+
+# The ground
+
+
+def test_the_ground_is_the_complement_of_the_scene_a_little_warm():
+    lab = oklab_of(np.array([ground_color(ball())]))[0]
+    own = oklab_of(np.array([(0.2, 0.5, 0.3)]))[0]
+    np.testing.assert_allclose(lab, [0.58, *(-0.6 * own[1:] + (0.012, 0.04))], atol=2e-3)
+    own_tone = Tone(0.9, 0.0, (0.004, 0.028))
+    lab = oklab_of(np.array([ground_color(ball(), own_tone)]))[0]
+    np.testing.assert_allclose(lab, [0.9, 0.004, 0.028], atol=2e-3)
+
+
+def test_a_gaussian_counts_by_its_area_and_opacity_or_by_given_weights():
+    scene = ball(2)
+    sh = np.stack([(np.array(c) - 0.5) / C0 for c in ((1, 0, 0), (0, 0, 1))])[:, None].astype(np.float32)
+    two = replace(scene, sh=sh, scales=np.array([[1, 1, 1], [2, 2, 2]], np.float32))
+    red, blue = oklab_of(np.array([(1.0, 0, 0), (0, 0, 1)]))
+    np.testing.assert_allclose(mean_lab(two), (red + 4 * blue) / 5, atol=1e-5)
+    np.testing.assert_allclose(mean_lab(two, np.array([3.0, 1.0])), (3 * red + blue) / 4, atol=1e-5)
+    grey = oklab_of(np.full((1, 3), 0.5))[0]
+    np.testing.assert_allclose(mean_lab(two, np.zeros(2)), grey)
+    np.testing.assert_allclose(mean_lab(two.take(slice(0))), grey)
+
+
+@pytest.mark.parametrize("color", [(0, 0, 0), (1, 1, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0)])
+def test_a_ground_is_a_colour_that_can_be_shown(color):
+    ground = ground_color(ball(color=color))
+    assert all(0 <= channel <= 1 for channel in ground)
+    assert 0.45 < oklab_of(np.array([ground]))[0, 0] < 0.7
+
+
+# The backdrop
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_strokes_stand_on_a_sphere_around_scene_and_cameras(look):
+    scene = ball()
+    view = plain_first_view(scene)
+    cameras = orbit(view, 6, **SIZE)
+    strokes = backdrop(scene, view, cameras, LOOKS[look])
+    center, radius = robust_frame(scene.means)
+    eyes = [float(np.linalg.norm(c.position - center)) for c in cameras]
+    distances = np.linalg.norm(strokes.means - center, axis=1)
+    np.testing.assert_allclose(distances, max(RADIUS * radius, BEYOND_EYE * max(eyes)), rtol=1e-5)
+    assert 0.1 * LOOKS[look].strokes < len(strokes) <= LOOKS[look].strokes * 1.01
+
+
+def test_strokes_are_flat_face_the_centre_and_have_the_aspect_asked_for():
+    scene = ball(dtype=np.float64)
+    strokes = strokes_of(scene)
+    axes = rotation_matrices(strokes.quats)
+    center, _ = robust_frame(scene.means)
+    outward = (strokes.means - center) / np.linalg.norm(strokes.means - center, axis=1, keepdims=True)
+    np.testing.assert_allclose(np.abs((axes[:, :, 2] * outward).sum(axis=1)), 1, atol=1e-9)
+    np.testing.assert_allclose(strokes.scales[:, 0] / strokes.scales[:, 1], 3, rtol=1e-9)
+    assert (strokes.scales[:, 2] < 0.1 * strokes.scales[:, 1]).all()
+    assert strokes.sh.shape[1] == 1
+    assert (strokes.opacities == 0.92).all()
+
+
+def test_it_is_lighter_above_than_below_in_the_complement_of_the_scene():
+    scene = ball(color=(0.2, 0.5, 0.3), dtype=np.float64)
+    view = plain_first_view(scene)
+    angles = [(azimuth, elevation) for azimuth in range(6) for elevation in (-1.2, 0, 1.2)]
+    cameras = [frame_scene(view, **SIZE, azimuth=a, elevation=e) for a, e in angles]
+    strokes = backdrop(scene, view, cameras, Backdrop(strokes=20_000))
+    lab = oklab_of(base_colors(strokes.sh))
+    height = (strokes.means - robust_frame(scene.means)[0]) @ view.up
+    height /= np.abs(height).max()
+    for part, lightness in ((height > 0.6, 0.66), (height < -0.6, 0.40)):
+        assert part.sum() > 1000
+        assert lab[part, 0].mean() == pytest.approx(lightness, abs=0.003)
+        assert lab[part, 0].std() == pytest.approx(0.018, rel=0.1)
+    own = mean_lab(scene)
+    assert (lab[:, 1].mean() - 0.006) * own[1] < 0
+    order = np.argsort(height)
+    smooth = np.convolve(lab[order, 0], np.ones(301) / 301, "valid")
+    assert (np.diff(smooth[::300]) > -5 * 0.018 * np.sqrt(2 / 301)).all()
+
+
+@pytest.mark.parametrize("elevation", [-0.3, 0.2, 1.5])
+@pytest.mark.parametrize("look", LOOKS)
+def test_what_a_camera_sees_of_the_whole_sphere_it_sees_of_the_backdrop(look, elevation):
+    scene = ball()
+    view = plain_first_view(scene)
+    camera = frame_scene(view, **SIZE, elevation=elevation)
+    every = [
+        frame_scene(view, **SIZE, azimuth=a, elevation=e, look_at=tuple(camera.position + 1e-3))
+        for a in np.arange(8)
+        for e in (-1.2, 0, 1.2)
+    ]
+    every = [replace(c, viewmat=_turned(camera, c)) for c in every]
+    whole = backdrop(scene, view, [camera, *every], LOOKS[look])
+    part = backdrop(scene, view, [camera], LOOKS[look])
+    assert len(part) < 0.5 * len(whole)
+    seen_whole, seen_part = (project(s, camera, num_sigmas=2.0) for s in (whole, part))
+    np.testing.assert_array_equal(seen_part.centers, seen_whole.centers)
+    assert len(seen_part) > 0.6 * len(part)
+
+
+def _turned(camera, other):
+    """The view of a camera, turned to where another looks."""
+    viewmat = other.viewmat.copy()
+    viewmat[:3, 3] = -viewmat[:3, :3] @ camera.position
+    return viewmat
+
+
+def test_a_narrow_view_gets_more_strokes_but_not_without_bound():
+    scene = ball()
+    view = plain_first_view(scene)
+
+    def spacing(zoom: float) -> float:
+        return float(np.median(backdrop(scene, view, [frame_scene(view, **SIZE, zoom=zoom)]).scales[:, 0]))
+
+    assert spacing(2.0) == pytest.approx(spacing(1.0) / 2, rel=0.1)
+    assert spacing(4.0) == pytest.approx(spacing(1.0) / 2.2, rel=0.1)
+    assert spacing(0.5) == pytest.approx(spacing(1.0), rel=0.1)
+
+
+def test_the_same_seed_gives_the_same_strokes_in_any_unit_of_the_world():
+    one, other = strokes_of(ball(), seed=4), strokes_of(ball(), seed=4)
+    np.testing.assert_array_equal(one.means, other.means)
+    np.testing.assert_array_equal(one.sh, other.sh)
+    assert (
+        len(strokes_of(ball(), seed=5)) != len(one) or (strokes_of(ball(), seed=5).means != one.means).any()
+    )
+    large = strokes_of(ball(scale=100.0, dtype=np.float64))
+    small = strokes_of(ball(dtype=np.float64))
+    np.testing.assert_allclose(large.scales, 100 * small.scales, rtol=0.02)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_strokes_have_the_dtype_of_the_scene_and_may_be_none(dtype):
+    assert strokes_of(ball(dtype=dtype)).means.dtype == dtype
+    assert len(strokes_of(ball(dtype=dtype), Backdrop(strokes=0))) == 0
+
+
+def test_what_is_no_backdrop_is_refused():
+    scene = ball()
+    with pytest.raises(ValueError, match="at least one camera"):
+        backdrop(scene, plain_first_view(scene), [])
+    for bad in ({"strokes": -1}, {"aspect": 0.5}, {"size": 0}, {"opacity": 1.5}, {"lightness": -1}):
+        (name,) = bad
+        with pytest.raises(ValueError, match=f"Backdrop: {name} must be"):
+            Backdrop(**bad)
+
+
+# Which scenes get one
+
+
+def frame_with(border: float, middle: float = 1.0) -> Frame:
+    alpha = np.full((50, 60), border)
+    alpha[4:46, 4:56] = middle
+    return Frame(np.zeros((50, 60, 3)), alpha)
+
+
+def test_the_border_of_a_picture_is_what_lies_near_its_sides():
+    assert border_alpha(frame_with(0.25)) == pytest.approx(0.25)
+    assert border_alpha(frame_with(0.0, 1.0)) == 0
+    assert border_alpha(Frame(np.zeros((1, 1, 3)), np.full((1, 1), 0.5))) == 0.5
+
+
+def test_a_scene_that_fills_its_pictures_or_is_seen_from_inside_or_is_flat_gets_none():
+    view = plain_first_view(ball())
+    assert reason_for_none(view, [frame_with(0.1)]) is None
+    assert reason_for_none(view, []) is None
+    assert "fills" in reason_for_none(view, [frame_with(0.95)])
+    assert reason_for_none(view, [frame_with(0.95), frame_with(0.2)]) is None
+    assert "inside" in reason_for_none(replace(view, eye=np.zeros(3)), [frame_with(0.1)])
+    flat = replace(view, points=view.points * (1, 0.01, 1))
+    assert "flat" in reason_for_none(flat, [frame_with(0.1)])
+
+
+@pytest.mark.parametrize(
+    ("name", "up", "expected"),
+    [
+        ("koala.ply", None, True),
+        ("derived/truck.ply", None, True),
+        ("derived/skull_sh3.ply", None, True),
+        ("derived/chair.ply", "+z", True),
+        ("biker.compressed.ply", None, True),
+        ("derived/campsite.ply", None, False),
+    ],
+)
+def test_real_scenes_get_one_where_they_stand_in_a_void(name, up, expected):
+    scene = bg.load(real_scene(name))
+    view = find_first_view(scene, up=up)
+    camera = frame_scene(view, **SIZE)
+    assert (reason_for_none(view, plain_views(scene, [camera]).frames) is None) is expected
+    lab = oklab_of(np.array([ground_color(scene, TONED)]))[0]
+    assert lab[0] == pytest.approx(TONED.lightness, abs=0.01)
+    strokes = backdrop(scene, view, [camera])
+    assert 200 < len(strokes) < 1500

@@ -1,0 +1,232 @@
+"""Lines lie where a body has edges, once each; texture has none, and what is round fades from beside."""
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.passes.add.lines import Lines, find_lines
+from brushgs.rendering.facing import facing, fade_by_facing
+from brushgs.rendering.options import RenderOptions, project_with
+from brushgs.rendering.plain import PlainViews, plain_views
+from brushgs.values.sh import base_colors
+from tests.passes.add.scenes import SIDE, cameras, cube, cube_edges, noisy_plane, sphere
+from tests.passes.scenes import assert_same, random_gaussians
+
+SIGMAS = 1.6
+ELLIPSE = bg.StrokeTexture.open("ellipse")
+
+
+@pytest.fixture(scope="module")
+def cube_lines():
+    return find_lines(cube(), cameras(), num_sigmas=SIGMAS)
+
+
+@pytest.fixture(scope="module")
+def sphere_lines():
+    return find_lines(sphere(), cameras(), num_sigmas=SIGMAS)
+
+
+def points_of(lines, num=9):
+    """[L, num, 3] points along the boxes of pieces, from end to end."""
+    strokes = lines.strokes
+    longest = np.argmax(strokes.scales, axis=1)
+    axes = bg.quats.rotation_matrices(strokes.quats)[np.arange(len(strokes)), :, longest]
+    halves = SIGMAS * strokes.scales.max(axis=1)
+    offsets = np.linspace(-1, 1, num)[None, :, None] * (halves[:, None] * axes)[:, None]
+    return strokes.means[:, None] + offsets
+
+
+def distances(points, others):
+    """[P] from each point to the nearest of others."""
+    return np.array([np.linalg.norm(others - point, axis=1).min() for point in points])
+
+
+def samples(edge, margin=0.0):
+    return edge[0] + np.linspace(margin, 1 - margin, 41)[:, None] * (edge[1] - edge[0])
+
+
+def test_all_edges_of_a_cube_have_lines(cube_lines):
+    drawn = points_of(cube_lines).reshape(-1, 3)
+    shares = [np.mean(distances(samples(edge, 0.03), drawn) < 0.06 * SIDE) for edge in cube_edges()]
+    assert min(shares) >= 0.9, shares
+
+
+def test_a_cube_has_no_lines_but_its_edges(cube_lines):
+    edges = np.concatenate([samples(edge) for edge in cube_edges()])
+    far = distances(points_of(cube_lines, 3).reshape(-1, 3), edges) > 0.1 * SIDE
+    assert far.mean() < 0.02
+
+
+def test_no_edge_of_a_cube_is_drawn_twice(cube_lines):
+    """Several views find each edge."""
+    assert 12 * SIDE * 0.9 < 2 * SIGMAS * cube_lines.strokes.scales.max(axis=1).sum() < 12 * SIDE * 1.35
+
+
+def test_a_cube_is_sharp_so_that_its_lines_stay(cube_lines):
+    """In the first view those inside are edges of colour, those around silhouettes that others find too."""
+    lengths = cube_lines.strokes.scales.max(axis=1)
+    seen_from_beside = facing(cube_lines.strokes.means, cube_lines.normals, cameras([(35, 0)])[0])
+    assert lengths[seen_from_beside > 0.15].sum() < 0.2 * lengths.sum()
+
+
+def test_pieces_of_a_line_join(cube_lines):
+    middles, halves = cube_lines.strokes.means, SIGMAS * cube_lines.strokes.scales.max(axis=1)
+    is_next = np.diff(cube_lines.chains) == 0
+    assert is_next.sum() > 20
+    steps = np.linalg.norm(np.diff(middles, axis=0), axis=1)
+    assert (steps <= halves[1:] + halves[:-1])[is_next].all()
+
+
+def test_strengths_are_of_lines_and_the_weaker_can_be_left_out(cube_lines):
+    assert (cube_lines.strengths >= 0).all()
+    assert (cube_lines.strengths <= 1).all()
+    assert (np.diff(cube_lines.chains) >= 0).all()
+    for chain in np.unique(cube_lines.chains):
+        assert len(np.unique(cube_lines.strengths[cube_lines.chains == chain])) == 1
+    middle = float(np.median(cube_lines.strengths))
+    fewer = cube_lines.stronger_than(middle)
+    assert 0 < len(fewer) < len(cube_lines)
+    assert fewer.strengths.min() >= middle
+    assert len(fewer.strokes) == len(fewer.chains) == len(fewer.normals) == len(fewer)
+    assert len(cube_lines.stronger_than(0)) == len(cube_lines)
+
+
+def test_texture_has_no_lines():
+    assert len(find_lines(noisy_plane(), cameras([(0, 0), (-12, 0), (12, 0)]))) == 0
+
+
+def test_a_sphere_has_its_outline_and_nothing_else(sphere_lines):
+    camera = cameras()[0]
+    means = sphere_lines.strokes.means
+    first = facing(means, sphere_lines.normals, camera) < 0.1
+    eye = camera.position
+    radius, distance = 0.7, np.linalg.norm(eye)
+    # The cone that touches the sphere: the angle of its rays with the axis.
+    rays = means[first] - eye
+    angles = np.arccos(rays @ -eye / distance / np.linalg.norm(rays, axis=1))
+    np.testing.assert_allclose(angles, np.arcsin(radius / distance), rtol=0.04)
+    around = np.degrees(np.arctan2(*((rays - rays.mean(axis=0)) @ camera.viewmat[:2, :3].T).T))
+    assert np.diff(np.sort(around)).max() < 30
+
+
+def test_the_outline_of_a_sphere_fades_from_beside(sphere_lines):
+    options = RenderOptions.of(ELLIPSE)
+    first = facing(sphere_lines.strokes.means, sphere_lines.normals, cameras()[0]) < 0.05
+    rows = np.flatnonzero(first)
+    strokes, normals = sphere_lines.strokes.take(rows), sphere_lines.normals[rows]
+    left = []
+    for turn in range(0, 40, 4):
+        camera = cameras([(turn, 0)])[0]
+        boxes, _ = project_with(strokes, camera, options)
+        left.append(fade_by_facing(boxes, camera, strokes, normals).opacities.sum() / boxes.opacities.sum())
+    assert left[0] > 0.95
+    assert (np.diff(left) < 0.02).all()
+    assert np.abs(np.diff(left)).max() < 0.6  # no pop
+    assert left[-1] < 0.35  # but for top and bottom, which it turns about
+
+
+def test_nothing_fades_without_normals():
+    strokes = random_gaussians(20)
+    camera = cameras()[0]
+    boxes, _ = project_with(strokes, camera, RenderOptions.of(ELLIPSE))
+    np.testing.assert_array_equal(
+        fade_by_facing(boxes, camera, strokes, np.zeros((20, 3))).opacities, boxes.opacities
+    )
+
+
+def test_fading_by_facing_checks_its_arguments():
+    strokes = random_gaussians(20)
+    camera = cameras()[0]
+    boxes, _ = project_with(strokes, camera, RenderOptions.of(ELLIPSE))
+    with pytest.raises(ValueError, match="shape"):
+        fade_by_facing(boxes, camera, strokes, np.zeros((3, 3)))
+
+
+def test_lines_are_the_same_each_time_and_for_any_threads(cube_lines):
+    for num_threads in (1, 3):
+        again = find_lines(cube(), cameras(), num_sigmas=SIGMAS, num_threads=num_threads)
+        assert_same(again.strokes, cube_lines.strokes)
+        for name in ("strengths", "chains", "normals"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(cube_lines, name))
+
+
+def test_plain_pictures_that_are_there_give_the_same_lines(cube_lines):
+    """Those without depth are drawn again."""
+    scene, views = cube(), cameras()
+    with_depth = tuple(bg.render(scene, camera, "gaussian") for camera in views)
+    for given in (plain_views(scene, views), PlainViews(tuple(views), with_depth)):
+        assert_same(find_lines(scene, given, num_sigmas=SIGMAS).strokes, cube_lines.strokes)
+
+
+def test_lines_do_not_depend_on_the_unit_of_the_scene(cube_lines):
+    factor = 64.0
+    large = bg.Gaussians(
+        cube().means * np.float32(factor),
+        cube().quats,
+        cube().scales * np.float32(factor),
+        cube().opacities,
+        cube().sh,
+    )
+    views = [
+        bg.Camera.look_at(camera.position * factor, (0, 0, 0), width=400, height=300) for camera in cameras()
+    ]
+    found = find_lines(large, views, num_sigmas=SIGMAS)
+    assert abs(len(found) - len(cube_lines)) <= 0.05 * len(cube_lines)
+
+
+def test_width_colour_and_opacity_are_as_given():
+    thin = find_lines(cube(), cameras()[:1], width=1.0)
+    wide = find_lines(cube(), cameras()[:1], width=3.0, color=(0.2, 0.3, 0.4), opacity=0.5)
+    ratio = np.median(np.sort(wide.strokes.scales, axis=1)[:, 0]) / np.median(
+        np.sort(thin.strokes.scales, axis=1)[:, 0]
+    )
+    np.testing.assert_allclose(ratio, 3, rtol=0.1)
+    np.testing.assert_allclose(
+        base_colors(wide.strokes.sh), np.tile([0.2, 0.3, 0.4], (len(wide), 1)), atol=1e-6
+    )
+    np.testing.assert_allclose(wide.strokes.opacities, 0.5)
+    assert wide.strokes.means.dtype == np.float32
+
+
+@pytest.mark.parametrize("num", [0, 1, 2, 5])
+def test_scenes_of_almost_nothing(num):
+    scene = random_gaussians(num, dtype=np.float32)
+    lines = find_lines(scene, cameras())
+    assert isinstance(lines, Lines)
+    assert np.isfinite(lines.strokes.means).all()
+    assert np.isfinite(lines.normals).all()
+    if num == 0:
+        assert len(lines) == 0
+        assert lines.strokes.means.dtype == np.float32
+
+
+def test_a_scene_out_of_sight_has_no_lines():
+    away = [bg.Camera.look_at((0, 0, 9), (0, 0, 20), width=64, height=48)]
+    assert len(find_lines(cube(), away)) == 0
+
+
+@pytest.mark.parametrize("size", [(1, 1), (2, 3), (7, 300)])
+def test_pictures_of_any_size(size):
+    camera = bg.Camera.look_at((0, 0, -3), (0, 0, 0), width=size[0], height=size[1])
+    find_lines(cube(), [camera])
+    find_lines(cube(), [cameras()[0], camera])
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"width": 0}, "width"),
+        ({"width": float("nan")}, "width"),
+        ({"num_sigmas": -1}, "num_sigmas"),
+        ({"opacity": 1.5}, "opacity"),
+        ({"opacity": float("nan")}, "opacity"),
+    ],
+)
+def test_arguments_are_checked(change, words):
+    with pytest.raises(ValueError, match=f"find_lines: {words}"):
+        find_lines(cube(), cameras()[:1], **change)
+
+
+def test_there_must_be_a_view():
+    with pytest.raises(ValueError, match="at least one camera"):
+        find_lines(cube(), [])

@@ -1,0 +1,170 @@
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.passes.color.broken_color import ACROSS, ALONG, CHROMA, LIGHTNESS
+from brushgs.passes.form.coverage import nearest_others
+from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.sh import C0
+from tests.passes.scenes import assert_same, random_gaussians, replaced
+
+
+def colored(num, rgb, *, terms=1, seed=0):
+    strokes = random_gaussians(num, seed, terms=terms)
+    sh = strokes.sh.copy()
+    sh[:, 0] = (np.broadcast_to(rgb, (num, 3)) - 0.5) / C0
+    return replaced(strokes, sh=sh)
+
+
+def colors_of(strokes):
+    return 0.5 + C0 * strokes.sh[:, 0].astype(np.float64)
+
+
+def shifts_of(strokes, **options):
+    return oklab_of(colors_of(bg.break_colors(strokes, **options))) - oklab_of(colors_of(strokes))
+
+
+def test_oklab_of_known_colours_and_back():
+    known = np.array([[0, 0, 0], [1, 1, 1], [1, 0, 0], [0, 0, 1]], float)
+    expected = [[0, 0, 0], [1, 0, 0], [0.62796, 0.22486, 0.12585], [0.45201, -0.03246, -0.31153]]
+    np.testing.assert_allclose(oklab_of(known), expected, atol=2e-5)  # Ottosson 2020, from published tables
+    wide = np.random.default_rng(0).uniform(-0.5, 1.5, (200, 3))
+    np.testing.assert_allclose(rgb_of_oklab(oklab_of(wide)), wide, atol=1e-6)
+
+
+def test_shifts_have_the_deviations_asked_for_and_keep_local_means():
+    strokes = replaced(
+        colored(4000, [0.5, 0.45, 0.4]), scales=np.ones((4000, 3)), opacities=np.full(4000, 0.7)
+    )
+    shifts = shifts_of(strokes)
+    # Less the mean of nine, 8/9 of the variance.
+    expected = np.sqrt(8 / 9) * np.array([LIGHTNESS, CHROMA, CHROMA])
+    np.testing.assert_allclose(shifts.std(axis=0), expected, rtol=0.06)
+    assert np.abs(shifts.mean(axis=0)).max() < 3e-4
+    around = nearest_others(strokes.means, 16)
+    assert shifts[around].mean(axis=1).std(axis=0)[0] < 0.8 * LIGHTNESS / 4  # of independent shifts: 1/4
+    assert np.corrcoef(shifts.T)[0, 1:] == pytest.approx(0, abs=0.06)
+    only = shifts_of(strokes, lightness=0)
+    assert np.abs(only[:, 0]).max() < 1e-9
+    assert only[:, 1].std() > 0.8 * CHROMA
+
+
+def test_shifts_are_a_hash_of_place_and_seed():
+    strokes = colored(300, [0.5, 0.4, 0.6])
+    shuffle = np.random.default_rng(1).permutation(300)
+    broken = bg.break_colors(strokes)
+    np.testing.assert_allclose(
+        bg.break_colors(strokes.take(shuffle)).sh, broken.take(shuffle).sh, atol=1e-12, rtol=0
+    )
+    assert_same(bg.break_colors(strokes), broken)
+    other = bg.break_colors(strokes, seed=1)
+    assert np.abs(np.corrcoef(shifts_of(strokes)[:, 0], shifts_of(strokes, seed=1)[:, 0])[0, 1]) < 0.2
+    assert not np.array_equal(other.sh, broken.sh)
+
+
+@pytest.mark.parametrize("grey", [0.15, 0.5, 0.8])
+def test_shifts_that_follow_the_colour_leave_greys_grey(grey):
+    strokes = colored(2000, [grey] * 3)
+    plain, followed = shifts_of(strokes), shifts_of(strokes, follows=1)
+    assert plain[:, 1:].std() > 0.8 * CHROMA
+    assert np.abs(followed[:, 1:]).max() < 1e-9
+    np.testing.assert_allclose(followed[:, 0], plain[:, 0], atol=1e-6)
+    half = shifts_of(strokes, follows=0.5)
+    np.testing.assert_allclose(half[:, 1:].std(), plain[:, 1:].std() / 2, rtol=1e-3)
+
+
+def test_shifts_that_follow_the_colour_grow_with_its_chroma_and_lie_along_it():
+    deviations, leaning = [], []
+    for chroma in (0.01, 0.03, 0.06, 0.12):
+        lab = np.array([0.6, 0.6 * chroma, 0.8 * chroma])
+        shifts = shifts_of(colored(2000, rgb_of_oklab(lab[None])), follows=1)
+        along, across = shifts[:, 1:] @ (0.6, 0.8), shifts[:, 1:] @ (-0.8, 0.6)
+        deviations.append(np.hypot(along.std(), across.std()))
+        leaning.append(along.std() / across.std())
+        assert np.abs(along).max() < chroma  # no hue turns round
+    assert (np.diff(deviations) > 0).all()
+    assert deviations[0] < 0.1 * CHROMA
+    whole = np.hypot(*shifts_of(colored(2000, rgb_of_oklab(lab[None])))[:, 1:].std(axis=0))
+    np.testing.assert_allclose(deviations[-1], whole, rtol=0.06)
+    np.testing.assert_allclose(leaning, ALONG / ACROSS, rtol=0.1)
+
+
+def test_a_grey_beside_pure_colours_stays_grey():
+    strokes = colored(600, np.where(np.arange(600)[:, None] % 2, [[0.6, 0.3, 0.25]], 0.5))
+    shifts = shifts_of(strokes, follows=1)[:, 1:]
+    assert np.abs(shifts[::2]).max() < 1e-9
+    assert shifts[1::2].std() > 0.8 * CHROMA
+
+
+def test_shifts_that_follow_nothing_are_those_of_before_and_the_order_does_not_count():
+    strokes = random_gaussians(200)
+    assert_same(bg.break_colors(strokes, follows=0), bg.break_colors(strokes))
+    shuffle = np.random.default_rng(1).permutation(200)
+    followed = bg.break_colors(strokes, follows=0.7)
+    np.testing.assert_allclose(
+        bg.break_colors(strokes.take(shuffle), follows=0.7).sh, followed.take(shuffle).sh, atol=1e-12, rtol=0
+    )
+
+
+def test_only_base_colours_change():
+    strokes = random_gaussians(100, terms=4)
+    broken = bg.break_colors(strokes)
+    np.testing.assert_array_equal(broken.sh[:, 1:], strokes.sh[:, 1:])
+    for name in ("means", "quats", "scales", "opacities"):
+        np.testing.assert_array_equal(getattr(broken, name), getattr(strokes, name))
+    assert bg.break_colors(strokes, 0, 0) is strokes
+    empty = strokes.take(slice(0))
+    assert bg.break_colors(empty) is empty
+
+
+@pytest.mark.parametrize("rgb", [(0, 0, 0), (1, 1, 1), (1, 0, 0), (-0.3, 0.5, 1.4), (0, 1, 1)])
+def test_pure_colours_stay_and_nothing_is_clipped(rgb):
+    strokes = colored(200, rgb)
+    np.testing.assert_allclose(colors_of(bg.break_colors(strokes, 0.1, 0.1)), colors_of(strokes), atol=2e-3)
+
+
+@pytest.mark.parametrize("rgb", [(0.99, 0.98, 0.99), (0.02, 0.02, 0.01), (0.95, 0.05, 0.1)])
+def test_near_the_limits_shifts_stay_inside_and_centred(rgb):
+    strokes = colored(2000, rgb)
+    broken = colors_of(bg.break_colors(strokes, 0.05, 0.03))
+    assert broken.min() >= 0
+    assert broken.max() <= 1
+    assert broken.std(axis=0).max() > 1e-3
+    np.testing.assert_allclose(oklab_of(broken).mean(axis=0), oklab_of(colors_of(strokes))[0], atol=1e-3)
+
+
+@pytest.mark.parametrize("num", [1, 2, 40])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_stiff_strokes_get_finite_colours(num, dtype):
+    strokes = random_gaussians(num, dtype=dtype)
+    for scale, opacity, unit in ((0, 0, 1e-4), (1e30, 1, 1e4), (1, 0, 0)):
+        columns = {
+            "scales": np.full((num, 3), scale, dtype),
+            "opacities": np.full(num, opacity, dtype),
+            "means": (unit * strokes.means).astype(dtype),
+            "sh": 100 * strokes.sh,
+        }
+        for follows in (0, 1):
+            # Raises where a colour is not finite.
+            broken = bg.break_colors(replaced(strokes, **columns), follows=follows)
+            assert broken.sh.dtype == dtype
+    alone = bg.break_colors(strokes.take(slice(1)))
+    np.testing.assert_allclose(alone.sh, strokes.sh[:1], atol=1e-5)  # its own local mean
+
+
+@pytest.mark.parametrize(
+    ("options", "error"),
+    [
+        ({"lightness": -0.1}, ValueError),
+        ({"chroma": 0.6}, ValueError),
+        ({"lightness": np.nan}, ValueError),
+        ({"follows": -0.1}, ValueError),
+        ({"follows": 1.1}, ValueError),
+        ({"follows": np.nan}, ValueError),
+        ({"seed": -1}, ValueError),
+        ({"seed": 0.5}, TypeError),
+    ],
+)
+def test_options_out_of_range(options, error):
+    with pytest.raises(error):
+        bg.break_colors(random_gaussians(3), **options)

@@ -1,0 +1,373 @@
+"""A lamp in the scene: where strokes face, what shades them, and their colours in its light."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.cameras.framing import plain_first_view
+from brushgs.cameras.orbit import orbit
+from brushgs.options.look import Look
+from brushgs.options.painting import PaintConfig
+from brushgs.passes.add.stage_place import Place, find_place
+from brushgs.passes.color.key_light import KeyLight
+from brushgs.passes.color.key_normals import stroke_normals
+from brushgs.passes.color.key_shadow import lamp_axes
+from brushgs.passes.neighbours import nearest
+from brushgs.passes.reduce.cluster import cluster_labels
+from brushgs.passes.reduce.contribution import paint_of
+from brushgs.passes.reduce.merge import merge_clusters
+from brushgs.passes.seen import shown_areas
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
+from brushgs.still_life import still_life_camera
+from brushgs.still_life.bodies import bodies
+from brushgs.still_life.cast import Cast, blockers_of, cast_of, joined
+from brushgs.still_life.light import TO_LAMP, Blockers, baked
+from brushgs.values.colors import oklab_of
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0, base_colors, in_colors
+from tests.scenes import still_life_of
+
+NUM = 6000
+FIRST_BODY = 2  # before it come wall and table
+# Azimuth from the viewer toward the right, and elevation, degrees: before the wall, which shades nothing.
+LAMPS = [(-60, 40), (-30, 35), (0, 50), (30, 40), (60, 45), (-50, 65), (45, 65)]
+
+
+def lamp_at(azimuth: float, elevation: float):
+    turn, rise = np.radians((azimuth, elevation))
+    return np.array([np.sin(turn) * np.cos(rise), -np.sin(rise), -np.cos(turn) * np.cos(rise)])
+
+
+@cache
+def cast() -> tuple[Cast, Blockers]:
+    rng = np.random.default_rng(0)
+    parts = list(bodies(NUM, rng))
+    whole = joined([cast_of(body, number, rng) for number, body in enumerate(parts)])
+    return whole.take(whole.opacities > 1 / 255), blockers_of(parts)
+
+
+def lit_scene(lamp) -> Gaussians:
+    """The still life as if its own lamp had stood elsewhere."""
+    surface, blockers = cast()
+    return surface.gaussians(baked(surface.surface, blockers, lamp))
+
+
+def front_views(count: int = 7):
+    """Cameras before the wall, which has but one side."""
+    return [
+        bg.Camera.look_at(
+            (8 * np.sin(turn), -3.5, -8 * np.cos(turn)), (0.1, -1.2, 0.5), width=160, height=120
+        )
+        for turn in np.linspace(-1.2, 1.2, count)
+    ]
+
+
+def place_of(strokes: Gaussians) -> Place:
+    return find_place(strokes, plain_first_view(strokes), paint_of(strokes))
+
+
+def ball(count: int = 600, color=(0.5, 0.5, 0.5), center=(0.0, 0.0, 0.0), radius: float = 1.0) -> Gaussians:
+    """Flat strokes on a sphere, of random turns and signs."""
+    rng = np.random.default_rng(1)
+    steps = np.arange(count) + 0.5
+    y, turn = 1 - 2 * steps / count, steps * np.pi * (3 - 5**0.5)
+    level = np.sqrt(1 - y * y)
+    out = np.stack([level * np.cos(turn), y, level * np.sin(turn)], axis=1)
+    across = np.cross(out, rng.normal(size=(count, 3)))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    frames = np.stack([across, np.cross(out, across), out], axis=2)
+    size = 2.2 * radius / count**0.5
+    return Gaussians(
+        center + radius * out,
+        bg.quats.quats_of(frames),
+        np.tile([size, size, 0.05 * size], (count, 1)),
+        np.full(count, 0.95),
+        np.broadcast_to((np.asarray(color) - 0.5) / C0, (count, 3))[:, None].copy(),
+    ).astype(np.float32)
+
+
+def views_around(strokes: Gaussians):
+    return orbit(plain_first_view(strokes), 6, width=120, height=90)
+
+
+def lightness(strokes: Gaussians):
+    return oklab_of(base_colors(strokes.sh))[:, 0]
+
+
+# Where strokes face
+
+
+def test_strokes_of_the_oil_look_face_as_the_bodies_of_the_still_life():
+    values = {step: dict(fields) for step, fields in Look.open("oil").values.items()}
+    values["cluster"] = {"strokes": 2000}
+    values["view"] = {"size": (96, 72)}
+    strokes = prepare(still_life_of(NUM), PaintConfig.of(values), Report()).strokes
+    surface = cast()[0].surface
+    found = nearest(surface.points, strokes.means.astype(np.float64), 1)[1][:, 0]
+    normals = stroke_normals(strokes, front_views())
+    cosines = np.einsum("ki,ki->k", normals, surface.normals[found])
+    is_body = surface.bodies[found] >= FIRST_BODY
+    assert is_body.sum() > 500
+    assert np.median(np.degrees(np.arccos(np.clip(cosines[is_body], -1, 1)))) <= 15
+
+
+@pytest.mark.parametrize("is_seen", [True, False])
+def test_a_ball_faces_outward(is_seen):
+    strokes = ball()
+    normals = stroke_normals(strokes, views_around(strokes) if is_seen else ())
+    assert (np.einsum("ki,ki->k", normals, strokes.means) > 0.95).all()
+
+
+def test_a_ball_seen_from_its_middle_faces_inward():
+    strokes = ball()
+    sides = [np.roll([1.0, 0, 0], axis) * sign for axis in range(3) for sign in (1, -1)]
+    cameras = [
+        bg.Camera.look_at(
+            (0, 0, 0),
+            side,
+            width=96,
+            height=96,
+            fov_y=1.7,
+            up=(0, 0, 1) if abs(side[1]) > 0.5 else (0, -1, 0),
+        )
+        for side in sides
+    ]
+    assert np.mean(np.einsum("ki,ki->k", stroke_normals(strokes, cameras), strokes.means) < -0.9) > 0.97
+
+
+def test_fur_is_a_mass():
+    """Where flat sides turn all ways, the places of strokes tell where they face."""
+    strokes = ball()
+    quats = np.random.default_rng(0).normal(size=(600, 4)).astype(np.float32)
+    normals = stroke_normals(replace(strokes, quats=quats), views_around(strokes))
+    assert np.median(np.einsum("ki,ki->k", normals, strokes.means)) > 0.9
+
+
+# The same strokes under other lamps
+
+
+@pytest.fixture(scope="module")
+def lit():
+    lamps = [TO_LAMP, *(lamp_at(*angles) for angles in LAMPS)]
+    scenes = [lit_scene(lamp) for lamp in lamps]
+    labels = cluster_labels(scenes[0], 2000)
+    strokes = [merge_clusters(scene, labels) for scene in scenes]
+    return lamps, [replace(one, sh=one.sh[:, :1]) for one in strokes]
+
+
+def relit_from(lit, first: int):
+    """Each other lamp: strokes relit to it, and true ones."""
+    lamps, strokes = lit
+    light = KeyLight.of(strokes[first], front_views(), place_of(strokes[first]), lit_by=lamps[first])
+    return [(light.lit(lamp), true) for n, (lamp, true) in enumerate(zip(*lit, strict=True)) if n != first]
+
+
+@pytest.mark.parametrize("first", [0, 4])
+def test_strokes_relit_from_one_lamp_to_seven_others_look_like_true_ones(lit, first):
+    camera = still_life_camera(width=160, height=120)
+
+    def picture(strokes):
+        return np.clip(bg.render(strokes, camera, "flat", lock="off").over("black"), 0, 1)
+
+    def psnr(one, other):
+        return -10 * np.log10(((picture(one) - picture(other)) ** 2).mean())
+
+    pairs = relit_from(lit, first)
+    after = np.array([psnr(*pair) for pair in pairs])
+    before = np.array([psnr(lit[1][first], true) for _, true in pairs])
+    assert after.mean() >= 26
+    assert after.min() >= 24
+    assert (after > before + 2).all()
+
+
+def test_strokes_that_are_seen_have_the_order_of_their_true_tones(lit):
+    rng = np.random.default_rng(0)
+    areas = shown_areas(lit[1][0], [still_life_camera(width=160, height=120)])
+    seen = np.flatnonzero(areas > 0.5 * np.median(areas[areas > 0]))
+    right = []
+    for relit, true in relit_from(lit, 0):
+        one, other = seen[rng.integers(0, len(seen), (2, 20_000))]
+        steps, found = (tone[one] - tone[other] for tone in (lightness(true), lightness(relit)))
+        right.append((steps * found > 0)[np.abs(steps) > 0.1].mean())
+    assert np.mean(right) >= 0.95
+
+
+def test_a_scene_relit_to_its_own_lamp_stays(lit):
+    lamps, strokes = lit
+    light = KeyLight.of(strokes[0], front_views(), place_of(strokes[0]), lit_by=lamps[0])
+    assert np.abs(light.colors(lamps[0]) - base_colors(strokes[0].sh)).max() < 1e-6
+
+
+# A capture, whose light is unknown
+
+
+@cache
+def lit_ball(color=(0.5, 0.5, 0.5)) -> KeyLight:
+    strokes = ball(color=color)
+    return KeyLight.of(strokes, views_around(strokes), place_of(strokes))
+
+
+def test_lights_are_lighter_and_warmer_than_shade_and_the_mean_stays():
+    light, lamp = lit_ball(), lamp_at(-40, 40)
+    before, after = oklab_of(base_colors(light.strokes.sh)), oklab_of(light.colors(lamp))
+    facing = light.strokes.means @ lamp
+    lights, darks = after[facing > 0.7].mean(axis=0), after[facing < -0.3].mean(axis=0)
+    assert lights[0] > darks[0] + 0.12
+    assert lights[2] > darks[2] + 0.03
+    assert np.abs((after - before).mean(axis=0)).max() < 0.01
+
+
+def test_the_light_is_stronger_with_the_strength():
+    light, lamp = lit_ball(), lamp_at(-40, 40)
+    spreads = [oklab_of(light.colors(lamp, strength))[:, 0].std() for strength in (0.25, 0.5, 1.0)]
+    assert np.allclose(spreads, np.array([0.25, 0.5, 1.0]) * spreads[2], rtol=0.05)
+
+
+def test_strength_0_is_the_input():
+    light = lit_ball()
+    assert light.lit(lamp_at(0, 40), 0.0) is light.strokes
+    assert (light.colors(lamp_at(0, 40), 0.0) == base_colors(light.strokes.sh)).all()
+
+
+def test_strokes_keep_all_but_their_colors():
+    light = lit_ball()
+    lit = light.lit(lamp_at(30, 40))
+    assert (lit.sh != light.strokes.sh).any()
+    for name, column in lit.columns().items():
+        assert name == "sh" or (column == light.strokes.columns()[name]).all()
+
+
+def test_a_scene_that_is_lit_already_is_not_lit_twice():
+    light, lamp = lit_ball(), lamp_at(-40, 40)
+    once = light.lit(lamp)
+    again = KeyLight.of(once, views_around(once), light.place)
+    gained, first = lightness(again.lit(lamp)).std() - lightness(once).std(), lightness(once).std()
+    assert gained < 0.4 * first
+    other = lamp_at(140, 40)
+    assert (
+        lightness(again.lit(other))[once.means @ other > 0.7].mean()
+        > lightness(once)[once.means @ other > 0.7].mean() + 0.05
+    )
+
+
+def test_cool_light_stays_cool():
+    """Where what is light is clearly bluer, the lamp does not turn it warm."""
+    light, lamp = lit_ball(), lamp_at(-40, 40)
+    lit = np.clip(light.strokes.means @ lamp, 0, 1)[:, None]
+    cool = in_colors(light.strokes, 0.4 + lit * (0.1, 0.14, 0.25))
+    colored = KeyLight.of(cool, views_around(cool), light.place)
+    assert colored.temperature < 0 < light.temperature
+    steps = oklab_of(colored.colors(lamp_at(140, 40)))[:, 2] - oklab_of(base_colors(cool.sh))[:, 2]
+    facing = cool.means @ lamp_at(140, 40)
+    assert steps[facing > 0.7].mean() < steps[facing < -0.3].mean()
+
+
+@pytest.mark.parametrize(("value", "low", "high"), [(0.97, 0.75, 0.99), (0.03, 0.005, 0.12)])
+def test_white_does_not_burn_out_and_black_stays_readable(value, low, high):
+    colors = lit_ball((value, value, value)).colors(lamp_at(-40, 40))
+    assert colors.min() > low
+    assert oklab_of(colors)[:, 0].max() < 0.995
+    assert colors.mean() < high
+
+
+def test_a_body_shades_what_lies_behind_it():
+    big, small = ball(900), ball(200, center=(2.2, 0.0, 0.0), radius=0.4)
+    both = joined_rows(big, small)
+    light = KeyLight.of(both, views_around(both), place_of(both))
+    behind = light.key(np.array([-1.0, 0.0, 0.0]))[900:]
+    free = light.key(np.array([1.0, 0.0, 0.0]))[900:]
+    assert behind.max() < 0.35 * free.max()
+
+
+def joined_rows(*parts: Gaussians) -> Gaussians:
+    columns = zip(*((p.means, p.quats, p.scales, p.opacities, p.sh) for p in parts), strict=True)
+    return Gaussians(*(np.concatenate(column) for column in columns))
+
+
+def test_walls_keep_no_light_off_a_room():
+    room = ball(1500)
+    table = ball(300, radius=0.2)
+    both = joined_rows(room, table)
+    inside = [bg.Camera.look_at((0.6, 0, 0), (-1, 0, 0), width=96, height=96, fov_y=2.0)]
+    inside += [bg.Camera.look_at((-0.6, 0, 0), (1, 0, 0), width=96, height=96, fov_y=2.0)]
+    lamp = np.array([0.6, -0.8, 0.0])
+    outdoor, indoor = (
+        KeyLight.of(both, inside, place_of(both), is_inside=is_inside).key(lamp)
+        for is_inside in (False, True)
+    )
+    lit = table.means @ lamp > 0.15
+    assert indoor[1500:][lit].mean() > 0.5
+    assert outdoor[1500:][lit].mean() < 0.3
+
+
+# What holds for any strokes
+
+
+def test_a_degree_of_the_lamp_changes_colors_by_little():
+    strokes = joined_rows(ball(900), ball(200, center=(1.2, 0.6, -0.6), radius=0.4))
+    light = KeyLight.of(strokes, views_around(strokes), place_of(strokes))
+    before = light.colors(lamp_at(-50, 30))
+    for azimuth in np.arange(-49, -40):
+        after = light.colors(lamp_at(azimuth, 30))
+        assert np.abs(after - before).max() < 0.03
+        before = after
+
+
+def test_a_lamp_that_passes_the_zenith_does_not_jump():
+    light = lit_ball()
+    near = [light.colors(lamp_at(azimuth, 89.5)) for azimuth in (0, 90, 180, 270)]
+    assert max(np.abs(one - near[0]).max() for one in near) < 0.03
+
+
+def test_lamp_axes_are_orthonormal():
+    for lamp in (lamp_at(20, 30), np.array([0.0, 1.0, 0.0]), np.array([0.6, 0.0, 0.8])):
+        assert np.allclose(lamp_axes(lamp) @ lamp_axes(lamp).T, np.eye(3), atol=1e-9)
+
+
+def test_the_order_of_strokes_does_not_matter():
+    light, lamp = lit_ball(), lamp_at(-40, 40)
+    order = np.random.default_rng(0).permutation(600)
+    strokes = light.strokes.take(order)
+    other = KeyLight.of(strokes, views_around(light.strokes), light.place)
+    assert np.abs(other.colors(lamp) - light.colors(lamp)[order]).max() < 1e-5
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_the_unit_of_the_scene_does_not_matter(unit):
+    light, lamp = lit_ball(), lamp_at(-40, 40)
+    scaled = replace(
+        light.strokes,
+        means=light.strokes.means * np.float32(unit),
+        scales=light.strokes.scales * np.float32(unit),
+    )
+    other = KeyLight.of(scaled, (), place_of(scaled))
+    same = KeyLight.of(light.strokes, (), light.place)
+    assert np.abs(other.colors(lamp) - same.colors(lamp)).max() < 1e-3
+
+
+@pytest.mark.parametrize("lit_by", [None, lamp_at(0, 40)])
+@pytest.mark.parametrize("case", ["none", "one", "one place", "flat", "huge", "loud", "clear"])
+def test_extreme_strokes_stay_numbers(case, lit_by):
+    strokes = ball(60)
+    place = place_of(strokes)
+    changes = {
+        "none": lambda: strokes.take(slice(0, 0)),
+        "one": lambda: strokes.take(slice(0, 1)),
+        "one place": lambda: replace(strokes, means=np.zeros_like(strokes.means)),
+        "flat": lambda: replace(strokes, scales=np.zeros_like(strokes.scales)),
+        "huge": lambda: replace(strokes, scales=np.full_like(strokes.scales, 1e20)),
+        "loud": lambda: replace(
+            strokes, sh=100 * np.sin(np.arange(180.0)).reshape(60, 1, 3).astype(np.float32)
+        ),
+        "clear": lambda: replace(strokes, opacities=np.zeros_like(strokes.opacities)),
+    }
+    changed = changes[case]()
+    light = KeyLight.of(changed, views_around(strokes)[:2], place, lit_by=lit_by)
+    colors = light.colors(lamp_at(-40, 40))
+    assert colors.shape == (len(changed), 3)
+    assert ((colors >= 0) & (colors <= 1)).all()
+    assert np.isfinite(light.lit(lamp_at(-40, 40)).sh).all()

@@ -1,0 +1,77 @@
+"""Each Gaussian takes the mean of the pixels that it makes up."""
+
+import numpy as np
+import pytest
+
+from brushgs.passes.color.picture_votes import votes
+from brushgs.rendering.visibility import visible_areas
+from brushgs.still_life import still_life
+from tests.passes.test_seen import FRONT, cameras, squares
+
+
+def test_a_picture_marks_what_it_shows_and_nothing_behind_it():
+    scene = squares()
+    mask = np.zeros((90, 120, 1))
+    mask[:, 60:] = 1.0
+    sums, weights = votes(scene, FRONT, [mask])
+    means = sums[:, 0] / np.maximum(weights, 1e-12)
+    front = np.arange(len(scene)) < len(scene) // 2
+    is_right = scene.means[:, 0] > 0.1
+    assert means[front & is_right].min() > 0.99
+    assert means[front & (scene.means[:, 0] < -0.1)].max() < 0.01
+    assert weights[~front].sum() < 0.02 * weights[front].sum()
+
+
+def test_weights_are_the_pixels_that_are_made_up_summed_over_views():
+    scene, views = still_life(3000), cameras(3)
+    _, weights = votes(scene, views, [np.zeros((90, 120, 1))] * 3)
+    expected = sum(visible_areas(scene, view) for view in views)
+    np.testing.assert_allclose(weights, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("channels", [1, 2, 3, 4, 7])
+def test_channels_are_summed_each_for_itself(channels):
+    scene, views = still_life(2000), cameras(2)
+    pictures = [np.random.default_rng(n).uniform(size=(90, 120, channels)) for n in range(2)]
+    sums, weights = votes(scene, views, pictures)
+    assert sums.shape == (len(scene), channels)
+    for channel in range(channels):
+        one, same = votes(scene, views, [p[..., channel : channel + 1] for p in pictures])
+        np.testing.assert_allclose(sums[:, channel], one[:, 0], rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(weights, same, rtol=1e-12)
+
+
+def test_an_affine_map_of_pictures_is_that_map_of_the_votes():
+    scene, views = still_life(2000).astype(np.float64), cameras(2)
+    pictures = [np.random.default_rng(n).uniform(size=(90, 120, 3)) for n in range(2)]
+    matrix, offset = np.array([[0.5, 0.2, 0.1], [0, 1, 0], [0.3, 0, 0.6]]), np.array([0.1, 0, -0.2])
+    before, weights = votes(scene, views, pictures)
+    after, _ = votes(scene, views, [p @ matrix.T + offset for p in pictures])
+    np.testing.assert_allclose(after, before @ matrix.T + weights[:, None] * offset, atol=1e-9)
+
+
+def test_pixels_without_weight_have_no_say():
+    scene = squares()
+    picture, say = np.ones((90, 120, 1)), np.ones((90, 120))
+    picture[:, 60:], say[:, 60:] = 100.0, 0.0
+    sums, weights = votes(scene, FRONT, [picture], pixel_weights=[say])
+    np.testing.assert_allclose(sums[:, 0], weights, rtol=1e-6)
+    assert weights[: len(scene) // 2][scene.means[: len(scene) // 2, 0] > 0.1].max() < 1e-6
+
+
+def test_what_does_not_fit_is_refused():
+    scene = squares()
+    with pytest.raises(ValueError, match="at least one view"):
+        votes(scene, [], [])
+    with pytest.raises(ValueError, match="one picture a camera, got 2 for 1"):
+        votes(scene, FRONT, [np.ones((90, 120, 1))] * 2)
+    with pytest.raises(ValueError, match=r"pictures must have shape \[90, 120, 1\], got \[9, 12, 1\]"):
+        votes(scene, FRONT, [np.ones((9, 12, 1))])
+
+
+def test_the_number_of_threads_changes_nothing():
+    scene, views = still_life(2000), cameras(2)
+    pictures = [np.random.default_rng(n).uniform(size=(90, 120, 3)) for n in range(2)]
+    one, three = (votes(scene, views, pictures, num_threads=n) for n in (1, 3))
+    np.testing.assert_array_equal(one[0], three[0])
+    np.testing.assert_array_equal(one[1], three[1])

@@ -1,0 +1,205 @@
+"""Colour transfer: mean and covariance become the painting's, highlights stay, nothing else moves."""
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.passes.color.color_space import Space
+from brushgs.passes.color.recolor import MAX_STRETCH, Palette, monge_kantorovich, recolor
+from brushgs.passes.reduce.contribution import projected_areas
+from brushgs.values.sh import C0, sh_basis
+
+SPACES = ("lab", "linear", "srgb")
+
+
+def scene(num=4000, degree=0, dtype=np.float32, seed=0):
+    rng = np.random.default_rng(seed)
+    base = rng.beta(2, 2, size=(num, 3)) @ np.array([[0.7, 0.1, 0.1], [0.2, 0.6, 0.1], [0.1, 0.2, 0.7]])
+    sh = rng.normal(scale=0.03, size=(num, (degree + 1) ** 2, 3))
+    sh[:, 0] = (base - 0.5) / C0
+    columns = (
+        rng.normal(size=(num, 3)),
+        rng.normal(size=(num, 4)),
+        rng.uniform(0.01, 0.1, size=(num, 3)),
+        rng.uniform(size=num),
+        sh,
+    )
+    return bg.Gaussians(*(column.astype(dtype) for column in columns))
+
+
+def painting(seed=1):
+    """A picture of four paints in uneven shares."""
+    rng = np.random.default_rng(seed)
+    paints = np.array([[0.1, 0.15, 0.45], [0.2, 0.45, 0.75], [0.85, 0.85, 0.5], [0.05, 0.05, 0.2]])
+    which = rng.choice(4, size=(60, 80), p=(0.3, 0.3, 0.15, 0.25))
+    return np.clip(paints[which] + rng.normal(0, 0.02, (60, 80, 3)), 0, 1).astype(np.float32)
+
+
+def colors(gaussians):
+    return 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64)
+
+
+def paint_weights(gaussians):
+    return gaussians.opacities * projected_areas(gaussians.scales)
+
+
+@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("weights", ["paint", "equal"])
+def test_at_full_strength_mean_and_covariance_are_the_paintings(space, weights):
+    before, palette = scene(), Palette.of_image(painting(), space=space)
+    given = np.ones(len(before)) if weights == "equal" else None
+    after = recolor(before, palette, weights=given)
+    by = paint_weights(before) if given is None else given
+    found = Palette.of_colors(colors(after), by, space=space)
+    np.testing.assert_allclose(found.mean, palette.mean, atol=1e-6)
+    np.testing.assert_allclose(found.covariance, palette.covariance, atol=1e-6)
+
+
+def test_strength_goes_evenly_from_the_scene_to_the_painting():
+    before, palette = scene(), Palette.of_image(painting(), space="srgb")
+    whole, half = recolor(before, palette), recolor(before, palette, 0.5)
+    np.testing.assert_allclose(half.sh, 0.5 * (before.sh + whole.sh), atol=1e-5)
+    assert recolor(before, palette, 0) is before
+
+
+def test_only_colours_change_and_the_dtype_stays():
+    for dtype in (np.float32, np.float64):
+        before = scene(degree=2, dtype=dtype)
+        after = recolor(before, Palette.of_image(painting()), 0.7)
+        assert after.sh.dtype == dtype
+        assert not np.array_equal(after.sh, before.sh)
+        for name in ("means", "quats", "scales", "opacities"):
+            assert np.array_equal(getattr(after, name), getattr(before, name))
+
+
+def first_order_error(space, size):
+    """Median distance of seen colours from the exactly mapped ones, with bands of `size` times the usual."""
+    before, palette = scene(degree=3, dtype=np.float64), Palette.of_image(painting(), space=space)
+    sh = before.sh.copy()
+    sh[:, 1:] *= size
+    before = bg.Gaussians(before.means, before.quats, before.scales, before.opacities, sh)
+    after = recolor(before, palette)
+    basis = sh_basis(np.array([[0.36, -0.48, 0.8]]), 3)[0]
+    seen_before = colors(before) + np.einsum("k,nkc->nc", basis[1:], before.sh[:, 1:])
+    seen_after = colors(after) + np.einsum("k,nkc->nc", basis[1:], after.sh[:, 1:])
+    own = Palette.of_colors(colors(before), paint_weights(before), space=space)
+    matrix = monge_kantorovich(own.covariance, palette.covariance)
+    there = Space(space)
+    exact = there.back((there.to(seen_before) - own.mean) @ matrix.T + palette.mean)
+    return np.median(np.abs(seen_after - exact).max(axis=1))
+
+
+@pytest.mark.parametrize("space", SPACES)
+def test_view_dependent_colours_follow_the_same_map(space):
+    whole, quarter = first_order_error(space, 1.0), first_order_error(space, 0.25)
+    if space == "srgb":  # the map is linear: the bands follow it exactly
+        assert whole < 1e-12
+    else:  # to first order: a quarter of the change leaves a sixteenth of the error
+        assert whole < 0.02
+        assert whole / quarter == pytest.approx(16, rel=0.15)
+
+
+@pytest.mark.parametrize("space", SPACES)
+def test_slopes_are_the_derivative_of_the_way_there_and_back(space):
+    rng, there = np.random.default_rng(2), Space(space)
+    before, matrix = rng.uniform(0.02, 1.2, size=(200, 3)), np.eye(3) + rng.normal(scale=0.1, size=(3, 3))
+
+    def moved(rgb):
+        return there.back(there.to(rgb) @ matrix.T)
+
+    slopes, step = there.slopes(before, moved(before), matrix), 1e-6
+    for axis in range(3):
+        shift = step * np.eye(3)[axis]
+        expected = (moved(before + shift) - moved(before - shift)) / (2 * step)
+        np.testing.assert_allclose(slopes[:, :, axis], expected, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("space", SPACES)
+def test_colours_that_no_screen_shows_come_back_unharmed(space):
+    rgb, there = np.random.default_rng(3).uniform(-1, 2, size=(1000, 3)), Space(space)
+    np.testing.assert_allclose(there.back(there.to(rgb)), rgb, atol=1e-6)
+
+
+def test_lab_is_the_lab_of_others():
+    from skimage.color import rgb2lab
+
+    rgb = np.random.default_rng(4).uniform(size=(500, 3))
+    np.testing.assert_allclose(100 * Space("lab").to(rgb), rgb2lab(rgb), atol=0.02)  # of 100; whites differ
+
+
+def test_of_all_maps_the_one_of_least_motion_is_taken():
+    # Equal covariances ask for no motion at all; a scaled one for that scaling.
+    covariance = Palette.of_image(painting()).covariance
+    np.testing.assert_allclose(monge_kantorovich(covariance, covariance), np.eye(3), atol=1e-9)
+    np.testing.assert_allclose(monge_kantorovich(covariance, 4 * covariance), 2 * np.eye(3), atol=1e-9)
+
+
+@pytest.mark.parametrize("space", SPACES)
+def test_a_scene_of_one_colour_takes_the_mean_and_stays_of_one_colour(space):
+    before = scene()
+    grey = bg.Gaussians(
+        before.means, before.quats, before.scales, before.opacities, np.full_like(before.sh, 0.1)
+    )
+    palette = Palette.of_image(painting(), space=space)
+    after = colors(recolor(grey, palette))
+    assert np.ptp(after, axis=0).max() < 1e-5
+    np.testing.assert_allclose(Space(space).to(after[:1])[0], palette.mean, atol=1e-5)
+
+
+def test_noise_of_a_grey_scene_is_stretched_no_more_than_stated():
+    before = scene()
+    noise = np.random.default_rng(5).normal(scale=1e-4, size=before.sh.shape).astype(np.float32)
+    grey = bg.Gaussians(before.means, before.quats, before.scales, before.opacities, noise)
+    after = recolor(grey, Palette.of_image(painting(), space="srgb"))
+    assert np.std(after.sh[:, 0], axis=0).max() <= 1.01 * MAX_STRETCH * np.std(noise[:, 0], axis=0).max()
+
+
+def test_a_painting_of_one_colour_paints_in_that_colour():
+    palette = Palette.of_image(np.full((4, 4, 3), (0.2, 0.4, 0.6), np.float32))
+    np.testing.assert_allclose(colors(recolor(scene(), palette)), [[0.2, 0.4, 0.6]] * 4000, atol=1e-3)
+
+
+def test_transparent_parts_of_a_painting_do_not_count():
+    opaque = painting()
+    half = np.concatenate([opaque, np.ones_like(opaque[..., :1])], axis=2)
+    half = np.concatenate([half, np.zeros_like(half)], axis=1)
+    np.testing.assert_allclose(Palette.of_image(half).mean, Palette.of_image(opaque).mean, atol=1e-6)
+
+
+def test_extreme_scenes_stay_finite():
+    before = scene(degree=3)
+    sh = before.sh.copy()
+    sh[:10] *= 1e6
+    sh[10:20] = -3.0
+    wild = bg.Gaussians(before.means, before.quats, before.scales, np.zeros_like(before.opacities), sh)
+    for space in SPACES:
+        assert np.isfinite(recolor(wild, Palette.of_image(painting(), space=space)).sh).all()
+    empty = before.take(slice(0))
+    assert len(recolor(empty, Palette.of_image(painting()))) == 0
+
+
+def test_the_result_does_not_depend_on_the_block(monkeypatch):
+    before, palette = scene(degree=1), Palette.of_image(painting())
+    whole = recolor(before, palette).sh
+    monkeypatch.setattr("brushgs.passes.color.color_map.ROWS_AT_A_TIME", 333)
+    np.testing.assert_allclose(recolor(before, palette).sh, whole, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: recolor(scene(9), Palette.of_image(painting()), 70), "for 70 % write 0.7"),
+        (lambda: recolor(scene(9), Palette.of_image(painting()), -0.1), r"strength must be in \[0, 1\]"),
+        (
+            lambda: recolor(scene(9), Palette.of_image(painting()), weights=np.ones(3)),
+            "weights must have shape",
+        ),
+        (lambda: Palette.of_image(np.ones((2, 2, 7))), "1 to 4 channels, got 7"),
+        (lambda: Palette.of_image(np.zeros((2, 2, 4))), "a weight above zero, got none"),
+        (lambda: Palette.of_image(np.zeros((0, 2, 3))), "a weight above zero, got none"),
+        (lambda: Palette.of_image(painting(), space="hsv"), "must be one of lab, linear, srgb, got 'hsv'"),
+    ],
+)
+def test_what_means_nothing_is_refused_in_a_sentence(call, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        call()

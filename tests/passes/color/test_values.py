@@ -1,0 +1,259 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.passes.color.squint import Squint, ThreeValues, lab_of, rgb_of_lab, squinted
+from brushgs.passes.color.values import KNOTS, LEAST_SLOPES, MOST_SLOPE, WARMEST, Values, fit_values
+from brushgs.values.frame import Frame
+from brushgs.values.sh import base_colors, in_colors
+from tests.passes.scenes import assert_same, random_gaussians, replaced
+
+PLAIN = Values()
+OPEN = Values((0.7, 0.7, 0.9, 1.3, 1.3, 1.3, 1.3, 1.0, 0.85, 0.7, 0.6), 8.0, 45.0)
+
+
+def smooth_noise(seed, shape=(60, 96), size=0.08):
+    """[H, W] of deviation 1, whose bumps are large enough to be seen by who squints."""
+    noise = np.random.default_rng(seed).normal(size=shape)
+    steps = [np.arange(count) for count in shape]
+    rows, columns = (np.exp(-0.5 * ((step[:, None] - step) / (size * max(shape))) ** 2) for step in steps)
+    smooth = rows @ noise @ columns.T
+    return (smooth - smooth.mean()) / smooth.std()
+
+
+def scene(middle=50.0, spread=8.0, *, tilt=0.0, chroma=15.0, seed=0):
+    """A picture of soft masses and fine marks on them, and a subject: b* grows by `tilt` per L*."""
+    light = middle + spread * smooth_noise(seed) + np.random.default_rng(seed).normal(0, 2, (60, 96))
+    light = np.clip(light, 3, 97)
+    a, b = chroma * 0.3 + 0 * light, chroma + tilt * (light - middle)
+    rgb = np.clip(rgb_of_lab(np.stack([light, a, b], axis=2).reshape(-1, 3)), 0, 1).reshape(60, 96, 3)
+    subject = np.zeros((60, 96))
+    subject[12:50, 20:76] = 1
+    return rgb, subject
+
+
+def fitted(*views, **options):
+    frames, subjects = zip(*views, strict=True)
+    return fit_values(frames, subjects, **options)
+
+
+def after(values, view):
+    return Squint.of(values.picture(view[0]), view[1])
+
+
+def test_colors_are_in_gamut_continuous_and_monotone_in_lightness_alone():
+    rgb = np.random.default_rng(0).uniform(size=(3000, 3))
+    graded = OPEN.colors(rgb)
+    assert graded.min() >= 0
+    assert graded.max() <= 1
+    before, now = lab_of(rgb)[:, 0], lab_of(graded)[:, 0]
+    asked = OPEN.lightness(before)
+    assert (now <= asked + 0.01).all()
+    assert (now >= np.minimum(before, asked) - 0.01).all()
+    greys = np.linspace(0, 1, 101)[:, None] * np.ones(3)
+    own, shown = lab_of(greys)[:, 0], lab_of(OPEN.without_warmth.colors(greys))[:, 0]
+    np.testing.assert_allclose(shown, OPEN.lightness(own), atol=0.01)
+    assert (np.diff(shown) > 0).all()
+    ramp = np.linspace(0, 1, 4001)[:, None] * (1.0, 0.5, 0.2)
+    steps = np.abs(np.diff(OPEN.colors(ramp), axis=0)).max()
+    assert steps < 8 * np.abs(np.diff(ramp, axis=0)).max()
+
+
+def test_the_curve_keeps_black_and_white_and_its_slope_within_bounds():
+    light = np.linspace(0, 100, 2001)
+    slopes = np.diff(OPEN.lightness(light)) / np.diff(light)
+    assert slopes.max() <= 1.3 + 1e-9
+    assert slopes.min() >= 0.6 - 1e-9
+    np.testing.assert_allclose(OPEN.lightness(np.array([0.0, 100.0])), [0, 100], atol=1e-9)
+    np.testing.assert_allclose(OPEN.lightness(np.array([-5.0, 140.0])), [0, 100], atol=1e-9)
+    np.testing.assert_allclose(OPEN.colors(np.array([[0.0] * 3, [1.0] * 3])), [[0] * 3, [1] * 3], atol=1e-3)
+
+
+def test_a_saturated_light_gets_no_white():
+    """Petals that a display cannot show lighter stay orange."""
+    petals = np.array([[0.95, 0.65, 0.1], [0.9, 0.55, 0.05], [0.3, 0.85, 0.3]])
+    for warmth in (0.0, 8.0):
+        before, now = lab_of(petals), lab_of(replace(OPEN, warmth=warmth).colors(petals))
+        assert (now[:, 0] > before[:, 0] - 0.01).all()
+        assert (np.hypot(*now[:, 1:].T) > 0.97 * np.hypot(*before[:, 1:].T)).all()
+
+
+def test_the_hue_of_a_strong_color_stays():
+    lab = lab_of(np.array([[0.75, 0.2, 0.15], [0.15, 0.45, 0.2], [0.2, 0.3, 0.75]]))
+    now = lab_of(replace(OPEN, warmth=0.0).colors(rgb_of_lab(lab)))
+    turn = np.arctan2(now[:, 2], now[:, 1]) - np.arctan2(lab[:, 2], lab[:, 1])
+    np.testing.assert_allclose(turn, 0, atol=1e-3)
+    chroma = np.hypot(now[:, 1], now[:, 2]) / np.hypot(lab[:, 1], lab[:, 2])
+    assert (chroma <= 1.12 + 1e-6).all()
+    assert (chroma > 0.7).all()
+
+
+def test_lights_get_warmer_and_darks_cooler_and_the_middle_stays():
+    greys = rgb_of_lab(np.array([[85.0, 0, 0], [45.0, 0, 0], [20.0, 0, 0]]))
+    values = Values(warmth=8.0, middle=45.0)
+    blue_to_yellow = lab_of(values.colors(greys))[:, 2]
+    assert blue_to_yellow[0] > 7
+    assert abs(blue_to_yellow[1]) < 0.01
+    assert blue_to_yellow[2] < -6
+    assert lab_of(values.without_warmth.colors(greys))[:, 2] == pytest.approx(0, abs=0.02)
+
+
+def test_no_strength_returns_the_strokes_themselves_and_half_of_it_lies_between():
+    strokes = random_gaussians(20)
+    assert OPEN.at(0).strokes(strokes) is strokes
+    assert PLAIN.strokes(strokes) is strokes
+    assert OPEN.strokes(strokes.take([])) is not None
+    light = np.array([30.0, 70.0])
+    half = OPEN.at(0.5)
+    np.testing.assert_allclose(half.lightness(light), (light + OPEN.lightness(light)) / 2)
+    assert half.warmth == 4
+    assert fitted(scene(spread=5), strength=0.0).are_plain
+    with pytest.raises(ValueError, match=r"values must be in \[0, 1\], got 2"):
+        OPEN.at(2)
+
+
+def test_strokes_take_the_colors_and_keep_everything_else():
+    g = np.random.default_rng(1)
+    strokes = in_colors(random_gaussians(50), g.uniform(size=(50, 3)))
+    strokes = replaced(strokes, sh=np.concatenate([strokes.sh, g.normal(size=(50, 3, 3))], axis=1))
+    graded = OPEN.strokes(strokes)
+    np.testing.assert_allclose(base_colors(graded.sh), OPEN.colors(base_colors(strokes.sh)), atol=1e-6)
+    assert_same(replaced(graded, sh=strokes.sh), strokes)
+    np.testing.assert_array_equal(graded.sh[:, 1:], strokes.sh[:, 1:])
+    order = g.permutation(50)
+    np.testing.assert_array_equal(OPEN.strokes(strokes.take(order)).sh, graded.sh[order])
+
+
+def test_colors_beyond_the_display_stay_finite():
+    strokes = in_colors(random_gaussians(3), [[-3.0, 0.5, 9.0], [1e20, -1e20, 0.0], [2.0, 2.0, 2.0]])
+    assert np.isfinite(OPEN.strokes(strokes).sh).all()
+    assert np.isfinite(OPEN.colors(np.array([[-1e300, 1e300, 0.0]]))).all()
+
+
+@pytest.mark.parametrize("middle", [35.0, 50.0, 65.0])
+def test_a_scene_of_few_values_opens(middle):
+    view = scene(middle, 9.0)
+    values = fitted(view)
+    assert Squint.of(*view).range < 33
+    assert 40 <= after(values, view).range <= 46
+    assert (np.array(values.slopes) <= MOST_SLOPE + 1e-9).all()
+    assert (np.array(values.slopes) >= LEAST_SLOPES - 1e-9).all()
+
+
+def test_a_scene_of_many_values_stays_or_closes_a_little():
+    enough, many, most = scene(50, 13.4), scene(50, 16.5), scene(50, 22)
+    assert 44 <= Squint.of(*enough).range <= 46
+    np.testing.assert_allclose(fitted(enough).slopes, 1, atol=0.01)
+    assert Squint.of(*many).range > 54
+    assert 46 <= after(fitted(many), many).range < 50
+    assert after(fitted(most), most).range == pytest.approx(Squint.of(*most).range - 10, abs=0.5)
+
+
+def test_a_range_out_of_reach_is_approached_and_bounds_hold():
+    view = scene(60, 4.0)
+    before, now = Squint.of(*view).range, after(fitted(view), view).range
+    assert 1.2 * before < now <= MOST_SLOPE * before
+
+
+def test_what_a_painter_would_not_touch_changes_little():
+    subject = np.ones((40, 60))
+    noise = np.random.default_rng(0).uniform(size=(40, 60, 1))
+    ramp = np.broadcast_to(np.linspace(0.2, 0.8, 60)[None, :, None], (40, 60, 3))
+    grey = fit_values([ramp], [subject])
+    assert abs(grey.warmth) < 0.1  # a scene without colour gets none
+    for frame in (np.full((40, 60, 3), 0.5), np.full((40, 60, 3), (0.8, 0.1, 0.1)), np.zeros((40, 60, 3))):
+        values = fit_values([frame], [subject])
+        np.testing.assert_allclose(values.picture(frame), frame, atol=2e-3)
+    flat = 0.5 + 0.02 * noise * np.ones(3)
+    np.testing.assert_allclose(fit_values([flat], [subject]).picture(flat), flat, atol=0.03)
+
+
+def test_no_frames_and_no_subject_give_plain_values():
+    rgb, subject = scene(spread=5)
+    assert fit_values([], []).are_plain
+    assert fit_values([rgb], [0 * subject]).are_plain
+    one = np.zeros((60, 96))
+    one[3, 3] = 1
+    assert fit_values([rgb], [one]).are_plain
+    assert fit_values([np.zeros((1, 1, 3))], [np.ones((1, 1))]).are_plain
+    assert np.isfinite(fit_values([rgb[:4, :5]], [subject[:4, :5] + 1]).slopes).all()
+    assert np.isfinite(fit_values([9 * rgb - 4], [subject]).slopes).all()
+
+
+def test_lights_without_temperature_get_the_warmth_of_paintings():
+    view = scene(50, 13)
+    assert abs(Squint.of(*view).warmth.lights) < 0.5
+    assert 5 <= after(fitted(view), view).warmth.lights <= 12
+
+
+def test_a_temperature_that_a_scene_clearly_has_keeps_its_sign():
+    warm, cool, cold = (scene(50, 13, tilt=tilt) for tilt in (0.5, -0.15, -0.5))
+    assert Squint.of(*warm).warmth.lights > WARMEST + 1
+    for view, sign in ((warm, 1), (cold, -1)):
+        plain = Frame(view[0] * view[1][..., None], view[1])
+        kept = fitted(view, before=[plain]).warmth  # it has enough of its own
+        assert kept == pytest.approx(0, abs=0.2)
+        found = sign * after(fitted(view), view).warmth.lights  # or by the light
+        assert found == pytest.approx(WARMEST, abs=0.3)
+    assert fitted(cool).warmth < 0
+    assert -12 <= after(fitted(cool), cool).warmth.lights <= -5
+
+
+def test_a_temperature_that_is_not_clear_becomes_warm_lights():
+    rgb, subject = scene(50, 13)
+    hues = lab_of(rgb.reshape(-1, 3))
+    hues[:, 2] += np.random.default_rng(5).normal(0, 15, len(hues)) - 0.15 * (hues[:, 0] - 50)
+    mixed = np.clip(rgb_of_lab(hues), 0, 1).reshape(rgb.shape), subject
+    assert Squint.of(*mixed).warmth.lights < -3
+    assert -0.35 < Squint.of(*mixed).warmth.correlation < -0.05
+    assert fitted(mixed).warmth > 0
+
+
+def test_values_are_those_of_all_views_in_any_order():
+    views = [scene(50, 8), scene(45, 10, seed=1), scene(55, 12, seed=2)]
+    values, turned = fitted(*views), fitted(*views[::-1])
+    np.testing.assert_allclose(values.slopes, turned.slopes, atol=1e-9)
+    assert values.warmth == pytest.approx(turned.warmth, abs=1e-9)
+    assert 40 <= np.mean([after(values, view).range for view in views]) <= 48
+    assert values == fitted(*views)
+
+
+def test_large_pictures_give_the_values_of_their_small_ones():
+    rgb, subject = scene(50, 9)
+    large = rgb.repeat(5, axis=0).repeat(5, axis=1), subject.repeat(5, axis=0).repeat(5, axis=1)
+    np.testing.assert_allclose(fitted(large).slopes, fitted((rgb, subject)).slopes, atol=0.06)
+
+
+def test_three_values_are_medians_of_lights_darks_and_ground():
+    light = np.full((40, 60), 70.0)
+    light[10:30, 10:30], light[10:30, 30:50] = 20.0, 50.0
+    subject = (light < 60).astype(float)
+    rgb = np.clip(rgb_of_lab(np.stack([light, 0 * light, 0 * light], axis=2).reshape(-1, 3)), 0, 1)
+    found = Squint.of(rgb.reshape(40, 60, 3), subject).three_values
+    np.testing.assert_allclose(found, (50, 20, 70), atol=0.01)
+    alone = Squint.of(rgb.reshape(40, 60, 3), np.ones_like(subject)).three_values
+    assert alone.ground is None
+    assert Squint.of(rgb.reshape(40, 60, 3), 0 * subject).three_values == ThreeValues(
+        None, None, pytest.approx(70, abs=0.01)
+    )
+
+
+def test_a_squint_keeps_a_flat_map_to_its_border():
+    np.testing.assert_allclose(squinted(np.full((2, 30, 50), 7.0)), 7)
+
+
+def test_wrong_values_and_pictures_are_refused():
+    rgb, subject = scene()
+    with pytest.raises(ValueError, match="one subject per frame, got 0 and 1"):
+        fit_values([rgb], [])
+    with pytest.raises(ValueError, match="subject must have shape"):
+        fit_values([rgb], [subject[:-1]])
+    with pytest.raises(ValueError, match="there must be 11 slopes, got 2"):
+        Values((1.0, 1.0))
+    with pytest.raises(ValueError, match=r"slopes must be 0\.5 to 1\.6"):
+        Values((1.7, *[1.0] * (len(KNOTS) - 1)))
+    with pytest.raises(ValueError, match="must lead from 0 to 100, got 102 at its end"):
+        Values((1.0, 1.2, *[1.0] * (len(KNOTS) - 2)))
+    with pytest.raises(ValueError, match="must have pixels"):
+        Squint.of(np.zeros((0, 4, 3)), np.zeros((0, 4)))

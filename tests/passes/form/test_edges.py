@@ -1,0 +1,183 @@
+"""Lost and found edges: soft where values meet, crisp in the focus, and nothing else changes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.passes.form.edges import Around, find_edges, soften_edges
+from brushgs.rendering.options import RenderOptions, render_with
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0, base_colors
+from tests.outline import hardness_of
+from tests.passes.scenes import assert_same
+
+VIEW = Camera.look_at((0, 0, -4), (0, 0, 0), width=320, height=240)
+VIEWS = [VIEW] + [Camera.look_at((x, 0, -4), (0, 0, 0), width=320, height=240) for x in (-0.6, 0.6)]
+GREY, NEAR, WHITE = 0.45, 0.12, 0.9
+
+
+def discs(means, normals, size, colors):
+    """Flat strokes that face along normals."""
+    w = 1 + normals[:, 2]
+    quats = np.stack([w, -normals[:, 1], normals[:, 0], 0 * w], axis=1)
+    quats[w < 1e-6] = 0, 1, 0, 0
+    scales = np.tile(size * np.array([1.0, 0.6, 0.05]), (len(means), 1))
+    sh = ((colors - 0.5) / C0)[:, None, None] * np.ones(3)
+    return Gaussians(means, quats, scales, np.full(len(means), 0.95), sh)
+
+
+def ball(count=1500):
+    """A grey sphere of radius 1: strokes all over it."""
+    steps = np.arange(count) + 0.5
+    z, turn = 1 - 2 * steps / count, steps * np.pi * (3 - 5**0.5)
+    radius = np.sqrt(1 - z * z)
+    normals = np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
+    return discs(normals, normals, 0.07, np.full(count, GREY))
+
+
+def wall():
+    """Behind the ball: near its value to the left, white to the right."""
+    x, y = (v.ravel() for v in np.meshgrid(np.linspace(-6, 6, 49), np.linspace(-5, 5, 41)))
+    means = np.stack([x, y, np.full(len(x), 3.0)], axis=1)
+    towards = np.tile([0.0, 0.0, -1.0], (len(x), 1))
+    return discs(means, towards, 0.2, np.where(x < 0, GREY + NEAR, WHITE))
+
+
+BALL, WALL = ball(), wall()
+AROUND = Around(WALL)
+
+
+def flat_picture(*coats):
+    brush = StrokeTexture.open("flat")
+    options, rgb = RenderOptions.of(brush), np.full((VIEW.height, VIEW.width, 3), 0.5)
+    for coat in coats:
+        rgb = render_with(coat, VIEW, brush, options).over(rgb)
+    return rgb
+
+
+def at_rim(side):
+    """Strokes at the outline of the ball, to the left (-1) or right (1)."""
+    return (np.abs(BALL.means[:, 2] + 0.25) < 0.15) & (side * BALL.means[:, 0] > 0.7)
+
+
+@pytest.fixture(scope="module")
+def edges():
+    return find_edges(BALL, VIEWS, AROUND, focus=BALL.means[:, 0])
+
+
+def test_edges_are_lost_where_values_meet_and_found_where_they_differ_in_the_focus(edges):
+    assert np.median(edges.lost[at_rim(-1)]) > 0.4 > 10 * np.median(edges.lost[at_rim(1)])
+    assert np.median(edges.found[at_rim(1)]) > 0.4 > 10 * np.median(edges.found[at_rim(-1)])
+
+
+def test_strokes_inside_the_outline_stay_as_they_are(edges):
+    inside = (BALL.means[:, 2] < 0) & (np.hypot(BALL.means[:, 0], BALL.means[:, 1]) < 0.5)
+    assert inside.sum() > 80
+    assert_same(soften_edges(BALL, edges).take(inside), BALL.take(inside))
+
+
+def test_lost_strokes_let_through_are_longer_along_the_outline_and_take_of_what_is_behind(edges):
+    soft, rim = soften_edges(BALL, edges), at_rim(-1)
+    assert np.median(soft.opacities[rim] / BALL.opacities[rim]) < 0.6
+    grown = soft.scales[rim] / BALL.scales[rim]
+    assert grown.min() >= 1.0
+    assert 1.1 < np.median(grown.max(axis=1)) < 1.31
+    colors = base_colors(soft.sh)[rim]
+    assert colors.min() > GREY - 1e-6
+    assert GREY + NEAR / 4 < np.median(colors) < colors.max() < GREY + NEAR
+    found = at_rim(1)
+    assert np.median((soft.scales[found] / BALL.scales[found]).min(axis=1)) < 0.95
+    assert np.median(soft.opacities[found] / BALL.opacities[found]) > 0.95
+
+
+def test_the_shade_is_lost_before_the_light():
+    away = Around(None, (WHITE,) * 3)
+    edges = find_edges(BALL, VIEWS, away, light=BALL.means[:, 0], focus=np.ones(len(BALL)))
+    assert edges.lost[at_rim(-1)].mean() > 0.3 > 3 * edges.lost[at_rim(1)].mean()
+
+
+def test_where_an_outline_is_lost_already_more_is_found_and_no_more_lost(edges):
+    same = find_edges(BALL, VIEWS, Around(None, (GREY + 0.02,) * 3), focus=BALL.means[:, 0])
+    assert same.lost.max() < 0.3 < edges.lost.max()
+    assert same.found.sum() > 1.5 * edges.found.sum()
+    apart = soften_edges(BALL, same)
+    assert base_colors(apart.sh).min() < GREY - 0.01
+    assert (apart.opacities > BALL.opacities).sum() > 30
+
+
+def test_more_of_a_painted_outline_is_lost():
+    around = Around(None, (WHITE,) * 3)
+    alpha = render_with(BALL, VIEW, kernel := StrokeTexture.open("gaussian"), RenderOptions.of(kernel)).alpha
+    white = replace(WALL, sh=np.full_like(WALL.sh, (WHITE - 0.5) / C0))
+    soft = soften_edges(BALL, find_edges(BALL, VIEWS, around, light=BALL.means[:, 0]))
+    empty = flat_picture(white)
+    before, after = (hardness_of(flat_picture(white, one), empty, alpha) for one in (BALL, soft))
+    assert before.lost.mean() < 0.05
+    assert 0.12 < after.lost.mean() < 0.6
+    middle = VIEW.width / 2
+    assert (after.columns[after.lost] < middle).mean() > 0.7
+
+
+def test_number_order_and_what_is_not_of_edges_stay(edges):
+    one = replace(BALL, brushes=np.arange(len(BALL), dtype=np.uint8), antialiased=True)
+    soft = soften_edges(one, edges, 0.5)
+    for name in ("means", "quats", "brushes"):
+        np.testing.assert_array_equal(getattr(soft, name), getattr(one, name))
+    assert soft.antialiased
+
+
+def test_strength_is_how_much_is_done(edges):
+    assert soften_edges(BALL, edges, 0) is BALL
+    half, full = soften_edges(BALL, edges, 0.5), soften_edges(BALL, edges)
+    rim = at_rim(-1)
+    assert full.opacities[rim].mean() < half.opacities[rim].mean() < BALL.opacities[rim].mean()
+    for strength in (-0.1, 1.1, np.nan):
+        with pytest.raises(ValueError, match="strength must be in"):
+            soften_edges(BALL, edges, strength)
+    with pytest.raises(ValueError, match="lost must have shape"):
+        soften_edges(BALL.take(slice(5)), edges)
+
+
+def test_without_views_or_outline_strokes_stay():
+    assert find_edges(BALL, [], AROUND) is None
+    assert find_edges(BALL.take(slice(0)), VIEWS, AROUND) is None
+    away = Camera.look_at((0, 0, -4), (0, 0, -8), width=320, height=240)
+    assert find_edges(BALL, [away], AROUND) is None
+    assert find_edges(BALL, [Camera.look_at((0, 0, -4), (0, 0, 0), width=400, height=8)], AROUND) is None
+    assert soften_edges(BALL, None) is BALL
+
+
+def test_a_ground_is_neither_lost_nor_found():
+    edges = find_edges(BALL, VIEWS, AROUND, subject=np.zeros(len(BALL), bool))
+    assert edges.near.any()
+    assert max(edges.lost.max(), edges.found.max()) == 0
+
+
+def test_edges_do_not_depend_on_the_order_of_strokes(edges):
+    rows = np.random.default_rng(1).permutation(len(BALL))
+    mixed = BALL.take(rows)
+    others = find_edges(mixed, VIEWS, AROUND, focus=mixed.means[:, 0])
+    for name in ("lost", "found", "behind"):
+        np.testing.assert_allclose(getattr(others, name), getattr(edges, name)[rows], atol=1e-6)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_extreme_strokes_stay_finite(dtype):
+    few = BALL.take(slice(0, None, 40))
+    cases = [
+        few.take(slice(1)),
+        replace(few, means=np.zeros_like(few.means)),
+        replace(few, scales=np.zeros_like(few.scales)),
+        replace(few, scales=np.where(np.arange(len(few))[:, None] % 7, few.scales, 1e20)),
+        replace(few, sh=40 * few.sh + 30),
+        replace(few, opacities=np.zeros(len(few))),
+        replace(few, means=few.means * 1e15),
+    ]
+    for case in cases:
+        case = case.astype(dtype)
+        soft = soften_edges(case, find_edges(case, VIEWS, AROUND))
+        assert len(soft) == len(case)
+        assert soft.means.dtype == dtype

@@ -1,0 +1,98 @@
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from brushgs.core.native import core as _core
+from brushgs.passes.form import gaps
+from brushgs.passes.form.gaps import CURLED, PLANE, growth
+from brushgs.passes.reduce.merge import merge_clusters
+from tests.passes.scenes import covariances, random_gaussians, replaced
+
+
+def discs(means, size, *, opacity=1.0):
+    """Columns of discs whose normal is z."""
+    num = len(means)
+    axes = np.tile(np.eye(3)[:, [2, 0, 1]], (num, 1, 1))
+    return means, np.tile([0.1 * size, size, size], (num, 1)), axes, np.full(num, opacity)
+
+
+def lattice(side=12):
+    x, y = np.meshgrid(np.arange(side) * 1.0, np.arange(side) * 1.0)
+    return np.stack([x.ravel(), y.ravel(), np.zeros(side * side)], axis=1)
+
+
+def test_strokes_of_a_single_layer_grow_and_those_of_several_do_not():
+    places, size = lattice(), 0.34
+    found = growth(*discs(places, size))
+    assert np.median(found) == pytest.approx(PLANE)
+    assert found.min() == pytest.approx(0.75 * PLANE)  # a corner has three neighbours
+    layers = np.concatenate([places, places + np.array([0.5, 0.5, 0.1]), places + np.array([0, 0, 0.2])])
+    found = growth(*discs(layers, size))
+    assert found[:144].max() == found[288:].max() == np.median(found) == 0  # the middle layer has an edge
+
+
+def test_faint_strokes_and_those_without_neighbours_do_not_grow():
+    assert growth(*discs(lattice(), 0.34, opacity=0.3)).max() == 0
+    assert growth(*discs(100 * lattice(), 0.34)).max() == 0
+
+
+def test_what_curls_grows_less_than_a_plane():
+    x, y = lattice(12)[:, :2].T
+    turn = x + y  # radians between neighbours
+    means, scales, axes, opacities = discs(lattice(), 0.34)
+    c, s, zero = np.cos(turn), np.sin(turn), np.zeros(len(turn))
+    axes = np.stack(
+        [np.stack([s, zero, c], 1), np.stack([c, zero, -s], 1), np.tile([0, 1.0, 0], (144, 1))], 2
+    )
+    assert growth(means, scales, axes, opacities).max() <= CURLED + 1e-12
+
+
+@pytest.mark.parametrize("unit", [2.0**-40, 1.0, 2.0**40])
+def test_growth_does_not_depend_on_unit_place_order_or_blocks(monkeypatch, unit):
+    random = np.random.default_rng(0)
+    means, scales, axes, opacities = discs(lattice() + 0.1 * random.normal(size=(144, 3)), 0.4)
+    expected = growth(means, scales, axes, opacities)
+    assert 0 < expected.mean() < PLANE
+    monkeypatch.setattr(gaps, "ROWS_AT_A_TIME", 7)
+    shuffle = random.permutation(144)
+    found = growth((means * unit)[shuffle], (scales * unit)[shuffle], axes[shuffle], opacities[shuffle])
+    np.testing.assert_allclose(found, expected[shuffle], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 3])
+@pytest.mark.parametrize("size", [0.0, 1e-300, 1.0, 1e150])
+@pytest.mark.parametrize("spread", [0.0, 1e-300, 1.0, 1e150])
+def test_growth_is_finite_whatever_the_strokes(count, size, spread):
+    means, scales, axes, opacities = discs(spread * lattice(2)[:count], size)
+    scales = scales * np.array([0.0, 1e-9, 1.0])  # needles
+    found = growth(means, scales, axes, opacities)
+    assert found.shape == (count,)
+    assert ((found >= 0) & (found <= PLANE)).all()
+
+
+def test_merging_without_an_overlap_grows_a_layer_and_with_one_does_not():
+    flat = random_gaussians(1200)
+    places = np.stack([*np.random.default_rng(0).uniform(-1, 1, (2, 1200)), np.zeros(1200)], axis=1)
+    flat = replaced(flat, means=places, scales=np.full((1200, 3), 0.04), opacities=np.full(1200, 0.97))
+    labels = (np.floor(3 * places[:, 0]) * 10 + np.floor(3 * places[:, 1])).astype(int)
+    given, grown = merge_clusters(flat, labels, overlap=1.35), merge_clusters(flat, labels)
+    more = np.sqrt(
+        np.linalg.det(covariances(grown)[:, :2, :2]) / np.linalg.det(covariances(given)[:, :2, :2])
+    )
+    assert more.min() > 1.3
+    np.testing.assert_array_equal(grown.opacities, given.opacities)
+
+
+@pytest.mark.parametrize("num_threads", [1, 3])
+def test_neighbours_are_those_of_scipy(num_threads):
+    points = np.random.default_rng(0).normal(size=(3000, 3))
+    rows = np.empty((3000, 12), dtype=np.int32)
+    _core.neighbors(points, rows, num_threads)
+    np.testing.assert_array_equal(rows, cKDTree(points).query(points, 13)[1][:, 1:])
+
+
+def test_equally_near_neighbours_come_by_row_and_none_is_the_point_itself():
+    rows = np.empty((40, 16), dtype=np.int32)
+    _core.neighbors(np.ones((40, 3)), rows, 1)
+    for row, found in enumerate(rows):
+        np.testing.assert_array_equal(found, [other for other in range(17) if other != row][:16])

@@ -1,0 +1,101 @@
+"""Strokes follow the guides near them, whatever the surface says, and the surface elsewhere."""
+
+import json
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.io.guides.guide_file import Guides
+from brushgs.options.direction import Direction
+from tests.passes.form.planks import aspects, long_axes, planks, surface
+from tests.passes.scenes import assert_same, covariances, replaced
+
+
+def line(*points, reach=None):
+    points = np.array(points, dtype=float)
+    return Guides(points[:-1], points[1:], reach)
+
+
+def test_strokes_follow_a_guide_within_its_reach_and_the_planks_beyond():
+    strokes, gaussians = planks(num_strokes=600)
+    after = bg.orient(strokes, gaussians, line([0, -1, 0], [0, 1, 0], reach=0.4))
+    axes, away = np.abs(long_axes(after)), np.abs(strokes.means[:, 0])
+    assert np.quantile(axes[away < 0.12, 1], 0.1) > np.cos(np.radians(15))
+    assert np.quantile(axes[away > 0.7, 0], 0.1) > np.cos(np.radians(20))
+    form = bg.orient(strokes, gaussians)
+    far = away > 0.9 - 0.1  # smoothing carries a guide on, ever less
+    np.testing.assert_allclose(covariances(after)[far], covariances(form)[far], atol=0.1 * 0.1**2)
+
+
+def test_strokes_point_where_the_guide_was_drawn_to():
+    strokes, gaussians = planks()
+    for end in (1.0, -1.0):
+        after = bg.orient(strokes, gaussians, line([-end, 0, 0], [end, 0, 0], reach=2.0))
+        assert (np.sign(long_axes(after)[:, 0]) == end).all()
+
+
+def test_a_guide_turns_slender_strokes_but_not_the_thinnest():
+    uv = np.random.default_rng(0).uniform(-1, 1, (400, 2))
+    grey = np.full((400, 3), 0.5)
+    guide = line([0, -1, 0], [0, 1, 0], reach=10.0)
+    for aspect, is_turned in ((2.5, True), (8.0, False)):
+        strokes = surface(uv, grey, 0.05, aspect=aspect)
+        after = bg.orient(strokes, strokes, guide)
+        assert (np.abs(long_axes(after)[:, 1]) > 0.9).all() == is_turned
+        assert is_turned or np.array_equal(aspects(after), aspects(strokes))
+
+
+def test_a_guide_at_right_angles_to_the_surface_says_nothing():
+    strokes, gaussians = planks()
+    after = bg.orient(strokes, gaussians, line([0, 0, -1], [0, 0, 1], reach=10.0))
+    assert np.quantile(np.abs(long_axes(after)[:, 0]), 0.1) > np.cos(np.radians(20))
+
+
+def test_a_bent_guide_is_followed_around_the_bend():
+    strokes, gaussians = planks(num_strokes=900, color=lambda uv: np.full((len(uv), 3), 0.5))
+    turns = np.linspace(0, 2 * np.pi, 60)
+    circle = line(*np.stack([0.6 * np.cos(turns), 0.6 * np.sin(turns), 0 * turns], axis=1), reach=0.3)
+    after = bg.orient(strokes, gaussians, circle)
+    x, y = strokes.means[:, :2].T
+    on = np.abs(np.hypot(x, y) - 0.6) < 0.1
+    around = np.stack([-y, x], axis=1) / np.hypot(x, y)[:, None]
+    along = np.einsum("ni,ni->n", long_axes(after)[:, :2], around)[on]
+    assert np.quantile(along, 0.1) > np.cos(np.radians(20))
+
+
+def test_the_default_reach_is_a_share_of_the_scene():
+    strokes, gaussians = planks()
+    guide = line([0, -1, 0], [0, 1, 0])
+
+    def larger(some):
+        return replaced(some, means=some.means * 64, scales=some.scales * 64)
+
+    expected = covariances(bg.orient(strokes, gaussians, guide))
+    found = bg.orient(larger(strokes), larger(gaussians), Guides(guide.starts * 64, guide.ends * 64))
+    np.testing.assert_allclose(covariances(found) / 64**2, expected, rtol=1e-7, atol=1e-12)
+    assert not np.allclose(covariances(bg.orient(strokes, gaussians)), expected)
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])
+def test_guides_far_from_all_strokes_change_nothing(scale):
+    strokes, gaussians = planks(500, 50)
+    guide = line([1e6, 0, 0], [1e6 + scale, 0, 0], [1e6 + scale, scale, 0], reach=1.0)
+    assert_same(bg.orient(strokes, gaussians, guide), bg.orient(strokes, gaussians))
+
+
+def test_a_direction_names_the_file(tmp_path):
+    path = tmp_path / "guides.json"
+    path.write_text(json.dumps({"reach": 0.4, "guides": [[[0, -1, 0], [0, 1, 0]]]}))
+    strokes, gaussians = planks()
+    expected = bg.orient(strokes, gaussians, line([0, -1, 0], [0, 1, 0], reach=0.4))
+    for field in (f"guides:{path}", Direction("guides", path)):
+        assert_same(bg.orient(strokes, gaussians, field), expected)
+
+
+def test_few_strokes_follow_guides_too():
+    strokes, gaussians = planks(500, 2)
+    guide = line([-1, -1, 0], [1, 1, 0], reach=10.0)
+    for count in (0, 1, 2):
+        axes = long_axes(bg.orient(strokes.take(slice(count)), gaussians, guide))
+        np.testing.assert_allclose(axes @ np.sqrt([0.5, 0.5, 0]), 1, atol=0.02)

@@ -1,0 +1,211 @@
+"""Strokes run along what they depict, and nothing else about them changes."""
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.core.threads import at_most
+from brushgs.io.guides.guide_file import Guides
+from brushgs.passes.form import planes
+from brushgs.passes.form.mark_directions import Marks
+from brushgs.passes.form.orient import ASPECT
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import quats_of, rotation_matrices
+from tests.passes.form.planks import aspects, boards, long_axes, planks, surface, turned_frame
+from tests.passes.scenes import assert_same, covariances, random_gaussians, replaced
+
+
+@pytest.mark.parametrize("field", ["form", "colour"])
+def test_strokes_on_planks_run_along_them(field):
+    frame = turned_frame()
+    strokes, gaussians = planks(frame=frame)
+    before = np.abs(long_axes(strokes) @ frame[:, 0])
+    after = bg.orient(strokes, gaussians, field)
+    along = np.abs(long_axes(after) @ frame[:, 0])
+    assert np.median(before) < 0.8
+    assert np.quantile(along, 0.05) > np.cos(np.radians(20))
+    assert np.median(along) > np.cos(np.radians(8))
+    assert np.median(aspects(after)) > 1.8
+    assert aspects(after).max() <= ASPECT + 1e-9
+
+
+def test_strokes_run_along_a_column_of_one_colour_which_bends_around():
+    random = np.random.default_rng(0)
+
+    def column(num, size, aspect, angles):
+        turn, height = random.uniform(0, 2 * np.pi, num), random.uniform(-2, 2, num)
+        flat = surface(np.zeros((num, 2)), np.full((num, 3), 0.5), size, aspect=aspect, angles=angles)
+        c, s, o = np.cos(turn), np.sin(turn), np.zeros(num)
+        frames = np.array([[-s, o, c], [c, o, s], [o, o + 1, o]]).transpose(2, 0, 1)  # around, up, outward
+        rotations = frames @ rotation_matrices(flat.quats)
+        return replaced(flat, means=np.stack([c, s, height], axis=1), quats=quats_of(rotations))
+
+    strokes = column(400, 0.15, 1.05, random.uniform(0, np.pi, 400))
+    after = bg.orient(strokes, column(5000, 0.04, 1.0, 0.0))
+    up = np.abs(long_axes(after)[np.abs(strokes.means[:, 2]) < 1.6, 2])
+    assert np.quantile(up, 0.1) > np.cos(np.radians(20))
+
+
+def test_place_normal_thickness_area_opacity_and_colour_stay():
+    strokes, gaussians = planks(frame=turned_frame(), dtype=np.float32)
+    after = bg.orient(strokes, gaussians)
+    for name in ("means", "opacities", "sh"):
+        np.testing.assert_array_equal(getattr(after, name), getattr(strokes, name))
+    thin = np.sort(after.scales, axis=1), np.sort(strokes.scales, axis=1)
+    np.testing.assert_array_equal(thin[0][:, 0], thin[1][:, 0])
+    np.testing.assert_allclose(*(scales[:, 1] * scales[:, 2] for scales in thin), rtol=1e-5)
+    normals = [rotation_matrices(some.quats)[:, :, 2] for some in (strokes, after)]
+    np.testing.assert_allclose(np.abs(np.einsum("ni,ni->n", *normals)), 1, rtol=1e-6)
+    assert after.means.dtype == after.quats.dtype == after.scales.dtype == np.float32
+    np.testing.assert_allclose(np.linalg.norm(after.quats, axis=1), 1, rtol=1e-5)
+
+
+def test_own_is_the_input_itself():
+    strokes, gaussians = planks()
+    assert bg.orient(strokes, gaussians, "own") is strokes
+
+
+def test_slender_strokes_keep_their_axes_and_are_followed():
+    random = np.random.default_rng(1)
+    uv = random.uniform(-1, 1, (600, 2))
+    grey = np.full((600, 3), 0.5)
+    aspect = np.where(np.arange(600) % 2, 3.0, 1.05)
+    strokes = surface(
+        uv, grey, 0.05, aspect=aspect, angles=np.where(aspect > 2, 0.4, random.uniform(0, 3, 600))
+    )
+    after = bg.orient(strokes, strokes)
+    slender = aspect > 2
+    np.testing.assert_allclose(
+        covariances(after)[slender], covariances(strokes)[slender], rtol=1e-9, atol=1e-15
+    )
+    axes = long_axes(after)[~slender]
+    assert np.quantile(np.abs(axes @ [np.cos(0.4), np.sin(0.4), 0]), 0.1) > 0.95
+
+
+def test_on_a_flat_plane_of_one_colour_strokes_stay_as_they_are():
+    strokes, gaussians = planks(color=lambda uv: np.full((len(uv), 3), 0.5))
+    after = bg.orient(strokes, gaussians, "colour")
+    np.testing.assert_allclose(covariances(after), covariances(strokes), rtol=1e-9, atol=1e-12)
+
+
+def test_balls_stay_balls():
+    strokes, gaussians = planks()
+    size = np.full_like(strokes.scales, 0.1)
+    after = bg.orient(replaced(strokes, scales=size), gaussians)
+    np.testing.assert_allclose(after.scales, size, rtol=1e-12)
+
+
+def test_shapes_change_without_a_jump():
+    """From round to slender, across the planks: finer steps of the aspect, finer ones of the shape."""
+    strokes, gaussians = planks(500, 20)
+    uv = strokes.means[:, :2]
+
+    def largest_step(num_steps):
+        shapes = [
+            covariances(bg.orient(surface(uv, boards(uv), 0.1, aspect=aspect, angles=1.3), gaussians))
+            / 0.1**2
+            for aspect in np.linspace(1, 2, num_steps + 1)
+        ]
+        return np.abs(np.diff(shapes, axis=0)).max()
+
+    assert largest_step(400) < 0.35 * largest_step(100)
+
+
+def test_neighbours_point_the_same_way():
+    strokes, gaussians = planks(frame=turned_frame(5))
+    axes = long_axes(bg.orient(strokes, gaussians))
+    assert np.abs(np.sign(axes @ turned_frame(5)[:, 0]).sum()) == len(axes)
+
+
+@pytest.mark.parametrize("field", ["form", "colour"])
+def test_order_of_rows_unit_and_place_do_not_matter(field):
+    strokes, gaussians = planks(frame=turned_frame())
+    expected = covariances(bg.orient(strokes, gaussians, field))
+    random = np.random.default_rng(2)
+    first, second = random.permutation(len(strokes)), random.permutation(len(gaussians))
+    for unit, shift in ((1.0, 0.0), (2.0**-13, 0.0), (2.0**13, 0.0), (1.0, 1024.0)):
+
+        def moved(some, unit=unit, shift=shift):
+            return replaced(some, means=some.means * unit + shift, scales=some.scales * unit)
+
+        after = bg.orient(moved(strokes).take(first), moved(gaussians).take(second), field)
+        np.testing.assert_allclose(
+            covariances(after), expected[first] * unit**2, rtol=1e-6, atol=1e-9 * unit**2
+        )
+
+
+def test_the_number_of_threads_changes_no_bit():
+    strokes, gaussians = planks(20_000, 2000)
+    results = []
+    for threads in (1, 3):
+        with at_most(threads):
+            results.append(bg.orient(strokes, gaussians))
+    assert_same(*results)
+
+
+def test_blocks_of_rows_change_no_bit(monkeypatch):
+    strokes, gaussians = planks()
+    expected = bg.orient(strokes, gaussians)
+    monkeypatch.setattr(planes, "ROWS_AT_A_TIME", 7)
+    assert_same(bg.orient(strokes, gaussians), expected)
+
+
+def test_an_unknown_field_is_refused():
+    strokes, gaussians = planks(100, 20)
+    with pytest.raises(ValueError, match=r"direction must be own, form, colour, .* got 'shape'"):
+        bg.orient(strokes, gaussians, "shape")
+
+
+def strange_strokes():
+    """Strokes that have no plane, no size, no distance from each other, or far too much of it."""
+    scene = random_gaussians(60, size=0.1)
+    rows = np.arange(60)
+    one = np.ones((60, 3))
+    needles = scene.scales * [1e7, 1, 1]
+    line = np.stack([rows * 0.1, 0 * rows, 0 * rows], axis=1)
+    return {
+        "none": scene.take(slice(0)),
+        "one": scene.take(slice(1)),
+        "two": scene.take(slice(2)),
+        "equal places": replaced(scene, means=0 * scene.means + 5),
+        "needles": replaced(scene, scales=needles),
+        "discs": replaced(scene, scales=scene.scales * [1, 1, 0]),
+        "lines": replaced(scene, scales=scene.scales * [1, 0, 0]),
+        "points": replaced(scene, scales=0 * scene.scales),
+        "balls": replaced(scene, scales=0.1 * one),
+        "a row": replaced(scene, means=line),
+        "a plane": replaced(scene, means=scene.means * [1, 1, 0], sh=0 * scene.sh),
+        "transparent": replaced(scene, opacities=0 * scene.opacities),
+        "tiny": replaced(scene, means=scene.means * 1e-4, scales=scene.scales * 1e-4),
+        "huge": replaced(scene, means=scene.means * 1e4, scales=scene.scales * 1e4),
+        "the smallest": replaced(scene, means=scene.means * 1e-37, scales=scene.scales * 1e-37),
+        "the largest": replaced(scene, means=scene.means * 1e36, scales=scene.scales * 1e36),
+        "an outlier": replaced(scene, means=scene.means + 1e30 * (rows[:, None] == 7)),
+    }
+
+
+WAVES = np.sin(np.add.outer(np.arange(40), 2 * np.arange(50)))[:, :, None] / 2 + 0.5
+STRANGE_FIELDS = {
+    "form": "form",
+    "colour": "colour",
+    "guides": Guides(np.zeros((1, 3)), np.ones((1, 3)), 2.0),
+    "marks": Marks.of_image(WAVES, bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=50, height=40)),
+}
+
+
+@pytest.mark.parametrize("name", strange_strokes())
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("field", STRANGE_FIELDS)
+def test_strange_strokes_come_out_finite_and_of_their_area(name, dtype, field):
+    strokes = strange_strokes()[name].astype(dtype)
+    keeps_from = 2.2001 if isinstance(STRANGE_FIELDS[field], str) else 6.0001
+    for gaussians in (strokes, strokes.take(slice(1)), strokes.take(slice(0))):
+        after = bg.orient(strokes, gaussians, STRANGE_FIELDS[field])
+        assert isinstance(after, Gaussians)  # finite, by its own checks
+        assert len(after) == len(strokes)
+        old, new = (np.sort(some.scales.astype(np.float64), axis=1) for some in (strokes, after))
+        np.testing.assert_array_equal(new[:, 0], old[:, 0])
+        products = np.sqrt(new[:, 1]) * np.sqrt(new[:, 2]), np.sqrt(old[:, 1]) * np.sqrt(old[:, 2])
+        np.testing.assert_allclose(*products, rtol=1e-5)
+        is_long = old[:, 2] > keeps_from * old[:, 1]
+        np.testing.assert_array_equal(after.scales[is_long], strokes.scales[is_long])

@@ -1,0 +1,92 @@
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.passes.form.coverage import Coverage
+from tests.passes.scenes import random_gaussians, replaced
+
+
+def layer(side=8, *, opacity=0.5, size=0.5, z=0.0):
+    """Flat round strokes on a lattice of step 1 in the plane z, grey."""
+    x, y = np.meshgrid(np.arange(side) * 1.0, np.arange(side) * 1.0)
+    n = side * side
+    return bg.Gaussians(
+        np.stack([x.ravel(), y.ravel(), np.full(n, z)], axis=1),
+        np.tile([1.0, 0, 0, 0], (n, 1)),
+        np.tile([size, size, 0.01 * size], (n, 1)),
+        np.full(n, opacity),
+        np.zeros((n, 1, 3)),
+    )
+
+
+def joined(*parts):
+    return bg.Gaussians.joined(parts)
+
+
+def paint(strokes):
+    return strokes.opacities * np.prod(np.sort(strokes.scales.astype(float), axis=1)[:, 1:], axis=1)
+
+
+def test_paint_is_kept_and_opacity_grows_to_two_coats_where_the_surface_is_closed():
+    strokes = joined(*(layer(opacity=0.6, size=1.5, z=0.001 * k) for k in range(3)))
+    solid = bg.solidify(strokes)
+    np.testing.assert_allclose(paint(solid), paint(strokes), rtol=1e-12)
+    np.testing.assert_allclose(solid.opacities[27:36], 1 - 0.4**2, atol=1e-3)
+    np.testing.assert_array_equal(solid.means, strokes.means)
+    assert bg.solidify(strokes, 0) is strokes
+    half = bg.solidify(strokes, 0.5)
+    np.testing.assert_allclose(half.opacities - 0.6, (solid.opacities - 0.6) / 2, rtol=1e-9)
+
+
+def test_haze_stays_haze_and_opaque_strokes_stay_as_they_are():
+    haze = layer(opacity=0.05, size=0.3)
+    assert bg.solidify(haze).opacities.max() < 1.2 * 0.05
+    opaque = layer(opacity=1.0)
+    solid = bg.solidify(opaque)
+    np.testing.assert_array_equal(solid.scales, opaque.scales)
+    np.testing.assert_array_equal(solid.opacities, opaque.opacities)
+
+
+@pytest.mark.parametrize("unit", [1e-4, 1e4])
+def test_solid_paint_does_not_depend_on_unit_place_or_order(unit):
+    strokes = random_gaussians(300, seed=3, size=0.3)
+    expected = bg.solidify(strokes)
+    shuffle = np.random.default_rng(0).permutation(300)
+    moved = replaced(strokes, means=unit * (strokes.means + np.arange(1, 4)), scales=unit * strokes.scales)
+    found = bg.solidify(moved.take(shuffle))
+    np.testing.assert_allclose(found.opacities, expected.opacities[shuffle], rtol=1e-7)
+    np.testing.assert_allclose(found.scales, unit * expected.scales[shuffle], rtol=1e-7)
+
+
+@pytest.mark.parametrize("num", [0, 1, 2, 3, 40])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_solid_paint_of_stiff_strokes(num, dtype):
+    strokes = random_gaussians(num, dtype=dtype)
+    for scale, opacity in ((0, 0), (0, 1), (1e30, 0.5), (1e30, 1), (1, 0)):
+        columns = {
+            "scales": np.full((num, 3), scale, dtype),
+            "opacities": np.full(num, opacity, dtype),
+            "means": np.zeros((num, 3), dtype),
+        }
+        solid = bg.solidify(replaced(strokes, **columns))  # raises where a column is not finite
+        assert len(solid) == num
+        assert solid.means.dtype == dtype
+        assert np.all(solid.opacities >= columns["opacities"])
+        np.testing.assert_allclose(paint(solid), opacity * scale**2, rtol=1e-5)
+
+
+@pytest.mark.parametrize("strength", [-0.1, 1.5, np.nan])
+def test_strength_out_of_range(strength):
+    with pytest.raises(ValueError, match=r"solidify: strength must be in \[0, 1\]"):
+        bg.solidify(layer(), strength)
+
+
+def test_light_passes_by_what_is_alone_and_not_through_what_is_covered():
+    strokes = joined(layer(opacity=1.0, size=1.0), layer(1, opacity=0.5, z=0.01))
+    around = Coverage.of(strokes)
+    assert around.passed(strokes.opacities)[-1] == 0  # at the corner of the lattice, in front of a stroke
+    assert Coverage.of(layer(1)).passed(np.ones(1)) == 1
+    deep = Coverage.of(joined(*(layer(2, opacity=0.1, size=9.0, z=1e-3 * k) for k in range(20))))
+    few, many = (deep.passed(np.full(80, 0.1), np.arange(1), num_others=n)[0] for n in (16, 128))
+    assert many == pytest.approx(0.9**79, rel=0.6)
+    assert few == pytest.approx(0.9**16, rel=0.1)

@@ -1,0 +1,171 @@
+"""Gaussians are found again in another moment, in whatever order."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.passes.motion.appearance import Appearance
+from brushgs.passes.motion.match import match
+from brushgs.passes.motion.matter import Matter
+from brushgs.passes.motion.recognize import UNRELATED, Recognizer
+from brushgs.still_life import still_life
+from tests.passes.motion.scenes import blob, joined, moved, turn
+from tests.scenes import real_scene
+
+SCENE = still_life(4000)
+SCENE = replace(SCENE, sh=SCENE.sh[:, :1])
+AXES = (0, 1, 0), (1, 2, 0.5), (-1, 0.2, 1)
+
+
+def looks(gaussians):
+    return Appearance.of(Matter.of(gaussians))
+
+
+def found(before, after, last=None):
+    return match(looks(before), looks(after), last)
+
+
+def twisted(gaussians, by):
+    """Turned about the up axis by so many radians a radius of height: no rigid motion, and no affine one."""
+    center = np.median(gaussians.means, axis=0)
+    away = gaussians.means.astype(float) - center
+    radius = np.percentile(np.linalg.norm(away, axis=1), 90)
+    angles = by * away[:, 1] / radius
+    cos, sin = np.cos(angles), np.sin(angles)
+    x, y, z = away.T
+    means = np.stack([cos * x + sin * z, y, cos * z - sin * x], axis=1) + center
+    return replace(gaussians, means=means.astype(np.float32))
+
+
+def shuffled(gaussians, seed=0, drop=0.0):
+    """In another order, and the rows that they were."""
+    rng = np.random.default_rng(seed)
+    rows = rng.permutation(len(gaussians))
+    rows = rows[rng.random(len(rows)) >= drop]
+    return gaussians.take(rows), rows
+
+
+@pytest.mark.parametrize("degrees", [10, 55, 170])
+@pytest.mark.parametrize("axis", AXES)
+def test_all_rows_are_found_through_a_turn_growth_and_another_light(axis, degrees):
+    after = moved(SCENE, turn(axis, np.radians(degrees)), (3, -1, 2), size=1.3)
+    after, rows = shuffled(replace(after, sh=after.sh + 0.3))
+    result = found(SCENE, after)
+    assert result.share > 0.99
+    assert (result.was == rows).mean() > 0.99
+    moves = after.means - SCENE.means[rows]
+    size = np.percentile(np.linalg.norm(SCENE.means, axis=1), 50)
+    assert np.median(np.linalg.norm(result.steps - moves, axis=1)) < 1e-4 * size
+
+
+@pytest.mark.parametrize("name", ["koala.ply", "plant.splat", "guitar.ksplat", "skull.sog"])
+def test_real_scenes_are_found_through_a_turn_and_a_twist(name):
+    scene = bg.load(real_scene(name))
+    scene = scene.take(np.random.default_rng(0).permutation(len(scene))[:12_000])
+    after, rows = shuffled(moved(twisted(scene, 0.2), turn((1, 2, 0.5), np.radians(40)), (0, 0, 0)))
+    result = found(scene, after)
+    assert result.share > 0.95
+    assert (result.was == rows).mean() > 0.95
+
+
+def test_what_a_moment_lacks_is_not_found_and_the_others_are():
+    after, rows = shuffled(moved(SCENE, turn((0, 1, 0), 0.5), (1, 0, 0)), drop=0.3)
+    result = found(after, SCENE)
+    is_there = np.isin(np.arange(len(SCENE)), rows)
+    assert result.is_same[is_there].mean() > 0.98
+    assert result.is_same[~is_there].mean() < 0.3
+    assert (rows[result.was] == np.arange(len(SCENE)))[is_there].mean() > 0.98
+
+
+def test_bodies_that_move_apart_are_both_found():
+    one, two = blob(1500, 1), blob(1200, 2, at=(6, 0, 0))
+    before = joined(one, two)
+    after, rows = shuffled(
+        joined(moved(one, turn((0, 1, 0), 0.5), (-2, 0, 0)), moved(two, turn((1, 0, 0), -0.7), (8, 1, 0)))
+    )
+    result = found(before, after)
+    for of_body in (rows < 1500, rows >= 1500):
+        assert (result.was == rows)[of_body].mean() > 0.98
+
+
+def test_other_samples_of_a_surface_go_where_it_goes():
+    """No row of one moment is in the other; in a trained clip that is so."""
+    which = np.random.default_rng(0).random(len(SCENE)) < 0.5
+    after = moved(SCENE, turn((0, 1, 0), 0.3), (0.5, 0, 0)).take(~which)
+    result = found(SCENE.take(which), after)
+    assert 0.4 < result.share < 0.9
+    back = moved(
+        replace(after, means=after.means - np.float32([0.5, 0, 0])), turn((0, 1, 0), -0.3), (0, 0, 0)
+    )
+    off = np.linalg.norm(after.means - result.steps - back.means, axis=1)
+    spacing = looks(after).spacing * looks(after).frame[1]
+    assert np.median(off[result.is_same]) < 2 * spacing
+    assert np.median(np.linalg.norm(after.means - back.means, axis=1)) > 3 * spacing
+
+
+def test_other_things_are_not_found():
+    rng, other = np.random.default_rng(1), blob(3000, 3, spread=2.0)
+    other = replace(other, scales=other.scales * rng.lognormal(0, 1.5, other.scales.shape))
+    assert found(SCENE, other).share < UNRELATED
+
+
+def test_what_rests_among_much_that_comes_and_goes_rests():
+    one, two = (blob(2000, seed, at=(6, 0, 0)) for seed in (4, 5))
+    result = found(joined(SCENE, one), joined(SCENE, two))
+    rests = np.arange(len(SCENE))
+    np.testing.assert_array_equal(result.was[rests], rests)
+    assert result.is_same[rests].mean() > 0.99
+    assert np.abs(result.steps[rests]).max() < 1e-6
+
+
+@pytest.mark.parametrize("factor", [1e-12, 1.0, 1e12])
+def test_the_unit_does_not_matter(factor):
+    before = replace(SCENE, means=SCENE.means * np.float32(factor), scales=SCENE.scales * np.float32(factor))
+    after, rows = shuffled(moved(before, turn((0, 1, 0), 0.6), np.array([2, 0, 0]) * factor))
+    assert (found(before, after).was == rows).mean() > 0.99
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: blob(1),
+        lambda: blob(2),
+        lambda: blob(7),
+        lambda: replace(blob(500), means=np.zeros((500, 3))),
+        lambda: replace(blob(500), means=blob(500).means * (0, 0, 1)),
+        lambda: replace(blob(500), scales=np.zeros((500, 3)), opacities=np.zeros(500)),
+        lambda: replace(blob(500), means=np.where(np.arange(500)[:, None] < 5, 1e7, blob(500).means)),
+    ],
+    ids=["one", "two", "seven", "in one place", "in a line", "points unseen", "strays"],
+)
+def test_few_and_degenerate_gaussians_are_sound(make):
+    scene = make()
+    result = found(scene, moved(scene, turn((0, 0, 1), 0), (0.1, 0, 0)))
+    assert np.isfinite(result.places).all()
+    assert np.isfinite(result.steps).all()
+    assert ((result.was >= 0) & (result.was < len(scene))).all()
+    assert np.isfinite(found(scene, SCENE).places).all()
+    assert np.isfinite(found(SCENE, scene).places).all()
+
+
+def test_equal_input_gives_equal_output():
+    after, _ = shuffled(moved(SCENE, turn((0, 1, 0), 0.5), (1, 0, 0)), drop=0.1)
+    one, two = found(SCENE, after), found(SCENE, after)
+    np.testing.assert_array_equal(one.was, two.was)
+    np.testing.assert_array_equal(one.places, two.places)
+
+
+def test_what_one_moment_misses_is_remembered():
+    recognizer = Recognizer(Matter.of(SCENE))
+    fewer, kept = shuffled(moved(SCENE, turn((0, 1, 0), 0.2), (0, 0, 0)), drop=0.2)
+    first = recognizer.step(Matter.of(fewer), 1 / 24)
+    assert (first.was == kept).mean() > 0.98
+    assert 0.1 < len(first.missed) / len(SCENE) < 0.3
+    known = np.concatenate([kept, first.missed])
+    second = recognizer.step(Matter.of(moved(SCENE, turn((0, 1, 0), 0.4), (0, 0, 0))), 1 / 24)
+    assert (known[second.was] == np.arange(len(SCENE))).mean() > 0.98
+    assert second.share > 0.98
+    third = recognizer.step(Matter.of(fewer), 1.0)  # too late
+    assert len(third.missed) == 0

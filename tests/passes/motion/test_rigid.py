@@ -1,0 +1,93 @@
+"""The rotation and the growth of bodies."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from brushgs.passes.motion.rigid import LEAST_GROWTH, rigid_motions, sums_of
+from brushgs.values.quats import conjugates, quat_products
+
+ONE = np.array([[1.0, 0, 0, 0]])
+
+
+def quats_from(rotations):
+    return np.atleast_2d(rotations.as_quat(scalar_first=True))
+
+
+def motion_of(before, after, turns=ONE, *, balls=(1e-9, 1e-9), last=ONE, since=np.inf):
+    """The quaternion and the growth of one body of equal members."""
+    num = len(before)
+    quats, growths = rigid_motions(
+        np.full(num, 1 / num),
+        np.array([0, num]),
+        before - before.mean(axis=0),
+        after - after.mean(axis=0),
+        (np.full(num, balls[0]), np.full(num, balls[1])),
+        np.broadcast_to(turns, (num, 4)),
+        last,
+        since,
+    )
+    return quats[0], growths[0]
+
+
+def angle(one, other):
+    """Degrees between two rotations."""
+    product = quat_products(np.atleast_2d(one), conjugates(np.atleast_2d(other)))[0]
+    return np.degrees(2 * np.arctan2(np.linalg.norm(product[1:]), np.abs(product[0])))
+
+
+def test_sums_are_those_of_each_body():
+    g = np.random.default_rng(0)
+    weights, values = g.uniform(size=9), g.normal(size=(9, 2))
+    sums = sums_of(weights, np.array([0, 4, 5, 9]), values)
+    for row, some in enumerate((slice(0, 4), slice(4, 5), slice(5, 9))):
+        np.testing.assert_allclose(sums[row], weights[some] @ values[some])
+
+
+def test_it_is_the_rotation_of_procrustes_where_members_are_points():
+    g = np.random.default_rng(0)
+    before = g.normal(size=(12, 3))
+    noisy = Rotation.from_rotvec((0.3, 1.4, -0.8)).apply(2 * before) + 0.2 * g.normal(size=(12, 3))
+    expected, _ = Rotation.align_vectors(noisy - noisy.mean(axis=0), before - before.mean(axis=0))
+    quat, growth = motion_of(before, noisy)
+    assert angle(quat, quats_from(expected)) < 1e-3
+    assert abs(growth - 2) < 0.1
+
+
+def test_members_in_one_place_turn_as_the_mean_of_their_own_rotations():
+    g = np.random.default_rng(0)
+    rotations = Rotation.from_rotvec((0.5, 0, 1)) * Rotation.from_rotvec(0.3 * g.normal(size=(8, 3)))
+    signs = np.where(np.arange(8) % 2, 1, -1)[:, None]
+    quat, growth = motion_of(np.zeros((8, 3)), np.zeros((8, 3)), signs * quats_from(rotations), balls=(1, 4))
+    assert angle(quat, quats_from(rotations.mean())) < 1e-3
+    np.testing.assert_allclose(growth, 2)
+
+
+def test_no_mass_at_all_turns_as_before():
+    last = quats_from(Rotation.from_rotvec((0.5, 0, 1)))
+    quat, growth = motion_of(np.zeros((3, 3)), np.zeros((3, 3)), balls=(0, 0), last=last)
+    assert angle(quat, last) < 1e-5
+    assert growth == 1
+
+
+def test_members_that_drift_apart_do_not_enlarge_a_body_nor_make_it_vanish():
+    g = np.random.default_rng(0)
+    before = g.normal(size=(200, 3))
+    _, growth = motion_of(before, before + 2 * g.normal(size=(200, 3)))
+    assert 0.8 < growth < 1.2
+    _, growth = motion_of(before, 3 * g.normal(size=(200, 3)))
+    spread = 3 * LEAST_GROWTH
+    assert 0.9 * spread < growth < 1.1 * spread
+
+
+def test_the_rotation_before_counts_where_members_do_not_move_as_one():
+    g = np.random.default_rng(0)
+    before, after = g.normal(size=(2, 4, 3))
+    alone, _ = motion_of(before, after)
+    soon, _ = motion_of(before, after, since=1 / 30)
+    late, _ = motion_of(before, after, since=2.0)
+    assert angle(alone, ONE) > 20
+    assert angle(soon, ONE) < 0.3 * angle(alone, ONE)
+    assert angle(late, alone) < 1
+    turn = Rotation.from_rotvec((0, 2, 1))
+    rigid, _ = motion_of(before, turn.apply(before), quats_from(turn), since=1 / 30)
+    assert angle(rigid, quats_from(turn)) < 1e-3

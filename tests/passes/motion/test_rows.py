@@ -1,0 +1,252 @@
+"""Strokes follow their members."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.passes.motion.canonical import canonical, features_of
+from brushgs.passes.motion.fade import FADE
+from brushgs.passes.motion.rows import follow_rows
+from brushgs.passes.reduce.cluster import group
+from brushgs.passes.reduce.merge import merge_clusters
+from brushgs.rendering.motion import OPACITY, SIZE, TURN
+from brushgs.values.quats import rotation_matrices
+from brushgs.values.sh import C0
+from tests.passes.motion.scenes import blob, clip, joined, moved, turn
+
+TIMES = np.linspace(0, 1, 11)
+
+
+def followed(scene, labels, times=TIMES):
+    """Strokes of the members with these labels, and their motion."""
+    members = canonical(scene, times).gaussians
+    labels = np.asarray(labels)[members.ids]
+    strokes = replace(merge_clusters(members, labels), ids=np.unique(labels).astype(np.int32))
+    return strokes, follow_rows(scene, times, strokes, members, labels)
+
+
+def drawn_alike(actual, expected, tolerance):
+    """Whether two sets of Gaussians lie at the same places in the same shapes."""
+    np.testing.assert_allclose(actual.means, expected.means, atol=tolerance)
+    shapes = []
+    for gaussians in (actual, expected):
+        axes = rotation_matrices(gaussians.quats) * gaussians.scales[:, None, :]
+        shapes.append(axes @ axes.transpose(0, 2, 1))
+    np.testing.assert_allclose(shapes[0], shapes[1], atol=tolerance)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("num", [1, 2, 40])
+def test_strokes_of_a_rigid_body_follow_it(dtype, num):
+    body = blob(num, dtype=dtype)
+
+    def at(time):
+        return moved(body, turn((1, 2, 3), 2.5 * time), (time, 0, -3 * time**2), size=1 + time)
+
+    strokes, motion = followed(clip(at), np.arange(num) % 4)
+    for position, time in enumerate(TIMES):
+        expected = moved(strokes, turn((1, 2, 3), 2.5 * time), (time, 0, -3 * time**2), size=1 + time)
+        drawn_alike(motion.pose(position).moved(strokes), expected, 1e-5)
+
+
+def test_a_line_of_members_turns_as_they_do_around_it():
+    body = replace(blob(6), means=np.outer(np.arange(6.0), (1, 0, 0)))
+    scene = clip(lambda time: moved(body, turn((1, 0, 0), 2 * time), (0, 0, 0)))
+    strokes, motion = followed(scene, np.zeros(6, int))
+    drawn_alike(motion.pose(10).moved(strokes), moved(strokes, turn((1, 0, 0), 2), (0, 0, 0)), 1e-5)
+
+
+def test_what_tumbles_a_quarter_turn_at_a_step_is_followed():
+    body = blob(20)
+    scene = clip(lambda time: moved(body, turn((0, 1, 1), 5 * np.pi * time), (0, 0, 0)))
+    strokes, motion = followed(scene, np.arange(20) % 3)
+    for position, time in enumerate(TIMES):
+        expected = moved(strokes, turn((0, 1, 1), 5 * np.pi * time), (0, 0, 0))
+        drawn_alike(motion.pose(position).moved(strokes), expected, 1e-5)
+    steps = np.einsum("tmi,tmi->tm", motion.table[1:, :, TURN], motion.table[:-1, :, TURN])
+    np.testing.assert_allclose(steps, np.cos(np.pi / 4), atol=1e-6)
+
+
+def test_what_teleports_is_there_at_once_and_nothing_else_moves():
+    rests, jumps = blob(10), blob(10, 1, (5, 0, 0))
+    far = np.array([1e7, 0, 0])
+    scene = clip(lambda time: joined(rests, moved(jumps, turn((1, 0, 0), 0), far * (time > 0.45))))
+    strokes, motion = followed(scene, np.repeat([0, 1], 10))
+    np.testing.assert_array_equal(motion.ids, [1])
+    np.testing.assert_allclose(motion.pose(4).moved(strokes).means, strokes.means)
+    after = motion.pose(5).moved(strokes)
+    np.testing.assert_allclose(after.means, strokes.means + far * [[0], [1]], rtol=1e-6)
+    assert np.isfinite(motion.table).all()
+
+
+def test_strokes_whose_members_rest_are_not_in_the_motion():
+    rests, moves = blob(10), blob(10, 1, (5, 0, 0))
+
+    def at(time):
+        return joined(rests, moved(moves, turn((1, 0, 0), 0), (0, time, 0)))
+
+    for resting in (None, np.repeat([True, False], 10)):
+        _, motion = followed(clip(at, resting=resting), np.repeat([4, 7, 2, 9], 5))
+        np.testing.assert_array_equal(motion.ids, [2, 9])
+
+
+def test_a_scene_that_rests_has_strokes_that_rest():
+    body = blob(10)
+    strokes, motion = followed(clip(lambda _: body, 0.0), np.arange(10) % 2, np.zeros(1))
+    assert len(motion.ids) == 0
+    assert motion.pose(0).moved(strokes) is strokes
+
+
+def test_opacity_follows_that_of_members_and_waits_for_the_fade():
+    body = blob(8)
+    times = np.arange(31) / 30
+
+    def at(time):  # shrinks to a half, and is gone at once
+        factor = np.clip(1 - time, 0.5, 1) if time < 0.61 else 0.0
+        return replace(moved(body, turn((1, 0, 0), 0), (time, 0, 0)), opacities=body.opacities * factor)
+
+    strokes, motion = followed(clip(at), np.arange(8), times)
+    poses = [motion.pose(position).moved(strokes) for position in range(31)]
+    np.testing.assert_allclose(poses[6].opacities, 0.8 * strokes.opacities, rtol=1e-5)
+    gone = np.flatnonzero(times >= 0.61)
+    assert (np.diff([pose.opacities for pose in poses], axis=0) > -1 / 30 / FADE - 1e-5).all()
+    np.testing.assert_array_equal(poses[-1].opacities, 0)
+    for position in gone:  # where it was last
+        np.testing.assert_allclose(poses[position].means, poses[gone[0] - 1].means, atol=1e-6)
+
+
+def test_what_comes_later_waits_where_it_will_be():
+    early, late = blob(5), blob(5, 1)
+
+    def at(time):
+        late_now = moved(late, turn((1, 0, 0), 0), (time, 0, 0))
+        return joined(early, replace(late_now, opacities=late.opacities * (time > 0.55)))
+
+    strokes, motion = followed(clip(at), np.repeat([0, 1], 5))
+    np.testing.assert_array_equal(motion.ids, [1])
+    np.testing.assert_array_equal(motion.pose(0).moved(strokes).opacities, strokes.opacities * [1, 0])
+    np.testing.assert_allclose(motion.table[0, 0, :3], motion.table[6, 0, :3], atol=1e-6)
+
+
+def test_the_opacity_of_many_fades_as_the_merge_would_have_it():
+    body = blob(30, size=0.5)
+    strokes, motion = followed(
+        clip(lambda time: replace(body, opacities=body.opacities * (1 - 0.5 * time))), np.zeros(30, int)
+    )
+    half = merge_clusters(replace(body, opacities=0.5 * body.opacities), np.zeros(30, int))
+    np.testing.assert_allclose(motion.pose(10).moved(strokes).opacities, half.opacities, rtol=1e-5)
+
+
+def test_size_and_colour_follow_their_mean():
+    body = blob(12)
+
+    def at(time):
+        grown = moved(body, turn((1, 0, 0), 0), (0, 0, 0), size=1 + time, around=body.means.mean(axis=0))
+        return replace(grown, sh=body.sh + 0.5 * time / C0 * np.array([1, 0, -1]))
+
+    strokes, motion = followed(clip(at), np.zeros(12, int))
+    last = motion.pose(10).moved(strokes)
+    np.testing.assert_allclose(last.scales, 2 * strokes.scales, rtol=1e-5)
+    np.testing.assert_allclose(last.opacities, strokes.opacities, rtol=1e-5)
+    np.testing.assert_allclose((last.sh - strokes.sh)[0, 0] * C0, [0.5, 0, -0.5], atol=1e-6)
+
+
+def test_a_few_small_members_that_jitter_do_not_spin_a_stroke():
+    rng = np.random.default_rng(0)
+    body = blob(3, spread=0.01, size=0.1)
+    places = {time: body.means + 0.01 * rng.normal(size=(3, 3)) for time in TIMES}
+    _, motion = followed(clip(lambda time: replace(body, means=places[time])), np.zeros(3, int))
+    steps = np.abs(np.einsum("tmi,tmi->tm", motion.table[1:, :, TURN], motion.table[:-1, :, TURN]))
+    assert np.degrees(2 * np.arccos(steps.min())) < 6
+
+
+def test_a_member_that_fades_away_takes_no_part_in_where_its_stroke_goes():
+    body = blob(5)
+
+    def at(time):  # the last flies off while it fades
+        means = body.means + np.array([0, 0, 0, 0, 1])[:, None] * (1e4 * time, 0, 0)
+        opacities = body.opacities * np.where(np.arange(5) < 4, 1, time < 0.05)
+        return replace(body, means=means, opacities=opacities)
+
+    _, motion = followed(clip(at), np.zeros(5, int))
+    assert np.abs(motion.table[..., :3]).max() < 1
+    assert np.abs(motion.table[..., SIZE]).max() < 1
+
+
+def test_degenerate_members_give_finite_motions():
+    body = joined(blob(4), blob(4), blob(4, 1, (1e7, 0, 0)), blob(4, 2))
+    scales = body.scales * np.repeat([0, 1, 1, 1], 4)[:, None]
+    means = body.means * np.repeat([0, 1, 1, 1], 4)[:, None]
+    opacities = body.opacities * np.repeat([1, 0, 1, 1], 4)
+    body = replace(body, means=means, scales=scales, opacities=opacities)
+    labels = np.repeat(np.arange(4), 4)
+    for dtype in (np.float32, np.float64):
+        scene = clip(lambda t, dtype=dtype: moved(body.astype(dtype), turn((0, 0, 1), 1e-3 * t), (t, 0, 0)))
+        members = replace(scene.at(0), ids=np.arange(16, dtype=np.int32))
+        strokes = replace(merge_clusters(members, labels), ids=np.arange(4, dtype=np.int32))
+        motion = follow_rows(scene, TIMES, strokes, members, labels)
+        assert np.isfinite(motion.table).all()
+        last = motion.pose(10).moved(strokes)
+        expected = moved(strokes, turn((0, 0, 1), 1e-3), (1, 0, 0))
+        np.testing.assert_allclose(last.means[[0, 3]], expected.means[[0, 3]], atol=1e-5)
+        np.testing.assert_allclose(last.means[2], expected.means[2], atol=2)  # float32 has steps of 1 there
+
+
+def test_blocks_of_strokes_give_the_same_bits(monkeypatch):
+    from brushgs.passes.motion import bodies, rows
+
+    body = blob(200)
+    rng = np.random.default_rng(0)
+    speeds = rng.normal(size=(200, 3))
+    lives = rng.uniform(size=200)
+
+    def at(time):
+        return replace(body, means=body.means + time * speeds, opacities=body.opacities * (time <= lives))
+
+    _, whole = followed(clip(at), np.arange(200) % 30)
+    monkeypatch.setattr(bodies, "MEMBERS_AT_A_TIME", 16)
+    monkeypatch.setattr(rows, "NUMBERS_AT_A_TIME", 500)
+    _, parts = followed(clip(at), np.arange(200) % 30)
+    np.testing.assert_array_equal(whole.table, parts.table)
+    np.testing.assert_array_equal(whole.pivots, parts.pivots)
+    np.testing.assert_array_equal(whole.ids, parts.ids)
+
+
+def test_the_caller_hears_of_each_moment_and_each_is_asked_for_once():
+    asked, heard = [], []
+    body = blob(3)
+    scene = clip(lambda time: asked.append(time) or moved(body, turn((1, 0, 0), 0), (time, 0, 0)))
+    members = replace(body, ids=np.arange(3, dtype=np.int32))
+    follow_rows(scene, TIMES, members, members, np.arange(3), lambda: heard.append(len(asked)))
+    np.testing.assert_array_equal(asked, TIMES)
+    assert heard == list(range(1, 12))
+
+
+def test_a_scene_without_rows_is_refused():
+    body = replace(blob(3), ids=np.arange(3, dtype=np.int32))
+    scene = replace(clip(lambda _: body), has_rows=False)
+    with pytest.raises(ValueError, match="rows must correspond"):
+        follow_rows(scene, TIMES, body, body, np.arange(3))
+
+
+def test_no_member_changes_its_stroke_and_two_that_part_share_none():
+    left, right = blob(300, spread=0.3), blob(300, 1, spread=0.3)  # in one place at the start
+
+    def at(time):
+        still = turn((1, 0, 0), 0)
+        return joined(moved(left, still, (-3 * time, 0, 0)), moved(right, still, (3 * time, 0, 0)))
+
+    scene = clip(at)
+    found = canonical(scene, TIMES)
+    gaussians = found.gaussians.take(np.arange(0, 600, 2))
+    grouping = group(gaussians, 12, motion=features_of(found, gaussians))
+    is_right = gaussians.ids >= 300
+    shares = np.bincount(grouping.labels, is_right) / np.bincount(grouping.labels)
+    assert set(shares) == {0.0, 1.0}
+    strokes = replace(grouping.merged("cover"), ids=np.arange(12, dtype=np.int32))
+    motion = follow_rows(scene, TIMES, strokes, gaussians, grouping.labels)
+    last = motion.pose(10).moved(strokes)
+    expected = strokes.means + np.where(shares > 0.5, 3, -3)[:, None] * (1, 0, 0)
+    np.testing.assert_allclose(last.means, expected, atol=1e-5)
+    assert (motion.table[..., OPACITY] == 1).all()

@@ -1,0 +1,78 @@
+"""Cleaning drops what floats in the air, and nothing else."""
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.passes.reduce.clean import MOST_COPIES, find_floaters
+from tests.doctor.scenes import ball
+from tests.passes.reduce.test_floaters import blobs, joined
+from tests.passes.scenes import replaced
+
+SPECKS = blobs([(0, 2.5, 0), (2.5, 0, 0)], 0.1)  # far from the ball
+FUZZ = blobs((0, 0, 1.1), 0.003)  # hovers close above it
+
+
+def test_sure_floaters_go_and_the_others_keep_their_order():
+    scene = joined(ball(), SPECKS, FUZZ)
+    order = np.random.default_rng(1).permutation(len(scene))
+    cleaned = bg.clean(scene.take(order))
+    kept = order[~np.isin(order, [len(ball()), len(ball()) + 1])]
+    np.testing.assert_array_equal(cleaned.means, scene.means[kept])
+    np.testing.assert_array_equal(cleaned.sh, scene.sh[kept])
+
+
+@pytest.mark.parametrize(("floaters", "dropped"), [("off", 0), ("sure", 2), ("strong", 3)])
+def test_each_level_drops_more(floaters, dropped):
+    scene = joined(ball(), SPECKS, FUZZ)
+    assert len(scene) - len(bg.clean(scene, floaters)) == dropped
+
+
+def test_a_clean_scene_comes_back_itself():
+    assert bg.clean(ball()) is ball()
+
+
+def test_specks_too_small_to_be_seen_stay_unless_all_are_to_go():
+    scene = joined(ball(), blobs((0, 2.5, 0), 0.001))
+    assert bg.clean(scene) is scene
+    assert len(bg.clean(scene, "strong")) == len(ball())
+
+
+def test_a_scene_of_haze_is_not_cleaned():
+    scene = joined(ball(), SPECKS)
+    faint = bg.Gaussians(scene.means, scene.quats, scene.scales, scene.opacities * np.float32(0.05), scene.sh)
+    assert len(bg.clean(faint, "strong")) == len(faint)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 50])
+def test_too_few_to_tell_are_kept(count):
+    scene = joined(ball(), SPECKS)
+    few = scene.take(slice(len(scene) - count, len(scene)))
+    assert bg.clean(few, "strong") is few
+
+
+def test_copies_at_one_place_are_judged_together():
+    found = find_floaters(joined(ball(), *[blobs((0, 2.5, 0), 0.1)] * 40))
+    assert found.sure.rows[len(ball()) :].all()
+    assert not found.sure.rows[: len(ball())].any()
+
+
+def test_an_unknown_level_is_refused():
+    with pytest.raises(ValueError, match="clean: floaters must be off, floaters, sure, strong, got 'all'"):
+        bg.clean(ball(), "all")
+
+
+def test_rows_that_repeat_others_until_no_picture_shows_them_are_dropped():
+    scene = ball()
+    faint = replaced(scene, opacities=np.full_like(scene.opacities, 0.01))  # many are seen through another
+    rows = np.concatenate([np.arange(len(scene)), np.full(6000, 7)])
+    repeated = faint.take(np.random.default_rng(0).permutation(rows))
+    cleaned = bg.clean(repeated)
+    assert len(cleaned) == len(scene) - 1 + MOST_COPIES
+    camera = bg.frame_scene(faint, width=96, height=64)
+    before, after = (bg.render(one, camera, "gaussian") for one in (repeated, cleaned))
+    np.testing.assert_array_equal(before.rgb, after.rgb)
+    np.testing.assert_array_equal(before.alpha, after.alpha)
+    assert bg.clean(repeated, "off") is repeated
+    fewer = faint.take(rows[:-4000])
+    assert bg.clean(fewer) is fewer

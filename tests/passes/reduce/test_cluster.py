@@ -1,0 +1,301 @@
+import subprocess
+import sys
+from typing import get_args
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from brushgs.options import choices
+from brushgs.passes.reduce import lloyd as lloyd_module
+from brushgs.passes.reduce.cluster import METHODS as METHODS_RUN
+from brushgs.passes.reduce.cluster import choose_method, cluster, cluster_labels, group
+from brushgs.passes.reduce.features import COLOR_WEIGHT, cluster_features
+from brushgs.passes.reduce.lloyd import assign, lloyd
+from brushgs.passes.reduce.morton import morton_order
+from tests.passes.scenes import assert_same, random_gaussians, replaced
+
+METHODS = ["lloyd", "minibatch"]
+MERGES = ["cover", "paper"]
+FEATURES = ["balanced", "paper"]
+
+
+def partition(labels):
+    """The groups of rows, whatever their names."""
+    return {tuple(np.flatnonzero(labels == label)) for label in np.unique(labels)}
+
+
+def islands(num=8, each=25, seed=0):
+    """Groups of Gaussians that lie far apart."""
+    scene = random_gaussians(num * each, seed, size=0.01)
+    corners = np.array(list(np.ndindex(2, 2, 2)))[np.arange(num * each) % num]
+    return replaced(scene, means=10.0 * corners + 0.01 * scene.means, sh=np.zeros_like(scene.sh))
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    st.integers(1, 120),
+    st.integers(1, 130),
+    st.integers(0, 99),
+    st.sampled_from(FEATURES),
+    st.sampled_from(MERGES),
+)
+def test_at_most_k_strokes_come_back_and_k_of_n_or_more_give_the_input(n, k, seed, features, merge):
+    scene = random_gaussians(n, seed)
+    strokes = cluster(scene, k, features=features, merge=merge, method="lloyd", seed=seed)
+    assert 1 <= len(strokes) <= k
+    if k >= n:
+        assert strokes is scene
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("features", FEATURES)
+def test_labels_are_dense_and_none_is_empty(method, features):
+    found = group(random_gaussians(500), 40, method=method, features=features)
+    np.testing.assert_array_equal(np.unique(found.labels), np.arange(found.num_clusters))
+    assert found.num_clusters <= 40
+    assert found.method == method
+    assert found.num_steps >= 1
+    assert found.inertia > 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_equal_seeds_give_equal_strokes(method):
+    scene = random_gaussians(800)
+    assert_same(cluster(scene, 50, method=method, seed=3), cluster(scene, 50, method=method, seed=3))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_another_seed_gives_other_clusters(method):
+    scene = random_gaussians(800)
+    one, other = (cluster_labels(scene, 50, method=method, seed=seed) for seed in (0, 1))
+    assert partition(one) != partition(other)
+
+
+def test_the_number_of_threads_does_not_matter(monkeypatch):
+    scene = random_gaussians(5000)
+    labels = []
+    for workers in (1, 2, 5):
+        monkeypatch.setattr(lloyd_module, "num_threads_or_default", lambda _, w=workers: w)
+        labels.append(cluster_labels(scene, 300))
+    np.testing.assert_array_equal(labels[0], labels[1])
+    np.testing.assert_array_equal(labels[0], labels[2])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_islands_are_found(method):
+    scene = islands()
+    assert partition(cluster_labels(scene, 8, method=method)) == partition(np.arange(200) % 8)
+
+
+def test_shuffled_rows_give_the_same_clusters_under_other_names():
+    """Holds bit for bit only while no sum's last bits decide: seen over 20 scenes, not a law for all."""
+    for seed in range(20):
+        scene = random_gaussians(400, seed)
+        shuffle = np.random.default_rng(seed).permutation(400)
+        labels = np.empty(400, dtype=int)
+        labels[shuffle] = cluster_labels(scene.take(shuffle), 30)
+        assert partition(labels) == partition(cluster_labels(scene, 30))
+
+
+@pytest.mark.parametrize("factor", [1e-4, 1e4])
+def test_balanced_features_do_not_depend_on_the_unit(factor):
+    scene = random_gaussians(600)
+    other = replaced(scene, means=scene.means * factor, scales=scene.scales * factor)
+    np.testing.assert_array_equal(cluster_labels(scene, 40), cluster_labels(other, 40))
+
+
+def test_equal_gaussians_become_one():
+    one = random_gaussians(1)
+    strokes = cluster(one.take(np.zeros(30, dtype=int)), 7)
+    assert len(strokes) == 1
+    np.testing.assert_allclose(strokes.means, one.means, rtol=1e-12)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("features", FEATURES)
+@pytest.mark.parametrize("merge", MERGES)
+def test_degenerate_scenes_are_clustered(method, features, merge):
+    scene = random_gaussians(60, dtype=np.float32)
+    for columns in (
+        {"means": np.zeros_like(scene.means)},
+        {"sh": np.zeros_like(scene.sh)},
+        {"scales": np.zeros_like(scene.scales)},
+        {"opacities": np.zeros_like(scene.opacities)},
+        {"means": np.zeros_like(scene.means), "scales": np.zeros_like(scene.scales)},
+    ):
+        strokes = cluster(replaced(scene, **columns), 5, method=method, features=features, merge=merge)
+        assert 1 <= len(strokes) <= 5
+
+
+def test_strays_at_the_end_of_the_world_do_not_take_the_clusters():
+    scene = random_gaussians(3000, dtype=np.float32, size=0.02)
+    means = scene.means.copy()
+    means[:20] = 2e7 * np.random.default_rng(0).choice([-1, 1], (20, 3))
+    scene = replaced(scene, means=means)
+    strokes = cluster(scene, 100)
+    near = np.abs(strokes.means).max(axis=1) < 10
+    assert near.sum() >= 80
+    assert strokes.scales[near].max() < 2
+
+
+def test_nothing_and_a_single_gaussian_come_back_as_they_are():
+    for count in (0, 1):
+        scene = random_gaussians(count)
+        assert cluster(scene, 3) is scene
+        assert group(scene, 3).method == "none"
+
+
+def test_two_gaussians_become_one_between_them():
+    scene = random_gaussians(2)
+    stroke = cluster(scene, 1)
+    assert len(stroke) == 1
+    low, high = scene.means.min(axis=0), scene.means.max(axis=0)
+    assert ((stroke.means >= low) & (stroke.means <= high)).all()
+
+
+def test_paper_features_are_raw_and_balanced_ones_are_not():
+    scene = random_gaussians(50, spread=30.0)
+    raw, balanced = cluster_features(scene, "paper"), cluster_features(scene, "balanced")
+    np.testing.assert_allclose(raw[:, :3], scene.means, rtol=1e-6)
+    np.testing.assert_allclose(raw[:, 3:6], scene.scales, rtol=1e-6)
+    assert np.linalg.norm(balanced[:, :3], axis=1).max() < 2
+    np.testing.assert_allclose(balanced[:, 6:], COLOR_WEIGHT * raw[:, 6:], rtol=1e-5)
+
+
+def test_contraction_leaves_the_subject_and_is_continuous():
+    scene = random_gaussians(1000)
+    line = np.zeros((1000, 3))
+    line[:, 0] = np.linspace(-1, 1, 1000)
+    radius = 0.98  # half of what lies between the 1st and the 99th percentile
+    line[0, 0], line[-1, 0] = -50, 50
+    points = cluster_features(replaced(scene, means=line), "balanced")[:, 0]
+    inside = np.abs(line[:, 0]) < radius
+    np.testing.assert_allclose(points[inside], line[inside, 0] / radius, atol=2e-3)
+    assert 1.9 < points[-1] < 2
+    assert (np.diff(points) > 0).all()
+
+
+def test_minibatch_weighs_like_lloyd():
+    """A cluster of weight zero in all but name takes no centre from the others by either method."""
+    scene = islands()
+    faint = np.where(np.arange(200) % 8 < 4, 1e-8, 1.0)
+    scene = replaced(scene, opacities=faint)
+    for method in METHODS:
+        labels = cluster_labels(scene, 4, method=method)
+        heavy = partition(labels[np.arange(200) % 8 >= 4])
+        assert len(heavy) >= 3, method
+
+
+def test_lloyd_meets_the_inertia_of_minibatch():
+    """Within 5 %: 3 % above is the worst measured, at these 12 points a cluster; scenes have it below."""
+    for n, k in ((2000, 50), (5000, 400)):
+        scene = random_gaussians(n, size=0.02)
+        directions = scene.means / np.linalg.norm(scene.means, axis=1, keepdims=True)
+        scene = replaced(scene, means=directions, sh=np.sin(5 * directions)[:, None, :])
+        by_lloyd, by_minibatch = (group(scene, k, method=method).inertia for method in METHODS)
+        assert by_lloyd < 1.05 * by_minibatch
+
+
+def test_lloyd_reports_the_inertia_of_its_labels():
+    points = np.random.default_rng(0).normal(size=(1000, 9)).astype(np.float32)
+    weights = np.random.default_rng(1).uniform(0.1, 1, 1000)
+    found = lloyd(points, weights, 20, num_steps=60, gain=0.0)
+    centers = np.stack(
+        [np.average(points[found.labels == i], axis=0, weights=weights[found.labels == i]) for i in range(20)]
+    )
+    distances, nearest = assign(points, centers)
+    np.testing.assert_array_equal(nearest, found.labels)  # converged: every centre is its points' mean
+    assert found.inertia == pytest.approx((weights * distances**2).sum(), rel=1e-6)
+
+
+def test_lloyd_gives_empty_clusters_new_points(monkeypatch):
+    points = np.random.default_rng(0).normal(size=(500, 9)).astype(np.float32)
+    twins = np.repeat(points[:1].astype(np.float64), 10, axis=0)
+    monkeypatch.setattr(lloyd_module, "start", lambda points, *_: (twins.copy(), *assign(points, twins)))
+    assert lloyd(points, np.ones(500), 10).num_clusters == 10
+
+
+def test_morton_neighbours_are_near():
+    points = np.random.default_rng(0).random((4000, 3))
+    steps = np.linalg.norm(np.diff(points[morton_order(points)], axis=0), axis=1)
+    assert np.median(steps) < 0.1
+    np.testing.assert_array_equal(morton_order(np.ones((5, 3))), np.arange(5))
+
+
+def morton_code(cell):
+    """The bits of three whole numbers, interleaved: the slow way."""
+    return sum((int(cell[axis]) >> bit & 1) << (3 * bit + axis) for bit in range(21) for axis in range(3))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_the_morton_order_is_that_of_interleaved_bits(dtype):
+    points = np.random.default_rng(0).normal(size=(500, 3)).astype(dtype)
+    points = np.concatenate(
+        [points, points[:50] + dtype(1e-6), points[:20]]
+    )  # codes that share bits, and equals
+    low = points.min(axis=0).astype(np.float64)
+    cells = ((points - low) * ((2**21 - 1) / float((points.max(axis=0) - low).max()))).astype(np.int64)
+    codes = np.array([morton_code(cell) for cell in cells])
+    np.testing.assert_array_equal(morton_order(points), np.argsort(codes, kind="stable"))
+
+
+def test_the_method_chosen_and_its_reason_are_reported():
+    method, reason = choose_method(300_000, 7000)
+    assert method == "lloyd"
+    assert "43 points a cluster" in reason
+    found = group(random_gaussians(50), 5)
+    assert found.reason == choose_method(50, 5)[1]
+    assert group(random_gaussians(50), 5, method="lloyd").reason == "asked for"
+
+
+def test_scikit_learn_is_imported_for_minibatch_only():
+    code = (
+        "import sys; from brushgs.passes.reduce.cluster import cluster; from tests.passes.scenes import *;"
+        "cluster(random_gaussians(50), 5); assert 'sklearn' not in sys.modules;"
+        "cluster(random_gaussians(50), 5, method='minibatch'); assert 'sklearn' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"num_strokes": 0}, ValueError, "cluster: num_strokes must be >= 1, got 0"),
+        ({"num_strokes": 2.5}, TypeError, "cluster: num_strokes must be an integer, got float"),
+        ({"seed": -1}, ValueError, "cluster: seed must be in 0 to 4294967295, got -1"),
+        ({"seed": 2**32}, ValueError, "cluster: seed must be in 0 to 4294967295, got 4294967296"),
+        ({"seed": "a"}, TypeError, "cluster: seed must be an integer, got str"),
+        ({"features": "raw"}, ValueError, "cluster: features must be one of balanced, paper, got 'raw'"),
+        ({"merge": "mean"}, ValueError, "cluster: merge must be one of cover, paper, got 'mean'"),
+        (
+            {"method": "kd"},
+            ValueError,
+            "cluster: method must be one of auto, lloyd, minibatch, got 'kd'",
+        ),
+    ],
+)
+def test_bad_arguments_are_refused_by_name(options, error, message):
+    with pytest.raises(error, match=message):
+        cluster(random_gaussians(9), **({"num_strokes": 3} | options))
+
+
+def test_every_method_that_help_names_is_there():
+    assert set(choices.METHODS) == set(get_args(choices.Method)) == {"auto", *METHODS_RUN}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_moves_otherwise_is_in_another_cluster(method):
+    scene = random_gaussians(400)
+    is_second = np.arange(400) % 2 == 1
+    motion = np.zeros((400, 7), np.float32)
+    motion[is_second, 3] = 20
+    labels = group(scene, 10, method=method, motion=motion).labels
+    assert not set(labels[is_second]) & set(labels[~is_second])
+
+
+def test_motion_without_columns_changes_nothing():
+    scene = random_gaussians(200)
+    labels = group(scene, 20, motion=np.zeros((200, 0), np.float32)).labels
+    np.testing.assert_array_equal(labels, group(scene, 20).labels)

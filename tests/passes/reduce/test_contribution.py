@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+from scipy.special import elliprg
+
+from brushgs.core.native import core as _core
+from brushgs.passes.extent import robust_frame
+from brushgs.passes.reduce.contribution import contributions, projected_areas, visible_shares
+from tests.passes.scenes import random_gaussians, replaced
+
+
+def surface(a, b, c):
+    """Surface of an ellipsoid by Carlson's symmetric integral."""
+    return 4 * np.pi * elliprg(a * a * b * b, a * a * c * c, b * b * c * c)
+
+
+def test_projected_area_is_a_quarter_of_the_surface():
+    scales = np.exp(np.random.default_rng(0).uniform(-8, 2, (500, 3)))
+    expected = np.array([surface(*row) for row in scales]) / (4 * np.pi)
+    # 1.1 % is the known bound of the formula, 1.06 % the worst of these.
+    np.testing.assert_allclose(projected_areas(scales), expected, rtol=0.0115)
+
+
+def test_projected_area_of_a_ball_is_its_disc():
+    np.testing.assert_allclose(projected_areas(np.full((1, 3), 3.0)), 9.0, rtol=1e-12)
+
+
+def test_projected_area_keeps_its_digits_at_any_unit():
+    scales = np.array([[1.0, 2.0, 3.0]])
+    for unit in (1e-120, 1e120):
+        np.testing.assert_allclose(projected_areas(scales * unit) / unit / unit, projected_areas(scales))
+    assert projected_areas(np.zeros((1, 3)))[0] == 0
+
+
+def test_what_stands_alone_is_seen_from_everywhere():
+    scene = random_gaussians(2, spread=100.0, size=0.01)
+    np.testing.assert_allclose(visible_shares(scene), 1.0)
+
+
+def test_the_middle_of_a_dense_ball_is_hidden_and_its_rim_is_not():
+    scene = random_gaussians(20_000, size=0.05)
+    scene = replaced(scene, opacities=np.full(20_000, 0.9))
+    shares, radii = visible_shares(scene), np.linalg.norm(scene.means, axis=1)
+    assert shares[radii < 0.5].max() < 0.02
+    assert shares[radii > 3].min() > 0.4
+
+
+def test_shares_do_not_depend_on_row_order_unit_or_place():
+    scene = random_gaussians(500)
+    shares = visible_shares(scene)
+    shuffle = np.random.default_rng(0).permutation(500)
+    np.testing.assert_allclose(visible_shares(scene.take(shuffle)), shares[shuffle], rtol=1e-9)
+    moved = replaced(scene, means=scene.means * 1024.0, scales=scene.scales * 1024.0)
+    np.testing.assert_allclose(visible_shares(moved), shares, rtol=1e-9)
+
+
+def test_contribution_is_opacity_times_area_times_share():
+    scene = random_gaussians(9)
+    shares = visible_shares(scene)
+    expected = scene.opacities * projected_areas(scene.scales) * shares
+    np.testing.assert_array_equal(contributions(scene), expected)
+    np.testing.assert_array_equal(contributions(scene, shares), expected)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_tiny_scenes_have_shares(count):
+    assert visible_shares(random_gaussians(count)).shape == (count,)
+
+
+def test_robust_frame_ignores_strays():
+    means = np.concatenate([np.random.default_rng(0).uniform(-1, 1, (995, 3)), np.full((5, 3), 2e7)])
+    center, radius = robust_frame(means)
+    np.testing.assert_allclose(center, 0, atol=0.05)
+    assert 1.6 < radius < 1.8
+
+
+def test_robust_frame_has_a_radius_whatever_the_points():
+    assert robust_frame(np.zeros((0, 3))) == (pytest.approx(np.zeros(3)), 1.0)
+    assert robust_frame(np.full((4, 3), 7.0))[1] == 1.0
+    mostly_one = np.zeros((1000, 3))
+    mostly_one[0] = 3.0, 4.0, 0.0
+    assert robust_frame(mostly_one)[1] == pytest.approx(2.5)
+
+
+@pytest.mark.parametrize("reach", [0.0, 0.3, 100.0])
+def test_light_passes_what_lies_within_reach_and_not_at_the_same_place(reach):
+    rng = np.random.default_rng(3)
+    places, depths = np.round(10 * rng.random(400), 1), rng.integers(0, 9, 400).astype(float)
+    above, below = np.empty((2, 400))
+    _core.light_along(places, depths, reach, above, below)
+    for i, place in enumerate(places):
+        is_above = (places > place) & (places <= place + reach)
+        is_below = (places < place) & (places >= place - reach)
+        assert above[i] == -depths[is_above].sum()
+        assert below[i] == -depths[is_below].sum()

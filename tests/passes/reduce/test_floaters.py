@@ -1,0 +1,107 @@
+"""What hangs in the air is found; what is thin, small or far but real is not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.doctor import cure, examine_file
+from brushgs.passes.reduce.floaters import SURE_GAP, measure_detachment
+from tests.doctor import plant
+from tests.doctor.scenes import ball, fruit, scaled
+
+
+def joined(*scenes: bg.Gaussians) -> bg.Gaussians:
+    return bg.Gaussians.joined(scenes)
+
+
+def blobs(places: object, size: object = 0.05, opacity: float = 0.8) -> bg.Gaussians:
+    means = np.atleast_2d(np.asarray(places, np.float32))
+    count = len(means)
+    scales = np.broadcast_to(np.asarray(size, np.float32), (count, 3))
+    quats = np.tile(np.float32([1, 0, 0, 0]), (count, 1))
+    return bg.Gaussians(
+        means, quats, scales.copy(), np.full(count, opacity, np.float32), np.zeros((count, 1, 3), np.float32)
+    )
+
+
+def is_apart(scene: bg.Gaussians) -> np.ndarray:
+    return measure_detachment(scene).beyond(SURE_GAP)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.05])
+@pytest.mark.parametrize("unit", [1e-3, 1e3])
+def test_planted_floaters_are_found_and_nothing_else_is(share: float, unit: float, tmp_path: Path) -> None:
+    """Those that lie inside or close to something cannot be detected; measured here: 0.75 and 0.85 of all."""
+    planted = plant.floaters(plant.columns_of(scaled(fruit(), unit), tmp_path), share)
+    found = {f.name: f for f in bg.examine(plant.write(planted, tmp_path / "a.ply"))}["floaters"]
+    assert found.severity == "odd"
+    assert found.rows is not None
+    assert found.rows[planted.rows].mean() > 0.7
+    assert not found.rows[~planted.rows].any()
+
+
+@pytest.mark.parametrize("opacity", [0.05, 0.5, 1.0])
+@pytest.mark.parametrize("size", [0.001, 0.03, 0.15])
+def test_one_gaussian_apart_is_a_floater_whatever_its_size_and_opacity(size: float, opacity: float) -> None:
+    assert is_apart(joined(ball(), blobs((0, 2.5, 0), size, opacity))).nonzero()[0].tolist() == [len(ball())]
+
+
+def test_a_few_together_are_floaters_and_many_solid_ones_are_not() -> None:
+    near = np.random.default_rng(0).normal((0, 2.5, 0), 0.03, (12, 3))
+    few = is_apart(joined(ball(), blobs(near[:2])))
+    assert few[-2:].all()
+    many = is_apart(joined(ball(), blobs(near)))
+    assert not many.any()
+
+
+def test_haze_of_many_faint_ones_is_a_floater() -> None:
+    near = np.random.default_rng(0).normal((0, 2.5, 0), 0.1, (30, 3))
+    assert is_apart(joined(ball(), blobs(near, 0.15, 0.06)))[-30:].all()
+
+
+def test_a_thin_wire_that_stands_on_a_body_is_none() -> None:
+    """40 slender Gaussians end to end, one thick, from the ball's pole outwards."""
+    heights = 1 + 0.05 * np.arange(40)
+    wire = blobs(np.stack([0 * heights, heights, 0 * heights], 1), (0.004, 0.03, 0.004))
+    assert not is_apart(joined(ball(), wire)).any()
+
+
+def test_a_second_body_of_coarse_gaussians_is_none() -> None:
+    """Large ones lie far from their neighbours and touch all the same: a wall."""
+    x, y = np.meshgrid(np.arange(-8, 8), np.arange(-8, 8))
+    wall = blobs(np.stack([x.ravel(), y.ravel(), np.full(256, 9)], 1), (0.6, 0.6, 0.01))
+    assert not is_apart(joined(ball(), wall)).any()
+
+
+def test_a_cloud_of_dots_is_too_sparse_to_have_floaters(tmp_path: Path) -> None:
+    places = np.random.default_rng(0).uniform(-1, 1, (500, 3))
+    bg.save(blobs(places, 0.001), tmp_path / "a.ply")
+    names = {finding.name for finding in bg.examine(tmp_path / "a.ply")}
+    assert "too-sparse" in names
+    assert "floaters" not in names
+
+
+def test_what_is_found_does_not_depend_on_the_order_of_rows() -> None:
+    scene = joined(ball(), blobs(np.random.default_rng(5).uniform(-3, 3, (40, 3)), 0.1))
+    order = np.random.default_rng(6).permutation(len(scene))
+    np.testing.assert_array_equal(is_apart(scene.take(order)), is_apart(scene)[order])
+
+
+def test_the_dial_keeps_or_takes_more(tmp_path: Path) -> None:
+    """The last one hovers half way between the two distances."""
+    scene = joined(ball(), blobs([(0, 2.5, 0), (2.5, 0, 0)], 0.1), blobs((0, 0, 1.1), 0.003))
+    bg.save(scene, tmp_path / "a.ply")
+    left = {dial: len(cure(examine_file(tmp_path / "a.ply", dial))) for dial in ("off", "sure", "strong")}
+    assert left == {"off": len(scene), "sure": len(scene) - 2, "strong": len(scene) - 3}
+
+
+def test_a_few_specks_too_small_to_see_are_a_note_and_stay(tmp_path: Path) -> None:
+    scene = joined(ball(), blobs((0, 2.5, 0), 0.001))
+    bg.save(scene, tmp_path / "a.ply")
+    examination = examine_file(tmp_path / "a.ply")
+    found = next(finding for finding in examination.findings if finding.name == "floaters")
+    assert (found.severity, found.count) == ("note", 1)
+    assert "keeps them" in found.cure
+    assert len(cure(examination)) == len(scene)

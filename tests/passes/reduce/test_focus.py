@@ -1,0 +1,146 @@
+"""The factor on the strokes per area of each Gaussian, for a sphere, the subject and a mask."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from brushgs.cameras.framing import plain_first_view
+from brushgs.options.focus import Focus
+from brushgs.passes.reduce.focus import (
+    AUTO_STRENGTH,
+    EDGE,
+    STRENGTH,
+    auto_focus,
+    contrast,
+    mask_focus,
+    sphere_focus,
+    subject_focus,
+)
+from brushgs.still_life import still_life
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
+
+CAMERA = Camera.look_at((0, 0, -4), (0, 0, 0), width=40, height=30)
+
+
+def dots(means, opacity=0.99, scale=0.05):
+    """Round Gaussians at places."""
+    means = np.asarray(means, np.float32)
+    num = len(means)
+    quats = np.tile(np.float32([1, 0, 0, 0]), (num, 1))
+    scales = np.full((num, 3), scale, np.float32)
+    return Gaussians(
+        means, quats, scales, np.full(num, opacity, np.float32), np.zeros((num, 1, 3), np.float32)
+    )
+
+
+def test_a_sphere_is_full_inside_one_outside_and_halfway_at_its_surface():
+    places = [
+        [1, 0, 0],
+        [1 + 2 * (1 - EDGE) - 0.01, 0, 0],
+        [1, 2, 0],
+        [1, 2 * (1 + EDGE) + 0.01, 0],
+        [9, 9, 9],
+    ]
+    half = 0.5 * (1 + STRENGTH)
+    found = sphere_focus(dots(places), (1, 0, 0), 2.0)
+    np.testing.assert_allclose(found, [STRENGTH, STRENGTH, half, 1, 1], atol=1e-6)
+
+
+def test_factors_change_smoothly_across_the_edge_and_scale_with_the_scene():
+    line = np.column_stack([np.linspace(0, 2, 2001), np.zeros(2001), np.zeros(2001)])
+    found = sphere_focus(dots(line), (0, 0, 0), 1.0)
+    steps = np.diff(found)
+    assert (steps <= 0).all()
+    assert -steps.min() < 0.01
+    large = sphere_focus(dots(1e4 * line), (0, 0, 0), 1e4)
+    np.testing.assert_allclose(large, found, atol=1e-4)
+
+
+def test_the_subject_is_the_bounds_of_what_is_framed():
+    corners = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])
+    view = FirstView(corners, np.array([0, -1.0, 0]), 0.0, 0.0, has_surroundings=True)
+    found = subject_focus(dots([[0, 0, 0], [0.99, -0.99, 0.99], [5, 0, 0], [1.1, 0, 0]]), view)
+    np.testing.assert_allclose(found[:3], [STRENGTH, STRENGTH, 1], atol=1e-6)
+    assert 1 < found[3] < STRENGTH
+
+
+def test_a_subject_of_one_point_is_no_trouble():
+    gaussians = dots([[3, 3, 3]])
+    found = subject_focus(gaussians, FirstView(np.full((1, 3), 3.0), np.array([0, -1.0, 0]), 0.0, 0.0))
+    np.testing.assert_array_equal(found, [STRENGTH])
+
+
+def test_of_the_still_life_the_table_is_out_of_focus():
+    gaussians = still_life(3000)
+    found = subject_focus(gaussians, plain_first_view(gaussians))
+    assert contrast(found) == pytest.approx(STRENGTH)
+    assert 0.1 < (found > 1.5).mean() < 0.95
+
+
+def test_a_mask_lights_what_is_seen_under_it():
+    mask = np.zeros((30, 40), np.float32)
+    mask[:, 20:] = 1
+    left, right, hidden, out = [-0.8, 0, 0], [0.8, 0, 0], [1.6, 0, 4], [50, 0, 0]
+    wall = [[0.8 + dx, dy, -0.2] for dx in (-0.1, 0, 0.1) for dy in (-0.1, 0, 0.1)]
+    found = mask_focus(dots([left, right, hidden, out, *wall], scale=0.1), CAMERA, mask)
+    assert found[0] == 1
+    assert found[3] == 1
+    np.testing.assert_allclose(found[4:], STRENGTH, atol=1e-3)
+    between = mask_focus(dots([[0, 0, 0]], scale=0.1), CAMERA, mask)
+    np.testing.assert_allclose(between, 0.5 * (1 + STRENGTH), atol=0.02)
+
+
+def test_what_is_hidden_from_the_first_view_has_no_focus():
+    mask = np.ones((30, 40), np.float32)
+    wall = [[x, y, 0] for x in np.linspace(-1, 1, 9) for y in np.linspace(-1, 1, 9)]
+    found = mask_focus(dots([[0, 0, 3], *wall], opacity=1.0, scale=0.3), CAMERA, mask)
+    assert found[0] == 1
+    assert found[1:].min() > 1.9
+
+
+def test_grey_is_half_a_focus_and_black_is_none():
+    for light, expected in ((0.0, 1.0), (0.5, 1.5), (1.0, STRENGTH)):
+        found = mask_focus(dots([[0, 0, 0]]), CAMERA, np.full((30, 40), light, np.float32))
+        np.testing.assert_allclose(found, [expected], atol=1e-5)
+
+
+def test_a_mask_of_another_size_is_refused_and_a_view_of_nothing_has_no_focus():
+    with pytest.raises(ValueError, match="mask must have shape"):
+        mask_focus(dots([[0, 0, 0]]), CAMERA, np.ones((4, 4), np.float32))
+    behind = dots([[0, 0, -90]])
+    np.testing.assert_array_equal(mask_focus(behind, CAMERA, np.ones((30, 40), np.float32)), [1.0])
+
+
+def test_factors_do_not_depend_on_threads():
+    gaussians, mask = still_life(2000), np.tile(np.linspace(0, 1, 40, dtype=np.float32), (30, 1))
+    one, four = (mask_focus(gaussians, CAMERA, mask, num_threads=n) for n in (1, 4))
+    np.testing.assert_array_equal(one, four)
+
+
+def test_a_focus_is_read_from_text():
+    assert Focus.of("off") is None
+    assert Focus.of("auto") == Focus(is_auto=True)
+    assert Focus.of("subject") == Focus()
+    assert Focus.of("1,2,3,0.5") == Focus((1.0, 2.0, 3.0, 0.5))
+    assert Focus.of("./auto") == Focus(mask=Path("auto"))
+    assert [str(Focus.of(text)) for text in ("auto", "subject", "1,2,3,0.5")] == [
+        "auto",
+        "subject",
+        "1,2,3,0.5",
+    ]
+    with pytest.raises(ValueError, match="focus must be one of"):
+        Focus((1.0, 2.0, 3.0, 0.5), is_auto=True)
+    with pytest.raises(ValueError, match="focus must be auto, off, subject"):
+        Focus.of(" ")
+
+
+def test_auto_is_at_most_its_strength_and_leaves_one_color_alone():
+    gaussians = still_life(3000)
+    found = auto_focus(gaussians, plain_first_view(gaussians))
+    assert found.min() >= 1
+    assert 2 < found.max() <= AUTO_STRENGTH
+    assert (found > 2).mean() < 0.3
+    same = dots(gaussians.means)
+    assert contrast(auto_focus(same, plain_first_view(same))) < 1.02

@@ -1,0 +1,196 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from brushgs.passes.reduce.contribution import seen_areas
+from brushgs.passes.reduce.merge import merge_clusters, principal_axes
+from tests.passes.scenes import assert_same, columns_of, covariances, random_gaussians, replaced
+
+MERGES = ["cover", "paper"]
+seeds = st.integers(0, 10_000)
+
+
+def random_labels(n, k, seed=0):
+    return np.random.default_rng(seed).integers(0, k, n)
+
+
+@given(seeds)
+def test_cover_conserves_the_mean_weighted_by_opacity_and_area(seed):
+    scene, labels = random_gaussians(60, seed), random_labels(60, 5, seed)
+    merged = merge_clusters(scene, labels)
+    weights = scene.opacities * seen_areas(scene)
+    for row, label in enumerate(np.unique(labels)):
+        of = labels == label
+        expected = np.average(scene.means[of], axis=0, weights=weights[of])
+        np.testing.assert_allclose(merged.means[row], expected, rtol=1e-9, atol=1e-12)
+
+
+@given(seeds, st.sampled_from([0.5, 1.0, 1.4]))
+def test_cover_has_the_total_variance_with_what_lies_between_raised(seed, overlap):
+    scene, labels = random_gaussians(60, seed), random_labels(60, 5, seed)
+    merged = merge_clusters(scene, labels, overlap=overlap)
+    weights, own = scene.opacities * seen_areas(scene), covariances(scene)
+    for row, label in enumerate(np.unique(labels)):
+        of = labels == label
+        if of.sum() > 1:
+            within = np.average(own[of], axis=0, weights=weights[of])
+            between = np.cov(scene.means[of].T, aweights=weights[of], ddof=0)
+            np.testing.assert_allclose(
+                covariances(merged)[row], within + overlap * between, rtol=1e-9, atol=1e-9
+            )
+
+
+@given(seeds)
+def test_axes_are_ascending_and_turn_as_a_quaternion_can(seed):
+    scene, labels = random_gaussians(40, seed), random_labels(40, 4, seed)
+    merged = merge_clusters(scene, labels)
+    is_merged = np.bincount(labels, minlength=4)[np.unique(labels)] > 1
+    assert (np.diff(merged.scales[is_merged], axis=1) >= 0).all()
+    np.testing.assert_allclose(np.linalg.norm(merged.quats[is_merged], axis=1), 1, rtol=1e-12)
+
+
+@pytest.mark.parametrize("merge", MERGES)
+def test_quaternions_and_their_negatives_merge_alike(merge):
+    scene, labels = random_gaussians(80), random_labels(80, 6)
+    signs = np.where(np.random.default_rng(1).random(80) < 0.5, -1.0, 1.0)[:, None]
+    merged = merge_clusters(scene, labels, merge=merge)
+    other = merge_clusters(replaced(scene, quats=signs * scene.quats), labels, merge=merge)
+    np.testing.assert_allclose(covariances(other), covariances(merged), rtol=1e-9, atol=1e-12)
+
+
+def test_equal_gaussians_become_that_gaussian_with_the_opacity_of_the_stack():
+    one = random_gaussians(1, terms=4)
+    merged = merge_clusters(one.take(np.zeros(5, dtype=int)), np.zeros(5, dtype=int))
+    np.testing.assert_allclose(merged.means, one.means, rtol=1e-12)
+    np.testing.assert_allclose(covariances(merged), covariances(one), rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(merged.sh, one.sh, rtol=1e-12)
+    np.testing.assert_allclose(merged.opacities, 1 - (1 - one.opacities) ** 5, rtol=1e-6)
+
+
+def test_equal_gaussians_become_that_gaussian_with_a_larger_scale_by_the_published_rule():
+    one = random_gaussians(1, terms=4)
+    merged = merge_clusters(one.take(np.zeros(8, dtype=int)), np.zeros(8, dtype=int), merge="paper")
+    np.testing.assert_allclose(merged.means, one.means, rtol=1e-12)
+    np.testing.assert_allclose(merged.scales, 2 * one.scales, rtol=1e-12)
+    np.testing.assert_allclose(merged.opacities, one.opacities, rtol=1e-12)
+    np.testing.assert_allclose(merged.sh, one.sh, rtol=1e-12)
+    np.testing.assert_allclose(covariances(merged), 4 * covariances(one), rtol=1e-9)
+
+
+def test_published_rule_is_plain_means_with_the_real_cube_root():
+    scene, labels = random_gaussians(30, terms=9), random_labels(30, 3)
+    merged = merge_clusters(scene, labels, merge="paper")
+    for row in range(3):
+        of = labels == row
+        np.testing.assert_allclose(merged.means[row], scene.means[of].mean(axis=0), rtol=1e-9)
+        np.testing.assert_allclose(merged.opacities[row], scene.opacities[of].mean(), rtol=1e-9)
+        np.testing.assert_allclose(merged.sh[row], scene.sh[of].mean(axis=0), rtol=1e-9, atol=1e-12)
+        expected = scene.scales[of].mean(axis=0) * of.sum() ** (1 / 3)
+        np.testing.assert_allclose(merged.scales[row], expected, rtol=1e-9)
+
+
+def test_published_rule_does_not_let_opposite_quaternions_cancel():
+    scene = random_gaussians(2)
+    scene = replaced(scene, quats=np.array([[0.5, 0.5, 0.5, 0.5], [-1.0, -1.0, -1.0, -1.0]]))
+    merged = merge_clusters(scene, np.zeros(2, dtype=int), merge="paper")
+    np.testing.assert_allclose(merged.quats, 0.5 * np.ones((1, 4)), rtol=1e-12)
+
+
+def test_a_gaussian_alone_comes_back_as_it_was():
+    scene = random_gaussians(12, terms=16, dtype=np.float32)
+    assert_same(merge_clusters(scene, np.arange(12)), scene)
+
+
+@pytest.mark.parametrize("merge", MERGES)
+def test_names_of_labels_do_not_matter_but_their_order_is_that_of_the_rows(merge):
+    scene, labels = random_gaussians(50), random_labels(50, 7)
+    merged = merge_clusters(scene, labels, merge=merge)
+    assert_same(merge_clusters(scene, labels * 1000 - 3, merge=merge), merged)
+    reverse = merge_clusters(scene, -labels, merge=merge)
+    np.testing.assert_array_equal(reverse.means, merged.means[::-1])
+
+
+def test_more_rows_than_a_block_merge_like_few():
+    """Covariances are summed block by block; a block border must not show."""
+    scene, labels = random_gaussians(70_000, size=0.01), random_labels(70_000, 3)
+    merged = merge_clusters(scene, labels, overlap=1.0)
+    weights, of = scene.opacities * seen_areas(scene), labels == 1
+    expected = np.average(covariances(scene)[of], axis=0, weights=weights[of])
+    expected += np.cov(scene.means[of].T, aweights=weights[of], ddof=0)
+    np.testing.assert_allclose(covariances(merged)[1], expected, rtol=1e-9, atol=1e-9)
+
+
+def test_sparse_members_make_a_faint_stroke_and_dense_ones_a_solid_one():
+    scene = random_gaussians(400, size=0.01)
+    scene = replaced(scene, opacities=np.full(400, 0.9))
+    labels = np.zeros(400, dtype=int)
+    sparse = merge_clusters(replaced(scene, scales=np.full((400, 3), 0.005)), labels)
+    dense = merge_clusters(replaced(scene, scales=np.full((400, 3), 0.2)), labels)
+    assert sparse.opacities[0] < 0.02
+    assert dense.opacities[0] > 0.99
+
+
+def test_colour_is_that_of_what_is_seen():
+    scene = random_gaussians(20_000)
+    inside = np.linalg.norm(scene.means, axis=1) < 1.5
+    sh = np.where(inside[:, None, None], -1.0, 1.0) * np.ones((20_000, 1, 3))
+    scene = replaced(scene, sh=sh, scales=np.full((20_000, 3), 0.1), opacities=np.full(20_000, 0.9))
+    assert merge_clusters(scene, np.zeros(20_000, dtype=int)).sh.min() > 0.5
+
+
+@pytest.mark.parametrize("unit", [1e-15, 1e-9, 1.0, 1e12])
+def test_merged_shapes_scale_with_the_unit(unit):
+    scene, labels = random_gaussians(60), random_labels(60, 4)
+    merged = merge_clusters(scene, labels)
+    other = merge_clusters(replaced(scene, means=scene.means * unit, scales=scene.scales * unit), labels)
+    np.testing.assert_allclose(other.scales, merged.scales * unit, rtol=1e-6)
+    np.testing.assert_allclose(other.opacities, merged.opacities, rtol=1e-6)
+
+
+@pytest.mark.parametrize("merge", MERGES)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_flat_needle_and_void_gaussians_merge_soundly(merge, dtype):
+    scene = random_gaussians(60, dtype=dtype)
+    scales = np.array([(0, 0, 0), (0, 0, 1), (0, 1, 1), (1e-9, 1e-9, 1e3)], dtype=dtype)[np.arange(60) % 4]
+    scene = replaced(scene, scales=scales, opacities=(np.arange(60) % 3 / 2).astype(dtype))
+    for labels in (np.arange(60) % 4, np.arange(60) // 20, np.zeros(60, dtype=int)):
+        merged = merge_clusters(scene, labels, merge=merge)
+        assert all(column.dtype == dtype for column in columns_of(merged))
+        assert (merged.scales >= 0).all()
+
+
+def test_all_at_one_place_without_size_stays_a_point():
+    scene = random_gaussians(6)
+    scene = replaced(scene, means=np.ones((6, 3)), scales=np.zeros((6, 3)))
+    merged = merge_clusters(scene, np.zeros(6, dtype=int))
+    assert merged.scales.max() < 1e-15  # the weighted mean of ones is off by a last bit
+    np.testing.assert_allclose(merged.means, 1)
+
+
+def test_opaque_members_stay_opaque():
+    scene = random_gaussians(6)
+    scene = replaced(scene, means=np.ones((6, 3)), opacities=np.ones(6))
+    assert merge_clusters(scene, np.zeros(6, dtype=int)).opacities[0] <= 1
+
+
+def test_principal_axes_rebuild_the_covariance_and_never_turn_it_inside_out():
+    axes = np.random.default_rng(0).normal(size=(100, 3, 3)) * 10.0 ** np.arange(-50, 50)[:, None, None]
+    covars = axes @ axes.transpose(0, 2, 1)
+    scales, turned = principal_axes(covars)
+    back = turned @ (scales[:, :, None] ** 2 * turned.transpose(0, 2, 1))
+    size = np.abs(covars).max(axis=(1, 2), keepdims=True)
+    np.testing.assert_allclose(back / size, covars / size, atol=1e-13)
+    np.testing.assert_allclose(np.linalg.det(turned), 1)
+
+
+def test_bad_arguments_are_refused_by_name():
+    scene = random_gaussians(4)
+    with pytest.raises(ValueError, match=r"merge_clusters: labels must have shape \[N=4\], got \[3\]"):
+        merge_clusters(scene, np.zeros(3, dtype=int))
+    with pytest.raises(TypeError, match="merge_clusters: labels must be integers, got float64"):
+        merge_clusters(scene, np.zeros(4))
+    with pytest.raises(ValueError, match="merge_clusters: merge must be 'cover' or 'paper', got 'mean'"):
+        merge_clusters(scene, np.zeros(4, dtype=int), merge="mean")
+    with pytest.raises(ValueError, match="merge_clusters: overlap must be > 0 and finite, got 0"):
+        merge_clusters(scene, np.zeros(4, dtype=int), overlap=0)

@@ -1,0 +1,141 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from brushgs.passes.reduce.prune import intensities, prune
+from tests.passes.scenes import assert_same, columns_of, random_gaussians, replaced
+
+WEIGHTS = ["contribution", "paper"]
+
+
+def rows_of(part, whole):
+    """Which rows of the whole the part consists of, by position."""
+    return [int(np.flatnonzero((whole.means == mean).all(axis=1))[0]) for mean in part.means]
+
+
+@given(st.integers(1, 60), st.integers(0, 99), st.floats(0, 1, exclude_min=True), st.sampled_from(WEIGHTS))
+def test_prune_keeps_order_and_is_a_subset(n, seed, keep, weight):
+    scene = random_gaussians(n, seed)
+    kept = prune(scene, keep, weight=weight)
+    rows = rows_of(kept, scene)
+    assert rows == sorted(set(rows))
+    assert len(kept) == max(1, int(np.floor(keep * n + 0.5)))
+    assert_same(kept, scene.take(np.array(rows)))
+
+
+@pytest.mark.parametrize("weight", WEIGHTS)
+def test_prune_does_not_depend_on_the_order_of_rows(weight):
+    scene = random_gaussians(200)
+    shuffle = np.random.default_rng(1).permutation(200)
+    kept, of_shuffled = prune(scene, 0.3, weight=weight), prune(scene.take(shuffle), 0.3, weight=weight)
+    assert {tuple(m) for m in kept.means} == {tuple(m) for m in of_shuffled.means}
+
+
+@pytest.mark.parametrize("weight", WEIGHTS)
+def test_equal_weights_fall_back_to_the_row(weight):
+    one = random_gaussians(1)
+    scene = one.take(np.zeros(10, dtype=int))
+    scene = replaced(scene, sh=np.arange(30.0).reshape(10, 1, 3))  # beyond what the weights see
+    scene = replaced(scene, means=np.zeros((10, 3)), opacities=np.zeros(10))
+    assert_same(prune(scene, 0.4, weight=weight), scene.take(slice(0, 4)))
+
+
+def test_a_share_may_be_in_percent():
+    scene = random_gaussians(10)
+    assert_same(prune(scene, "30%"), prune(scene, 0.3))
+    assert_same(prune(scene, keep="0.3"), prune(scene, 0.3))
+
+
+def test_keeping_all_gives_the_input_itself():
+    scene = random_gaussians(5)
+    assert prune(scene, 1.0) is scene
+
+
+def test_prune_of_nothing_is_nothing():
+    scene = random_gaussians(0)
+    assert prune(scene, 0.5) is scene
+
+
+def test_paper_weight_is_opacity_times_trace_times_luminance():
+    scene = random_gaussians(7)
+    red, green, blue = np.clip(0.5 + 0.28209479177387814 * scene.sh[:, 0], 0, 1).T
+    luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    expected = scene.opacities * (scene.scales**2).sum(axis=1) * luminance
+    np.testing.assert_allclose(intensities(scene), expected, rtol=1e-12)
+
+
+def test_paper_weight_drops_black_first_and_contribution_does_not():
+    scene = random_gaussians(50, spread=100.0)  # far apart: nothing hides anything
+    sh = np.zeros((50, 1, 3))
+    sh[:25] = -10.0  # black
+    # 100 times the area, beyond the spread, and none so small that pictures show it larger.
+    scales = np.where(np.arange(50)[:, None] < 25, 10.0, 1.0) * np.ones(3)
+    scene = replaced(scene, sh=sh, scales=scales, opacities=np.ones(50))
+    assert rows_of(prune(scene, 0.5, weight="paper"), scene) == list(range(25, 50))
+    assert rows_of(prune(scene, 0.5, weight="contribution"), scene) == list(range(25))
+
+
+def test_contribution_drops_what_is_buried():
+    scene = random_gaussians(20_000)
+    scene = replaced(scene, scales=np.full((20_000, 3), 0.05), opacities=np.full(20_000, 0.9))
+    radii = np.linalg.norm(prune(scene, 0.5).means, axis=1)
+    assert np.count_nonzero(np.linalg.norm(scene.means, axis=1) < 0.7) > 1300
+    assert np.count_nonzero(radii < 0.7) == 0
+
+
+def test_a_closed_room_does_not_hide_what_stands_in_it():
+    directions = np.random.default_rng(0).normal(size=(4000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    radii = np.where(np.arange(4000) < 3900, 1.0, 0.3)[:, None]
+    scene = random_gaussians(4000)
+    scene = replaced(
+        scene, means=directions * radii, scales=np.full((4000, 3), 0.03), opacities=np.full(4000, 0.9)
+    )
+    inside = np.linalg.norm(prune(scene, 0.5).means, axis=1) < 0.5
+    assert inside.sum() > 60  # of the 100 that stand inside: more than of the walls, of which half goes
+
+
+@pytest.mark.parametrize("factor", [2.0**-13, 2.0**13])
+def test_the_unit_of_the_scene_does_not_matter(factor):
+    scene = random_gaussians(300)
+    other = replaced(scene, means=scene.means * factor, scales=scene.scales * factor)
+    kept, of_other = prune(scene, 0.4), prune(other, 0.4)
+    np.testing.assert_array_equal(kept.means * factor, of_other.means)
+
+
+@pytest.mark.parametrize("weight", WEIGHTS)
+@pytest.mark.parametrize("size", [0.0, 1e-30, 1e15])
+@pytest.mark.parametrize("spread", [0.0, 1e-30, 2e7])
+def test_extreme_sizes_and_extents_are_pruned_without_complaint(size, spread, weight):
+    scene = random_gaussians(40, dtype=np.float32)
+    scene = replaced(scene, scales=scene.scales * np.float32(size), means=scene.means * np.float32(spread))
+    assert len(prune(scene, 0.25, weight=weight)) == 10
+
+
+@pytest.mark.parametrize(
+    ("keep", "message"),
+    [
+        (30.0, r"prune: keep must be in \(0, 1\], got 30.0; for 30 % write 0.3"),
+        (0.0, r"prune: keep must be in \(0, 1\], got 0.0$"),
+        (-1.0, r"prune: keep must be in \(0, 1\], got -1.0$"),
+        (float("nan"), r"prune: keep must be in \(0, 1\], got nan$"),
+        ("120%", "prune: keep must be at most 100 %, got '120%'"),
+        ("most", "prune: keep must be a number, got 'most'"),
+    ],
+)
+def test_keep_out_of_range_is_refused(keep, message):
+    with pytest.raises(ValueError, match=message):
+        prune(random_gaussians(3), keep)
+
+
+def test_unknown_weight_is_refused():
+    with pytest.raises(ValueError, match="prune: weight must be 'contribution' or 'paper', got 'size'"):
+        prune(random_gaussians(3), weight="size")
+
+
+def test_prune_keeps_the_dtype_and_every_column():
+    scene = random_gaussians(20, terms=16, dtype=np.float32)
+    kept = prune(scene, 0.5)
+    assert all(column.dtype == np.float32 for column in columns_of(kept))
+    assert kept.sh.shape == (10, 16, 3)

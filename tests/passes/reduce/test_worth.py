@@ -1,0 +1,117 @@
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.cameras.framing import frame_scene
+from brushgs.measure.likeness import psnr
+from brushgs.passes.reduce.worth import worth_keeping
+from tests.passes.form.test_solid import joined, layer
+from tests.passes.scenes import random_gaussians, replaced
+from tests.scenes import real_scene
+
+
+def stroke(place, size, opacity):
+    sizes = np.broadcast_to(np.asarray(size, float), 3)
+    return bg.Gaussians(
+        np.array([place], float),
+        np.array([[1.0, 0, 0, 0]]),
+        sizes[None],
+        np.array([opacity]),
+        np.zeros((1, 1, 3)),
+    )
+
+
+WALL = layer(8, opacity=0.9, size=0.6)
+
+
+def dropped(*others):
+    """Which of some strokes are dropped beside a wall of 64, of which none is."""
+    keep = worth_keeping(joined(WALL, *others))
+    assert keep[:64].all()
+    return [bool(value) for value in ~keep[64:]]
+
+
+def test_faint_strokes_and_veils_are_dropped_where_paint_covers_and_when_they_are_alone():
+    assert dropped(stroke((3.5, 3.5, 0.1), 0.4, 0.05)) == [True]
+    assert dropped(stroke((3.5, 3.5, 0.1), 3.0, 0.2)) == [True]  # a veil
+    assert dropped(stroke((3.5, 3.5, 0.1), 0.6, 0.2)) == [False]  # neither
+    assert dropped(stroke((3.5, 3.5, 8.0), 8.0, 0.2)) == [True]  # over the wall
+    assert dropped(stroke((20.0, 3.5, 0.0), 9.0, 0.2)) == [True]  # a pane of glass in the air
+    assert dropped(stroke((8.0, 3.5, 0.0), (0.6, 0.6, 0.01), 0.1)) == [False]  # thin, but part of the wall
+    assert dropped(stroke((9.0, 3.5, 0.0), (0.6, 0.6, 0.01), 0.1)) == [True]  # fog
+
+
+def test_a_surface_of_many_veils_is_kept_and_fog_is_not():
+    veils = [stroke((12 + 0.01 * k, 3.5, 0.001 * k), (0.9, 0.9, 0.01), 0.1) for k in range(40)]
+    assert dropped(*veils) == [False] * 40
+    assert dropped(veils[0]) == [True]
+
+
+def test_specks_are_dropped_but_not_what_stands_firm():
+    assert dropped(stroke((3.5, 3.5, 6.0), 0.5, 0.4)) == [True]
+    assert dropped(stroke((3.5, 3.5, 6.0), 0.5, 0.9)) == [False]  # a bird
+    pair = [stroke((3.5 + k, 3.5, 6.0), 0.5, 0.4) for k in range(2)]
+    assert dropped(*pair) == [True, True]
+    crowd = [stroke((3.5 + k, 3.5, 6.0), 0.5, 0.4) for k in range(6)]
+    assert dropped(*crowd) == [False] * 6
+
+
+def test_masts_and_wires_are_kept():
+    mast = [stroke((3.5, 3.5, 2.0 * k), (0.02, 0.02, 0.8), 0.5) for k in range(4)]
+    assert dropped(*mast) == [False] * 4
+    wire = [stroke((2.5 * k, 3.5, 30.0), (0.8, 0.01, 0.01), 0.4) for k in range(8)]
+    assert dropped(*wire) == [False] * 8
+
+
+def test_a_scene_of_haze_or_without_bodies_is_kept():
+    haze = layer(8, opacity=0.03, size=0.6)
+    assert worth_keeping(haze).all()
+    scattered = layer(5, opacity=0.5, size=0.01)
+    assert worth_keeping(scattered).all()
+    assert worth_keeping(layer(3, opacity=0.0)).all()
+
+
+@pytest.mark.parametrize("unit", [1e-4, 1e4])
+def test_worth_does_not_depend_on_unit_place_or_order(unit):
+    strokes = random_gaussians(500, seed=5, size=0.15)
+    strokes = replaced(strokes, opacities=strokes.opacities**4)
+    expected = worth_keeping(strokes)
+    assert 20 < np.count_nonzero(~expected) < 400
+    shuffle = np.random.default_rng(0).permutation(500)
+    moved = replaced(strokes, means=unit * (strokes.means + np.arange(1, 4)), scales=unit * strokes.scales)
+    np.testing.assert_array_equal(worth_keeping(moved.take(shuffle)), expected[shuffle])
+
+
+@pytest.mark.parametrize("num", [0, 1, 2, 3, 40])
+@pytest.mark.parametrize("scale", [0, 1e-30, 1.0, 1e30, 1e300])
+def test_stiff_strokes_are_judged_without_warnings(num, scale):
+    strokes = replaced(random_gaussians(num), scales=np.full((num, 3), float(scale)))
+    for opacity in (0.0, 1e-40, 0.01, 1.0):
+        alike = replaced(strokes, opacities=np.full(num, opacity))
+        keep = worth_keeping(alike)
+        assert keep.shape == (num,)
+        assert keep.dtype == bool
+        assert keep.all() or opacity == 1e-40
+        assert worth_keeping(replaced(alike, means=np.zeros((num, 3)))).shape == (num,)
+
+
+@pytest.mark.parametrize(("name", "fewest", "most"), [("koala.ply", 1, 20), ("chair.splat", 60, 200)])
+def test_dropped_strokes_of_trained_scenes_are_hardly_missed(name, fewest, most):
+    """Of 2000: 3 specks around koala (-0.04 dB), 104 of the white fog around the chair (+0.03 dB)."""
+    scene = bg.prune(bg.clean(bg.load(real_scene(name))))
+    strokes = bg.cluster(scene, 2000)
+    kept = strokes.take(worth_keeping(strokes))
+    assert fewest <= 2000 - len(kept) <= most
+    changes = []
+    for azimuth in np.radians([0, 90, 180, 270]):
+        camera = frame_scene(scene, width=320, height=240, azimuth=azimuth)
+        truth, before, after = (
+            frame.rgb + 1 - frame.alpha[..., None]
+            for frame in (
+                bg.render(scene, camera, "gaussian"),
+                bg.render(strokes, camera, "flat"),
+                bg.render(kept, camera, "flat"),
+            )
+        )
+        changes.append(psnr(after, truth) - psnr(before, truth))
+    assert np.mean(changes) > -0.1

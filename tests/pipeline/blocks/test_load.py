@@ -1,0 +1,216 @@
+"""Scenes that are larger than the memory that may be used."""
+
+import json
+import os
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.cli import main
+from brushgs.io.scenes.read import open_files
+from brushgs.options.painting import PaintConfig
+from brushgs.options.scene_source import SceneSource
+from brushgs.options.sequence import SequenceConfig
+from brushgs.pipeline.blocks import budget as budgets
+from brushgs.pipeline.blocks.budget import Budget
+from brushgs.pipeline.blocks.load import load_in_blocks
+from brushgs.pipeline.prepare import STROKES, prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.strokes import load_scene
+from brushgs.still_life import still_life, still_life_camera
+from tests.io.ply_maker import scene_columns, write_scene
+
+PEARS = still_life(6000)
+NUM, MOST = len(PEARS), 2000
+MEMORY = 1 << 20  # less than any scene of these tests takes
+CAMERA = still_life_camera(width=160, height=120)
+
+
+@pytest.fixture(autouse=True)
+def _small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So many Gaussians are the least that fit, in place of 16,384."""
+    monkeypatch.setattr(budgets, "FEWEST", MOST)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    found = tmp_path_factory.mktemp("blocks") / "pears.ply"
+    bg.save(PEARS, found)
+    return found
+
+
+def load(path: Path, workers: SequenceConfig | None = None, block_rows: int | None = None) -> bg.Gaussians:
+    files = open_files(path, None)
+    return load_in_blocks(files, None, Budget(MEMORY), workers, block_rows=block_rows)[0]
+
+
+def psnr(one: bg.Frame, other: bg.Frame) -> float:
+    return float(-10 * np.log10(np.mean((one.rgb - other.rgb) ** 2) + 1e-12))
+
+
+def assert_equal(one: bg.Gaussians, other: bg.Gaussians) -> None:
+    for name, column in one.columns().items():
+        np.testing.assert_array_equal(column, getattr(other, name), err_msg=name)
+
+
+def test_strokes_do_not_depend_on_the_blocks(path: Path) -> None:
+    scenes = [load(path, block_rows=rows) for rows in (NUM, 1000, 777)]
+    pictures = [bg.render(bg.cluster(scene, 300), CAMERA, "flat") for scene in scenes]
+    for scene, picture in zip(scenes[1:], pictures[1:], strict=True):
+        np.testing.assert_allclose(scene.means, scenes[0].means, rtol=1e-6, atol=1e-7)
+        assert psnr(picture, pictures[0]) > 60
+
+
+def test_they_are_nearly_those_of_the_scene_in_memory(path: Path) -> None:
+    whole, merged = bg.load(path), load(path)
+    assert 0.4 * MOST < len(merged) <= MOST
+    plain = bg.render(whole, CAMERA, "gaussian")
+    in_memory, in_blocks = (
+        psnr(bg.render(bg.cluster(scene, 100), CAMERA, "gaussian"), plain) for scene in (whole, merged)
+    )
+    assert in_blocks > in_memory - 0.5
+
+
+def test_processes_give_the_same_bits(path: Path) -> None:
+    assert_equal(load(path, SequenceConfig(jobs=2), 1000), load(path, block_rows=1000))
+
+
+def test_rows_that_cannot_be_drawn_are_counted_as_without_blocks(tmp_path: Path) -> None:
+    columns = scene_columns(3000)
+    columns["x"][[5, 1500, 2999]] = np.nan
+    columns["scale_1"][1000:1010] = np.inf
+    scene = write_scene(tmp_path / "a.ply", columns)
+    message = r"13 of 3000 rows were dropped: 13 hold values .*row 5, x = nan"
+    with pytest.warns(bg.SceneWarning, match=message):
+        _, expected = load_scene(scene, Report())
+    with pytest.warns(bg.SceneWarning, match=message):
+        merged, notes = load_in_blocks(open_files(scene, None), None, Budget(MEMORY), block_rows=700)
+    assert (notes.rows_read, notes.rows_dropped) == (expected.rows_read, expected.rows_dropped)
+    assert notes.rows_each == pytest.approx(2987 / len(merged))
+    for name in ("rot_0", "rot_1", "rot_2", "rot_3"):
+        columns[name][:] = 0
+    scene = write_scene(tmp_path / "b.ply", columns)
+    with pytest.raises(bg.SceneError, match="no row of 3000 can be used"):
+        load(scene)
+
+
+@pytest.mark.parametrize("suffix", [".compressed.ply", ".splat", ".spz", ".sog"])
+def test_other_formats_and_several_files(path: Path, tmp_path: Path, suffix: str) -> None:
+    parts = [path, tmp_path / f"half{suffix}"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", bg.SceneWarning)  # .splat has no spherical harmonics
+        bg.save(PEARS, parts[1])
+    files = open_files(parts, None)
+    merged, notes = load_in_blocks(files, None, Budget(MEMORY), block_rows=2500)
+    assert len(merged) <= MOST
+    assert (notes.rows_read, len(notes.files)) == (2 * NUM, 2)
+    plain = bg.render(bg.load(parts), CAMERA, "gaussian")
+    assert psnr(bg.render(merged, CAMERA, "gaussian"), plain) > 22
+
+
+def test_a_scene_that_fits_is_read_as_ever(path: Path) -> None:
+    for memory in (None, 10**12):
+        report = Report()
+        gaussians, notes = load_scene(SceneSource((path,), memory=memory), report, makes_strokes=True)
+        assert_equal(gaussians, bg.load(path))
+        assert "blocks" not in report.stages[0].did
+        assert notes.rows_each == 1
+    assert len(load_scene(SceneSource((path,), memory=MEMORY), Report())[0]) == NUM  # no strokes are made
+
+
+def test_strokes_are_never_merged_while_they_are_read(path: Path, tmp_path: Path) -> None:
+    strokes = tmp_path / "strokes.ply"
+    main(["cluster", str(path), "--strokes", "all", "-o", str(strokes), "--quiet"])
+    source = SceneSource((strokes,), memory=MEMORY)
+    assert len(load_scene(source, Report(), makes_strokes=True)[0]) > MOST
+
+
+def test_what_was_merged_is_not_pruned_unless_one_asks_for_it(path: Path) -> None:
+    source, counts = SceneSource((path,), memory=MEMORY), []
+    for keep in (None, 0.5):
+        report, config = Report(), PaintConfig.of({"cluster": {"strokes": 100}, "prune": {"keep": keep}})
+        prepare(source, config, report, asks=STROKES)
+        (pruned,) = [stage for stage in report.stages if stage.name == "prune"]
+        counts.append(pruned.counts["after"] / pruned.counts["before"])
+        assert bool(pruned.skipped) == (keep is None)
+    assert counts == [1, pytest.approx(0.5, abs=0.01)]
+
+
+def test_a_share_of_strokes_is_of_the_rows(path: Path) -> None:
+    config = PaintConfig.of({"cluster": {"strokes": 0.05}, "clean": {"floaters": "off"}})
+    prepared = prepare(SceneSource((path,), memory=MEMORY), config, Report(), asks=STROKES)
+    assert len(prepared.strokes) == pytest.approx(0.05 * NUM, abs=5)
+
+
+@pytest.mark.parametrize("command", ["render", "cluster", "export"])
+def test_commands_say_that_it_was_done(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    output = tmp_path / {"render": "a.png", "cluster": "a.ply", "export": "a.html"}[command]
+    words = [command, str(path), "--strokes", "200", "--memory", "100MB", "-o", str(output), "--json"]
+    words += [] if command == "cluster" else ["--look", "plain", "--size", "160x120"]
+    assert main(words) == 0
+    stages = json.loads(capsys.readouterr().out)["stages"]
+    (loaded,) = [stage for stage in stages if stage["name"] == "load"]
+    assert loaded["did"].startswith(f"{NUM:,} Gaussians, SH degree 3")
+    assert "strokes of them take 217 MB of memory, 100 MB may be used: read in blocks" in loaded["did"]
+    assert loaded["counts"]["memory"] == 10**8
+    assert output.stat().st_size > 1000
+
+
+def test_memory_that_is_no_size_is_refused(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", str(path), "--memory", "8"]) == 2
+    assert "must be a size above 0 such as 8GB or 500MB" in capsys.readouterr().err
+
+
+LIMITED = """
+import resource, sys
+import numpy as np
+from brushgs.io.scenes.read import open_files, read_files
+from brushgs.pipeline.blocks.budget import Budget
+from brushgs.pipeline.blocks.load import load_in_blocks
+# First a small one: imports whatever the large one needs.
+load_in_blocks(open_files(sys.argv[2], None), None, Budget(1), block_rows=1 << 14)
+size = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (size + (120 << 20),) * 2)
+files = open_files(sys.argv[1], None)
+try:
+    read_files(files)
+    print("fits")
+except MemoryError:
+    print("too large")
+print(len(load_in_blocks(files, None, Budget(1), block_rows=1 << 14)[0]))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits the address space")
+def test_blocks_take_less_memory_than_the_scene(path: Path, tmp_path: Path) -> None:
+    columns = scene_columns(1000, degree=3)
+    columns = {name: np.tile(values, 700) for name, values in columns.items()}  # 165 MB in memory
+    columns["y"] += np.arange(700_000, dtype=np.float32) / 1000
+    large = write_scene(tmp_path / "large.ply", columns)
+    # The memory that malloc sets aside for each thread is address space too.
+    environment = {**os.environ, "MALLOC_ARENA_MAX": "1"}
+    command = [sys.executable, "-c", LIMITED, str(large), str(path)]
+    run = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert run.returncode == 0, run.stderr
+    fits, num = run.stdout.split("\n")[:2]
+    assert fits == "too large", run.stderr
+    assert 4000 < int(num) <= 1 << 14, run.stderr
+
+
+def test_a_bar_counts_the_blocks(
+    path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes the pipe of the test for a terminal
+    report = Report(shows_progress=True)
+    with report.stage("load"):
+        load_in_blocks(open_files(path, None), None, Budget(MEMORY), block_rows=1000, report=report)
+    report.close()
+    num_blocks = -(-len(PEARS) // 1000)
+    assert f"{num_blocks}/{num_blocks} blocks" in capsys.readouterr().err

@@ -1,0 +1,77 @@
+"""The public cameras of Gaussians in memory are those that paintings are seen by."""
+
+from math import pi, radians
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.options.painting import PaintConfig, ViewConfig
+from brushgs.options.sequence import PathConfig
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
+from brushgs.still_life import still_life
+
+SIZE = {"width": 96, "height": 64}
+
+
+@pytest.fixture(scope="module")
+def pears():
+    return still_life(3000)
+
+
+def cameras_of(gaussians, views=None, **view):
+    """The cameras of a painting, without painting it."""
+    config = PaintConfig(view=ViewConfig(size=(96, 64), **view))
+    return prepare(gaussians, config, Report(), views=views, asks=["cameras"]).cameras
+
+
+def assert_same(one, other):
+    np.testing.assert_array_equal(one.viewmat, other.viewmat)
+    np.testing.assert_array_equal(one.K, other.K)
+    assert (one.width, one.height, one.near) == (other.width, other.height, other.near)
+
+
+@pytest.mark.parametrize(
+    "view",
+    [
+        {},
+        {"side": "back", "zoom": 2.0},
+        {"up": "+z", "azimuth": 0.5, "elevation": -0.2, "fov_y": radians(30), "pan": (0.1, 0.0), "roll": 0.1},
+        {"look_at": (0.1, -1.0, 0.0), "distance": 4.0},
+    ],
+)
+def test_a_scene_is_framed_as_its_painting_is(pears, view):
+    assert_same(bg.frame_scene(pears, **SIZE, **view), cameras_of(pears, **view)[0])
+
+
+def test_an_orbit_is_that_of_the_command(pears):
+    ours = bg.orbit(pears, 5, **SIZE, zoom=1.3)
+    theirs = cameras_of(pears, PathConfig(orbit=5), zoom=1.3)
+    assert len(ours) == len(theirs) == 5
+    for one, other in zip(ours, theirs, strict=True):
+        assert_same(one, other)
+
+
+def test_any_three_numbers_are_a_point_to_look_at(pears):
+    points = [(0, -1, 0), [0, -1, 0], np.array([0.0, -1, 0])]
+    first, *others = [bg.frame_scene(pears, **SIZE, look_at=point) for point in points]
+    for other in others:
+        assert_same(first, other)
+    x, y, z = first.viewmat[:3, :3] @ (0, -1, 0) + first.viewmat[:3, 3]
+    np.testing.assert_allclose((x, y), 0, atol=1e-12)
+    assert z > 0
+
+
+def test_views_that_are_none_are_refused(pears):
+    nothing = pears[:0]
+    with pytest.raises(ValueError, match="frame_scene: gaussians must have at least one row, got none"):
+        bg.frame_scene(nothing)
+    with pytest.raises(ValueError, match="orbit: gaussians must have at least one row, got none"):
+        bg.orbit(nothing, 3)
+    with pytest.raises(ValueError, match="orbit: num_frames must be at least 1, got 0"):
+        bg.orbit(pears, 0)
+    with pytest.raises(ValueError, match=r"fov-deg must be in \(0, 180\) degrees"):
+        bg.frame_scene(pears, fov_y=pi)
+    with pytest.raises(ValueError, match="azimuth cannot be combined with side"):
+        bg.frame_scene(pears, azimuth=0.0, side="left")

@@ -1,0 +1,140 @@
+"""`--explain` says what a painting makes, and why not the rest."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.cli import main
+from brushgs.options.direction import Direction
+from brushgs.options.look import Look
+from brushgs.options.painting import CleanConfig, PaletteConfig, ViewConfig
+from brushgs.options.sequence import GrowConfig, PathConfig
+from brushgs.pipeline.estimate import SECONDS, estimate
+from brushgs.pipeline.prepare import PICTURE, STROKES, open_job
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.steps import PAINTING
+from brushgs.still_life import still_life, still_life_camera
+from tests.scenes import save_upright
+
+SCENE = still_life(1000)
+FACTS = {"is_strokes": False, "is_empty": False}
+
+
+def config_of(look, **changes):
+    config = Look.open(look).config
+    view = ViewConfig(size=(64, 48), up="-y")
+    config = replace(config, cluster=replace(config.cluster, strokes=60), view=view)
+    for step, values in changes.items():
+        old = getattr(config, step)
+        config = replace(config, **{step: replace(old, **values) if isinstance(values, dict) else values})
+    return config
+
+
+OFF = {"strokes": {"edges": 0.0, "economy": 0.0, "focus": None}, "light": {"key": 0.0}}
+JOBS = {
+    "oil": (config_of("oil"), {}),
+    "plain": (config_of("plain"), {}),
+    "ink": (config_of("ink"), {}),
+    "watercolour": (config_of("watercolour"), {}),
+    "all off": (config_of("oil", **OFF), {}),
+    "blind": (config_of("oil", strokes={"see": "off", "direction": Direction("own")}), {}),
+    "auto": (config_of("plain", cluster={"strokes": "auto"}), {}),
+    "for the view": (config_of("oil", cluster={"strokes_for": "view"}), {}),
+    "unclean": (config_of("plain", clean=CleanConfig("off")), {"asks": STROKES}),
+    "given camera": (config_of("oil"), {"views": still_life_camera(width=64, height=48)}),
+    "day": (config_of("oil", light={"sun": (0.0, 0.5, 1.0, 0.8)}), {"views": PathConfig(orbit=3)}),
+    "grows": (config_of("gouache"), {"views": GrowConfig(1.0)}),
+}
+
+
+@pytest.mark.parametrize("name", JOBS)
+def test_what_is_explained_is_what_is_made(name):
+    config, options = JOBS[name]
+    job = open_job(SCENE, config, Report(), **({"asks": PICTURE} | options))
+    explained = job.explain(FACTS)
+    assert not job.seconds, "nothing ran"
+    job.run()
+    for one in explained:
+        if one.runs == "yes":
+            assert one.name in job.seconds, one
+        elif one.runs == "no":
+            assert one.name not in job.seconds, one
+            assert one.why == job.skipped.get(one.name, "nothing that runs takes it"), one
+    assert sum(one.runs == "undecided" for one in explained) <= 6
+    assert {*job.seconds} <= {one.name for one in explained}
+
+
+def test_a_palette_that_is_not_asked_for_is_the_reason(tmp_path):
+    without = {one.name: one for one in open_job(SCENE, config_of("oil"), Report()).explain(FACTS)}
+    assert (without["palette"].runs, without["palette"].why) == ("no", "no --palette")
+    config = config_of("oil", palette=PaletteConfig(tmp_path / "a.png"))
+    given = {one.name: one for one in open_job(SCENE, config, Report()).explain(FACTS)}
+    assert given["palette"].runs == "yes"  # no file is read
+
+
+def test_what_depends_on_the_scene_is_undecided():
+    job = open_job(SCENE, config_of("oil"), Report())
+    found = {one.name: one for one in job.explain()}["plain_views"]
+    assert (found.runs, found.why) == ("undecided", "decided when cleaned is known")
+
+
+@pytest.fixture
+def file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    save_upright(SCENE, "a.ply")
+    return tmp_path
+
+
+def test_the_command_prints_and_writes_nothing(file, capsys):
+    assert main(["render", "a.ply", "--explain"]) == 0
+    out = capsys.readouterr().out
+    assert "no --palette" in out
+    assert f"{len(SCENE):,} Gaussians; " in out
+    assert out.endswith("nothing was painted\n")
+    assert [path.name for path in file.iterdir()] == ["a.ply"]
+
+
+def test_json_has_all_steps_and_the_estimate(file, capsys):
+    assert main(["render", "a.ply", "--explain", "--json", "--orbit", "8", "--size", "64x48"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {"read", "is_path", "painting"} <= {one["name"] for one in found["steps"]}
+    assert found["estimate"]["seconds"] > 0.5
+    assert found["estimate"]["written"] == pytest.approx(8 * 64 * 48 * 1.5)
+
+
+@pytest.mark.parametrize(("suffix", "start"), [(".svg", "<svg "), (".dot", "digraph ")])
+def test_a_drawing_has_every_step_once(file, suffix, start):
+    assert main(["render", "a.ply", "--explain", "-o", f"graph{suffix}"]) == 0
+    text = (file / f"graph{suffix}").read_text()
+    assert text.startswith(start)
+    box = 'x="%s"' if suffix == ".dot" else ">plain_views</text>"
+    assert text.count(box if suffix == ".svg" else '"plain_views" [') == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["a.ply", "-o", "a.png"], "--explain draws .svg or .dot, got a.png; omit -o to print it"),
+        (["none.ply"], "none.ply"),
+    ],
+)
+def test_what_cannot_be_explained_gets_one_sentence(file, capsys, words, sentence):
+    assert main(["render", *words, "--explain"]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert sentence in err
+
+
+def test_only_steps_have_a_cost():
+    assert {*SECONDS} <= {step.name for step in PAINTING.step_of.values()}
+
+
+def test_an_estimate_is_more_for_more():
+    steps = open_job(SCENE, config_of("oil"), Report()).explain(FACTS)
+    least = estimate(steps, 10**5, 16, (640, 480))
+    for more in (estimate(steps, 10**6, 16, (640, 480)), estimate(steps, 10**5, 16, (640, 480), 24)):
+        assert more.seconds > least.seconds
+    assert np.isfinite(least.seconds)
+    assert least.words.startswith("about ")

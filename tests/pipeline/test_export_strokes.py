@@ -1,0 +1,85 @@
+"""Strokes of a painting as a scene file, and scenes in another format."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.cli import main
+from brushgs.io import read_scene
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
+from brushgs.outlets.export_strokes import export_strokes
+from brushgs.pipeline.still import paint_file
+from brushgs.still_life import still_life
+
+SMALL = ViewConfig(size=(64, 36))
+BLIND = StrokesConfig(see="off")  # formats are the matter here, and strokes that see take their time
+FLAT = PaintConfig(
+    draw=DrawConfig(stroke="flat"), cluster=ClusterConfig(strokes=150), strokes=BLIND, view=SMALL
+)
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("scene") / "life.ply"
+    life = still_life(1000)
+    bg.save(replace(life, sh=life.sh[:, :1]), path)  # 8 bits of harmonics would add errors of their own
+    return path
+
+
+def picture(path: Path, config: PaintConfig, tmp_path: Path) -> np.ndarray:
+    from PIL import Image
+
+    target = tmp_path / "picture.png"
+    paint_file(path, target, config)
+    return np.asarray(Image.open(target).convert("RGB"), float)
+
+
+@pytest.fixture(scope="module")
+def ply_of_strokes(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("strokes") / "b.ply"
+    export_strokes(scene, path, FLAT)
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".spz", ".sog", ".compressed.ply", ".usdz"])
+def test_strokes_of_every_format_are_painted_as_those_of_a_ply(
+    scene: Path, ply_of_strokes: Path, tmp_path: Path, suffix: str
+) -> None:
+    export_strokes(scene, tmp_path / f"a{suffix}", FLAT)
+    found = []
+    for path in (tmp_path / f"a{suffix}", ply_of_strokes):
+        gaussians, notes = read_scene(path)
+        assert (len(gaussians), notes.is_strokes, notes.scene) == (150, True, "life")
+        assert notes.first_view is not None
+        found.append(picture(path, PaintConfig(draw=FLAT.draw, view=SMALL), tmp_path))
+    assert np.abs(found[0] - found[1]).mean() < 1.0
+
+
+@pytest.mark.filterwarnings("ignore:.*a .splat file does not hold")
+@pytest.mark.parametrize("suffix", [".ply", ".splat", ".sog"])
+def test_the_gaussian_stroke_is_a_change_of_format(scene: Path, tmp_path: Path, suffix: str) -> None:
+    config = PaintConfig(draw=DrawConfig(stroke="gaussian"), strokes=BLIND)
+    report = export_strokes(scene, tmp_path / f"a{suffix}", config)
+    found, notes = read_scene(tmp_path / f"a{suffix}")
+    assert len(found) == len(bg.load(scene))
+    assert not notes.is_strokes
+    assert report.output == str(tmp_path / f"a{suffix}")
+    assert report.stages[-1].name == "write"
+
+
+@pytest.mark.parametrize("name", ["a.glb", "a.html", "a.ksplat"])
+def test_other_suffixes_are_refused(scene: Path, tmp_path: Path, name: str) -> None:
+    with pytest.raises(ValueError, match=r"output must end in \.ply, "):
+        export_strokes(scene, tmp_path / name, FLAT)
+
+
+def test_the_command_writes_them_by_suffix(scene: Path, tmp_path: Path) -> None:
+    words = ["export", str(scene), "--strokes", "60", "--quiet", "-o"]
+    assert main([*words, str(tmp_path / "a.spz")]) == 0
+    gaussians, notes = read_scene(tmp_path / "a.spz")
+    assert (len(gaussians), notes.is_strokes, bool(notes.brushes)) == (60, True, True)
+    assert main([*words, str(tmp_path / "a.compressed.ply"), "--stroke", "gaussian"]) == 0
+    assert len(bg.load(tmp_path / "a.compressed.ply")) == len(bg.load(scene))

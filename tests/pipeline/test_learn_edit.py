@@ -1,0 +1,163 @@
+"""`brushgs style learn --before --after`: a style of an edit from scenes, or from pictures of one."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.cameras.framing import plain_first_view
+from brushgs.cli import main
+from brushgs.io.pictures.images import read_image
+from brushgs.io.styles.read import read_style
+from brushgs.passes.color.color_map import Affine, map_colors
+from brushgs.passes.style.edit import apply_edit, needed_features
+from brushgs.passes.style.features import stroke_features
+from brushgs.still_life import still_life, still_life_camera
+from brushgs.values.sh import C0
+from tests.scenes import save_upright
+
+MATRIX, OFFSET = np.array([[0.9, 0.1, 0], [0, 0.8, 0.1], [0.05, 0, 0.6]]), np.array([0.04, 0.02, 0.1])
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The still life before and after an edit, in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    scene = still_life(1000)
+    save_upright(scene, "scene.ply")
+    bg.save(map_colors(scene, Affine(MATRIX, OFFSET)), "dusk.ply")
+    return tmp_path
+
+
+def save_opaque(rgb, path):
+    bg.save(bg.Frame(np.float32(rgb), np.ones(rgb.shape[:2], np.float32)), path)
+
+
+def save_pictures(scene, name, views, size=(96, 72)):
+    """Pictures of a scene in 8 bits, and a file of their cameras."""
+    Path(name).mkdir()
+    cameras = []
+    for number, angle in enumerate(views):
+        turn = np.eye(4)
+        turn[0, 0] = turn[2, 2] = np.cos(angle)
+        turn[0, 2], turn[2, 0] = np.sin(angle), -np.sin(angle)
+        own = still_life_camera(width=size[0], height=size[1])
+        camera = bg.Camera(own.viewmat @ turn, own.K, *size)
+        frame = bg.render(scene, camera, bg.StrokeTexture.open("gaussian"))
+        save_opaque(frame.over("#808080"), f"{name}/{number}.png")
+        rotation = camera.viewmat[:3, :3].T
+        cameras.append(
+            {
+                "id": number,
+                "img_name": str(number),
+                "width": size[0],
+                "height": size[1],
+                "position": camera.position.tolist(),
+                "rotation": rotation.tolist(),
+                "fx": camera.K[0, 0],
+                "fy": camera.K[1, 1],
+            }
+        )
+    Path("cameras.json").write_text(json.dumps(cameras))
+
+
+def learn(*words):
+    return main(["style", "learn", *words, "--quiet"])
+
+
+def test_the_edit_between_two_scenes_becomes_a_style_file(folder):
+    assert learn("--before", "scene.ply", "--after", "dusk.ply") == 0
+    style = read_style("dusk.style")
+    assert (style.name, style.kind) == ("dusk", "edit")
+    np.testing.assert_allclose(style.edit.affine, np.column_stack([MATRIX, OFFSET]), atol=1e-5)
+    assert style.edit.residual is None
+
+
+def test_the_edit_of_pictures_is_learnt_by_the_gaussians_that_they_show(folder):
+    scene = bg.load("scene.ply")
+    save_pictures(scene, "before", (-0.2, 0.0, 0.2))
+    Path("after").mkdir()
+    for file in Path("before").iterdir():  # an edit of pictures: their pixels, whatever they show
+        edited = read_image(file)[..., :3] @ MATRIX.T + OFFSET
+        save_opaque(edited, f"after/{file.name}")
+    words = ["--scene", "scene.ply", "--camera-file", "cameras.json", "-o", "warm.style"]
+    assert learn("--before", "before", "--after", "after", *words, "--name", "warm dusk") == 0
+    style = read_style("warm.style")
+    assert style.name == "warm dusk"
+    np.testing.assert_allclose(style.edit.affine, np.column_stack([MATRIX, OFFSET]), atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--before", "scene.ply"], "style learn needs --after too"),
+        (["--after", "scene.ply"], "style learn needs --before too"),
+        (["a.jpg", "--before", "scene.ply", "--after", "dusk.ply"], "takes a painting, or --before"),
+        (["--before", "a", "--after", "b", "--scene", "scene.ply"], "--scene needs --camera-file"),
+        (["--before", "a", "--after", "b", "--camera-file", "c"], "--camera-file needs --scene"),
+        (["--before", "scene.ply", "--after", "other.ply"], "0 lie where one of the"),
+        (["--before", "scene.ply", "--after", "none.ply"], "there is no such file"),
+        (["--before", "scene.ply", "--after", "dusk.ply", "-o", "scene.ply"], "style"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_a_sentence(folder, capsys, words, sentence):
+    scene = bg.load("scene.ply")
+    bg.save(replace(scene, means=scene.means + np.float32(100)), "other.ply")
+    assert learn(*words) == 2
+    error = capsys.readouterr().err
+    assert sentence in error
+    assert "Traceback" not in error
+    assert not list(folder.glob("*.style"))
+
+
+def test_pictures_that_do_not_belong_together_are_refused(folder, capsys):
+    scene = bg.load("scene.ply")
+    save_pictures(scene, "before", (0.0, 0.2))
+    save_pictures(scene, "after", (0.0,))
+    words = [
+        "--before",
+        "before",
+        "--after",
+        "after",
+        "--scene",
+        "scene.ply",
+        "--camera-file",
+        "cameras.json",
+    ]
+    assert learn(*words) == 2
+    assert "name each picture as the picture of its camera" in capsys.readouterr().err
+    Path("before/1.png").unlink()
+    save_pictures(scene, "wide", (0.0,), size=(96, 48))
+    save_pictures(scene, "again", (0.0,))
+    assert learn(*[word.replace("after", "wide") if word == "after" else word for word in words]) == 2
+    assert "has other sides than its camera: 96x48, its camera 96x72" in capsys.readouterr().err
+
+
+def test_which_way_is_up_may_be_said(folder):
+    scene = bg.load("scene.ply")
+    view = plain_first_view(scene, "+x")
+    height = np.clip(stroke_features(scene, view, ("height",)).values, 0, 1)
+    sh = scene.sh.copy()
+    sh[:, 0] = ((0.5 + C0 * sh[:, 0]) * (1 - 0.7 * height) - 0.5) / C0
+    bg.save(replace(scene, sh=sh), "sideways.ply")
+    errors = {}
+    for up in ("+x", "-y"):
+        words = ["--before", "scene.ply", "--after", "sideways.ply", "-o", "up.style", "--up", up]
+        assert learn(*words) == 0
+        edit = read_style("up.style").edit
+        features = stroke_features(scene, view, needed_features([edit]))
+        found = apply_edit(scene, edit, features).sh[:, 0]
+        errors[up] = np.sqrt(((found - sh[:, 0]) ** 2).mean())
+    assert errors["+x"] < 0.5 * errors["-y"]
+    assert learn("painting.png", "--up", "+x") == 2
+
+
+def test_show_takes_no_flags_of_learning(folder, capsys):
+    assert learn("--before", "scene.ply", "--after", "dusk.ply") == 0
+    assert main(["style", "show", "dusk.style"]) == 0
+    assert "affine" in capsys.readouterr().out
+    assert main(["style", "show", "dusk.style", "--before", "scene.ply"]) == 2
+    assert "--before belongs to `brushgs style learn`" in capsys.readouterr().err

@@ -1,0 +1,199 @@
+"""Whole paintings in each look: what they are laid on, of what, and that they hold still."""
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.options.choices import LOOKS
+from brushgs.options.look import Look
+from brushgs.options.look_parts import BrushesConfig
+from brushgs.options.painting import ViewConfig
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.still import paint_view
+from brushgs.still_life import still_life, still_life_camera
+
+SIZE = 200, 150
+SCENE = still_life(3000)
+NOTHING = SCENE.take(np.zeros(0, int))
+CAMERA = still_life_camera(width=SIZE[0], height=SIZE[1])
+DRAWN = ("charcoal", "ink", "watercolour")
+PAINTED = ("oil", "impressionist", "gouache")
+
+
+def config_of(name, *, num_strokes=400, see="off", **draw):
+    """A look; strokes see only where a test is about that, for it takes most of the time."""
+    config = Look.open(name).config
+    return replace(
+        config,
+        strokes=replace(config.strokes, see=see),
+        cluster=replace(config.cluster, strokes=num_strokes),
+        draw=replace(config.draw, **draw),
+        view=ViewConfig(size=SIZE),
+    )
+
+
+def painted(name, scene=SCENE, camera=CAMERA, **draw):
+    report = Report()
+    return bg.paint(scene, config_of(name, **draw), camera=camera, report=report), report
+
+
+def paper_of(name):
+    with pytest.warns(bg.SceneWarning, match="no stroke"):
+        return painted(name, NOTHING)[0].rgb
+
+
+def stages(report):
+    return {stage.name: stage for stage in report.stages}
+
+
+@pytest.fixture(scope="module")
+def paintings():
+    """A frame and its report by look."""
+    return {name: painted(name, threads=1) for name in LOOKS}
+
+
+@pytest.fixture(scope="module")
+def frames(paintings):
+    return {name: frame for name, (frame, _) in paintings.items()}
+
+
+@pytest.mark.parametrize("name", LOOKS)
+def test_a_painting_is_the_same_in_any_number_of_threads(frames, name):
+    again, _ = painted(name, threads=3)
+    np.testing.assert_array_equal(again.rgb, frames[name].rgb)
+    assert np.isfinite(again.rgb).all()
+
+
+def test_looks_with_a_ground_are_opaque_and_no_two_are_alike(frames):
+    for name in (*PAINTED, *DRAWN):
+        assert (frames[name].alpha == 1).all()
+        for other in (*PAINTED, *DRAWN):
+            assert name == other or np.abs(frames[name].rgb - frames[other].rgb).mean() > 0.01
+    assert frames["plain"].alpha.min() < 1
+
+
+@pytest.mark.parametrize("name", ["charcoal", "ink"])
+def test_drawing_media_have_tones_of_paper_and_ink_alone(frames, name):
+    """Every pixel lies on the lines from the paper to black and to chalk: hues of the scene are gone."""
+    chroma = np.ptp(frames[name].rgb, axis=2)
+    paper = paper_of(name)
+    assert chroma.max() <= np.ptp(paper, axis=2).max() + 0.06
+    lightness = frames[name].rgb.mean(axis=2)
+    assert lightness.min() < 0.25
+    assert np.median(lightness) > lightness.min() + 0.2
+
+
+def test_watercolour_darkens_the_paper_and_nothing_is_lighter_than_it(frames):
+    paper = paper_of("watercolour")
+    assert (frames["watercolour"].rgb <= paper + 0.03).mean() > 0.99
+    assert frames["watercolour"].rgb.mean() < paper.mean() - 0.05
+
+
+@pytest.mark.parametrize("name", LOOKS)
+def test_an_empty_scene_is_the_bare_ground(name):
+    with pytest.warns(bg.SceneWarning, match="no stroke is in the picture"):
+        frame = painted(name, NOTHING)[0]
+    if name == "plain":
+        assert not frame.alpha.any()
+    else:
+        assert (frame.alpha == 1).all()
+        assert np.abs(frame.rgb - frame.rgb.mean(axis=(0, 1))).max() < 0.2  # grain, and nothing else
+
+
+@pytest.mark.parametrize(
+    ("name", "see", "unit"),  # clustering turns on the last bits of sums
+    [
+        ("oil", "views", 2.0**-10),
+        ("oil", "off", 2.0**13),
+        ("charcoal", "off", 2.0**-10),
+        ("watercolour", "off", 2.0**13),
+    ],
+)
+def test_a_painting_does_not_depend_on_the_unit_of_the_scene(name, see, unit):
+    config = config_of(name, see=see, stroke="flat")
+    # Variants of brushes and broken colour are hashes of places.
+    strokes = replace(config.strokes, broken_color=0.0)
+    config = replace(config, brushes=BrushesConfig(), strokes=strokes)
+    scene = replace(SCENE, means=SCENE.means * np.float32(unit), scales=SCENE.scales * np.float32(unit))
+    viewmat = CAMERA.viewmat.copy()
+    viewmat[:3, 3] *= unit
+    camera = replace(CAMERA, viewmat=viewmat, near=CAMERA.near * unit)
+    expected, frame = bg.paint(SCENE, config, camera=CAMERA), bg.paint(scene, config, camera=camera)
+    assert np.abs(frame.rgb - expected.rgb).mean() < 1e-3
+
+
+@pytest.mark.parametrize("name", [*PAINTED, *DRAWN])
+def test_a_transparent_background_gives_strokes_alone(name):
+    config = config_of(name, background="transparent")
+    ground = replace(config.ground, ground="none", backdrop=0)
+    away = bg.Camera.look_at((0, -3, -12), (0, 0, 0), width=SIZE[0], height=SIZE[1])
+    frame = bg.paint(SCENE, replace(config, ground=ground), camera=away)
+    assert frame.alpha.min() == 0
+    assert frame.alpha.max() > 0.9
+    assert (frame.rgb <= frame.alpha[..., None] + 0.2).all()  # highlights alone exceed it
+
+
+def test_plain_leaves_out_every_stage_and_module_of_looks(paintings):
+    script = (
+        "import sys, brushgs as bg\n"
+        "from brushgs.still_life import still_life, still_life_camera\n"
+        "bg.paint(still_life(1000), 'plain', camera=still_life_camera(width=80, height=60))\n"
+        "print(sorted(m for m in sys.modules if m.startswith('brushgs')))"
+    )
+    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    for module in (
+        "passes.add.backdrop",
+        "passes.add.lines",
+        "passes.color.tone",
+        "passes.color.pigments",
+        "media.charcoal",
+    ):
+        assert f"{module}'" not in result.stdout
+    _, report = paintings["plain"]
+    assert not {"ground", "backdrop", "lines", "light", "brushes", "colour"} & set(stages(report))
+
+
+def test_drawing_media_find_lines_and_painting_does_not(paintings):
+    for name in (*PAINTED, *DRAWN):
+        assert ("lines" in stages(paintings[name][1])) == (name in DRAWN)
+
+
+def test_brushes_and_tones_are_decided_once_for_all_views():
+    """Two cameras of a path share the strokes, and so their brushes: nothing of a coat depends on a view."""
+    config = config_of("oil")
+    prepared = prepare(SCENE, config, Report(), views=CAMERA, on_background=False)
+    coat = prepared.painting.coats[-1]
+    assert len(np.unique(coat.strokes.brushes)) > 3
+    other = replace(CAMERA, viewmat=bg.Camera.look_at((1, -1, -4), (0, 0, 0), width=8, height=8).viewmat)
+    for camera in (CAMERA, other):
+        boxes, _ = coat.boxes(camera)
+        np.testing.assert_array_equal(boxes.brushes, coat.strokes.brushes[boxes.ids])
+
+
+def test_relief_lights_and_leaves_colours_where_there_is_none():
+    config = config_of("oil")
+    flat = replace(config, light=replace(config.light, relief=0.0))
+    lit = bg.paint(SCENE, config, camera=CAMERA)
+    unlit = bg.paint(SCENE, flat, camera=CAMERA)
+    assert lit.height is not None
+    assert unlit.height is None
+    difference = lit.rgb - unlit.rgb
+    assert 0.001 < np.abs(difference).mean() < 0.1
+    # Light and shade balance; what is left are highlights.
+    assert 0 <= difference.mean() < 0.5 * np.abs(difference).mean()
+
+
+def test_a_file_of_strokes_is_painted_in_a_look_too(tmp_path):
+    strokes = bg.cluster(bg.prune(SCENE), 300)
+    bg.save(strokes, tmp_path / "strokes.ply")
+    for name in ("gouache", "charcoal"):
+        config = config_of(name, num_strokes=None)
+        prepared = prepare(tmp_path / "strokes.ply", config, Report(), views=CAMERA)
+        frame = paint_view(prepared, Report())
+        assert len(prepared.strokes) == 300
+        assert np.ptp(frame.rgb) > 0.3

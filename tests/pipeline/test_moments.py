@@ -1,0 +1,147 @@
+"""Strokes of a clip as a folder of moments: it paints what the clip paints."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs import cli
+from brushgs.io.pictures.images import read_image
+from brushgs.options.look_parts import BrushesConfig
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
+from brushgs.pipeline.moments import check_moments, write_strokes
+from brushgs.pipeline.prepare import PICTURE, prepare
+from brushgs.pipeline.report import Report
+from tests.clips import clip_of, save_clip
+
+COLUMNS = ("means", "scales", "opacities", "sh")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return save_clip(tmp_path_factory.mktemp("scene") / "dance")
+
+
+def run(capsys, *words):
+    """Exit code, stdout and stderr of one command."""
+    code = cli.main([*map(str, words)])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+@pytest.fixture
+def strokes(folder, tmp_path, monkeypatch, capsys):
+    """The folder of strokes that `cluster` writes; the current folder holds nothing else."""
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, "cluster", folder, "--strokes", 60, "--up", "-y", "--json")
+    assert (code, err) == (0, "")
+    report = json.loads(out)
+    assert report["output"] == "dance-strokes/"
+    written = report["stages"][-1]
+    assert (written["name"], written["counts"]["moments"]) == ("write", 5)
+    return Path("dance-strokes")
+
+
+def prepared(folder):
+    paint = PaintConfig(cluster=ClusterConfig(60), draw=DrawConfig("flat"), view=ViewConfig(size=(96, 72)))
+    return prepare(clip_of(folder), paint, Report())
+
+
+def test_a_folder_of_moments_is_a_clip_of_these_strokes(strokes):
+    scene = bg.load_moving(strokes)
+    assert (scene.has_rows, scene.duration) == (True, pytest.approx(5 / 24))
+    assert (scene.notes.is_strokes, scene.notes.scene) == (True, "dance")
+    again = prepared(strokes)
+    assert len(again.strokes) == len(scene.at(0)) <= 60
+    for moment in range(5):
+        painted, stored = again.moving.pose(moment).moved(again.strokes), scene.at(moment / 24)
+        order = np.argsort(painted.ids)
+        for name in COLUMNS:
+            found, expected = getattr(painted, name)[order], getattr(stored, name)
+            np.testing.assert_allclose(found, expected, atol=0.01, err_msg=name)  # what rests may creep
+
+
+def test_the_folder_paints_the_pictures_that_its_strokes_make(strokes, tmp_path, capsys):
+    words = ["--stroke", "flat", "--look", "plain", "--size", "96x72", "--lock", "anchor", "--order", "depth"]
+    words += ["--fps", "24"]
+    assert run(capsys, "render", strokes, *words, "-o", "film/")[0] == 0
+    assert len(list(Path("film").iterdir())) == 6  # and the manifest
+    assert run(capsys, "render", strokes, *words[:6], "--time", "0", "-o", "first.png")[0] == 0
+    assert run(capsys, "render", strokes, *words[:6], "--time", "100%", "-o", "last.png")[0] == 0
+    first, last = read_image(Path("first.png")), read_image(Path("last.png"))
+    assert np.abs(first - last).max() > 0.2
+    for still, frame in ((first, "film/00000.png"), (last, "film/00004.png")):
+        assert np.abs(still - read_image(Path(frame))).mean() < 0.002
+
+
+def test_rows_of_all_moments_are_the_same_strokes(strokes):
+    scene = bg.load_moving(strokes)
+    first, last = scene.at(0), scene.at(scene.duration)
+    away = np.linalg.norm(last.means - first.means, axis=1)
+    assert (away < 1e-6).sum() > 10, "the wall rests"
+    assert (np.abs(away - 0.9) < 0.25).sum() > 5, "the body goes to the right"
+    np.testing.assert_allclose(first.sh, last.sh, atol=0.02)
+
+
+def test_a_part_of_a_clip(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = ["--strokes", 60, "--up", "-y", "--start", "50%", "-o", "late"]
+    assert run(capsys, "cluster", folder, *words)[1] == "late/\n"
+    assert len(list(Path("late").iterdir())) == 3
+    assert run(capsys, "cluster", folder, *words[:4], "--time", "50%", "-o", "a.ply", "--quiet")[0] == 0
+    assert bg.load_moving("a.ply").duration == 0
+
+
+def test_strokes_of_several_brushes_keep_them(folder):
+    brushes = BrushesConfig(other=("flat", "dry_brush"))
+    paint = PaintConfig(cluster=ClusterConfig(60), view=ViewConfig(size=(96, 72)), brushes=brushes)
+    made = prepare(clip_of(folder), paint, Report(), asks=(*PICTURE, "first_view"))
+    assert len(np.unique(made.strokes.brushes)) > 1
+    target = folder.parent / "brushes"
+    write_strokes(made.strokes, made, target, "dance", Report())
+    scene = bg.load_moving(target)
+    assert scene.notes.brushes == made.kit.images
+    np.testing.assert_array_equal(scene.at(0.1).brushes, made.strokes.brushes)
+    again = prepare(clip_of(target), paint, Report())
+    assert len(again.strokes) == len(made.strokes)
+
+
+def test_a_still_scene_is_written_as_one_file(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    still = folder / "frame_0.ply"
+    assert run(capsys, "cluster", still, "--strokes", 60, "--quiet")[0] == 0
+    assert Path("frame_0-strokes.ply").is_file()
+    for words, sentence in (
+        (["-o", "strokes/"], "output must end in .ply, "),
+        (["--start", "0.1"], "--start needs a moving scene, and "),
+    ):
+        code, out, err = run(capsys, "cluster", still, "--strokes", 60, *words)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert sentence in err
+
+
+@pytest.mark.parametrize(
+    ("output", "sentence"),
+    [
+        ("a.ply", "a.ply is one scene, and {folder} moves; write a folder, a/, or add --time, one moment"),
+        ("a.ksplat", "output of a moving scene must be a folder, got 'a.ksplat'; write a folder, a/"),
+        ("{folder}", "is an input, and {folder}/ would replace it; choose another folder"),
+        ("{folder}/../", "is an input, and"),
+    ],
+)
+def test_an_output_that_is_no_folder_of_moments_is_refused(
+    folder, tmp_path, monkeypatch, capsys, output, sentence
+):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, "cluster", folder, "-o", output.format(folder=folder))
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert sentence.format(folder=folder) in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_with_a_point_is_a_folder_if_it_ends_in_a_slash(folder, tmp_path):
+    check_moments(f"{tmp_path}/take.2/", clip_of(folder))
+    with pytest.raises(ValueError, match=r"must be a folder, got '.*take\.2'; write a folder, .*take/"):
+        check_moments(f"{tmp_path}/take.2", clip_of(folder))

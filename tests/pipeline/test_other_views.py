@@ -1,0 +1,59 @@
+"""A prepared painting, seen by other cameras, is what `prepare` makes for them of the same strokes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.cameras.paths import turn_around
+from brushgs.options.look import Look
+from brushgs.options.painting import PaintConfig
+from brushgs.options.sequence import PathConfig
+from brushgs.pipeline.other_views import along, seen_by
+from brushgs.pipeline.prepare import PICTURE, prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.still import paint_view
+from brushgs.still_life import still_life
+
+SCENE = still_life(1000)
+
+
+def config_of(look):
+    """Of strokes that no view of the job guides: they are the same whatever is seen."""
+    config = Look.open(look).config
+    return PaintConfig(
+        **{name: getattr(config, name) for name in ("brushes", "media", "draw")},
+        color=replace(config.color, values=0.0),
+        light=replace(config.light, key=0.0),
+        ground=replace(config.ground, backdrop=0, stage=False),
+        cluster=replace(config.cluster, strokes=100),
+        strokes=replace(config.strokes, see="off", focus=None, economy=0.0, edges=0.0),
+        view=replace(config.view, size=(96, 72)),
+    )
+
+
+@pytest.mark.parametrize("look", ["oil", "gouache"])
+def test_another_camera_sees_what_is_prepared_for_it(look):
+    config = config_of(look)
+    prepared = prepare(SCENE, config, Report(), asks=(*PICTURE, "scene"))
+    camera = turn_around(prepared.camera, (0, 0, 0), (0, -1, 0), seconds=1, fps=7).cameras[2].resized(64, 40)
+    seen = paint_view(seen_by(prepared, config, camera, Report()), Report())
+    sized = replace(config, view=replace(config.view, size=(64, 40)))
+    anew = paint_view(prepare(SCENE, sized, Report(), views=camera), Report())
+    assert seen.rgb.shape == (40, 64, 3)
+    assert np.array_equal(seen.rgb, anew.rgb)
+
+
+@pytest.mark.parametrize("look", ["oil", "charcoal"])
+def test_coats_along_a_path_have_the_options_of_paths(look):
+    config = config_of(look)
+    still = prepare(SCENE, config, Report(), asks=(*PICTURE, "scene"))
+    path = prepare(SCENE, config, Report(), views=PathConfig(orbit=4))
+    assert path.path is not None
+    moving = along(still, config, path.path, Report())
+    assert [coat.name for coat in moving.painting.coats] == [coat.name for coat in path.painting.coats]
+    for ours, theirs in zip(moving.painting.coats, path.painting.coats, strict=True):
+        assert ours.options == theirs.options
+    for name in ("lamp", "is_transparent", "is_moving"):
+        assert getattr(moving.painting, name) == getattr(path.painting, name)
+    assert {coat.options.lock for coat in moving.painting.coats if coat.texture.is_directed} == {"track"}

@@ -1,0 +1,349 @@
+"""Parts of a scene are painted otherwise, and the rest as without rules."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.errors import SceneError
+from brushgs.io.pictures.images import read_image
+from brushgs.io.styles.write import write_style
+from brushgs.options.clip import ClipConfig
+from brushgs.options.direction import Direction
+from brushgs.options.look_parts import MediaConfig
+from brushgs.options.painting import (
+    ClusterConfig,
+    DrawConfig,
+    PaintConfig,
+    PaletteConfig,
+    PruneConfig,
+    StrokesConfig,
+    ViewConfig,
+)
+from brushgs.options.rules import Rule, Rules
+from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
+from brushgs.options.styling import AdjustConfig, StyleConfig
+from brushgs.options.where import Where, WhereConfig
+from brushgs.passes.color.recolor import Palette, recolor
+from brushgs.passes.style.palette import learn_palette
+from brushgs.pipeline.clip import Clip
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.runner import Memory
+from brushgs.pipeline.sequence import paint_sequence
+from brushgs.still_life import still_life, still_life_camera
+from brushgs.values.sh import base_colors
+from brushgs.values.style import Style
+from tests.passes.scenes import assert_same
+from tests.pipeline.test_moving import CAMERA, CONFIG, STEP, moving_scene, red_center
+
+VIEW = still_life_camera(width=96, height=72)
+PAINT = PaintConfig(
+    prune=PruneConfig(keep=1.0),
+    cluster=ClusterConfig(200),
+    draw=DrawConfig("flat"),
+    strokes=StrokesConfig(see="off"),
+    view=ViewConfig(size=(96, 72)),
+)
+LEFT, RIGHT = "half:-1,0,0,0", "half:1,0,0,0"
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return still_life(1000)
+
+
+@pytest.fixture(scope="module")
+def plain(scene):
+    """Strokes that a rule without any change has clustered."""
+    return painted(scene, with_rules(rule(LEFT))).strokes
+
+
+@pytest.fixture(scope="module")
+def orange(tmp_path_factory):
+    path = tmp_path_factory.mktemp("palette") / "orange.png"
+    colors = np.zeros((8, 8, 3))
+    colors[:4], colors[4:] = (0.9, 0.5, 0.1), (0.5, 0.2, 0.0)
+    bg.save(bg.Frame(colors, np.ones((8, 8))), path)
+    return path
+
+
+def rule(where, **fields):
+    return Rule(Where.parse(where), **fields)
+
+
+def with_rules(*rules, paint=PAINT):
+    return replace(paint, rules=Rules(rules))
+
+
+def painted(scene, config, report=None, **options):
+    return prepare(scene, config, report or Report(), views=VIEW, **options)
+
+
+def stage_of(report, name):
+    return next(stage for stage in report.stages if stage.name == name)
+
+
+def test_the_first_rule_has_a_gaussian_and_the_stage_counts_them(scene):
+    report = Report()
+    config = with_rules(rule(LEFT, name="left"), rule("sphere:0,-1,0,1"), rule(LEFT, name="again"))
+    maker = painted(scene, config, report, asks=["maker"]).stroke_maker
+    regions, x = maker.gaussians.regions, maker.gaussians.means[:, 0]
+    assert (regions[x < 0] == 1).all()
+    near = np.linalg.norm(maker.gaussians.means - (0, -1, 0), axis=1) < 0.99
+    assert (regions[near & (x > 0)] == 2).all()
+    counts = stage_of(report, "regions").counts
+    assert [one["name"] for one in counts["regions"]] == ["left", "region 2", "again"]
+    assert [one["gaussians"] for one in counts["regions"]] == np.bincount(regions, minlength=4)[1:].tolist()
+    assert counts["elsewhere"] == np.count_nonzero(regions == 0)
+    assert stage_of(report, "regions").skipped == ["again: nothing of the scene is in it alone"]
+
+
+def test_strokes_bear_the_part_of_their_gaussians_and_are_as_many(plain):
+    strokes = plain
+    assert len(strokes) <= 200
+    assert set(strokes.regions) == {0, 1}
+    # Only strokes of one side: a stroke of both would lie at the border.
+    side = strokes.means[:, 0] < 0
+    np.testing.assert_array_equal(side, strokes.regions == 1)
+
+
+def test_rules_that_say_nothing_change_nothing_but_the_clusters_at_the_border(scene):
+    everything = painted(scene, with_rules(rule("sphere:0,0,0,1000"))).strokes
+    assert_same(everything, painted(scene, PAINT).strokes)
+    assert set(everything.regions) == {1}
+
+
+def test_a_scene_without_any_part_is_refused(scene):
+    with pytest.raises(ValueError, match=r"none of .* lies in any of their regions; `brushgs info`"):
+        painted(scene, with_rules(rule("sphere:900,0,0,1")))
+
+
+def test_a_part_that_cannot_be_found_is_named(scene, tmp_path):
+    file = tmp_path / "rules.toml"
+    file.write_text('[[region]]\nname = "house"\nwhere = "text:a house"\n')
+    with pytest.raises((SceneError, ValueError), match="text:a house"):
+        painted(scene, replace(PAINT, rules=Rules.of(file)))
+
+
+def test_size_and_opacity_are_factors_of_the_strokes_there(scene, plain):
+    strokes = painted(scene, with_rules(rule(LEFT, size=2.0, opacity=0.5))).strokes
+    left = plain.regions == 1
+    np.testing.assert_array_equal(strokes.regions, plain.regions)
+    sizes = np.sort(strokes.scales, axis=1)[:, 1:].prod(axis=1)
+    before = np.sort(plain.scales, axis=1)[:, 1:].prod(axis=1)
+    np.testing.assert_allclose(sizes[left] / before[left], 4, rtol=0.05)
+    np.testing.assert_allclose(strokes.opacities[left], 0.5 * plain.opacities[left], rtol=1e-6)
+    np.testing.assert_array_equal(strokes.opacities[~left], plain.opacities[~left])
+
+
+def test_a_share_moves_strokes_and_keeps_their_number(scene, plain):
+    many = painted(scene, with_rules(rule(LEFT, share=4.0))).strokes
+    assert len(many) <= 200
+    assert np.count_nonzero(many.regions == 1) > 1.3 * np.count_nonzero(plain.regions == 1)
+
+
+def test_a_palette_is_fitted_to_the_strokes_of_its_part(scene, orange):
+    unbroken = replace(PAINT, strokes=StrokesConfig(see="off", broken_color=0.0))
+    plain = painted(scene, with_rules(rule(LEFT), paint=unbroken)).strokes
+    strokes = painted(scene, with_rules(rule(LEFT, palette=orange), paint=unbroken)).strokes
+    left = plain.regions == 1
+    expected = recolor(plain.take(left), Palette.of_image(read_image(orange)))
+    assert_same(strokes.take(left), expected)
+    assert_same(strokes.take(~left), plain.take(~left))
+
+
+def test_the_palette_of_a_part_takes_the_place_of_that_of_the_painting(scene, plain, orange):
+    whole = replace(PAINT, palette=PaletteConfig(orange))
+    strokes = painted(
+        scene, with_rules(rule(LEFT, palette=orange, palette_strength=0.0), paint=whole)
+    ).strokes
+    left = strokes.regions == 1
+    away = np.abs(base_colors(strokes.sh) - base_colors(plain.sh)).mean(axis=1)
+    assert away[left].mean() < 0.02 < 0.1 < away[~left].mean()
+
+
+def test_a_part_has_brushes_of_its_own(scene):
+    prepared = painted(scene, with_rules(rule(LEFT, brushes=("dab",)), rule(RIGHT, brushes=("flat_1", "x"))))
+    names = np.array(prepared.texture.names)[prepared.strokes.brushes]
+    regions = prepared.strokes.regions
+    assert set(names[regions == 1]) == {"dab", "dab_2", "dab_3", "dab_4"}
+    assert set(names[regions == 2]) <= {"flat", "x"}
+    assert len(set(prepared.texture.names)) == len(prepared.texture.names)
+
+
+def test_a_direction_turns_the_strokes_of_its_part_alone(scene, plain):
+    turned = painted(scene, with_rules(rule(LEFT, direction=Direction("own")))).strokes
+    left = plain.regions == 1
+    assert (turned.quats[left] != plain.quats[left]).any(axis=1).mean() > 0.5
+    same = (turned.quats[~left] == plain.quats[~left]).all(axis=1)
+    assert same.all()
+
+
+def test_files_of_strokes_are_in_parts_too(scene, tmp_path, orange):
+    strokes = bg.cluster(scene, 200)
+    from brushgs.io.scenes.write import write_scene
+    from brushgs.options.scene_source import SceneSource
+
+    write_scene(strokes, tmp_path / "strokes.ply", is_strokes=True)
+    config = with_rules(rule(LEFT, palette=orange, size=2.0))
+    found = painted(SceneSource.of(tmp_path / "strokes.ply"), config).strokes
+    left = found.regions == 1
+    assert len(found) == 200
+    np.testing.assert_allclose(found.scales[left], 2 * strokes.scales[left], rtol=1e-5)
+    np.testing.assert_array_equal(found.sh[~left], strokes.sh[~left])
+
+
+def test_steps_are_remembered_until_the_rules_change(scene, orange):
+    memory = Memory()
+    first = painted(scene, with_rules(rule(LEFT)), memory=memory).strokes
+    made = memory.made.copy()
+    painted(scene, with_rules(rule(LEFT)), memory=memory)
+    assert memory.made["cluster"] == made["cluster"] == memory.made["placed"] == 1
+    other = painted(scene, with_rules(rule(RIGHT)), memory=memory).strokes
+    assert memory.made["cluster"] == 2
+    assert (other.regions == 1).mean() != (first.regions == 1).mean()
+
+
+def test_a_painting_that_grows_begins_with_coarser_strokes_of_one_part(scene, orange):
+    config = with_rules(rule(LEFT, palette=orange))
+    prepared = prepare(scene, config, Report(), views=GrowConfig(seconds=1.0))
+    strokes = prepared.growth.coats[-1].coat.strokes
+    assert len(strokes) > len(prepared.strokes)
+    np.testing.assert_array_equal(strokes.means[:, 0] < 0, strokes.regions == 1)
+
+
+@pytest.mark.parametrize("has_rows", [True, False])
+def test_parts_follow_a_moving_scene(has_rows, orange):
+    clip = Clip(moving_scene(has_rows=has_rows), ClipConfig(fps=12))
+    red = rule("colour:#e61a1a,0.3", palette=orange, palette_strength=0.0, opacity=0.5)
+    prepared = prepare(clip, replace(CONFIG, rules=Rules((red,))), Report(), views=CAMERA)
+    strokes = prepared.strokes
+    reddish = base_colors(strokes.sh)[:, 0] - base_colors(strokes.sh)[:, 1] > 0.3
+    np.testing.assert_array_equal(reddish, strokes.regions == 1)
+
+
+def test_a_painting_with_other_rules_is_not_resumed(scene, tmp_path):
+    path, output = tmp_path / "scene.ply", f"{tmp_path}/frames/"
+    bg.save(scene, path)
+    orbit = PathConfig(orbit=3)
+    paint_sequence(path, output, orbit, with_rules(rule(LEFT)))
+    again = SequenceConfig(is_resumed=True)
+    paint_sequence(path, output, orbit, with_rules(rule(LEFT)), again)
+    with pytest.raises(SceneError, match=r"another painting .*rules"):
+        paint_sequence(path, output, orbit, with_rules(rule(RIGHT)), again)
+
+
+def test_frames_do_not_depend_on_the_number_of_processes(scene, tmp_path):
+    path = tmp_path / "scene.ply"
+    bg.save(scene, path)
+    config = with_rules(rule(LEFT, brushes=("dab",), size=1.5))
+    for jobs in (1, 2):
+        paint_sequence(path, f"{tmp_path}/{jobs}/", PathConfig(orbit=3), config, SequenceConfig(jobs=jobs))
+    for number in range(3):
+        one, two = ((tmp_path / str(jobs) / f"{number:05}.png").read_bytes() for jobs in (1, 2))
+        assert one == two
+
+
+def shown(where, paint=PAINT, **fields):
+    return replace(paint, painted=WhereConfig(Where.parse(where), **fields))
+
+
+def test_what_is_not_painted_is_shown_as_it_is(scene):
+    prepared = painted(scene, shown(LEFT))
+    assert (prepared.strokes.means[:, 0] < 0).all()
+    assert len(prepared.strokes) <= 200
+    rest = scene.take(scene.means[:, 0] > 0)
+    assert_same(prepared.plain, rest)
+    frame = prepared.painting.frame(VIEW)
+    plain = bg.render(scene, VIEW, "gaussian")
+    away = np.abs(frame.rgb - plain.rgb).mean(axis=(0, 2))
+    assert away[60:].mean() < 0.02 < away[:20].mean()
+
+
+def test_the_part_that_is_painted_is_painted_as_a_scene_of_its_own(scene):
+    part = scene.take(scene.means[:, 0] <= 0)
+    assert_same(painted(scene, shown(LEFT)).strokes, painted(part, PAINT).strokes)
+
+
+def test_all_of_a_scene_is_painted_as_without_where(scene):
+    prepared = painted(scene, shown("sphere:0,0,0,1000"))
+    assert prepared.plain is None
+    assert_same(prepared.strokes, painted(scene, PAINT).strokes)
+
+
+@pytest.mark.parametrize("kind", ["charcoal", "ink", "watercolour"])
+def test_drawing_media_draw_a_part_too(kind, scene):
+    scene = still_life(3000)  # of fewer Gaussians, which are larger, some reach over the border
+    media = MediaConfig(kind=kind, lines=0.5)
+    prepared = painted(scene, replace(shown(LEFT), media=media))
+    frame = prepared.painting.frame(VIEW)
+    plain = bg.render(scene, VIEW, "gaussian")
+    away = np.abs(frame.rgb - plain.rgb).mean(axis=(0, 2))
+    assert away[70:].mean() < 0.02 < away[:20].mean()
+
+
+def test_rules_hold_within_what_is_painted(scene):
+    prepared = painted(scene, replace(with_rules(rule("sphere:0,-1,0,1")), painted=shown(LEFT).painted))
+    assert set(prepared.strokes.regions) == {0, 1}
+    assert prepared.plain.regions is None
+
+
+def test_a_soft_edge_mingles_strokes_and_gaussians(scene):
+    prepared = painted(scene, shown(LEFT, soft=0.5))
+    assert (prepared.plain.means[:, 0] < 0).any()
+    assert (prepared.strokes.means[:, 0] > 0).any()
+
+
+@pytest.mark.parametrize("has_rows", [True, False])
+def test_what_is_not_painted_moves_with_the_scene(has_rows, tmp_path):
+    clip = Clip(moving_scene(has_rows=has_rows), ClipConfig(fps=12))
+    config = shown("not colour:#e61a1a,0.3", CONFIG)
+    prepared = prepare(clip, config, Report(), views=CAMERA)
+    assert np.median(base_colors(prepared.plain.sh)[:, 1]) < 0.2  # the ball
+    paint_sequence(clip, f"{tmp_path}/%d.png", CAMERA, config, SequenceConfig())
+    centers = np.array([red_center(read_image(tmp_path / f"{n}.png")) for n in (0, 6)])
+    assert centers[1] - centers[0] == pytest.approx(CAMERA.K[0, 0] * STEP / 6, abs=1.5)
+
+
+def test_a_painting_of_a_part_grows_before_the_rest(scene):
+    prepared = prepare(scene, shown(LEFT), Report(), views=GrowConfig(seconds=1.0))
+    assert len(prepared.growth.coats[-1].coat.strokes) > len(prepared.strokes)
+    begun = prepared.growth.first(0.0)
+    assert begun.coats[0].plain is prepared.plain
+
+
+def test_a_part_has_a_style_and_adjustments_of_its_own(scene, orange, tmp_path):
+    style = Style("orange", learn_palette(read_image(orange)))
+    write_style(style, tmp_path / "orange.style")
+    unbroken = replace(PAINT, strokes=StrokesConfig(see="off", broken_color=0.0))
+    before = painted(scene, with_rules(rule(LEFT), rule(RIGHT), paint=unbroken)).strokes
+    styled = StyleConfig.parse(f"{tmp_path}/orange.style")
+    grey = rule(RIGHT, adjust=AdjustConfig(saturation=0.0))
+    after = painted(scene, with_rules(rule(LEFT, style=styled), grey, paint=unbroken)).strokes
+    left = before.regions == 1
+    colors = base_colors(after.sh)
+    assert np.ptp(colors[~left], axis=1).max() < 0.02
+    assert (colors[left, 0] - colors[left, 2]).mean() > 0.4
+    # A share of 0 is the painting without style, bit for bit.
+    none = rule(LEFT, style=StyleConfig.parse(f"{tmp_path}/orange.style:0"))
+    assert_same(painted(scene, with_rules(none, rule(RIGHT), paint=unbroken)).strokes, before)
+
+
+def test_a_part_without_adjustments_keeps_those_of_the_painting(scene):
+    grey = replace(
+        PAINT, adjust=AdjustConfig(saturation=0.0), strokes=StrokesConfig(see="off", broken_color=0.0)
+    )
+    strokes = painted(scene, with_rules(rule(LEFT, adjust=AdjustConfig(saturation=2.0)), paint=grey)).strokes
+    spread = np.ptp(base_colors(strokes.sh), axis=1)
+    assert spread[strokes.regions == 0].max() < 0.02 < spread[strokes.regions == 1].mean()
+
+
+def test_a_painting_of_another_part_is_not_resumed(scene, tmp_path):
+    path, output = tmp_path / "scene.ply", f"{tmp_path}/frames/"
+    bg.save(scene, path)
+    paint_sequence(path, output, PathConfig(orbit=3), shown(LEFT))
+    again = SequenceConfig(is_resumed=True)
+    with pytest.raises(SceneError, match=r"where half:-1.*, now half:1"):
+        paint_sequence(path, output, PathConfig(orbit=3), shown(RIGHT), again)

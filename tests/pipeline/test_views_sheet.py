@@ -1,0 +1,192 @@
+"""The contact sheet of a scene: which views it holds, and that its captions are true."""
+
+from dataclasses import replace
+from math import degrees, radians
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from brushgs.cameras.first_view import framed_camera, sayable
+from brushgs.cameras.framing import plain_first_view
+from brushgs.errors import SceneError
+from brushgs.first_view import find_first_view
+from brushgs.io.pictures import letters
+from brushgs.io.pictures.images import read_image
+from brushgs.options.painting import ViewConfig
+from brushgs.pipeline import views_sheet
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.views_sheet import (
+    CELL,
+    NUM_AZIMUTHS,
+    paint_views,
+    plan_sheet,
+    sheet_beside,
+    write_sheet,
+)
+from brushgs.still_life import still_life
+from tests.first_view.made_walks import street
+from tests.first_view.test_walk import measured
+
+SMALL = ViewConfig(size=(40, 30))
+UPS = (("+z", 0.41), ("-y", 0.38), ("+y", 0.12), ("-z", 0.05), ("+x", 0.02), ("-x", 0.02))
+
+
+@pytest.fixture(scope="module")
+def gaussians():
+    return still_life(2000)
+
+
+@pytest.fixture(scope="module")
+def view(gaussians):
+    return plain_first_view(gaussians)
+
+
+def test_a_sheet_shows_azimuths_by_elevations_from_the_first_view_on(view):
+    rows = plan_sheet(replace(view, azimuth=radians(350)), ViewConfig(side="left"))
+    assert [len(row) for row in rows] == [NUM_AZIMUTHS] * 3
+    assert rows[0][0].flags == "--azimuth 350 --elevation 15"
+    assert rows[0][0].note == "the first view"
+    assert [round(degrees(cell.config.azimuth)) for cell in rows[1]] == [350, 35, 80, 125, 170, 215, 260, 305]
+    assert [row[0].flags.split()[-1] for row in rows] == ["15", "45", "3"]
+    assert {cell.config.size for row in rows for cell in row} == {CELL}
+    steep = plan_sheet(replace(view, elevation=radians(70)), SMALL)
+    assert [row[0].flags.split()[-1] for row in steep] == ["70", "80", "58"]
+
+
+def test_where_up_is_in_doubt_rows_are_axes_the_most_probable_first(view):
+    rows = plan_sheet(replace(view, probability=0.41, ups=UPS), SMALL)
+    assert [row[1].flags for row in rows] == [
+        f"--up {name} --azimuth 75 --elevation 15" for name in ("+z", "-y", "+y", "-z")
+    ]
+    assert [row[0].note for row in rows] == [
+        "up is +z: 0.41",
+        "up is -y: 0.38, the first view",
+        "up is +y: 0.12",
+        "up is -z: 0.05",
+    ]
+    for settled in (replace(view, probability=0.9, ups=UPS), view):
+        assert len({cell.flags.split()[0] for row in plan_sheet(settled, SMALL) for cell in row}) == 1
+    two = plan_sheet(replace(view, probability=0.6, ups=(("+z", 0.6), ("-y", 0.399), ("+x", 0.001))), SMALL)
+    assert [row[0].flags.split()[1] for row in two] == ["+z", "-y"]
+    told = plan_sheet(replace(view, probability=0.41, ups=UPS), replace(SMALL, up="-y"))
+    assert told[0][1].flags == "--up -y --azimuth 75 --elevation 15"
+
+
+def test_a_scene_seen_from_inside_is_shown_from_outside_in_all_other_cells(view):
+    inside = replace(view, eye=np.array([0.0, 0, -1]), azimuth=0.0)
+    rows = plan_sheet(inside, SMALL)
+    assert rows[0][0].flags == "--azimuth 0 --elevation 15"
+    assert {cell.flags.rpartition("--look-at ")[2] for row in rows for cell in row[1:]} == {"subject"}
+    np.testing.assert_allclose(framed_camera(inside, rows[0][0].config).position, inside.eye, atol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def street_sheet(tmp_path_factory):
+    """Cells of the sheet of a street, which is seen from inside."""
+    path = tmp_path_factory.mktemp("street") / "street.png"
+    seen = sayable(find_first_view(street(), up="-y"))
+    return write_sheet(street(), seen, path, Report(), name="street", view=SMALL)
+
+
+def test_of_a_street_the_sheet_offers_three_usable_views(street_sheet):
+    inside = [cell for cell in street_sheet if cell.note in ("the first view", "from inside")]
+    assert len(inside) >= 3
+    assert {cell.row for cell in inside} == {0}
+    for cell in inside:
+        camera = framed_camera(cell.first_view, replace(cell.config, size=(160, 90)))
+        covered, gradient, veil = measured(street(), camera)
+        assert covered > 0.9
+        assert gradient > 0.02
+        assert veil < 0.2
+        assert camera.near == pytest.approx(framed_camera(cell.first_view, SMALL).near, rel=0.01)
+    assert all("--look-at subject" in cell.flags for cell in street_sheet if cell.row)
+
+
+def test_flags_of_views_from_inside_are_short_and_give_the_same_camera(street_sheet):
+    for cell in street_sheet[1:NUM_AZIMUTHS]:
+        words = dict(zip(cell.flags.split()[::2], cell.flags.split()[1::2], strict=True))
+        assert len(cell.flags) < 90
+        angles = {name: radians(float(words[f"--{name}"])) for name in ("azimuth", "elevation")}
+        if "--distance" in words:
+            place = tuple(float(number) for number in words["--look-at"].split(","))
+            angles |= {"look_at": place, "distance": float(words["--distance"])}
+        told = framed_camera(cell.first_view, replace(SMALL, **angles))
+        shown = framed_camera(cell.first_view, cell.config)
+        assert np.array_equal(told.viewmat, shown.viewmat)
+        assert told.near == shown.near
+
+
+def test_where_up_is_in_doubt_other_axes_of_a_scene_seen_from_inside_say_subject(view):
+    inside = replace(view, eye=np.array([0.0, 0, -1]), up=np.array([0.0, -1, 0]), probability=0.41, ups=UPS)
+    rows = plan_sheet(inside, SMALL)
+    assert rows[1][0].flags == "--azimuth 30 --elevation 15"
+    others = [cell for number in (0, 2, 3) for cell in rows[number]]
+    assert all(cell.flags.endswith("--look-at subject") for cell in others)
+
+
+def test_each_cell_is_the_picture_that_its_flags_give(gaussians, view, tmp_path):
+    cells = write_sheet(gaussians, view, tmp_path / "a.png", Report(), name="a", view=SMALL)
+    sheet = read_image(tmp_path / "a.png")
+    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.rendering.render import render
+
+    for cell in (cells[0], cells[11], cells[-1]):
+        camera = framed_camera(cell.first_view, cell.config)
+        expected = render(gaussians, camera, StrokeTexture.open("gaussian")).over(views_sheet.PAPER)
+        left = views_sheet.GAP + cell.column * (40 + views_sheet.GAP)
+        top = views_sheet.TITLE + cell.row * (30 + views_sheet.CAPTION)
+        np.testing.assert_allclose(
+            sheet[top : top + 30, left : left + 40, :3], expected.clip(0, 1), atol=0.003
+        )
+
+
+def test_the_words_are_drawn_under_the_pictures(gaussians, view, tmp_path):
+    write_sheet(gaussians, view, tmp_path / "a.png", Report(), name="a", view=ViewConfig())
+    sheet = read_image(tmp_path / "a.png")[..., :3]
+    caption = sheet[views_sheet.TITLE + CELL[1] : views_sheet.TITLE + CELL[1] + views_sheet.CAPTION - 4]
+    is_ink = np.abs(caption - views_sheet.INK).max(axis=2) < 0.3
+    for column in range(NUM_AZIMUTHS):
+        left = views_sheet.GAP + column * (CELL[0] + views_sheet.GAP)
+        assert is_ink[:, left : left + CELL[0]].any(axis=0).sum() > 60, "columns of ink in each caption"
+
+
+def test_a_build_without_letters_gives_a_sheet_without_words_and_says_so(
+    gaussians, view, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(letters, "PLAIN", "no such font")
+    monkeypatch.setattr(views_sheet, "with_words", lambda picture, words: None)
+    report = Report()
+    write_sheet(gaussians, view, tmp_path / "a.png", report, name="a", view=SMALL)
+    assert read_image(tmp_path / "a.png").shape[1] == views_sheet.GAP + 8 * (40 + views_sheet.GAP)
+    assert "captions: this build of OpenImageIO draws no letters" in report.stages[0].skipped[0]
+
+
+def test_letters_that_cannot_be_drawn_are_none():
+    paper = np.ones((20, 60, 3), np.float32)
+    assert letters.with_words(paper, [letters.Words("a", 3, 15, 12, (0, 0, 0), "no such font")]) is None
+    drawn = letters.with_words(
+        paper, [letters.Words("a", 3, 15, 12, (0, 0, 0)), letters.Words("", 1, 1, 9, (0, 0, 0))]
+    )
+    assert drawn.min() < 0.3
+    assert paper.min() == 1
+
+
+def test_the_sheet_never_replaces_the_scene(tmp_path):
+    (tmp_path / "a.png").write_bytes(b"x")
+    with pytest.raises(SceneError, match="is the input"):
+        paint_views(tmp_path / "a.png", tmp_path / "a.png")
+
+
+@pytest.mark.parametrize(
+    ("output", "sheet"),
+    [
+        ("a.png", "koala-views.png"),
+        ("x/a.mp4", "x/koala-views.png"),
+        ("x/frames/%05d.png", "x/koala-views.png"),
+        ("x/frames/", "x/koala-views.png"),
+        ("%05d.png", "koala-views.png"),
+    ],
+)
+def test_a_sheet_lies_beside_the_painting(output, sheet):
+    assert sheet_beside(output, "koala") == Path(sheet)
