@@ -25,10 +25,19 @@ from brushgs.still_life.moving import still_life_moving
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "examples"
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-# Those of the demo are run by `.ci/run`.
-COMMANDS = re.findall(r"^brushgs (?!demo).+$", README, re.MULTILINE)
-PAGES = [ROOT / "README.md", ROOT / "strokes" / "README.md", *sorted((EXAMPLES / "measured").glob("*.md"))]
+GUIDES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [*GUIDES, ROOT / "strokes" / "README.md", *sorted((EXAMPLES / "measured").glob("*.md"))]
+
+
+def commands_of(pages):
+    """The commands of some pages, each once, but those of the demo, which `.ci/run` runs."""
+    lines = [
+        re.findall(r"^brushgs (?!demo).+$", page.read_text(encoding="utf-8"), re.MULTILINE) for page in pages
+    ]
+    return list(dict.fromkeys(line for found in lines for line in found))
+
+
+COMMANDS = commands_of(GUIDES)
 
 
 def run(name, *words, monkeypatch):
@@ -215,7 +224,7 @@ def test_the_notebook_is_kept_without_what_it_shows():
 
 
 @pytest.mark.parametrize("line", COMMANDS)
-def test_a_command_of_the_readme_is_understood(line, tmp_path, monkeypatch, capsys):
+def test_a_command_of_the_guides_is_understood(line, tmp_path, monkeypatch, capsys):
     """In a folder without its files it fails because of them, not because of its words."""
     monkeypatch.chdir(tmp_path)
     words = shlex.split(line.replace("//host:", "//127.0.0.1:"), comments=True)[1:]
