@@ -13,7 +13,8 @@ from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.color_changes import Changes
 from brushgs.pipeline.media.materials import ACCENTS, BACKDROP, CUT_IN, Materials
 from brushgs.pipeline.report import Report, Stage
-from brushgs.pipeline.styling import Styles, style_brush_passes
+from brushgs.pipeline.stroke_changes import style_brush_passes
+from brushgs.pipeline.styling import Styles
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.values.arrays import F32, F64

@@ -14,7 +14,7 @@ import numpy as np
 from brushgs.options.painting import PaletteConfig
 from brushgs.options.styling import NUMBERS, AdjustConfig
 from brushgs.passes.color.color_map import Affine, Blend, Chain, ColorMap, map_colors
-from brushgs.pipeline.make_strokes import StrokePass
+from brushgs.pipeline.stroke_pass import StrokePass
 from brushgs.pipeline.styling import Styles
 from brushgs.values.arrays import F64, Array
 from brushgs.values.camera import Camera, FirstView
@@ -90,12 +90,14 @@ def palette_change(palette: "Palette", config: PaletteConfig) -> FittedMap:
     return FittedMap(fit)
 
 
-def palette_pass(palette: "Palette", config: PaletteConfig) -> StrokePass:
-    """The stage of a palette."""
+def palette_passes(palette: "Palette | None", config: PaletteConfig | None) -> list[StrokePass]:
+    """The stage of a palette, if there is one."""
+    if palette is None or config is None:
+        return []
     what = f"recolored, {config.strength:.0%} of the way in {config.space}"
     skip = "its strength is 0" if config.strength == 0 else None
     counts = {"strength": config.strength, "space": config.space}
-    return StrokePass("recolor", what, palette_change(palette, config), skip, counts)
+    return [StrokePass("recolor", what, palette_change(palette, config), skip, counts)]
 
 
 def style_change(styles: Styles, first_view: FirstView | None, cameras: Sequence[Camera] = ()) -> FittedMap:

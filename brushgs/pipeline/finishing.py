@@ -14,8 +14,8 @@ from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.lamp import some_small
 from brushgs.pipeline.media.materials import ACCENTS, Materials
 from brushgs.pipeline.media.media import coats_of
-from brushgs.pipeline.regions import nearest_regions, nearest_rows
 from brushgs.pipeline.report import Report, Stage
+from brushgs.pipeline.stroke_pass import nearest_regions, nearest_rows
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.options.look_parts import USUAL_LAMP, LightConfig
-from brushgs.pipeline.make_strokes import StrokePass
 from brushgs.pipeline.media.materials import BACKDROP
+from brushgs.pipeline.stroke_pass import StrokePass
 from brushgs.rendering.coat import Coat
 from brushgs.values.arrays import F32, F64
 from brushgs.values.camera import Camera, FirstView

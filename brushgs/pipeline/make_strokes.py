@@ -6,84 +6,24 @@ Whoever needs strokes calls it: a painting once, the search for an error budget 
 again, and the bench for each point of its curves. So what is measured is what is painted.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.options.look_parts import ColorConfig
-from brushgs.options.painting import ClusterConfig, StrokesConfig
-from brushgs.pipeline.report import Report, Stage, Stopwatch
+from brushgs.options.painting import ClusterConfig
+from brushgs.pipeline.report import Stopwatch
 from brushgs.pipeline.runner import Memory, NoMemory
+from brushgs.pipeline.stroke_pass import StrokePass
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.brushes.kit import BrushKit
-    from brushgs.io.guides.guide_file import Guides
-    from brushgs.options.direction import FieldName
-    from brushgs.passes.form.mark_directions import Marks
     from brushgs.passes.reduce.cluster import Grouping
     from brushgs.rendering.plain import PlainViews
     from brushgs.stroke_count.search import Clustered
     from brushgs.values.arrays import F32, F64, Mask, Rows
-
-ALREADY_STROKES = "they are strokes already"
-
-
-@dataclass(eq=False)
-class StrokePass:
-    """A pass that changes strokes and keeps their number, or most of it.
-
-    Attributes:
-        name: of its stage.
-        what: it does, in words.
-        run: from strokes to strokes.
-        skip: why it does not run, in words; None where it does.
-        counts: for its stage.
-        inputs: what `run` depends on beside the strokes.
-        memory: of what it returned.
-        watch: adds up its seconds.
-        num_before: strokes that it was last called with.
-        num_after: and that it returned.
-    """
-
-    name: str
-    what: str
-    run: Callable[[Gaussians], Gaussians]
-    skip: str | None = None
-    counts: dict[str, Any] = field(default_factory=dict)
-    inputs: tuple[object, ...] = ()
-    memory: Memory = field(default_factory=NoMemory)
-    watch: Stopwatch = field(default_factory=Stopwatch)
-    num_before: int = 0
-    num_after: int = 0
-
-    def __call__(self, strokes: Gaussians) -> Gaussians:
-        """The strokes after the pass; they themselves where it is skipped."""
-        self.num_before = len(strokes)
-        if self.skip is None:
-            with self.watch.running():
-                before = strokes
-                strokes = self.memory.of(self.name, (before, *self.inputs), lambda: self.run(before))
-        self.num_after = len(strokes)
-        return strokes
-
-    def report(self, report: Report) -> None:
-        """Add its stage, after it ran."""
-        with report.stage(self.name, earlier=self.watch) as stage:
-            self._describe(stage)
-
-    def _describe(self, stage: Stage) -> None:
-        if self.skip is not None:
-            stage.did = "nothing"
-            stage.skipped.append(f"{self.name}: {self.skip}")
-        else:
-            stage.did = f"{self.num_after:,} strokes {self.what}"
-            if dropped := self.num_before - self.num_after:
-                stage.did += f", {dropped:,} dropped"
-        stage.counts = {"before": self.num_before, "after": self.num_after} | self.counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,122 +174,3 @@ def _most_worth(strokes: Gaussians, most: int) -> "Rows":
     from brushgs.passes.reduce.prune import highest
 
     return np.flatnonzero(highest(contributions(strokes), most))
-
-
-def stroke_passes(
-    gaussians: Gaussians,
-    config: StrokesConfig,
-    *,
-    views: "PlainViews | None",
-    field: "FieldName | Guides | Marks | None",
-    skip: str | None,
-    memory: Memory,
-) -> list[StrokePass]:
-    """The passes that options ask for, but for broken colour, each with its reason where it is skipped.
-
-    Args:
-        gaussians: that strokes are made of.
-        config: the options.
-        views: see `StrokeMaker`.
-        field: what `open_field` opened; None where no direction is needed.
-        skip: why all are skipped; None if they are not.
-        memory: of what they returned.
-    """
-
-    def solid(strokes: Gaussians) -> Gaussians:
-        from brushgs.passes.form.solid import solidify
-
-        return solidify(strokes)
-
-    def direction(strokes: Gaussians) -> Gaussians:
-        from brushgs.passes.form.orient import orient
-
-        assert field is not None, "a direction is opened unless it is skipped"
-        return orient(strokes, gaussians, field)
-
-    def seen(strokes: Gaussians) -> Gaussians:
-        from brushgs.passes.color.repaint import repaint
-
-        assert views is not None, "repainting needs views"
-        return repaint(strokes, gaussians, views)
-
-    where = config.direction
-    return [
-        StrokePass(
-            "solid", "of solid paint", solid, skip or (None if config.solid else "--solid off"), memory=memory
-        ),
-        StrokePass(
-            "direction",
-            f"run by {where}",
-            direction,
-            skip or ("--direction own" if where.kind == "own" else None),
-            {"direction": str(where)},
-            (gaussians, field),
-            memory,
-        ),
-        StrokePass(
-            "repaint",
-            "in the colours that are seen there",
-            seen,
-            skip or ("--see off" if views is None else None),
-            inputs=(gaussians, views),
-            memory=memory,
-        ),
-    ]
-
-
-def broken_color_pass(config: StrokesConfig, *, seed: int, skip: str | None) -> StrokePass:
-    """The last pass, after a palette."""
-
-    def broken(strokes: Gaussians) -> Gaussians:
-        from brushgs.passes.color.broken_color import CHROMA, LIGHTNESS, break_colors
-
-        share = config.broken_color / LIGHTNESS
-        return break_colors(strokes, config.broken_color, share * CHROMA, follows=config.economy, seed=seed)
-
-    is_off = "--broken-color 0" if config.broken_color == 0 else None
-    what = f"differ by {config.broken_color:g} in lightness"
-    return StrokePass("broken colour", what, broken, skip or is_off, {"lightness": config.broken_color})
-
-
-def color_passes(config: ColorConfig, *, seed: int) -> list[StrokePass]:
-    """The passes that grade colours; none where a look leaves them."""
-
-    def graded(strokes: Gaussians) -> Gaussians:
-        from brushgs.passes.color.tone import grade
-
-        return grade(
-            strokes,
-            chroma=config.chroma,
-            contrast=config.contrast,
-            pivot=config.pivot,
-            shadows=config.shadows,
-            lights=config.lights,
-        )
-
-    def mixed(strokes: Gaussians) -> Gaussians:
-        from brushgs.passes.color.pigments import use_pigments
-
-        return use_pigments(strokes, config.pigments, share=config.pure, seed=seed)
-
-    passes = []
-    if config.grades:
-        passes.append(StrokePass("colour", f"graded, chroma x {config.chroma:g}", graded))
-    if config.pigments:
-        what = f"mixed of {config.pigments} pigments"
-        passes.append(StrokePass("pigments", what, mixed, counts={"pigments": config.pigments}))
-    return passes
-
-
-def brush_passes(kit: "BrushKit", config: StrokesConfig, *, seed: int) -> list[StrokePass]:
-    """The pass that chooses a brush for each stroke; none where there is one brush."""
-    if len(kit.images) == 1:
-        return []
-
-    def chosen(strokes: Gaussians) -> Gaussians:
-        from brushgs.passes.form.choose_brushes import choose_brushes
-
-        return choose_brushes(strokes, kit, material=config.economy, seed=seed)
-
-    images = list(kit.images)
-    return [StrokePass("brushes", f"of {len(images)} brushes", chosen, counts={"brushes": images})]

@@ -13,8 +13,8 @@ import numpy as np
 
 from brushgs.errors import SceneWarning
 from brushgs.pipeline.clip import Clip, Film
-from brushgs.pipeline.regions import nearest_regions, nearest_rows
 from brushgs.pipeline.report import Report
+from brushgs.pipeline.stroke_pass import nearest_regions, nearest_rows
 from brushgs.rendering.motion import Pose, StrokeMotion
 from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians

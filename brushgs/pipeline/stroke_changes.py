@@ -1,51 +1,26 @@
-"""All that is done to strokes of a painting, in order: while they are made, and after."""
+"""The passes that options ask for, in all of a painting and in parts of its scene."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from brushgs.options.direction import Direction
 from brushgs.options.look_parts import ColorConfig
-from brushgs.options.painting import PaletteConfig, StrokesConfig
-from brushgs.pipeline.color_changes import Changes, palette_pass
-from brushgs.pipeline.make_strokes import (
-    ALREADY_STROKES,
-    StrokePass,
-    broken_color_pass,
-    brush_passes,
-    color_passes,
-)
-from brushgs.pipeline.regions import Regions
-from brushgs.pipeline.report import Report
-from brushgs.pipeline.styling import Styles, style_brush_passes
+from brushgs.options.painting import StrokesConfig
+from brushgs.options.rules import Rule
+from brushgs.pipeline.color_changes import Changes
+from brushgs.pipeline.regions import Region
+from brushgs.pipeline.runner import Memory
+from brushgs.pipeline.stroke_pass import Finish, StrokePass, put, rows_of
+from brushgs.pipeline.styling import Styles, directions_of
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.brushes.kit import BrushKit
-    from brushgs.passes.color.recolor import Palette
-
-
-@dataclass(frozen=True, eq=False)
-class Finish:
-    """What is done to strokes after they were made.
-
-    Attributes:
-        passes: in this order.
-    """
-
-    passes: Sequence[StrokePass] = ()
-
-    def __call__(self, strokes: Gaussians, report: Report | None = None) -> Gaussians:
-        """The strokes after it; with a report its stages are told."""
-        for one in self.passes:
-            strokes = one(strokes)
-            if report is not None:
-                one.report(report)
-        return strokes
-
-    def then(self, name: str, run: Callable[[Gaussians], Gaussians]) -> "Finish":
-        """The same with one more thing that is done."""
-        return Finish([*self.passes, StrokePass(name, name, run)])
+    from brushgs.rendering.plain import PlainViews
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,77 +42,237 @@ class StrokeChanges:
         return Finish([*(one for one in self.making if one.name != "repaint"), *self.finish.passes])
 
 
-@dataclass(frozen=True, eq=False)
-class Named:
-    """What options name, opened, as far as it changes strokes.
-
-    Attributes:
-        palette: None without one.
-        palette_config: how far strokes take its colours.
-        styles: None without any.
-        regions: None without rules.
-        kit: which strokes each of several brushes suits.
-    """
-
-    palette: "Palette | None"
-    palette_config: PaletteConfig | None
-    styles: Styles | None
-    regions: Regions | None
-    kit: "BrushKit"
-
-
-def changes_of(
-    making: Sequence[StrokePass],
-    named: Named,
-    strokes: StrokesConfig,
-    color: ColorConfig,
-    colors: Changes,
-    lit: Sequence[StrokePass],
-    *,
-    gaussians: Gaussians,
-    camera: Camera | None,
-    seed: int,
-    skip: str | None,
-) -> StrokeChanges:
-    """The passes that options ask for.
+def in_parts(
+    passes: Sequence[StrokePass],
+    parts: Sequence[Region],
+    has_own: Callable[[Region], object],
+    of: Callable[[Region], Sequence[StrokePass]],
+) -> list[StrokePass]:
+    """The passes of a painting for what has none of its own, then those of the parts that have.
 
     Args:
-        making: what makes strokes of clusters, see `stroke_passes`.
-        named: what options name.
-        strokes: the options of strokes.
-        color: those of colour.
-        colors: changes of colour that do not come from the scene.
-        lit: the light on the strokes, if any.
-        gaussians: that strokes are made of.
-        camera: of the first picture; None where no part has strokes that depend on it.
-        seed: of what is chosen by chance.
-        skip: why strokes stay as they are, see `stroke_passes`.
+        passes: of the painting.
+        parts: of its scene.
+        has_own: whether a part has passes of its own, which may be none at all.
+        of: the passes of such a part.
     """
-    regions, choosing = named.regions, list[StrokePass]()
-    if not (skip == ALREADY_STROKES and gaussians.brushes is not None):  # else they have theirs
-        choosing += brush_passes(named.kit, strokes, seed=seed)
-        choosing += style_brush_passes(named.styles, named.kit, seed=seed)
-    palettes: list[StrokePass] = []
-    if named.palette is not None and named.palette_config is not None:
-        palettes = [palette_pass(named.palette, named.palette_config)]
-    restyling, adjusting = colors.style_passes(), colors.adjust_passes()
-    if regions is not None:
-        making = regions.stroke_passes(making, gaussians, camera, named.styles)
-        choosing = regions.brush_passes(choosing, named.kit, seed=seed)
-        palettes = regions.palettes(palettes)
-        restyling = regions.style_passes(restyling, colors)
-        adjusting = regions.adjust_passes(adjusting)
-    is_plain = named.palette is None and not colors.are_any and (regions is None or not regions.recolors)
-    after = [
-        *([] if is_plain else lit),  # first: light and shade have colours of the palette and the style
-        *palettes,
-        *color_passes(color, seed=seed),
-        broken_color_pass(strokes, seed=seed, skip=skip),
-        *restyling,  # after it: what differs from its neighbours is a colour of the style too
-        *adjusting,
-        *choosing,
+    own = [part for part in parts if has_own(part)]
+    if not own:
+        return list(passes)
+    others = {0, *(part.label for part in parts)} - {part.label for part in own}
+    found = [one.within(others) for one in passes]
+    return found + [one.within([part.label], part.name) for part in own for one in of(part)]
+
+
+def solid_pass(config: StrokesConfig, skip: str | None, memory: Memory) -> StrokePass:
+    """Strokes as solid paint."""
+
+    def solid(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.form.solid import solidify
+
+        return solidify(strokes)
+
+    off = None if config.solid else "--solid off"
+    return StrokePass("solid", "of solid paint", solid, skip or off, memory=memory)
+
+
+def size_passes(part: Region) -> list[StrokePass]:
+    """Other sizes and opacities in a part, after strokes became solid; none where these stay."""
+    rule: Rule = part.rule
+    if rule.size == 1 and rule.opacity == 1:
+        return []
+
+    def sized(strokes: Gaussians) -> Gaussians:
+        dtype = strokes.scales.dtype.type
+        scales, opacities = strokes.scales * dtype(rule.size), strokes.opacities * dtype(rule.opacity)
+        return replace(strokes, scales=scales, opacities=opacities)
+
+    what = f"of {rule.size:g} times the size, {rule.opacity:g} of the opacity"
+    return [StrokePass("size", what, sized, inputs=(rule,)).within([part.label], part.name)]
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """Which way strokes run.
+
+    Attributes:
+        words: that name it.
+        opened: as `orient` takes it.
+        labels: of the parts where they run so; None for the whole painting.
+    """
+
+    words: str
+    opened: Any
+    labels: tuple[int, ...] | None = None
+
+
+def open_fields(
+    direction: Direction, styles: Styles | None, parts: Sequence[Region], camera: Camera | None
+) -> list[Field]:
+    """The directions of a painting and of parts of its scene, each with all parts that have it.
+
+    `camera` is that of the first picture; None where no direction depends on it.
+    """
+    fields: dict[str, Field] = {}
+    if direction.kind != "own":
+        fields[""] = Field(str(direction), _opened(direction, styles, camera))
+    for part in parts:
+        own = part.direction
+        if own is None:
+            continue
+        words = str(own) if own.kind != "style" else f"style {part.label}"
+        known = fields.get(words) or Field(words, _opened(own, part.styles or styles, camera), ())
+        fields[words] = replace(known, labels=(*(known.labels or ()), part.label))
+    return list(fields.values())
+
+
+def _opened(direction: Direction, styles: Styles | None, camera: Camera | None) -> Any:
+    from brushgs.passes.form.open_field import open_field
+
+    return directions_of(styles, camera) if direction.kind == "style" else open_field(direction, camera)
+
+
+def direction_pass(
+    gaussians: Gaussians, direction: Direction, fields: Sequence[Field], skip: str | None, memory: Memory
+) -> StrokePass:
+    """Strokes turn; in each field they are all seen, since they agree with their neighbours."""
+
+    def turned(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.form.orient import orient
+
+        found = strokes
+        for one in fields:
+            if one.labels is None:
+                found = orient(strokes, gaussians, one.opened)
+            elif len(rows := rows_of(strokes, one.labels)):
+                found = put(found, rows, orient(strokes, gaussians, one.opened).take(rows))
+        return found
+
+    counts: dict[str, Any] = {"direction": str(direction)}
+    what = f"run by {direction}"
+    if skip is None and (in_parts := [one.words for one in fields if one.labels is not None]):
+        counts["directions"] = in_parts
+        what = f"{what if direction.kind != 'own' else 'run as clustered'}, in parts by {', '.join(in_parts)}"
+    skip = skip or (None if fields else "--direction own")
+    return StrokePass("direction", what, turned, skip, counts, (gaussians, *fields), memory)
+
+
+def repaint_pass(
+    gaussians: Gaussians, views: "PlainViews | None", skip: str | None, memory: Memory
+) -> StrokePass:
+    """Strokes take the colours that views of the scene show where they lie."""
+
+    def seen(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.color.repaint import repaint
+
+        assert views is not None, "repainting needs views"
+        return repaint(strokes, gaussians, views)
+
+    off = "--see off" if views is None else None
+    what = "in the colours that are seen there"
+    return StrokePass("repaint", what, seen, skip or off, {}, (gaussians, views), memory)
+
+
+def broken_color_pass(config: StrokesConfig, *, seed: int, skip: str | None) -> StrokePass:
+    """Colours differ from stroke to stroke, after a palette."""
+
+    def broken(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.color.broken_color import CHROMA, LIGHTNESS, break_colors
+
+        share = config.broken_color / LIGHTNESS
+        return break_colors(strokes, config.broken_color, share * CHROMA, follows=config.economy, seed=seed)
+
+    is_off = "--broken-color 0" if config.broken_color == 0 else None
+    what = f"differ by {config.broken_color:g} in lightness"
+    return StrokePass("broken colour", what, broken, skip or is_off, {"lightness": config.broken_color})
+
+
+def grading_passes(config: ColorConfig, *, seed: int) -> list[StrokePass]:
+    """The passes that grade colours; none where a look leaves them."""
+
+    def graded(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.color.tone import grade
+
+        return grade(
+            strokes,
+            chroma=config.chroma,
+            contrast=config.contrast,
+            pivot=config.pivot,
+            shadows=config.shadows,
+            lights=config.lights,
+        )
+
+    def mixed(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.color.pigments import use_pigments
+
+        return use_pigments(strokes, config.pigments, share=config.pure, seed=seed)
+
+    passes = []
+    if config.grades:
+        passes.append(StrokePass("colour", f"graded, chroma x {config.chroma:g}", graded))
+    if config.pigments:
+        what = f"mixed of {config.pigments} pigments"
+        passes.append(StrokePass("pigments", what, mixed, counts={"pigments": config.pigments}))
+    return passes
+
+
+def brush_passes(kit: "BrushKit", config: StrokesConfig, *, seed: int) -> list[StrokePass]:
+    """The pass that chooses a brush for each stroke; none where there is one brush."""
+    if len(kit.images) == 1:
+        return []
+
+    def chosen(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.form.choose_brushes import choose_brushes
+
+        return choose_brushes(strokes, kit, material=config.economy, seed=seed)
+
+    images = list(kit.images)
+    return [StrokePass("brushes", f"of {len(images)} brushes", chosen, counts={"brushes": images})]
+
+
+def part_brush_passes(kit: "BrushKit", row_of: Mapping[str, int], *, seed: int) -> list[StrokePass]:
+    """The pass that chooses among the brushes of a part.
+
+    Args:
+        kit: of the part.
+        row_of: by their names, which are the brushes of the painting.
+        seed: of what is chosen by chance.
+
+    Raises:
+        ValueError: if the painting has a kernel in place of brushes.
+    """
+    if not set(kit.images) <= set(row_of):
+        raise ValueError(
+            f"rules: brushes ({', '.join(kit.images)}) cannot be mixed with a kernel, which is computed and "
+            "not drawn; give --stroke a brush, or omit brushes from the rules"
+        )
+    rows = np.array([row_of[image] for image in kit.images], np.uint8)
+
+    def chosen(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.form.choose_brushes import choose_brushes
+
+        strokes = choose_brushes(strokes, kit, seed=seed)
+        assert strokes.brushes is not None
+        return replace(strokes, brushes=rows[strokes.brushes])
+
+    return [StrokePass("brushes", f"of {len(rows)} brushes", chosen)]
+
+
+def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> list[StrokePass]:
+    """The pass that gives strokes the brushes of styles; none where there are none."""
+    if styles is None or not any(styles.brushes) or not kit.styled:
+        return []
+    row_of = {image: row for row, image in enumerate(kit.images)}
+    choices = [
+        (np.array([row_of[name] for name in names], np.uint8), share)
+        for names, (_, share) in zip(styles.brushes, styles.parts, strict=True)
+        if names
     ]
-    if is_plain:
-        # So that a budget, which compares with the scene, is met with them; but the scene has another light.
-        return StrokeChanges([*making, *after], Finish(lit), colors)
-    return StrokeChanges(making, Finish(after), colors)
+
+    def mixed(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.form.choose_brushes import mix_brushes
+
+        return mix_brushes(strokes, choices, seed=seed)
+
+    total, num = sum(share for _, share in choices), sum(map(len, styles.brushes))
+    return [StrokePass("style brushes", f"by chance of {num} brushes, {total:.0%}", mixed)]

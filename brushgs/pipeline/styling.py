@@ -5,20 +5,15 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from brushgs.options.choices import StepValues
 from brushgs.options.direction import Direction
 from brushgs.options.look import Look, config_of
 from brushgs.options.painting import STEPS, PaintConfig
 from brushgs.options.styling import StyleConfig
-from brushgs.pipeline.make_strokes import StrokePass
 from brushgs.pipeline.report import Report
 from brushgs.values.camera import Camera
-from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.brushes.kit import BrushKit
     from brushgs.passes.form.mark_directions import Marks
     from brushgs.values.style import Style, StyleEdit
 
@@ -76,26 +71,6 @@ def open_styles(config: StyleConfig | None, report: Report) -> Styles | None:
 def _brushes_of(style: "Style", file: Path) -> tuple[str, ...]:
     count = 0 if style.marks is None else len(style.marks.brushes)
     return tuple(f"{file}:{number}" for number in range(1, count + 1))
-
-
-def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> list[StrokePass]:
-    """The pass that gives strokes the brushes of styles; none where there are none."""
-    if styles is None or not any(styles.brushes) or not kit.styled:
-        return []
-    row_of = {image: row for row, image in enumerate(kit.images)}
-    choices = [
-        (np.array([row_of[name] for name in names], np.uint8), share)
-        for names, (_, share) in zip(styles.brushes, styles.parts, strict=True)
-        if names
-    ]
-
-    def mixed(strokes: Gaussians) -> Gaussians:
-        from brushgs.passes.form.choose_brushes import mix_brushes
-
-        return mix_brushes(strokes, choices, seed=seed)
-
-    total, num = sum(share for _, share in choices), sum(map(len, styles.brushes))
-    return [StrokePass("style brushes", f"by chance of {num} brushes, {total:.0%}", mixed)]
 
 
 def styled_values(values: StepValues, config: StyleConfig) -> StepValues:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from brushgs.options.look_parts import ColorConfig, MediaConfig
 from brushgs.pipeline.background import Background
-from brushgs.pipeline.regions import nearest_regions
+from brushgs.pipeline.stroke_pass import nearest_regions
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.arrays import Array

@@ -7,7 +7,7 @@ from typing import Any
 
 from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.runner import Steps
-from brushgs.pipeline.steps import laying, making, opening, seeing
+from brushgs.pipeline.steps import changing, laying, making, opening, seeing
 
 CONFIGS = tuple(f"{one.name}_config" for one in fields(PaintConfig))
 SERVICES = ("report", "memory", "workers", "check_path")
@@ -20,7 +20,7 @@ def _steps_of(module: ModuleType) -> list[Callable[..., Any]]:
 
 
 PAINTING = Steps(
-    [step for module in (opening, seeing, making, laying) for step in _steps_of(module)],
+    [step for module in (opening, seeing, changing, making, laying) for step in _steps_of(module)],
     inputs=(*CONFIGS, "config", "source", "views", "where", "on_background", *SERVICES),
     services=SERVICES,
 )

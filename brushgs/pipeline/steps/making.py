@@ -4,42 +4,34 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
-from brushgs.options.look_parts import ColorConfig, GroundConfig, LightConfig, MediaConfig
-from brushgs.options.painting import ClusterConfig, PaletteConfig, PruneConfig, StrokesConfig, ViewConfig
+from brushgs.options.look_parts import GroundConfig, LightConfig, MediaConfig
+from brushgs.options.painting import ClusterConfig, PruneConfig, ViewConfig
 from brushgs.options.rules import Rules
 from brushgs.options.sequence import PathConfig
-from brushgs.options.styling import AdjustConfig
 from brushgs.pipeline.clean import select_seen
 from brushgs.pipeline.clip import Clip, Film
-from brushgs.pipeline.color_changes import Changes
 from brushgs.pipeline.focus import place_focus
 from brushgs.pipeline.job_views import draw_job_views
 from brushgs.pipeline.lamp import Key, towards_lamp
 from brushgs.pipeline.look import open_lines
-from brushgs.pipeline.make_strokes import ALREADY_STROKES, StrokeMaker, StrokePass, stroke_passes
+from brushgs.pipeline.make_strokes import StrokeMaker
 from brushgs.pipeline.moving import features_of, seen_at
 from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Later, Memory, anew, makes, unless
 from brushgs.pipeline.steps.opening import Views
-from brushgs.pipeline.stroke_changes import Named, StrokeChanges, changes_of
+from brushgs.pipeline.stroke_changes import StrokeChanges
+from brushgs.pipeline.stroke_pass import ALREADY_STROKES
 from brushgs.pipeline.strokes import cluster_scene, cut_scene, prune_scene
-from brushgs.pipeline.styling import Styles, directions_of
 from brushgs.pipeline.views import choose_first_view
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
-    from brushgs.brushes.kit import BrushKit
-    from brushgs.io.guides.guide_file import Guides
-    from brushgs.options.direction import FieldName
     from brushgs.passes.add.lines import Lines
     from brushgs.passes.add.stage import Site
-    from brushgs.passes.color.recolor import Palette
-    from brushgs.passes.form.mark_directions import Marks
     from brushgs.passes.motion.canonical import Canonical
     from brushgs.passes.reduce.cluster import Grouping
     from brushgs.rendering.plain import PlainViews
@@ -85,19 +77,6 @@ def guide(
     Where it decides nothing else there is no stage, and no doubt about it is told.
     """
     return stance or choose_first_view(subject, standing_config, notes, Report())
-
-
-@unless(lambda skip, direction: skip or ("--direction own" if direction.kind == "own" else None))
-def field(
-    direction: Direction, styles: Styles | None, cameras: Later[Sequence[Camera]]
-) -> "FieldName | Guides | Marks | None":
-    """Which way strokes run, as `orient` takes it."""
-    camera = cameras()[0] if direction.needs_camera else None
-    if direction.kind == "style":
-        return directions_of(styles, camera)
-    from brushgs.passes.form.open_field import open_field
-
-    return open_field(direction, camera)
 
 
 @makes("has_lines", "has_paint")
@@ -281,72 +260,6 @@ def key(
     """The light of a lamp on the strokes; None where it is not known how the scene stands."""
     seen_from = cameras if plain_views is None else plain_views.cameras
     return Key.of(lighting, site, seen_from, stance)
-
-
-@anew
-def making(
-    pruned: Gaussians,
-    strokes_config: StrokesConfig,
-    plain_views: "PlainViews | None",
-    field: "FieldName | Guides | Marks | None",
-    skip: str | None,
-    memory: Memory,
-) -> list[StrokePass]:
-    """What makes strokes of clusters, without what parts of the scene have of their own."""
-    return stroke_passes(pruned, strokes_config, views=plain_views, field=field, skip=skip, memory=memory)
-
-
-@anew
-def colors(
-    styles: Styles | None,
-    regions: Regions | None,
-    adjust_config: AdjustConfig,
-    stance: Later[FirstView | None],
-    plain_views: "PlainViews | None",
-) -> Changes:
-    """Changes of colour that do not come from the scene, fitted to the first strokes that they are given."""
-    seen = stance() if styles is not None or regions is not None else None
-    return Changes(styles, adjust_config, seen, () if plain_views is None else plain_views.cameras)
-
-
-def named(
-    palette: "Palette | None",
-    palette_config: PaletteConfig | None,
-    styles: Styles | None,
-    regions: Regions | None,
-    kit: "BrushKit",
-) -> Named:
-    """What options name and strokes are changed by."""
-    return Named(palette, palette_config, styles, regions, kit)
-
-
-@anew
-def changes(
-    making: list[StrokePass],
-    named: Named,
-    strokes_config: StrokesConfig,
-    color_config: ColorConfig,
-    colors: Changes,
-    pruned: Gaussians,
-    clustering: ClusterConfig,
-    key: Key | None,
-    skip: str | None,
-    cameras: Later[Sequence[Camera]],
-) -> StrokeChanges:
-    """All that is done to strokes, while they are made and after."""
-    is_turned = named.regions is not None and named.regions.needs_camera
-    return changes_of(
-        making,
-        named,
-        strokes_config,
-        color_config,
-        colors,
-        [] if key is None else [key.stroke_pass(skip=skip)],
-        gaussians=pruned,
-        camera=cameras()[0] if is_turned else None,
-        seed=clustering.seed,
-        skip=skip,
-    )
 
 
 @anew

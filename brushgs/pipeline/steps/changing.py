@@ -1,0 +1,186 @@
+"""Steps that say what is done to strokes: directions, colours, light, brushes; also in parts of a scene."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from brushgs.options.direction import Direction
+from brushgs.options.look_parts import ColorConfig
+from brushgs.options.painting import ClusterConfig, PaletteConfig, StrokesConfig
+from brushgs.options.styling import AdjustConfig
+from brushgs.pipeline.color_changes import Changes, palette_passes
+from brushgs.pipeline.lamp import Key
+from brushgs.pipeline.regions import Region, Regions
+from brushgs.pipeline.runner import Later, Memory, anew, unless
+from brushgs.pipeline.stroke_changes import (
+    Field,
+    StrokeChanges,
+    broken_color_pass,
+    brush_passes,
+    direction_pass,
+    grading_passes,
+    in_parts,
+    open_fields,
+    part_brush_passes,
+    repaint_pass,
+    size_passes,
+    solid_pass,
+    style_brush_passes,
+)
+from brushgs.pipeline.stroke_pass import ALREADY_STROKES, Finish, StrokePass
+from brushgs.pipeline.styling import Styles
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.brushes.kit import BrushKit
+    from brushgs.passes.color.recolor import Palette
+    from brushgs.rendering.plain import PlainViews
+
+
+def parts(regions: Regions | None) -> Sequence[Region]:
+    """The parts of the scene that are painted otherwise."""
+    return () if regions is None else regions.regions
+
+
+def _no_fields(skip: str | None, direction: Direction, parts: Sequence[Region]) -> str | None:
+    is_own = direction.kind == "own" and all(part.direction is None for part in parts)
+    return skip or ("--direction own" if is_own else None)
+
+
+@unless(_no_fields, ())
+def fields(
+    direction: Direction,
+    styles: Styles | None,
+    parts: Sequence[Region],
+    cameras: Later[Sequence[Camera]],
+) -> Sequence[Field]:
+    """Which way strokes run, as `orient` takes it, in the painting and in its parts."""
+    named = direction, *(part.direction for part in parts)
+    is_laid_over = any(one is not None and one.needs_camera for one in named)
+    return open_fields(direction, styles, parts, cameras()[0] if is_laid_over else None)
+
+
+@anew
+def making(
+    pruned: Gaussians,
+    strokes_config: StrokesConfig,
+    plain_views: "PlainViews | None",
+    fields: Sequence[Field],
+    parts: Sequence[Region],
+    skip: str | None,
+    memory: Memory,
+) -> list[StrokePass]:
+    """What makes strokes of clusters."""
+    direction = strokes_config.direction
+    return [
+        solid_pass(strokes_config, skip, memory),
+        *(one for part in parts for one in size_passes(part)),
+        direction_pass(pruned, direction, fields, skip, memory),
+        repaint_pass(pruned, plain_views, skip, memory),
+    ]
+
+
+@anew
+def colors(
+    styles: Styles | None,
+    regions: Regions | None,
+    adjust_config: AdjustConfig,
+    stance: Later[FirstView | None],
+    plain_views: "PlainViews | None",
+) -> Changes:
+    """Changes of colour that do not come from the scene, fitted to the first strokes that they are given."""
+    seen = stance() if styles is not None or regions is not None else None
+    return Changes(styles, adjust_config, seen, () if plain_views is None else plain_views.cameras)
+
+
+@anew
+def coloring(
+    palette: "Palette | None",
+    palette_config: PaletteConfig | None,
+    colors: Changes,
+    color_config: ColorConfig,
+    strokes_config: StrokesConfig,
+    clustering: ClusterConfig,
+    parts: Sequence[Region],
+    skip: str | None,
+) -> list[StrokePass]:
+    """What changes the colours of strokes, but for light."""
+    palettes, restyling, adjusting = (
+        palette_passes(palette, palette_config),
+        colors.style_passes(),
+        colors.adjust_passes(),
+    )
+    return [
+        *in_parts(
+            palettes,
+            parts,
+            lambda part: part.palette is not None,
+            lambda part: palette_passes(part.palette, part.palette_config),
+        ),
+        *grading_passes(color_config, seed=clustering.seed),
+        broken_color_pass(strokes_config, seed=clustering.seed, skip=skip),
+        *in_parts(  # after it: what differs from its neighbours is a colour of the style too
+            restyling,
+            parts,
+            lambda part: part.rule.style is not None,
+            lambda part: replace(colors, styles=part.styles).style_passes(),
+        ),
+        *in_parts(
+            adjusting,
+            parts,
+            lambda part: part.rule.adjust is not None,
+            lambda part: replace(
+                colors, styles=None, adjust=part.rule.adjust or colors.adjust
+            ).adjust_passes(),
+        ),
+    ]
+
+
+@anew
+def choosing(
+    kit: "BrushKit",
+    strokes_config: StrokesConfig,
+    styles: Styles | None,
+    parts: Sequence[Region],
+    pruned: Gaussians,
+    clustering: ClusterConfig,
+    skip: str | None,
+) -> list[StrokePass]:
+    """What chooses a brush for each stroke."""
+    seed, row_of = clustering.seed, {image: row for row, image in enumerate(kit.images)}
+    has_brushes = skip == ALREADY_STROKES and pruned.brushes is not None  # then strokes keep them
+    return [
+        *in_parts(
+            [] if has_brushes else brush_passes(kit, strokes_config, seed=seed),
+            parts,
+            lambda part: part.kit is not None,
+            lambda part: [] if part.kit is None else part_brush_passes(part.kit, row_of, seed=seed),
+        ),
+        *in_parts(
+            [] if has_brushes else style_brush_passes(styles, kit, seed=seed),
+            parts,
+            lambda part: part.kit is not None or part.rule.style is not None,
+            lambda part: style_brush_passes(part.styles, kit, seed=seed),
+        ),
+    ]
+
+
+@anew
+def changes(
+    making: list[StrokePass],
+    coloring: list[StrokePass],
+    choosing: list[StrokePass],
+    colors: Changes,
+    palette: "Palette | None",
+    regions: Regions | None,
+    key: Key | None,
+    skip: str | None,
+) -> StrokeChanges:
+    """All that is done to strokes, while they are made and after."""
+    lit = [] if key is None else [key.stroke_pass(skip=skip)]
+    if palette is None and not colors.are_any and (regions is None or not regions.recolors):
+        # So that a budget, which compares with the scene, is met with them; but the scene has another light.
+        return StrokeChanges([*making, *coloring, *choosing], Finish(lit), colors)
+    # Lit first: light and shade have colours of the palette and the style.
+    return StrokeChanges(making, Finish([*lit, *coloring, *choosing]), colors)
