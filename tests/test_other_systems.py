@@ -26,7 +26,7 @@ for module, names in {
 }.items():
     for name in names.split():
         delattr(module, name)
-import brushgs.pipeline.parallel.streams as streams
+import brushgs.core.streams as streams
 streams.INHERITS_SOCKETS = False
 from brushgs.cli import main
 sys.exit(main(sys.argv[1:]))

@@ -5,7 +5,8 @@ import signal
 
 import pytest
 
-from brushgs.pipeline.parallel import parallel_map, streams
+from brushgs.core import streams
+from brushgs.pipeline.parallel import parallel_map
 from tests.parallel import work
 from tests.parallel.conftest import NUM_FRAMES
 

@@ -1,4 +1,4 @@
-"""The cameras of a USD stage become arrays; runs in the process of `child`.
+"""The cameras of a USD stage become arrays; runs in the process that `process` starts.
 
 The header has "seconds" (0 where nothing moves), "fps", "left_out", the names of cameras that are no
 perspective ones, and "cameras", a list of {"name"}. Camera i has the arrays matrices_i [T, 4, 4], world from

@@ -1,11 +1,11 @@
 """A USD file is read by a process of its own, whose crash, hunger or endless work becomes a sentence."""
 
-import json
 import os
-import subprocess
-import sys
+from contextlib import suppress
 from dataclasses import dataclass
+from importlib import import_module
 from importlib.util import find_spec
+from math import ceil
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
@@ -13,13 +13,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-import brushgs
 from brushgs.errors import SceneError
 from brushgs.io.files import open_plain
+from brushgs.io.usd.refused import RefusedError
 
 PACKAGE = "pxr"  # of usd-core
 INSTALL = "pip install 'brushgs[usd]'"
 _MIN_SECONDS, _BYTES_A_SECOND = 60, 5_000_000  # that reading may take
+_MEMORY = 2 << 30, 24  # bytes of address space, and as many more for each byte of the file
 # Windows removes no file that is mapped, and would keep the folder: there arrays are read at once.
 _REMOVES_MAPPED = os.name == "posix"
 _DAMAGED = "is damaged, or no USD file; export it again"
@@ -30,7 +31,7 @@ class Answer:
     """What was read.
 
     Attributes:
-        header: JSON object.
+        header: what the reader returned.
         folder: where the arrays lie; see `array`.
     """
 
@@ -84,39 +85,56 @@ class Reading:
         self._folder.cleanup()
 
     def _read(self, folder: Path, size: int) -> Answer:
-        source = str(Path(brushgs.__file__).parents[1])
+        from brushgs.core.processes import KilledError, ProcessPool  # no other file needs threads
+
         environment = {name: value for name, value in os.environ.items() if not name.startswith("PXR_")}
         # More threads than one need more address space than the bound leaves, and gain nothing here.
         environment |= {"PXR_WORK_THREAD_LIMIT": "1", "MALLOC_ARENA_MAX": "2"}
-        environment["PYTHONPATH"] = os.pathsep.join([source, *filter(None, [os.environ.get("PYTHONPATH")])])
-        # -P: what lies in the working directory is no module.
-        command = [
-            sys.executable,
-            "-P",
-            "-m",
-            "brushgs.io.usd.child",
-            self._kind,
-            str(self._path),
-            str(folder),
-        ]
         seconds = _MIN_SECONDS + size / _BYTES_A_SECOND
         try:
-            subprocess.run(
-                command,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                timeout=seconds,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
+            with ProcessPool(_read_file, 1, attempts=1, environment=environment, output="dropped") as pool:
+                bounds = _MEMORY[0] + _MEMORY[1] * size, ceil(seconds)
+                header = pool.submit(0, (self._kind, self._path, folder, bounds))(timeout=seconds)
+        except TimeoutError:
             fact = f"was not read within {seconds:.0f} s"
             raise SceneError(self._path, f"{fact}; export only what is needed of it") from None
-        try:
-            header = json.loads((folder / "header.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):  # it crashed, or memory ended
+        except KilledError:
             raise SceneError(self._path, _DAMAGED) from None
-        if "error" in header:
-            raise SceneError(self._path, header["error"])
+        except RefusedError as error:
+            raise SceneError(self._path, str(error)) from None
         return Answer(header, folder)
+
+
+def _read_file(item: tuple[str, Path, Path, tuple[int, int]]) -> dict[str, Any]:
+    """Write the arrays of a file as FOLDER/NAME.npy, in the process of its own; the header.
+
+    Raises:
+        RefusedError: if something is wrong with the file.
+    """
+    kind, path, folder, bounds = item
+    _bound(*bounds)
+    try:
+        header: dict[str, Any] = import_module(f"brushgs.io.usd.{kind}").read(path, folder)
+    except RefusedError:
+        raise
+    except MemoryError:
+        raise RefusedError("needs too much memory; export only what is needed of it") from None
+    except Exception:  # of the library, or what it gives cannot be used
+        raise RefusedError(_DAMAGED) from None
+    return header
+
+
+def _bound(memory: int, seconds: int) -> None:
+    """At most so many bytes of address space and seconds of work, and no core dump.
+
+    Where no process can be bound (Windows), and where the system refuses a bound (macOS, or a lower one
+    holds), time alone bounds what a file may cost, for as long as the first process lives.
+    """
+    try:
+        import resource
+    except ImportError:
+        return
+    of_each = ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds + 10), (resource.RLIMIT_CORE, 0))
+    for what, bound in of_each:
+        with suppress(ValueError, OSError):
+            resource.setrlimit(what, (bound, bound))

@@ -1,4 +1,4 @@
-"""The Gaussian splats of a USD stage become arrays; runs in the process of `child`.
+"""The Gaussian splats of a USD stage become arrays; runs in the process that `process` starts.
 
 The header has "up" ("Y", "Z", or null where the stage does not say) and "parts", a list of {"notes"}, the
 text of what we recorded or null. Part i has the arrays means_i [N, 3], quats_i [N, 4] (x, y, z, w), scales_i

@@ -86,7 +86,7 @@ def parallel_map(
 
 
 def _map_in_processes(work: Callable[[T], R], items: Iterable[T], jobs: int) -> Iterator[R]:
-    from brushgs.pipeline.parallel.processes import ProcessPool
+    from brushgs.core.processes import ProcessPool
 
     with ProcessPool(work, jobs) as pool:
         yield from _map_in_order(pool, items)

@@ -11,9 +11,9 @@ from types import TracebackType
 from typing import Any
 
 import brushgs
+from brushgs.core.messages import MAX_ATTEMPTS, Failed, PickledWork, pickled, result_of, run_item
 from brushgs.core.threads import at_most
 from brushgs.pipeline.parallel.connection import Waiting, check_brushgs, check_versions, wait_for_workers
-from brushgs.pipeline.parallel.messages import MAX_ATTEMPTS, Failed, PickledWork, pickled, result_of, run_item
 
 CHECK_INTERVAL = 5.0  # seconds between checks, while a result is awaited, that there are workers at all
 

@@ -1,21 +1,25 @@
 """The stream between this process and a worker: a socket, or two pipes where none is inherited (Windows).
 
-Pipes are the worker's standard input and output: what its work prints goes to stderr there.
+Pipes are the worker's standard input and output: what its work prints goes to stderr there. Messages are
+eight bytes of length, then that many bytes: `multiprocessing.connection` does the same, but takes 0.25 s for
+a frame of 30 MB instead of 0.05 s.
 """
 
 import os
 import signal
 import socket
+import struct
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import IO, Protocol
+from typing import IO, Any, Protocol
 
 from brushgs.core.signals import STOP_SIGNALS
 
 INHERITS_SOCKETS = os.name == "posix"
 _PIPES = "-1"  # in place of the descriptor of a socket
+_LENGTH = struct.Struct("!Q")
 
 
 class Stream(Protocol):
@@ -26,6 +30,9 @@ class Stream(Protocol):
 
     def recv_into(self, buffer: memoryview, /) -> int:
         """Receive some bytes, and return how many; 0 if the other end is closed."""
+
+    def shutdown(self, how: int, /) -> None:
+        """With `socket.SHUT_WR`: send nothing more, while the other end may."""
 
     def close(self) -> None:
         """Close this end."""
@@ -42,10 +49,36 @@ class _Pipes:
     def recv_into(self, buffer: memoryview, /) -> int:
         return int(self._reader.readinto(buffer))  # type: ignore[attr-defined]
 
+    def shutdown(self, how: int, /) -> None:
+        self._writer.close()
+
     def close(self) -> None:
         for end in (self._writer, self._reader):
             with suppress(OSError):  # what it could not write is lost
                 end.close()
+
+
+def send(stream: Stream, message: bytes) -> None:
+    """Send one message. Raises OSError if the other end is closed."""
+    stream.sendall(_LENGTH.pack(len(message)))
+    stream.sendall(message)
+
+
+def receive(stream: Stream) -> bytearray:
+    """The next message. Raises EOFError or OSError if the other end closes before it is complete."""
+    (length,) = _LENGTH.unpack(_receive_exactly(stream, _LENGTH.size))
+    return _receive_exactly(stream, length)
+
+
+def _receive_exactly(stream: Stream, length: int) -> bytearray:
+    message = bytearray(length)
+    rest = memoryview(message)
+    while rest:
+        count = stream.recv_into(rest)
+        if count == 0:
+            raise EOFError("the other end is closed")
+        rest = rest[count:]
+    return message
 
 
 def block_stops() -> None:
@@ -58,8 +91,22 @@ def block_stops() -> None:
         signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
 
 
-def start_worker(boot: str, words: Sequence[str]) -> tuple["subprocess.Popen[bytes]", Stream]:
+def start_worker(
+    boot: str,
+    words: Sequence[str],
+    environment: Mapping[str, str] | None = None,
+    output: Any = None,
+    *,
+    is_apart: bool = False,
+) -> tuple["subprocess.Popen[bytes]", Stream]:
     """Start Python, which runs `boot` on a word for `open_stream` and `words`; it, and its stream here.
+
+    Args:
+        boot: a program in a line.
+        words: for it.
+        environment: variables, in place of those of this process.
+        output: where what it prints goes, as `subprocess` has it.
+        is_apart: whether it gets no signal that is sent to the group of this process.
 
     Raises:
         OSError: if there is no memory for another process.
@@ -68,7 +115,14 @@ def start_worker(boot: str, words: Sequence[str]) -> tuple["subprocess.Popen[byt
     if not INHERITS_SOCKETS:
         apart = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # which Ctrl-C does not reach
         pipe = subprocess.PIPE
-        process = subprocess.Popen([*command, _PIPES, *words], stdin=pipe, stdout=pipe, creationflags=apart)
+        process = subprocess.Popen(
+            [*command, _PIPES, *words],
+            stdin=pipe,
+            stdout=pipe,
+            stderr=output,
+            env=environment,
+            creationflags=apart,
+        )
         assert process.stdin is not None
         assert process.stdout is not None
         return process, _Pipes(process.stdout, process.stdin)
@@ -77,7 +131,13 @@ def start_worker(boot: str, words: Sequence[str]) -> tuple["subprocess.Popen[byt
         try:
             given = theirs.fileno()
             process = subprocess.Popen(
-                [*command, str(given), *words], stdin=subprocess.DEVNULL, pass_fds=[given]
+                [*command, str(given), *words],
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                env=environment,
+                pass_fds=[given],
+                start_new_session=is_apart,
             )
         except BaseException:
             ours.close()
