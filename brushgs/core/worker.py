@@ -42,13 +42,13 @@ def serve(stream_word: str, num_threads: int, folder: str, is_asked: bool) -> No
     with (
         suppress(OSError, KeyboardInterrupt),
         at_most(num_threads),
-        closing(open_stream(stream_word)) as ours,
+        closing(open_stream(stream_word)) as stream,
     ):
-        threading.Thread(target=_receive, args=(to, messages, is_asked), daemon=True).start()
+        threading.Thread(target=_receive, args=(stream, messages, is_asked), daemon=True).start()
         if (work := messages.get()) is not None:
             do = PickledWork(work)
             while (message := messages.get()) is not None:
-                send(to, run_item(do, message))
+                send(stream, run_item(do, message))
     shutil.rmtree(folder, ignore_errors=True)
 
 

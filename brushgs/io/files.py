@@ -18,6 +18,7 @@ from typing import BinaryIO
 from brushgs.core.signals import defer_stop
 from brushgs.errors import SceneError
 
+_noting: list[set[Path]] = []  # of `noting_written`, all threads: pictures are written in several
 _FULL = {errno.ENOSPC, errno.EFBIG, *([errno.EDQUOT] if hasattr(errno, "EDQUOT") else [])}
 
 
@@ -143,6 +144,23 @@ def _scene_error(path: Path, what: str, error: OSError) -> SceneError:
 
 
 @contextmanager
+def noting_written() -> Iterator[set[Path]]:
+    """All files that are written within the block, completely: by `replacing` and `filling`."""
+    written: set[Path] = set()
+    _noting.append(written)
+    try:
+        yield written
+    finally:
+        _noting[:] = [other for other in _noting if other is not written]
+
+
+def note_written(*paths: Path) -> None:
+    """Let files be among those of `noting_written`, such as those that stand from an earlier run."""
+    for written in _noting:
+        written.update(path.absolute() for path in paths)
+
+
+@contextmanager
 def replacing(path: str | Path, most: int = 0) -> Iterator[Path]:
     """A temporary path to write to; it takes the name `path` when the block ends without an error.
 
@@ -178,6 +196,7 @@ def replacing(path: str | Path, most: int = 0) -> Iterator[Path]:
         _check_room(temporary, most)
         yield temporary
         temporary.replace(target)
+        note_written(target)
     except OSError as error:
         temporary.unlink(missing_ok=True)
         raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from error
@@ -257,6 +276,7 @@ def filling(folder: Path, goes: Callable[[Path], bool]) -> Iterator[Path]:
                     path.unlink()
             for path in sorted(temporary.iterdir()):
                 path.replace(folder / path.name)
+                note_written(folder / path.name)
             temporary.rmdir()
     except BaseException as error:
         shutil.rmtree(temporary, ignore_errors=True)

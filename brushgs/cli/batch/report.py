@@ -23,8 +23,8 @@ class Line:
         command: its name.
         output: what it writes.
         state: "skipped" is one that had been done before.
-        seconds: of its process; 0 where there was none.
-        peak_memory_bytes: that it reports; None if it does not.
+        seconds: that it took; 0 where it did not run.
+        peak_memory_bytes: that it reports, of its process with the jobs before; None if it does not.
         error: one sentence; "" if there was none.
         notes: of the command.
     """

@@ -1,42 +1,42 @@
 """Jobs run in processes of their own, those of one scene in one, which makes what they have in common once.
 
-One that ends its process does not touch the others: these go on in another. A process of
-`brushgs.pipeline.parallel` is killed when the work stops, which suits work whose results come back as bytes.
-Jobs write files: they are asked to stop, as by SIGTERM, and take unfinished files away.
+One that ends its process does not touch the others: these go on in another. Jobs write files, so they are
+asked to stop, and take unfinished files away.
 """
 
+import io
 import json
-import subprocess
-import sys
-import threading
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import CancelledError, ThreadPoolExecutor
-from contextlib import suppress
-from pathlib import Path
-from queue import SimpleQueue
-from tempfile import TemporaryFile
-from typing import IO, Any, NamedTuple
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Future, as_completed
+from contextlib import chdir, redirect_stderr, redirect_stdout, suppress
+from typing import Any, NamedTuple
 
 from brushgs.cli.batch.jobs import Job, parser_of
 from brushgs.cli.option_words import named_actions
+from brushgs.core.messages import Done, Failed, result_of
+from brushgs.core.processes import KilledError, ProcessPool
 from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError
+from brushgs.io.files import noting_written
 from brushgs.options.sequence import SequenceConfig
+from brushgs.pipeline.runner import Memory, holding
 
 SECONDS_TO_STOP = 20.0  # that a process has to take its unfinished files away
-# The folder of a job is never searched for modules: a numpy.py in it would be run.
-BOOT = (
-    "import sys; n = int(sys.argv[1]); sys.path[:] = sys.argv[2:2 + n]; "
-    "from brushgs.cli.batch.worker import main; main()"
-)
 
 
 class Task(NamedTuple):
-    """What is needed to run a job, here or on a worker of a cluster."""
+    """What is needed to run a job, here or on a worker of a cluster.
+
+    Attributes:
+        words: the command.
+        folder: where it runs.
+        is_followed: whether the process runs another one of the same scene next.
+    """
 
     words: tuple[str, ...]
     folder: str
+    is_followed: bool = False
 
 
 class Outcome(NamedTuple):
@@ -46,74 +46,45 @@ class Outcome(NamedTuple):
         seconds: that it took.
         error: one sentence; "" if there was none.
         report: that of the command, as it prints it with --json; empty if it has none.
+        written: the files that it wrote, and has not removed since.
     """
 
     seconds: float
     error: str
     report: dict[str, Any]
+    written: tuple[str, ...] = ()
 
 
-class Processes:
-    """The processes that run at the moment, of all threads."""
+class TaskRunner:
+    """Runs tasks one after another, and keeps what those of one scene have in common."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._running: set[subprocess.Popen[str]] = set()
-        self._is_stopped = False
+        """Nothing is kept yet."""
+        self._memory: Memory | None = None
 
-    def run(self, tasks: Sequence[Task]) -> Iterator[Outcome]:
-        """Run tasks one after another, and give each as it ends.
+    def __call__(self, task: Task) -> Outcome:
+        """Run one."""
+        from brushgs.cli import main
 
-        Raises:
-            CancelledError: if all was stopped before.
-        """
-        left = list(tasks)
-        while left:
-            for outcome in self._in_one_process(left):
-                left.pop(0)
-                yield outcome
-
-    def _in_one_process(self, tasks: Sequence[Task]) -> Iterator[Outcome]:
-        """As many as one process runs, at least one."""
-        start, num_done = time.perf_counter(), 0
-        with TemporaryFile("w+", errors="replace") as said:
-            with self._lock:
-                if self._is_stopped:
-                    raise CancelledError
-                try:
-                    process = _start(tasks, said)
-                except OSError as error:
-                    yield Outcome(0.0, f"{error.filename or tasks[0].folder}: {error.strerror}", {})
-                    return
-                self._running.add(process)
-            assert process.stdout is not None, "it is a pipe"
+        if task.is_followed and self._memory is None:
+            self._memory = Memory()
+        start, out, err = time.perf_counter(), io.StringIO(), io.StringIO()
+        with (
+            chdir(task.folder),
+            noting_written() as written,
+            holding(self._memory),
+            redirect_stdout(out),
+            redirect_stderr(err),
+        ):
             try:
-                for line in process.stdout:
-                    seconds, code, out, err = json.loads(line)
-                    num_done += 1
-                    yield Outcome(seconds, _error_of(code, err), _report_of(out))
-                code = process.wait()
-            finally:
-                process.stdout.close()
-                with self._lock:
-                    self._running.discard(process)
-            if num_done < len(tasks):  # one has ended it
-                said.seek(0)
-                why = _error_of(code, said.read()) or "its process has ended before it was done"
-                yield Outcome(time.perf_counter() - start, why, {})
-
-    def stop(self) -> None:
-        """Stop all, and wait until they are gone."""
-        with self._lock:
-            self._is_stopped = True
-            running = list(self._running)
-        for process in running:
-            process.terminate()
-        for process in running:
-            try:
-                process.wait(SECONDS_TO_STOP)
-            except subprocess.TimeoutExpired:
-                process.kill()
+                code: Any = main(task.words)
+            except SystemExit as end:  # of the parser
+                code = end.code
+        if not task.is_followed:
+            self._memory = None
+        files = tuple(str(path) for path in sorted(written) if path.exists())
+        error = _error_of(int(code or 0), err.getvalue())
+        return Outcome(time.perf_counter() - start, error, _report_of(out.getvalue()), files)
 
 
 def run_jobs(
@@ -132,59 +103,60 @@ def run_jobs(
     """
     for job in jobs:
         _make_folder(job)
-    tasks = [_task_of(job, config) for job in jobs]
     if config.scheduler is not None:
         from brushgs.pipeline.parallel import parallel_map
         from brushgs.pipeline.parallel.connection import Waiting
 
         waiting = Waiting(config.workers_timeout, tell)
+        tasks = [_task_of(job, config) for job in jobs]
         outcomes = parallel_map(run_task, tasks, scheduler=config.scheduler, waiting=waiting)
         yield from zip(jobs, outcomes, strict=True)
         return
-    processes, ended = Processes(), SimpleQueue[tuple[Job, Outcome] | BaseException]()
-
-    def run(group: Sequence[tuple[Job, Task]]) -> None:
-        try:
-            for (job, _), outcome in zip(group, processes.run([task for _, task in group]), strict=True):
-                ended.put((job, outcome))
-        except CancelledError:
-            return
-        except BaseException as error:
-            ended.put(error)
-
-    with ThreadPoolExecutor(config.jobs, "brushgs-batch") as threads:
-        try:
-            for group in _groups(list(zip(jobs, tasks, strict=True)), config.jobs):
-                threads.submit(run, group)
-            for _ in jobs:
-                found = ended.get()
-                if isinstance(found, BaseException):
-                    raise found
-                yield found
-        finally:
-            threads.shutdown(wait=False, cancel_futures=True)
-            processes.stop()
+    with _pool(config.jobs) as pool:
+        job_of: dict[Future[Done | Failed], Job] = {}
+        for group in _groups(jobs, config.jobs):
+            tasks = [_task_of(job, config, is_followed=job is not group[-1]) for job in group]
+            job_of.update(zip(pool.start(list(enumerate(tasks))), group, strict=True))
+        for future in as_completed(job_of):
+            yield job_of[future], _outcome(future.result)
 
 
-def _groups(pairs: Sequence[tuple[Job, Task]], num_processes: int) -> list[Sequence[tuple[Job, Task]]]:
+def run_task(task: Task) -> Outcome:
+    """Run one task, as a worker of a cluster does: in a process of its own, which may end."""
+    with _pool(1) as pool:
+        return _outcome(pool.start([(0, task)])[0].result)
+
+
+def _pool(jobs: int) -> ProcessPool:
+    return ProcessPool(TaskRunner(), jobs, attempts=1, seconds_to_stop=SECONDS_TO_STOP, output="kept")
+
+
+def _outcome(reply: Callable[[], Done | Failed]) -> Outcome:
+    """The outcome of a task, also where it has ended its process, or this could not be started."""
+    try:
+        outcome: Outcome = result_of(reply())  # type: ignore[assignment]
+    except KilledError as error:
+        why = _error_of(error.code, error.said) or "its process has ended before it was done"
+        return Outcome(error.seconds, why, {})
+    except OSError as error:
+        return Outcome(0.0, f"{error.filename}: {error.strerror}" if error.filename else str(error), {})
+    return outcome
+
+
+def _groups(jobs: Sequence[Job], num_processes: int) -> list[Sequence[Job]]:
     """Jobs of the same scene together, in order; in parts where there are more processes than scenes."""
-    of_scene: dict[tuple[str, ...], list[tuple[Job, Task]]] = {}
-    for job, task in pairs:
+    of_scene: dict[tuple[str, ...], list[Job]] = {}
+    for job in jobs:
         args = parser_of(job.command).parse_args(list(job.words))
         scenes = getattr(args, "scene", None) or [job.number]  # a job without a scene is alone
         name = tuple(map(str, scenes if isinstance(scenes, list) else [scenes]))
-        of_scene.setdefault(name, []).append((job, task))
+        of_scene.setdefault(name, []).append(job)
     num_parts = max(1, num_processes // max(len(of_scene), 1))
     found = (group[part::num_parts] for group in of_scene.values() for part in range(num_parts))
     return [group for group in found if group]
 
 
-def run_task(task: Task) -> Outcome:
-    """Run one task, as a worker of a cluster does."""
-    return next(iter(Processes().run([task])))
-
-
-def _task_of(job: Job, config: SequenceConfig) -> Task:
+def _task_of(job: Job, config: SequenceConfig, *, is_followed: bool = False) -> Task:
     known, words = named_actions(parser_of(job.command)), [job.command, *job.words]
     if "json" in known:
         words.append("--json")
@@ -192,7 +164,7 @@ def _task_of(job: Job, config: SequenceConfig) -> Task:
     if shares and "threads" in known and not any(word.startswith("--threads=") for word in words):
         share = 1 if config.scheduler is not None else max(1, num_threads_or_default(None) // config.jobs)
         words.append(f"--threads={share}")
-    return Task(tuple(words), str(job.folder.resolve()))
+    return Task(tuple(words), str(job.folder.resolve()), is_followed)
 
 
 def _make_folder(job: Job) -> None:
@@ -201,24 +173,6 @@ def _make_folder(job: Job) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise SceneError(folder, f"cannot be made ({error.strerror}); choose another output") from None
-
-
-def _start(tasks: Sequence[Task], said: IO[str]) -> "subprocess.Popen[str]":
-    path = [str(Path(entry or ".").absolute()) for entry in sys.path]
-    process = subprocess.Popen(
-        [sys.executable, "-P", "-c", BOOT, str(len(path)), *path],
-        cwd=tasks[0].folder,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=said,
-        text=True,
-        errors="replace",
-        start_new_session=True,  # Ctrl-C is heard here, which then stops them once
-    )
-    assert process.stdin is not None, "it is a pipe"
-    with process.stdin, suppress(BrokenPipeError):
-        process.stdin.write(json.dumps(tasks))
-    return process
 
 
 def _error_of(code: int, err: str) -> str:

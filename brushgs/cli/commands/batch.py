@@ -76,30 +76,32 @@ def run(args: Namespace) -> int:
         KeyboardInterrupt: if it is stopped; says how to go on.
     """
     from brushgs.cli.batch.check import check_jobs
-    from brushgs.cli.batch.done import Done
     from brushgs.cli.batch.jobs import read_jobs
+    from brushgs.cli.batch.record import JobRecord
     from brushgs.options.sequence import SequenceConfig
 
     config = SequenceConfig(**flags.given(args, "sequence"))
     jobs = read_jobs(args.file)
     check_jobs(jobs)
-    done = Done(args.file, is_resumed=config.is_resumed)
+    record = JobRecord(args.file, is_resumed=config.is_resumed)
+    others = [job for job in jobs if not record.has(job)]
     if args.dry_run:
-        _print([job for job in jobs if not done.has(job)], as_json=args.json)
+        _print(others, as_json=args.json)
         return 0
     from brushgs.cli.batch.report import BatchReport, Line
     from brushgs.cli.batch.run import run_jobs
 
     report = BatchReport()
     with reported(args, report), report.stage("batch", total=len(jobs), unit="jobs"):
-        others = [job for job in jobs if not done.has(job)]
+        if record.note:
+            report.tell(record.note)
         for number in {job.number for job in jobs} - {job.number for job in others}:
             report.add(Line.of(jobs[number - 1], None))
         try:
             with closing(run_jobs(others, config, report.tell)) as outcomes:
                 for job, outcome in outcomes:
                     if not outcome.error:
-                        done.add(job)
+                        record.add(job, outcome.written)
                     report.add(Line.of(job, outcome))
         except KeyboardInterrupt:
             left = len(jobs) - len(report.lines)

@@ -1,23 +1,23 @@
 """Numbered picture files, and the manifest beside them that records which painting they belong to.
 
-The manifest of `FOLDER/%05d.png` is `FOLDER/.%05d.png.json`: one line of JSON that describes the painting,
-then one for each finished frame, with the size of its file. A frame is done if the manifest lists it and its
-file has that size, so files of an earlier painting are never mistaken for frames of this one.
+The manifest of `FOLDER/%05d.png` is `FOLDER/.%05d.png.json`, see `io.record`: its heading describes the
+painting, an entry is a finished frame with the size of its file. A frame is done if the manifest lists it and
+its file has that size, so files of an earlier painting are never mistaken for frames of this one.
 """
 
-import json
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from brushgs.core.signals import defer_stop
 from brushgs.errors import SceneError
-from brushgs.io.files import read_whole, replacing
+from brushgs.io.files import note_written, replacing
+from brushgs.io.record import add_to_record, begin_record, read_record
 
 _NUMBER = re.compile(r"%(?:0[1-9][0-9]?)?d")  # %d or %05d
-_MAX_BYTES, _MAX_LINES = 8 << 20, 200_000  # of a manifest; a path has at most 99,999 frames
 DEFAULT_NAME = "%05d.png"
 
 
@@ -107,21 +107,9 @@ class Manifest:
         Raises:
             SceneError: if it cannot be read, or is something else.
         """
-        try:
-            files.manifest.stat()
-        except FileNotFoundError:
-            return None
-        except OSError:
-            pass  # reported when it is opened
-        first, *lines = read_whole(files.manifest, _MAX_BYTES).splitlines() or [b""]
-        try:
-            painting = json.loads(first)["painting"] if len(lines) <= _MAX_LINES else None
-        except (ValueError, KeyError, TypeError, RecursionError):
-            painting = None
-        if not isinstance(painting, dict):
-            cure = "remove it, or omit --resume to paint all frames again"
-            raise SceneError(files.manifest, f"is no manifest of frames; {cure}")
-        return cls(files, painting, dict(_entries(lines)))
+        fault = "is no manifest of frames; remove it, or omit --resume to paint all frames again"
+        found = read_record(files.manifest, "painting", fault)
+        return None if found is None else cls(files, found[0], dict(_sizes(found[1])))
 
     def is_done(self, index: int) -> bool:
         """Whether a frame of this painting is complete."""
@@ -140,10 +128,9 @@ class Manifest:
             self.files.folder.mkdir(exist_ok=True)
         except OSError as error:
             raise SceneError(self.files.folder, f"the folder cannot be created: {error.strerror}") from None
-        with replacing(self.files.manifest) as temporary:
-            lines = [json.dumps({"painting": self.painting})]
-            lines += [_line(index, size) for index, size in sorted(self.sizes.items())]
-            temporary.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+        entries = [_entry(index, size) for index, size in sorted(self.sizes.items())]
+        begin_record(self.files.manifest, {"painting": self.painting}, entries)
+        note_written(*(self.files.path(index) for index in self.sizes))
 
     def add(self, index: int, content: bytes) -> None:
         """Write a frame, completely or not at all, then its line of the manifest.
@@ -155,23 +142,15 @@ class Manifest:
             with replacing(self.files.path(index)) as temporary:
                 temporary.write_bytes(content)
             self.sizes[index] = len(content)
-            try:
-                with self.files.manifest.open("a", encoding="utf-8") as manifest:
-                    manifest.write(f"{_line(index, len(content))}\n")
-            except OSError as error:
-                message = f"cannot be written ({error.strerror}); check the disk"
-                raise SceneError(self.files.manifest, message) from None
+            add_to_record(self.files.manifest, _entry(index, len(content)))
 
 
-def _line(index: int, size: int) -> str:
-    return json.dumps({"frame": index, "bytes": size})
+def _entry(index: int, size: int) -> dict[str, int]:
+    return {"frame": index, "bytes": size}
 
 
-def _entries(lines: list[bytes]) -> Iterator[tuple[int, int]]:
-    """Frame and size of each complete line: the last one may be cut off."""
-    for line in lines:
-        try:
-            entry = json.loads(line)
+def _sizes(entries: list[dict[str, Any]]) -> Iterator[tuple[int, int]]:
+    """Frame and size of each entry that has both."""
+    for entry in entries:
+        with suppress(ValueError, KeyError, TypeError, OverflowError):
             yield int(entry["frame"]), int(entry["bytes"])
-        except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
-            continue

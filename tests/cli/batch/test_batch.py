@@ -7,13 +7,14 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from brushgs.cli import main
 from brushgs.cli.batch.jobs import read_jobs
-from brushgs.cli.batch.run import Processes, Task, run_jobs
+from brushgs.cli.batch.run import Outcome, Task, run_jobs
 from brushgs.io.pictures.images import read_image
 from brushgs.options.sequence import SequenceConfig
 from tests.scenes import save_upright, still_life_of
@@ -66,7 +67,7 @@ def test_six_jobs_write_six_pictures_and_one_report(made):
     assert [line["output"] for line in report["jobs"]] == [str(folder / "out" / name) for name in NAMES]
     assert all(line["seconds"] > 0 and line["peak_memory_bytes"] > 1e6 for line in report["jobs"])
     assert sorted(path.name for path in folder.iterdir()) == [
-        "jobs.done.json",
+        ".jobs.toml.json",
         "jobs.toml",
         "out",
         "pears.ply",
@@ -143,13 +144,76 @@ def test_a_bad_job_is_told_before_any_runs(made, tmp_path, capsys):
     assert [path.name for path in tmp_path.iterdir()] == ["one.toml"]
 
 
-def test_a_list_of_finished_jobs_that_is_none_is_told(made, tmp_path, capsys):
+@pytest.mark.parametrize("content", ["[1]", "", "{}", '{"painting": {}}'])
+def test_a_record_that_is_none_is_told(made, tmp_path, capsys, content):
     (tmp_path / "one.toml").write_text(f'[[job]]\nscene = "{made[0]}/pears.ply"\noutput = "a.png"\n')
+    (tmp_path / ".one.toml.json").write_text(content)
+    code, _, err = batch(capsys, tmp_path / "one.toml", "--resume")
+    assert code == 2
+    assert ".one.toml.json: is no record of a batch; remove it, and all jobs run again" in err
+
+
+def test_a_list_of_an_earlier_version_is_told_and_not_read(made, tmp_path, capsys):
+    text = f'[[job]]\nscene = "{made[0]}/pears.ply"\noutput = "a.png"\nsize = "32x24"\nstrokes = 20\n'
+    (tmp_path / "one.toml").write_text(text + 'look = "plain"\n')
     (tmp_path / "one.done.json").write_text("[1]")
-    assert (
-        "one.done.json: is no list of finished jobs; remove it"
-        in batch(capsys, tmp_path / "one.toml", "--resume")[2]
-    )
+    code, _, err = batch(capsys, tmp_path / "one.toml", "--resume")
+    assert code == 0
+    assert "one.done.json is of an earlier version and not read: all jobs run" in " ".join(err.split())
+    code, out, err = batch(capsys, tmp_path / "one.toml", "--resume", "--json")
+    assert (code, err, json.loads(out)["skipped"]) == (0, "", 1)
+
+
+OUTPUTS = {  # of a job: what it is called with, and a file that it writes beside others
+    "frames": (["render", "frames/%02d.png", "orbit = 3\nlook = 'plain'"], "frames/01.png"),
+    "film": (["render", "a.gif", "orbit = 3\nlook = 'plain'"], "a.gif"),
+    "page": (["export", "a.html", ""], "a.html"),
+    "strokes": (["cluster", "a.ply", ""], "a.ply"),
+    "curves": (["bench", "m", "strokes = [10, 20]\nquick = true\nlook = 'plain'"], "m/bench.json"),
+}
+
+
+@pytest.fixture(scope="module")
+def every_kind(tmp_path_factory, made):
+    """A folder in which a job of each kind of output has run."""
+    folder = tmp_path_factory.mktemp("kinds")
+    (folder / "pears.ply").write_bytes((made[0] / "pears.ply").read_bytes())
+    text = '[defaults]\nscene = "pears.ply"\nsize = "32x24"\nstrokes = 20\nclean = "off"\n'
+    for (command, output, more), _ in OUTPUTS.values():
+        text += f'[[job]]\ncommand = "{command}"\noutput = "{output}"\n{more}\n'
+    (folder / "jobs.toml").write_text(text)
+    assert main(["batch", str(folder / "jobs.toml"), "--quiet"]) == 0
+    return folder
+
+
+def left(capsys, folder):
+    return json.loads(batch(capsys, folder / "jobs.toml", "--resume", "--dry-run", "--json")[1])
+
+
+@pytest.mark.parametrize("kind", OUTPUTS)
+def test_a_job_is_done_while_every_file_that_it_wrote_is_as_it_was(every_kind, capsys, kind):
+    assert left(capsys, every_kind) == []
+    (_, output, _), name = OUTPUTS[kind]
+    path, content, state = every_kind / name, (every_kind / name).read_bytes(), (every_kind / name).stat()
+    for change in (path.unlink, lambda: path.write_bytes(content[:-1]), lambda: os.utime(path, (1, 1))):
+        change()
+        [words] = left(capsys, every_kind)
+        assert f"--output={output}" in words
+        path.write_bytes(content)
+        os.utime(path, ns=(state.st_atime_ns, state.st_mtime_ns))
+        assert left(capsys, every_kind) == []
+
+
+def test_the_order_of_options_changes_no_job_and_their_values_do(every_kind, capsys):
+    jobs = every_kind / "jobs.toml"
+    text = jobs.read_text()
+    try:
+        jobs.write_text(text.replace("orbit = 3\nlook = 'plain'", "look = 'plain'\norbit = 3"))
+        assert left(capsys, every_kind) == []
+        jobs.write_text(text.replace('clean = "off"', 'clean = "sure"'))
+        assert len(left(capsys, every_kind)) == len(OUTPUTS)
+    finally:
+        jobs.write_text(text)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
@@ -178,7 +242,7 @@ def test_a_batch_that_is_stopped_leaves_whole_files_only(made, tmp_path, number,
     _, err = process.communicate(timeout=60)
     assert process.returncode == code
     assert "stopped: 2 of 3 jobs are not done; --resume runs them" in err
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["first.png", "jobs.done.json", "jobs.toml"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".jobs.toml.json", "first.png", "jobs.toml"]
 
 
 def test_jobs_of_one_scene_load_it_once_and_paint_what_each_paints_alone(made, tmp_path):
@@ -207,20 +271,59 @@ def test_a_batch_of_which_all_is_done_runs_nothing(made, capsys):
     assert (code, [job["state"] for job in json.loads(out)["jobs"]]) == (0, ["skipped"] * 6)
 
 
-DIES = """
-import json, os, sys
-for words, folder in json.load(sys.stdin):
-    if words == ["die"]:
+def die_or_tell(task):
+    """Work in place of a job: it ends its process, or says which one this is."""
+    if task.words == ("die",):
+        print("no room here", file=sys.stderr, flush=True)
         os.kill(os.getpid(), 9)
-    print(json.dumps([0.5, 0, '{"by": %d}' % os.getpid(), ""]), flush=True)
-"""
+    if task.words == ("exit",):
+        print("no room here", file=sys.stderr, flush=True)
+        os._exit(3)
+    return Outcome(0.5, "", {"by": os.getpid()})
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
-def test_a_job_that_ends_its_process_leaves_the_others_to_another_one(monkeypatch, tmp_path):
-    monkeypatch.setattr("brushgs.cli.batch.run.BOOT", DIES)
-    tasks = [Task((word,), str(tmp_path)) for word in ("a", "die", "b", "die", "c")]
-    found = list(Processes().run(tasks))
-    assert [bool(outcome.error) for outcome in found] == [False, True, False, True, False]
-    assert "signal 9" in found[1].error
-    assert len({found[index].report["by"] for index in (0, 2, 4)}) == 3
+def test_a_job_that_ends_its_process_leaves_the_others_to_another_one(monkeypatch, made):
+    monkeypatch.syspath_prepend(ROOT)
+    monkeypatch.setattr("brushgs.cli.batch.run.TaskRunner", lambda: die_or_tell)
+    monkeypatch.setattr("brushgs.cli.batch.run._task_of", lambda job, *_, **__: Task((job.output,), "."))
+    jobs = read_jobs(made[0] / "jobs.toml")[:1] * 5
+    jobs = [replace(job, output=name) for job, name in zip(jobs, ("a", "die", "b", "exit", "c"), strict=True)]
+    found = {job.output: outcome for job, outcome in run_jobs(jobs, SequenceConfig(), print)}
+    assert [found[name].error for name in ("a", "b", "c")] == [""] * 3
+    assert "was killed by signal 9; if it ran out of memory, use fewer --jobs" in found["die"].error
+    assert found["exit"].error == "no room here"
+    assert len({found[name].report["by"] for name in ("a", "b", "c")}) == 3
+
+
+def is_alive(pid):
+    """Whether a process runs: a zombie does not."""
+    try:
+        return "\nState:\tZ" not in Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return False
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks /proc")
+def test_jobs_end_with_the_batch_that_was_killed_and_leave_no_files(made, tmp_path):
+    text = f'[[job]]\nscene = "{made[0]}/pears.ply"\nsize = "64x48"\nstrokes = 50\nlook = "plain"\n'
+    (tmp_path / "jobs.toml").write_text(text + 'orbit = 5000\noutput = "a.mp4"\n')
+    (tmp_path / "temporary").mkdir()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "brushgs", "batch", "jobs.toml", "--quiet"],
+        env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(tmp_path / "temporary")},
+        cwd=tmp_path,
+    )
+    until = time.monotonic() + 120
+    while not list(tmp_path.glob(".a-*")):
+        assert process.poll() is None
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    children = Path(f"/proc/{process.pid}/task").glob("*/children")
+    pids = [int(pid) for path in children for pid in path.read_text().split()]
+    assert len(pids) == 1
+    process.kill()
+    process.wait()
+    while any(map(is_alive, pids)) or list(tmp_path.glob(".a-*")) or list(tmp_path.glob("temporary/*")):
+        assert time.monotonic() < until
+        time.sleep(0.05)
