@@ -1,11 +1,12 @@
 import os
 import stat
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from brushgs import SceneError
-from brushgs.io.files import replacing
+from brushgs.io.files import filling, noting_written, replacing
 
 
 def test_the_file_appears_whole_and_nothing_else_is_left(tmp_path: Path) -> None:
@@ -78,3 +79,22 @@ def test_ctrl_c_while_the_file_is_made_leaves_nothing(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         replacing(tmp_path / "a.mp4").__enter__()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_written_whole_is_noted_in_every_thread_and_what_fails_is_not(tmp_path: Path) -> None:
+    def write(name: str) -> None:
+        with replacing(tmp_path / name) as temporary:
+            temporary.write_text("new")
+            if name == "c.png":
+                raise ValueError("full")
+
+    with noting_written() as written, noting_written() as within:
+        write("a.png")
+        with ThreadPoolExecutor(1) as thread:
+            thread.submit(write, "b.png").result()
+        with pytest.raises(ValueError, match="full"):
+            write("c.png")
+        with filling(tmp_path / "folder", lambda path: False) as temporary:
+            (temporary / "d.npy").write_text("new")
+    write("e.png")
+    assert written == within == {tmp_path / name for name in ("a.png", "b.png", "folder/d.npy")}

@@ -60,8 +60,8 @@ def add_flags(parser: ArgumentParser) -> None:
         "--resume",
         field="is_resumed",
         action="store_true",
-        help="skip jobs that are done already: with the same options, scene and version, and with an output "
-        "that was not changed since",
+        help="skip jobs that are done already: with the same options, scene and version, and with all files "
+        "that they wrote as they left them",
     )
     parser.add_argument(
         "--dry-run", action="store_true", help="check all jobs, print them as command lines, and run none"

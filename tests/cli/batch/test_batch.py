@@ -169,7 +169,10 @@ OUTPUTS = {  # of a job: what it is called with, and a file that it writes besid
     "film": (["render", "a.gif", "orbit = 3\nlook = 'plain'"], "a.gif"),
     "page": (["export", "a.html", ""], "a.html"),
     "strokes": (["cluster", "a.ply", ""], "a.ply"),
-    "curves": (["bench", "m", "strokes = [10, 20]\nquick = true\nlook = 'plain'"], "m/bench.json"),
+    "curves": (
+        ["bench", "m", "strokes = [10, 20]\nquick = true\nfamilies = 'strokes'\nlook = 'plain'"],
+        "m/bench.json",
+    ),
 }
 
 
