@@ -6,6 +6,7 @@ estimated from the punctuation before a file is parsed.
 
 import codecs
 import json
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,10 @@ MAX_BYTES = 1 << 25  # of a file; 40,000 views as nerfstudio writes them take so
 _ALLOWED = 80 << 20
 # Most bytes of memory that each of these marks stands for: a number and its place in a list; a list; an
 # object with its camera; an entry; half of a string. Measured with CPython 3.11, rounded up.
-_COST = {b",": 34, b"[": 96, b"{": 900, b":": 30, b'"': 27}
-SMALL_OBJECT = 280  # in place of the 900: one of up to five entries, from which nothing larger is made
+_COST = {b",": 34, b"[": 96, b":": 30, b'"': 27}
+OBJECT = 900  # of the mark of an object
+SMALL_OBJECT = 280  # of one with up to five entries, from which nothing larger is made
+_WHOLE = 1 << 53  # below, floats are all whole numbers exactly
 _SHOWN, _FEW = 60, 16  # characters of a value in a message, and entries of a list that are inspected
 
 
@@ -36,27 +39,28 @@ def read_json(path: Path, cure: str) -> object:
     return decode_json(path, read_whole(path, MAX_BYTES), cure)
 
 
-def decode_json(
-    path: Path, content: bytes, cure: str, *, object_bytes: int = _COST[b"{"], has_names: bool = False
-) -> object:
-    """The value of JSON text that was read from a file. Raises as `read_json` does.
+def check_memory(path: Path, content: bytes, object_bytes: int = OBJECT, *, has_names: bool = False) -> None:
+    """Refuse JSON text whose values would not fit in memory.
 
     Args:
         path: the file, for messages.
         content: at most `MAX_BYTES` of it.
-        cure: see `read_json`.
         object_bytes: memory that an object and what is made of it takes.
         has_names: whether strings are used, as names of files are, so that characters beyond ASCII matter.
     """
-    costs = _COST | {b"{": object_bytes}
-    needed = sum(content.count(mark) * cost for mark, cost in costs.items())
+    needed = sum(content.count(mark) * cost for mark, cost in (_COST | {b"{": object_bytes}).items())
     if b"\\u" in content or (has_names and not content.isascii()):
         needed += 4 * len(content)  # one such character, and its string takes four bytes a character
     if needed > _ALLOWED + len(content):
         rule = f"would take {needed >> 20} MiB of memory for {len(content) / 2**20:.1f} MiB of text"
         raise SceneError(path, f"{rule}; split it, or remove what is not needed")
+
+
+def parse_checked(path: Path, content: bytes, cure: str, *, has_names: bool = False) -> Any:
+    """The value of JSON text that `check_memory` let pass. Numbers that are not finite become text."""
     try:
-        return parse_json(content.decode("utf-8-sig") if has_names else _text(content))
+        text = content.decode("utf-8-sig") if has_names else _text(content)
+        return json.loads(text, parse_int=_number, parse_float=_number, parse_constant=NotFinite)
     except RecursionError:
         raise SceneError(path, f"is not JSON for this use (it is nested too deeply); {cure}") from None
     except ValueError as error:
@@ -69,6 +73,31 @@ def parse_json(text: str) -> Any:
     Every number becomes a float: one of a thousand digits is then infinite, and refused as such.
     """
     return json.loads(text, parse_int=float)
+
+
+def decode_json(
+    path: Path, content: bytes, cure: str, *, object_bytes: int = OBJECT, has_names: bool = False
+) -> object:
+    """The value of JSON text that was read from a file. Raises as `read_json` does."""
+    check_memory(path, content, object_bytes, has_names=has_names)
+    try:
+        return parse_json(content.decode("utf-8-sig") if has_names else _text(content))
+    except RecursionError:
+        raise SceneError(path, f"is not JSON for this use (it is nested too deeply); {cure}") from None
+    except ValueError as error:
+        raise SceneError(path, f"is not JSON ({error}); {cure}") from None
+
+
+class NotFinite(str):
+    """The text of a number that is not finite, such as 1e999 and NaN."""
+
+
+def _number(text: str) -> float | str:
+    """A whole number is an integer, also 3.0."""
+    value = float(text)
+    if value.is_integer() and abs(value) < _WHOLE:
+        return int(value)
+    return value if isfinite(value) else NotFinite(text)
 
 
 def as_count(value: object, most: int) -> int | None:
@@ -85,8 +114,13 @@ def shown(value: object, length: int = _SHOWN, depth: int = 3) -> str:
         text = f"[{', '.join(parts)}{', ...' if len(value) > _FEW else ''}]"
     elif isinstance(value, dict):
         text = "{" + ", ".join(json.dumps(name[:length]) + ": ..." for name in list(value)[:_FEW]) + "}"
-    else:
-        text = json.dumps(value[:length] if isinstance(value, str) else value)
+    elif isinstance(value, NotFinite):
+        text = value
+    elif isinstance(value, str):
+        text = json.dumps(value[:length])
+    else:  # 3.0 was written as 3, mostly
+        is_whole = isinstance(value, float) and value.is_integer() and abs(value) < _WHOLE
+        text = json.dumps(int(value) if is_whole else value)  # type: ignore[call-overload]
     return text[:length]
 
 

@@ -658,9 +658,9 @@ MOVING = {
     ),
 }
 CAMERAS = {
-    "inria": (Seeds("cameras", inria_cameras, JSON),),
-    "transforms": (Seeds("cameras", transforms, JSON),),
-    "nerfstudio_path": (Seeds("cameras", camera_paths, JSON),),
+    "views:read_trained": (Seeds("cameras", inria_cameras, JSON),),
+    "views:read_transforms": (Seeds("cameras", transforms, JSON),),
+    "views:read_path": (Seeds("cameras", camera_paths, JSON),),
     "gltf": (
         Seeds("glb-cameras", lambda folder: gltf_cameras(folder, ".glb"), GLTF_CAMERAS, "cameras.glb"),
         Seeds("gltf-cameras", lambda folder: gltf_cameras(folder, ".gltf"), GLTF_CAMERAS, "cameras.gltf"),

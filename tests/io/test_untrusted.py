@@ -199,7 +199,7 @@ def test_json_that_goes_deep_is_refused_at_every_depth(tmp_path, field):
     for depth in (*range(10, 1000, 45), *range(900, 1010, 3), 100_000):
         frame = json.dumps([test_cameras.INRIA | {field: "HERE"}])
         path = cameras_file(tmp_path, frame.replace('"HERE"', "[" * depth + "]" * depth))
-        refuse(load_cameras, path, f"'{field}' must|nested too deeply")
+        refuse(load_cameras, path, rf"\.{field}(\[0\])* must|nested too deeply")
 
 
 @pytest.mark.parametrize("unit", ["[],", "{},", "[0],", '"ab",', '{"a":1},', "1,"])
@@ -211,7 +211,11 @@ def test_json_that_swells_is_refused_before_it_is_parsed(tmp_path, unit):
 def test_forty_thousand_views_are_no_trap(tmp_path):
     frame = json.dumps({"camera_to_world": np.linspace(0, 1, 16).tolist(), "fov": 50.0, "aspect": 1.7})
     content = '{"camera_path": [' + ",".join([frame] * 40_000) + "]}"
-    refuse(load_cameras, cameras_file(tmp_path, content), "frame 0: no field 'render_width'")
+    refuse(
+        load_cameras,
+        cameras_file(tmp_path, content),
+        r"camera_path\[0\]\.render_width is missing, it must be a number",
+    )
 
 
 def test_names_in_any_script_are_no_trap(tmp_path):
@@ -233,13 +237,19 @@ def test_names_in_any_script_are_no_trap(tmp_path):
         ([test_cameras.INRIA | {"fx": 5e-324}], "the focal length must be 0.001 to 1e.09 pixels"),
         ([test_cameras.INRIA | {"position": [1e308, 1e308, 0]}], "the position must lie within 1e.15 of"),
         ([test_cameras.INRIA | {"rotation": [[1e200] * 3] * 3}], "must not scale or mirror, got an entry of"),
-        (test_cameras.BLENDER | {"camera_angle_x": 5e-324}, "'camera_angle_x' must be above 1e-06, got"),
-        (test_cameras.CAMERA_PATH | {"seconds": 1e-320}, "'seconds' must be above 1e-06"),
-        (test_cameras.CAMERA_PATH | {"keyframes": [{"matrix": "[" * 10**5}]}, "'matrix' must hold 4x4"),
-        (test_cameras.CAMERA_PATH | {"keyframes": [{"matrix": '{"a":1}'}]}, "'matrix' must hold 4x4"),
+        (test_cameras.BLENDER | {"camera_angle_x": 5e-324}, "camera_angle_x must be above 1e-06 and below"),
+        (test_cameras.CAMERA_PATH | {"seconds": 1e-320}, "seconds must be a number above 1e-06"),
+        (
+            test_cameras.CAMERA_PATH | {"keyframes": [test_cameras.KEYFRAME | {"matrix": "[" * 10**5}]},
+            r"\.matrix must be 4x4",
+        ),
+        (
+            test_cameras.CAMERA_PATH | {"keyframes": [test_cameras.KEYFRAME | {"matrix": '{"a":1}'}]},
+            r"\.matrix must be 4x4",
+        ),
         (test_cameras.NERFSTUDIO | {"cx": 1e300}, "the principal point must lie within 1e.09 pixels"),
-        ([test_cameras.INRIA | {"fx": "x" * 10**6}], "'fx' must be a finite number, got \"xxx"),
-        ([test_cameras.INRIA | {"fx": {"a": [1]}}], "'fx' must be a finite number, got {\"a\": ...}"),
+        ([test_cameras.INRIA | {"fx": "x" * 10**6}], r'\.fx must be a number above 0, got "xxx'),
+        ([test_cameras.INRIA | {"fx": {"a": [1]}}], r'\.fx must be a number above 0, got {"a": ...}'),
     ],
 )
 def test_numbers_no_camera_has_are_refused(tmp_path, content, sentence):

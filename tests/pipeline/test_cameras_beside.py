@@ -107,9 +107,9 @@ def test_flags_and_the_header_come_first(scene):
     ("content", "why"),
     [
         (b"\xff\x00{", "is not JSON"),
-        (b"[{}]", "no field 'width'"),
+        (b"[{}]", "cameras[0].width is missing"),
         (b"[" * 100_000, "is not JSON for this use"),
-        (b'{"frames": 3}', "holds no"),
+        (b'{"frames": 3}', "frames must be a list, got 3"),
         (b" " * (33 << 20), "must have at most 32 MiB"),
         (b"[]", "holds no"),
     ],

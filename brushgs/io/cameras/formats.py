@@ -1,6 +1,6 @@
 """The table of camera formats. To add one: write a module beside this one, and its line here.
 
-A format that is JSON is recognised by the value in the file, any other one by its path. Error texts, help
+A format that is JSON is recognised by its fields, any other one by its path. Error texts, help
 texts and the fuzzer read this table.
 """
 
@@ -20,23 +20,18 @@ class CameraFormat(NamedTuple):
 
     Attributes:
         name: in words, for help and error texts.
-        reader: module of this package with `read(path, content) -> CameraFile`; `content` is the JSON value
-            of the file, None where `matches_path` recognised it.
+        reader: module of this package with `read(path, content) -> CameraFile`, or "module:function";
+            `content` are the bytes of a JSON file, None where `matches_path` recognised it.
         file: a usual name of such a file.
-        matches_path: whether a path is of this format; None if only the JSON value shows it.
-        matches_json: whether a JSON value is of this format; None if it is no JSON.
+        matches_path: whether a path is of this format; None if only its fields show it.
+        key: a field that JSON of this format has, "" for a list; None if it is no JSON.
     """
 
     name: str
     reader: str
     file: str
     matches_path: Callable[[Path], bool] | None = None
-    matches_json: Callable[[object], bool] | None = None
-
-
-def has_field(name: str) -> Callable[[object], bool]:
-    """Recognises JSON objects by a field."""
-    return lambda content: isinstance(content, dict) and name in content
+    key: str | None = None
 
 
 def has_suffix(*suffixes: str) -> Callable[[Path], bool]:
@@ -55,21 +50,21 @@ def is_colmap(path: Path) -> bool:
 CAMERA_FORMATS = (
     CameraFormat(
         "cameras.json of a 3DGS training",
-        "inria",
+        "views:read_trained",
         "cameras.json",
-        matches_json=lambda content: isinstance(content, list),
+        key="",
     ),
     CameraFormat(
         "camera_path.json of the nerfstudio viewer",
-        "nerfstudio_path",
+        "views:read_path",
         "camera_path.json",
-        matches_json=has_field("camera_path"),
+        key="camera_path",
     ),
     CameraFormat(
         "transforms.json of NeRF and nerfstudio",
-        "transforms",
+        "views:read_transforms",
         "transforms.json",
-        matches_json=has_field("frames"),
+        key="frames",
     ),
     CameraFormat(
         "glTF (.glb, .gltf)",

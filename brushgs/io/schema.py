@@ -1,0 +1,178 @@
+"""Untrusted JSON becomes msgspec structs. What does not fit is one sentence: file, place, rule, value.
+
+Regular files are decoded at once. Any other file is parsed again by the standard library, which finds the
+value at fault, and takes what msgspec does not: NaN in a field that nobody reads, 3.0 for a whole number, a
+byte order mark.
+"""
+
+import re
+from collections.abc import Iterator
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, cast
+
+import msgspec
+import numpy as np
+from msgspec import Meta, inspect
+
+from brushgs.errors import SceneError
+from brushgs.io.formats import in_words
+from brushgs.io.json_file import OBJECT, check_memory, parse_checked, shown
+from brushgs.values.arrays import F64
+
+T = TypeVar("T")
+_FINITE = Meta(description="a finite number")
+# Numbers in lists, or lists in lists, of a shape that `shaped` checks.
+Numbers = list[Annotated[float | list[Annotated[float | list[float], _FINITE]], _FINITE]]
+_FAULT = re.compile(r"(.*?)(?: - at `(?:key in )?\$(.*)`)?", re.DOTALL)
+_STEP = re.compile(r"\.([^.\[]+)|\[(\d+|\.\.\.)\]")
+
+
+def decode(
+    path: Path,
+    content: bytes,
+    kind: type[T],
+    cure: str,
+    *,
+    root: str = "",
+    object_bytes: int = OBJECT,
+    has_names: bool = False,
+) -> T:
+    """The content of a JSON file as a struct, or a list of structs; all numbers are finite.
+
+    Args:
+        path: the file, for messages.
+        content: its bytes, or those of its JSON.
+        kind: type to decode to.
+        cure: what to do about a file that does not fit, for messages.
+        root: what an entry of a list at the top is one of, such as "cameras".
+        object_bytes: see `check_memory`.
+        has_names: see `check_memory`.
+
+    Raises:
+        SceneError: if it would take too much memory, is no JSON, or a value in it does not fit.
+    """
+    check_memory(path, content, object_bytes, has_names=has_names)
+    try:
+        return msgspec.json.decode(content, type=kind)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        value = parse_checked(path, content, cure, has_names=has_names)
+    return convert(path, value, kind, cure, root)
+
+
+def convert(path: Path, value: object, kind: type[T], cure: str, root: str = "") -> T:
+    """A parsed value as a struct; see `decode`. `root` is the place of the value."""
+    try:
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
+        raise SceneError(path, _sentence(str(error), value, kind, cure, root)) from None
+    except RecursionError:
+        raise SceneError(path, f"is not JSON for this use (it is nested too deeply); {cure}") from None
+
+
+def refused(path: Path, place: str, rule: str, value: object, cure: str) -> SceneError:
+    """The error of a value that its type does not show, in the words of `decode`."""
+    return SceneError(path, f"{place} must be {rule}, got {shown(value)}; {cure}".lstrip())
+
+
+def missing(path: Path, place: str, rule: str, cure: str) -> SceneError:
+    """The error of a field that is needed because of others."""
+    return SceneError(path, f"{place} is missing, it must be {rule}; {cure}")
+
+
+def shaped(values: object, *shapes: tuple[int, ...]) -> F64 | None:
+    """Numbers in the first shape that their count fits, nested or not; None if they fit none."""
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):  # a list beside a number
+        return None
+    fitting = [shape for shape in shapes if np.prod(shape) == array.size]
+    return array.reshape(fitting[0]) if fitting else None
+
+
+def _sentence(fault: str, value: Any, kind: Any, cure: str, root: str) -> str:
+    """The message of msgspec in our words."""
+    message, steps = cast(re.Match[str], _FAULT.fullmatch(fault)).groups(default="")
+    info, place = inspect.type_info(kind), root + steps if root else steps.removeprefix(".")
+    for name, index in _STEP.findall(steps):
+        info = _inside(info, name)
+        if index == "...":  # the value of a key that msgspec does not tell
+            value = None
+        elif value is not None:
+            value = value[name] if name else value[int(index)]
+    field = message.partition("`")[2].partition("`")[0]
+    within = f"{place}.{field}".removeprefix(".")
+    if message.startswith("Object missing"):
+        return f"{within} is missing, it must be {_rule(_inside(info, field))}; {cure}"
+    if message.startswith("Object contains"):
+        near = get_close_matches(field, [one.encode_name for one in _fields(info)], 1)
+        known = f", the nearest is {near[0]!r}" if near else ""
+        return f"{within[:200]} is no known field{known}; remove or correct it"
+    if not message.startswith(("Expected", "Invalid", "Number")):  # of a `__post_init__`
+        return f"{place} {message}; {cure}".lstrip()
+    got = f"{len(value)}" if "length" in message and isinstance(value, list) else shown(value)
+    return f"{place} must be {_rule(info)}, got {got}; {cure}".lstrip()
+
+
+def _members(info: Any) -> Iterator[Any]:
+    """A type without its metadata; those of a union, without null."""
+    if isinstance(info, inspect.Metadata):
+        yield from _members(info.type)
+    elif isinstance(info, inspect.UnionType):
+        for one in info.types:
+            yield from _members(one)
+    elif not isinstance(info, inspect.NoneType):
+        yield info
+
+
+def _fields(info: Any) -> list[Any]:
+    """The fields of a struct."""
+    return [field for one in _members(info) for field in getattr(one, "fields", ())]
+
+
+def _inside(info: Any, name: str) -> Any:
+    """The type of a field, or without a name that of an entry."""
+    if name:
+        return next((field.type for field in _fields(info) if field.encode_name == name), info)
+    inner = [one for one in _members(info) if hasattr(one, "item_type") or hasattr(one, "value_type")]
+    return getattr(inner[0], "item_type", getattr(inner[0], "value_type", info)) if inner else info
+
+
+def _rule(info: Any) -> str:
+    """What a value must be, by its description or else by its type and range."""
+    if isinstance(info, inspect.Metadata):
+        described = (info.extra_json_schema or {}).get("description")
+        return str(described) if described else _rule(info.type)
+    if isinstance(info, inspect.UnionType):
+        found = [_rule(one) for one in info.types if not isinstance(one, inspect.NoneType)]
+        return in_words(list(dict.fromkeys(found)))
+    if isinstance(info, inspect.FloatType | inspect.IntType):
+        span = _span(info)
+        kind = "whole " if isinstance(info, inspect.IntType) else "" if span else "finite "
+        return f"a {kind}number{span}"
+    if isinstance(info, inspect.LiteralType):
+        return in_words([shown(one) for one in info.values])
+    if isinstance(info, inspect.ListType) and info.max_length is not None:
+        return f"a list of {info.min_length or 0} to {info.max_length}"
+    return _NOUNS.get(type(info), "another value")
+
+
+def _span(info: Any) -> str:
+    """The range of a number, with a blank before it; empty for any number."""
+    low, high = info.ge if info.ge is not None else info.gt, info.le if info.le is not None else info.lt
+    if low is None and high is None:
+        return ""
+    above = "above " if info.gt is not None else ""
+    if high is None:
+        return f" {above}{low:g}" if above else f" of {low:g} or more"
+    return f" {above}{low:g} to {high:g}" if low is not None else f" of at most {high:g}"
+
+
+_NOUNS: dict[type, str] = {
+    inspect.BoolType: "true or false",
+    inspect.DictType: "an object",
+    inspect.ListType: "a list",
+    inspect.StrType: "text",
+    inspect.StructType: "an object",
+    inspect.VarTupleType: "a list",
+}
