@@ -1,4 +1,4 @@
-"""The container of a glTF 2.0 model: its JSON, and the arrays that accessors describe; none is trusted.
+"""The container of a glTF 2.0 model: its JSON, its nodes, and the arrays of accessors; none is trusted.
 
 Source: Khronos, glTF 2.0 Specification.
 """
@@ -8,38 +8,125 @@ import binascii
 import mmap
 import re
 import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Generic, TypeVar
 from urllib.parse import unquote
 
 import numpy as np
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.io.files import find_within, open_plain
-from brushgs.io.json_file import MAX_BYTES, SMALL_OBJECT, as_count, decode_json, shown
+from brushgs.io.json_file import MAX_BYTES, SMALL_OBJECT, as_count, shown
+from brushgs.io.schema import decode
+from brushgs.values.arrays import F64
+from brushgs.values.quats import rotation_matrices
 
 CURE = "export it again"
-MOST = 1 << 40  # a count or an offset in bytes that no file reaches
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 _DATA_URI = re.compile(r"data:[^,;]*(;[^,;]*)*;base64,")
 _DTYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+_MAX_NODES, _MAX_DEPTH = 10_000, 200  # a model with what is read here has a few
+
+Index = Annotated[int, Meta(ge=0)]
+Count = Annotated[int, Meta(ge=0, le=10**12)]  # or an offset in bytes: more than any file has
+Extensions = dict[str, Any]
+# Beyond 1e18, products of a few would overflow.
+_Length = Annotated[float, Meta(gt=-1e18, lt=1e18, description="a number below 1e18")]
+_Three = Annotated[list[_Length], Meta(min_length=3, max_length=3, description="3 numbers")]
+_Four = Annotated[list[_Length], Meta(min_length=4, max_length=4, description="4 numbers")]
+_Sixteen = Annotated[list[_Length], Meta(min_length=16, max_length=16, description="16 numbers")]
 
 
-class GltfFile:
+class Asset(Struct):
+    """Which glTF it is, and who wrote it."""
+
+    version: Annotated[str, Meta(pattern="^2", description="2.0, as of glTF of version 2")]
+    generator: Any = None
+
+
+class Scene(Struct):
+    """The nodes at the top of a scene."""
+
+    nodes: list[Index] | None = None
+
+
+class Node(Struct):
+    """A node, and what stands there."""
+
+    name: Any = None
+    children: list[Index] | None = None
+    matrix: _Sixteen | None = None
+    rotation: _Four | None = None
+    scale: _Three | None = None
+    translation: _Three | None = None
+    camera: Index | None = None
+    mesh: Index | None = None
+    extensions: Extensions | None = None
+
+
+class Accessor(Struct, rename="camel"):
+    """An array."""
+
+    component_type: int
+    count: Count
+    type: str
+    buffer_view: Index | None = None
+    byte_offset: Count | None = None
+    normalized: bool | None = None
+    sparse: Any = None
+
+
+class BufferView(Struct, rename="camel"):
+    """A part of a buffer."""
+
+    buffer: Index
+    byte_length: Count
+    byte_offset: Count | None = None
+    byte_stride: Count | None = None
+    extensions: Extensions | None = None
+
+
+class Buffer(Struct):
+    """Bytes in the file, or beside it."""
+
+    uri: str | None = None
+
+
+class Model(Struct, rename="camel", kw_only=True):
+    """What of the JSON all uses need."""
+
+    asset: Asset
+    scene: Index | None = None
+    scenes: list[Scene] | None = None
+    nodes: list[Node] | None = None
+    accessors: list[Accessor] | None = None
+    buffer_views: list[BufferView] | None = None
+    buffers: list[Buffer] | None = None
+
+
+M, T = TypeVar("M", bound=Model), TypeVar("T")
+
+
+class GltfFile(Generic[M]):
     """A .glb or .gltf file.
 
     Attributes:
         path: the file.
         size: bytes of it and of the files beside it that were opened.
+        top: its JSON.
 
     Args:
         path: the file.
+        kind: what of its JSON is needed.
         what: what is expected there, for messages.
     """
 
-    def __init__(self, path: Path, what: str = "scene file") -> None:
+    def __init__(self, path: Path, kind: type[M], what: str = "scene file") -> None:
         self.path = path
         self._binary: memoryview | None = None
         self._buffers: dict[int, memoryview] = {}
@@ -53,14 +140,7 @@ class GltfFile:
         if len(text) > MAX_BYTES:
             cure = "export it as .glb, whose numbers are no text"
             raise SceneError(path, f"must have at most {MAX_BYTES >> 20} MiB of JSON; {cure}")
-        top = decode_json(path, bytes(text), CURE, object_bytes=SMALL_OBJECT, has_names=True)
-        if not isinstance(top, dict):
-            raise SceneError(path, f"must be a JSON object, got {shown(top)}; {CURE}")
-        self.top: dict[str, Any] = top
-        asset = top.get("asset")
-        version = asset.get("version") if isinstance(asset, dict) else None
-        if not isinstance(version, str) or not version.startswith("2"):
-            raise SceneError(path, f"must be glTF of version 2, got version {shown(version)}; {CURE}")
+        self.top = decode(path, bytes(text), kind, CURE, object_bytes=SMALL_OBJECT, has_names=True)
 
     def _split(self, whole: memoryview) -> memoryview:
         """The JSON of a .glb; its binary chunk is remembered."""
@@ -83,68 +163,47 @@ class GltfFile:
         self._binary = chunks.get(BINARY_CHUNK)
         return chunks[JSON_CHUNK]
 
-    def item(self, kind: str, index: object, used_by: str) -> dict[str, Any]:
+    def item(self, items: list[T] | None, index: object, who: str) -> T:
         """An object of one of the lists at the top. Raises SceneError if there is none of that number.
 
         Args:
-            kind: name of the list.
+            items: the list.
             index: the number.
-            used_by: what refers to it, for the message.
+            who: what refers to it, and to which list, for the message.
         """
-        items = self.top.get(kind)
-        if isinstance(items, list) and (number := as_count(index, len(items) - 1)) is not None:
-            found = items[number]
-            if isinstance(found, dict):
-                return found
-        raise SceneError(self.path, f"{used_by} refers to {kind} {shown(index)}, which is missing; {CURE}")
-
-    def count(self, owner: dict[str, Any], name: str, what: str, default: int | None = None) -> int:
-        """A number of an object. Raises SceneError if it is missing or no whole number above or equal 0."""
-        value = owner.get(name)
-        if value is None and default is not None:
-            return default
-        number = as_count(value, MOST)
-        if number is None:
-            raise SceneError(
-                self.path, f"{name} of {what} must be a whole number, got {shown(value)}; {CURE}"
-            )
-        return number
+        number = as_count(index, len(items) - 1) if items else None
+        if items is None or number is None:
+            raise SceneError(self.path, f"{who} {shown(index)}, which is missing; {CURE}")
+        return items[number]
 
     def view(self, index: object, used_by: str) -> tuple[memoryview, int | None]:
         """The bytes of a buffer view, and the distance between its elements if it states one."""
-        view = self.item("bufferViews", index, used_by)
-        extensions = view.get("extensions")
-        if extensions:
-            names = (
-                ", ".join(name[:60] for name in list(extensions)[:3]) if isinstance(extensions, dict) else ""
+        view = self.item(self.top.buffer_views, index, f"{used_by} refers to bufferViews")
+        if view.extensions:
+            fact = f"is compressed by {', '.join(name[:60] for name in list(view.extensions)[:3])}"
+            raise SceneError(
+                self.path, f"{fact}, which is not read; export it without compression, or as .ply"
             )
-            fact = f"is compressed by {names}, which is not read" if names else "has unusable extensions"
-            raise SceneError(self.path, f"{fact}; export it without compression, or as .ply")
         what = f"buffer view {shown(index)}"
-        buffer = self._buffer(view.get("buffer"), what)
-        start, length = self.count(view, "byteOffset", what, 0), self.count(view, "byteLength", what)
+        buffer = self._buffer(view.buffer, what)
+        start, length = view.byte_offset or 0, view.byte_length
         if start + length > len(buffer):
             missing = start + length - len(buffer)
             raise SceneError(self.path, f"{what} lacks {missing} bytes of its buffer; download or {CURE}")
-        stride = None if view.get("byteStride") is None else self.count(view, "byteStride", what)
-        return buffer[start : start + length], stride
+        return buffer[start : start + length], view.byte_stride
 
-    def _buffer(self, index: object, used_by: str) -> memoryview:
+    def _buffer(self, number: int, used_by: str) -> memoryview:
         """The bytes of a buffer: the binary chunk, a data URI, or a file beside this one."""
-        buffer = self.item("buffers", index, used_by)
-        number = int(index)  # type: ignore[call-overload]
+        buffer = self.item(self.top.buffers, number, f"{used_by} refers to buffers")
         if number not in self._buffers:
-            self._buffers[number] = self._open_buffer(buffer, f"buffer {number}")
+            self._buffers[number] = self._open_buffer(buffer.uri, f"buffer {number}")
         return self._buffers[number]
 
-    def _open_buffer(self, buffer: dict[str, Any], what: str) -> memoryview:
-        uri = buffer.get("uri")
+    def _open_buffer(self, uri: str | None, what: str) -> memoryview:
         if uri is None:
             if self._binary is None:
                 raise SceneError(self.path, f"{what} has neither a uri nor a binary chunk; {CURE}")
             return self._binary
-        if not isinstance(uri, str):
-            raise SceneError(self.path, f"uri of {what} must be text, got {shown(uri)}; {CURE}")
         if uri.startswith("data:"):
             found = _DATA_URI.match(uri[:200])
             try:
@@ -166,19 +225,17 @@ class GltfFile:
         Raises:
             SceneError: if it does not lie within its buffer, or is sparse or of an unknown kind.
         """
-        accessor = self.item("accessors", index, used_by)
-        if accessor.get("sparse") is not None:
+        accessor = self.item(self.top.accessors, index, f"{used_by} refers to accessors")
+        if accessor.sparse is not None:
             raise SceneError(self.path, f"{used_by} is a sparse accessor, which is not read; {CURE} without")
-        dtype = _DTYPES.get(as_count(accessor.get("componentType"), 1 << 16) or 0)
-        width = _WIDTHS.get(accessor["type"]) if isinstance(accessor.get("type"), str) else None
+        dtype, width = _DTYPES.get(accessor.component_type), _WIDTHS.get(accessor.type)
         if dtype is None or width is None:
-            kind = f"{shown(accessor.get('type'))} of {shown(accessor.get('componentType'))}"
+            kind = f"{shown(accessor.type)} of {accessor.component_type}"
             raise SceneError(
                 self.path, f"{used_by} must be a scalar or vector of numbers, got {kind}; {CURE}"
             )
-        data, stride = self.view(accessor.get("bufferView"), used_by)
-        count = self.count(accessor, "count", used_by)
-        offset = self.count(accessor, "byteOffset", used_by, 0)
+        data, stride = self.view(accessor.buffer_view, used_by)
+        count, offset = accessor.count, accessor.byte_offset or 0
         item = np.dtype(dtype).itemsize * width
         stride = item if stride is None else stride
         missing = offset + (count - 1) * stride + item - len(data) if count else 0
@@ -188,7 +245,7 @@ class GltfFile:
         values: NDArray[Any] = np.ndarray(
             (count, width), dtype, data, offset, (stride, np.dtype(dtype).itemsize)
         )
-        return GltfArray(values, is_normalized=accessor.get("normalized") is True)
+        return GltfArray(values, is_normalized=bool(accessor.normalized))
 
 
 class GltfArray:
@@ -207,3 +264,84 @@ class GltfArray:
             rows /= self._divisor
             np.maximum(rows, -1, out=rows)
         return rows
+
+
+@dataclass(frozen=True)
+class PlacedNode:
+    """A node where the scene has it.
+
+    Attributes:
+        node: its JSON.
+        chain: numbers of the nodes from the top of the scene down to this one.
+        matrix: [4, 4], world from node, as the nodes stand without animations.
+    """
+
+    node: Node
+    chain: tuple[int, ...]
+    matrix: F64
+
+
+def placed_nodes(file: GltfFile[Any]) -> Iterator[PlacedNode]:
+    """The nodes of the default scene, or of all that there are, parents first.
+
+    Raises:
+        SceneError: if nodes are missing, form a ring, or are very many.
+    """
+    # A node with its parents' matrix and the nodes above it.
+    pending: list[tuple[int, F64, tuple[int, ...]]] = [
+        (root, np.eye(4), ()) for root in reversed(_roots(file))
+    ]
+    num_nodes = 0
+    while pending:
+        index, parent, above = pending.pop()
+        node = node_at(file, index)
+        num_nodes += 1
+        if index in above or num_nodes > _MAX_NODES or len(above) > _MAX_DEPTH:
+            raise SceneError(file.path, f"its nodes form a ring, or there are too many; {CURE}")
+        with np.errstate(over="ignore", invalid="ignore"):
+            matrix = parent @ local_matrix(file, index, node)
+        if not np.isfinite(matrix).all():
+            raise SceneError(file.path, f"its nodes scale beyond all numbers; {CURE}")
+        yield PlacedNode(node, (*above, index), matrix)
+        pending.extend((child, matrix, (*above, index)) for child in reversed(node.children or []))
+
+
+def node_at(file: GltfFile[Any], index: int) -> Node:
+    """A node by its number. Raises SceneError if there is none."""
+    return file.item(file.top.nodes, index, "a scene or node refers to nodes")
+
+
+def _roots(file: GltfFile[Any]) -> list[int]:
+    """The nodes at the top of the default scene, or of all nodes."""
+    nodes: list[Node] = file.top.nodes or []
+    if nodes and file.top.scenes:
+        scene: Scene = file.item(file.top.scenes, file.top.scene or 0, "the model refers to scenes")
+        return scene.nodes or []
+    below = {child for node in nodes for child in node.children or ()}
+    return [index for index in range(len(nodes)) if index not in below]
+
+
+def local_matrix(file: GltfFile[Any], index: int, node: Node) -> F64:
+    """[4, 4] of one node: its matrix, or translation, rotation (x, y, z, w) and scale."""
+    if node.matrix is not None:
+        matrix = np.array(node.matrix).reshape(4, 4).T
+        if not np.array_equal(matrix[3], (0, 0, 0, 1)):
+            raise SceneError(file.path, f"matrix of node {index} must be affine; {CURE}")
+        return matrix
+    matrix = np.eye(4)
+    rotation, scale, translation = (node_part(node, name) for name in AT_REST)
+    if not rotation.any():
+        raise SceneError(file.path, f"rotation of node {index} must not be zero; {CURE}")
+    matrix[:3, :3] = rotation_matrices(rotation[None, [3, 0, 1, 2]])[0] * scale
+    matrix[:3, 3] = translation
+    return matrix
+
+
+# What places a node, where it does not say.
+AT_REST = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
+
+
+def node_part(node: Node, name: str) -> F64:
+    """The numbers of a field that places a node."""
+    values = getattr(node, name)
+    return np.array(AT_REST[name] if values is None else values, np.float64)

@@ -102,7 +102,7 @@ def _number(text: str) -> float | str:
 
 def as_count(value: object, most: int) -> int | None:
     """A parsed number as an integer, if it is one of 0 to `most`; else None."""
-    if not isinstance(value, float) or not 0 <= value <= most or value != int(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= most or value % 1:
         return None
     return int(value)
 

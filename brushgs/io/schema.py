@@ -111,7 +111,8 @@ def _sentence(fault: str, value: Any, kind: Any, cure: str, root: str) -> str:
     if not message.startswith(("Expected", "Invalid", "Number")):  # of a `__post_init__`
         return f"{place} {message}; {cure}".lstrip()
     got = f"{len(value)}" if "length" in message and isinstance(value, list) else shown(value)
-    return f"{place} must be {_rule(info)}, got {got}; {cure}".lstrip()
+    rule = _rule(info) if place else _rule(info).replace("an object", "a JSON object")
+    return f"{place} must be {rule}, got {got}; {cure}".lstrip()
 
 
 def _members(info: Any) -> Iterator[Any]:
@@ -160,12 +161,15 @@ def _rule(info: Any) -> str:
 def _span(info: Any) -> str:
     """The range of a number, with a blank before it; empty for any number."""
     low, high = info.ge if info.ge is not None else info.gt, info.le if info.le is not None else info.lt
-    if low is None and high is None:
-        return ""
+    low, high = (
+        "" if end is None else str(end) if isinstance(end, int) else f"{end:g}" for end in (low, high)
+    )
     above = "above " if info.gt is not None else ""
-    if high is None:
-        return f" {above}{low:g}" if above else f" of {low:g} or more"
-    return f" {above}{low:g} to {high:g}" if low is not None else f" of at most {high:g}"
+    if low and high:
+        return f" {above}{low} to {high}"
+    if low:
+        return f" {above}{low}" if above else f" of {low} or more"
+    return f" of at most {high}" if high else ""
 
 
 _NOUNS: dict[type, str] = {

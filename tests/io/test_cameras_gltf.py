@@ -257,9 +257,9 @@ def nodes(*fields: dict[str, Any]) -> CameraModel:
 
 BROKEN: dict[str, tuple[CameraModel, str]] = {
     "no camera": (CameraModel(), "holds no camera; export it with its cameras"),
-    "yfov": (break_lens(yfov=0), "yfov of camera 'Camera' must be a number above 0, got 0"),
+    "yfov": (break_lens(yfov=0), r"cameras\[0\]\.perspective\.yfov must be a number above 0, got 0"),
     "wide": (break_lens(yfov=4), "yfov of camera 'Camera' must be above 0 and below half a turn, got 4 to 4"),
-    "near": (break_lens(znear="x"), "znear of camera 'Camera' must be a number above 0, got \"x\""),
+    "near": (break_lens(znear="x"), r'cameras\[0\]\.perspective\.znear must be a number above 0, got "x"'),
     "aspect": (break_lens(aspectRatio=1000), "aspect ratio must be 0.02 to 50, got 1000"),
     "flat": (nodes({"scale": [1, 0, 1]}), "'Camera' is scaled to nothing or beyond all numbers"),
     "mirrored": (nodes({"scale": [1, -1, 1]}), "'Camera' is mirrored by what it hangs on"),
@@ -272,10 +272,13 @@ BROKEN: dict[str, tuple[CameraModel, str]] = {
         break_animation(lambda a, m: a["channels"][0].update(sampler=7)),
         "translation of node 0 in animation 0 refers to a sampler that is missing",
     ),
-    "target": (break_animation(lambda a, m: a["channels"][0].pop("target")), "animation 0 has no target"),
+    "target": (
+        break_animation(lambda a, m: a["channels"][0].pop("target")),
+        r"animations\[0\]\.channels\[0\]\.target is missing",
+    ),
     "kind": (
         break_animation(lambda a, m: a["samplers"][0].update(interpolation="BEZIER")),
-        'must be LINEAR, STEP, CUBICSPLINE, got "BEZIER"',
+        r'interpolation must be "CUBICSPLINE", "LINEAR" or "STEP", got "BEZIER"',
     ),
     "width": (break_animation(lambda a, m: None, width=1), "1 number a time and 3 a value, got 1 and 1"),
     "few": (break_animation(with_values(np.ones((2, 3)))), "got 3 times and 2 values"),
@@ -302,7 +305,10 @@ BROKEN: dict[str, tuple[CameraModel, str]] = {
         break_animation(lambda a, m: m.top["nodes"][0].update(matrix=np.eye(4).ravel().tolist())),
         "node 0 has a matrix, so it cannot be animated",
     ),
-    "list": (break_animation(lambda a, m: m.top.update(animations=[3])), "must be a list of objects, got"),
+    "list": (
+        break_animation(lambda a, m: m.top.update(animations=[3])),
+        r"animations\[0\] must be an object, got 3",
+    ),
 }
 
 

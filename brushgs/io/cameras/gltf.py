@@ -6,23 +6,28 @@ Source: Khronos, glTF 2.0 Specification, sections 3.10 and 3.11.
 
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from brushgs.errors import SceneError
 from brushgs.io.cameras.animated import FoundCamera, FoundScene, LensTrack, Times, camera_file
 from brushgs.io.cameras.camera_file import CameraFile
-from brushgs.io.cameras.gltf_channels import Channel, Channels, read_channels
-from brushgs.io.gltf_file import CURE, GltfFile
-from brushgs.io.gltf_nodes import PlacedNode, local_matrix, node_numbers, placed_nodes
-from brushgs.io.json_file import shown
+from brushgs.io.cameras.gltf_channels import CameraModel, Channel, Channels, Perspective, read_channels
+from brushgs.io.gltf_file import (
+    AT_REST,
+    CURE,
+    GltfFile,
+    PlacedNode,
+    local_matrix,
+    node_at,
+    node_part,
+    placed_nodes,
+)
 from brushgs.io.scene_node import is_scene_name
 from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.values.arrays import F64
 from brushgs.values.quats import rotation_matrices
 
-_PARTS = "translation", "rotation", "scale"
 _MIN_ANGLE = 1e-6  # radians
 
 
@@ -36,10 +41,10 @@ def read(path: Path, content: object = None) -> CameraFile:
     Raises:
         SceneError: if it is damaged, or holds no camera that can be drawn.
     """
-    file = GltfFile(path, "camera file")
-    nodes = list(placed_nodes(file) or [])
-    cameras = [some for some in nodes if some.node.get("camera") is not None]
-    scenes = [some for some in nodes if is_scene_name(some.node.get("name"))][:1]
+    file = GltfFile(path, CameraModel, "camera file")
+    nodes = list(placed_nodes(file))
+    cameras = [some for some in nodes if some.node.camera is not None]
+    scenes = [some for some in nodes if is_scene_name(some.node.name)][:1]
     channels = read_channels(file, {index for some in cameras + scenes for index in some.chain})
     scene = None
     if scenes:
@@ -64,24 +69,21 @@ def _above(some: PlacedNode, channels: Channels) -> list[Channel]:
     return [channel for index in some.chain for channel in channels.get(("node", index), {}).values()]
 
 
-def _lens(file: GltfFile, some: PlacedNode) -> tuple[str, dict[str, Any] | None]:
+def _lens(file: GltfFile[CameraModel], some: PlacedNode) -> tuple[str, Perspective | None]:
     """The name of a camera in words, and its lens; None of one without perspective."""
-    index = some.node["camera"]
-    camera = file.item("cameras", index, "a node")
-    own_name = some.node.get("name", camera.get("name"))
-    name = f"camera {own_name[:60]!r}" if isinstance(own_name, str) else f"camera {index:.0f}"
-    lens = camera.get("perspective")
-    return name, lens if camera.get("type") == "perspective" and isinstance(lens, dict) else None
+    index = some.node.camera
+    camera = file.item(file.top.cameras, index, "a node refers to cameras")
+    own_name = camera.name if some.node.name is None else some.node.name
+    name = f"camera {own_name[:60]!r}" if isinstance(own_name, str) else f"camera {index}"
+    return name, camera.perspective if camera.type == "perspective" else None
 
 
 def _camera(
-    file: GltfFile, some: PlacedNode, name: str, lens: dict[str, Any], channels: Channels
+    file: GltfFile[CameraModel], some: PlacedNode, name: str, lens: Perspective, channels: Channels
 ) -> FoundCamera:
-    yfov, near = _positive(file, lens, "yfov", name), _positive(file, lens, "znear", name)
-    aspect = DEFAULT_SIZE[0] / DEFAULT_SIZE[1]
-    if lens.get("aspectRatio") is not None:
-        aspect = _positive(file, lens, "aspectRatio", name)
-    opening = channels.get(("camera", some.node["camera"]), {}).get("yfov")
+    yfov, near = lens.yfov, lens.znear
+    aspect = lens.aspect_ratio or DEFAULT_SIZE[0] / DEFAULT_SIZE[1]
+    opening = channels.get(("camera", some.node.camera or 0), {}).get("yfov")
 
     def at(moments: F64) -> tuple[F64, LensTrack]:
         angles = np.full(len(moments), yfov) if opening is None else opening.at(file, moments)[:, 0]
@@ -98,14 +100,7 @@ def _camera(
     return FoundCamera(name, _times(movers), at)
 
 
-def _positive(file: GltfFile, lens: dict[str, Any], field: str, name: str) -> float:
-    value = lens.get(field)
-    if not isinstance(value, float) or not 0 < value < float("inf"):
-        raise SceneError(file.path, f"{field} of {name} must be a number above 0, got {shown(value)}; {CURE}")
-    return value
-
-
-def _matrices(file: GltfFile, some: PlacedNode, channels: Channels, moments: F64) -> F64:
+def _matrices(file: GltfFile[CameraModel], some: PlacedNode, channels: Channels, moments: F64) -> F64:
     """[T, 4, 4] world from node, at moments [T] in seconds."""
     matrices = np.tile(np.eye(4), (len(moments), 1, 1))
     with np.errstate(over="ignore", invalid="ignore"):
@@ -116,20 +111,19 @@ def _matrices(file: GltfFile, some: PlacedNode, channels: Channels, moments: F64
     return matrices
 
 
-def _local(file: GltfFile, index: float, channels: Channels, moments: F64) -> F64:
+def _local(file: GltfFile[CameraModel], index: int, channels: Channels, moments: F64) -> F64:
     """[T, 4, 4] or [4, 4] of one node."""
-    node = file.item("nodes", index, "a scene or node")
+    node = node_at(file, index)
     parts = channels.get(("node", index))
     if not parts:
         return local_matrix(file, index, node)
-    if node.get("matrix") is not None:
-        raise SceneError(file.path, f"node {index:.0f} has a matrix, so it cannot be animated; {CURE}")
-    translation, quats, scale = (
-        parts[part].at(file, moments) if part in parts else node_numbers(file, index, node, part)[None]
-        for part in _PARTS
+    if node.matrix is not None:
+        raise SceneError(file.path, f"node {index} has a matrix, so it cannot be animated; {CURE}")
+    quats, scale, translation = (
+        parts[part].at(file, moments) if part in parts else node_part(node, part)[None] for part in AT_REST
     )
     if not quats.any(axis=1).all():
-        raise SceneError(file.path, f"rotation of node {index:.0f} must not be zero; {CURE}")
+        raise SceneError(file.path, f"rotation of node {index} must not be zero; {CURE}")
     matrices = np.tile(np.eye(4), (len(moments), 1, 1))
     matrices[:, :3, :3] = rotation_matrices(quats[:, [3, 0, 1, 2]]) * scale[:, None, :]
     matrices[:, :3, 3] = translation

@@ -6,22 +6,81 @@ the first counts. Source: Khronos, glTF 2.0 Specification, section 3.11 and appe
 
 from collections.abc import Container
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from msgspec import Meta, Struct, field
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.io.gltf_file import CURE, GltfArray, GltfFile
-from brushgs.io.json_file import as_count, shown
+from brushgs.io.gltf_file import CURE, GltfArray, GltfFile, Index, Model
 from brushgs.values.arrays import F64
 
 _WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
 _YFOV = "yfov"  # of a camera, by KHR_animation_pointer
-_INTERPOLATIONS = ("LINEAR", "STEP", "CUBICSPLINE")
+Interpolation = Literal["LINEAR", "STEP", "CUBICSPLINE"]
 _MAX_KEYS = 4_000_000  # of all channels: hours at the rate of film
 _MOST = 1e18  # beyond, products of a few would overflow
 _NEAR = 1 - 1e-9  # cosine above which two quaternions are mixed straight: the sine of their angle vanishes
+
+Positive = Annotated[float, Meta(gt=0)]
+
+
+class Perspective(Struct, rename="camel"):
+    """A lens."""
+
+    yfov: Positive
+    znear: Positive
+    aspect_ratio: Positive | None = None
+
+
+class GltfCamera(Struct):
+    """A camera."""
+
+    type: Any = None
+    name: Any = None
+    perspective: Perspective | None = None
+
+
+class _Pointer(Struct):
+    """Of KHR_animation_pointer: a JSON pointer to what a channel changes."""
+
+    pointer: str = ""
+
+
+class _Extensions(Struct):
+    pointed: _Pointer | None = field(name="KHR_animation_pointer", default=None)
+
+
+class _Target(Struct):
+    """What a channel moves."""
+
+    node: Index | None = None
+    path: Any = None
+    extensions: _Extensions | None = None
+
+
+class _StoredChannel(Struct):
+    target: _Target
+    sampler: Index
+
+
+class _Sampler(Struct):
+    input: Index
+    output: Index
+    interpolation: Interpolation = "LINEAR"
+
+
+class _Animation(Struct):
+    channels: list[_StoredChannel] | None = None
+    samplers: list[_Sampler] | None = None
+
+
+class CameraModel(Model):
+    """What of a model cameras need."""
+
+    cameras: list[GltfCamera] | None = None
+    animations: list[_Animation] | None = None
 
 
 @dataclass(frozen=True)
@@ -31,7 +90,7 @@ class Channel:
     Attributes:
         times: [K] of its keys, seconds, ascending.
         values: [K, width], or [3 K, width] with the tangents of a cubic spline around each.
-        interpolation: of `_INTERPOLATIONS`.
+        interpolation: between keys.
         is_rotation: whether values are quaternions x, y, z, w.
         is_moving: whether values differ from key to key.
         name: for messages.
@@ -39,12 +98,12 @@ class Channel:
 
     times: F64
     values: GltfArray
-    interpolation: str
+    interpolation: Interpolation
     is_rotation: bool
     is_moving: bool
     name: str
 
-    def at(self, file: GltfFile, moments: F64) -> F64:
+    def at(self, file: GltfFile[CameraModel], moments: F64) -> F64:
         """Values [T, width] at moments [T], seconds; before the first key and after the last those of these.
 
         Raises:
@@ -74,7 +133,7 @@ class Channel:
             found = values[before] + share * (values[before + 1] - values[before])
         return self._unit(file, found) if self.is_rotation else found
 
-    def _unit(self, file: GltfFile, quats: F64) -> F64:
+    def _unit(self, file: GltfFile[CameraModel], quats: F64) -> F64:
         lengths = np.linalg.norm(quats, axis=1, keepdims=True)
         if not (lengths > 0).all():
             raise SceneError(file.path, f"{self.name} must not be zero; {CURE}")
@@ -82,10 +141,10 @@ class Channel:
 
 
 # By ("node" or "camera", its number), and by the part of it that they move.
-Channels = dict[tuple[str, float], dict[str, Channel]]
+Channels = dict[tuple[str, int], dict[str, Channel]]
 
 
-def read_channels(file: GltfFile, nodes: Container[float]) -> Channels:
+def read_channels(file: GltfFile[CameraModel], nodes: Container[int]) -> Channels:
     """The channels of all animations that place some nodes, or open the lens of a camera.
 
     Args:
@@ -97,17 +156,16 @@ def read_channels(file: GltfFile, nodes: Container[float]) -> Channels:
     """
     found: Channels = {}
     num_keys = 0
-    for number, animation in enumerate(_list(file, file.top, "animations", "the model")):
-        what = f"animation {number}"
-        for channel in _list(file, animation, "channels", what):
-            target = _target(file, channel, what)
+    for number, animation in enumerate(file.top.animations or []):
+        for channel in animation.channels or []:
+            target = _target(channel.target)
             if target is None or (target[0] == "node" and target[1] not in nodes):
                 continue
             owner, index, part = target
             parts = found.setdefault((owner, index), {})
             if part in parts:
                 continue
-            name = f"{part} of {owner} {index:.0f} in {what}"
+            name = f"{part} of {owner} {index} in animation {number}"
             parts[part] = _channel(file, animation, channel, part, name)
             num_keys += len(parts[part].times)
             if num_keys > _MAX_KEYS:
@@ -116,51 +174,32 @@ def read_channels(file: GltfFile, nodes: Container[float]) -> Channels:
     return found
 
 
-def _list(file: GltfFile, owner: dict[str, Any], name: str, what: str) -> list[dict[str, Any]]:
-    """A list of objects. Raises SceneError if it holds anything else."""
-    found = owner.get(name) or []
-    if not isinstance(found, list) or not all(isinstance(some, dict) for some in found):
-        raise SceneError(file.path, f"{name} of {what} must be a list of objects, got {shown(found)}; {CURE}")
-    return found
-
-
-def _target(file: GltfFile, channel: dict[str, Any], what: str) -> tuple[str, float, str] | None:
+def _target(target: _Target) -> tuple[str, int, str] | None:
     """What a channel moves: "node" or "camera", its number, the part; None if it is nothing that matters."""
-    target = channel.get("target")
-    if not isinstance(target, dict):
-        raise SceneError(file.path, f"a channel of {what} has no target; {CURE}")
-    part = target.get("path")
-    if part == "pointer":
-        extensions = target.get("extensions")
-        pointed = extensions.get("KHR_animation_pointer") if isinstance(extensions, dict) else None
-        pointer = pointed.get("pointer") if isinstance(pointed, dict) else None
-        words = pointer[:100].split("/") if isinstance(pointer, str) else []
-        if len(words) == 4 and words[1] == "nodes" and words[3] in _WIDTHS:
-            owner, part = "node", words[3]
-        elif len(words) == 5 and words[1] == "cameras" and words[3:] == ["perspective", "yfov"]:
-            owner, part = "camera", _YFOV
-        else:
-            return None
-        return (owner, float(words[2]), part) if words[2].isdecimal() and len(words[2]) < 10 else None
-    index = as_count(target.get("node"), 1 << 31)
-    return ("node", float(index), part) if index is not None and part in _WIDTHS else None
+    if target.path != "pointer":
+        moves = target.node is not None and target.path in _WIDTHS
+        return ("node", target.node or 0, target.path) if moves else None
+    pointed = target.extensions.pointed if target.extensions else None
+    words = pointed.pointer[:100].split("/") if pointed else []
+    if len(words) < 3 or not words[2].isdecimal() or len(words[2]) > 9:
+        return None
+    if len(words) == 4 and words[1] == "nodes" and words[3] in _WIDTHS:
+        return "node", int(words[2]), words[3]
+    is_lens = words[1] == "cameras" and words[3:] == ["perspective", "yfov"]
+    return ("camera", int(words[2]), _YFOV) if is_lens else None
 
 
 def _channel(
-    file: GltfFile, animation: dict[str, Any], channel: dict[str, Any], part: str, name: str
+    file: GltfFile[CameraModel], animation: _Animation, channel: _StoredChannel, part: str, name: str
 ) -> Channel:
-    samplers = _list(file, animation, "samplers", "an animation")
-    number = as_count(channel.get("sampler"), len(samplers) - 1) if samplers else None
-    if number is None:
+    samplers = animation.samplers or []
+    if channel.sampler >= len(samplers):
         raise SceneError(file.path, f"{name} refers to a sampler that is missing; {CURE}")
-    sampler = samplers[number]
-    interpolation = sampler.get("interpolation", "LINEAR")
-    if interpolation not in _INTERPOLATIONS:
-        known = ", ".join(_INTERPOLATIONS)
-        raise SceneError(file.path, f"interpolation of {name} must be {known}, got {shown(interpolation)}")
+    sampler = samplers[channel.sampler]
+    interpolation = sampler.interpolation
     keys, values = (
-        file.array(sampler.get("input"), f"the times of {name}"),
-        file.array(sampler.get("output"), name),
+        file.array(sampler.input, f"the times of {name}"),
+        file.array(sampler.output, name),
     )
     width = _WIDTHS.get(part, 1)
     if keys.width != 1 or values.width != width:

@@ -16,14 +16,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.gltf_file import CURE, GltfArray, GltfFile
+from brushgs.io.gltf_file import CURE, Extensions, GltfArray, GltfFile, Model, placed_nodes
 from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import STANDARD, Encoding, Scales
 from brushgs.io.scenes.fill import Decoder, fill
-from brushgs.io.scenes.gltf_meshes import placed_meshes
 from brushgs.io.scenes.gltf_placed import Placement
 from brushgs.io.scenes.gltf_spz import MAX_GROWTH, NAMES, PackedSplats, open_packed
 from brushgs.io.scenes.parts import fill_parts
@@ -37,6 +37,26 @@ from brushgs.values.notes import Training
 EXTENSION = "KHR_gaussian_splatting"
 _BLOCK_ROWS = 1 << 13
 _MAX_PLAIN_GROWTH = 4  # bytes in memory per byte of a file, where numbers have one byte
+
+
+class _Primitive(Struct):
+    attributes: dict[str, Any] | None = None
+    extensions: Extensions | None = None
+
+
+class _Mesh(Struct):
+    primitives: list[_Primitive] | None = None
+
+
+class _SplatModel(Model):
+    """What of a model scenes need."""
+
+    meshes: list[_Mesh] | None = None
+    textures: Any = None
+    extras: Any = None
+
+
+_File = GltfFile[_SplatModel]
 
 
 @dataclass(frozen=True)
@@ -99,14 +119,15 @@ def open_scene(path: Path) -> SceneFile:
     Raises:
         SceneError: if it is damaged, holds no Gaussian splats, or holds them in a way that is not read.
     """
-    file = GltfFile(path)
+    file = GltfFile(path, _SplatModel)
     unknown: dict[str, None] = {}
     opened: dict[object, SceneFile] = {}
     placed, stored, is_ours = _placed_and_stored(file)
     splats = [
         some
         for mesh, matrix in placed
-        for primitive in _primitives(file, mesh)
+        for primitive in mesh.primitives or []
+        if any("gaussian_splat" in name for name in primitive.extensions or {})
         if (some := _open_splats(file, primitive, Placement(matrix), unknown, opened)).num_rows
     ]
     if not splats:
@@ -148,13 +169,31 @@ def _format(splats: "list[_Splats | PackedSplats]") -> str:
     return f"glTF with {EXTENSION}{packed}{', scales as logarithms' if are_logs else ''}"
 
 
-def _placed_and_stored(file: GltfFile) -> tuple[list[tuple[dict[str, Any], F64]], Stored, bool]:
+def _placed_meshes(file: _File) -> list[tuple[_Mesh, F64]]:
+    """Each mesh of the scene with its matrix [4, 4], world from mesh; all meshes as they are without nodes.
+
+    Raises:
+        SceneError: if nodes are missing, form a ring, or place very many meshes.
+    """
+    if not file.top.nodes:
+        return [(mesh, np.eye(4)) for mesh in file.top.meshes or []]
+    placed = []
+    for some in placed_nodes(file):
+        if some.node.mesh is None:
+            continue
+        if "EXT_mesh_gpu_instancing" in (some.node.extensions or {}):
+            raise SceneError(file.path, f"repeats a mesh by EXT_mesh_gpu_instancing, not read; {CURE}")
+        placed.append((file.item(file.top.meshes, some.node.mesh, "a node refers to meshes"), some.matrix))
+    return placed
+
+
+def _placed_and_stored(file: _File) -> tuple[list[tuple[_Mesh, F64]], Stored, bool]:
     """Meshes with their matrices, what the model records, and whether that fits: it is as we wrote it.
 
     Then the turn of its node, which the notes state, is taken back.
     """
-    placed = placed_meshes(file)
-    extras = file.top.get("extras")
+    placed = _placed_meshes(file)
+    extras = file.top.extras
     stored, turn = read_notes(file.path, extras.get(NOTES) if isinstance(extras, dict) else None)
     if turn is None:
         return placed, stored, False
@@ -172,25 +211,13 @@ def _training(stored: Stored, packed: list[SceneFile], *, is_packed: bool) -> Tr
     return next(iter(trainings)) if is_packed and len(trainings) == 1 else "default"
 
 
-def _primitives(file: GltfFile, mesh: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Primitives of a mesh that hold splats."""
-    primitives = mesh.get("primitives")
-    if not isinstance(primitives, list):
-        return
-    for primitive in primitives:
-        extensions = primitive.get("extensions") if isinstance(primitive, dict) else None
-        if isinstance(extensions, dict) and any("gaussian_splat" in name for name in extensions):
-            yield primitive
-
-
 class _Attributes:
     """The attributes of a primitive of splats."""
 
-    def __init__(self, file: GltfFile, primitive: dict[str, Any]) -> None:
-        found = primitive.get("attributes")
-        if not isinstance(found, dict):
+    def __init__(self, file: _File, primitive: _Primitive) -> None:
+        if primitive.attributes is None:
             raise SceneError(file.path, f"a primitive of splats has no attributes; {CURE}")
-        self._file, self._attributes = file, found
+        self._file, self._attributes = file, primitive.attributes
 
     def find(self, name: str, *widths: int) -> GltfArray | None:
         """An attribute by its full name. Raises SceneError if it has not as many numbers a row as it must."""
@@ -231,10 +258,9 @@ class _Attributes:
         return tuple(rest)
 
 
-def _why_no_splats(top: dict[str, Any]) -> str:
+def _why_no_splats(top: _SplatModel) -> str:
     """The sentence about a model without any, which may be a painting that was exported to be looked at."""
-    asset = top.get("asset")
-    if isinstance(asset, dict) and str(asset.get("generator")).startswith("brushgs ") and top.get("textures"):
+    if str(top.asset.generator).startswith("brushgs ") and top.textures:
         fact = "holds a painting as textured rectangles, which cannot be painted again"
         return (
             f"{fact}; paint the scene it was made of, or write that with 'brushgs cluster SCENE -o FILE.glb'"
@@ -243,8 +269,8 @@ def _why_no_splats(top: dict[str, Any]) -> str:
 
 
 def _open_splats(
-    file: GltfFile,
-    primitive: dict[str, Any],
+    file: _File,
+    primitive: _Primitive,
     placement: Placement,
     unknown: dict[str, None],
     opened: dict[object, SceneFile],
@@ -294,15 +320,16 @@ def _open_splats(
     )
 
 
-def _extensions(primitive: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+def _extensions(primitive: _Primitive) -> Iterator[tuple[str, Any]]:
     """Extensions of a primitive, and those within its extension for splats."""
-    yield from primitive["extensions"].items()
-    own = primitive["extensions"].get(EXTENSION)
+    found = primitive.extensions or {}
+    yield from found.items()
+    own = found.get(EXTENSION)
     if isinstance(own, dict) and isinstance(own.get("extensions"), dict):
         yield from own["extensions"].items()
 
 
-def _check_extensions(file: GltfFile, primitive: dict[str, Any], unknown: dict[str, None]) -> None:
+def _check_extensions(file: _File, primitive: _Primitive, unknown: dict[str, None]) -> None:
     """Refuse other compression, and warn of linear colours, which the strokes would show too dark."""
     for name, _ in _extensions(primitive):
         if "compression" in name and name not in NAMES:
@@ -310,7 +337,7 @@ def _check_extensions(file: GltfFile, primitive: dict[str, Any], unknown: dict[s
             raise SceneError(file.path, f"{fact}; export it without compression, or as .spz or .ply")
         if "gaussian_splat" not in name:
             unknown[name] = None
-    own = primitive["extensions"].get(EXTENSION)
+    own = (primitive.extensions or {}).get(EXTENSION)
     if isinstance(own, dict):
         if own.get("kernel", "ellipse") != "ellipse":
             unknown[f"kernel {str(own['kernel'])[:40]}"] = None

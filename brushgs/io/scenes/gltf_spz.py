@@ -63,7 +63,7 @@ class PackedSplats:
 
 
 def open_packed(
-    file: GltfFile,
+    file: GltfFile[Any],
     extensions: Iterator[tuple[str, Any]],
     placement: Placement,
     opened: dict[object, SceneFile],

@@ -64,4 +64,4 @@ def _turn_to_y(up: NDArray[np.float64]) -> list[float]:
 
 
 def _is_part(value: object) -> bool:
-    return isinstance(value, float) and abs(value) <= 1
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= 1
