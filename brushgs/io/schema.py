@@ -24,6 +24,7 @@ T = TypeVar("T")
 _FINITE = Meta(description="a finite number")
 # Numbers in lists, or lists in lists, of a shape that `shaped` checks.
 Numbers = list[Annotated[float | list[Annotated[float | list[float], _FINITE]], _FINITE]]
+_FEW = 16  # entries that a sentence may show
 _FAULT = re.compile(r"(.*?)(?: - at `(?:key in )?\$(.*)`)?", re.DOTALL)
 _STEP = re.compile(r"\.([^.\[]+)|\[(\d+|\.\.\.)\]")
 
@@ -105,12 +106,14 @@ def _sentence(fault: str, value: Any, kind: Any, cure: str, root: str) -> str:
     if message.startswith("Object missing"):
         return f"{within} is missing, it must be {_rule(_inside(info, field))}; {cure}"
     if message.startswith("Object contains"):
-        near = get_close_matches(field, [one.encode_name for one in _fields(info)], 1)
-        known = f", the nearest is {near[0]!r}" if near else ""
+        names = [one.encode_name for one in _fields(info)]
+        near = get_close_matches(field, names, 1)
+        known = f", the nearest is {near[0]!r}" if near else f" among {', '.join(names)}"
         return f"{within[:200]} is no known field{known}; remove or correct it"
     if not message.startswith(("Expected", "Invalid", "Number")):  # of a `__post_init__`
         return f"{place} {message}; {cure}".lstrip()
-    got = f"{len(value)}" if "length" in message and isinstance(value, list) else shown(value)
+    is_long = "length" in message and isinstance(value, list) and len(value) > _FEW
+    got = f"{len(value)} entries" if is_long else shown(value)
     rule = _rule(info) if place else _rule(info).replace("an object", "a JSON object")
     return f"{place} must be {rule}, got {got}; {cure}".lstrip()
 

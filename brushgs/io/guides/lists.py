@@ -4,45 +4,39 @@
 """
 
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
 from brushgs.io.guides.guide_file import CURE, Guides, guides_of
-from brushgs.io.json_file import SMALL_OBJECT, decode_json, shown
+from brushgs.io.json_file import SMALL_OBJECT
+from brushgs.io.schema import decode
+from brushgs.values.arrays import F64
 
 EXAMPLE = "write lines such as [[[0, 0, 0], [1, 0, 0]]]"
+_Point = Annotated[list[float], Meta(min_length=3, max_length=3, description="a point [x, y, z]")]
+_Line = Annotated[list[_Point], Meta(description="a list of points [x, y, z]")]
+_Lines = Annotated[list[_Line], Meta(description="a list of lines")]
+
+
+class _File(Struct, forbid_unknown_fields=True):
+    guides: _Lines
+    reach: float | None = None
 
 
 def read(path: Path, content: bytes) -> Guides:
     """The guides of a JSON file. Raises SceneError, see `read_guides`."""
-    value = decode_json(path, content, EXAMPLE, object_bytes=SMALL_OBJECT)
-    reach = None
-    if isinstance(value, dict):
-        unknown = sorted(set(value) - {"guides", "reach"})
-        if unknown or "guides" not in value:
-            fact = f"must hold 'guides', and may hold 'reach', got {shown(value)}"
-            raise SceneError(path, f"{fact}; {EXAMPLE}")
-        reach = value.get("reach")
-        if reach is not None and (isinstance(reach, bool) or not isinstance(reach, float)):
-            raise SceneError(path, f"'reach' must be a number, got {shown(reach)}; correct it")
-        value = value["guides"]
-    if not isinstance(value, list):
-        raise SceneError(path, f"must hold a list of lines, got {shown(value)}; {EXAMPLE}")
-    points: list[object] = []
-    is_first: list[bool] = []
-    for number, line in enumerate(value, 1):
-        if not isinstance(line, list) or not all(_is_point(point) for point in line):
-            fact = f"line {number} must be a list of points [x, y, z], got {shown(line)}"
-            raise SceneError(path, f"{fact}; {EXAMPLE}")
-        is_first += [row == 0 for row in range(len(line))]
-        points += line
-    if not points:
+    if content.lstrip()[:1] == b"{":
+        file = decode(path, content, _File, EXAMPLE, object_bytes=SMALL_OBJECT)
+    else:
+        lines = decode(path, content, _Lines, EXAMPLE, root="lines", object_bytes=SMALL_OBJECT)
+        file = _File(lines)
+    points: F64 = np.array([point for line in file.guides for point in line], dtype=np.float64)
+    if not len(points):
         raise SceneError(path, f"holds no line; {CURE}")
-    ends = np.flatnonzero(~np.array(is_first))
+    is_first = np.array([row == 0 for line in file.guides for row in range(len(line))])
+    ends = np.flatnonzero(~is_first)
     segments = np.stack([ends - 1, ends], axis=1)
-    return guides_of(path, np.array(points, dtype=np.float64), segments, reach)
-
-
-def _is_point(value: object) -> bool:
-    return isinstance(value, list) and len(value) == 3 and all(type(number) is float for number in value)
+    return guides_of(path, points, segments, file.reach)

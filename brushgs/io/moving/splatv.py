@@ -5,18 +5,20 @@ never fades: the viewer divides by it. Source: https://github.com/antimatter15/s
 """
 
 from pathlib import Path
-from typing import BinaryIO
+from typing import Annotated, Any, BinaryIO
 
 import numpy as np
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.io.files import open_plain, read_exactly
-from brushgs.io.json_file import as_count, decode_json, shown
+from brushgs.io.json_file import shown
 from brushgs.io.moving.clip import RawRows, clip_of, read_nothing
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.scene_file import SceneFile
+from brushgs.io.schema import decode
 from brushgs.values.moving import MovingScene
 
 _MAX_HEADER = 1 << 24  # bytes of the JSON; that of a file with one camera has 452
@@ -32,6 +34,16 @@ _ROW = np.dtype(
 )
 assert _ROW.itemsize == 64
 _ENCODING = Encoding(scales="linear", colors="byte")
+_CURE = "export it again"
+_Count = Annotated[int, Meta(ge=0, le=_MAX_SIZE)]
+
+
+class _Chunk(Struct):
+    """What the header states of a part of the file."""
+
+    size: _Count
+    type: Any = None
+    texwidth: _Count | None = None
 
 
 def open_moving(path: Path) -> MovingScene:
@@ -75,8 +87,9 @@ def _read_rows(path: Path, file: BinaryIO) -> NDArray[np.void]:
     """All rows that the file has, padding at the end of its texture among them."""
     size = file.seek(0, 2)
     start, chunk = _find_texture(path, file, size)
-    stated = _count_of(path, chunk, "size")
-    texture_row = 16 * _count_of(path, chunk, "texwidth")
+    if chunk.texwidth is None:
+        raise SceneError(path, f"its header states no texwidth of the chunk of type 'splat'; {_CURE}")
+    stated, texture_row = chunk.size, 16 * chunk.texwidth
     there = min(size - start, stated)
     # Files may end with their Gaussians, in the last row of the texture, or hold all of it.
     if there < stated and (there + texture_row <= stated or there % _ROW.itemsize):
@@ -88,7 +101,7 @@ def _read_rows(path: Path, file: BinaryIO) -> NDArray[np.void]:
     return rows
 
 
-def _find_texture(path: Path, file: BinaryIO, size: int) -> tuple[int, dict[str, object]]:
+def _find_texture(path: Path, file: BinaryIO, size: int) -> tuple[int, _Chunk]:
     """Where the texture of Gaussians begins, and what the header states of it."""
     begin = bytearray(8)
     if size < len(begin):
@@ -101,23 +114,13 @@ def _find_texture(path: Path, file: BinaryIO, size: int) -> tuple[int, dict[str,
         raise SceneError(path, f"is damaged or cut off: {rule}; copy or download it again")
     content = bytearray(length)
     read_exactly(path, file, len(begin), memoryview(content))
-    chunks = decode_json(path, bytes(content), "copy or download it again")
-    for chunk in chunks if isinstance(chunks, list) else []:
-        if not isinstance(chunk, dict):
-            break
-        if chunk.get("type") == "splat":
+    chunks = decode(path, bytes(content), list[_Chunk], "copy or download it again", root="header")
+    for chunk in chunks:
+        if chunk.type == "splat":
             return start, chunk
-        start += _count_of(path, chunk, "size")
-    raise SceneError(path, f"its header names no chunk of type 'splat', got {shown(chunks)}; export it again")
-
-
-def _count_of(path: Path, chunk: dict[str, object], name: str) -> int:
-    """A whole number of the header."""
-    count = as_count(chunk.get(name), _MAX_SIZE)
-    if count is None:
-        rule = f"field {name!r} of its header must be a whole number"
-        raise SceneError(path, f"{rule}, got {shown(chunk.get(name))}; export it again")
-    return count
+        start += chunk.size
+    found = shown([chunk.type for chunk in chunks])
+    raise SceneError(path, f"its header names no chunk of type 'splat', got {found}; {_CURE}")
 
 
 def _count_filled(rows: NDArray[np.void]) -> int:

@@ -4,18 +4,20 @@ Version 2 stores scales and colours by codebooks, version 1 (without `version`) 
 largest value. The format is defined by the PlayCanvas engine and splat-transform.
 """
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.io.json_file import as_count, decode_json, shown
+from brushgs.io.json_file import as_count, shown
 from brushgs.io.pictures.limits import MAX_PIXELS
 from brushgs.io.scenes.stored import Stored, parse_content, read_stored
+from brushgs.io.schema import convert, decode, refused
 from brushgs.values.arrays import F32, Array
 from brushgs.values.notes import Training
 
@@ -24,6 +26,82 @@ _CURE = "export it as SOG again"
 _LEVELS = np.arange(256) / 255  # what a byte stands for between a smallest and a largest value
 PALETTE_ROW = 64  # entries in a row of the picture of centroids
 MAX_PALETTE = 1 << 16  # labels have 16 bits
+
+_Three = Annotated[list[float], msgspec.Meta(min_length=3, max_length=3, description="3 numbers")]
+_Four = Annotated[list[float], msgspec.Meta(min_length=4, max_length=4, description="4 numbers")]
+_Codebook = Annotated[
+    list[float | None], msgspec.Meta(min_length=1, max_length=256, description="a list of 1 to 256 numbers")
+]
+_Picture = Annotated[list[str], msgspec.Meta(min_length=1, description="a list that names 1 picture")]
+_Pictures = Annotated[list[str], msgspec.Meta(min_length=2, description="a list that names 2 pictures")]
+
+
+class _Quats(Struct):
+    files: _Picture
+    encoding: Any = "quaternion_packed"
+
+
+class _Means(Struct):
+    mins: _Three
+    maxs: _Three
+    files: _Pictures
+    shape: list[Any] | None = None
+
+
+class _Scales1(Struct):
+    mins: _Three
+    maxs: _Three
+    files: _Picture
+
+
+class _Colors1(Struct):
+    mins: _Four
+    maxs: _Four
+    files: _Picture
+
+
+class _Palette1(Struct):
+    mins: float | list[float]
+    maxs: float | list[float]
+    files: _Pictures
+
+
+class _Coded(Struct):
+    codebook: _Codebook
+    files: _Picture
+
+
+class _Palette2(Struct):
+    count: Annotated[int, msgspec.Meta(ge=1, le=MAX_PALETTE)]
+    bands: Annotated[int, msgspec.Meta(ge=1, le=3)]
+    codebook: _Codebook
+    files: _Pictures
+
+
+class _Scene(Struct, kw_only=True):
+    """What both versions have."""
+
+    means: _Means
+    quats: _Quats
+    sh_n: Any = msgspec.field(name="shN", default=None)  # degree 0 may state nothing but "bands"
+    model: Any = None
+    antialias: Any = None  # of older files
+    stored: Any = msgspec.field(name=NOTES, default_factory=dict)
+
+
+class _Scene1(_Scene, kw_only=True):
+    scales: _Scales1
+    sh0: _Colors1
+
+
+class _Scene2(_Scene, kw_only=True):
+    count: Annotated[int, msgspec.Meta(ge=1, le=MAX_PIXELS, description=f"1 to {MAX_PIXELS} Gaussians")]
+    scales: _Coded
+    sh0: _Coded
+
+
+class _Version(Struct):
+    version: Any = 1
 
 
 @dataclass(frozen=True)
@@ -84,39 +162,39 @@ def parse_meta(path: Path, content: bytes) -> Meta:
     Raises:
         SceneError: if it is no JSON, or a field is missing or unusable; names the field.
     """
-    value = decode_json(path, content, _CURE, has_names=True)
-    top = _Fields(path, "", value)
-    version = top.values.get("version", 1.0)
+    version = decode(path, content, _Version, _CURE, has_names=True).version
     if version not in (1, 2):
         raise SceneError(path, f"must be SOG of version 1 or 2, got version {shown(version)}; {_CURE}")
-    means, scales, quats, sh0 = (top.fields(name) for name in ("means", "scales", "quats", "sh0"))
+    scene: _Scene1 | _Scene2
     if version == 2:
-        num_rows = as_count(top.values.get("count"), MAX_PIXELS)
-        log_scales = np.tile(scales.codebook(), (3, 1))
-        colors, opacities = np.tile(sh0.codebook(), (3, 1)), _LEVELS.astype(np.float32)
+        scene = decode(path, content, _Scene2, _CURE, has_names=True)
+        num_rows = scene.count
+        log_scales = np.tile(_table(path, "scales", scene.scales.codebook), (3, 1))
+        colors = np.tile(_table(path, "sh0", scene.sh0.codebook), (3, 1))
+        opacities = _LEVELS.astype(np.float32)
     else:
-        num_rows = means.first_of_shape()
-        log_scales = _between(*scales.ends(3))
-        *color_rows, opacities = _between(*sh0.ends(4))
+        scene = decode(path, content, _Scene1, _CURE, has_names=True)
+        shape = scene.means.shape or [None]
+        num_rows = as_count(shape[0], MAX_PIXELS) or 0
+        if not num_rows:
+            raise refused(path, "means.shape", f"1 to {MAX_PIXELS} Gaussians", scene.means.shape, _CURE)
+        if scene.quats.encoding != "quaternion_packed":
+            raise SceneError(path, f"quats.encoding {shown(scene.quats.encoding)} is not read; {_CURE}")
+        log_scales = _between(scene.scales.mins, scene.scales.maxs)
+        *color_rows, opacities = _between(scene.sh0.mins, scene.sh0.maxs)
         colors = np.array(color_rows)
-        if quats.values.get("encoding", "quaternion_packed") != "quaternion_packed":
-            fact = f"quats.encoding {shown(quats.values['encoding'])} is not read"
-            raise SceneError(path, f"{fact}; {_CURE}")
-    if not num_rows:
-        field = "count" if version == 2 else "means.shape"
-        got = shown(top.values.get("count") if version == 2 else means.values.get("shape"))
-        raise SceneError(path, f"{field} must be 1 to {MAX_PIXELS} Gaussians, got {got}; {_CURE}")
+    low, high = scene.means.files[:2]
     return Meta(
         version=int(version),
         num_rows=num_rows,
-        training=_training(top.values),
-        means=_mean_tables(*means.ends(3)),
+        training=_training(scene),
+        means=_mean_tables(scene.means),
         log_scales=log_scales,
         colors=colors,
         opacities=opacities,
-        pictures=(*means.files(2), *quats.files(1), *scales.files(1), *sh0.files(1)),  # type: ignore[arg-type]
-        palette=_palette(top.fields("shN"), int(version)) if top.values.get("shN") is not None else None,
-        stored=read_stored(path, lambda: parse_content(top.values.get(NOTES, {}))),
+        pictures=(low, high, scene.quats.files[0], scene.scales.files[0], scene.sh0.files[0]),
+        palette=_palette(path, scene.sh_n, int(version)),
+        stored=read_stored(path, lambda: parse_content(scene.stored)),
     )
 
 
@@ -132,31 +210,25 @@ def count_palette(width: int, height: int, palette: Palette) -> tuple[int, int] 
     return num_entries, bands
 
 
-def _palette(fields: "_Fields", version: int) -> Palette | None:
-    values = fields.values
-    if values.get("bands") == 0:
+def _palette(path: Path, value: Any, version: int) -> Palette | None:
+    if value is None or (isinstance(value, dict) and value.get("bands") == 0):
         return None
-    num_entries = bands = None
     if version == 2:
-        num_entries, bands = as_count(values.get("count"), MAX_PALETTE), as_count(values.get("bands"), 3)
-        for name, count, most in (("count", num_entries, MAX_PALETTE), ("bands", bands, 3)):
-            if not count:
-                got = shown(values.get(name))
-                raise SceneError(fields.path, f"shN.{name} must be 1 to {most}, got {got}; {_CURE}")
-        table = fields.codebook()
-    else:
-        low, high = fields.ends(1)
-        table = _between(low, high)[0]
-    centroids, labels = fields.files(2)
-    return Palette(num_entries, bands, table, centroids, labels)
+        of_2 = convert(path, value, _Palette2, _CURE, "shN")
+        return Palette(of_2.count, of_2.bands, _table(path, "shN", of_2.codebook), *of_2.files[:2])
+    of_1 = convert(path, value, _Palette1, _CURE, "shN")
+    ends = [end if isinstance(end, list) else [end] for end in (of_1.mins, of_1.maxs)]
+    for name, end in zip(("mins", "maxs"), ends, strict=True):
+        if len(end) != 1:
+            raise refused(path, f"shN.{name}", "1 number", end, _CURE)
+    return Palette(None, None, _between(*ends)[0], *of_1.files[:2])
 
 
-def _training(values: dict[str, Any]) -> Training:
+def _training(scene: _Scene) -> Training:
     """How a scene was trained: `model`, or in older files `antialias`."""
-    model = values.get("model")
-    if model == "antialiased" or (model is None and values.get("antialias") is True):
+    if scene.model == "antialiased" or (scene.model is None and scene.antialias is True):
         return "antialiased"
-    return "2dgs" if model == "2dgs" else "default"
+    return "2dgs" if scene.model == "2dgs" else "default"
 
 
 def mean_logs(means: Array) -> NDArray[np.float64]:
@@ -165,76 +237,32 @@ def mean_logs(means: Array) -> NDArray[np.float64]:
     return np.asarray(np.sign(wide) * np.log1p(np.abs(wide)))
 
 
-def _mean_tables(low: NDArray[np.float64], high: NDArray[np.float64]) -> F32:
+def _mean_tables(means: _Means) -> F32:
     """Numbers lie evenly between the ends of sign(x) log(1 + |x|)."""
+    low, high = np.array(means.mins), np.array(means.maxs)
     logs = low[:, None] + (high - low)[:, None] * (np.arange(65536) / 65535)
     with np.errstate(over="ignore"):  # infinite means are found when rows are checked
         return np.asarray(np.sign(logs) * np.expm1(np.abs(logs)), np.float32)
 
 
-def _between(low: NDArray[np.float64], high: NDArray[np.float64]) -> F32:
+def _between(lows: list[float], highs: list[float]) -> F32:
     """[n, 256] values evenly between n pairs of ends."""
+    low, high = np.array(lows), np.array(highs)
     with np.errstate(over="ignore"):
         return np.asarray(low[:, None] + (high - low)[:, None] * _LEVELS, np.float32)
 
 
-class _Fields:
-    """One object of a `meta.json`; every method raises SceneError with the name of the field at fault."""
+def _table(path: Path, place: str, values: list[float | None]) -> F32:
+    """[256] values of a codebook; those past the end of a shorter list are NaN.
 
-    def __init__(self, path: Path, name: str, value: object) -> None:
-        if not isinstance(value, dict):
-            what = f"{name} must be an object" if name else "must be a JSON object"
-            raise SceneError(path, f"{what}, got {shown(value)}; {_CURE}")
-        self.path, self.values = path, value
-        self._prefix = f"{name}." if name else ""
-
-    def fields(self, name: str) -> "_Fields":
-        """An object inside this one."""
-        return _Fields(self.path, self._prefix + name, self.values.get(name))
-
-    def files(self, count: int) -> list[str]:
-        """The names of so many pictures."""
-        names = self.values.get("files")
-        if not isinstance(names, list) or len(names) < count or not all(isinstance(n, str) for n in names):
-            self._refuse("files", f"name {count} picture{'s' * (count > 1)}", names)
-        return names[:count]  # type: ignore[index,no-any-return]
-
-    def codebook(self) -> F32:
-        """[256] values; those past the end of a shorter list are NaN.
-
-        Some versions of splat-transform wrote null for the first one, which the engine then extrapolates.
-        """
-        values = self.values.get("codebook")
-        if isinstance(values, list) and len(values) == 256 and values[0] is None and _are_numbers(values[1:]):
-            values = [values[1] + (values[1] - values[255]) / 255, *values[1:]]
-        if not isinstance(values, list) or not 1 <= len(values) <= 256 or not _are_numbers(values):
-            self._refuse("codebook", "be a list of 1 to 256 numbers", values)
-        table = np.full(256, np.nan, np.float32)
-        with np.errstate(over="ignore"):
-            table[: len(values)] = values  # type: ignore[arg-type]
-        return table
-
-    def ends(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Smallest and largest values, [count] each."""
-        found = []
-        for name in ("mins", "maxs"):
-            values = self.values.get(name)
-            if count == 1 and isinstance(values, float):
-                values = [values]
-            if not isinstance(values, list) or len(values) != count or not _are_numbers(values):
-                self._refuse(name, f"be {count} number{'s' * (count > 1)}", values)
-            found.append(np.array(values))
-        return found[0], found[1]
-
-    def first_of_shape(self) -> int | None:
-        """The number of rows that `shape` states."""
-        shape = self.values.get("shape")
-        return as_count(shape[0], MAX_PIXELS) if isinstance(shape, list) and shape else None
-
-    def _refuse(self, name: str, rule: str, value: object) -> None:
-        raise SceneError(self.path, f"{self._prefix}{name} must {rule}, got {shown(value)}; {_CURE}")
-
-
-def _are_numbers(values: list[object]) -> bool:
-    """Whether all are finite numbers."""
-    return all(isinstance(value, float) and math.isfinite(value) for value in values)
+    Some versions of splat-transform wrote null for the first one, which the engine then extrapolates.
+    """
+    known = [value for value in values if value is not None]
+    if values[0] is None and len(values) == 256 and len(known) == 255:
+        known = [known[0] + (known[0] - known[-1]) / 255, *known]
+    if len(known) < len(values):
+        raise refused(path, f"{place}.codebook", "a list of numbers", values, _CURE)
+    table = np.full(256, np.nan, np.float32)
+    with np.errstate(over="ignore"):
+        table[: len(known)] = known
+    return table

@@ -8,11 +8,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
 from brushgs.io.files import find_within, is_dir, read_whole
-from brushgs.io.json_file import MAX_BYTES, SMALL_OBJECT, as_count, decode_json, shown
+from brushgs.io.json_file import MAX_BYTES, SMALL_OBJECT, as_count, shown
 from brushgs.io.pictures.limits import MAX_PIXELS
 from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
@@ -21,6 +23,7 @@ from brushgs.io.scenes.parts import fill_parts
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.sog import MAX_GROWTH, Sog, open_sog, read_rows
 from brushgs.io.scenes.used_terms import drop_zero_bands
+from brushgs.io.schema import decode
 
 INDEX = "lod-meta.json"
 # The default is the finest level of at most so many Gaussians: 470 MB with harmonics of degree 3, and far
@@ -28,6 +31,16 @@ INDEX = "lod-meta.json"
 DEFAULT_MOST = 2_000_000
 _MAX_LEVELS = 100
 _CURE = "download or export the scene again"
+
+
+class _Index(Struct, rename="camel"):
+    """The index. Its tree may be deeper than Python can call, so its nodes are checked one by one."""
+
+    lod_levels: Annotated[int, Meta(ge=1, le=_MAX_LEVELS)]
+    filenames: list[str]
+    tree: Any = None
+    version: Any = 1
+    environment: Any = None
 
 
 @dataclass(frozen=True)
@@ -51,10 +64,9 @@ def open_scene(path: Path, lod: int | None = None) -> SceneFile:
         SceneError: if something is missing or does not fit, or there is no such level.
     """
     index = path / INDEX if is_dir(path) else path
-    value = decode_json(index, read_whole(index, MAX_BYTES), _CURE, object_bytes=SMALL_OBJECT, has_names=True)
-    if not isinstance(value, dict):
-        raise SceneError(index, f"must be a JSON object, got {shown(value)}; {_CURE}")
-    names, levels = _read_index(index, value)
+    content = read_whole(index, MAX_BYTES)
+    value = decode(index, content, _Index, _CURE, object_bytes=SMALL_OBJECT, has_names=True)
+    names, levels = value.filenames, _read_levels(index, value)
     totals = [sum(run.stop - run.start for run in runs) for runs in levels]
     level = _choose(index, totals, lod)
     parts = _open_parts(index, names, levels[level])
@@ -74,7 +86,7 @@ def open_scene(path: Path, lod: int | None = None) -> SceneFile:
         return columns, dropped
 
     counts = ", ".join(f"{total:,}" for total in totals)
-    environment = ", its environment not read" if value.get("environment") else ""
+    environment = ", its environment not read" if value.environment else ""
     return SceneFile(
         path=path,
         format=f"streamed SOG, level {level} of 0 to {len(totals) - 1} ({counts} Gaussians){environment}",
@@ -100,27 +112,21 @@ def _choose(index: Path, totals: list[int], lod: int | None) -> int:
     return lod
 
 
-def _read_index(index: Path, value: dict[str, Any]) -> tuple[list[str], list[list[_Run]]]:
-    """Names of the SOG scenes, and the rows of each level."""
-    if value.get("version", 1.0) != 1:
-        raise SceneError(index, f"must be of version 1, got version {shown(value['version'])}; {_CURE}")
-    num_levels = as_count(value.get("lodLevels"), _MAX_LEVELS)
-    if not num_levels:
-        got = shown(value.get("lodLevels"))
-        raise SceneError(index, f"lodLevels must be 1 to {_MAX_LEVELS}, got {got}; {_CURE}")
-    names = value.get("filenames")
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise SceneError(index, f"filenames must be a list of names, got {shown(names)}; {_CURE}")
+def _read_levels(index: Path, value: _Index) -> list[list[_Run]]:
+    """The rows of each level."""
+    if value.version != 1:
+        raise SceneError(index, f"must be of version 1, got version {shown(value.version)}; {_CURE}")
+    num_levels = value.lod_levels
     levels: list[list[_Run]] = [[] for _ in range(num_levels)]
-    for key, entry in _leaf_entries(index, value.get("tree")):
+    for key, entry in _leaf_entries(index, value.tree):
         level = int(key) if key.isascii() and key.isdigit() and len(key) < 4 else num_levels
-        run = _read_run(entry, len(names))
+        run = _read_run(entry, len(value.filenames))
         if level >= num_levels or run is None:
             rule = f"a leaf must name file, offset and count of levels 0 to {num_levels - 1}"
             raise SceneError(index, f"{rule}, got {shown(key)}: {_entry_text(entry)}; {_CURE}")
         if run.stop > run.start:
             levels[level].append(run)
-    return names, levels
+    return levels
 
 
 def _leaf_entries(index: Path, tree: object) -> Iterator[tuple[str, object]]:

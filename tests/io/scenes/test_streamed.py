@@ -175,10 +175,10 @@ def test_a_level_is_refused_where_there_are_none(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("keys", "sentence"),
     [
-        ({"version": 2}, "must be of version 1, got version 2.0"),
-        ({"lodLevels": 0}, "lodLevels must be 1 to 100, got 0"),
-        ({"lodLevels": 1e30}, r"lodLevels must be 1 to 100, got 1e\+30"),
-        ({"filenames": [1]}, "filenames must be a list of names, got"),
+        ({"version": 2}, "must be of version 1, got version 2"),
+        ({"lodLevels": 0}, "lodLevels must be a whole number 1 to 100, got 0"),
+        ({"lodLevels": 1e30}, r"lodLevels must be a whole number 1 to 100, got 1e\+30"),
+        ({"filenames": [1]}, r"filenames\[0\] must be text, got 1"),
         ({"filenames": ["../a/meta.json"]}, "names the file '../a/meta.json', which lies outside its folder"),
         ({"filenames": ["none/meta.json"]}, "none/meta.json: there is no such file"),
         ({"tree": None}, "tree must be made of objects with children or lods, got null"),
@@ -222,6 +222,6 @@ def test_an_empty_level_and_a_damaged_index_are_refused(tmp_path: Path) -> None:
 
 def test_a_damaged_scene_of_a_level_is_named_and_other_levels_still_open(index: Path) -> None:
     (index.parent / "0_1" / "meta.json").write_text("{}")
-    with pytest.raises(bg.SceneError, match=r"0_1/meta\.json: means must be an object"):
+    with pytest.raises(bg.SceneError, match=r"0_1/meta\.json: means is missing, it must be an object"):
         bg.load(index, lod=0)
     assert len(bg.load(index, lod=1)) == 60
