@@ -110,8 +110,10 @@ def _sentence(fault: str, value: Any, kind: Any, cure: str, root: str) -> str:
         near = get_close_matches(field, names, 1)
         known = f", the nearest is {near[0]!r}" if near else f" among {', '.join(names)}"
         return f"{within[:200]} is no known field{known}; remove or correct it"
-    if not message.startswith(("Expected", "Invalid", "Number")):  # of a `__post_init__`
-        return f"{place} {message}; {cure}".lstrip()
+    if not message.startswith(
+        ("Expected", "Invalid", "Number")
+    ):  # of a `__post_init__`, as ".field must be ..."
+        return f"{place}{message}; {cure}".removeprefix(".")
     is_long = "length" in message and isinstance(value, list) and len(value) > _FEW
     got = f"{len(value)} entries" if is_long else shown(value)
     rule = _rule(info) if place else _rule(info).replace("an object", "a JSON object")
@@ -163,10 +165,8 @@ def _rule(info: Any) -> str:
 
 def _span(info: Any) -> str:
     """The range of a number, with a blank before it; empty for any number."""
-    low, high = info.ge if info.ge is not None else info.gt, info.le if info.le is not None else info.lt
-    low, high = (
-        "" if end is None else str(end) if isinstance(end, int) else f"{end:g}" for end in (low, high)
-    )
+    ends = info.ge if info.ge is not None else info.gt, info.le if info.le is not None else info.lt
+    low, high = ("" if end is None else str(end) if isinstance(end, int) else f"{end:g}" for end in ends)
     above = "above " if info.gt is not None else ""
     if low and high:
         return f" {above}{low} to {high}"
@@ -177,6 +177,7 @@ def _span(info: Any) -> str:
 
 _NOUNS: dict[type, str] = {
     inspect.BoolType: "true or false",
+    inspect.BytesType: "base64",
     inspect.DictType: "an object",
     inspect.ListType: "a list",
     inspect.StrType: "text",

@@ -70,8 +70,7 @@ def _guides(path: Path) -> object:
 
 def _style(path: Path) -> object:
     """Its arrays, scaled to be judged like a picture: finite, and 0 to 1."""
-    from brushgs.io.styles.edit import MOST
-    from brushgs.io.styles.read import read_style
+    from brushgs.io.styles.read import MOST, read_style
 
     style, arrays = read_style(path), []
     if style.palette is not None:

@@ -1,16 +1,21 @@
 """A `Style` becomes a file, laid out for people: what they may edit stands in lines of its own."""
 
+import base64
 import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from brushgs.errors import SceneError
-from brushgs.io.files import replacing
-from brushgs.io.styles import edit, marks, palette
-from brushgs.io.styles.format import MARK, MAX_BYTES, VERSION
-from brushgs.io.styles.read import style_of
+from brushgs.io.files import replacing, scratch_folder
+from brushgs.io.styles.read import DTYPES, MARK, MAX_BYTES, ONE, VERSION, style_of
 from brushgs.options.choices import STYLE_SUFFIX
-from brushgs.values.style import Style
+from brushgs.values.arrays import U8
+from brushgs.values.style import NamedColor, Residual, Style, StyleEdit, StyleMarks
+
+_PNG_ATTRIBUTES = {"png:compressionLevel": 9}
 
 
 def write_style(style: Style, path: str | Path) -> None:
@@ -39,11 +44,11 @@ def content_of(style: Style, path: Path) -> bytes:
     """The bytes of a style file, which can be read again. `path` is for messages; raises ValueError."""
     value: dict[str, Any] = {"brushgs": MARK, "version": VERSION, "name": style.name}
     if style.palette is not None:
-        value["palette"] = palette.to_json(style.palette)
+        value["palette"] = [_color(color) for color in style.palette.colors]
     if style.marks is not None:
-        value["marks"] = marks.to_json(style.marks)
+        value["marks"] = _marks(style.marks)
     if style.edit is not None:
-        value["edit"] = edit.to_json(style.edit)
+        value["edit"] = _edit(style.edit)
     content = (_laid_out(value) + "\n").encode()
     if len(content) > MAX_BYTES:
         cure = "learn a smaller residual" if style.edit is not None else "keep fewer or smaller brushes"
@@ -54,6 +59,69 @@ def content_of(style: Style, path: Path) -> bytes:
     except SceneError as error:
         raise ValueError(f"the style cannot be written: {error}") from None
     return content
+
+
+def _hex(rgb: NDArray[Any]) -> tuple[str, NDArray[Any]]:
+    """A colour as text, and as 0 to 255."""
+    code = np.rint(255 * np.clip(rgb, 0, 1)).astype(int)
+    return "#{:02x}{:02x}{:02x}".format(*code), code
+
+
+def _color(color: NamedColor) -> dict[str, Any]:
+    """One of a palette; offsets in half precision, relative to the colour as written."""
+    text, code = _hex(color.rgb)
+    offsets = color.offsets + (color.rgb - code / 255)
+    share = round(float(color.share), 6)
+    return {"name": color.name, "color": text, "share": share, "offsets": pack(offsets, "float16")}
+
+
+def _marks(marks: StyleMarks) -> dict[str, Any]:
+    """Directions are in steps of 1/127."""
+    return {
+        "length": float(marks.length),
+        "aspect": float(marks.aspect),
+        "broken_lightness": float(marks.broken_lightness),
+        "broken_chroma": float(marks.broken_chroma),
+        "ground": None if marks.ground is None else _hex(marks.ground)[0],
+        "relief": float(marks.relief),
+        "directions": pack(marks.directions, "int8"),
+        "brushes": [_picture(brush) for brush in marks.brushes],
+    }
+
+
+def _edit(edit: StyleEdit) -> dict[str, Any]:
+    """The residual is in single precision."""
+    return {
+        "affine": [[float(number) for number in row] for row in edit.affine],
+        "log_size": float(edit.log_size),
+        "residual": None if edit.residual is None else _residual(edit.residual),
+    }
+
+
+def _residual(residual: Residual) -> dict[str, Any]:
+    arrays = {name: getattr(residual, name) for name in ("offset", "scale", "centers", "weights", "slopes")}
+    return {"features": list(residual.features), "width": float(residual.width)} | {
+        name: None if array is None else pack(array, "float32") for name, array in arrays.items()
+    }
+
+
+def pack(values: NDArray[Any], type: str) -> dict[str, Any]:
+    """An array as JSON, of a type of `DTYPES`. Values beyond the range of an integer type are clipped."""
+    if type in ONE:
+        limits = np.iinfo(DTYPES[type])
+        values = np.clip(np.rint(values.astype(np.float64) * ONE[type]), limits.min, limits.max)
+    data = np.ascontiguousarray(values).astype(DTYPES[type]).tobytes()
+    return {"type": type, "shape": list(values.shape), "data": base64.b64encode(data).decode()}
+
+
+def _picture(texels: U8) -> dict[str, Any]:
+    """A grey picture [h, w] as JSON."""
+    from brushgs.io.pictures.oiio import write_pixels
+
+    with scratch_folder() as folder:
+        path = folder / "brush.png"
+        write_pixels(path, "png", texels[..., None], ("Y",), _PNG_ATTRIBUTES)
+        return {"type": "png", "data": base64.b64encode(path.read_bytes()).decode()}
 
 
 def _laid_out(value: Any, indent: str = "") -> str:
