@@ -26,7 +26,7 @@ _SHOWN, _FEW = 60, 16  # characters of a value in a message, and entries of a li
 
 
 def read_json(path: Path, cure: str) -> object:
-    """The content of a JSON file, all of its numbers as floats.
+    """The content of a JSON file.
 
     Args:
         path: the file.
@@ -36,7 +36,9 @@ def read_json(path: Path, cure: str) -> object:
         SceneError: if there is no such regular file, it is larger than 32 MiB, would take more memory than
             twice its size and 100 MB, or is no JSON in UTF-8.
     """
-    return decode_json(path, read_whole(path, MAX_BYTES), cure)
+    content = read_whole(path, MAX_BYTES)
+    check_memory(path, content)
+    return parse_checked(path, content, cure)
 
 
 def check_memory(path: Path, content: bytes, object_bytes: int = OBJECT, *, has_names: bool = False) -> None:
@@ -59,8 +61,7 @@ def check_memory(path: Path, content: bytes, object_bytes: int = OBJECT, *, has_
 def parse_checked(path: Path, content: bytes, cure: str, *, has_names: bool = False) -> Any:
     """The value of JSON text that `check_memory` let pass. Numbers that are not finite become text."""
     try:
-        text = content.decode("utf-8-sig") if has_names else _text(content)
-        return json.loads(text, parse_int=_number, parse_float=_number, parse_constant=NotFinite)
+        return parse_json(content.decode("utf-8-sig") if has_names else _text(content))
     except RecursionError:
         raise SceneError(path, f"is not JSON for this use (it is nested too deeply); {cure}") from None
     except ValueError as error:
@@ -70,22 +71,9 @@ def parse_checked(path: Path, content: bytes, cure: str, *, has_names: bool = Fa
 def parse_json(text: str) -> Any:
     """Parse JSON. Raises ValueError, or RecursionError if it is nested too deeply.
 
-    Every number becomes a float: one of a thousand digits is then infinite, and refused as such.
+    Whole numbers are integers, also 3.0; what is not finite is `NotFinite`.
     """
-    return json.loads(text, parse_int=float)
-
-
-def decode_json(
-    path: Path, content: bytes, cure: str, *, object_bytes: int = OBJECT, has_names: bool = False
-) -> object:
-    """The value of JSON text that was read from a file. Raises as `read_json` does."""
-    check_memory(path, content, object_bytes, has_names=has_names)
-    try:
-        return parse_json(content.decode("utf-8-sig") if has_names else _text(content))
-    except RecursionError:
-        raise SceneError(path, f"is not JSON for this use (it is nested too deeply); {cure}") from None
-    except ValueError as error:
-        raise SceneError(path, f"is not JSON ({error}); {cure}") from None
+    return json.loads(text, parse_int=_number, parse_float=_number, parse_constant=NotFinite)
 
 
 class NotFinite(str):
@@ -93,9 +81,8 @@ class NotFinite(str):
 
 
 def _number(text: str) -> float | str:
-    """A whole number is an integer, also 3.0."""
     value = float(text)
-    if value.is_integer() and abs(value) < _WHOLE:
+    if value.is_integer() and abs(value) < _WHOLE and not text.startswith("-0"):
         return int(value)
     return value if isfinite(value) else NotFinite(text)
 

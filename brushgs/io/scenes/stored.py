@@ -6,20 +6,22 @@ base64 of little-endian float64.
 """
 
 import base64
-import binascii
 import json
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import fields
-from math import isfinite, pi
+from math import pi
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
+import msgspec
 import numpy as np
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneWarning
 from brushgs.io.scenes.columns import Columns
+from brushgs.values.arrays import F64
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 
@@ -28,10 +30,45 @@ MAX_TEXT = 1 << 19
 _MOST_ORDERED = 1 << 16  # rows whose order is recorded: numbers of 16 bits
 _MAX_POINTS = 4000
 _MAX_NAME = 200
-_AXES = {sign + axis for sign in "+-" for axis in "xyz"}
 _MOST_BRUSHES = 256  # a row of them is a byte
 _MOST_ROWS = 1 << 40  # of a brush: more than any file holds
 _MAX_BRUSH_TEXT = 1 << 16  # characters of JSON: names of all brushes
+
+_Three = tuple[float, float, float]
+_Turn = Annotated[float, Meta(ge=-1e6, le=1e6)]
+_Share = Annotated[float, Meta(ge=0, le=1)]
+_Axis = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
+
+
+class _View(Struct, kw_only=True):
+    """The first view, its fields as those of `FirstView`; arrays of points are base64."""
+
+    up: _Three
+    azimuth: _Turn
+    elevation: Annotated[float, Meta(ge=-0.5 * pi, le=0.5 * pi)]
+    front: _Turn | None = None
+    has_surroundings: bool | None = None
+    is_front_sure: bool | None = None
+    probability: _Share | None = None
+    ups: Annotated[tuple[tuple[_Axis, _Share], ...], Meta(max_length=6)] | None = None
+    eye: _Three | None = None
+    whole: bytes | None = None
+    points: bytes
+
+
+class _Content(Struct):
+    """The JSON object."""
+
+    scene: Annotated[str, Meta(max_length=_MAX_NAME)] | None = None
+    first_view: _View | None = None
+    brushes: Annotated[tuple[Annotated[str, Meta(min_length=1)], ...], Meta(max_length=_MOST_BRUSHES)] = ()
+    brush_counts: (
+        Annotated[tuple[Annotated[int, Meta(ge=0, le=_MOST_ROWS)], ...], Meta(max_length=_MOST_BRUSHES)]
+        | None
+    ) = None
+    strokes: bool = False
+    antialiased: bool = False
+    order: bytes | None = None
 
 
 class Stored(NamedTuple):
@@ -109,8 +146,8 @@ def content_of(stored: Stored) -> dict[str, Any]:
     first_view = stored.first_view
     if first_view is not None and len(first_view.points) <= _MAX_POINTS:
         content["first_view"] = {
-            name: write(value)
-            for name, (write, _) in _CODECS.items()
+            name: _written(value)
+            for name in _View.__struct_fields__
             if (value := getattr(first_view, name)) is not None
         }
     if stored.brushes:
@@ -140,11 +177,7 @@ def parse_text(text: str) -> Stored:
     """
     if not text:
         return Stored()
-    try:
-        content = json.loads(text[: MAX_TEXT + 1])
-    except RecursionError as error:
-        raise ValueError(f"damaged: {error}") from None
-    return parse_content(content)
+    return _stored(lambda: msgspec.json.decode(text[: MAX_TEXT + 1], type=_Content))
 
 
 def parse_content(content: object) -> Stored:
@@ -153,25 +186,30 @@ def parse_content(content: object) -> Stored:
     Raises:
         ValueError: if it is damaged.
     """
-    if not isinstance(content, dict):
-        raise ValueError("no object")
+    return _stored(lambda: msgspec.convert(content, _Content))
+
+
+def _stored(read: Callable[[], _Content]) -> Stored:
     try:
-        order = content.get("order")
-        scene, view, counts = (content.get(name) for name in ("scene", "first_view", "brush_counts"))
-        read = None
-        if view is not None:
-            read = {name: read(view[name]) for name, (_, read) in _CODECS.items() if name in view}
-        return Stored(
-            scene=None if scene is None else _name(scene),
-            first_view=None if read is None else FirstView(**read),
-            brushes=_brushes(content.get("brushes", [])),
-            counts=None if counts is None else _counts(counts),
-            is_strokes=_read_flag(content.get("strokes", False)),
-            antialiased=_read_flag(content.get("antialiased", False)),
-            order=None if order is None else _read_order(order),
-        )
-    except (TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
+        content = read()
+    except (msgspec.MsgspecError, RecursionError) as error:
         raise ValueError(f"damaged: {error}") from None
+    if content.scene is not None and not content.scene.isprintable():
+        raise ValueError("the name of a scene must be printable")
+    order = content.order
+    if order is not None and (len(order) % 2 or len(order) > 2 * _MOST_ORDERED):
+        raise ValueError(
+            f"an order must be at most {_MOST_ORDERED} numbers of 2 bytes, got {len(order)} bytes"
+        )
+    return Stored(
+        scene=content.scene,
+        first_view=None if content.first_view is None else _first_view(content.first_view),
+        brushes=content.brushes,
+        counts=content.brush_counts,
+        is_strokes=content.strokes,
+        antialiased=content.antialiased,
+        order=None if order is None else np.frombuffer(order, "<u2").astype(np.int64),
+    )
 
 
 def read_stored(path: Path, read: Callable[[], Stored]) -> Stored:
@@ -189,128 +227,34 @@ def read_stored(path: Path, read: Callable[[], Stored]) -> Stored:
         return Stored()
 
 
-def _write_points(points: NDArray[np.float64]) -> str:
-    return base64.b64encode(np.ascontiguousarray(points, "<f8").tobytes()).decode("ascii")
+def _written(value: Any) -> Any:
+    """A field of a first view as JSON."""
+    if isinstance(value, np.ndarray) and value.ndim == 2:
+        return base64.b64encode(np.ascontiguousarray(value, "<f8").tobytes()).decode("ascii")
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple) else value
 
 
-def _read_points(value: Any) -> NDArray[np.float64]:
-    try:
-        data = base64.b64decode(value, validate=True)
-    except binascii.Error as error:
-        raise ValueError(str(error)) from None
+def _first_view(view: _View) -> FirstView:
+    found = {name: value for name, value in msgspec.structs.asdict(view).items() if value is not None}
+    found |= {name: _finite(np.array(found[name])) for name in ("up", "eye") if name in found}
+    found |= {name: _points(found[name]) for name in ("whole", "points") if name in found}
+    if abs(float(np.linalg.norm(found["up"])) - 1) > 1e-9:
+        raise ValueError("up must be a unit vector")
+    whole = found.get("whole")
+    if whole is not None and (whole.shape != (2, 3) or (whole[0] > whole[1]).any()):
+        raise ValueError("whole must be a low and a high corner")
+    return FirstView(**found)
+
+
+def _points(data: bytes) -> F64:
     if not data or len(data) % 24 or len(data) > 24 * _MAX_POINTS:
         raise ValueError(f"points must be 1 to {_MAX_POINTS} rows of 24 bytes, got {len(data)} bytes")
-    points = np.frombuffer(data, "<f8").reshape(-1, 3).astype(np.float64)
-    return _finite(points)
+    return _finite(np.frombuffer(data, "<f8").reshape(-1, 3).astype(np.float64))
 
 
-def _read_order(value: Any) -> NDArray[np.int64]:
-    try:
-        data = base64.b64decode(value, validate=True)
-    except binascii.Error as error:
-        raise ValueError(str(error)) from None
-    if len(data) % 2 or len(data) > 2 * _MOST_ORDERED:
-        raise ValueError(
-            f"an order must be at most {_MOST_ORDERED} numbers of 2 bytes, got {len(data)} bytes"
-        )
-    return np.frombuffer(data, "<u2").astype(np.int64)
-
-
-def _read_bounds(value: Any) -> NDArray[np.float64]:
-    bounds = _read_points(value)
-    if bounds.shape != (2, 3) or (bounds[0] > bounds[1]).any():
-        raise ValueError("whole must be a low and a high corner")
-    return bounds
-
-
-def _read_vector(value: Any) -> NDArray[np.float64]:
-    if not isinstance(value, list) or len(value) != 3:
-        raise ValueError("a vector must have three numbers")
-    return _finite(np.array([_read_number(number) for number in value]))
-
-
-def _read_up(value: Any) -> NDArray[np.float64]:
-    up = _read_vector(value)
-    if abs(float(np.linalg.norm(up)) - 1) > 1e-9:
-        raise ValueError("up must be a unit vector")
-    return up
-
-
-def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _finite(values: F64) -> F64:
     if not (np.abs(values) <= np.finfo(np.float32).max).all():  # as the means of a scene
         raise ValueError("coordinates must be finite and fit float32")
     return values
-
-
-def _read_number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-        raise ValueError("a number must be finite")
-    return float(value)
-
-
-def _between(low: float, high: float) -> Callable[[Any], float]:
-    def read(value: Any) -> float:
-        number = _read_number(value)
-        if not low <= number <= high:
-            raise ValueError(f"a number must lie in {low:g} to {high:g}")
-        return number
-
-    return read
-
-
-def _read_flag(value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError("a flag must be true or false")
-    return value
-
-
-def _read_ups(value: Any) -> tuple[tuple[str, float], ...]:
-    if not isinstance(value, list) or len(value) > len(_AXES):
-        raise ValueError("ups must be a list of at most six axes")
-    pairs = [(name, _between(0, 1)(share)) for name, share in value]
-    if any(name not in _AXES for name, _ in pairs):
-        raise ValueError("ups must name axes")
-    return tuple(pairs)
-
-
-def _name(value: Any) -> str:
-    if not isinstance(value, str) or len(value) > _MAX_NAME or not value.isprintable():
-        raise ValueError("the name of a scene must be a short text")
-    return value
-
-
-def _brushes(value: Any) -> tuple[str, ...]:
-    if not isinstance(value, list) or len(value) > _MOST_BRUSHES:
-        raise ValueError(f"brushes must be a list of at most {_MOST_BRUSHES} names")
-    if not all(isinstance(name, str) and name for name in value):
-        raise ValueError("brushes must be names")
-    return tuple(value)
-
-
-def _counts(value: Any) -> tuple[int, ...]:
-    if not isinstance(value, list) or len(value) > _MOST_BRUSHES:
-        raise ValueError(f"brush_counts must be a list of at most {_MOST_BRUSHES} numbers")
-    counts = [_between(0, _MOST_ROWS)(count) for count in value]
-    if any(count != int(count) for count in counts):
-        raise ValueError("brush_counts must be whole numbers")
-    return tuple(map(int, counts))
-
-
-def _listed(value: Sequence[Any]) -> list[Any]:
-    return [item.tolist() if isinstance(item, np.generic) else item for item in value]
-
-
-# Field of `FirstView` -> how it is written as JSON and read from it. Fields that are None are not written.
-_CODECS: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
-    "up": (_listed, _read_up),
-    "azimuth": (float, _between(-1e6, 1e6)),
-    "elevation": (float, _between(-0.5 * pi, 0.5 * pi)),
-    "front": (float, _between(-1e6, 1e6)),
-    "has_surroundings": (bool, _read_flag),
-    "is_front_sure": (bool, _read_flag),
-    "probability": (float, _between(0, 1)),
-    "ups": (_listed, _read_ups),
-    "eye": (_listed, _read_vector),
-    "whole": (_write_points, _read_bounds),
-    "points": (_write_points, _read_points),
-}

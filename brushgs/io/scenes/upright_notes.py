@@ -6,8 +6,9 @@ cameras that were placed around that node come back to the scene by its name, se
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +18,7 @@ from brushgs.values.quats import rotation_matrices
 NOTES = "brushgs"  # the key in the `extras` of a .glb and the `customData` of a prim
 _TURN = "turn"  # quaternion x, y, z, w
 _TOLERANCE = 1e-6  # of a matrix that went through float32
+_Part = Annotated[float, msgspec.Meta(ge=-1, le=1)]
 
 
 def notes_of(stored: Stored) -> dict[str, Any]:
@@ -30,19 +32,16 @@ def read_notes(path: Path, notes: object) -> tuple[Stored, NDArray[np.float64] |
 
     Args:
         path: the file, for a warning where notes are damaged.
-        notes: the object that is recorded, its numbers as floats; anything else in files of others.
+        notes: the object that is recorded, or anything else in files of others.
     """
     if not isinstance(notes, dict):
         return Stored(), None
-    turn = notes.get(_TURN)
-    if (
-        not isinstance(turn, list)
-        or len(turn) != 4
-        or not all(_is_part(value) for value in turn)
-        or not any(turn)
-    ):
+    try:
+        x, y, z, w = msgspec.convert(notes.get(_TURN), tuple[_Part, _Part, _Part, _Part])
+    except msgspec.ValidationError:
         return Stored(), None
-    x, y, z, w = turn
+    if not any((x, y, z, w)):
+        return Stored(), None
     matrix = rotation_matrices(np.array([[w, x, y, z]]))[0]
     return read_stored(path, lambda: parse_content(notes)), matrix
 
@@ -61,7 +60,3 @@ def _turn_to_y(up: NDArray[np.float64]) -> list[float]:
         return [1.0, 0.0, 0.0, 0.0]
     quat = np.array([-z, 0.0, x, 1 + y])  # up cross y, and 1 + up . y
     return [float(value) for value in quat / np.linalg.norm(quat)]
-
-
-def _is_part(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= 1
