@@ -8,19 +8,21 @@ attention, says it of patches: there each patch speaks for itself.
 Sources: Radford et al. 2021, CLIP; Zhou et al. 2022, MaskCLIP (features of patches).
 """
 
-import math
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
+from msgspec import Meta, Struct, field
 
 from brushgs.errors import SceneError
-from brushgs.io.files import exists, is_dir, is_plain
-from brushgs.io.json_file import read_json, shown
+from brushgs.io.files import exists, is_dir, is_plain, read_whole
+from brushgs.io.json_file import MAX_BYTES, shown
+from brushgs.io.schema import decode
 from brushgs.values.arrays import F32, F64
 
+T = TypeVar("T")
 PICKLES = (".bin", ".pt", ".pth", ".ckpt", ".pkl", ".h5", ".msgpack")  # weights in forms that are not read
 WEIGHTS = ("model.safetensors", "model.safetensors.index.json")
 # Of the pictures CLIP was trained with, for folders without a preprocessor_config.json.
@@ -51,11 +53,10 @@ class ClipEncoder:
                 pickle, or a library is missing.
         """
         self._folder = Path(folder)
-        config = _checked(self._folder)
+        vision = _checked(self._folder)
         self._mean, self._deviation = _normalization(self._folder)
-        vision = config["vision_config"]
-        self.patch = int(vision["patch_size"])
-        self.side = int(vision["image_size"]) // self.patch
+        self.patch = vision.patch_size
+        self.side = vision.image_size // self.patch
         self._model, self._tokenizer = _opened(self._folder)
 
     def of_words(self, words: Sequence[str]) -> F64:
@@ -98,30 +99,46 @@ class ClipEncoder:
         return self._model.visual_projection(vision.post_layernorm(values[:, 1:]))  # the first is the picture
 
 
-def _checked(folder: Path) -> dict[str, Any]:
+class _Vision(Struct):
+    patch_size: Annotated[int, Meta(ge=1, le=64, description="1 to 64 pixels")] = 32
+    image_size: Annotated[int, Meta(ge=1, le=1024, description="1 to 1024 pixels")] = 224
+
+
+class _Config(Struct):
+    model_type: Any = None
+    vision_config: _Vision | None = None
+
+
+_Three = Annotated[list[float], Meta(min_length=3, max_length=3, description="three numbers")]
+_Positive = Annotated[list[Annotated[float, Meta(gt=0)]], Meta(min_length=3, max_length=3)]
+
+
+class _Pictures(Struct):
+    image_mean: _Three = field(default_factory=lambda: list(MEAN))
+    image_std: _Positive = field(default_factory=lambda: list(DEVIATION))
+
+
+def _read(path: Path, kind: type[T]) -> T:
+    return decode(path, read_whole(path, MAX_BYTES), kind, MODEL)
+
+
+def _checked(folder: Path) -> _Vision:
     """The configuration of a folder that holds what it should, before anything heavy is imported."""
     if not is_dir(folder):
         what = "is a file, not the folder of a CLIP model" if exists(folder) else "is no folder"
         raise SceneError(folder, f"{what}; {MODEL}")
     if not is_plain(folder / "config.json"):
         raise SceneError(folder, f"has no config.json; {MODEL}")
-    config = read_json(folder / "config.json", MODEL)
-    kind = config.get("model_type") if isinstance(config, dict) else None
-    if kind != "clip":
-        rule = f"must be the configuration of a model of the type 'clip', got {shown(kind)}"
-        raise SceneError(folder / "config.json", f"{rule}; other models are not read: {MODEL}")
-    assert isinstance(config, dict)
-    vision = config.get("vision_config")
-    vision = {"patch_size": 32.0, "image_size": 224.0} | (vision if isinstance(vision, dict) else {})
-    for name, most in (("patch_size", 64), ("image_size", 1024)):
-        value = vision[name]
-        if not isinstance(value, float) or not 1 <= value <= most or value != int(value):
-            rule = f"vision_config.{name} must be 1 to {most} pixels, got {shown(value)}"
-            raise SceneError(folder / "config.json", f"{rule}; {MODEL}")
-    if vision["patch_size"] > vision["image_size"]:
-        raise SceneError(folder / "config.json", f"vision_config.patch_size exceeds image_size; {MODEL}")
+    path = folder / "config.json"
+    config = _read(path, _Config)
+    if config.model_type != "clip":
+        rule = f"must be the configuration of a model of the type 'clip', got {shown(config.model_type)}"
+        raise SceneError(path, f"{rule}; other models are not read: {MODEL}")
+    vision = config.vision_config or _Vision()
+    if vision.patch_size > vision.image_size:
+        raise SceneError(path, f"vision_config.patch_size exceeds image_size; {MODEL}")
     _check_files(folder)
-    return config | {"vision_config": vision}
+    return vision
 
 
 def _check_files(folder: Path) -> None:
@@ -147,17 +164,8 @@ def _normalization(folder: Path) -> tuple[F32, F32]:
     path = folder / "preprocessor_config.json"
     if not is_plain(path):
         return np.array(MEAN, np.float32), np.array(DEVIATION, np.float32)
-    content = read_json(path, MODEL)
-    found = []
-    for name, default in (("image_mean", MEAN), ("image_std", DEVIATION)):
-        value: Any = content.get(name, list(default)) if isinstance(content, dict) else None
-        is_three = isinstance(value, list) and len(value) == 3
-        if not is_three or not all(isinstance(v, float) and math.isfinite(v) for v in value):
-            raise SceneError(path, f"{name} must be three numbers, got {shown(value)}; {MODEL}")
-        found.append(np.array(value, np.float32))
-    if not (found[1] > 0).all():
-        raise SceneError(path, f"image_std must be above 0, got {shown(found[1].tolist())}; {MODEL}")
-    return found[0], found[1]
+    stored = _read(path, _Pictures)
+    return np.array(stored.image_mean, np.float32), np.array(stored.image_std, np.float32)
 
 
 def _opened(folder: Path) -> tuple[Any, Any]:

@@ -171,7 +171,7 @@ REFUSED = {
         with_config(model_type="siglip"),
         "must be the configuration .* 'clip', got \"siglip\"",
     ),
-    "no model": (written("config.json", "[1]"), "must be the configuration .* 'clip'"),
+    "no model": (written("config.json", "[1]"), r"must be a JSON object, got \[1\]; bring CLIP as"),
     "no JSON": (written("config.json", "{"), "is not JSON"),
     "patches of nothing": (with_config(vision_config={"patch_size": 0}), "patch_size must be 1 to 64"),
     "giant windows": (with_config(vision_config={"image_size": 1e6}), "image_size must be 1 to 1024"),
@@ -186,7 +186,7 @@ REFUSED = {
     "no mean": (written("preprocessor_config.json", '{"image_mean": [1, 2]}'), "image_mean must be three"),
     "no deviation": (
         written("preprocessor_config.json", '{"image_std": [1, 1, 0]}'),
-        "image_std must be above",
+        r"image_std\[2\] must be a number above 0, got 0",
     ),
 }
 
