@@ -13,7 +13,7 @@ from brushgs.doctor.part import describe_part
 from brushgs.doctor.scene_checks import position_digits
 from brushgs.errors import SceneWarning
 from brushgs.io import read_scene
-from brushgs.io.cameras.beside import name_beside
+from brushgs.io.cameras.read import name_beside
 from brushgs.io.moving import open_moving
 from brushgs.options.painting import ViewConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource

@@ -37,9 +37,9 @@ Count = Annotated[int, Meta(ge=0, le=10**12)]  # or an offset in bytes: more tha
 Extensions = dict[str, Any]
 # Beyond 1e18, products of a few would overflow.
 _Length = Annotated[float, Meta(gt=-1e18, lt=1e18, description="a number below 1e18")]
-_Three = Annotated[list[_Length], Meta(min_length=3, max_length=3, description="3 numbers")]
-_Four = Annotated[list[_Length], Meta(min_length=4, max_length=4, description="4 numbers")]
-_Sixteen = Annotated[list[_Length], Meta(min_length=16, max_length=16, description="16 numbers")]
+_Three = tuple[_Length, _Length, _Length]
+_Four = tuple[_Length, _Length, _Length, _Length]
+_Sixteen = Annotated[list[_Length], Meta(min_length=16, max_length=16)]
 
 
 class Asset(Struct):

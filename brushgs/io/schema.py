@@ -6,7 +6,6 @@ byte order mark.
 """
 
 import re
-from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, cast
@@ -26,7 +25,6 @@ _FINITE = Meta(description="a finite number")
 Numbers = list[Annotated[float | list[Annotated[float | list[float], _FINITE]], _FINITE]]
 _FEW = 16  # entries that a sentence may show
 _FAULT = re.compile(r"(.*?)(?: - at `(?:key in )?\$(.*)`)?", re.DOTALL)
-_STEP = re.compile(r"\.([^.\[]+)|\[(\d+|\.\.\.)\]")
 
 
 def decode(
@@ -67,6 +65,8 @@ def convert(path: Path, value: object, kind: type[T], cure: str, root: str = "")
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
         raise SceneError(path, _sentence(str(error), value, kind, cure, root)) from None
+    except UnicodeEncodeError as error:  # half of a surrogate pair
+        raise SceneError(path, f"is not JSON ({error}); {cure}") from None
     except RecursionError:
         raise SceneError(path, f"is not JSON for this use (it is nested too deeply); {cure}") from None
 
@@ -95,24 +95,22 @@ def _sentence(fault: str, value: Any, kind: Any, cure: str, root: str) -> str:
     """The message of msgspec in our words."""
     message, steps = cast(re.Match[str], _FAULT.fullmatch(fault)).groups(default="")
     info, place = inspect.type_info(kind), root + steps if root else steps.removeprefix(".")
-    for name, index in _STEP.findall(steps):
-        info = _inside(info, name)
-        if index == "...":  # the value of a key that msgspec does not tell
+    for step in re.findall(r"[^.\[\]]+|\.\.\.", steps):
+        info = _inside(info, step)
+        if step == "...":  # the value of a key that msgspec does not tell
             value = None
         elif value is not None:
-            value = value[name] if name else value[int(index)]
+            value = value[int(step) if isinstance(value, list) else step]
     field = message.partition("`")[2].partition("`")[0]
     within = f"{place}.{field}".removeprefix(".")
     if message.startswith("Object missing"):
         return f"{within} is missing, it must be {_rule(_inside(info, field))}; {cure}"
     if message.startswith("Object contains"):
-        names = [one.encode_name for one in _fields(info)]
+        names = [one.encode_name for some in _members(info) for one in getattr(some, "fields", ())]
         near = get_close_matches(field, names, 1)
         known = f", the nearest is {near[0]!r}" if near else f" among {', '.join(names)}"
         return f"{within[:200]} is no known field{known}; remove or correct it"
-    if not message.startswith(
-        ("Expected", "Invalid", "Number")
-    ):  # of a `__post_init__`, as ".field must be ..."
+    if message.startswith("."):  # of a `__post_init__`: ".field must be ..."
         return f"{place}{message}; {cure}".removeprefix(".")
     is_long = "length" in message and isinstance(value, list) and len(value) > _FEW
     got = f"{len(value)} entries" if is_long else shown(value)
@@ -120,28 +118,27 @@ def _sentence(fault: str, value: Any, kind: Any, cure: str, root: str) -> str:
     return f"{place} must be {rule}, got {got}; {cure}".lstrip()
 
 
-def _members(info: Any) -> Iterator[Any]:
+def _members(info: Any) -> list[Any]:
     """A type without its metadata; those of a union, without null."""
     if isinstance(info, inspect.Metadata):
-        yield from _members(info.type)
-    elif isinstance(info, inspect.UnionType):
-        for one in info.types:
-            yield from _members(one)
-    elif not isinstance(info, inspect.NoneType):
-        yield info
+        return _members(info.type)
+    if isinstance(info, inspect.UnionType):
+        return [one for member in info.types for one in _members(member)]
+    return [] if isinstance(info, inspect.NoneType) else [info]
 
 
-def _fields(info: Any) -> list[Any]:
-    """The fields of a struct."""
-    return [field for one in _members(info) for field in getattr(one, "fields", ())]
-
-
-def _inside(info: Any, name: str) -> Any:
-    """The type of a field, or without a name that of an entry."""
-    if name:
-        return next((field.type for field in _fields(info) if field.encode_name == name), info)
-    inner = [one for one in _members(info) if hasattr(one, "item_type") or hasattr(one, "value_type")]
-    return getattr(inner[0], "item_type", getattr(inner[0], "value_type", info)) if inner else info
+def _inside(info: Any, step: str) -> Any:
+    """The type of a field, or of an entry."""
+    for one in _members(info):
+        for field in getattr(one, "fields", ()):
+            if field.encode_name == step:
+                return field.type
+        if isinstance(one, inspect.TupleType):
+            return one.item_types[int(step)]
+        for inner in ("item_type", "value_type"):
+            if hasattr(one, inner):
+                return getattr(one, inner)
+    return info
 
 
 def _rule(info: Any) -> str:
@@ -153,34 +150,35 @@ def _rule(info: Any) -> str:
         found = [_rule(one) for one in info.types if not isinstance(one, inspect.NoneType)]
         return in_words(list(dict.fromkeys(found)))
     if isinstance(info, inspect.FloatType | inspect.IntType):
-        span = _span(info)
+        high = info.lt if info.le is None else info.le
+        span = _span(info.gt, high, " above ") if info.ge is None else _span(info.ge, high)
         kind = "whole " if isinstance(info, inspect.IntType) else "" if span else "finite "
         return f"a {kind}number{span}"
     if isinstance(info, inspect.LiteralType):
         return in_words([shown(one) for one in info.values])
-    if isinstance(info, inspect.ListType) and info.max_length is not None:
-        return f"a list of {info.min_length or 0} to {info.max_length}"
+    if isinstance(info, inspect.TupleType):
+        are_numbers = all(isinstance(one, inspect.FloatType) for one in _members(info.item_types[0]))
+        return f"{len(info.item_types)} numbers" if are_numbers else f"a list of {len(info.item_types)}"
+    if isinstance(info, inspect.ListType | inspect.VarTupleType):
+        span = _span(info.min_length, info.max_length)
+        return f"a list of{span.removeprefix(' of')}" if span else "a list"
     return _NOUNS.get(type(info), "another value")
 
 
-def _span(info: Any) -> str:
-    """The range of a number, with a blank before it; empty for any number."""
-    ends = info.ge if info.ge is not None else info.gt, info.le if info.le is not None else info.lt
-    low, high = ("" if end is None else str(end) if isinstance(end, int) else f"{end:g}" for end in ends)
-    above = "above " if info.gt is not None else ""
-    if low and high:
-        return f" {above}{low} to {high}"
-    if low:
-        return f" {above}{low}" if above else f" of {low} or more"
-    return f" of at most {high}" if high else ""
+def _span(low: float | None, high: float | None, above: str = " ") -> str:
+    """A range, with a blank before it; empty where there is none."""
+    ends = [str(end) if isinstance(end, int) else f"{end:g}" for end in (low, high) if end is not None]
+    if len(ends) == 2:
+        return f"{above}{ends[0]} to {ends[1]}"
+    if low is not None:
+        return f" of {ends[0]} or more" if above == " " else f"{above}{ends[0]}"
+    return f" of at most {ends[0]}" if ends else ""
 
 
 _NOUNS: dict[type, str] = {
     inspect.BoolType: "true or false",
     inspect.BytesType: "base64",
     inspect.DictType: "an object",
-    inspect.ListType: "a list",
     inspect.StrType: "text",
     inspect.StructType: "an object",
-    inspect.VarTupleType: "a list",
 }

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.io.cameras.camera_file import CameraFile
-from brushgs.io.cameras.read import read_cameras
+from brushgs.io.cameras.read import CameraFile, read_cameras
 from brushgs.io.files import exists
 from brushgs.io.formats import suffixes_of
 from brushgs.io.pictures.formats import PICTURE_FORMATS, PICTURES_READ

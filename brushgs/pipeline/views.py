@@ -14,7 +14,7 @@ from brushgs.cameras.composition import format_name
 from brushgs.cameras.first_view import flags_of, framed_camera, sayable, up_text
 from brushgs.cameras.framing import AXES, DEFAULT_UP, plain_first_view, unit_of, with_up
 from brushgs.errors import SceneError
-from brushgs.io.cameras.beside import name_beside
+from brushgs.io.cameras.read import name_beside
 from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import CleanConfig, Up, ViewConfig
 from brushgs.pipeline.cameras_beside import Beside, view_beside

@@ -60,8 +60,7 @@ def _picture(path: Path) -> object:
 
 
 def _guides(path: Path) -> object:
-    from brushgs.io.guides.guide_file import MAX_COORDINATE
-    from brushgs.io.guides.read import read_guides
+    from brushgs.io.guides.read import MAX_COORDINATE, read_guides
 
     guides = read_guides(path)
     # Judged like a picture: finite, and 0 to 1.

@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.cameras.camera_file import CameraFile, Motion
-from brushgs.io.cameras.lens import MAX_DISTANCE, lens_rule
+from brushgs.io.cameras.read import MAX_DISTANCE, CameraFile, Motion, lens_rule
 from brushgs.io.scene_node import SCENE_NODE
 from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.options.sequence import DEFAULT_FPS

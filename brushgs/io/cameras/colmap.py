@@ -16,8 +16,7 @@ from typing import BinaryIO, TypeVar
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.io.cameras.camera_file import CameraFile
-from brushgs.io.cameras.lens import lens_rule, warn_of_distortion
+from brushgs.io.cameras.read import CameraFile, lens_rule, warn_of_distortion
 from brushgs.io.files import open_plain
 from brushgs.values.camera import Camera
 from brushgs.values.quats import rotation_matrices

@@ -12,7 +12,7 @@ import numpy as np
 
 from brushgs.errors import SceneError
 from brushgs.io.cameras.animated import FoundCamera, FoundScene, LensTrack, Times, camera_file
-from brushgs.io.cameras.camera_file import CameraFile
+from brushgs.io.cameras.read import CameraFile
 from brushgs.io.usd.process import Reading
 from brushgs.values.arrays import F64
 

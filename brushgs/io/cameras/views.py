@@ -17,8 +17,7 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
-from brushgs.io.cameras.camera_file import CameraFile
-from brushgs.io.cameras.lens import MAX_DISTANCE, lens_rule, warn_of_distortion
+from brushgs.io.cameras.read import MAX_DISTANCE, CameraFile, lens_rule, warn_of_distortion
 from brushgs.io.json_file import shown
 from brushgs.io.schema import Numbers, decode, missing, refused, shaped
 from brushgs.values.arrays import F64

@@ -1,4 +1,4 @@
-"""The table of formats of guides. To add one: write a module beside this one, and its line here.
+"""The table of formats of guides. To add one: write a function in `read.py`, and its line here.
 
 Error texts, help texts and the fuzzer read this table.
 """
@@ -14,7 +14,7 @@ class GuideFormat(NamedTuple):
     Attributes:
         name: in words, for help and error texts.
         suffixes: of its files, in lower case.
-        reader: module of this package with `read(path, content) -> Guides`, of the bytes of the file.
+        reader: which function of `read.py` reads it.
         file: a usual name of such a file.
     """
 

@@ -6,12 +6,12 @@ largest value. The format is defined by the PlayCanvas engine and splat-transfor
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Generic, TypeVar
 
 import msgspec
 import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from brushgs.errors import SceneError
 from brushgs.io.json_file import as_count, shown
@@ -27,55 +27,44 @@ _LEVELS = np.arange(256) / 255  # what a byte stands for between a smallest and 
 PALETTE_ROW = 64  # entries in a row of the picture of centroids
 MAX_PALETTE = 1 << 16  # labels have 16 bits
 
-_Three = Annotated[list[float], msgspec.Meta(min_length=3, max_length=3, description="3 numbers")]
-_Four = Annotated[list[float], msgspec.Meta(min_length=4, max_length=4, description="4 numbers")]
-_Codebook = Annotated[
-    list[float | None], msgspec.Meta(min_length=1, max_length=256, description="a list of 1 to 256 numbers")
-]
-_Picture = Annotated[list[str], msgspec.Meta(min_length=1, description="a list that names 1 picture")]
-_Pictures = Annotated[list[str], msgspec.Meta(min_length=2, description="a list that names 2 pictures")]
+E = TypeVar("E")
+_Codebook = Annotated[list[float | None], msgspec.Meta(min_length=1, max_length=256)]
+_Pictures = Annotated[list[str], msgspec.Meta(min_length=1)]  # the first counts
+_TwoPictures = Annotated[list[str], msgspec.Meta(min_length=2)]
 
 
 class _Quats(Struct):
-    files: _Picture
+    files: _Pictures
     encoding: Any = "quaternion_packed"
 
 
-class _Means(Struct):
-    mins: _Three
-    maxs: _Three
+class _Ends(Struct, Generic[E]):
+    """Smallest and largest values."""
+
+    mins: E
+    maxs: E
     files: _Pictures
+
+
+class _Means(_Ends[tuple[float, float, float]], kw_only=True):
+    files: _TwoPictures
     shape: list[Any] | None = None
 
 
-class _Scales1(Struct):
-    mins: _Three
-    maxs: _Three
-    files: _Picture
-
-
-class _Colors1(Struct):
-    mins: _Four
-    maxs: _Four
-    files: _Picture
-
-
-class _Palette1(Struct):
-    mins: float | list[float]
-    maxs: float | list[float]
-    files: _Pictures
+class _Palette1(_Ends[float | tuple[float]], kw_only=True):
+    files: _TwoPictures
 
 
 class _Coded(Struct):
     codebook: _Codebook
-    files: _Picture
+    files: _Pictures
 
 
 class _Palette2(Struct):
     count: Annotated[int, msgspec.Meta(ge=1, le=MAX_PALETTE)]
     bands: Annotated[int, msgspec.Meta(ge=1, le=3)]
     codebook: _Codebook
-    files: _Pictures
+    files: _TwoPictures
 
 
 class _Scene(Struct, kw_only=True):
@@ -90,8 +79,8 @@ class _Scene(Struct, kw_only=True):
 
 
 class _Scene1(_Scene, kw_only=True):
-    scales: _Scales1
-    sh0: _Colors1
+    scales: _Ends[tuple[float, float, float]]
+    sh0: _Ends[tuple[float, float, float, float]]
 
 
 class _Scene2(_Scene, kw_only=True):
@@ -217,11 +206,8 @@ def _palette(path: Path, value: Any, version: int) -> Palette | None:
         of_2 = convert(path, value, _Palette2, _CURE, "shN")
         return Palette(of_2.count, of_2.bands, _table(path, "shN", of_2.codebook), *of_2.files[:2])
     of_1 = convert(path, value, _Palette1, _CURE, "shN")
-    ends = [end if isinstance(end, list) else [end] for end in (of_1.mins, of_1.maxs)]
-    for name, end in zip(("mins", "maxs"), ends, strict=True):
-        if len(end) != 1:
-            raise refused(path, f"shN.{name}", "1 number", end, _CURE)
-    return Palette(None, None, _between(*ends)[0], *of_1.files[:2])
+    table = _between(np.ravel(of_1.mins), np.ravel(of_1.maxs))[0]
+    return Palette(None, None, table, *of_1.files[:2])
 
 
 def _training(scene: _Scene) -> Training:
@@ -245,7 +231,7 @@ def _mean_tables(means: _Means) -> F32:
         return np.asarray(np.sign(logs) * np.expm1(np.abs(logs)), np.float32)
 
 
-def _between(lows: list[float], highs: list[float]) -> F32:
+def _between(lows: ArrayLike, highs: ArrayLike) -> F32:
     """[n, 256] values evenly between n pairs of ends."""
     low, high = np.array(lows), np.array(highs)
     with np.errstate(over="ignore"):

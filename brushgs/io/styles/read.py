@@ -53,7 +53,7 @@ _Broken = Annotated[float, Meta(ge=0, le=0.5)]  # as `brushgs.passes.color.broke
 
 class _Packed(Struct, forbid_unknown_fields=True):
     type: Literal["uint8", "int8", "float16", "float32"]
-    shape: Annotated[list[_Side], Meta(min_length=1, max_length=3, description="a list of 1 to 3 sizes")]
+    shape: Annotated[list[_Side], Meta(min_length=1, max_length=3)]
     data: bytes
 
     def __post_init__(self) -> None:
@@ -127,13 +127,7 @@ class _File(Struct, forbid_unknown_fields=True):
     brushgs: Any
     version: Any
     name: _Name
-    palette: (
-        Annotated[
-            list[_Named],
-            Meta(min_length=1, max_length=MAX_COLORS, description=f"a list of 1 to {MAX_COLORS} colours"),
-        ]
-        | None
-    ) = None
+    palette: Annotated[list[_Named], Meta(min_length=1, max_length=MAX_COLORS)] | None = None
     marks: _Marks | None = None
     edit: _Edit | None = None
 

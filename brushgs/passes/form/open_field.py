@@ -1,7 +1,7 @@
 """A `Direction` as options have it -> what `orient` takes: files are read and checked here."""
 
 from brushgs.errors import SceneError
-from brushgs.io.guides.guide_file import Guides
+from brushgs.io.guides.read import Guides
 from brushgs.options.direction import Direction, FieldName
 from brushgs.passes.form.mark_directions import Marks
 from brushgs.values.camera import Camera

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from msgspec import Meta, Struct, field
+from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
 from brushgs.io.files import exists, is_dir, is_plain, read_whole
@@ -109,13 +109,12 @@ class _Config(Struct):
     vision_config: _Vision | None = None
 
 
-_Three = Annotated[list[float], Meta(min_length=3, max_length=3, description="three numbers")]
-_Positive = Annotated[list[Annotated[float, Meta(gt=0)]], Meta(min_length=3, max_length=3)]
+_Positive = Annotated[float, Meta(gt=0)]
 
 
 class _Pictures(Struct):
-    image_mean: _Three = field(default_factory=lambda: list(MEAN))
-    image_std: _Positive = field(default_factory=lambda: list(DEVIATION))
+    image_mean: tuple[float, float, float] = MEAN
+    image_std: tuple[_Positive, _Positive, _Positive] = DEVIATION
 
 
 def _read(path: Path, kind: type[T]) -> T:

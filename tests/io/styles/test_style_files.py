@@ -146,8 +146,8 @@ BAD = [
         _set("colour", 1),
         "colour is no known field among brushgs, version, name, palette, marks, edit;",
     ),
-    (_set("palette", []), "palette must be a list of 1 to 64 colours, got \\[\\]"),
-    (_set("palette", {}), "palette must be a list of 1 to 64 colours, got {}"),
+    (_set("palette", []), "palette must be a list of 1 to 64, got \\[\\]"),
+    (_set("palette", {}), "palette must be a list of 1 to 64, got {}"),
     (_set("palette", 1, 7), r"palette\[1\] must be an object, got 7"),
     (_set("palette", 1, "color", "red"), r"palette\[1\]\.color must be a colour such as '#3a5f0b'"),
     (
@@ -244,6 +244,9 @@ def test_what_is_no_json_or_too_large_is_refused(path):
         read_style(path)
     path.write_bytes(b'{"brushgs": ')
     with pytest.raises(SceneError, match=r"is not JSON .* give a file that `brushgs style learn` wrote"):
+        read_style(path)
+    path.write_bytes(b'{"brushgs": "style", "version": 1, "name": "a", "\\ud800": 1}')
+    with pytest.raises(SceneError, match="surrogates not allowed"):
         read_style(path)
     path.write_bytes(b"{" + b" " * MAX_BYTES)
     with pytest.raises(SceneError, match="at most 200 kB"):

@@ -183,7 +183,10 @@ REFUSED = {
     "too few weights": (lacking_weights, "lacks 1 of the weights of CLIP, first visual_projection.weight"),
     "weights cut short": (cut_short, "cannot be opened as CLIP"),
     "other weights": (with_config(projection_dim=16), "cannot be opened as CLIP"),
-    "no mean": (written("preprocessor_config.json", '{"image_mean": [1, 2]}'), "image_mean must be three"),
+    "no mean": (
+        written("preprocessor_config.json", '{"image_mean": [1, 2]}'),
+        "image_mean must be 3 numbers",
+    ),
     "no deviation": (
         written("preprocessor_config.json", '{"image_std": [1, 1, 0]}'),
         r"image_std\[2\] must be a number above 0, got 0",
