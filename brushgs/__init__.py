@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from brushgs.brushes.kit import BrushKit as BrushKit
     from brushgs.brushes.texture import StrokeTexture as StrokeTexture
     from brushgs.by_keywords import paint as paint
+    from brushgs.by_keywords import paint_film as paint_film
     from brushgs.doctor import Finding as Finding
     from brushgs.doctor import examine as examine
     from brushgs.errors import SceneError as SceneError
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
     from brushgs.pipeline.cameras import frame_scene as frame_scene
     from brushgs.pipeline.cameras import orbit as orbit
     from brushgs.pipeline.cluster import cluster as cluster
-    from brushgs.pipeline.film import paint_film as paint_film
     from brushgs.pipeline.styling import styled as styled
     from brushgs.rendering.light import Lamp as Lamp
     from brushgs.rendering.light import light as light
@@ -65,7 +65,7 @@ _MODULES = {
     "brushes.brush_set": "BrushSet",
     "brushes.kit": "BrushKit",
     "brushes.texture": "StrokeTexture",
-    "by_keywords": "paint",
+    "by_keywords": "paint paint_film",
     "doctor": "Finding examine",
     "errors": "SceneError SceneWarning",
     "io": "load load_cameras",
@@ -88,7 +88,6 @@ _MODULES = {
     "passes.reduce.prune": "prune",
     "pipeline.cameras": "frame_scene orbit",
     "pipeline.cluster": "cluster",
-    "pipeline.film": "paint_film",
     "pipeline.styling": "styled",
     "rendering.light": "Lamp light",
     "rendering.plain": "plain_views",

@@ -1,32 +1,50 @@
 """What a command does, from Python: its options as keywords, by the names of its flags.
 
-The parser of the command reads them, so ranges, defaults and sentences are those of the command line.
+Ranges, defaults and sentences are those of the table of options; no value becomes text on the way. The stub
+`keywords.pyi`, which `.ci/keywords` writes, tells editors the keywords and their types.
 """
 
-from argparse import Namespace
-from collections.abc import Mapping
+import inspect
+from argparse import Action, ArgumentParser, Namespace, _HelpAction
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from keyword import iskeyword
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from brushgs.cli.flags import FORMATS, given, row_of_action
+from brushgs.cli.option_words import OptionError, action_named, option_values
+from brushgs.options.table import OF_COMMANDS, OF_SCENE_FILES, Row
+
 if TYPE_CHECKING:
+    from typing import Unpack
+
+    from brushgs.keywords import FilmKeywords, PaintKeywords
+    from brushgs.options.clip import ClipConfig
     from brushgs.options.look import Look
     from brushgs.options.painting import PaintConfig
-    from brushgs.options.scene_source import SceneFiles
+    from brushgs.options.scene_source import SceneFiles, SceneSource
+    from brushgs.options.sequence import PathConfig
     from brushgs.pipeline.report import Report
     from brushgs.values.camera import Camera
     from brushgs.values.frame import Frame
     from brushgs.values.gaussians import Gaussians
+    from brushgs.values.moving import MovingScene
 
-OF_FILMS = "belongs to films; use `brushgs render`, or brushgs.paint_film"
-OF_FILES = "belongs to files; use `brushgs render`, or brushgs.save(frame, ...)"
-# Steps and single flags of `brushgs render` that one picture in memory does not have -> what to use instead.
-NOT_HERE: Mapping[str, str] = {
-    **dict.fromkeys(("path", "grow", "clip", "sequence", "output.codec"), OF_FILMS),
-    **dict.fromkeys(("output", "views", "output.bits"), OF_FILES),
-    **dict.fromkeys(("json", "quiet", "verbose"), "belongs to the command; give report="),
-    "explain": "paints nothing; use brushgs.pipeline.prepare.open_job(scene, config, report).explain()",
+# Of the command, or parameters of their own.
+REASONS: Mapping[str, str] = {
     "debug": "belongs to the command; errors here have their traceback",
     "config": 'belongs to the command; open the file with tomllib, and give its options as "**options"',
+    "scene": "is the first argument of this function",
+    "passes": "belongs to the command",
+}
+OF_PICTURES = "belongs to one picture; use brushgs.paint"
+# What films in memory and in files do not have beside the flags of commands.
+NOT_IN_FILMS: Mapping[str, str] = {
+    "first": OF_PICTURES,
+    "time": OF_PICTURES,
+    "output": "is the second argument",
+    "clip": "is the film; the environment's BRUSHGS_CLIP names a CLIP model",
 }
 
 
@@ -36,14 +54,13 @@ def paint(
     *,
     camera: "Camera | None" = None,
     report: "Report | None" = None,
-    **options: Any,
+    **options: "Unpack[PaintKeywords]",
 ) -> "Frame":
     """Paint one picture of a scene: what `brushgs render` does with the same options.
 
     Options are the flags of `brushgs render`, with "_" for "-" (`look_at`, `fov_deg`, and `from_` for
-    --from); `brushgs render --help` tells their ranges and defaults. As there, angles are in degrees. A value
-    is what the flag takes as text, or a number, a path, True or False for a switch, a list where the flag
-    takes several values: `size=(640, 360)`, `look_at=(0, 1, 2)`, `layers=["depth", "normal"]`; or a table:
+    --from). As there, angles are in degrees. A value is of the type of the option, or text as the flag takes
+    it: `size=(640, 360)`, `look_at=(0, 1, 2)`, `layers=["depth", "normal"]`; or a table:
     `adjust={"contrast": 1.2}`. None is an option that is omitted.
 
     Args:
@@ -73,78 +90,239 @@ def paint(
     """
     from brushgs.options.painting import PaintConfig
     from brushgs.pipeline import still
+    from brushgs.values.gaussians import Gaussians
 
+    _check_scene("paint", scene)
     if isinstance(look, PaintConfig):
-        if options:
-            name = next(iter(options))
-            raise ValueError(f"paint: {name} belongs in the PaintConfig, which is all options; set it there")
+        _refuse_beside_config("paint", options)
         return still.paint(scene, look, camera=camera, report=report)
-    args, config = _parsed(scene, look, options)
+    args, config = _parsed("paint", look, options, is_in_memory=isinstance(scene, Gaussians))
     first = 1.0 if args.first is None else args.first
     return still.paint(
-        _source(scene, args), config, camera=camera, report=report, first=first, is_on_background=True
+        _still_source(scene, args), config, camera=camera, report=report, first=first, is_on_background=True
     )
 
 
-def _parsed(
-    scene: "Gaussians | SceneFiles", look: "Look | str | Path | None", options: Mapping[str, Any]
-) -> "tuple[Namespace, PaintConfig]":
-    """The flags that options stand for, and how they paint."""
-    from brushgs.cli.commands.render import VIEW
-    from brushgs.cli.configs import paint_config, path_config
-    from brushgs.cli.option_words import OptionError, option_words
-    from brushgs.cli.parser import command_parser
-    from brushgs.options.look import Look
+def paint_film(
+    scene: "MovingScene | SceneFiles",
+    output: str | Path,
+    look: "PaintConfig | Look | str | Path | None" = None,
+    *,
+    camera: "Camera | PathConfig | None" = None,
+    clip: "ClipConfig | None" = None,
+    report: "Report | None" = None,
+    **options: "Unpack[FilmKeywords]",
+) -> "Report":
+    """Paint a moving scene, as `brushgs render` does: strokes live as long as what they paint.
+
+    Args:
+        scene: in memory, or its files, see `load_moving`. A still scene is one frame.
+        output: a video (.mp4, .webm, .gif), or numbered pictures such as frames/%05d.png.
+        look: see `paint`; None with options for that of the command, oil.
+        camera: one that stands still, or a path; None for the view or the path that the options describe.
+        clip: the part that is shown, its speed and rate, and whether it loops; None for what the options say,
+            without any all of it.
+        report: gets the stages; a new one if None.
+        **options: the flags of `brushgs render`, as in `paint`, also those of films: `orbit=120`, `fps=25`,
+            `speed=0.5`, `bits=10`.
+
+    Returns:
+        The report, with one stage per step.
+
+    Raises:
+        SceneError: if a file cannot be read or written.
+        ValueError: if an option does not suit the scene or the output, or is none.
+
+    Example:
+        >>> from brushgs.still_life.moving import still_life_moving
+        >>> scene = still_life_moving(2000, seconds=0.2)
+        >>> report = bg.paint_film(scene, "clip.mp4", camera=camera, fps=10)
+        >>> report.output
+        'clip.mp4'
+    """
+    from brushgs.cli.configs import clip_config, path_config
+    from brushgs.options.clip import ClipConfig
+    from brushgs.options.look import config_of
+    from brushgs.options.painting import PaintConfig
+    from brushgs.options.scene_source import SceneSource
+    from brushgs.options.sequence import SequenceConfig
+    from brushgs.pipeline.film import film_of
+    from brushgs.values.moving import MovingScene
+
+    if not isinstance(scene, MovingScene):
+        _check_scene("paint_film", scene)
+    if not options or isinstance(look, PaintConfig):
+        _refuse_beside_config("paint_film", options)
+        return film_of(scene, output, config_of(look), (camera, clip, SequenceConfig()), report)
+    is_in_memory = isinstance(scene, MovingScene)
+    args, config = _parsed("paint_film", look, options, is_in_memory=is_in_memory, is_film=True)
+    source = SceneSource((Path(str(output)),)) if is_in_memory else _source(scene, args)  # type: ignore[arg-type]
+    path = path_config(args, is_moving=True)
+    for name, one in (("camera", camera), ("clip", clip)):
+        has_flags = path is not None if name == "camera" else bool(given(args, "clip"))
+        if one is not None and has_flags:
+            raise ValueError(
+                f"paint_film: {name} cannot be combined with options that describe one; omit one"
+            )
+    found = clip or clip_config(args, source, is_moving=True) or ClipConfig()
+    workers = SequenceConfig(**given(args, "sequence"))
+    return film_of(
+        scene if is_in_memory else source, output, config, (camera or path, found, workers), report
+    )
+
+
+def _check_scene(function: str, scene: object) -> None:
+    """Refuse what is no scene. Raises TypeError, in one sentence."""
+    from brushgs.options.scene_source import SceneSource
     from brushgs.values.gaussians import Gaussians
 
-    opened = look if isinstance(look, Look) else None
-    if look is not None and opened is None:
-        options = {**options, "look": look}
-    parser = command_parser("render")
-    try:
-        _refuse_others(parser, options, is_in_memory=isinstance(scene, Gaussians))
-        words = option_words(parser, options)
-    except OptionError as error:
-        raise ValueError(f"paint: {error}") from None
-    args = parser.parse_args(["scene", *words])
-    path_config(args)  # refuses what needs a path
-    return args, paint_config(args, None if opened is None else opened.values, view=VIEW)
+    items = scene if isinstance(scene, list | tuple) else [scene]
+    if not isinstance(scene, Gaussians) and not all(
+        isinstance(one, SceneSource | str | Path) for one in items
+    ):
+        raise TypeError(
+            f"{function}: scene must be Gaussians, or a file, a folder or several of them, got "
+            f"{type(scene).__name__}"
+        )
 
 
-def _refuse_others(parser: Any, options: Mapping[str, Any], *, is_in_memory: bool) -> None:
-    from brushgs.cli.option_words import OptionError, action_named
-
+def _refuse_beside_config(function: str, options: Mapping[str, Any]) -> None:
     for name in options:
-        dest = action_named(parser, name).dest
-        step, _, field = dest.partition(".")
-        cure = NOT_HERE.get(dest) or (NOT_HERE.get(step) if field and step != "output" else None)
-        if is_in_memory and dest in ("lod", "time", "moments_per_second", "memory"):
-            cure = "belongs to scene files; omit it with Gaussians, which are in memory"
-        if cure is not None:
-            raise OptionError(name, cure)
+        raise ValueError(f"{function}: {name} belongs in the PaintConfig, which is all options; set it there")
 
 
-def _source(scene: "Gaussians | SceneFiles", args: Namespace) -> "Gaussians | SceneFiles":
-    """What is painted, at the moment and in the detail that the flags say.
+def _parsed(
+    function: str,
+    look: "Look | str | Path | None",
+    options: Mapping[str, Any],
+    *,
+    is_in_memory: bool,
+    is_film: bool = False,
+) -> "tuple[Namespace, PaintConfig]":
+    """What the flags would be that options stand for, and how they paint."""
+    from brushgs.cli.commands.render import VIEW
+    from brushgs.cli.configs import paint_config, path_config
+    from brushgs.options.look import Look
+
+    opened = look if isinstance(look, Look) else None
+    if not isinstance(look, Look | str | Path | None):
+        kind = type(look).__name__
+        raise TypeError(
+            f"{function}: look must be a look, its name or its file, or a PaintConfig, got {kind}"
+        )
+    try:
+        args = _namespace({**options, "look": look} if look is not None and opened is None else options)
+        for name in options:
+            action = action_named(_parser(), name)
+            if reason := _reason(action, is_in_memory=is_in_memory, is_film=is_film):
+                raise OptionError(name, reason)
+    except OptionError as error:
+        raise ValueError(f"{function}: {error}") from None
+    if not is_film:
+        path_config(args)  # refuses what needs a path
+    values = None if opened is None else opened.values
+    return args, paint_config(args, values, **({} if is_film else {"view": VIEW}))
+
+
+@cache
+def _parser() -> ArgumentParser:
+    from brushgs.cli.parser import command_parser
+
+    return command_parser("render")
+
+
+def _namespace(options: Mapping[str, Any]) -> Namespace:
+    """What the parser of `brushgs render` would give for flags of these values."""
+    parser = _parser()
+    args = parser.parse_args(["scene"])
+    of_one: dict[str, Action] = {}
+    for action, value in option_values(parser, options):
+        row = row_of_action(action)
+        if row is not None and (alone := row.option.alone):
+            if other := of_one.get(alone):
+                names = [one.option_strings[-1] for one in (action, other)]
+                raise OptionError(names[0].lstrip("-"), f"cannot be combined with {names[1]}")
+            of_one[alone] = action
+        if type(action).__name__ in ("_StoreAction", "_StoreTrueAction"):
+            setattr(args, action.dest, value)
+        else:
+            action(parser, args, value)
+    return args
+
+
+def _reason(action: Action, *, is_in_memory: bool, is_film: bool) -> str:
+    """Why a function does not take an option, and what to use; "" if it does."""
+    name, row = (action.option_strings or [action.dest])[-1].lstrip("-"), row_of_action(action)
+    reason = REASONS.get(name) or ("" if row is None else row.not_in_memory)
+    if reason == OF_SCENE_FILES and not is_in_memory:
+        reason = ""
+    if is_film:
+        reason = reason if reason in (OF_COMMANDS, OF_SCENE_FILES) or name in REASONS else ""
+        reason = NOT_IN_FILMS.get(name, reason)
+        if action.dest in ("explain", "views", "grow.seconds"):
+            reason = "belongs to the command; use `brushgs render`"
+    return reason
+
+
+def _source(scene: "SceneFiles", args: Namespace) -> "SceneSource":
+    """Where a scene comes from, at the moment and in the detail that the options say."""
+    from msgspec.structs import replace
+
+    from brushgs.options.scene_source import SceneSource
+
+    source = SceneSource.of(scene)
+    seeks_cameras = source.seeks_cameras and getattr(args, "seeks_cameras", True)
+    return replace(source, **given(args, "source"), seeks_cameras=seeks_cameras)
+
+
+def _still_source(scene: "Gaussians | SceneFiles", args: Namespace) -> "Gaussians | SceneSource":
+    """What is painted in one picture.
 
     Raises:
         ValueError: if it moves, and no moment is named.
     """
-    from brushgs.options.scene_source import SceneSource
     from brushgs.values.gaussians import Gaussians
 
     if isinstance(scene, Gaussians):
         return scene
-    given = SceneSource.of(scene)
-    lod = given.lod if args.lod is None else args.lod
-    time = given.time if args.time is None else args.time
-    rate = given.moments_per_second if args.moments_per_second is None else args.moments_per_second
-    memory = given.memory if args.memory is None else args.memory
-    seeks_cameras = given.seeks_cameras and getattr(args, "seeks_cameras", True)
-    source = SceneSource(given.paths, lod, time, rate, memory, seeks_cameras)
+    source = _source(scene, args)
     if source.time is None:
         from brushgs.io.moving import open_moving
 
         if open_moving(source) is not None:
             raise ValueError(f"paint: {source} moves; give time=, one moment, or use brushgs.paint_film")
     return source
+
+
+def keywords(function: str) -> Iterator[tuple[str, str, Row]]:
+    """The options of a function, in the order of the help of `brushgs render`: name, group, line of the
+    table.
+    """
+    for group in _parser()._action_groups:
+        for action in group._group_actions:
+            row = row_of_action(action)
+            if row is None or isinstance(action, _HelpAction) or row.field == "look":
+                continue
+            if not _reason(action, is_in_memory=False, is_film=function == "paint_film"):
+                name = row.name.replace("-", "_")
+                yield name + "_" * iskeyword(name), group.title or "options", row
+
+
+def _with_keywords(function: Callable[..., Any]) -> None:
+    """Give a function the signature of all its options, and the list of them by group in its help."""
+    own = inspect.signature(function)
+    first = [one for one in own.parameters.values() if one.kind != inspect.Parameter.VAR_KEYWORD]
+    groups: dict[str, list[str]] = {}
+    more = []
+    for name, title, row in keywords(function.__name__):
+        more.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None))
+        groups.setdefault(title, []).append(f"{name}: {row.help(**FORMATS).replace('%%', '%')}")
+    function.__signature__ = own.replace(parameters=[*first, *more])  # type: ignore[attr-defined]
+    lists = (
+        f"{title.capitalize()}:\n" + "\n".join(f"    {one}" for one in ones) for title, ones in groups.items()
+    )
+    function.__doc__ = f"{inspect.getdoc(function)}\n\n" + "\n\n".join(lists)
+
+
+for _function in (paint, paint_film):
+    _with_keywords(_function)

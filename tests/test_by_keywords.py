@@ -1,5 +1,9 @@
 """`brushgs.paint` with options gives the picture that `brushgs render` writes, bit for bit."""
 
+import inspect
+import runpy
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -119,3 +123,72 @@ def test_a_moving_scene_needs_a_moment(tmp_path):
     with pytest.raises(ValueError, match=r"moves; give time=, one moment, or use brushgs\.paint_film"):
         bg.paint(folder, **SMALL)
     assert bg.paint(folder, time="50%", **SMALL).rgb.shape == (48, 64, 3)
+
+
+def test_keywords_are_seen_by_editors_and_in_help():
+    for function, known, unknown in (
+        (bg.paint, "look_at", "orbit"),
+        (bg.paint_film, "orbit", "first"),
+    ):
+        names = inspect.signature(function).parameters
+        assert known in names
+        assert unknown not in names
+        assert "options" not in names
+        listed = inspect.getdoc(function)
+        assert "View:" in listed
+        assert "zoom: 1 shows the whole subject" in listed
+        assert "; above 0; default 1" in listed
+
+
+def test_the_stub_of_keywords_is_what_its_script_writes():
+    script = Path(__file__).resolve().parent.parent / ".ci" / "keywords"
+    names = runpy.run_path(str(script))
+    assert names["STUB"].read_text(encoding="utf-8") == names["stub"](), "run .ci/keywords"
+
+
+@pytest.mark.parametrize(
+    ("paint", "message"),
+    [
+        (lambda g, c: bg.render("a.ply", c, "flat"), "render: gaussians must be Gaussians, got str; load"),
+        (lambda g, c: bg.render(c, g, "flat"), "got Camera; the camera comes second"),
+        (lambda g, c: bg.render(g, g, "flat"), "render: camera must be a Camera, got Gaussians"),
+        (lambda g, c: bg.render(g, c, "flat", streaks="x"), "render: streaks must be a number, got 'x'"),
+        (lambda g, c: bg.render(g, c, "flat", layers="normal"), r"layers must be a list .* \['normal'\]"),
+        (lambda g, c: bg.render(g, c, 5), "texture must be a StrokeTexture, .* got int"),
+        (lambda g, c: bg.render_sequence(g, c, "flat"), "cameras must be a list of Cameras, got a Camera"),
+        (lambda g, c: bg.paint(5), "paint: scene must be Gaussians, or a file, .* got int"),
+        (lambda g, c: bg.paint(g, 5), "paint: look must be a look, its name or its file, .* got int"),
+        (lambda g, c: bg.paint_film(5, "a.mp4"), "paint_film: scene must be .* got int"),
+    ],
+)
+def test_another_type_gets_one_sentence(paint, message):
+    camera = bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=40, height=30)
+    with pytest.raises(TypeError, match=message):
+        list(paint(still_life(1000), camera))
+
+
+def test_a_picture_in_memory_is_a_texture():
+    camera = bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=40, height=30)
+    gaussians, mask = still_life(1000), np.zeros((16, 32), np.float32)
+    mask[4:12, 4:28] = 1
+    frame = bg.render(gaussians, camera, mask)
+    again = bg.render(gaussians, camera, bg.StrokeTexture.from_coverage(mask))
+    np.testing.assert_array_equal(frame.rgb, again.rgb)
+    rgba = np.zeros((16, 32, 4), np.uint8)
+    rgba[4:12, 4:28] = 255
+    assert bg.StrokeTexture.of(rgba).coverage.shape == (8, 24)
+    for wrong in (np.zeros((2, 2, 2, 2)), np.full((4, 4, 3), 7.0), np.zeros((4, 4, 3), np.int64)):
+        with pytest.raises((ValueError, TypeError), match=r"^texture must"):
+            bg.render(gaussians, camera, wrong)
+
+
+def test_a_film_takes_the_options_of_render(tmp_path):
+    moving = still_life_moving(1000, seconds=0.2)
+    options = {"size": (32, 24), "strokes": 60, "azimuth": 20}
+    report = bg.paint_film(moving, tmp_path / "f" / "%02d.png", "plain", fps=10, speed=0.5, **options)
+    assert report.output == str(tmp_path / "f" / "%02d.png")
+    assert len(list((tmp_path / "f").glob("*.png"))) == 5  # both ends of 0.4 seconds
+    with pytest.raises(ValueError, match=r"paint_film: first belongs to one picture; use brushgs\.paint"):
+        bg.paint_film(moving, "a.mp4", first=0.5)
+    with pytest.raises(ValueError, match="clip cannot be combined with options that describe one"):
+        bg.paint_film(moving, "a.mp4", clip=bg.ClipConfig(), speed=2)

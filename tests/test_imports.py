@@ -28,7 +28,7 @@ LAYERS = [
     ["doctor", "measure"],
     ["refine"],
     ["cli"],
-    ["by_keywords"],
+    ["keywords", "by_keywords"],
     ["__main__"],
 ]
 LAYER_OF = {name: number for number, names in enumerate(LAYERS) for name in names}

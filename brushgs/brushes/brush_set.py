@@ -147,21 +147,22 @@ class BrushSet:
         """
         if isinstance(stroke, cls):
             return stroke
-        if isinstance(stroke, StrokeTexture):
-            return cls((stroke,))
+        if isinstance(stroke, StrokeTexture | np.ndarray):
+            return cls((StrokeTexture.of(stroke),))
         if isinstance(stroke, str | Path):
             return cls.open(stroke)
         if isinstance(stroke, Sequence) and stroke:
             return cls(tuple(StrokeTexture.of(each) for each in stroke))
         raise TypeError(
-            "texture must be a StrokeTexture, a BrushSet, the name of a stroke or a path, got "
+            "texture must be a StrokeTexture, a BrushSet, the name of a stroke, a path or a picture as an "
+            "array, got "
             f"{type(stroke).__name__}"
         )
 
 
 Brushes = BrushSet | StrokeTexture  # opened
-# What painting takes: a brush, its name or path, several of these, or a set.
-Brush = BrushSet | StrokeTexture | str | Path | Sequence[StrokeTexture | str | Path]
+# What painting takes: a brush, its name, path or picture, several of these, or a set.
+Brush = BrushSet | StrokeTexture | NDArray[Any] | str | Path | Sequence[StrokeTexture | str | Path]
 
 
 def check_count(count: int) -> None:

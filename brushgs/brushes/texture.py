@@ -165,8 +165,11 @@ class StrokeTexture:
         return cls._from_file(path, path.stem, size)
 
     @classmethod
-    def of(cls, stroke: "StrokeTexture | str | Path") -> "StrokeTexture":
-        """The stroke itself, or the one that a name or path opens: what `render` and others take.
+    def of(cls, stroke: "StrokeTexture | str | Path | NDArray[Any]") -> "StrokeTexture":
+        """The stroke itself, or the one that a name, a path or a picture gives: what `render` and others
+        take.
+
+        An array [h, w] is its coverage, see `from_coverage`; [h, w, C] is a picture as `open` reads it.
 
         Raises:
             TypeError: if it is something else.
@@ -176,8 +179,11 @@ class StrokeTexture:
             return stroke
         if isinstance(stroke, str | Path):
             return cls.open(stroke)
+        if isinstance(stroke, np.ndarray):
+            return cls.from_coverage(stroke) if stroke.ndim == 2 else cls._from_array(stroke)
         raise TypeError(
-            f"texture must be a StrokeTexture, the name of a stroke or a path, got {type(stroke).__name__}"
+            "texture must be a StrokeTexture, the name of a stroke, a path or a picture as an array, got "
+            f"{type(stroke).__name__}"
         )
 
     @classmethod
@@ -234,10 +240,26 @@ class StrokeTexture:
         return cls("image", name_in_style(path, number), np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8))
 
     @classmethod
+    def _from_array(cls, picture: NDArray[Any]) -> "StrokeTexture":
+        if picture.ndim != 3 or not 1 <= picture.shape[2] <= 4 or not picture.size:
+            shape = "x".join(map(str, picture.shape))
+            raise ValueError(f"texture must be a picture [h, w] or [h, w, 1 to 4], got an array {shape}")
+        if picture.dtype != np.uint8 and not np.issubdtype(picture.dtype, np.floating):
+            raise TypeError(f"texture must be uint8 or floating, got an array of {picture.dtype}")
+        pixels = picture.astype(np.float32) / np.float32(255 if picture.dtype == np.uint8 else 1)
+        if not ((pixels >= 0) & (pixels <= 1)).all():
+            raise ValueError("texture must lie in 0 to 1 where it is floating, got values outside")
+        return cls._of_pixels(pixels, Path("picture"), "picture", LONG_SIDE)
+
+    @classmethod
     def _from_file(cls, path: Path, name: str, size: int) -> "StrokeTexture":
         from brushgs.io.pictures.images import read_image
 
-        coverage, height = _coverage_and_height(read_image(path), path)
+        return cls._of_pixels(read_image(path), path, name, size)
+
+    @classmethod
+    def _of_pixels(cls, pixels: NDArray[np.float32], path: Path, name: str, size: int) -> "StrokeTexture":
+        coverage, height = _coverage_and_height(pixels, path)
         rows = np.flatnonzero((coverage >= 0.5 / 255).any(axis=1))
         columns = np.flatnonzero((coverage >= 0.5 / 255).any(axis=0))
         if len(rows) == 0:

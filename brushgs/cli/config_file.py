@@ -21,20 +21,12 @@ from brushgs.cli.option_words import OptionError, action_named, flag_name, named
 from brushgs.cli.words import pieces_of
 from brushgs.errors import SceneError
 from brushgs.options.choices import PLAIN_LOOK
+from brushgs.options.combinations import RIVALS
+from brushgs.options.table import hint_for
 
 CONFIG = "config"  # the flag
 MAX_BYTES = 1 << 16  # of a file
 OUTPUTS = {"output", "report", "sheet"}  # `dest` of what is written, which is never sought
-# Options of which one takes the place of the others.
-RIVALS = (
-    {"strokes", "stroke-size"},
-    {"azimuth", "from"},
-    {"ground", "background"},
-    {"frames", "seconds"},
-    {"orbit", "path", "grow"},
-    {"jobs", "scheduler"},
-    {"quiet", "verbose"},
-)
 # Flags with a value that is the plain look, and so takes the place of one.
 PLAIN = {("stroke", "gaussian"), ("preset", "paper")}
 
@@ -93,7 +85,7 @@ def _options(
     path: Path, parser: ArgumentParser, command: str, commands: Mapping[str, Any]
 ) -> Iterator[tuple[str, Any]]:
     """The options of a file that a command takes, by the names of their flags; a table's after the others."""
-    from brushgs.options.toml_values import hint_for, read_text, read_toml
+    from brushgs.options.toml_values import read_text, read_toml
 
     text = read_text(path, "a file of options", MAX_BYTES)
     content = read_toml(text, path, "write options by the names of their flags, such as look = 'oil'")
@@ -118,8 +110,6 @@ def _options(
 
 def _check_known(path: Path, text: str, key: str, value: Any, commands: Mapping[str, Any]) -> None:
     """Raise SceneError for what is an option of no command, nor a table of one."""
-    from brushgs.options.toml_values import hint_for
-
     everything = {name for make in commands.values() for name in named_actions(make())}
     if flag_name(key) in everything:
         return

@@ -4,9 +4,9 @@ from argparse import Namespace
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from brushgs.cli.flags import given
+from brushgs.cli.flags import CLASSES, given
 from brushgs.options.choices import (
     DEFAULT_BACKDROP,
     DEFAULT_LOOK,
@@ -16,44 +16,33 @@ from brushgs.options.choices import (
     PRESETS,
     StepValues,
 )
-
-if TYPE_CHECKING:
-    from brushgs.options.clip import ClipConfig
-    from brushgs.options.painting import PaintConfig
-    from brushgs.options.scene_source import SceneSource
-    from brushgs.options.sequence import GrowConfig, PathConfig
-    from brushgs.options.where import WhereConfig
+from brushgs.options.clip import ClipConfig
+from brushgs.options.combinations import OF_FILMS, OF_PATHS, PATH_RULES, check_given
+from brushgs.options.painting import STEPS, PaintConfig
+from brushgs.options.scene_source import SceneSource
+from brushgs.options.sequence import GrowConfig, PathConfig
+from brushgs.options.table import rows_of, values_of
+from brushgs.options.where import WhereConfig
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
-NOT_FRAMING = {"size", "camera_file", "view"}  # fields of a view that do not place the camera
 NO_TRACK = "--lock track needs --orbit or --path; only along a path are strokes tracked"
-OF_PATHS = {"frames", "seconds", "loop"}  # fields of a path that a painting that grows does not have
-OF_FILMS = {"fps", "loop"}  # those that a film of a moving scene has without a path
-RENAMED = {
-    "fov_y": "fov-deg",
-    "file": "path",
-    "is_resumed": "resume",
-    "side": "from",
-}  # field -> flag, where messages name it
 
 
-def scene_source(args: Namespace) -> "SceneSource":
+def flag_of(dest: str) -> str:
+    """The flag of a "STEP.FIELD"."""
+    step, _, field = dest.partition(".")
+    return next(row.flags[-1] for kind in CLASSES[step] for row in rows_of(kind) if row.field == field)
+
+
+def scene_source(args: Namespace) -> SceneSource:
     """The scene that a command reads."""
-    from brushgs.options.scene_source import SceneSource
-
-    return SceneSource(
-        tuple(args.scene),
-        args.lod,
-        args.time,
-        args.moments_per_second,
-        getattr(args, "memory", None),
-        getattr(args, "seeks_cameras", True),
-    )
+    seeks_cameras = getattr(args, "seeks_cameras", True)
+    return SceneSource(tuple(args.scene), **given(args, "source"), seeks_cameras=seeks_cameras)
 
 
 def paint_config(
     args: Namespace, look_values: StepValues | None = None, **defaults: Mapping[str, Any]
-) -> "PaintConfig":
+) -> PaintConfig:
     """How a command makes and draws strokes.
 
     A field is what its flag says, else what the preset says or, without one, `--stroke gaussian`, else what
@@ -68,23 +57,16 @@ def paint_config(
         ValueError: if a value is out of range, or flags exclude each other.
         SceneError: if the look is a file that cannot be read.
     """
-    from brushgs.options.painting import STEPS, PaintConfig
-
     preset = PRESETS[preset_of(args)]
     has_method = preset_of(args) in PLAIN_PRESETS
     is_plain = given(args, "draw").get("stroke") == "gaussian" and not has_method
     plain = PLAIN_SCENE if is_plain else NOTHING
     whole = _values_of(look_of(args)) if look_values is None else look_values
     look = _without_replaced(whole, args)
-    _check_view(given(args, "view"))
-    palette = given(args, "palette")
-    if palette and "file" not in palette:
-        raise ValueError(
-            f"--palette-{next(iter(palette))} needs --palette, the picture whose colours are taken"
-        )
+    check_given(vars(args), flag_of)
     flags = {step: given(args, step) for step in STEPS}
     if painted := where_config(args, "painted"):
-        flags["painted"] = vars(painted)
+        flags["painted"] = values_of(painted)
     if flags["style"]:
         flags["style"]["has_brushes"] = not is_plain and "stroke" not in flags["draw"]
     below = _layered([defaults, look, preset, plain])
@@ -107,8 +89,6 @@ def look_is_default(args: Namespace) -> bool:
 
 def _layered(layers: Iterable[StepValues]) -> dict[str, dict[str, Any]]:
     """All steps, each field as the last layer that has it says."""
-    from brushgs.options.painting import STEPS
-
     return {
         step: {name: value for layer in layers for name, value in layer.get(step, {}).items()}
         for step in STEPS
@@ -153,7 +133,7 @@ def look_of(args: Namespace) -> str:
     return PLAIN_LOOK
 
 
-def painting_name(args: Namespace, config: "PaintConfig") -> str:
+def painting_name(args: Namespace, config: PaintConfig) -> str:
     """What a painting is called after its scene: the stroke where one is named, else the look."""
     if "stroke" in given(args, "draw") or preset_of(args) in PLAIN_PRESETS:
         from brushgs.brushes.brush_set import name_of
@@ -164,13 +144,11 @@ def painting_name(args: Namespace, config: "PaintConfig") -> str:
 
 def _without_replaced(look: StepValues, args: Namespace) -> StepValues:
     """The values of a look without what a flag takes the place of."""
-    draw, ground = given(args, "draw"), given(args, "ground")
+    draw = given(args, "draw")
     replaced: set[tuple[str, str]] = set()
     if "stroke" in draw:
         replaced |= {("brushes", name) for name in look.get("brushes", ())}
     if "background" in draw:
-        if "ground" in ground:
-            raise ValueError("--ground cannot be combined with --background, which takes its place")
         replaced |= {("ground", name) for name in ("ground", "backdrop", "stage")}
     return {
         step: {name: value for name, value in values.items() if (step, name) not in replaced}
@@ -192,7 +170,7 @@ def _backdrop(asked: bool | int | str | None, look: StepValues) -> dict[str, Any
     return {"stage": False, "backdrop": int(asked), "backdrop_always": bool(asked)}
 
 
-def where_config(args: Namespace, step: str = "where") -> "WhereConfig | None":
+def where_config(args: Namespace, step: str = "where") -> WhereConfig | None:
     """The part of the scene that a command is limited to; None for all.
 
     Args:
@@ -204,34 +182,28 @@ def where_config(args: Namespace, step: str = "where") -> "WhereConfig | None":
     """
     where = given(args, step)
     if "expression" not in where:
-        for flag, field in (("--where-soft", "soft"), ("--camera-file", "camera_file"), ("--clip", "clip")):
-            if field in where:
-                raise ValueError(f"{flag} needs --where, the part of the scene that it is for")
+        check_given(vars(args), flag_of)
         return None
-    from brushgs.options.where import WhereConfig
-
     cameras: dict[str, Any] = {"camera_file": given(args, "view").get("camera_file")}
     return WhereConfig(**cameras | where)
 
 
-def grow_config(args: Namespace) -> "GrowConfig | None":
+def grow_config(args: Namespace) -> GrowConfig | None:
     """How a painting grows; None for one that is finished.
 
     Raises:
         ValueError: if a value is out of range, or a camera path is asked for as well.
     """
-    grow, path = given(args, "grow"), given(args, "path")
-    if "seconds" not in grow:
+    grow = given(args, "grow")
+    if not grow:
         return None
-    _refuse([name for name in path if name != "fps"], "--grow, before which the camera stands still")
+    check_given(vars(args), flag_of, PATH_RULES)
     if given(args, "draw").get("lock") == "track":
         raise ValueError(NO_TRACK)
-    from brushgs.options.sequence import GrowConfig
-
-    return GrowConfig(**grow | path)
+    return GrowConfig(**grow | given(args, "path"))
 
 
-def clip_config(args: Namespace, scene: "SceneSource", *, is_moving: bool) -> "ClipConfig | None":
+def clip_config(args: Namespace, scene: SceneSource, *, is_moving: bool) -> ClipConfig | None:
     """Which part of a moving scene a film shows, and how fast; None for a scene that is still.
 
     Raises:
@@ -240,10 +212,10 @@ def clip_config(args: Namespace, scene: "SceneSource", *, is_moving: bool) -> "C
     clip = given(args, "clip")
     if not is_moving:
         for field in clip:
-            raise ValueError(f"{_flag(field)} needs a moving scene, and {scene} is still; omit it")
+            raise ValueError(
+                f"{flag_of(f'clip.{field}')} needs a moving scene, and {scene} is still; omit it"
+            )
         return None
-    from brushgs.options.clip import ClipConfig
-
     if "seconds" in given(args, "grow"):
         raise ValueError(f"--grow needs a still scene, and {scene} moves; add --time, one moment of it")
     path = given(args, "path")
@@ -254,7 +226,7 @@ def clip_config(args: Namespace, scene: "SceneSource", *, is_moving: bool) -> "C
 
 def path_config(
     args: Namespace, *, default_orbit: int | None = None, is_moving: bool = False
-) -> "PathConfig | None":
+) -> PathConfig | None:
     """The path of the camera; None for a single picture, and for a camera that stands still.
 
     Args:
@@ -265,43 +237,19 @@ def path_config(
     Raises:
         ValueError: if flags exclude each other, or need a path and there is none.
     """
-    path, view = given(args, "path"), given(args, "view")
-    if default_orbit is not None and not {"orbit", "file"} & set(path):
-        path["orbit"] = default_orbit
-    if is_moving and not {"orbit", "file"} & set(path):
-        for field in set(path) - OF_FILMS:
-            raise ValueError(f"{_flag(field)} needs --orbit or --path; a camera that stands still has none")
-        return None
-    if not {"orbit", "file"} & set(path):
-        for field in path | given(args, "sequence"):
-            needed = "--orbit or --path" if field in OF_PATHS else "--orbit, --path or --grow"
-            raise ValueError(f"{_flag(field)} needs {needed}; a single picture does not use it")
-        if given(args, "draw").get("lock") == "track":
-            raise ValueError(NO_TRACK)
-        return None
-    from brushgs.options.sequence import PathConfig
-
-    flag = "--path" if "file" in path else "--orbit"
-    placing = [name for name in view if name != "size" and ("file" in path or name == "camera_file")]
-    _refuse(placing, f"{flag}, which places the cameras")
-    return PathConfig(**path)
-
-
-def _check_view(view: Mapping[str, Any]) -> None:
-    if "camera_file" in view:
-        _refuse([name for name in view if name not in NOT_FRAMING], "--camera-file, which places the camera")
-    elif "view" in view:
-        raise ValueError("--view needs --camera-file, which lists the views")
-    if "side" in view:
-        _refuse([name for name in ("azimuth",) if name in view], "--from, which is an azimuth")
-        if view["side"] == "top":
-            _refuse([name for name in ("elevation",) if name in view], "--from top, which is 90 degrees")
-
-
-def _refuse(fields: Iterable[str], other: str) -> None:
-    for field in fields:
-        raise ValueError(f"{_flag(field)} cannot be combined with {other}")
-
-
-def _flag(field: str) -> str:
-    return f"--{RENAMED.get(field, field).replace('_', '-')}"
+    path = given(args, "path")
+    has_path = default_orbit is not None or bool({"orbit", "file"} & set(path))
+    if has_path:
+        if not {"orbit", "file"} & set(path):
+            path["orbit"] = default_orbit
+        check_given(vars(args), flag_of, PATH_RULES)
+        return PathConfig(**path)
+    for dest in [name for name in vars(args) if name.startswith(("path.", "sequence."))]:
+        if is_moving and (dest in OF_FILMS or not dest.startswith("path.")):
+            continue
+        needed = "--orbit or --path" if is_moving or dest in OF_PATHS else "--orbit, --path or --grow"
+        reason = "a camera that stands still has none" if is_moving else "a single picture does not use it"
+        raise ValueError(f"{flag_of(dest)} needs {needed}; {reason}")
+    if not is_moving and given(args, "draw").get("lock") == "track":
+        raise ValueError(NO_TRACK)
+    return None

@@ -1,22 +1,17 @@
-"""Options by name and value, as keywords and TOML files have them, become words of a command line.
+"""Options by name and value, as files have them, become words of a command line.
 
-So every range, choice and sentence of an option is that of its flag, whatever way it came. Names are those of
+So every choice and sentence of an option is that of its flag, whatever way it came. Names are those of
 flags, with "_" or "-": `fov_deg` for --fov-deg, `from_` for --from; arguments without a flag go by theirs.
 """
 
 import os
-from argparse import Action, ArgumentParser, ArgumentTypeError, _AppendAction, _HelpAction
+from argparse import Action, ArgumentParser, _AppendAction, _HelpAction
 from collections.abc import Callable, Iterator, Mapping
 from math import isfinite
-from numbers import Integral, Real
 from typing import Any
 
-from brushgs.cli import values
-
-SWITCHES = (values.on_off, values.backdrop)  # what true and false stand for "on" and "off" in
-# What stands between items of a list, else a comma.
-BETWEEN: Mapping[Any, str] = {values.picture_size: "x", values.chosen_size: "x"}
-AFTER_NAME: Mapping[Any, str] = {values.adjustments: "=", values.styles: ":"}  # and within those of a table
+from brushgs.cli.flags import row_of_action
+from brushgs.options.table import hint_for, shown
 
 
 class OptionError(ValueError):
@@ -56,11 +51,28 @@ def action_named(parser: ArgumentParser, name: str) -> Action:
     actions = named_actions(parser)
     found = actions.get(flag_name(name))
     if found is None:
-        from brushgs.options.toml_values import hint_for
-
         cure = hint_for(flag_name(name), actions) or f"; `{parser.prog} --help` lists them"
         raise OptionError(name, f"is no option of `{parser.prog}`{cure}")
     return found
+
+
+def option_values(parser: ArgumentParser, options: Mapping[str, Any]) -> Iterator[tuple[Action, Any]]:
+    """What the flags of options store, of values of Python; None is an option that is omitted.
+
+    Raises:
+        OptionError: if there is no such option, or it does not take the value.
+    """
+    for name, given in options.items():
+        action = action_named(parser, name)
+        if given is None or (given is False and action.nargs == 0):
+            continue
+        row = row_of_action(action)
+        try:
+            if action.nargs == 0 and given is not True:
+                raise ValueError(f"must be true or false, got {shown(given)}")
+            yield action, given if row is None or action.nargs == 0 else row.value(given)
+        except ValueError as error:
+            raise OptionError(name, str(error)) from None
 
 
 def option_words(
@@ -70,9 +82,9 @@ def option_words(
 ) -> list[str]:
     """The words of a command line that say the same, arguments first.
 
-    A value is text, a number, a path, true or false for a switch, or a list: of numbers, (1280, 720) for
-    --size and (0, 1.5, -2) for --look-at; of names; or of what a flag that may be repeated takes. A table is
-    taken where the text of a flag is one: {"contrast": 1.2} for --adjust. None is an option that is omitted.
+    A value is text, a number, a path, true or false for a switch, or a list: of numbers, [1280, 720] for size
+    and [0, 1.5, -2] for look-at; of names; or of what a flag that may be repeated takes. A table is taken
+    where the text of a flag is one: {contrast = 1.2} for adjust. None is an option that is omitted.
 
     Args:
         parser: of the command.
@@ -112,7 +124,7 @@ def _texts(action: Action, name: str, value: Any) -> list[str]:
     """The texts that a value stands for: none of a switch, several for what takes several."""
     if action.nargs == 0 or (action.nargs == "?" and action.option_strings and isinstance(value, bool)):
         if not isinstance(value, bool):
-            raise OptionError(name, f"must be true or false, got {value!r:.80}")
+            raise OptionError(name, f"must be true or false, got {shown(value)}")
         return []
     takes_several = isinstance(action, _AppendAction) or action.nargs in ("+", "*")
     if takes_several and isinstance(value, list | tuple):
@@ -121,14 +133,14 @@ def _texts(action: Action, name: str, value: Any) -> list[str]:
 
 
 def _text(action: Action, name: str, value: Any) -> str:
-    value = value.tolist() if hasattr(value, "tolist") else value  # of NumPy
-    if isinstance(value, bool) and action.type in SWITCHES:
+    row = row_of_action(action)
+    between, after_key = (",", "") if row is None else row.option.written
+    if isinstance(value, bool) and row is not None and row.takes_on_off:
         return "on" if value else "off"
     if isinstance(value, list | tuple) and value:
-        return BETWEEN.get(action.type, ",").join(_plain(name, item) for item in value)
-    if isinstance(value, Mapping) and value and action.type in AFTER_NAME:
-        mark = AFTER_NAME[action.type]
-        return ",".join(f"{key}{mark}{_plain(name, item)}" for key, item in value.items())
+        return between.join(_plain(name, item) for item in value)
+    if isinstance(value, Mapping) and value and after_key:
+        return between.join(f"{key}{after_key}{_plain(name, item)}" for key, item in value.items())
     return _plain(name, value)
 
 
@@ -137,21 +149,16 @@ def _plain(name: str, value: Any) -> str:
         return value
     if isinstance(value, os.PathLike):
         return os.fsdecode(value)
-    if isinstance(value, Real) and not isinstance(value, bool) and isfinite(value):
-        return str(int(value)) if isinstance(value, Integral) else repr(float(value))
-    raise OptionError(name, f"must be text or a number as its flag takes, got {value!r:.80}")
+    if isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value):
+        return repr(value)
+    raise OptionError(name, f"must be text or a number as its flag takes, got {shown(value)}")
 
 
 def _check(action: Action, name: str, text: str) -> None:
     """Refuse a text that the flag would refuse; the same sentence, after the name that was given."""
-    value: Any = text
-    if callable(action.type):
-        try:
-            value = action.type(text)
-        except ArgumentTypeError as error:
-            raise OptionError(name, str(error)) from None
-    if action.choices is not None and value not in action.choices:
-        from brushgs.options.toml_values import hint_for
-
-        known = ", ".join(map(str, action.choices))
-        raise OptionError(name, f"must be one of {known}, got {text!r:.80}{hint_for(text, action.choices)}")
+    row = row_of_action(action)
+    try:
+        if row is not None and action.nargs != 0:
+            row.read(text)
+    except ValueError as error:
+        raise OptionError(name, str(error)) from None

@@ -35,8 +35,6 @@ COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
     "completion": "print the script by which a shell completes commands and flags",
 }
 
-# Flags whose values may begin with a minus and be no plain number, as -y, -1,2 and -1e-3 are.
-SIGNED = {"--up", "--look-at", "--pan", "--azimuth", "--elevation", "--roll", "--focus", "--lamp", "--sun"}
 EXAMPLES = {"scene": "scene.ply", "JOBS": "jobs.toml"}  # of arguments, for who names none
 DESCRIPTION = "Paint trained 3D Gaussian Splatting scenes with brush strokes, on the CPU."
 EPILOG = """\
@@ -154,10 +152,15 @@ def _asking_for_help(words: Sequence[str]) -> Sequence[str]:
 
 def _joined(words: Sequence[str]) -> list[str]:
     """`--up -y` as `--up=-y`, `--pan -1,0` as `--pan=-1,0`: argparse would take the values for flags."""
+    from brushgs.cli.flags import CLASSES
+    from brushgs.options.table import rows_of
+
+    rows = (row for kinds in CLASSES.values() for kind in kinds for row in rows_of(kind))
+    signed = {row.flags[-1] for row in rows if row.option.is_signed}
     joined: list[str] = []
     for word in words:
         flag = joined[-1] if joined else ""
-        if flag in SIGNED and re.match(r"-([xyz]$|[0-9.])", word, re.IGNORECASE):
+        if flag in signed and re.match(r"-([xyz]$|[0-9.])", word, re.IGNORECASE):
             joined[-1] = f"{flag}={word}"
         else:
             joined.append(word)

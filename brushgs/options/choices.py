@@ -4,7 +4,6 @@ Separate from the config classes, since `dataclasses` takes longer to import tha
 """
 
 from collections.abc import Mapping
-from math import inf
 from typing import Any, Literal
 
 Weight = Literal["contribution", "paper"]
@@ -166,12 +165,6 @@ MAX_SIDE, MAX_PIXELS = 32767, 2**28
 MAX_FILE_PIXELS = 2**26  # of a picture sized by a camera file: real ones have fewer; takes 4 GB
 
 
-def check_above_0(name: str, value: float | None) -> None:
-    """Raise ValueError for a number that is not above 0, or not finite; None, which nobody gave, passes."""
-    if value is not None and not 0 < value < inf:
-        raise ValueError(f"{name} must be above 0, got {value:g}")
-
-
 def size_rule(width: int, height: int) -> str | None:
     """The limit that a picture of this size exceeds, in words; None if there is none."""
     if width < 1 or height < 1:
@@ -192,6 +185,6 @@ def file_size_rule(width: int, height: int) -> str | None:
     if width * height <= MAX_FILE_PIXELS:
         return None
     return (
-        f"has cameras of {width}x{height} pixels, more than {MAX_FILE_PIXELS / 1e6:.0f} million; set "
-        "the size of the pictures with --size"
+        f"has cameras of {width}x{height} pixels, more than {MAX_FILE_PIXELS / 1e6:.0f} million; set the "
+        "size of the pictures with --size"
     )

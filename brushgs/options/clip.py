@@ -1,38 +1,35 @@
 """Options of a film of a moving scene: which part of it is shown, how fast, and whether it loops."""
 
-from dataclasses import dataclass
-from math import inf
+from typing import Annotated, ClassVar
 
-from brushgs.options.choices import check_above_0
-from brushgs.options.moment import Moment
-from brushgs.options.sequence import check_fps
+from brushgs.options.moment import Moment, clip_time, moment_value
+from brushgs.options.sequence import MAX_FPS
+from brushgs.options.table import OF_FILMS, Options, in_files, option
 
 
-@dataclass(frozen=True)
-class ClipConfig:
-    """Which moments of a moving scene a film shows.
+class ClipConfig(Options, frozen=True):
+    """Which moments of a moving scene a film shows."""
 
-    Attributes:
-        start: the first; None for that of the scene.
-        end: the last, not before the first; None for that of the scene.
-        speed: seconds of the scene in a second of the film, > 0.
-        fps: frames a second where no camera path has its own, in (0, 1000]; None for 30.
-        loop: whether the film can be repeated: the scene then runs there and back.
-        cross_fade: seconds of the scene in which the end of a loop fades into its beginning, above 0, in
-            place of running back; None for there and back.
-    """
-
-    start: Moment | None = None
-    end: Moment | None = None
-    speed: float = 1.0
-    fps: float | None = None
-    loop: bool = False
-    cross_fade: float | None = None
+    GROUP: ClassVar = "clip"
+    NOT_IN_MEMORY: ClassVar = OF_FILMS
+    ABOUT: ClassVar = "a film of a moving scene"
+    # fmt: off
+    start: Annotated[Moment | None, option("a moment, in seconds such as 0.4 or as a share such as 40%",
+        default="that of the scene", metavar="TIME", read=clip_time, make=moment_value)] = None
+    end: Annotated[Moment | None, option("a moment, in seconds such as 0.4 or as a share such as 40%, not "
+        "before the start", default="that of the scene", metavar="TIME", read=clip_time, make=moment_value
+    )] = None
+    speed: Annotated[float, option("seconds of the scene in a second of the film #slow #motion #fast", gt=0
+    )] = 1.0
+    fps: Annotated[float | None, in_files("frames a second where no camera path has its own; None for 30",
+        gt=0, le=MAX_FPS)] = None
+    loop: Annotated[bool, in_files("whether the film can be repeated: the scene then runs there and back"
+    )] = False
+    cross_fade: Annotated[float | None, option("with --loop: the end fades into the beginning in so many "
+        "seconds of the scene", gt=0, default="it runs back instead", metavar="SECONDS")] = None
+    # fmt: on
 
     def __post_init__(self) -> None:
-        check_above_0("speed", self.speed)
-        check_fps(self.fps)
-        if self.cross_fade is not None and not 0 < self.cross_fade < inf:
-            raise ValueError(f"cross-fade must be above 0 seconds, got {self.cross_fade:g}")
+        super().__post_init__()
         if self.cross_fade is not None and not self.loop:
             raise ValueError("cross-fade needs loop: it is how the end of a loop meets its beginning")

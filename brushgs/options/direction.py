@@ -1,8 +1,9 @@
 """Which way strokes run, as text: a field of the scene, the marks of a painting, or guides in a file."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
+
+from brushgs.options.table import Struct
 
 FieldName = Literal["own", "form", "colour"]  # a field of the scene
 DirectionKind = Literal["own", "form", "colour", "style", "painting", "guides"]
@@ -10,8 +11,7 @@ KINDS_WITH_FILE = ("painting", "guides")
 FORMS = "own, form, colour, style, painting:FILE or guides:FILE"
 
 
-@dataclass(frozen=True)
-class Direction:
+class Direction(Struct, frozen=True):
     """Which way strokes run within their own plane, see `brushgs.passes.form.orient`.
 
     Attributes:

@@ -1,12 +1,13 @@
 """Configuration of the commands that measure and refine: stability, bench, refine."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import get_args
+from typing import Annotated, ClassVar, get_args
 
 from brushgs.options.choices import BenchFamily, Method, Params, size_rule
+from brushgs.options.painting import picture_size
+from brushgs.options.table import Options, in_files, option
 from brushgs.options.where import WhereConfig
 
 DEFAULT_STEPS, STYLE_STEPS = 900, 100  # of a refinement to the scene, and to a style image
@@ -23,50 +24,46 @@ NOT_OF_LOOKS: Mapping[BenchFamily, str] = {
 }
 
 
-@dataclass(frozen=True)
-class StabilityConfig:
+class StabilityConfig(Options, frozen=True):
     """What `brushgs stability` measures, see `brushgs.measure.stability`.
 
-    Attributes:
-        gaps: frames between the two pictures of a pair, ascending, the first is 1.
-        pairs: maximum number of pairs compared at each gap, spread evenly over the path, >= 1.
-        alone: number of frames that are drawn a second time, each on its own, >= 0.
-        skip_alone: of a moving scene, whether the configuration `alone` is omitted: making strokes anew for
-            each frame takes most of the time.
+    The `gaps` are frames between the two pictures of a pair, ascending, the first is 1.
     """
 
     gaps: tuple[int, ...] = (1, 7, 10)
-    pairs: int = 40
-    alone: int = 3
-    skip_alone: bool = False
+    # fmt: off
+    pairs: Annotated[int, option("maximum number of pairs of frames that are compared at each gap, spread "
+        "evenly over the path; other frames are not painted", ge=1)] = 40
+    alone: Annotated[int, in_files("number of frames that are drawn a second time, each on its own", ge=0
+    )] = 3
+    skip_alone: Annotated[bool, option("of a moving scene, do not compare with frames that are painted each "
+        "alone: making strokes anew for each takes most of the time")] = False
+    # fmt: on
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.gaps or self.gaps[0] != 1 or any(a >= b for a, b in pairwise(self.gaps)):
             raise ValueError(f"gaps must ascend from 1, got {', '.join(map(str, self.gaps)) or 'none'}")
-        if self.pairs < 1:
-            raise ValueError(f"pairs must be at least 1, got {self.pairs}")
-        if self.alone < 0:
-            raise ValueError(f"alone must be 0 or more, got {self.alone}")
 
 
-@dataclass(frozen=True)
-class BenchConfig:
+class BenchConfig(Options, frozen=True):
     """What `brushgs bench` measures, see `brushgs.measure.bench`.
 
-    Attributes:
-        families: curves to measure, at least one; None for all that apply, see `families_of`.
-        strokes: counts of the curve of strokes, ascending, each >= 1. Counts that leave nothing to merge are
-            dropped; one stroke per Gaussian that is kept is always the last.
-        count: strokes of all other curves: the nearest of `strokes` is used, or the number of a look.
-        methods: of k-means, compared by the curve of merging; at least one.
-        repeats: rounds in which every point is measured, >= 1; slow points take at most three.
+    Counts that leave nothing to merge are dropped. Slow points take at most three rounds.
     """
 
-    families: tuple[BenchFamily, ...] | None = None
-    strokes: tuple[int, ...] = (125, 250, 500, 1000, 2000, 4000, 8000, 16000, 32000, 64000)
-    count: int = 2000
+    # fmt: off
+    families: Annotated[tuple[BenchFamily, ...] | None, option("curves to measure, of "
+        f"{', '.join(get_args(BenchFamily))}", default="all that apply to the scene, with a look strokes, "
+        "size, views and knobs, against the painting itself at its limit", metavar="NAME,...")] = None
+    strokes: Annotated[tuple[int, ...], option("stroke counts of the first curve, ascending, each 1 or "
+        "more; one per Gaussian that is kept is always the last", default="125 to 64000 by doubling",
+        metavar="N,...")] = (125, 250, 500, 1000, 2000, 4000, 8000, 16000, 32000, 64000)
+    count: Annotated[int, in_files("strokes of all other curves: the nearest of `strokes`", ge=1)] = 2000
     methods: tuple[Method, ...] = ("auto", "minibatch")
-    repeats: int = 5
+    repeats: Annotated[int, option("rounds in which every point is measured", ge=1,
+        default="5 (3 with --quick)")] = 5
+    # fmt: on
 
     @classmethod
     def quick(cls) -> "BenchConfig":
@@ -74,6 +71,7 @@ class BenchConfig:
         return cls(strokes=(250, 1000, 4000, 16000), count=250, methods=("auto",), repeats=3)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         known = get_args(BenchFamily)
         families = known if self.families is None else self.families
         unknown = [name for name in families if name not in known]
@@ -84,9 +82,6 @@ class BenchConfig:
             raise ValueError(
                 f"strokes must ascend from 1 or more, got {', '.join(map(str, self.strokes)) or 'none'}"
             )
-        for name in ("count", "repeats"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}")
 
     def families_of(self, *, has_look: bool) -> tuple[BenchFamily, ...]:
         """The families of a scene that is painted in bare strokes, or in a look.
@@ -105,41 +100,38 @@ class BenchConfig:
         return self.families
 
 
-@dataclass(frozen=True)
-class RefineConfig:
+class RefineConfig(Options, frozen=True):
     """How strokes are refined.
 
-    Attributes:
-        style: style image to match, or a style file; None to match the plain picture of the scene.
-        params: which parameters of the strokes are fitted, see `brushgs.refine.variables`.
-        where: strokes that may change; None for all.
-        steps: maximum number, >= 1; None for 900, or 100 with a style image.
-        views: number of training views, >= 1; None for 320, or 24 with a style image.
-        size: (width, height) of the training views, pixels.
-        seed: of the order of the views, >= 0.
-        vgg_weights: torchvision's weights of VGG-16 or VGG-19; None for those in torch's cache, or else for
-            features without weights.
-        is_resumed: whether to resume a run that was stopped.
-        keeps: what a style does not decide, since somebody asked for it: "stroke" (the brushes), "direction"
-            and "broken_color".
+    A `style` of None matches the plain picture of the scene. Only strokes of `where` may change. `keeps`
+    names what a style does not decide, since somebody asked for it: "stroke" (the brushes), "direction"
+    and "broken_color".
     """
 
-    style: Path | None = None
-    params: Params = "all"
+    GROUP: ClassVar = "refinement"
+    ABOUT: ClassVar = "needs PyTorch: pip install torch"
+    # fmt: off
+    style: Annotated[Path | None, option("painting, or style file that was learnt from one (`brushgs style "
+        "learn`): strokes become its marks, with brushes cut out of it, in its colours")] = None
+    params: Annotated[Params, option("parameters of the strokes that are fitted: 'colour' alone, 'free' all "
+        "but opacity, 'all'")] = "all"
     where: WhereConfig | None = None
-    steps: int | None = None
-    views: int | None = None
-    size: tuple[int, int] = REFINE_SIZE
-    seed: int = 0
-    vgg_weights: Path | None = None
-    is_resumed: bool = False
+    steps: Annotated[int | None, option("maximum number of steps", ge=1,
+        default=f"{DEFAULT_STEPS} ({STYLE_STEPS} with --style)")] = None
+    views: Annotated[int | None, option("number of training views around the scene", ge=1,
+        default="320 (24 with --style)")] = None
+    size: Annotated[tuple[int, int], option("size of the training views in pixels", metavar="WxH",
+        read=picture_size, written=("x", ""))] = REFINE_SIZE
+    seed: Annotated[int, in_files("of the order of the views", ge=0)] = 0
+    vgg_weights: Annotated[Path | None, option("torchvision's weights of VGG-16 or VGG-19 (.pth)", default=
+        "those in torch's cache, else features that need none")] = None
+    is_resumed: Annotated[bool, option("resume a refinement that was stopped, from its .checkpoint beside "
+        "the output; where there is none it starts anew", flag="--resume")] = False
+    # fmt: on
     keeps: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for name, least in (("steps", 1), ("views", 1), ("seed", 0)):
-            value = getattr(self, name)
-            if value is not None and value < least:
-                raise ValueError(f"{name} must be {least} or more, got {value}")
+        super().__post_init__()
         if broken := size_rule(*self.size):
             raise ValueError(f"size {broken}")
         if self.vgg_weights is not None and self.style is None:

@@ -1,15 +1,15 @@
 """Where more strokes go, as text: what stands out, the subject, a sphere, or the light part of a picture."""
 
 import re
-from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
+
+from brushgs.options.table import Struct
 
 FORMS = "auto, off, subject, x,y,z,radius in world units such as 0,1.5,-2,0.4, or a picture file"
 
 
-@dataclass(frozen=True)
-class Focus:
+class Focus(Struct, frozen=True):
     """Where more strokes go to an area, out of the same number: twice as many, or with `is_auto` up to eight.
 
     At most one of `sphere`, `mask` and `is_auto` is given; without any it is the subject of the scene.

@@ -12,21 +12,17 @@ degrees, and files lie beside the look or are named from the current folder.
     lamp = [160, 30]
 """
 
-import reprlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
-from functools import partial
-from math import radians
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
-from typing import Any, Self, get_args
+from typing import Annotated, Any, Literal, Self, get_args
 
 from brushgs.errors import SceneError
 from brushgs.options.choices import DEFAULT_LOOK, LOOKS, PLAIN_LOOK, Knee, StepValues
-from brushgs.options.direction import Direction
-from brushgs.options.focus import Focus
-from brushgs.options.look_parts import DEGREES
+from brushgs.options.media import MEDIA, ROWS
 from brushgs.options.painting import STEPS, PaintConfig, UsualCount
-from brushgs.options.toml_values import hint_for, located, parsed_text, read_text, read_toml, typed_value
+from brushgs.options.table import Row, Struct, hint_for, in_files, read_table, rows_of, shown
+from brushgs.options.toml_values import located, read_text, read_toml
 
 SUFFIX = ".toml"
 MAX_BYTES = (
@@ -39,8 +35,7 @@ NOT_OF_LOOKS = {"output", "painted", "palette", "rules", "style", "view"}  # ste
 NOT_IN_LOOKS = {"draw": {"threads"}, "brushes": {"are_usual"}, "light": {"sun"}}
 
 
-@dataclass(frozen=True)
-class Look:
+class Look(Struct, frozen=True):
     """A look as its file has it.
 
     Attributes:
@@ -98,7 +93,7 @@ class Look:
             if key not in TEXTS:
                 raise SceneError(path, _unknown_text(key))
             if not isinstance(texts[key], str):
-                raise SceneError(path, f"{key} must be text in quotes, got {reprlib.repr(texts[key])}")
+                raise SceneError(path, f"{key} must be text in quotes, got {shown(texts[key])}")
         values = _base_values(path, texts.get("base"), (*based, path.resolve()))
         for step, table in tables.items():
             values[step] = values.get(step, {}) | _step_values(path, step, table)
@@ -154,56 +149,50 @@ def _base_values(path: Path, base: str | None, based: tuple[Path, ...]) -> dict[
     return {step: dict(fields) for step, fields in look.values.items()}
 
 
+def _strokes(given: Any) -> UsualCount | float | str | None:
+    """A number of strokes, which nobody asked for."""
+    if given in (*get_args(Knee), "all"):
+        return None if given == "all" else str(given)
+    if isinstance(given, int) and not isinstance(given, bool) and 1 <= given < 2**63:
+        return UsualCount(given)
+    if isinstance(given, float) and 0 < given <= 1:
+        return given
+    raise ValueError(
+        f"must be a count of 1 or more, a share such as 0.1, 'auto' or 'all', got {shown(given)}"
+    )
+
+
+@cache
+def _rows() -> Mapping[str, Mapping[str, Row]]:
+    """What tables of a look may have: step -> field -> its line of the table."""
+    rows = {
+        step: {row.field: row for row in rows_of(kind) if row.field not in NOT_IN_LOOKS.get(step, ())}
+        for step, kind in STEPS.items()
+        if step not in NOT_OF_LOOKS
+    }
+    strokes = Annotated[Any, in_files(read=_strokes, make=_strokes)]
+    rows["cluster"]["strokes"] = Row("strokes", strokes)
+    rows["media"] = {"kind": Row("kind", Literal[tuple(MEDIA)]), **ROWS}
+    return rows
+
+
 def _unknown_text(key: str) -> str:
-    tables = sorted(set(STEPS) - NOT_OF_LOOKS)
-    for step in tables:
-        if key in {known.name for known in fields(STEPS[step])}:
+    for step, known in sorted(_rows().items()):
+        if key in known:
             return f"{key!r} stands above all tables; write it below [{step}]"
     return f"there is no {key!r} above the tables, only {', '.join(TEXTS)}{hint_for(key, TEXTS)}"
 
 
 def _step_values(path: Path, step: str, table: Mapping[str, Any]) -> dict[str, Any]:
     """The values of one table, of the types of their fields."""
-    steps = [name for name in STEPS if name not in NOT_OF_LOOKS]
     if step in NOT_OF_LOOKS:
         raise SceneError(path, f"[{step}] belongs to one picture, not to a look; give it with flags")
-    if step not in steps:
-        hint = hint_for(step, steps)
-        raise SceneError(path, f"a look has no [{step}]; its tables are {', '.join(steps)}{hint}")
-    known = {field.name: field for field in fields(STEPS[step])}
-    for name in NOT_IN_LOOKS.get(step, ()):
-        del known[name]
-    values = {}
-    for name, value in table.items():
-        if name not in known:
-            hint = hint_for(name, known) or f"; it has {', '.join(known)}"
-            raise SceneError(path, f"[{step}] has no {name!r}{hint}")
-        try:
-            values[name] = typed_value(value, known[name].type, _SPECIAL.get((step, name)))
-        except ValueError as error:
-            raise SceneError(path, f"[{step}] {name} {error}") from None
-        if DEGREES in getattr(known[name].type, "__metadata__", ()):
-            values[name] = tuple(map(radians, values[name]))
-        values[name] = located(values[name], path.parent)
-    return values
-
-
-def _strokes(value: Any) -> UsualCount | float | str | None:
-    """A number of strokes."""
-    if value in (*get_args(Knee), "all"):
-        return None if value == "all" else str(value)
-    if isinstance(value, int) and not isinstance(value, bool) and 1 <= value < 2**63:
-        return UsualCount(value)
-    if isinstance(value, float) and 0 < value <= 1:
-        return value
-    raise ValueError(
-        "must be a count of 1 or more, a share such as 0.1, 'auto' or 'all', got " + reprlib.repr(value)
-    )
-
-
-# Fields whose value in a file is not that of their class.
-_SPECIAL: Mapping[tuple[str, str], Callable[[Any], Any]] = {
-    ("cluster", "strokes"): _strokes,
-    ("strokes", "direction"): partial(parsed_text, Direction.of),
-    ("strokes", "focus"): partial(parsed_text, Focus.of),
-}
+    rows = _rows()
+    if step not in rows:
+        hint = hint_for(step, rows)
+        raise SceneError(path, f"a look has no [{step}]; its tables are {', '.join(rows)}{hint}")
+    try:
+        values = read_table(table, rows[step], f"[{step}] ")
+    except ValueError as error:
+        raise SceneError(path, str(error)) from None
+    return {name: located(value, path.parent) for name, value in values.items()}

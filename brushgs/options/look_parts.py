@@ -1,83 +1,48 @@
-"""The parts of a look beside strokes: brushes, colour, ground, light and medium, one frozen dataclass each.
+"""The parts of a look beside strokes and medium: brushes, colour, ground and light, one class each.
 
-Their defaults add nothing: strokes of one brush, in the colours of the scene, flat, on a background. A number
-has its range beside its type (`Within`), so a new field needs no other line: files of looks, messages and
-resumed paintings take it from there.
-
-Lengths on the canvas are pixels of a picture of 1000 x 750; they grow with the root of its area.
+Their defaults add nothing: strokes of one brush, in the colours of the scene, flat, on a background. Lengths
+on the canvas are pixels of a picture of 1000 x 750; they grow with the root of its area.
 """
 
-from dataclasses import dataclass, field, fields
-from math import degrees, pi, radians
-from typing import Annotated, Any, NamedTuple, get_args
+from math import degrees, radians
+from typing import Annotated, Any, ClassVar, get_args
 
-from brushgs.options.choices import MAX_BACKDROP, Canvas, Medium, StageTone, color_code
+from brushgs.options.choices import DEFAULT_BACKDROP, MAX_BACKDROP, Canvas, StageTone, color_code
+from brushgs.options.table import Options, count, in_files, number, option, share, shown
 
 MAX_BRUSHES = 256  # of one picture: a stroke holds the row of its brush in 8 bits
 MAX_PIGMENTS = 256
 Pair = tuple[float, float]
+LOOK_GROUP = "look"
+ABOUT_LOOKS = "a sensible whole of brushes, strokes, colour, ground and light; every flag overrides its part"
+Names = Annotated[tuple[str, ...], in_files("names of strokes, or image files")]
+Tint = Annotated[Pair, in_files("shift of a colour, OKLab (a, b)", ge=-0.2, le=0.2)]
+Jitter = Annotated[Pair, in_files("standard deviations of strokes, OKLab (L, and a and b)", ge=0, le=0.2)]
 
 
-class Within(NamedTuple):
-    """The range of a number, or of every number of a tuple, beside the type of its field."""
-
-    least: float
-    most: float
-
-
-DEGREES = "degrees"  # beside the type of a field of radians that files give in degrees
-Share = Annotated[float, Within(0, 1)]
-Tint = Annotated[Pair, Within(-0.2, 0.2)]
-
-
-class _Part:
-    """Checks the fields that have a range beside their type."""
-
-    def __post_init__(self) -> None:
-        for known in fields(self):  # type: ignore[arg-type]  # every subclass is a dataclass
-            value = getattr(self, known.name)
-            for rule in getattr(known.type, "__metadata__", ()):
-                for number in value if isinstance(value, tuple) else (value,):
-                    if isinstance(rule, Within) and not rule.least <= number <= rule.most:
-                        raise ValueError(
-                            f"{known.name} must be {rule.least:g} to {rule.most:g}, got {number:g}"
-                        )
-
-
-def _check_choice(name: str, value: str, choices: Any) -> None:
-    known = get_args(choices)
-    if value not in known:
-        raise ValueError(f"{name} must be {', '.join(known[:-1])} or {known[-1]}, got {value!r}")
-
-
-@dataclass(frozen=True)
-class BrushesConfig:
+class BrushesConfig(Options, frozen=True):
     """Which brushes paint which strokes: names of built-in strokes, or image files.
 
     Without any, all strokes are painted with `DrawConfig.stroke`. A list that is empty is that of `other`.
-    Which brush of a list a stroke gets is a hash of its place in space.
-
-    Attributes:
-        long: of strokes that are long: length over width above 1.9.
-        short: of strokes that are nearly round: below 1.35.
-        other: of all others.
-        large: what strokes of more than 2.2 times the median size may take beside their own.
-        smooth: what strokes of smooth and light surfaces take instead where there is economy, see
-            `brushgs.passes.form.material`; without any they keep theirs.
-        rough: the same for rough surfaces.
-        are_usual: whether nobody asked for these, nor for a stroke: then the strokes of a file that names
-            their brushes keep those.
+    Which brush of a list a stroke gets is a hash of its place in space. `long` is for strokes of a length
+    over width above 1.9, `short` below 1.35, `other` between; strokes of more than 2.2 times the median size
+    may take one of `large` beside their own. Where there is economy those of smooth and light surfaces take
+    one of `smooth`, of rough ones one of `rough`, see `brushgs.passes.form.material`. `are_usual` tells
+    whether nobody asked for these, nor for a stroke: then the strokes of a file that names their brushes
+    keep those.
     """
 
-    long: tuple[str, ...] = ()
-    short: tuple[str, ...] = ()
-    other: tuple[str, ...] = ()
-    large: tuple[str, ...] = ()
-    smooth: tuple[str, ...] = ()
-    rough: tuple[str, ...] = ()
-    are_usual: bool = field(default=False, compare=False)
+    IN_LOOKS: ClassVar = True
+    long: Names = ()
+    short: Names = ()
+    other: Names = ()
+    large: Names = ()
+    smooth: Names = ()
+    rough: Names = ()
+    are_usual: bool = False
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not all(name.strip() for name in self.names):
             raise ValueError("brushes must be names of strokes or image files, got an empty one; remove it")
         if len(self.names) > MAX_BRUSHES:
@@ -85,44 +50,47 @@ class BrushesConfig:
         if self.names and not self.other:
             raise ValueError("other must name at least one brush where other lists do, got none")
 
+    def __eq__(self, other: object) -> bool:
+        """Whether the lists are the same, whoever asked for them."""
+        return isinstance(other, BrushesConfig) and self._lists == other._lists
+
+    def __hash__(self) -> int:
+        return hash(self._lists)
+
+    @property
+    def _lists(self) -> tuple[tuple[str, ...], ...]:
+        return self.long, self.short, self.other, self.large, self.smooth, self.rough
+
     @property
     def names(self) -> tuple[str, ...]:
         """All brushes, each once, in the order of the lists."""
-        lists = self.long, self.short, self.other, self.large, self.smooth, self.rough
-        return tuple(dict.fromkeys(name for names in lists for name in names))
+        return tuple(dict.fromkeys(name for names in self._lists for name in names))
 
 
-@dataclass(frozen=True)
-class ColorConfig(_Part):
-    """How the colours of strokes differ from those of the scene, in OKLab; the defaults leave them.
+class ColorConfig(Options, frozen=True):
+    """How the colours of strokes differ from those of the scene, in OKLab; the defaults leave them."""
 
-    Attributes:
-        chroma: factor of chroma, 0 (grey) to 3.
-        contrast: factor of lightness around the pivot, 0 to 3.
-        pivot: lightness that contrast leaves, 0 to 1.
-        local: of drawing media and watercolour: share of a tone that says how a stroke stands out from what
-            surrounds it, 0 to 1.
-        equalize: of these too: share in which all tones are made equally frequent, 0 to 1.
-        shadows: shift of (a, b) in the dark, such as (0.012, -0.045) toward violet, each -0.2 to 0.2.
-        lights: the same in the light, such as (0.004, 0.03) toward yellow.
-        pigments: how many colours a painting is mixed of, 2 to 256, or 0 for any.
-        pure: share in which strokes take the colour of their pigment, 0 to 1.
-        gray: whether only lightness is kept.
-        values: share in which the painting takes the range of values of a painting, and the warmth of its
-            lights, see `brushgs.passes.color.values`; 0 to 1.
-    """
-
-    chroma: Annotated[float, Within(0, 3)] = 1.0
-    contrast: Annotated[float, Within(0, 3)] = 1.0
-    pivot: Share = 0.6
-    local: Share = 0.0
-    equalize: Share = 0.0
-    shadows: Tint = (0.0, 0.0)
-    lights: Tint = (0.0, 0.0)
-    pigments: Annotated[int, Within(0, MAX_PIGMENTS)] = 0
-    pure: Share = 0.85
-    gray: bool = False
-    values: Share = 0.0
+    GROUP: ClassVar = LOOK_GROUP
+    ABOUT: ClassVar = ABOUT_LOOKS
+    IN_LOOKS: ClassVar = True
+    # fmt: off
+    chroma: Annotated[float, option("how colourful; 0 is grey, 1 as the scene #saturation #vivid", ge=0, le=3
+    )] = 1.0
+    contrast: Annotated[float, in_files("factor of lightness around the pivot", ge=0, le=3)] = 1.0
+    pivot: Annotated[float, share("lightness that contrast leaves", flag=None)] = 0.6
+    local: Annotated[float, share("of drawing media and watercolour: share of a tone that says how a "
+        "stroke stands out from what surrounds it", flag=None)] = 0.0
+    equalize: Annotated[float, share("of these: how far all tones are made equally frequent", flag=None
+    )] = 0.0
+    shadows: Tint = (0.0, 0.0)  # in the dark, such as (0.012, -0.045) toward violet
+    lights: Tint = (0.0, 0.0)  # in the light, such as (0.004, 0.03) toward yellow
+    pigments: Annotated[int, option("number of colours that paint is mixed of, 2 or more, or 0 for any",
+        ge=0, le=MAX_PIGMENTS)] = 0
+    pure: Annotated[float, share("how far strokes take the colour of their pigment", flag=None)] = 0.85
+    gray: Annotated[bool, in_files("whether only lightness is kept")] = False
+    values: Annotated[float, share("how far lights and darks are opened to those of a painting, lights "
+        "warmer than darks #contrast #range")] = 0.0
+    # fmt: on
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -135,61 +103,78 @@ class ColorConfig(_Part):
         return self.chroma != 1 or self.contrast != 1 or any((*self.shadows, *self.lights))
 
 
-@dataclass(frozen=True)
-class GroundConfig(_Part):
+def _backdrop(text: str) -> bool | int | str:
+    """A kind of backdrop, whether there is one, or its number of loose strokes; 0 is off."""
+    if text in ("on", "off"):
+        return text == "on"
+    if text in ("stage", "loose"):
+        return text
+    try:
+        return count(text, 0) or False
+    except ValueError:
+        raise ValueError(f"must be stage, loose, on, off or a whole number, got {text!r}") from None
+
+
+def _backdrop_value(given: Any) -> bool | int:
+    """The same of a value of Python or of a file, whose number is that of strokes."""
+    if isinstance(given, bool) or (isinstance(given, int) and abs(given) < 2**63):
+        return given
+    raise ValueError(f"must be a whole number, got {shown(given)}")
+
+
+GROUND_FORMS = "toned, canvas, paper, none, the name of a colour, #rrggbb or an image file"
+
+
+class GroundConfig(Options, frozen=True):
     """What lies behind the strokes of the scene: the ground of the canvas, and strokes of a backdrop on it.
 
-    Attributes:
-        ground: "none" for `DrawConfig.background`; "toned": the complement of the scene's mean colour;
-            "canvas" or "paper", as bought; the name of a colour, "#rrggbb", or an image file.
-        lightness: of a toned ground, OKLab, 0 to 1.
-        complement: of a toned ground, 0 (neutral) to 1: how far it goes from the scene's mean colour.
-        warmth: shift of a toned ground, OKLab (a, b), each -0.2 to 0.2.
-        backdrop: number of strokes of the backdrop, which stand in the world on a sphere around the scene; 0
-            for none. Zoomed-in views get more.
-        backdrop_always: whether scenes seen from inside, flat ones seen from above, and those that fill the
-            picture, have a backdrop as well.
-        backdrop_brushes: names of strokes, or image files; without any those of the strokes.
-        backdrop_lightness: OKLab, (above, below).
-        backdrop_complement: how far it goes from the scene's mean colour, (above, below), 0 to 1.
-        backdrop_above: shift of its colour above, OKLab (a, b), each -0.2 to 0.2.
-        backdrop_below: the same below.
-        backdrop_jitter: standard deviations of its strokes, OKLab (L, and a and b), each 0 to 0.2.
-        backdrop_aspect: length of its strokes over their width, 1 to 10.
-        backdrop_size: of its strokes, 1.6 covers the sphere loosely, 0.5 to 4.
-        backdrop_dry: how little paint its strokes hold, 0 to 1: the ground shows through.
-        backdrop_border: share of the picture's smaller side over which it thins toward the border, 0 to 0.5.
-        stage: whether a table, a wall and the cast shadow stand in place of the backdrop, in paint or in the
-            marks of a drawing medium.
-        stage_tone: "auto", "light" or "dark": of the wall, or the colours of both, as "#table,#wall".
-        stage_size: of its strokes, 1 for the usual one, 0.25 to 4.
-        stage_aspect: length of its strokes over their width, 1 to 10.
-        stage_jitter: standard deviations of its strokes, OKLab (L, and a and b), each 0 to 0.2.
-        shadow: strength of the shadow on a stage, 0 to 1.
+    Strokes of a backdrop stand in the world on a sphere around the scene; zoomed-in views get more. Scenes
+    seen from inside, flat ones seen from above, and those that fill the picture, have one only with
+    `backdrop_always`. A stage is a table, a wall and the cast shadow, in paint or in the marks of a drawing
+    medium; it stands in place of the backdrop.
     """
 
-    ground: str = "none"
-    lightness: Share = 0.58
-    complement: Share = 0.6
+    GROUP: ClassVar = LOOK_GROUP
+    ABOUT: ClassVar = ABOUT_LOOKS
+    IN_LOOKS: ClassVar = True
+    # fmt: off
+    ground: Annotated[str, option("what the canvas is toned with: 'toned', the complement of the scene's "
+        "colours, 'canvas', 'paper', a colour as of --background, an image file, or 'none' for the "
+        "background #background #behind #canvas", metavar="NAME|COLOR|FILE", example="paper")] = "none"
+    lightness: Annotated[float, share("of a toned ground, OKLab", flag=None)] = 0.58
+    complement: Annotated[float, share("of a toned ground: how far it goes from the scene's mean colour",
+        flag=None)] = 0.6
     warmth: Tint = (0.012, 0.04)
-    backdrop: Annotated[int, Within(0, MAX_BACKDROP)] = 0
-    backdrop_always: bool = False
-    backdrop_brushes: tuple[str, ...] = ()
-    backdrop_lightness: Annotated[Pair, Within(0, 1)] = (0.66, 0.40)
-    backdrop_complement: Annotated[Pair, Within(0, 1)] = (0.5, 0.3)
+    backdrop: Annotated[int, option("what stands around an object: 'stage', a table, a wall and its "
+        f"shadow; 'loose', strokes in the air, of the number of the look or {DEFAULT_BACKDROP}, or N of "
+        "them; 'on' is that of the look also around scenes that fill the picture #background #behind "
+        "#around #table", default="that of the look, and none where a scene has surroundings of its own",
+        metavar="stage|loose|on|off|N", read=_backdrop, make=_backdrop_value, ge=0, le=MAX_BACKDROP)] = 0
+    backdrop_always: Annotated[bool, in_files("whether scenes that fill the picture have one as well"
+    )] = False
+    backdrop_brushes: Names = ()
+    backdrop_lightness: Annotated[Pair, share("OKLab, above and below", flag=None)] = (0.66, 0.40)
+    backdrop_complement: Annotated[Pair, share("how far it goes from the scene's mean colour, above and "
+        "below", flag=None)] = (0.5, 0.3)
     backdrop_above: Tint = (0.0, 0.03)
     backdrop_below: Tint = (0.012, 0.03)
-    backdrop_jitter: Annotated[Pair, Within(0, 0.2)] = (0.018, 0.004)
-    backdrop_aspect: Annotated[float, Within(1, 10)] = 3.0
-    backdrop_size: Annotated[float, Within(0.5, 4)] = 1.6
-    backdrop_dry: Share = 0.25
-    backdrop_border: Annotated[float, Within(0, 0.5)] = 0.13
-    stage: bool = False
-    stage_tone: str = "auto"
-    stage_size: Annotated[float, Within(0.25, 4)] = 1.0
-    stage_aspect: Annotated[float, Within(1, 10)] = 2.4
-    stage_jitter: Annotated[Pair, Within(0, 0.2)] = (0.008, 0.004)
-    shadow: Share = 0.6
+    backdrop_jitter: Jitter = (0.018, 0.004)
+    backdrop_aspect: Annotated[float, in_files("length of its strokes over their width", ge=1, le=10)] = 3.0
+    backdrop_size: Annotated[float, in_files("of its strokes; 1.6 covers the sphere loosely", ge=0.5, le=4
+    )] = 1.6
+    backdrop_dry: Annotated[float, share("how little paint its strokes hold: the ground shows through",
+        flag=None)] = 0.25
+    backdrop_border: Annotated[float, in_files("share of the picture's smaller side over which it thins "
+        "toward the border", ge=0, le=0.5)] = 0.13
+    stage: Annotated[bool, in_files("whether a stage stands in place of the backdrop")] = False
+    stage_tone: Annotated[str, option("lightness of the wall of a stage, or the colours of table and wall, "
+        "as '#7a6a58,#9aa4b0'", default="auto: the outline of the subject reads",
+        metavar="auto|light|dark|COLORS")] = "auto"
+    stage_size: Annotated[float, in_files("of its strokes, 1 for the usual one", ge=0.25, le=4)] = 1.0
+    stage_aspect: Annotated[float, in_files("length of its strokes over their width", ge=1, le=10)] = 2.4
+    stage_jitter: Jitter = (0.008, 0.004)
+    shadow: Annotated[float, share("strength of the shadow on a stage")] = 0.6
+    # fmt: on
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -210,58 +195,65 @@ class GroundConfig(_Part):
 
 
 USUAL_LAMP = radians(225.0), radians(52.0)  # on flat pictures: the upper left
-GROUND_FORMS = "toned, canvas, paper, none, the name of a colour, #rrggbb or an image file"
 
 
-@dataclass(frozen=True)
-class LightConfig(_Part):
+def _sun(text: str) -> tuple[float, ...]:
+    """One azimuth with its elevation, or two with .. between them, given in degrees, in radians."""
+    ends = [end.split(",") for end in text.split("..")]
+    if len(ends) > 2:
+        raise ValueError(f"must be AZ,EL or AZ,EL..AZ,EL in degrees, got {text!r}")
+    if wrong := [end for end in ends if len(end) != 2]:
+        raise ValueError(f"must be 2 numbers separated by commas, got {','.join(wrong[0])!r}")
+    return tuple(radians(number(word)) for end in ends for word in end)
+
+
+class LightConfig(Options, frozen=True):
     """The height of the paint and the canvas, and the lamp on them and on the scene; defaults leave both.
 
-    Attributes:
-        relief: strength of light and shade, 0 (flat) to 1, below which paint does not look like plastic.
-        lamp: (azimuth, elevation), radians: where the light comes from, clockwise in the picture from its
-            right side, so that 225 degrees is the upper left; and how high above the canvas, above 0 to 90
-            degrees. Files and flags give degrees. None for the usual lamp, which is `USUAL_LAMP` on flat
-            pictures, and stands more to the side of a scene that it lights.
-        key: strength in which the lamp lights the scene, see `KeyLight`; 0 to 1. From then on it
-            stands in the scene: relief, shadow and colours agree in every view.
-        sun: (azimuth, elevation), radians, of a lamp in the axes of the scene: the azimuth as that of a view,
-            the elevation above the table; with two pairs it goes from the first to the second along a film.
-            It goes before `lamp`; None for that.
-        gloss: strength of highlights, 0 to 0.5; from 0.15 on paint looks like plastic.
-        exponent: of highlights, 1 to 200: higher ones are smaller.
-        gain: height of the ridges in a stroke, pixels, 0 to 10.
-        base: thickness of a stroke, pixels, 0 to 10.
-        canvas: "linen", "paper" or "none": what lies under the paint.
-        canvas_strength: factor on the height and the tone of linen and paper, 0 to 5.
+    Angles are radians here, and degrees in files and flags. A `lamp` of None is the usual one, which is
+    `USUAL_LAMP` on flat pictures, and stands more to the side of a scene that it lights. With `key` it
+    stands in the scene (see `KeyLight`): relief, shadow and colours agree in every view. A `sun` goes before
+    the lamp; with two pairs of angles it passes from the first to the second along a film.
     """
 
-    relief: Share = 0.0
-    lamp: Annotated[Pair | None, DEGREES] = None
-    key: Share = 0.0
-    sun: Annotated[tuple[float, ...] | None, DEGREES] = None
-    gloss: Annotated[float, Within(0, 0.5)] = 0.06
-    exponent: Annotated[float, Within(1, 200)] = 40.0
-    gain: Annotated[float, Within(0, 10)] = 1.7
-    base: Annotated[float, Within(0, 10)] = 0.4
-    canvas: Canvas = "none"
-    canvas_strength: Annotated[float, Within(0, 5)] = 1.0
+    GROUP: ClassVar = LOOK_GROUP
+    ABOUT: ClassVar = ABOUT_LOOKS
+    IN_LOOKS: ClassVar = True
+    # fmt: off
+    relief: Annotated[float, share("strength of light and shade on the paint; 0 is flat #impasto #thick #3d"
+    )] = 0.0
+    lamp: Annotated[Pair | None, option("where the light comes from in the first view: clockwise from the "
+        "right of the picture, and above the canvas, above 0 to 90; in degrees #light #direction #sun "
+        "#shading", default="that of the look, the upper left", unit="degrees", metavar="AZ,EL",
+        is_signed=True, alone="light", example="160,30")] = None
+    key: Annotated[float, share("strength in which that lamp lights the scene, warm in the light and cool in "
+        "the shade; 0: only the paint")] = 0.0
+    sun: Annotated[tuple[float, ...] | None, option("where the light stands in the scene: the azimuth as "
+        "of --azimuth, and above the table, in degrees; two with .. between them: it passes from one to "
+        "the other along a film #day #shadow", default="--lamp", unit="degrees", metavar="AZ,EL[..AZ,EL]",
+        read=_sun, is_signed=True, alone="light")] = None
+    gloss: Annotated[float, option("strength of highlights; paint looks like plastic from 0.15 on #shine",
+        ge=0, le=0.5)] = 0.06
+    exponent: Annotated[float, in_files("of highlights: higher ones are smaller", ge=1, le=200)] = 40.0
+    gain: Annotated[float, in_files("height of the ridges in a stroke", ge=0, le=10)] = 1.7
+    base: Annotated[float, in_files("thickness of a stroke", ge=0, le=10)] = 0.4
+    canvas: Annotated[Canvas, option("what lies under the paint #texture #linen #paper")] = "none"
+    canvas_strength: Annotated[float, in_files("factor on the height and the tone of linen and paper", ge=0,
+        le=5)] = 1.0
+    # fmt: on
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_choice("canvas", self.canvas, Canvas)
         if self.sun is not None and len(self.sun) not in (2, 4):
             raise ValueError(f"sun must be one or two azimuths with elevations, got {len(self.sun)} numbers")
         for name in ("lamp", "sun"):
-            angles = getattr(self, name) or ()
+            angles = [degrees(angle) for angle in getattr(self, name) or ()]
             for azimuth, elevation in zip(angles[::2], angles[1::2], strict=True):
-                if not abs(azimuth) <= 4 * pi:
-                    found = f"{degrees(azimuth):g}"
-                    raise ValueError(f"{name} must have an azimuth of -720 to 720 degrees, got {found}")
-                if not 0 < elevation <= pi / 2:
-                    found = f"{degrees(elevation):g}"
+                if not abs(azimuth) <= 720:
+                    raise ValueError(f"{name} must have an azimuth of -720 to 720 degrees, got {azimuth:g}")
+                if not 0 < elevation <= 90:
                     raise ValueError(
-                        f"{name} must have an elevation above 0 and at most 90 degrees, got {found}"
+                        f"{name} must have an elevation above 0 and at most 90 degrees, got {elevation:g}"
                     )
 
     @property
@@ -273,66 +265,3 @@ class LightConfig(_Part):
     def has_day(self) -> bool:
         """Whether the sun passes over the scene."""
         return self.sun is not None and len(self.sun) == 4
-
-
-@dataclass(frozen=True)
-class MediaConfig(_Part):
-    """What strokes are made with, and its numbers; "paint" uses none of them.
-
-    Tones are those of the drawing, from 0, its darkest, to 1, its lightest.
-
-    Attributes:
-        kind: "paint", "charcoal", "ink" or "watercolour".
-        color: of charcoal and ink, "#rrggbb".
-        wash: strength of the soft tone under the marks, 0 to 1.
-        marks: opacity of marks in charcoal, of strokes of ink, and of glazes of watercolour, 0 to 1.
-        dry: how much of the paper's tooth the marks leave open, 0 to 1.
-        dark: tone up to which ink is solid, 0 to 1.
-        middle: tone up to which marks are made: in ink with a dry brush, 0 to 1.
-        white: tone from which chalk is laid, or paper is left white, 0 to 1; 1 for nowhere.
-        chalk: opacity of chalk, 0 to 1.
-        chalk_dry: `dry` of chalk, 0 to 1.
-        behind: sizes of a stroke by which it may lie behind what is seen and be painted, 0 to 10.
-        details: opacity of smaller glazes in the dark, 0 to 1; 0 for none.
-        lines: opacity of lines along edges, 0 to 1; 0 for none.
-        line_color: of them, "#rrggbb".
-        line_width: of them, pixels, 0.2 to 20.
-        line_dry: `dry` of them, 0 to 1.
-        line_strength: of edges from which there are lines, 0 (all) to 1.
-    """
-
-    kind: Medium = "paint"
-    color: str = "#171615"
-    wash: Share = 0.6
-    marks: Share = 0.9
-    dry: Share = 0.0
-    dark: Share = 0.2
-    middle: Share = 0.7
-    white: Share = 1.0
-    chalk: Share = 0.8
-    chalk_dry: Share = 0.34
-    behind: Annotated[float, Within(0, 10)] = 1.6
-    details: Share = 0.0
-    lines: Share = 0.0
-    line_color: str = "#0f0e0e"
-    line_width: Annotated[float, Within(0.2, 20)] = 1.5
-    line_dry: Share = 0.2
-    line_strength: Share = 0.3
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _check_choice("kind", self.kind, Medium)
-        for name in ("color", "line_color"):
-            code = getattr(self, name)
-            if len(code) != 7 or code[0] != "#" or set(code[1:].lower()) - set("0123456789abcdef"):
-                raise ValueError(f"{name} must be #rrggbb, got {code!r}")
-
-    @property
-    def has_own_color(self) -> bool:
-        """Whether marks have a colour of the medium, not those of the scene."""
-        return self.kind in ("charcoal", "ink")
-
-    @property
-    def draws_lines(self) -> bool:
-        """Whether there are lines along edges."""
-        return self.kind != "paint" and self.lines > 0

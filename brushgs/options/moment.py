@@ -1,18 +1,16 @@
 """A moment of a moving scene, as options name it."""
 
 import re
-from dataclasses import dataclass
+from typing import Any
+
+from brushgs.options.table import Struct
 
 
-@dataclass(frozen=True)
-class Moment:
+class Moment(Struct, frozen=True):
     """A time of a moving scene.
 
-    Attributes:
-        amount: seconds, >= 0; or of its duration the share, 0 to 1.
-        is_share: whether it is a share.
-        is_all: whether it is all moments at once: numbered files are then parts of one scene at rest. Only
-            where a scene comes from.
+    `amount` is in seconds, or the share of its duration. `is_all` is all moments at once: numbered files are
+    then parts of one scene at rest; only where a scene comes from.
 
     Raises:
         ValueError: if it is out of range.
@@ -56,3 +54,16 @@ class Moment:
     def word(self) -> str:
         """As a word of a command line: "0.4", "40%" or "all"."""
         return str(self).removesuffix(" s")
+
+
+def clip_time(text: str) -> Moment:
+    """A moment of a clip, see `Moment.parse`."""
+    found = Moment.parse(text)
+    if found.is_all:
+        raise ValueError("must be one moment, seconds such as 0.4 or a share such as 40%, got all")
+    return found
+
+
+def moment_value(given: Any) -> Moment:
+    """A moment, or seconds."""
+    return given if isinstance(given, Moment) else Moment.parse(str(given))

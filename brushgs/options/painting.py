@@ -1,18 +1,22 @@
-"""Options of a painting: one frozen dataclass per step, which checks its values.
+"""Options of a painting: one class per step, a line an option, see `brushgs.options.table`.
 
-Only the standard library is imported, so that a command line is checked without loading NumPy.
+Only the standard library and msgspec are imported, so that a command line is checked without loading NumPy.
 """
 
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass, replace
-from math import ceil, inf, pi, radians
+from math import ceil, inf, radians
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, Self, get_args
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args
+
+import msgspec
 
 from brushgs.core.threads import MOST_THREADS
 from brushgs.options.choices import (
+    COLORS,
     MAX_SIDE,
+    METHODS,
     PLAIN_STROKES,
     Clean,
     ColorSpace,
@@ -31,15 +35,16 @@ from brushgs.options.choices import (
     StrokesFor,
     Target,
     Weight,
-    check_above_0,
     size_rule,
 )
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
-from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig, LightConfig, MediaConfig
+from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig, LightConfig
+from brushgs.options.media import Medium, Paint, medium_of
 from brushgs.options.output import OutputConfig
 from brushgs.options.rules import Rules
 from brushgs.options.styling import AdjustConfig, StyleConfig
+from brushgs.options.table import Options, number, numbers, option, rows_of, share, shown
 from brushgs.options.where import WhereConfig
 
 DEFAULT_KEEP = 0.7  # of the Gaussians, as published
@@ -53,16 +58,55 @@ MAX_STREAKS = 0.5  # of the core
 Up = str | tuple[float, float, float]
 
 
-@dataclass(frozen=True)
-class CleanConfig:
-    """What is dropped before anything else; nothing of a file of strokes.
+def picture_size(text: str) -> tuple[int, int]:
+    """(width, height) in pixels of a text such as "1280x720"."""
+    match = re.fullmatch(r"([0-9]{1,18})[xX]([0-9]{1,18})", text)
+    if match is None:
+        raise ValueError(f"must be WIDTHxHEIGHT in pixels such as 1280x720, got {text!r}")
+    size = int(match[1]), int(match[2])
+    if broken := size_rule(*size):
+        raise ValueError(broken)
+    return size
 
-    Attributes:
-        floaters: "sure", "strong", "floaters" or "off", see `brushgs.clean`; with "sure" and "strong" also
-            what hangs below an object, see `brushgs.passes.reduce.crumbs`.
-    """
 
-    floaters: Clean = "sure"
+def chosen_size(text: str) -> tuple[int, int] | Literal["auto"]:
+    """(width, height) in pixels as `picture_size`, or "auto" for one that is chosen."""
+    if text == "auto":
+        return "auto"
+    try:
+        return picture_size(text)
+    except ValueError as error:
+        raise ValueError(f"{error}; or auto" if "x" not in text.lower() else str(error)) from None
+
+
+def _look_at(text: str) -> str | tuple[float, ...]:
+    """A value of `ViewConfig.look_at`."""
+    if text in get_args(Target):
+        return text
+    try:
+        return numbers(text, 3)
+    except ValueError:
+        names = ", ".join(get_args(Target))
+        raise ValueError(f"must be {names} or three numbers such as 0,1.5,-2, got {text!r}") from None
+
+
+def _up(given: Any) -> str:
+    """An axis in the form of its flag."""
+    if isinstance(given, list | tuple) and len(given) == 3:
+        return ",".join(repr(float(one)) for one in given)
+    raise ValueError(f"must be an axis such as -y, or three numbers, got {shown(given)}")
+
+
+class CleanConfig(Options, frozen=True):
+    """What is dropped before anything else; nothing of a file of strokes."""
+
+    GROUP: ClassVar = "clustering"
+    # fmt: off
+    floaters: Annotated[Clean, option("what is dropped: 'sure': floaters that are clearly detached, and "
+        "crumbs that hang below an object, 'strong': closer floaters too, which loses some thin leaves; "
+        "'floaters': as 'sure' without crumbs; 'off': nothing #floaters #noise #remove #artefacts",
+        flag="--clean")] = "sure"
+    # fmt: on
 
     @property
     def drops_crumbs(self) -> bool:
@@ -70,45 +114,34 @@ class CleanConfig:
         return self.floaters in ("sure", "strong")
 
 
-@dataclass(frozen=True)
-class PruneConfig:
-    """Which Gaussians are kept.
+class PruneConfig(Options, frozen=True):
+    """Which Gaussians are kept."""
 
-    Attributes:
-        keep: share of the Gaussians that is kept, in (0, 1]: those of highest weight. None for 0.7, or more
-            where too much would be lost (see `prune`), at least as many as strokes are asked for, and all of
-            a file of strokes.
-        weight: "contribution" or "paper" (the published intensity), see `prune`.
-    """
-
-    keep: float | None = None
-    weight: Weight = "contribution"
-
-    def __post_init__(self) -> None:
-        if self.keep is not None and not 0 < self.keep <= 1:
-            cure = (
-                f"; for {self.keep:g} % write {self.keep / 100:g} or {self.keep:g}%"
-                if 1 < self.keep <= 100
-                else ""
-            )
-            raise ValueError(f"keep must be in (0, 1], got {self.keep:g}{cure}")
+    GROUP: ClassVar = "pruning"
+    # fmt: off
+    keep: Annotated[float | None, option("share of the Gaussians to keep, those of highest weight, such as "
+        "0.7 or 70% #prune #fewer #reduce", gt=0, le=1, takes_percent=True, default=f"{DEFAULT_KEEP:g} (more "
+        "where each counts or becomes a stroke; 1 for a file of strokes, and with --stroke gaussian without "
+        "--preset)")] = None
+    weight: Annotated[Weight, option("importance of a Gaussian: its 'contribution' to pictures by opacity, "
+        "area and visibility, or 'paper': intensity as published")] = "contribution"
+    # fmt: on
 
     def share(self) -> float:
         """The share of a scene that is kept, without what the default keeps beyond."""
         return DEFAULT_KEEP if self.keep is None else self.keep
 
 
-@dataclass(frozen=True)
-class ErrorBudget:
+class ErrorBudget(Options, frozen=True):
     """The fewest strokes whose picture reaches a PSNR to the plain picture.
 
-    Attributes:
-        psnr: dB, in (0, 100].
+    `psnr` is in dB, above 0 and at most 100.
     """
 
     psnr: float
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not 0 < self.psnr <= MAX_PSNR:
             raise ValueError(f"strokes must be above 0 dB and at most {MAX_PSNR:g} dB, got {self.psnr:g} dB")
 
@@ -116,17 +149,16 @@ class ErrorBudget:
         return f"{self.psnr:g}dB"
 
 
-@dataclass(frozen=True)
-class StrokeSize:
+class StrokeSize(Options, frozen=True):
     """Strokes of a typical length in the picture, see `brushgs.stroke_count.view_model.typical_size`.
 
-    Attributes:
-        pixels: > 0, at most the longest side that a picture can have.
+    Its `pixels` are above 0, and at most the longest side that a picture can have.
     """
 
     pixels: float
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not 0 < self.pixels <= MAX_SIDE:
             raise ValueError(f"stroke-size must be above 0 and at most {MAX_SIDE} px, got {self.pixels:g} px")
 
@@ -134,17 +166,15 @@ class StrokeSize:
         return f"{self.pixels:g}px"
 
 
-@dataclass(frozen=True)
-class UsualCount:
-    """So many strokes of a scene, and all of a file of strokes: the number of a look, which nobody asked for.
-
-    Attributes:
-        count: >= 1.
+class UsualCount(Options, frozen=True):
+    """So many strokes of a scene, and all of a file of strokes: the number of a look, which nobody asked
+    for.
     """
 
     count: int
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.count < 1:
             raise ValueError(f"strokes must be a count >= 1, got {self.count}")
 
@@ -153,36 +183,111 @@ class UsualCount:
 
 
 StrokeTarget = Knee | ErrorBudget | StrokeSize  # that a number of strokes is chosen for
+KNEES: Mapping[str, Knee] = {knee: knee for knee in get_args(Knee)}
 
 
-@dataclass(frozen=True)
-class ClusterConfig:
+def parse_strokes(text: str) -> int | float | Knee | ErrorBudget | None:
+    """A value of `ClusterConfig.strokes`: int for a count, float for a share, None for all.
+
+    Args:
+        text: a count such as "7000", a share such as "10%", "all", "auto" or "auto:frame", or a PSNR such as
+            "24dB".
+
+    Raises:
+        ValueError: if it is none of these, or out of range.
+    """
+    if text == "all":
+        return None
+    if text in KNEES:
+        return KNEES[text]
+    if text.lower().endswith("db") and (decibels := _number(text[:-2])) is not None:
+        return ErrorBudget(decibels)
+    if text.endswith("%") and (percent := _number(text[:-1])) is not None:
+        if not 0 < percent <= 100:
+            raise ValueError(f"strokes must be above 0 % and at most 100 %, got {text!r}")
+        return percent / 100
+    if re.fullmatch(r"\+?[0-9]{1,18}", text) and int(text) >= 1:
+        return int(text)
+    raise ValueError(
+        "strokes must be a count of 1 or more, a share such as 10%, all, auto, or a PSNR such as 24dB, got "
+        f"{text!r}"
+    )
+
+
+def _number(text: str) -> float | None:
+    try:
+        return number(text)
+    except ValueError:
+        return None
+
+
+def _strokes(given: Any) -> int | ErrorBudget | StrokeSize | UsualCount:
+    """A number of strokes that Python gives: a count, or a target that is made already."""
+    if isinstance(given, ErrorBudget | StrokeSize | UsualCount):
+        return given
+    if isinstance(given, bool) or not hasattr(given, "__index__") or given < 1:
+        raise ValueError(
+            "must be a count of 1 or more, a share such as '10%', all, auto, or a PSNR such as '24dB', got "
+            f"{shown(given)}"
+        )
+    return int(given)
+
+
+def _stroke_size(text: str) -> StrokeSize:
+    """A typical length of strokes in pixels; the unit may be omitted."""
+    match = re.fullmatch(r"([0-9]+\.?[0-9]*|\.[0-9]+) ?(px)?", text, re.IGNORECASE)
+    if match is None:
+        raise ValueError(f"must be a length above 0 in pixels such as 24px, got {text!r}")
+    return StrokeSize(float(match[1]))
+
+
+def _size_value(given: Any) -> StrokeSize:
+    return given if isinstance(given, StrokeSize) else _stroke_size(str(given))
+
+
+class StrokeSizeFlag(Options, frozen=True):
+    """The other flag of `ClusterConfig.strokes`."""
+
+    GROUP: ClassVar = "clustering"
+    # fmt: off
+    strokes: Annotated[StrokeSize | None, option("in place of --strokes, the typical length of strokes in "
+        "the picture such as 24px, above 0 #brush #size #thick #thin #width #large #small",
+        flag="--stroke-size", metavar="PX", read=_stroke_size, make=_size_value, alone="strokes",
+        example="24px")] = None
+    # fmt: on
+
+
+class ClusterConfig(Options, frozen=True):
     """How Gaussians become fewer and larger strokes.
 
-    Attributes:
-        strokes: maximum number: a count >= 1, a share of the scene as loaded in (0, 1) given as a float, or
-            None for one stroke per Gaussian. Or a target that the count is chosen for: "auto" for the knee of
-            error over cost (`choose_strokes`), or all of a file of strokes; an `ErrorBudget` or a
-            `StrokeSize`. The cost is the time of a painting, and of a film or with "auto:frame" that of a
-            frame. A `UsualCount` is a count, but all of a file of strokes.
-        features: "balanced" or "paper", see `cluster`.
-        merge: "cover" or "paper", see `cluster`.
-        method: "auto", "minibatch" or "lloyd", see `cluster`.
-        strokes_for: what strokes are made of: "scene", all of it, so that any other view of them fits, or
-            "view", only what the picture sees, or the views of a path.
-        seed: of the random numbers, 0 to 2^32 - 1.
+    Its `strokes` are a count of 1 or more, a share of the scene as loaded in (0, 1] given as a float, or None
+    for one stroke per Gaussian; or a target that the count is chosen for: "auto" for the knee of error over
+    cost (`choose_strokes`), or all of a file of strokes; an `ErrorBudget` or a `StrokeSize`. The cost is the
+    time of a painting, and of a film or with "auto:frame" that of a frame. A `UsualCount` is a count, but
+    all of a file of strokes.
     """
 
-    strokes: int | float | StrokeTarget | UsualCount | None = "auto"
-    features: Features = "balanced"
-    merge: Merge = "cover"
-    method: Method = "auto"
-    strokes_for: StrokesFor = "scene"
-    seed: int = 0
+    GROUP: ClassVar = "clustering"
+    # fmt: off
+    strokes: Annotated[int | float | StrokeTarget | UsualCount | None, option("number of strokes, 1 or "
+        "more; a share of the scene as loaded such as 10%; all; auto: the knee of error against the time "
+        "of the painting, or of a frame of a film (auto:frame: of a frame in any case); 24dB: the fewest "
+        "that reach this PSNR to the plain picture, above 0 and at most 100 #number #count #detail "
+        "#quality", default="auto", metavar="COUNT|PERCENT|all|auto|DB", read=parse_strokes, make=_strokes,
+        alone="strokes", example="2000")] = "auto"
+    features: Annotated[Features, option("what makes Gaussians similar: 'balanced', independent of the "
+        "scene's unit, or 'paper' as published")] = "balanced"
+    merge: Annotated[Merge, option("how Gaussians merge: 'cover' keeps the area they paint, 'paper': plain "
+        "means")] = "cover"
+    method: Annotated[Method, option(
+        "k-means: " + ", ".join(f"'{name}' {words}" for name, words in METHODS.items()), default="")] = "auto"
+    strokes_for: Annotated[StrokesFor, option("'scene': strokes are made of all of it, so that any view of "
+        "them fits; 'view': only of what this picture or path sees, so that all are spent there")] = "scene"
+    seed: Annotated[int, option("seed of all random choices #random", ge=0, le=2**32 - 1)] = 0
+    # fmt: on
 
     def __post_init__(self) -> None:
-        if not 0 <= self.seed < 2**32:
-            raise ValueError(f"seed must be 0 to 4294967295, got {self.seed}")
+        super().__post_init__()
         if self.strokes is None or isinstance(self.strokes, (ErrorBudget, StrokeSize, UsualCount)):
             return
         if isinstance(self.strokes, str):
@@ -206,7 +311,7 @@ class ClusterConfig:
     @property
     def of_film(self) -> "ClusterConfig":
         """The same where many frames are painted."""
-        return replace(self, strokes="auto:frame") if self.strokes == "auto" else self
+        return msgspec.structs.replace(self, strokes="auto:frame") if self.strokes == "auto" else self
 
     @property
     def keeps_strokes(self) -> bool:
@@ -236,38 +341,38 @@ class ClusterConfig:
         return self.strokes
 
 
-@dataclass(frozen=True)
-class StrokesConfig:
+class StrokesConfig(Options, frozen=True):
     """What strokes are beside clusters of Gaussians; none of it changes a file of strokes.
 
-    Attributes:
-        see: "views": small plain pictures of what a painting shows decide where strokes go, where they are
-            split, and their colours; "off": the scene alone does.
-        focus: where twice as many strokes go to an area, out of the same number; None for nowhere.
-        solid: whether faint strokes become crisp paint, see `brushgs.passes.form.solid`.
-        direction: which way strokes run within their own plane, see `brushgs.passes.form.orient`.
-        broken_color: standard deviation of the lightness by which strokes differ from their neighbours,
-            OKLab, 0 to 0.2, see `brushgs.passes.color.broken_color`; 0 for none.
-        economy: share in which few large strokes describe what is flat, and marks follow the surface, 0 to 1,
-            see `brushgs.passes.form.economy`.
-        edges: share in which outlines are lost in the shade and found near the focus, 0 to 1, see
-            `brushgs.passes.form.edges`.
+    See `brushgs.passes.form` for each.
     """
 
-    see: See = "views"
-    focus: Focus | None = None
-    solid: bool = True
-    direction: Direction = field(default_factory=lambda: Direction("form"))
-    broken_color: float = 0.016
-    economy: float = 0.0
-    edges: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("economy", "edges"):
-            if not 0 <= getattr(self, name) <= 1:
-                raise ValueError(f"{name} must be 0 to 1, got {getattr(self, name):g}")
-        if not 0 <= self.broken_color <= MAX_BROKEN_COLOR:
-            raise ValueError(f"broken-color must be 0 to {MAX_BROKEN_COLOR:g}, got {self.broken_color:g}")
+    GROUP: ClassVar = "strokes"
+    ABOUT: ClassVar = (
+        "what strokes are beside clusters of Gaussians; files of strokes are painted as they are, and "
+        "--preset paper and --stroke gaussian switch these off, with --underpaint and --streaks"
+    )
+    # fmt: off
+    see: Annotated[See, option("'views': small plain pictures of what is painted decide where strokes go, "
+        "which of them are split, and their colours; 'off': the scene alone")] = "views"
+    focus: Annotated[Focus | None, option("where more strokes go to an area, out of the same number: "
+        "'auto', faces, hands and what stands out, up to eight times as many; or twice as many: the "
+        "subject, a sphere in world units, or where a picture in the place of the painting is light "
+        "#detail #face", default="that of the look, off in plain", metavar="auto|off|subject|X,Y,Z,R|FILE",
+        read=Focus.of, is_signed=True)] = None
+    solid: Annotated[bool, option("paint in place of glass: faint strokes become smaller and opaque #opaque"
+    )] = True
+    direction: Annotated[Direction, option("which way strokes run: 'own', as clustered; 'form', along "
+        "shapes and edges; 'colour', along edges of colour; as the brush marks of a painting, or along "
+        "lines in space do #orientation #flow", metavar="own|form|colour|painting:FILE|guides:FILE",
+        read=Direction.of)] = Direction("form")
+    broken_color: Annotated[float, option("by how much strokes differ in lightness from their neighbours, "
+        "OKLab #variation", ge=0, le=MAX_BROKEN_COLOR)] = 0.016
+    economy: Annotated[float, share("how far few large strokes describe what is flat, and what is left "
+        "goes to accents of light and dark #loose #abstract #simple", default="that of the look")] = 0.0
+    edges: Annotated[float, share("how far outlines are lost in the shade and found near the focus; 0: all "
+        "hard #soft #blur #outline", default="that of the look")] = 0.0
+    # fmt: on
 
     @classmethod
     def of(cls, **fields: Any) -> "StrokesConfig":
@@ -288,72 +393,67 @@ class StrokesConfig:
         return tuple(path for path in (mask, self.direction.file) if path is not None)
 
 
-@dataclass(frozen=True)
-class ViewConfig:
+class ViewConfig(Options, frozen=True):
     """The view: a camera from a file, or one framed on the scene by its first view.
 
-    Attributes:
-        size: (width, height) in pixels; None for the size of the camera in the file, or 1280 x 720. "auto"
-            for one that suits what is framed, which then is set into the picture (see
-            `brushgs.cameras.composition`); where the camera moves or is given it counts as None.
-        camera_file: in any format of `brushgs.io.cameras.formats`; then only `view` and `size` are used.
-        view: which camera of the file, from 0.
-        up: direction that is up in the picture: "+x" to "-z" or three numbers; None for that of the scene
-            file, or what is known of the scene.
-        azimuth: radians, see `frame_scene`; None for that of the first view.
-        elevation: radians above the horizon; None for that of the first view: 15 degrees, or 40 above flat
-            ground.
-        side: the side that is shown, in place of an azimuth; "left" and "right" are those of the viewer of
-            the front, "top" is also an elevation, and "three-quarter" is the first view.
-        look_at: what is in the middle of the picture: the "subject", whole; the "scene" with all of its
-            surroundings; a "part" of the subject, its upper third, where heads are; or a point, world units,
-            as far away as the subject is seen from, or `distance`. None for the subject, or the view from
-            inside of a scene that is seen so: there azimuth and elevation turn the camera where it stands.
-        distance: from the camera to that point, world units, > 0; None for that of the subject.
-        pan: (right, up), by which the camera moves aside without turning, in shares of the width and height
-            of the picture, each in [-10, 10].
-        roll: radians by which the scene is turned clockwise in the picture.
-        fov_y: vertical field of view, radians.
-        zoom: 1 shows the subject whole, > 0.
+    Angles are radians here, and degrees in flags. A `size` of None is that of the camera in the file, or
+    1280 x 720; "auto" is one that suits what is framed, which then is set into the picture (see
+    `brushgs.cameras.composition`); where the camera moves or is given it counts as None. With a `camera_file`
+    only `view`, its index there, and `size` are used. `look_at` None is the subject, or the view from inside
+    of a scene that is seen so: there azimuth and elevation turn the camera where it stands.
     """
 
-    size: tuple[int, int] | Literal["auto"] | None = None
-    camera_file: Path | None = None
-    view: int = 0
-    up: Up | None = None
-    azimuth: float | None = None
-    elevation: float | None = None
-    side: Side | None = None
-    look_at: Target | tuple[float, float, float] | None = None
-    distance: float | None = None
-    pan: tuple[float, float] = (0.0, 0.0)
-    roll: float = 0.0
-    fov_y: float = radians(50.0)
-    zoom: float = 1.0
+    GROUP: ClassVar = "view"
+    ABOUT: ClassVar = "framed on the scene, or a camera from a file"
+    # fmt: off
+    size: Annotated[tuple[int, int] | Literal["auto"] | None, option("picture size in pixels; 'auto' "
+        "chooses portrait, square or landscape of as many pixels as 1280x720 has by what is framed, and "
+        "sets an object into the picture with room for its shadow #resolution #width #height #quality "
+        "#portrait #landscape #crop", default="1280x720, or that of the camera in the file",
+        metavar="WxH|auto", read=chosen_size, written=("x", ""), example="1920x1080")] = None
+    camera_file: Annotated[Path | None, option("cameras: {cameras}; 'none' passes over cameras that lie "
+        "beside the scene, which by default give {beside} #pose #colmap #transforms", default="",
+        metavar="FILE|none", action="camera file")] = None
+    view: Annotated[int, option("index of the camera in the file #camera #index", ge=0)] = 0
+    up: Annotated[Up | None, option("up direction of the scene: +x, -x, +y, -y, +z, -z or three numbers "
+        "such as 0,-1,0 #upside #down #flip #rotate #orientation", default="from the header of the file, "
+        "else the likely axis, and -y where that is hardly less likely", metavar="AXIS", read=str, make=_up,
+        is_signed=True, example="-y")] = None
+    azimuth: Annotated[float | None, option("degrees around the scene to the viewer's right, any; 0 is a "
+        "view along an axis of the scene #rotate #turn #angle #side", default="30", unit="degrees",
+        is_signed=True)] = None
+    elevation: Annotated[float | None, option("above the horizon #rotate #angle #above #below #height "
+        "#tilt", ge=-90, le=90, default="15 (40 above flat ground)", unit="degrees", is_signed=True)] = None
+    side: Annotated[Side | None, option("in place of --azimuth, the side that is shown; 'left' and 'right' "
+        "are those of who sees the front #rotate #front #back #angle #portrait", flag="--from",
+        default="three-quarter", example="left")] = None
+    look_at: Annotated[Target | tuple[float, float, float] | None, option("what is in the middle: "
+        "'subject', whole, 'scene', with all surroundings, 'part', the upper third of the subject, where "
+        "heads are, or a point in world units #center #aim #target #crop #portrait #head", default="subject",
+        metavar="X,Y,Z|NAME", read=_look_at, is_signed=True)] = None
+    distance: Annotated[float | None, option("from the camera to the point --look-at X,Y,Z, in world units "
+        "#near #far #closer", gt=0, default="that from which the subject is seen whole")] = None
+    pan: Annotated[tuple[float, float], option("move the camera aside without turning it, right and up, in "
+        "shares of the picture #shift #move #crop #center", ge=-MAX_PAN, le=MAX_PAN, metavar="RIGHT,UP",
+        is_signed=True)] = (0.0, 0.0)
+    roll: Annotated[float, option("degrees by which the scene is turned clockwise in the picture, any "
+        "#rotate #tilt #straighten", unit="degrees", is_signed=True)] = 0.0
+    fov_y: Annotated[float, option("vertical field of view #lens #focal #length #angle", flag="--fov-deg",
+        gt=0, lt=180, unit="degrees")] = radians(50.0)
+    zoom: Annotated[float, option("1 shows the whole subject, 2 twice as large #closer #crop #larger #near "
+        "#scale", gt=0, example="1.5")] = 1.0
+    # fmt: on
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.fixed_size is not None and (broken := size_rule(*self.fixed_size)):
             raise ValueError(f"size {broken}")
-        if self.view < 0:
-            raise ValueError(f"view must be 0 or more, got {self.view}")
-        if not 0 < self.fov_y < pi:
-            raise ValueError(f"fov-deg must be in (0, 180) degrees, got {self.fov_y * 180 / pi:g}")
-        if self.elevation is not None and not abs(self.elevation) <= pi / 2:
-            raise ValueError(f"elevation must lie in -90 to 90 degrees, got {self.elevation * 180 / pi:g}")
-        check_above_0("zoom", self.zoom)
         if self.side is not None and self.azimuth is not None:
             raise ValueError(f"azimuth cannot be combined with side {self.side!r}, which is one; omit one")
         if self.side == "top" and self.elevation is not None:
             raise ValueError("elevation cannot be combined with side 'top', which is 90 degrees; omit one")
-        if not all(abs(share) <= MAX_PAN for share in self.pan):
-            x, y = self.pan
-            raise ValueError(f"pan must be two shares in -{MAX_PAN:g} to {MAX_PAN:g}, got {x:g},{y:g}")
-        self._check_aim()
-
-    def _check_aim(self) -> None:
         if isinstance(self.look_at, tuple) and not all(abs(number) < inf for number in self.look_at):
             raise ValueError(f"look-at must be finite, got {','.join(f'{x:g}' for x in self.look_at)}")
-        check_above_0("distance", self.distance)
         if self.distance is not None and not isinstance(self.look_at, tuple):
             raise ValueError("distance is that to a point: give the point too, look-at X,Y,Z")
 
@@ -363,41 +463,41 @@ class ViewConfig:
         return None if self.size == "auto" else self.size
 
 
-@dataclass(frozen=True)
-class DrawConfig:
+class DrawConfig(Options, frozen=True):
     """How strokes are drawn.
 
-    Attributes:
-        stroke: name of a built-in stroke, or an image file.
-        filter: "mip", "bilinear" or "nearest", see `rasterize`.
-        extent: "fitted" to what the stroke image covers, see `StrokeTexture.fitted_sigmas`, or "paper", 2
-            standard deviations whatever it covers.
-        background: the name of a colour (`COLORS`), "transparent", "#rrggbb" or an image file.
-        lock: how strokes get their direction: "anchor", "track" or "off", see `project`. None for "anchor" in
-            one picture, and "track" along a path; only a path can be tracked.
-        order: "depth": the nearer stroke hides the other; "soft": strokes of similar depth fade into each
-            other, so that none jumps in moving pictures, see `render`. None for "depth" in one picture, and
-            "soft" along a path.
-        underpaint: whether a soft copy of each stroke lies behind it, so that nothing shows between strokes.
-        streaks: by what share bristles are lighter or darker than their stroke, 0 to 0.5.
-        threads: None takes every processor available; the picture does not depend on it.
+    A `lock` of None is "anchor" in one picture, and "track" along a path; only a path can be tracked. An
+    `order` of None is "depth" in one picture, and "soft" along a path. See `project`, `rasterize` and
+    `render`.
     """
 
-    stroke: str = DEFAULT_STROKE
-    filter: Filter = "mip"
-    extent: Extent = "fitted"
-    background: str = "white"
-    lock: Lock | None = None
-    order: Order | None = None
-    underpaint: bool = True
-    streaks: float = 0.1
-    threads: int | None = None
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.streaks <= MAX_STREAKS:
-            raise ValueError(f"streaks must be 0 to {MAX_STREAKS:g}, got {self.streaks:g}")
-        if self.threads is not None and not 1 <= self.threads <= MOST_THREADS:
-            raise ValueError(f"threads must be in 1 to {MOST_THREADS}, got {self.threads}")
+    GROUP: ClassVar = "drawing"
+    # fmt: off
+    stroke: Annotated[str, option("built-in stroke (`brushgs strokes` lists them), an image file, or "
+        "'gaussian' for the plain 3DGS picture; several with commas between them (flat,dab: long strokes "
+        "take the flat brush, short ones dabs), or a folder of images: any of them; image files: "
+        "{pictures} #brush #texture #image #shape", metavar="NAME|FILE|FOLDER", example="my_brush.png"
+    )] = DEFAULT_STROKE
+    filter: Annotated[Filter, option("how the stroke image is sampled: 'mip', small strokes do not shimmer, "
+        "'bilinear' as published, 'nearest'")] = "mip"
+    extent: Annotated[Extent, option("size of strokes: 'fitted' to what the stroke image covers, 'paper': 2 "
+        "sigma")] = "fitted"
+    background: Annotated[str, option("transparent, '#rrggbb', an image file, scaled to fill the picture, "
+        f"or one of {', '.join(COLORS)} #background #transparent #alpha", metavar="COLOR|FILE")] = "white"
+    lock: Annotated[Lock | None, option("how strokes get their direction: 'track' chooses it along the "
+        "whole path, 'anchor' in each view alone, 'off' as published: strokes flip #flicker #stable",
+        default="track along a path, anchor for a picture")] = None
+    order: Annotated[Order | None, option("how strokes hide each other: by 'depth', or 'soft': strokes of "
+        "nearly equal depth blend, so that none pops #popping #flicker",
+        default="depth for a picture, soft along a path")] = None
+    underpaint: Annotated[bool, option("a soft copy of each stroke behind it, so that nothing shows between "
+        "strokes #holes #gaps")] = True
+    streaks: Annotated[float, option("by what share bristles are lighter or darker than their stroke "
+        "#bristles #texture", ge=0, le=MAX_STREAKS)] = 0.1
+    threads: Annotated[int | None, option("processors to use; the picture does not depend on it #cpu "
+        "#speed #cores", ge=1, le=MOST_THREADS, default="all (with several --jobs an equal share each)"
+    )] = None
+    # fmt: on
 
     def lock_of(self, *, along_path: bool) -> Lock:
         """The lock of a path, or of one picture.
@@ -416,53 +516,45 @@ class DrawConfig:
         return self.order or ("soft" if along_path else "depth")
 
 
-@dataclass(frozen=True)
-class PaletteConfig:
-    """The palette that the strokes take their colours from.
+class PaletteConfig(Options, frozen=True):
+    """The palette that the strokes take their colours from."""
 
-    Attributes:
-        file: a picture, usually of a painting.
-        strength: how far colours move to those of the palette, in [0, 1].
-        space: where colours are compared: "lab", "linear" or "srgb", see `recolor`.
-    """
-
-    file: Path
-    strength: float = 1.0
-    space: ColorSpace = "lab"
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.strength <= 1:
-            cure = (
-                f"; for {self.strength:g} % write {self.strength / 100:g}" if 1 < self.strength <= 100 else ""
-            )
-            raise ValueError(f"palette-strength must be in [0, 1], got {self.strength:g}{cure}")
+    GROUP: ClassVar = "palette"
+    ABOUT: ClassVar = "recolor strokes with the mean and covariance of a picture's colours"
+    # fmt: off
+    file: Annotated[Path, option("picture whose colours are taken: {pictures} #colors #recolor #reference "
+        "#painting", flag="--palette", default="", example="monet.jpg")]
+    strength: Annotated[float, share("0 keeps the colours of the scene, 1 (or 100%) takes those of the "
+        "picture", flag="--palette-strength")] = 1.0
+    space: Annotated[ColorSpace, option("colour space of the comparison: 'lab', perceptual, 'linear' "
+        "light, 'srgb' as encoded", flag="--palette-space")] = "lab"
+    # fmt: on
 
 
-@dataclass(frozen=True)
-class PaintConfig:
+class PaintConfig(Options, frozen=True):
     """A whole painting, step by step; without a palette strokes keep the colours of the scene.
 
     The defaults are the plain method: one brush, no ground, no relief; `brushgs.options.look` has others.
     Where only a part is `painted`, the rest is shown as the scene has it.
     """
 
-    prune: PruneConfig = field(default_factory=PruneConfig)
-    cluster: ClusterConfig = field(default_factory=ClusterConfig)
+    prune: PruneConfig = PruneConfig()
+    cluster: ClusterConfig = ClusterConfig()
     palette: PaletteConfig | None = None
-    view: ViewConfig = field(default_factory=ViewConfig)
-    draw: DrawConfig = field(default_factory=DrawConfig)
-    clean: CleanConfig = field(default_factory=CleanConfig)
-    strokes: StrokesConfig = field(default_factory=StrokesConfig)
-    brushes: BrushesConfig = field(default_factory=BrushesConfig)
-    color: ColorConfig = field(default_factory=ColorConfig)
-    ground: GroundConfig = field(default_factory=GroundConfig)
-    light: LightConfig = field(default_factory=LightConfig)
-    media: MediaConfig = field(default_factory=MediaConfig)
+    view: ViewConfig = ViewConfig()
+    draw: DrawConfig = DrawConfig()
+    clean: CleanConfig = CleanConfig()
+    strokes: StrokesConfig = StrokesConfig()
+    brushes: BrushesConfig = BrushesConfig()
+    color: ColorConfig = ColorConfig()
+    ground: GroundConfig = GroundConfig()
+    light: LightConfig = LightConfig()
+    media: Medium = Paint()
     style: StyleConfig | None = None
-    adjust: AdjustConfig = field(default_factory=AdjustConfig)
+    adjust: AdjustConfig = AdjustConfig()
     rules: Rules | None = None
     painted: WhereConfig | None = None
-    output: OutputConfig = field(default_factory=OutputConfig)
+    output: OutputConfig = OutputConfig()
 
     @classmethod
     def of(cls, values: StepValues) -> Self:
@@ -474,16 +566,11 @@ class PaintConfig:
         return cls(**{step: _make(STEPS[step], of_step) for step, of_step in values.items() if of_step})
 
 
-def _make(kind: type, values: Mapping[str, Any]) -> Any:
-    return getattr(kind, "of", kind)(**values)
-
-
-def _class_of(kind: Any) -> type:
-    """The class of a step, which may be optional."""
-    return next(one for one in (kind, *get_args(kind)) if isinstance(one, type) and is_dataclass(one))
+def _make(kind: type[Options], values: Mapping[str, Any]) -> Any:
+    return medium_of(values) if kind is Medium else getattr(kind, "of", kind)(**values)
 
 
 # Steps of a painting -> their classes, by the fields of `PaintConfig`.
-STEPS: Mapping[str, type] = MappingProxyType(
-    {step.name: _class_of(step.type) for step in fields(PaintConfig)}
+STEPS: Mapping[str, type[Options]] = MappingProxyType(
+    {row.field: row.kinds[0] for row in rows_of(PaintConfig)}
 )

@@ -17,18 +17,18 @@ named from the current folder.
     adjust = {saturation = 0.4}
 """
 
-import reprlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
+
+from msgspec.structs import replace
 
 from brushgs.errors import SceneError
 from brushgs.options.direction import Direction
-from brushgs.options.look_parts import MAX_BRUSHES, Share, Within, _Part
+from brushgs.options.look_parts import MAX_BRUSHES
 from brushgs.options.styling import AdjustConfig, StyleConfig
-from brushgs.options.toml_values import hint_for, located, parsed_text, read_text, read_toml, typed_value
+from brushgs.options.table import NestedError, Options, hint_for, in_files, option, read_table, rows_of, shown
+from brushgs.options.toml_values import located, read_text, read_toml
 from brushgs.options.where import CLIP_VARIABLE, MAX_SOFT, Where, WhereConfig, clip_folder
 from brushgs.options.where_terms import Mask
 
@@ -39,38 +39,39 @@ KEYS = (TABLE, "camera_file", "clip")  # above and beside the tables
 ADVICE = 'rules are tables [[region]] with where = "subject" and what is to be there'
 
 
-@dataclass(frozen=True)
-class Rule(_Part):
+def _adjust(given: Any) -> AdjustConfig:
+    """A table of the fields of `AdjustConfig`."""
+    if not isinstance(given, dict):
+        raise ValueError(f"must be a table such as {{saturation = 0.6}}, got {shown(given)}")
+    try:
+        return AdjustConfig(**read_table(given, {row.field: row for row in rows_of(AdjustConfig)}))
+    except ValueError as error:
+        raise NestedError(str(error)) from None
+
+
+class Rule(Options, frozen=True):
     """What is otherwise in one part of a scene; the defaults change nothing.
 
-    Attributes:
-        where: the part.
-        name: of the part, for messages; "" for its number.
-        brushes: names of built-in strokes, or image files; empty for those of the painting.
-        size: factor on the size of strokes, 0.2 to 5.
-        share: how many times as many strokes per area as elsewhere, 0.1 to 10.
-        palette: a picture whose colours the part takes, in place of that of the painting.
-        palette_strength: 0 to 1.
-        style: whose colours it takes in place of those of the painting.
-        adjust: changes of its colours; None for those of the painting.
-        direction: which way strokes run.
-        opacity: factor on the opacity of strokes, 0 to 1.
-        soft: width of its edge as a share of the subject's size, 0 (hard) to 2: there strokes of both sides
-            mingle.
+    Brushes are names of built-in strokes, or image files; empty for those of the painting, as None is of
+    other values. The palette, a picture, goes before that of the painting. At a soft edge strokes of both
+    sides mingle.
     """
 
-    where: Where
-    name: str = ""
-    brushes: tuple[str, ...] = ()
-    size: Annotated[float, Within(0.2, 5)] = 1.0
-    share: Annotated[float, Within(0.1, 10)] = 1.0
-    palette: Path | None = None
-    palette_strength: Share = 1.0
-    style: StyleConfig | None = None
-    adjust: AdjustConfig | None = None
-    direction: Direction | None = None
-    opacity: Share = 1.0
-    soft: Annotated[float, Within(0, MAX_SOFT)] = 0.0
+    # fmt: off
+    where: Annotated[Where, in_files("the part", read=Where.parse)]
+    name: Annotated[str, in_files("of the part, for messages")] = ""
+    brushes: Annotated[tuple[str, ...], in_files("that paint it")] = ()
+    size: Annotated[float, in_files("factor on the size of strokes", ge=0.2, le=5)] = 1.0
+    share: Annotated[float, in_files("how many times as many strokes per area as elsewhere", ge=0.1, le=10
+    )] = 1.0
+    palette: Annotated[Path | None, in_files("picture whose colours it takes", read=Path)] = None
+    palette_strength: Annotated[float, in_files("how far it takes these", ge=0, le=1)] = 1.0
+    style: Annotated[StyleConfig | None, in_files("whose colours it takes", read=StyleConfig.parse)] = None
+    adjust: Annotated[AdjustConfig | None, in_files("changes of its colours", make=_adjust)] = None
+    direction: Annotated[Direction | None, in_files("which way strokes run", read=Direction.of)] = None
+    opacity: Annotated[float, in_files("factor on the opacity of strokes", ge=0, le=1)] = 1.0
+    soft: Annotated[float, in_files("width of its edge, of the subject's size", ge=0, le=MAX_SOFT)] = 0.0
+    # fmt: on
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -90,26 +91,32 @@ class Rule(_Part):
         return (*self.where.files, *map(Path, self.brushes), *palette, *style, *direction)
 
 
-@dataclass(frozen=True)
-class Rules:
+ROWS = {row.field: row for row in rows_of(Rule)}
+
+
+class Rules(Options, frozen=True):
     """The rules of a painting: the first rule whose part a Gaussian is in has it.
 
-    Attributes:
-        rules: 1 to 32.
-        file: that holds them; None for rules made in code.
-        camera_file: the cameras that painted masks were made with; None where there are none.
-        clip: folder of the CLIP model that finds words; None for that of the environment.
+    Words are found by the CLIP model of a folder, `clip`, or that of the environment.
 
     Raises:
         ValueError: if there are more, or none, a mask lacks its cameras, or words lack a model.
     """
 
+    GROUP: ClassVar = "parts"
+    ABOUT: ClassVar = "what is painted otherwise in parts of the scene"
     rules: tuple[Rule, ...]
-    file: Path | None = None
+    # fmt: off
+    file: Annotated[Path | None, option(
+        'TOML file of tables [[region]], each with where = "subject" (any EXPR of `brushgs refine '
+        "--where`) and any of brushes, size, share, palette, palette_strength, style, adjust, "
+        "direction, opacity, soft #region #part #different", flag="--rules")] = None
+    # fmt: on
     camera_file: Path | None = None
     clip: Path | None = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not 1 <= len(self.rules) <= MAX_RULES:
             raise ValueError(f"rules must be 1 to {MAX_RULES}, got {len(self.rules)}")
         for number, rule in enumerate(self.rules, 1):
@@ -137,12 +144,11 @@ class Rules:
         content = read_toml(read_text(file, "a file of rules", MAX_BYTES), file, ADVICE)
         for key in content:
             if key not in KEYS:
-                known = {one.name for one in fields(Rule)}
-                cure = f"; write it below [[{TABLE}]]" if key in known else hint_for(key, KEYS)
+                cure = f"; write it below [[{TABLE}]]" if key in ROWS else hint_for(key, KEYS)
                 raise SceneError(file, f"has no {key!r} above its tables, only {', '.join(KEYS)}{cure}")
         tables = content.get(TABLE)
         if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
-            raise SceneError(file, f"must have tables [[{TABLE}]], got {reprlib.repr(tables)}; {ADVICE}")
+            raise SceneError(file, f"must have tables [[{TABLE}]], got {shown(tables)}; {ADVICE}")
         if len(tables) > MAX_RULES:
             raise SceneError(file, f"must have at most {MAX_RULES} tables [[{TABLE}]], got {len(tables)}")
         beside = [_named(file, content, key) for key in ("camera_file", "clip")]
@@ -182,7 +188,7 @@ def _named(file: Path, content: Mapping[str, Any], key: str) -> Path | None:
     if name is None:
         return None
     if not isinstance(name, str) or not name:
-        raise SceneError(file, f"{key} must be text in quotes, got {reprlib.repr(name)}")
+        raise SceneError(file, f"{key} must be text in quotes, got {shown(name)}")
     return _beside(name, file.parent)
 
 
@@ -193,20 +199,16 @@ def _rule(file: Path, number: int, table: Mapping[str, Any]) -> Rule:
         SceneError: if it holds what no rule has; names the table by number and name.
     """
     place = _place(number, table.get("name"))
-    known = {one.name: one for one in fields(Rule)}
-    values: dict[str, Any] = {}
-    for key, value in table.items():
-        if key not in known:
-            cure = hint_for(key, known) or f"; it has {', '.join(known)}"
-            raise SceneError(file, f"{place} has no {key!r}{cure}")
-        try:
-            values[key] = typed_value(value, known[key].type, _special(key, file.parent))
-        except ValueError as error:
-            raise SceneError(file, f"{place} {key} {error}") from None
-    if "where" not in values:
-        raise SceneError(file, f'{place} must say where, such as where = "subject"')
     try:
-        return Rule(**values)
+        if "where" not in table:
+            known = [name for name in table if name not in ROWS]
+            if not known:
+                raise ValueError('must say where, such as where = "subject"')
+        for name in ("palette", "style", "direction", "where"):
+            if table.get(name) == "":
+                raise ValueError(f"{name} must not be empty; remove it")
+        values = read_table(table, ROWS)
+        return Rule(**{name: _beside_rules(value, file.parent) for name, value in values.items()})
     except ValueError as error:
         raise SceneError(file, f"{place} {error}") from None
 
@@ -215,60 +217,23 @@ def _place(number: int, name: object) -> str:
     return f"[[{TABLE}]] {number}" + (f" ({name[:40]})" if isinstance(name, str) and name else "")
 
 
-def _special(key: str, folder: Path) -> Callable[[Any], Any] | None:
-    """How a value is made that is not one of its class as TOML has it."""
-    makers: dict[str, Callable[[Any], Any]] = {
-        "where": partial(_made, Where.parse, _where_beside, folder),
-        "palette": partial(_made, Path, _beside, folder),
-        "style": partial(_made, StyleConfig.parse, _style_beside, folder),
-        "direction": partial(_made, Direction.of, _direction_beside, folder),
-        "brushes": partial(_brushes, folder),
-        "adjust": _adjust,
-    }
-    return makers.get(key)
-
-
-def _made(parse: Callable[[str], Any], place: Callable[[Any, Path], Any], folder: Path, value: Any) -> Any:
-    """A value that is text of a form of its own, its files beside the rules."""
-    if value == "":
-        raise ValueError("must not be empty; remove it")
-    return place(parsed_text(parse, value), folder)
-
-
-def _brushes(folder: Path, value: Any) -> tuple[str, ...]:
-    names: tuple[str, ...] = typed_value(value, tuple[str, ...], None)
-    return tuple(located(names, folder))
-
-
-def _adjust(value: Any) -> AdjustConfig:
-    """A table of the fields of `AdjustConfig`."""
-    if not isinstance(value, dict):
-        raise ValueError(f"must be a table such as {{saturation = 0.6}}, got {reprlib.repr(value)}")
-    known = {one.name: one for one in fields(AdjustConfig)}
-    values = {}
-    for key, item in value.items():
-        if key not in known:
-            cure = hint_for(key, known) or f"; it has {', '.join(known)}"
-            raise ValueError(f"has no {key!r}{cure}")
-        try:
-            values[key] = typed_value(item, known[key].type, None)
-        except ValueError as error:
-            raise ValueError(f"{key} {error}") from None
-    return AdjustConfig(**values)
+def _beside_rules(value: Any, folder: Path) -> Any:
+    """The same with the files that it names, which may lie beside the rules."""
+    if isinstance(value, tuple):
+        return tuple(located(value, folder))
+    if isinstance(value, StyleConfig):
+        return StyleConfig(tuple(replace(one, file=_beside(one.file, folder)) for one in value.styles))
+    if isinstance(value, Direction) and value.file is not None:
+        return replace(value, file=_beside(value.file, folder))
+    if isinstance(value, Where):
+        return _where_beside(value, folder)
+    return _beside(value, folder) if isinstance(value, Path) else value
 
 
 def _beside(path: Path | str, folder: Path) -> Path:
     """A file or folder that lies beside the rules, or else is named from the current folder."""
     there = folder / path
     return there if "\0" not in str(path) and len(str(path)) < 1000 and there.exists() else Path(path)
-
-
-def _style_beside(style: StyleConfig, folder: Path) -> StyleConfig:
-    return StyleConfig(tuple(replace(one, file=_beside(one.file, folder)) for one in style.styles))
-
-
-def _direction_beside(direction: Direction, folder: Path) -> Direction:
-    return direction if direction.file is None else replace(direction, file=_beside(direction.file, folder))
 
 
 def _where_beside(where: Where, folder: Path) -> Where:

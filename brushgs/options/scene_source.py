@@ -4,11 +4,15 @@ import glob
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from math import inf
 from pathlib import Path
+from typing import Annotated, ClassVar
 
-from brushgs.options.moment import Moment
+import msgspec
+
+from brushgs.options.choices import MOMENTS_PER_SECOND
+from brushgs.options.memory_size import parse_memory
+from brushgs.options.moment import Moment, moment_value
+from brushgs.options.table import OF_SCENE_FILES, Options, option
 
 _INNER_SUFFIXES = ".compressed", ".ftgs"  # before .ply: of the layout, not of the name
 _INDEXES = (
@@ -17,41 +21,39 @@ _INDEXES = (
 )  # files that list those of a scene: it bears the name of their folder
 
 
-@dataclass(frozen=True)
-class SceneSource:
+class SceneSource(Options, frozen=True):
     """One scene, in one file, a folder or several of them.
 
-    Attributes:
-        paths: files and folders, whose Gaussians are joined in this order, or which are the moments of a
-            moving scene; also patterns such as frames/*.ply, see `expand`.
-        lod: level of detail of a scene that has several, from 0, the finest; None for the default of its
-            format.
-        time: the moment of a moving scene; None where the user names none: readers of one moment take the
-            first.
-        moments_per_second: rate of numbered files that are the moments of a moving scene, above 0; None for
-            24. Other scenes have none.
-        memory: bytes that making strokes of it may take: larger scenes are read in blocks and merged; None
-            for three quarters of what the machine has.
-        seeks_cameras: whether cameras that lie beside it tell how it is seen, see `camera_folders`.
+    Its `paths` are files and folders, whose Gaussians are joined in this order, or which are the moments of
+    a moving scene; also patterns such as frames/*.ply, see `expand`. A `time` of None is where the user
+    names none: readers of one moment take the first. `memory` is in bytes. `seeks_cameras` tells whether
+    cameras that lie beside the scene tell how it is seen, see `camera_folders`.
 
     Raises:
         ValueError: if there is no path, the level is below 0, or the rate or the memory is not above it.
     """
 
     paths: tuple[Path, ...]
-    lod: int | None = None
-    time: Moment | None = None
-    moments_per_second: float | None = None
-    memory: int | None = None
+    NOT_IN_MEMORY: ClassVar = OF_SCENE_FILES
+    # fmt: off
+    lod: Annotated[int | None, option("level of detail of a scene that has several; 0 is the finest", ge=0,
+        default="chosen by its size")] = None
+    time: Annotated[Moment | None, option("moment of a moving scene, in seconds or as a share of its "
+        "duration such as 40%; 'all' takes numbered files for one scene at rest #frame #moment",
+        default="the first moment", metavar="S|PERCENT|all", read=Moment.parse, make=moment_value)] = None
+    moments_per_second: Annotated[float | None, option("rate of numbered files that are the moments of a "
+        "moving scene; each is seen for 1/RATE of a second; other scenes have none", gt=0,
+        default=f"{MOMENTS_PER_SECOND:g}")] = None
+    memory: Annotated[int | None, option("memory that strokes may be made in, such as 8GB: a scene that "
+        "takes more is read in blocks and neighbours of one size and colour are merged as they come #ram "
+        "#large", default="3/4 of the machine's", metavar="SIZE", read=parse_memory)] = None
+    # fmt: on
     seeks_cameras: bool = True
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.paths:
             raise ValueError("scene must name at least one file, got none")
-        if self.lod is not None and self.lod < 0:
-            raise ValueError(f"lod must be 0 or more, got {self.lod}")
-        if self.moments_per_second is not None and not 0 < self.moments_per_second < inf:
-            raise ValueError(f"moments-per-second must be above 0, got {self.moments_per_second:g}")
         if self.memory is not None and self.memory < 1:
             raise ValueError(f"memory must be above 0 bytes, got {self.memory}")
 
@@ -65,7 +67,7 @@ class SceneSource:
             return cls(tuple(map(Path, paths)), lod, moments_per_second=moments_per_second)
         lod = scene.lod if lod is None else lod
         rate = scene.moments_per_second if moments_per_second is None else moments_per_second
-        return replace(scene, lod=lod, moments_per_second=rate)
+        return msgspec.structs.replace(scene, lod=lod, moments_per_second=rate)
 
     @property
     def name(self) -> str:

@@ -1,10 +1,9 @@
 """Options of a sequence: the path of the camera, or how a painting grows, and where frames are painted."""
 
-from dataclasses import dataclass
-from math import inf
 from pathlib import Path
+from typing import Annotated, ClassVar
 
-from brushgs.options.choices import check_above_0
+from brushgs.options.table import OF_FILMS, Options, in_files, option
 
 DEFAULT_FPS = 24.0  # of film
 MAX_FRAMES = 99_999  # more than an hour of film; five digits number them
@@ -14,72 +13,67 @@ FADE_SECONDS, MOST_FADE = 0.15, 0.1  # in which one of its strokes comes; as a s
 MAX_FPS = 1000.0  # more is a typing error, and video formats count milliseconds at the finest
 
 
-def check_fps(fps: float | None) -> None:
-    """Raise ValueError for a rate that no video has; None, which nobody gave, passes."""
-    if fps is not None and not 0 < fps <= MAX_FPS:
-        raise ValueError(f"fps must be above 0 and at most {MAX_FPS:g}, got {fps:g}")
-
-
-@dataclass(frozen=True)
-class PathConfig:
+class PathConfig(Options, frozen=True):
     """The path of the camera: an orbit around the scene, or from a file. Exactly one of `orbit` and `file`.
 
-    Attributes:
-        orbit: frames of one turn around the scene's up axis, 3 to 99,999, starting at the framed view; always
-            a loop.
-        file: cameras in any format of `brushgs.io.cameras.formats`. Each view is a frame, unless `frames` or
-            `seconds` is given: then views are the key views of a spline that is traversed at constant speed.
-            An animated camera of a glTF or USD file is no spline: `frames`, `seconds` and `fps` choose the
-            moments of its own motion.
-        frames: frames along the spline, 2 to 99,999; the first and the last are the ends of an open path.
-        seconds: in place of `frames`, a duration: `seconds` times `fps` frames, and one more if the path is
-            open, so that both ends are frames and twice the fps keeps every frame.
-        fps: frames per second of the video, in (0, 1000]; None for that of the file, else 24.
-        loop: whether the path continues from the last view to the first. The first frame is not repeated at
-            the end, nor is a last view that equals it. A camera path file may be a loop without this.
+    Exactly one of `orbit` and `file`. An orbit is always a loop. The views of a file are frames, or with
+    `frames` or `seconds` the key views of a spline that is traversed at constant speed; frames include both
+    ends of an open path. `seconds` times `fps` frames, and one more if the path is open, so that twice the
+    fps keeps every frame. An animated camera of a glTF or USD file is no spline: `frames`, `seconds` and
+    `fps` choose the moments of its own motion. A first frame is not repeated at the end of a loop, nor is a
+    last view that equals it. A camera path file may be a loop without this.
     """
 
-    orbit: int | None = None
-    file: Path | None = None
-    frames: int | None = None
-    seconds: float | None = None
-    fps: float | None = None
-    loop: bool = False
+    GROUP: ClassVar = "path"
+    NOT_IN_MEMORY: ClassVar = OF_FILMS
+    ABOUT: ClassVar = "many frames along a camera path, in place of one picture"
+    # fmt: off
+    orbit: Annotated[int | None, option("one turn around the up axis in N frames from the framed view "
+        "#turn #turntable #rotate #spin #video", ge=3, le=MAX_FRAMES, default="one picture", example="120"
+    )] = None
+    file: Annotated[Path | None, option("cameras: {cameras}; each view is a frame, or with --frames or "
+        "--seconds a key view of a smooth path; an animated camera moves as it does #trajectory #camera "
+        "#animation", flag="--path", default="")] = None
+    frames: Annotated[int | None, option("frames along the path", ge=2, le=MAX_FRAMES, default="one per view"
+    )] = None
+    seconds: Annotated[float | None, option("duration in place of --frames #duration #length", gt=0,
+        default="frames over fps", metavar="S")] = None
+    fps: Annotated[float | None, option("frames per second", gt=0, le=MAX_FPS, default="that of the path "
+        "file, else 24, of a moving scene 30")] = None
+    loop: Annotated[bool, option("close the path: continue from the last view to the first; a moving scene "
+        "runs there and back")] = False
+    # fmt: on
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if (self.orbit is None) == (self.file is None):
             found = "neither" if self.file is None else "both"
             raise ValueError(f"a camera path must be either an orbit or a path from a file, got {found}")
-        if self.orbit is not None and not 3 <= self.orbit <= MAX_FRAMES:
-            raise ValueError(f"orbit must be 3 to {MAX_FRAMES} frames, got {self.orbit}")
         for name in ("frames", "seconds"):
             if self.orbit is not None and getattr(self, name) is not None:
                 cure = "set fps to change its duration" if name == "seconds" else "omit frames"
                 raise ValueError(f"{name} cannot be combined with orbit, which is a number of frames; {cure}")
         if self.frames is not None and self.seconds is not None:
             raise ValueError("frames cannot be combined with seconds, since fps relates them; omit one")
-        if self.frames is not None and not 2 <= self.frames <= MAX_FRAMES:
-            raise ValueError(f"frames must be 2 to {MAX_FRAMES}, got {self.frames}")
-        check_above_0("seconds", self.seconds)
-        check_fps(self.fps)
 
 
-@dataclass(frozen=True)
-class GrowConfig:
+class GrowConfig(Options, frozen=True):
     """A painting that comes into being, seen by one camera that stands still.
 
-    Attributes:
-        seconds: duration, above 0. Its last part, a second or a quarter, shows the finished painting.
-        fps: frames per second of the video, in (0, 1000]; None for 24.
+    Its last part, a second or a quarter, shows the finished painting.
     """
 
-    seconds: float
-    fps: float | None = None
+    GROUP: ClassVar = "path"
+    NOT_IN_MEMORY: ClassVar = OF_FILMS
+    # fmt: off
+    seconds: Annotated[float, option("a video of so many seconds in which the painting comes into being: "
+        "ground, large strokes, small ones, lights; the camera stands still #timelapse #process #progress",
+        flag="--grow", gt=0, default="the finished painting", metavar="SECONDS")]
+    fps: Annotated[float | None, in_files("frames per second of the video", gt=0, le=MAX_FPS)] = None
+    # fmt: on
 
     def __post_init__(self) -> None:
-        if not 0 < self.seconds < inf:
-            raise ValueError(f"grow must be above 0 seconds, got {self.seconds:g}")
-        check_fps(self.fps)
+        super().__post_init__()
         if not 2 <= self.num_frames <= MAX_FRAMES:
             raise ValueError(f"grow times fps must give 2 to {MAX_FRAMES} frames, got {self.num_frames}")
 
@@ -109,27 +103,23 @@ class GrowConfig:
         return min(index / self.num_growing, 1.0)
 
 
-@dataclass(frozen=True)
-class SequenceConfig:
-    """Where the frames of a sequence are painted, and which of them.
+class SequenceConfig(Options, frozen=True):
+    """Where the frames of a sequence are painted, and which of them."""
 
-    Attributes:
-        jobs: processes of this machine that paint, >= 1.
-        scheduler: address of a Dask scheduler whose workers paint, such as "tcp://host:8786"; None for this
-            machine.
-        workers_timeout: seconds to wait for a worker where the scheduler has none, > 0.
-        is_resumed: whether existing frames of the same painting are kept and only missing ones painted.
-    """
-
-    jobs: int = 1
-    scheduler: str | None = None
-    workers_timeout: float = WORKERS_TIMEOUT
-    is_resumed: bool = False
+    GROUP: ClassVar = "path"
+    NOT_IN_MEMORY: ClassVar = OF_FILMS
+    # fmt: off
+    jobs: Annotated[int, option("processes that paint; one uses all processors for one frame; frames do "
+        "not depend on it #parallel #speed", ge=1)] = 1
+    scheduler: Annotated[str | None, option("Dask scheduler whose workers paint, such as tcp://host:8786 "
+        "(pip install 'dask[distributed]') #cluster", default="this machine", metavar="ADDRESS")] = None
+    workers_timeout: Annotated[float, option("to wait where the scheduler has no worker", gt=0,
+        metavar="SECONDS")] = WORKERS_TIMEOUT
+    is_resumed: Annotated[bool, option("paint only those numbered frames that are missing #continue",
+        flag="--resume")] = False
+    # fmt: on
 
     def __post_init__(self) -> None:
-        if self.jobs < 1:
-            raise ValueError(f"jobs must be at least 1, got {self.jobs}")
-        if not 0 < self.workers_timeout < inf:
-            raise ValueError(f"workers-timeout must be above 0 seconds, got {self.workers_timeout:g}")
+        super().__post_init__()
         if self.jobs > 1 and self.scheduler is not None:
             raise ValueError("jobs cannot be combined with scheduler, whose workers paint; omit one")

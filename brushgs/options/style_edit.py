@@ -1,21 +1,17 @@
 """What the style of an edit is learnt from: a scene before and after it, or pictures of one."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from brushgs.options.painting import Up
+from brushgs.options.table import Options
 
 
-@dataclass(frozen=True)
-class EditSource:
+class EditSource(Options, frozen=True):
     """What an edit is learnt from.
 
-    Attributes:
-        before: a scene, or with `camera_file` pictures of one: a folder, or a single one.
-        after: the same after the edit.
-        scene: that pictures show; None where `before` and `after` are scenes.
-        camera_file: of the pictures.
-        up: of the scene before, an axis or a direction; None for as its file says, or an estimate.
+    From a scene `before` and `after`, or with `camera_file` pictures of a `scene`: a folder each, or a
+    single one. `up` is that of the scene before, an axis or a direction; None for as its file says, or an
+    estimate.
 
     Raises:
         ValueError: if only one of `scene` and `camera_file` is given.
@@ -28,6 +24,7 @@ class EditSource:
     up: Up | None = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if (self.scene is None) != (self.camera_file is None):
             lost, given = ("scene", "camera-file") if self.scene is None else ("camera-file", "scene")
             raise ValueError(

@@ -1,12 +1,12 @@
 """Styles by name and share, and changes of colour that need no style: what an artist turns."""
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, ClassVar
 
 from brushgs.options.choices import STYLE_SUFFIX
-from brushgs.options.look_parts import Within, _Part
+from brushgs.options.table import NestedError, Options, in_files, option, read_table, rows_of, shown
 
 MAX_STYLES = 8  # of one painting
 FORM = "FILE:SHARE, several with commas between them, such as " + ",".join(
@@ -16,32 +16,47 @@ ROUNDING = 1e-9
 NUMBERS = ("brightness", "contrast", "saturation", "temperature")
 
 
-@dataclass(frozen=True)
-class StyleShare:
-    """One style of a mix.
-
-    Attributes:
-        file: that holds it.
-        share: 0 to 1.
-    """
+class StyleShare(Options, frozen=True):
+    """One style of a mix."""
 
     file: Path
     share: float
 
 
-@dataclass(frozen=True)
-class StyleConfig:
+def _styles(text: str) -> tuple[StyleShare, ...]:
+    return StyleConfig.parse(text).styles
+
+
+def _styles_value(given: Any) -> tuple[StyleShare, ...]:
+    """Styles of a table of files with their shares."""
+    if isinstance(given, Mapping) and given:
+        return tuple(StyleShare(Path(file), float(share)) for file, share in given.items())
+    if isinstance(given, Path):
+        return (StyleShare(given, 1.0),)
+    raise ValueError(f"must be {FORM}, got {shown(given)}")
+
+
+class StyleConfig(Options, frozen=True):
     """The styles of a painting: what is missing of 1 in their shares is the painting without any.
 
-    Attributes:
-        styles: 1 to 8.
-        has_brushes: whether strokes take the brushes of styles that have some.
+    `has_brushes` tells whether strokes take the brushes of styles that have some.
     """
 
-    styles: tuple[StyleShare, ...]
+    GROUP: ClassVar = "style"
+    ABOUT: ClassVar = (
+        "what was learnt from paintings and edits, and changes of colour (`brushgs style` learns one)"
+    )
+    # fmt: off
+    styles: Annotated[tuple[StyleShare, ...], option("style, or several with commas: "
+        f"monet{STYLE_SUFFIX}:0.7,dusk{STYLE_SUFFIX}:0.3; shares add up to at most 1, what is missing is "
+        "the painting without style #learned #artist #transfer", flag="--style",
+        default="none, without a share 1", metavar="FILE:SHARE", read=_styles, make=_styles_value,
+        written=(",", ":"), example="monet.style:0.7")]
+    # fmt: on
     has_brushes: bool = True
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not 1 <= len(self.styles) <= MAX_STYLES:
             raise ValueError(f"style must be 1 to {MAX_STYLES} styles, got {len(self.styles)}")
         for style in self.styles:
@@ -89,56 +104,81 @@ def _is_number(text: str) -> bool:
     return re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?%?", text.lower()) is not None
 
 
-def check_swap(text: str) -> str:
+def check_swap(text: Any) -> str:
     """The text, if it is a swap of colours.
 
     Raises:
         ValueError: if it is none.
     """
-    if not re.fullmatch(r"#[0-9a-fA-F]{6}:#[0-9a-fA-F]{6}", text):
+    if not isinstance(text, str) or not re.fullmatch(r"#[0-9a-fA-F]{6}:#[0-9a-fA-F]{6}", text):
         raise ValueError(f"swap must be two colours such as '#3a5f0b:#7a1f1f', got {text!r}")
     return text
 
 
-@dataclass(frozen=True)
-class AdjustConfig(_Part):
-    """Changes of the colours of strokes, the last of all; the defaults change nothing.
+def _adjustments(text: str) -> dict[str, float]:
+    """The numbers of a text such as "saturation=0.6,contrast=1.1", by field.
 
-    Attributes:
-        brightness: added to each channel, -1 to 1.
-        contrast: factor of the distance from middle grey, 0 to 3.
-        saturation: factor of the distance from grey of the same luminance, 0 (grey) to 3.
-        temperature: -1 (blue) to 1 (orange).
-        swaps: pairs "#rrggbb:#rrggbb": colours near the first move to the second.
+    Raises:
+        ValueError: if it has no such form, or a number is out of range.
     """
+    numbers = {}
+    for word in text.split(","):
+        name, equals, number = (part.strip() for part in word.partition("="))
+        if name not in NUMBERS or not equals or not _is_number(number):
+            names = ", ".join(NUMBERS)
+            raise ValueError(f"must be {names} = a number, such as saturation=0.6, got {word!r}")
+        numbers[name] = float(number.removesuffix("%")) / (100 if number.endswith("%") else 1)
+    return _checked_adjustments(numbers)
 
-    brightness: Annotated[float, Within(-1, 1)] = 0.0
-    contrast: Annotated[float, Within(0, 3)] = 1.0
-    saturation: Annotated[float, Within(0, 3)] = 1.0
-    temperature: Annotated[float, Within(-1, 1)] = 0.0
-    swaps: tuple[str, ...] = ()
+
+def _checked_adjustments(given: Any) -> dict[str, float]:
+    """The same of a table of Python or TOML."""
+    rows = {row.field: row for row in rows_of(AdjustConfig) if row.field in NUMBERS}
+    if not isinstance(given, Mapping):
+        raise ValueError(f"must be a table such as {{saturation = 0.6}}, got {shown(given)}")
+    try:
+        found = read_table(given, rows)
+        AdjustConfig(**found)
+    except ValueError as error:
+        raise NestedError(str(error)) from None
+    return found
+
+
+class AdjustFlag(Options, frozen=True):
+    """The flag of the numbers of `AdjustConfig`, which are several fields."""
+
+    GROUP: ClassVar = "style"
+    # fmt: off
+    numbers: Annotated[dict[str, float] | None, option("one or several with commas: brightness -1 to 1 "
+        "(default 0), contrast and saturation 0 to 3 (default 1), temperature -1 (blue) to 1 (orange, "
+        "default 0); after palette and style #brightness #contrast #saturation #temperature #exposure",
+        flag="--adjust", default="", metavar="NAME=NUMBER", read=_adjustments, make=_checked_adjustments,
+        action="fields", written=(",", "="))] = None
+    # fmt: on
+
+
+def _swaps(given: Any) -> tuple[str, ...]:
+    return tuple(check_swap(one) for one in given)
+
+
+class AdjustConfig(Options, frozen=True):
+    """Changes of the colours of strokes, the last of all; the defaults change nothing."""
+
+    GROUP: ClassVar = "style"
+    # fmt: off
+    brightness: Annotated[float, in_files("added to each channel", ge=-1, le=1)] = 0.0
+    contrast: Annotated[float, in_files("factor of the distance from middle grey", ge=0, le=3)] = 1.0
+    saturation: Annotated[float, in_files("factor of the distance from grey of the same luminance, 0 is "
+        "grey", ge=0, le=3)] = 1.0
+    temperature: Annotated[float, in_files("-1 is blue, 1 orange", ge=-1, le=1)] = 0.0
+    swaps: Annotated[tuple[str, ...], option("colours near #a move to #b, such as '#3a5f0b:#7a1f1f'; may "
+        "be given again #replace #color #recolor", flag="--swap", default="none", metavar="#a:#b",
+        read=check_swap, make=_swaps, action="append")] = ()
+    # fmt: on
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for swap in self.swaps:
-            check_swap(swap)
-
-    @classmethod
-    def parse(cls, text: str) -> dict[str, float]:
-        """The numbers of a text such as "saturation=0.6,contrast=1.1", by field.
-
-        Raises:
-            ValueError: if it has no such form, or a number is out of range.
-        """
-        numbers = {}
-        for word in text.split(","):
-            name, equals, number = (part.strip() for part in word.partition("="))
-            if name not in NUMBERS or not equals or not _is_number(number):
-                names = ", ".join(NUMBERS)
-                raise ValueError(f"adjust must be {names} = a number, such as saturation=0.6, got {word!r}")
-            numbers[name] = float(number.removesuffix("%")) / (100 if number.endswith("%") else 1)
-        cls(**numbers)  # type: ignore[arg-type]  # checks them
-        return numbers
+        _swaps(self.swaps)
 
     @property
     def changes(self) -> bool:

@@ -1,17 +1,11 @@
-"""Values of TOML files that one writes by hand, looks and rules: read, typed, and refused in words."""
+"""TOML files that one writes by hand, looks and rules: read with guards on size and depth in front."""
 
 import re
-import reprlib
 import tomllib
-from collections.abc import Callable
-from difflib import get_close_matches
 from pathlib import Path
-from types import UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Any
 
 from brushgs.errors import SceneError
-
-_BELOW = {int: 2**63, float: 1e300}  # magnitudes of numbers
 
 
 def read_text(path: Path, what: str, max_bytes: int) -> str:
@@ -76,85 +70,6 @@ def line_of(text: str, key: str, table: str = "", index: int = 0) -> int | None:
     return None
 
 
-def typed_value(value: Any, kind: Any, special: Callable[[Any], Any] | None) -> Any:
-    """A value of TOML as one of a field.
-
-    Raises:
-        ValueError: if the field takes no such value; without the name of the field.
-    """
-    if special is not None:
-        return special(value)
-    fits, made = _fitted(value, kind)
-    if not fits:
-        raise ValueError(f"must be {_in_words(kind)}, got {reprlib.repr(value)}")
-    return made
-
-
-def _fitted(value: Any, kind: Any) -> tuple[bool, Any]:
-    """Whether a value of TOML is of a type, and the value."""
-    kinds = get_args(kind)
-    if get_origin(kind) is Annotated:
-        return _fitted(value, kinds[0])
-    if get_origin(kind) in (UnionType, Union):
-        tried = (_fitted(value, one) for one in kinds)
-        return next((found for found in tried if found[0]), (False, None))
-    if get_origin(kind) is Literal:
-        return isinstance(value, str) and value in kinds, value
-    if get_origin(kind) is tuple:
-        return _fitted_items(value, kinds)
-    if kind in _BELOW:
-        is_number = isinstance(value, kind | int) and not isinstance(value, bool)
-        is_fit = is_number and abs(value) < _BELOW[kind]
-        return is_fit, kind(value) if is_fit else None
-    return isinstance(value, kind), value
-
-
-def _fitted_items(value: Any, kinds: tuple[Any, ...]) -> tuple[bool, Any]:
-    """The same of a list that becomes a tuple of these types, or of any length where the second is `...`."""
-    if not isinstance(value, list):
-        return False, None
-    kinds = (kinds[0],) * len(value) if kinds[1:] == (...,) else kinds
-    items = [_fitted(item, one) for item, one in zip(value, kinds, strict=False)]
-    is_fit = len(value) == len(kinds) and all(fits for fits, _ in items)
-    return is_fit, tuple(item for _, item in items)
-
-
-def _in_words(kind: Any) -> str:
-    """What a field takes."""
-    kinds = get_args(kind)
-    if get_origin(kind) is Annotated:
-        return _in_words(kinds[0])
-    if get_origin(kind) in (UnionType, Union):
-        return " or ".join(_in_words(one) for one in kinds if one is not type(None))
-    if get_origin(kind) is Literal:
-        return _listed([repr(one) for one in kinds])
-    if get_origin(kind) is tuple:
-        if kinds[1:] == (...,):
-            return 'a list of texts such as ["flat", "dab"]'
-        return f"a list of {len(kinds)} numbers"
-    words = {bool: "true or false", int: "a whole number", float: "a number", str: "text in quotes"}
-    return words.get(kind, "text in quotes")
-
-
-def _listed(words: list[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
-
-
-def parsed_text(parse: Callable[[str], Any], value: Any) -> Any:
-    """A value that is text with a form of its own, made by `parse`.
-
-    Raises:
-        ValueError: if it is none; without the name of the field.
-    """
-    if not isinstance(value, str):
-        raise ValueError(f"must be text in quotes, got {reprlib.repr(value)}")
-    try:
-        return parse(value)
-    except ValueError as error:
-        _, _, rule = str(error).partition(" ")  # without the name of the field, which is said already
-        raise ValueError(rule) from None
-
-
 def located(value: Any, folder: Path) -> Any:
     """The same with files that lie in a folder; other names stay."""
     if isinstance(value, tuple):
@@ -163,9 +78,3 @@ def located(value: Any, folder: Path) -> Any:
         path = folder / value
         return str(path) if len(value) < 1000 and path.exists() else value
     return value
-
-
-def hint_for(word: str, known: Any) -> str:
-    """A question for the nearest of the known words; "" if none is near."""
-    closest = get_close_matches(word[:100], list(known), n=1, cutoff=0.6)
-    return f"; did you mean {closest[0]!r}?" if closest else ""

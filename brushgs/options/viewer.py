@@ -1,11 +1,11 @@
 """Options of `brushgs view`: where its page is served, and what is painted from there."""
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, ClassVar, Literal
 
 from brushgs.options.choices import MAX_FILE_PIXELS, size_rule
-from brushgs.options.sequence import DEFAULT_FPS, check_fps
+from brushgs.options.sequence import DEFAULT_FPS, MAX_FPS
+from brushgs.options.table import Options, in_files, option
 
 LOOPBACK = "127.0.0.1"
 MAX_SECONDS = 600.0  # of a video: more is a typing error
@@ -14,25 +14,21 @@ MAX_KEYS = 500  # views of a path that were marked in the page
 FilmKind = Literal["turn", "path"]
 
 
-@dataclass(frozen=True)
-class ServerConfig:
-    """Where a page is served.
+class ServerConfig(Options, frozen=True):
+    """Where a page is served."""
 
-    Attributes:
-        host: address of this machine; any but 127.0.0.1 is reached by others.
-        port: 0 to 65535; 0 takes a free one.
-        certificate: of https, a file in PEM; None for http.
-        key: of the certificate, a file in PEM. Both or neither.
-    """
-
-    host: str = LOOPBACK
-    port: int = 0
-    certificate: Path | None = None
-    key: Path | None = None
+    GROUP: ClassVar = "server"
+    ABOUT: ClassVar = "of this machine, for its own browser"
+    # fmt: off
+    host: Annotated[str, option("address of this machine that others may use too, 0.0.0.0 for all of them; "
+        "127.0.0.1 is reached by this machine alone", metavar="ADDRESS")] = LOOPBACK
+    port: Annotated[int, option("where the page is served; 0 takes a free one", ge=0, le=65535)] = 0
+    certificate: Annotated[Path | None, option("of https, in PEM", default="none, which is http")] = None
+    key: Annotated[Path | None, option("of the certificate, in PEM", flag="--private-key")] = None
+    # fmt: on
 
     def __post_init__(self) -> None:
-        if not 0 <= self.port <= 65535:
-            raise ValueError(f"port must be 0 to 65535, got {self.port}; 0 takes a free one")
+        super().__post_init__()
         if (self.certificate is None) != (self.key is None):
             missing = "certificate" if self.certificate is None else "key"
             raise ValueError(f"{missing} is missing: https needs --certificate and --private-key")
@@ -54,30 +50,19 @@ def check_picture(width: int, height: int) -> None:
         raise ValueError(f"size must be at most {most}, got {width}x{height}; `brushgs render` paints larger")
 
 
-@dataclass(frozen=True)
-class FilmConfig:
+class FilmConfig(Options, frozen=True):
     """A video that is asked for from the page.
 
-    Attributes:
-        kind: "turn" for one turn around what the page looks at, from its view; "path" through marked views.
-        seconds: duration, above 0, at most 600.
-        width: pixels.
-        height: pixels.
-        fps: frames per second, in (0, 1000].
-        loop: whether a path continues from the last view to the first.
+    A "turn" is one turn around what the page looks at, from its view; a "path" goes through marked views.
     """
 
     kind: FilmKind
-    seconds: float
+    seconds: Annotated[float, in_files("duration", gt=0, le=MAX_SECONDS)]
     width: int
     height: int
-    fps: float = DEFAULT_FPS
-    loop: bool = False
+    fps: Annotated[float, in_files("frames per second", gt=0, le=MAX_FPS)] = DEFAULT_FPS
+    loop: Annotated[bool, in_files("whether a path continues from the last view to the first")] = False
 
     def __post_init__(self) -> None:
-        if self.kind not in ("turn", "path"):
-            raise ValueError(f"kind must be turn or path, got {self.kind!r}")
-        if not 0 < self.seconds <= MAX_SECONDS:
-            raise ValueError(f"seconds must be above 0 and at most {MAX_SECONDS:g}, got {self.seconds:g}")
-        check_fps(self.fps)
+        super().__post_init__()
         check_picture(self.width, self.height)

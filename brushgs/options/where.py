@@ -7,11 +7,11 @@ parenthesis, so words and file names may hold spaces; quotes hold the rest.
 import os
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import inf
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, ClassVar, Literal
 
+from brushgs.options.table import Options, Struct, option, share
 from brushgs.options.where_terms import FORMS, Mask, Term, Words, parse_term
 
 MAX_DEPTH = 50  # of parentheses: a text from elsewhere must not exhaust the stack
@@ -22,14 +22,10 @@ _OPERATOR = re.compile(r"(and|or|not)(?=[\s()]|$)", re.IGNORECASE)
 _QUOTE = re.compile(r'"(?:[^"]|"")*"|\'(?:[^\']|\'\')*\'')
 
 
-@dataclass(frozen=True)
-class Where:
+class Where(Struct, frozen=True):
     """A part of a scene: a term, or others combined.
 
-    Attributes:
-        operator: "and" or "or" of two parts or more, "not" of one, or "term".
-        parts: what is combined; none of a term.
-        term: see `brushgs.options.where_terms`; None unless it is a term.
+    "and" or "or" combine two parts or more, "not" one; a "term" has none, see `brushgs.options.where_terms`.
 
     Raises:
         ValueError: if the number of parts does not suit.
@@ -105,28 +101,33 @@ class Where:
         return f"({self})" if self.operator in ("and", "or") else str(self)
 
 
-@dataclass(frozen=True)
-class WhereConfig:
+class WhereConfig(Options, frozen=True):
     """The part of a scene that a command is limited to.
-
-    Attributes:
-        expression: the part.
-        soft: width of its edge as a share of the subject's size, 0 (hard) to 2.
-        camera_file: the cameras that painted masks were made with; None where there are none.
-        clip: folder of the CLIP model that finds words; None for that of the environment.
 
     Raises:
         ValueError: if the edge is too wide, or a term needs what is not given.
     """
 
-    expression: Where
-    soft: float = 0.0
-    camera_file: Path | None = None
-    clip: Path | None = None
+    GROUP: ClassVar = "where"
+    # fmt: off
+    expression: Annotated[Where, option("part of the scene: subject, surroundings, box:x0,y0,z0,x1,y1,z1, "
+        "sphere:x,y,z,radius, half:nx,ny,nz,d (where n.x >= d), colour:#rrggbb,distance, height:low..high "
+        "above the ground (world units, or % of the subject's), part:N (N-th largest connected one) or "
+        "part:x,y,z (the nearest), mask:FILE|FOLDER (painted pictures, white inside), text:words (needs "
+        "--clip); combined by and, or, not, ( ) #mask #region #select #crop #part", flag="--where",
+        default="all", metavar="EXPR", read=Where.parse)]
+    soft: Annotated[float, share("width of the edge as a share of the subject's size; 0 is hard #feather",
+        flag="--where-soft", le=MAX_SOFT)] = 0.0
+    camera_file: Annotated[Path | None, option("cameras of the masks, by the names of the pictures or in "
+        "their order: {cameras}; by default cameras that lie beside the scene give {beside}; 'none' passes "
+        "over these", default="", metavar="FILE|none", action="camera file")] = None
+    clip: Annotated[Path | None, option("CLIP model that finds text:words, yours: a folder with "
+        "config.json, model.safetensors and tokenizer.json, as transformers saves it (extra text)",
+        default=f"the environment's {CLIP_VARIABLE}", metavar="FOLDER")] = None
+    # fmt: on
 
     def __post_init__(self) -> None:
-        if not 0 <= self.soft <= MAX_SOFT:
-            raise ValueError(f"where-soft must be 0 to {MAX_SOFT:g}, got {self.soft:g}")
+        super().__post_init__()
         if self.expression.needs_cameras and self.camera_file is None:
             raise ValueError(
                 f"where has mask:{self.expression.masks[0]}, which needs --camera-file, the cameras that the "
@@ -165,8 +166,7 @@ def _pictures_in(path: Path) -> tuple[Path, ...]:
         return ()
 
 
-@dataclass(frozen=True)
-class _Token:
+class _Token(Struct, frozen=True):
     kind: Literal["(", ")", "and", "or", "not", "term"]
     text: str
 

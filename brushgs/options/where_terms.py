@@ -1,23 +1,24 @@
-"""What a part of a scene can be said by: one frozen dataclass for each kind of term, parsed from its text.
+"""What a part of a scene can be said by: one class for each kind of term, parsed from its text.
 
 To add one: write a class with `of` and `__str__`, and its line in `TERMS`.
 """
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from difflib import get_close_matches
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
 from typing import ClassVar, Self
 
+from brushgs.options.table import Struct
+
 Triple = tuple[float, float, float]
 MAX_PARTS = 10_000  # a higher number of a part is a typing error
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[-+]?[0-9]+)?", re.IGNORECASE)
 
 
-class _Term:
+class _Term(Struct, frozen=True):
     """A kind of term.
 
     Attributes:
@@ -38,8 +39,7 @@ class _Term:
         return self.form
 
 
-@dataclass(frozen=True)
-class Box(_Term):
+class Box(_Term, frozen=True):
     """An axis-aligned box, its faces included; world units."""
 
     form: ClassVar[str] = "box:x0,y0,z0,x1,y1,z1"
@@ -56,8 +56,7 @@ class Box(_Term):
         return f"box:{_written(*self.low, *self.high)}"
 
 
-@dataclass(frozen=True)
-class Sphere(_Term):
+class Sphere(_Term, frozen=True):
     """A ball, its surface included; world units."""
 
     form: ClassVar[str] = "sphere:x,y,z,radius"
@@ -76,8 +75,7 @@ class Sphere(_Term):
         return f"sphere:{_written(*self.center, self.radius)}"
 
 
-@dataclass(frozen=True)
-class Half(_Term):
+class Half(_Term, frozen=True):
     """The half of space where normal . x >= offset; the normal may have any length."""
 
     form: ClassVar[str] = "half:nx,ny,nz,d"
@@ -96,8 +94,7 @@ class Half(_Term):
         return f"half:{_written(*self.normal, self.offset)}"
 
 
-@dataclass(frozen=True)
-class Colour(_Term):
+class Colour(_Term, frozen=True):
     """Base colours at most so far from one, Euclidean, in display-encoded RGB of 0 to 1.
 
     Attributes:
@@ -131,8 +128,7 @@ class Colour(_Term):
         return f"colour:{self.color},{_written(self.distance)}"
 
 
-@dataclass(frozen=True)
-class Length:
+class Length(Struct, frozen=True):
     """A length above the ground.
 
     Attributes:
@@ -147,8 +143,7 @@ class Length:
         return _written(self.value) + "%" * self.is_percent
 
 
-@dataclass(frozen=True)
-class Height(_Term):
+class Height(_Term, frozen=True):
     """What lies between two heights above the ground; None for an open end, at most one."""
 
     form: ClassVar[str] = "height:low..high"
@@ -178,24 +173,21 @@ class Height(_Term):
         return f"height:{'' if self.low is None else self.low}..{'' if self.high is None else self.high}"
 
 
-@dataclass(frozen=True)
-class Subject(_Term):
+class Subject(_Term, frozen=True):
     """What the scene is a picture of, without the ground that it stands on."""
 
     form: ClassVar[str] = "subject"
     needs_subject: ClassVar[bool] = True
 
 
-@dataclass(frozen=True)
-class Surroundings(_Term):
+class Surroundings(_Term, frozen=True):
     """All that is not the subject: the ground, and what lies around and behind it."""
 
     form: ClassVar[str] = "surroundings"
     needs_subject: ClassVar[bool] = True
 
 
-@dataclass(frozen=True)
-class Part(_Term):
+class Part(_Term, frozen=True):
     """A connected part: one of the subject by its rank in size, 1 first, or the one nearest to a point."""
 
     form: ClassVar[str] = "part:N or part:x,y,z"
@@ -217,8 +209,7 @@ class Part(_Term):
         return f"part:{self.rank if self.point is None else _written(*self.point)}"
 
 
-@dataclass(frozen=True)
-class Mask(_Term):
+class Mask(_Term, frozen=True):
     """What is white in painted pictures of the scene: one picture, or a folder of them."""
 
     form: ClassVar[str] = "mask:FILE|FOLDER"
@@ -234,8 +225,7 @@ class Mask(_Term):
         return f"mask:{_quoted(str(self.path))}"
 
 
-@dataclass(frozen=True)
-class Words(_Term):
+class Words(_Term, frozen=True):
     """What looks as words say."""
 
     form: ClassVar[str] = "text:words"

@@ -104,7 +104,7 @@ def render_options(
     """
     from brushgs.rendering.options import RenderOptions
 
-    shared = {field.name for field in fields(RenderOptions)} & {field.name for field in fields(draw)}
+    shared = {field.name for field in fields(RenderOptions)} & set(DrawConfig.__struct_fields__)
     resolved = {
         "lock": draw.lock_of(along_path=along_path),
         "order": draw.order_of(along_path=along_path),

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
-from brushgs.options.painting import PaintConfig, ViewConfig
+from brushgs.options.painting import STEPS, PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.where import WhereConfig
@@ -18,7 +18,7 @@ from brushgs.pipeline.make_strokes import StrokeMaker
 from brushgs.pipeline.moving import Moving
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Job, Memory, NoMemory, Steps, held
-from brushgs.pipeline.steps import CONFIGS, PAINTING
+from brushgs.pipeline.steps import PAINTING
 from brushgs.pipeline.where import Rest
 from brushgs.rendering.canvas import Painting
 from brushgs.values.arrays import Array
@@ -226,7 +226,7 @@ def open_job(
         "check_path": check_path,
         "memory": memory,
     }
-    inputs |= {name: getattr(config, one.name) for name, one in zip(CONFIGS, fields(config), strict=True)}
+    inputs |= {f"{step}_config": getattr(config, step) for step in STEPS}
     more = ["growth"] if isinstance(views, GrowConfig) else []
     asked = [*(one for one in _EARLY if one in asks), *sorted({*asks, *more} - {*_EARLY})]
     return Job(steps, [*_FIRST, *(_VALUE_OF.get(name, name) for name in asked)], inputs, memory)

@@ -6,7 +6,6 @@ where clustering rounds differently on another machine, the strokes differ, and 
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +16,10 @@ from brushgs.errors import SceneError
 from brushgs.io.json_file import shown
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.options.clip import ClipConfig
+from brushgs.options.media import Medium
 from brushgs.options.painting import PaintConfig, UsualCount
 from brushgs.options.sequence import GrowConfig
+from brushgs.options.table import Options, changed, values_of
 from brushgs.pipeline.prepare import Prepared
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
@@ -44,19 +45,19 @@ def describe_options(
 ) -> dict[str, Any]:
     """The options that frames depend on, known before any work: name -> number, text or None."""
     along_path = grow is None
-    steps = asdict(config.prune) | asdict(config.cluster) | asdict(config.draw)
+    steps = values_of(config.prune) | values_of(config.cluster) | values_of(config.draw)
     del steps["threads"]
     steps["keep"] = config.prune.share()
     if config.cluster.target is not None:
         steps["strokes"] = str(config.cluster.target)
     elif isinstance(config.cluster.strokes, UsualCount):
         steps["strokes"] = config.cluster.strokes.count
-    steps |= {field.name: getattr(config.strokes, field.name) for field in fields(config.strokes)}
+    steps |= values_of(config.strokes)
     for name in ("focus", "direction"):
         steps[name] = None if steps[name] is None else str(steps[name])
     steps |= {step: _changed(getattr(config, step)) for step in _OF_LOOKS}
     if config.palette is not None:
-        steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
+        steps |= {f"palette {name}": str(value) for name, value in values_of(config.palette).items()}
     rules = (
         None if config.rules is None else digest(np.frombuffer(repr(config.rules.rules).encode(), np.uint8))
     )
@@ -70,19 +71,16 @@ def describe_options(
         moving |= {"grow": grow.seconds, "fps": grow.rate}
     if clip is not None:
         moving |= {
-            f"clip {name}": None if value is None else str(value) for name, value in vars(clip).items()
+            f"clip {name}": None if value is None else str(value) for name, value in values_of(clip).items()
         }
     return {"version": __version__} | steps | moving
 
 
-def _changed(part: Any) -> str:
+def _changed(part: Options) -> str:
     """The fields of a step that differ from its defaults, in words such as "relief 0.5, canvas linen"."""
-    plain = type(part)()
-    values = {known.name: getattr(part, known.name) for known in fields(part) if known.compare}
-    return (
-        ", ".join(f"{name} {value}" for name, value in values.items() if value != getattr(plain, name))
-        or "plain"
-    )
+    kind = {"kind": part.kind} if isinstance(part, Medium) and part.kind != "paint" else {}
+    values = kind | {name: value for name, value in changed(part).items() if name != "are_usual"}
+    return ", ".join(f"{name} {value}" for name, value in values.items()) or "plain"
 
 
 def describe_painting(

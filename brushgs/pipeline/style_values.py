@@ -5,7 +5,6 @@ It is a layer between a look and flags: what a flag says wins. Colours and direc
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
 from math import exp, log
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from brushgs.options.choices import StepValues, color_code
 from brushgs.options.painting import STEPS, UsualCount
+from brushgs.options.table import row_of
 from brushgs.pipeline.look import BOUGHT
 from brushgs.values.colors import oklab_of, rgb_of
 from brushgs.values.style import Style, StyleMarks
@@ -75,7 +75,7 @@ def _of_look(values: StepValues, step: str, field: str) -> Any:
     of_step: Mapping[str, Any] = values.get(step, {})
     if field in of_step:
         return of_step[field]
-    return next(known.default for known in fields(STEPS[step]) if known.name == field)
+    return row_of(STEPS[step], field).default
 
 
 def _moved_ground(values: StepValues, marked: Sequence[tuple[StyleMarks, float]]) -> dict[str, Any]:

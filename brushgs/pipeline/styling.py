@@ -1,7 +1,7 @@
 """The styles of a painting: opened, and what of their marks strokes take: numbers, directions and brushes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,7 @@ from brushgs.options.direction import Direction
 from brushgs.options.look import Look, config_of
 from brushgs.options.painting import STEPS, PaintConfig
 from brushgs.options.styling import StyleConfig
+from brushgs.options.table import values_of
 from brushgs.pipeline.report import Report
 from brushgs.values.camera import Camera
 
@@ -109,11 +110,7 @@ def styled(look: PaintConfig | Look | str | Path | None, style: StyleConfig | st
     """
     config, style = config_of(look), StyleConfig.parse(style) if isinstance(style, str) else style
     steps = {step: getattr(config, step) for step in STEPS}
-    values = {
-        step: {known.name: getattr(part, known.name) for known in fields(part)}
-        for step, part in steps.items()
-        if part is not None
-    }
+    values = {step: values_of(part) for step, part in steps.items() if part is not None}
     return replace(PaintConfig.of(styled_values(values, style)), style=style)
 
 

@@ -3,7 +3,9 @@
 It is resolved once, for a still or for a whole path, and handed on whole.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -119,6 +121,28 @@ class RenderOptions:
             relief=self.relief,
             num_threads=self.num_threads,
         )
+
+
+def check_arguments(
+    where: str, gaussians: object, cameras: Iterable[object], layers: object = (), **numbers: object
+) -> None:
+    """Refuse arguments of a function that paints which are of another type.
+
+    Raises:
+        TypeError: in one sentence, which names the argument and what it is.
+    """
+    if not isinstance(gaussians, Gaussians):
+        cure = "; load the file first, with brushgs.load" if isinstance(gaussians, str | Path) else ""
+        cure = "; the camera comes second" if isinstance(gaussians, Camera) else cure
+        raise TypeError(f"{where}: gaussians must be Gaussians, got {type(gaussians).__name__}{cure}")
+    for camera in cameras:
+        if not isinstance(camera, Camera):
+            raise TypeError(f"{where}: camera must be a Camera, got {type(camera).__name__}")
+    if isinstance(layers, str):
+        raise TypeError(f"{where}: layers must be a list of names such as [{layers!r}], got text")
+    for name, value in numbers.items():
+        if isinstance(value, str | bytes | bool) or not hasattr(type(value), "__float__"):
+            raise TypeError(f"{where}: {name} must be a number, got {value!r:.80}")
 
 
 def project_with(gaussians: Gaussians, camera: Camera, options: RenderOptions) -> tuple[Boxes, ProjectCounts]:

@@ -5,7 +5,7 @@ from typing import get_args
 
 from brushgs.brushes.brush_set import Brush, BrushSet, Sigmas
 from brushgs.options.choices import Filter, Lock, Order, ViewLock
-from brushgs.rendering.options import RenderOptions, render_with
+from brushgs.rendering.options import RenderOptions, check_arguments, render_with
 from brushgs.rendering.project import LOW_PASS, Directions
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.track import track_directions
@@ -82,6 +82,7 @@ def render(
         Frame(320x240, depth)
         >>> plain = bg.render(gaussians, camera, "gaussian")
     """
+    check_arguments("render", gaussians, [camera], layers, streaks=streaks, low_pass=low_pass)
     brush_set = BrushSet.of(texture)
     options = RenderOptions.of(
         brush_set,
@@ -152,6 +153,9 @@ def render_sequence(
     """
     if lock not in get_args(Lock):
         raise ValueError(f"render_sequence: lock must be one of {', '.join(get_args(Lock))}, got {lock!r}")
+    if isinstance(cameras, Camera):
+        raise TypeError("render_sequence: cameras must be a list of Cameras, got a Camera; render takes one")
+    check_arguments("render_sequence", gaussians, cameras, streaks=streaks, low_pass=low_pass)
     brush_set = BrushSet.of(texture)
     options = RenderOptions.of(
         brush_set,

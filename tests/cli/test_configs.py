@@ -1,33 +1,25 @@
 """Flags become frozen configuration, and every flag explains itself."""
 
 import re
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
 from brushgs.cli.commands import bench, refine, render
 from brushgs.cli.configs import grow_config, paint_config, path_config
-from brushgs.cli.flags import Fields
+from brushgs.cli.flags import CLASSES, Fields
 from brushgs.cli.parser import COMMANDS, build_parser, parse
-from brushgs.options.clip import ClipConfig
 from brushgs.options.direction import Direction
-from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig
+from brushgs.options.experiments import RefineConfig
 from brushgs.options.focus import Focus
-from brushgs.options.look_parts import ColorConfig, GroundConfig, LightConfig
-from brushgs.options.output import OutputConfig
 from brushgs.options.painting import (
-    CleanConfig,
     ClusterConfig,
     DrawConfig,
-    PaletteConfig,
     PruneConfig,
     StrokesConfig,
     ViewConfig,
 )
-from brushgs.options.rules import Rules
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
-from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.where import Where, WhereConfig
 
 PLAIN = {"underpaint": False, "streaks": 0.0}  # of the drawing of presets that paint no underpaint
@@ -218,39 +210,14 @@ def actions(command):
     return build_parser([command])._subparsers._group_actions[0].choices[command]._actions
 
 
-STEPS = {
-    "rules": Rules,
-    "painted": WhereConfig,
-    "where": WhereConfig,
-    "clean": CleanConfig,
-    "prune": PruneConfig,
-    "cluster": ClusterConfig,
-    "strokes": StrokesConfig,
-    "palette": PaletteConfig,
-    "view": ViewConfig,
-    "draw": DrawConfig,
-    "color": ColorConfig,
-    "ground": GroundConfig,
-    "light": LightConfig,
-    "output": OutputConfig,
-    "path": PathConfig,
-    "grow": GrowConfig,
-    "sequence": SequenceConfig,
-    "clip": ClipConfig,
-    "style": StyleConfig,
-    "adjust": AdjustConfig,
-    "refine": RefineConfig,
-    "stability": StabilityConfig,
-    "bench": BenchConfig,
-}
-
-
 @pytest.mark.parametrize("command", sorted(COMMANDS))
 def test_every_flag_of_a_step_fills_one_of_its_fields(command):
     for action in actions(command):
         step, dot, name = action.dest.partition(".")
         if dot and not isinstance(action, Fields):  # whose value is several of them, by name
-            assert name in {field.name for field in fields(STEPS[step])}, action.option_strings
+            assert name in {name for kind in CLASSES[step] for name in kind.__struct_fields__}, (
+                action.option_strings
+            )
 
 
 @pytest.mark.parametrize("command", sorted(COMMANDS))
@@ -261,7 +228,11 @@ def test_every_flag_has_help_and_every_number_its_default(command, capsys):
     text = " ".join(capsys.readouterr().out.split())
     for action in actions(command):
         assert action.help, action.option_strings
-        is_value = action.nargs is None and action.option_strings and action.type is not Path
+        is_value = (
+            action.nargs is None
+            and action.option_strings
+            and Path not in getattr(getattr(action, "row", None), "kinds", ())
+        )
         if is_value and action.dest not in ("preset", "help"):
             assert "default" in action.help, f"{action.option_strings} does not say its default"
     assert "usage: brushgs" in text

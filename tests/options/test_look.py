@@ -2,7 +2,7 @@
 
 import os
 import re
-from dataclasses import fields, replace
+from dataclasses import replace
 from math import degrees, radians
 
 import pytest
@@ -12,15 +12,9 @@ from hypothesis import strategies as st
 from brushgs.errors import SceneError
 from brushgs.options.choices import LOOKS
 from brushgs.options.look import MAX_BASES, MAX_BYTES, Look, looks_folder
-from brushgs.options.look_parts import (
-    BrushesConfig,
-    ColorConfig,
-    GroundConfig,
-    LightConfig,
-    MediaConfig,
-    Within,
-)
+from brushgs.options.media import Charcoal, Ink, Paint, Watercolour
 from brushgs.options.painting import STEPS, PaintConfig, UsualCount
+from brushgs.options.table import rows_of
 
 
 def written(folder, text, name="mine.toml"):
@@ -152,7 +146,7 @@ REFUSED = [
     ("[strokes]\ndirection = 'up'\n", "[strokes] direction must be own, form, colour"),
     ("[strokes]\ndirection = 3\n", "[strokes] direction must be text in quotes, got 3"),
     ("[strokes]\nfocus = '1,2,3'\n", "[strokes] focus must be auto, off, subject, x,y,z,radius"),
-    ("[prune]\nkeep = 30\n", "[prune] keep must be in (0, 1], got 30"),
+    ("[prune]\nkeep = 30\n", "[prune] keep must be above 0 and at most 1, got 30; for 30 % write 0.3 or 30%"),
     ("[prune]\nkeep = 1e999\n", "[prune] keep must be a number, got inf"),
     ("= 3", "is not TOML: Invalid statement (at line 1, column 1)"),
     ("[light]\n[light]\n", "is not TOML: Cannot declare ('light',) twice"),
@@ -218,21 +212,7 @@ def test_a_long_row_of_bases_is_refused(tmp_path):
         Look.open(tmp_path / "0.toml")
 
 
-@pytest.mark.parametrize("part", [BrushesConfig, ColorConfig, GroundConfig, LightConfig, MediaConfig])
-def test_every_number_of_a_part_has_a_range_that_holds_its_default(part):
-    for field in fields(part):
-        default = field.default
-        is_number = isinstance(default, float) or (isinstance(default, int) and not isinstance(default, bool))
-        if is_number:
-            (rule,) = [rule for rule in field.type.__metadata__ if isinstance(rule, Within)]
-            for beyond in (rule.least - 1, rule.most + 1, float("nan")):
-                with pytest.raises(ValueError, match=f"{field.name} must be"):
-                    part(**{field.name: beyond})
-            part(**{field.name: type(default)(rule.most)})
-        assert field.name in part.__doc__, "every field is explained"
-
-
-PARTS = ["color", "ground", "light", "media"]
+PARTS = ["color", "ground", "light"]
 
 
 def texts_of(values):
@@ -253,17 +233,16 @@ def parts(draw):
     """A step and some of its fields with values in range."""
     step = draw(st.sampled_from(PARTS))
     values = {}
-    for field in fields(STEPS[step]):
-        rules = [rule for rule in getattr(field.type, "__metadata__", ()) if isinstance(rule, Within)]
-        if not rules or not draw(st.booleans()):
+    for row in rows_of(STEPS[step]):
+        least, most = row.option.ge, row.option.le
+        if least is None or most is None or not draw(st.booleans()):
             continue
-        least, most = rules[0]
-        if isinstance(field.default, int):
-            values[field.name] = draw(st.integers(2, int(most)))
-        elif isinstance(field.default, tuple):
-            values[field.name] = draw(st.tuples(*[st.floats(least, most)] * 2))
+        if isinstance(row.default, int):
+            values[row.field] = draw(st.integers(2, int(most)))
+        elif isinstance(row.default, tuple):
+            values[row.field] = draw(st.tuples(*[st.floats(least, most)] * 2))
         else:
-            values[field.name] = draw(st.floats(least, most))
+            values[row.field] = draw(st.floats(least, most))
     return step, values
 
 
@@ -288,3 +267,18 @@ def test_the_number_of_a_backdrop_alone_is_that_of_loose_strokes(tmp_path):
         path = tmp_path / f"{number}.toml"
         path.write_text(f'base = "oil"\n[ground]\n{text}\n')
         assert Look.open(path).config.ground.stage is is_stage
+
+
+def test_a_medium_is_one_class_and_takes_what_another_has_beside(tmp_path):
+    ink = Look.open("ink").config.media
+    assert isinstance(ink, Ink)
+    assert isinstance(Look.open("charcoal").config.media, Charcoal)
+    assert isinstance(Look.open("watercolour").config.media, Watercolour)
+    assert Look.open("oil").config.media == Paint()
+    path = written(tmp_path, 'base = "ink"\n[media]\nkind = "charcoal"\nchalk = 0.5\n')
+    changed = Look.open(path).config.media
+    assert isinstance(changed, Charcoal)
+    assert (changed.middle, changed.chalk, changed.color) == (ink.middle, 0.5, ink.color)
+    assert Look.open(written(tmp_path, "[media]\nwash = 0.3\nchalk = 0.2\n")).config.media == Paint()
+    with pytest.raises(SceneError, match=r"\[media\] wash must be 0 to 1, got 3"):
+        Look.open(written(tmp_path, "[media]\nwash = 3\n"))

@@ -11,7 +11,7 @@ from brushgs.io.pictures.images import read_image
 from brushgs.io.styles.write import write_style
 from brushgs.options.clip import ClipConfig
 from brushgs.options.direction import Direction
-from brushgs.options.look_parts import MediaConfig
+from brushgs.options.media import MEDIA
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,
@@ -276,7 +276,7 @@ def test_all_of_a_scene_is_painted_as_without_where(scene):
 @pytest.mark.parametrize("kind", ["charcoal", "ink", "watercolour"])
 def test_drawing_media_draw_a_part_too(kind, scene):
     scene = still_life(3000)  # of fewer Gaussians, which are larger, some reach over the border
-    media = MediaConfig(kind=kind, lines=0.5)
+    media = MEDIA[kind](lines=0.5)
     prepared = painted(scene, replace(shown(LEFT), media=media))
     frame = prepared.painting.frame(VIEW)
     plain = bg.render(scene, VIEW, "gaussian")

@@ -29,11 +29,13 @@ from pathlib import Path
 from typing import Any
 
 from brushgs.cli.config_file import beaten
+from brushgs.cli.flags import row_of_action
 from brushgs.cli.option_words import OptionError, action_named, flag_name, named_actions, option_words
 from brushgs.cli.parser import COMMANDS, command_parser
 from brushgs.errors import SceneError
 from brushgs.options.scene_source import SceneSource
-from brushgs.options.toml_values import hint_for, line_of, read_text, read_toml
+from brushgs.options.table import hint_for
+from brushgs.options.toml_values import line_of, read_text, read_toml
 
 MAX_BYTES = 1 << 20  # of a file
 MAX_JOBS = 10_000  # more is a typing error
@@ -198,7 +200,8 @@ def _name_of(parser: ArgumentParser, name: str, value: Any) -> str:
     if action.dest == "scene" and words:
         return SceneSource.of(words).name
     text = ",".join(words).removeprefix(f"--{flag_name(name)}=")
-    if action.type is Path or name in NAMED_FILES:
+    row = row_of_action(action)
+    if (row is not None and Path in row.kinds) or name in NAMED_FILES:
         text = ",".join(Path(part).stem for part in text.split(","))
     return re.sub(r"[^\w.+-]+", "_", text).strip("_")
 

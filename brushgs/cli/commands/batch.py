@@ -6,10 +6,11 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from brushgs.cli import flags, values
+from brushgs.cli import flags
 from brushgs.cli.console import EXIT_BAD_INPUT, reported
+from brushgs.options.table import Options, option
 
 if TYPE_CHECKING:
     from brushgs.cli.batch.jobs import Job
@@ -39,34 +40,36 @@ Files are named from the folder of this file, and folders of outputs are made. E
 first runs; one that fails does not stop the others, and the exit code is then 2."""
 
 
+class Own(Options, frozen=True):
+    """The file of jobs."""
+
+    file: Annotated[Path, option("TOML file of jobs, see below", flag="file", default="", metavar="JOBS")]
+
+
+class DryRun(Options, frozen=True):
+    """Whether jobs are only checked."""
+
+    dry_run: Annotated[bool, option("check all jobs, print them as command lines, and run none")] = False
+
+
+# What options of frames say of jobs.
+OF_JOBS = {
+    "jobs": "jobs that run at the same time, each with its share of the processors",
+    "scheduler": "Dask scheduler whose workers run the jobs, such as tcp://host:8786; they must see the "
+    "same files under the same names",
+    "is_resumed": "skip jobs that are done already: with the same options, scene and version, and with all "
+    "files that they wrote as they left them",
+}
+
+
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     parser.formatter_class = RawDescriptionHelpFormatter
     parser.epilog = EPILOG
-    parser.add_argument("file", type=Path, metavar="JOBS", help="TOML file of jobs, see below")
-    sequence = flags.ConfigFlags(parser, "sequence")
-    sequence.add(
-        "--jobs",
-        type=values.count_from(1),
-        metavar="N",
-        help="jobs that run at the same time, 1 or more, each with its share of the processors, default 1",
-    )
-    flags.add_workers(
-        sequence,
-        "Dask scheduler whose workers run the jobs, such as tcp://host:8786; they must see the same files "
-        "under the same names",
-    )
-    sequence.add(
-        "--resume",
-        field="is_resumed",
-        action="store_true",
-        help="skip jobs that are done already: with the same options, scene and version, and with all files "
-        "that they wrote as they left them",
-    )
-    parser.add_argument(
-        "--dry-run", action="store_true", help="check all jobs, print them as command lines, and run none"
-    )
-    flags.add_report(parser)
+    flags.add(parser, Own)
+    flags.add(parser, "sequence", group=("", ""), words=OF_JOBS)
+    flags.add(parser, DryRun)
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> int:

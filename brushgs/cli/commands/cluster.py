@@ -14,13 +14,13 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_scene(parser)
     flags.add_scene_output(parser, "strokes", has_moments=True)
     flags.add_cluster(parser)
-    flags.add_stroke_passes(parser)
-    flags.add_up(
-        parser.add_argument_group("view", "recorded with the strokes, which are seen as their scene")
-    )
-    flags.add_span(parser, "of a moving scene, whose strokes are written at 24 moments a second")
+    flags.add(parser, "strokes")
+    about = "recorded with the strokes, which are seen as their scene"
+    flags.add(parser, "view", "up", group=("view", about))
+    about = "of a moving scene, whose strokes are written at 24 moments a second"
+    flags.add(parser, "clip", "start", "end", group=("clip", about))
     flags.add_where(parser, "only there Gaussians are merged; the others are strokes as they are")
-    flags.add_report(parser)
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> None:

@@ -3,6 +3,10 @@
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from pathlib import Path
+from typing import Annotated
+
+from brushgs.cli import flags
+from brushgs.options.table import Options, option
 
 SHELLS = ("bash", "zsh", "fish", "tcsh")  # of those that shtab knows
 FILE_TYPES = ("FILE", "FOLDER", "PATH", "SCENE")  # words of a metavar that stand for files
@@ -16,13 +20,20 @@ once, for each user:
 The script starts no program: print it again after an update."""
 
 
+class Own(Options, frozen=True):
+    """The options of this command alone."""
+
+    # fmt: off
+    shell: Annotated[str, option("for which the script is (extra completion)", flag="shell", default="",
+        metavar="|".join(SHELLS), choices=SHELLS)]
+    # fmt: on
+
+
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     parser.formatter_class = RawDescriptionHelpFormatter
     parser.epilog = EPILOG
-    parser.add_argument(
-        "shell", choices=SHELLS, metavar="|".join(SHELLS), help="for which the script is (extra completion)"
-    )
+    flags.add(parser, Own)
 
 
 def run(args: Namespace) -> None:
@@ -50,5 +61,7 @@ def _complete_files(parser: ArgumentParser, how: object) -> None:
         if isinstance(action, _SubParsersAction):
             for command in action.choices.values():
                 _complete_files(command, how)
-        elif action.type is Path or any(word in str(action.metavar) for word in FILE_TYPES):
+        elif (getattr(action, "row", None) is not None and Path in action.row.kinds) or any(  # type: ignore[attr-defined]
+            word in str(action.metavar) for word in FILE_TYPES
+        ):
             action.complete = how  # type: ignore[attr-defined]  # where shtab looks for it

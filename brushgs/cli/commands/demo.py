@@ -2,41 +2,36 @@
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import Annotated
 
-from brushgs.cli import flags, values
+from brushgs.cli import flags
 from brushgs.cli.configs import paint_config, painting_name
 from brushgs.cli.console import reported
+from brushgs.options.table import Options, option
 
 BACKGROUND = "#2e2113"  # where a look has no ground: what strokes leave open stays warm and dark
 
 
+class Own(Options, frozen=True):
+    """The options of this command alone."""
+
+    # fmt: off
+    output: Annotated[Path, option("folder", flag="-o --output",
+        default="brushgs-demo in the current folder", metavar="FOLDER")] = Path("brushgs-demo")
+    moving: Annotated[bool, option("build the scene in motion instead, 4 seconds in a folder of 96 files "
+        "(140 MB), and paint a film of it")] = False
+    # fmt: on
+
+
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        default=Path("brushgs-demo"),
-        metavar="FOLDER",
-        help="folder, default brushgs-demo in the current folder",
-    )
-    parser.add_argument(
-        "--moving",
-        action="store_true",
-        help="build the scene in motion instead, 4 seconds in a folder of 96 files (140 MB), and paint a "
-        "film of it",
-    )
-    flags.ConfigFlags(parser, "view").add(
-        "--size",
-        type=values.picture_size,
-        metavar="WxH",
-        help="size in pixels, default 1200x900, of a film 960x720",
-    )
-    flags.add_seed(parser)
+    flags.add(parser, Own)
+    flags.add_size(parser, "1200x900, of a film 960x720", group=("", ""))
+    flags.add(parser, "cluster", "seed", group=("", ""))
     flags.add_stroke_count(parser, has_look=True)
     flags.add_look(parser)
     flags.add_draw(parser, has_look=True)
-    flags.add_report(parser)
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> None:

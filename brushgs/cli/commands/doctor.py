@@ -2,13 +2,23 @@
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import get_args
+from typing import Annotated
 
 from brushgs.cli import flags
 from brushgs.cli.configs import scene_source
 from brushgs.cli.console import EXIT_FAULTY_SCENE, reported
-from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Clean
+from brushgs.options.table import Options, option
+
+
+class Own(Options, frozen=True):
+    """The options of this command alone."""
+
+    # fmt: off
+    fix: Annotated[Path | None, option("write the fixed scene to this file ({scene_suffixes})")] = None
+    clean: Annotated[Clean, option("floaters that --fix drops: 'sure': clearly detached, 'strong': closer "
+        "ones too, which loses some thin leaves; 'off': none")] = "sure"
+    # fmt: on
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -18,21 +28,9 @@ def add_flags(parser: ArgumentParser) -> None:
         "the file cannot be used at all."
     )
     flags.add_scene(parser)
-    parser.add_argument(
-        "--fix",
-        type=Path,
-        metavar="FILE",
-        help=f"write the fixed scene to this file ({', '.join(SCENE_SUFFIXES)}); default none",
-    )
-    parser.add_argument(
-        "--clean",
-        choices=get_args(Clean),
-        default="sure",
-        help="floaters that --fix drops: 'sure': clearly detached (default), 'strong': closer ones too, "
-        "which loses some thin leaves; 'off': none",
-    )
+    flags.add(parser, Own)
     flags.add_no_cameras(parser)
-    flags.add_report(parser)
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> int:

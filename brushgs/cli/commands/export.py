@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from brushgs.cli import flags
 from brushgs.cli.configs import paint_config, painting_name, scene_source
@@ -11,6 +11,7 @@ from brushgs.cli.console import output_beside, reported
 from brushgs.cli.words import NOT_PAINTED, words_of
 from brushgs.io.scenes.formats import STROKE_SUFFIXES
 from brushgs.options.page import PAGE_SUFFIXES, QUAD_SUFFIXES
+from brushgs.options.table import Options, option
 
 if TYPE_CHECKING:
     from brushgs.options.painting import PaintConfig
@@ -70,31 +71,33 @@ EXPORTS = (
     Export("textured rectangles for 3D programs", QUAD_SUFFIXES, ("title", "for_view"), _write_quads),
     Export("the strokes as Gaussians", STROKE_SUFFIXES, (), _write_strokes),
 )
+
+
+class Own(Options, frozen=True):
+    """The options of this command alone."""
+
+    # fmt: off
+    output: Annotated[Path | None, option(
+        ", ".join(f"{' '.join(kind.suffixes)} ({kind.name})" for kind in EXPORTS), flag="-o --output",
+        default=f"SCENE-LOOK{EXPORTS[0].suffixes[0]} in the current folder, "
+        f"SCENE-STROKE{EXPORTS[0].suffixes[0]} where a stroke is named")] = None
+    title: Annotated[str | None, option("of the page or model", default="the name of the scene",
+        metavar="TEXT")] = None
+    for_view: Annotated[bool, option(f"make the rectangles ({QUAD_SUFFIXES[0]}) for the camera of the "
+        "picture: seen from there they are the boxes that are painted; default: in the plane of each "
+        "stroke's two longest axes")] = False
+    # fmt: on
+
+
 OWN_FLAGS = ("title", "for_view")  # which some exports take
 
 
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
-    default = EXPORTS[0].suffixes[0]
-    kinds = ", ".join(f"{' '.join(kind.suffixes)} ({kind.name})" for kind in EXPORTS)
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help=f"{kinds}; default SCENE-LOOK{default} in the current folder, SCENE-STROKE{default} where a "
-        "stroke is named",
-    )
-    parser.add_argument("--title", metavar="TEXT", help="of the page or model, default the name of the scene")
-    parser.add_argument(
-        "--for-view",
-        action="store_true",
-        help=f"make the rectangles ({QUAD_SUFFIXES[0]}) for the camera of the picture: seen from there they "
-        "are the boxes that are painted; default: in the plane of each stroke's two longest axes",
-    )
+    flags.add(parser, Own)
     flags.add_painting(parser)
-    flags.add_report(parser)
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> None:
@@ -131,9 +134,4 @@ def _parser() -> ArgumentParser:
 
 def _paints(dest: str) -> bool:
     """Whether a flag decides what is painted, and not from where; level of detail and moment go with it."""
-    return (
-        dest not in NOT_PAINTED
-        and dest not in OWN_FLAGS
-        and dest not in ("lod", "time", "moments_per_second")
-        and not dest.startswith("view.")
-    )
+    return dest not in NOT_PAINTED and dest not in OWN_FLAGS and not dest.startswith(("view.", "source."))

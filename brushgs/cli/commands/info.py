@@ -2,24 +2,30 @@
 
 import warnings
 from argparse import ArgumentParser, Namespace
+from typing import Annotated
 
 from brushgs.cli import flags
 from brushgs.cli.configs import scene_source, where_config
 from brushgs.cli.fitting_words import table_of_words
 from brushgs.errors import SceneWarning
+from brushgs.options.table import Options, option
+
+
+class Own(Options, frozen=True):
+    """The options of this command alone; `words` are those of the command line."""
+
+    # fmt: off
+    json: Annotated[bool, option("print a JSON object")] = False
+    in_words: Annotated[bool, option("say in words what is seen of the scene, or of the strokes of a file: "
+        "colours, light, marks, each with its figure; computed from colours and shapes by thresholds, not "
+        "by a model of language", flag="--words")] = False
+    # fmt: on
 
 
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
-    parser.add_argument("--json", action="store_true", help="print a JSON object")
-    parser.add_argument(
-        "--words",
-        dest="in_words",  # `words` are those of the command line
-        action="store_true",
-        help="say in words what is seen of the scene, or of the strokes of a file: colours, light, marks, "
-        "each with its figure; computed from colours and shapes by thresholds, not by a model of language",
-    )
+    flags.add(parser, Own)
     flags.add_where(parser, "how many Gaussians lie in a part of the scene, and where, is told too")
 
 

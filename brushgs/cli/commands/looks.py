@@ -3,50 +3,49 @@
 import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import Annotated, ClassVar
 
-from brushgs.cli import flags, values
-from brushgs.cli.configs import paint_config
+from brushgs.cli import flags
+from brushgs.cli.configs import paint_config, scene_source
 from brushgs.cli.console import output_beside, reported
-from brushgs.io.pictures.formats import PICTURE_SUFFIXES, PICTURES_WRITTEN
-from brushgs.io.scenes.formats import SCENES_READ
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.options.choices import LOOKS
+from brushgs.options.table import Options, option
+
+
+class Own(Options, frozen=True):
+    """Which looks."""
+
+    # fmt: off
+    looks: Annotated[tuple[str, ...], option("a look by name, or a file; without -o it is printed, to be "
+        "changed in a file of your own: brushgs looks oil > mine.toml", flag="looks", default="all",
+        metavar="look", read=str, nargs="*")] = ()
+    # fmt: on
+
+
+class Sheet(Options, frozen=True):
+    """A picture of looks."""
+
+    GROUP: ClassVar = "sheet"
+    ABOUT: ClassVar = "a picture of each look, with its name"
+    # fmt: off
+    output: Annotated[Path | None, option("picture, {written}", flag="-o --output", default=
+        f"none, with --scene SCENE-looks{PICTURE_SUFFIXES[0]} in the current folder")] = None
+    scene: Annotated[tuple[Path, ...] | None, option("what is painted, a trained 3D Gaussian scene: "
+        "{scenes}", default="the example still life", metavar="FILE", read=Path, nargs="+")] = None
+    # fmt: on
 
 
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
-    parser.add_argument(
-        "looks",
-        nargs="*",
-        metavar="look",
-        help="a look by name, or a file; without -o it is printed, to be changed in a file of your own: "
-        "brushgs looks oil > mine.toml; default all",
-    )
-    group = parser.add_argument_group("sheet", "a picture of each look, with its name")
-    group.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help=f"picture, {PICTURES_WRITTEN}; default none, with --scene SCENE-looks{PICTURE_SUFFIXES[0]} in "
-        "the current folder",
-    )
-    group.add_argument(
-        "--scene",
-        type=Path,
-        nargs="+",
-        metavar="FILE",
-        help=f"what is painted, a trained 3D Gaussian scene: {SCENES_READ}; default the example still life",
-    )
-    flags.add_time(group)
-    flags.add_no_cameras(group)
-    flags.ConfigFlags(group, "view").add(
-        "--size",
-        type=values.picture_size,
-        metavar="WxH",
-        help="size of one picture in pixels, default 640x480",
-    )
-    flags.add_threads(group)
-    flags.add_report(parser)
+    group = (Sheet.GROUP, Sheet.ABOUT)
+    flags.add(parser, Own)
+    flags.add(parser, Sheet)
+    flags.add(parser, "source", "time", "moments_per_second", group=group)
+    flags.add_no_cameras(parser, group)
+    flags.add_size(parser, "640x480", group=group)
+    flags.add(parser, "draw", "threads", group=group)
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> None:
@@ -56,9 +55,8 @@ def run(args: Namespace) -> None:
         ValueError: if several looks are to be printed, or a flag of the sheet is given without one.
     """
     if args.scene is None:
-        for flag in ("time", "moments_per_second"):
-            if getattr(args, flag) is not None:
-                raise ValueError(f"--{flag.replace('_', '-')} needs --scene; the example still life rests")
+        for flag in flags.given(args, "source"):
+            raise ValueError(f"--{flag.replace('_', '-')} needs --scene; the example still life rests")
     if args.output is None and args.scene is None:
         for step in ("view", "draw"):
             for name in flags.given(args, step):
@@ -66,17 +64,11 @@ def run(args: Namespace) -> None:
         _print(args)
         return
     from brushgs.options.look import Look
-    from brushgs.options.scene_source import SceneSource
 
     looks = [Look.open(name) for name in args.looks or LOOKS]
     scene = None
     if args.scene is not None:
-        scene = SceneSource(
-            tuple(args.scene),
-            time=args.time,
-            moments_per_second=args.moments_per_second,
-            seeks_cameras=getattr(args, "seeks_cameras", True),
-        )
+        scene = scene_source(args)
     output = args.output
     if output is None and scene is not None:
         output = output_beside(scene, "looks", PICTURE_SUFFIXES[0])

@@ -12,9 +12,9 @@ def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
     flags.add_scene_output(parser, "pruned")
-    flags.add_prune(parser)
+    flags.add(parser, "prune")
     flags.add_where(parser, "only there Gaussians are dropped")
-    flags.add_report(parser)
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> None:

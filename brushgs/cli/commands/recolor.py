@@ -12,9 +12,9 @@ def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
     flags.add_scene_output(parser, "recolored")
-    flags.add_palette(parser, is_required=True)
+    flags.add(parser, "palette", required=True)
     flags.add_where(parser, "only there colours change")
-    flags.add_report(parser)
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> None:

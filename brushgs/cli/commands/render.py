@@ -3,9 +3,9 @@
 import os
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from brushgs.cli import flags, values
+from brushgs.cli import flags
 from brushgs.cli.clips import open_clip
 from brushgs.cli.configs import (
     grow_config,
@@ -16,8 +16,9 @@ from brushgs.cli.configs import (
 )
 from brushgs.cli.console import output_beside, reported
 from brushgs.cli.passes import ShowPasses
-from brushgs.io.pictures.formats import PICTURE_SUFFIXES, PICTURES_WRITTEN, VIDEO_SUFFIXES, VIDEOS_WRITTEN
-from brushgs.options.choices import PRESETS, Lock
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES, VIDEO_SUFFIXES
+from brushgs.options.choices import PRESETS
+from brushgs.options.table import OF_FILES, Options, option, share
 
 VIEW = {"size": "auto"}  # the defaults of this command
 
@@ -27,87 +28,62 @@ if TYPE_CHECKING:
     from brushgs.options.sequence import SequenceConfig
 
 
+class Own(Options, frozen=True):
+    """The options of this command alone; a name of an output that ends in a slash is a folder, so it stays
+    text.
+    """
+
+    # fmt: off
+    output: Annotated[str | None, option("picture, {written}; along a path, and of a moving scene, a "
+        f"video, {{videos}}; or numbered pictures, FOLDER/%05d{PICTURE_SUFFIXES[0]} or short FOLDER/ #save "
+        "#file #name #format", flag="-o --output", default=f"SCENE-LOOK{PICTURE_SUFFIXES[0]} in the current "
+        f"folder, SCENE-STROKE{PICTURE_SUFFIXES[0]} where a stroke is named, SCENE-LOOK{VIDEO_SUFFIXES[0]} "
+        "of a film", metavar="FILE", example="picture.jpg", not_in_memory=OF_FILES)] = None
+    preset: Annotated[str, option("'paper': the published method (weight, features, merge and extent "
+        "paper, method minibatch, filter bilinear, lock off, order depth, look plain); '0.1': pictures as "
+        "version 0.1 painted them by default (backdrop loose, size 1280x720, clean floaters); other flags "
+        "override it #published #version", choices=tuple(sorted(PRESETS)), example="paper")] = "default"
+    views: Annotated[bool, option("write a sheet beside the picture, SCENE-views.png, as `brushgs views` "
+        "does: the scene from all around, each picture with the flags that give it #angles #contact #sheet",
+        not_in_memory=OF_FILES)] = False
+    explain: Annotated[bool, option("paint nothing; print which steps of the painting would run, and why "
+        "others would not, with an estimate of time and memory; with -o FILE.svg or FILE.dot draw them, "
+        "with --verbose list all #steps #graph #time #estimate", not_in_memory="paints nothing; use "
+        "brushgs.pipeline.prepare.open_job(scene, config, report).explain()")] = False
+    # fmt: on
+
+
+class First(Options, frozen=True):
+    """A painting that is not finished."""
+
+    GROUP: ClassVar = "path"
+    # fmt: off
+    first: Annotated[float | None, share("one picture of the painting when so many of its strokes are "
+        "laid, a share such as 0.3 or 30% #unfinished #progress", default="1")] = None
+    # fmt: on
+
+
+class Passes(Options, frozen=True):
+    """What the layers of an EXR file are."""
+
+    GROUP: ClassVar = "output"
+    passes: Annotated[bool, option("explain --layers, and quit", action=ShowPasses)] = False
+
+
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
-    parser.add_argument(  # a name that ends in a slash is a folder, so it stays text
-        "-o",
-        "--output",
-        metavar="FILE",
-        help=f"picture, {PICTURES_WRITTEN}; default SCENE-LOOK{PICTURE_SUFFIXES[0]} in the current folder, "
-        f"SCENE-STROKE{PICTURE_SUFFIXES[0]} where a stroke is named; along a path, and of a moving scene, a "
-        f"video, {VIDEOS_WRITTEN}; default SCENE-LOOK{VIDEO_SUFFIXES[0]}; or numbered pictures, "
-        f"FOLDER/%%05d{PICTURE_SUFFIXES[0]} or short FOLDER/",
-    )
-    parser.add_argument(
-        "--preset",
-        choices=sorted(PRESETS),
-        default="default",
-        help="'paper': the published method (weight, features, merge and extent paper, method minibatch, "
-        "filter bilinear, lock off, order depth, look plain); '0.1': pictures as version 0.1 painted them by "
-        "default (backdrop loose, size 1280x720, clean floaters); other flags override it",
-    )
+    flags.add(parser, Own)
     flags.add_painting(parser, size="auto for a picture, 1280x720 for a film")
-    parser.add_argument(
-        "--views",
-        action="store_true",
-        help="write a sheet beside the picture, SCENE-views.png, as `brushgs views` does: the scene from all "
-        "around, each picture with the flags that give it",
-    )
-    parser.add_argument(
-        "--explain",
-        action="store_true",
-        help="paint nothing; print which steps of the painting would run, and why others would not, with an "
-        "estimate of time and memory; with -o FILE.svg or FILE.dot draw them, with --verbose list all",
-    )
-    _add_path(parser)
-    flags.add_clip(parser)
-    flags.add_output(parser).add_argument("--passes", action=ShowPasses, help="explain --layers, and quit")
-    flags.add_report(parser)
-
-
-def _add_path(parser: ArgumentParser) -> None:
-    group = parser.add_argument_group("path", "many frames along a camera path, in place of one picture")
-    flags.add_path(group, default="one picture")
-    flags.ConfigFlags(group, "draw").add(
-        "--lock",
-        choices=get_args(Lock),
-        help="how strokes get their direction: 'track' chooses it along the whole path (default there), "
-        "'anchor' in each view alone (default for a picture), 'off' as published: strokes flip",
-    )
-    flags.ConfigFlags(group, "grow").add(
-        "--grow",
-        field="seconds",
-        type=values.number,
-        metavar="SECONDS",
-        help="a video of so many seconds, above 0, in which the painting comes into being: ground, large "
-        "strokes, small ones, lights; the camera stands still; default the finished painting",
-    )
-    group.add_argument(
-        "--first",
-        type=values.share,
-        metavar="SHARE",
-        help="one picture of the painting when so many of its strokes are laid, a share such as 0.3 or 30%%, "
-        "0 to 1, default 1",
-    )
-    sequence = flags.ConfigFlags(group, "sequence")
-    sequence.add(
-        "--resume",
-        field="is_resumed",
-        action="store_true",
-        help="paint only those numbered frames that are missing",
-    )
-    sequence.add(
-        "--jobs",
-        type=values.count_from(1),
-        metavar="N",
-        help="processes that paint, 1 or more, default 1, which uses all processors for one frame; frames do "
-        "not depend on it",
-    )
-    flags.add_workers(
-        sequence,
-        "Dask scheduler whose workers paint, such as tcp://host:8786 (pip install 'dask[distributed]')",
-    )
+    flags.add(parser, "path")
+    flags.add(parser, "draw", "lock", group=("path", ""))
+    flags.add(parser, "grow")
+    flags.add(parser, First)
+    flags.add(parser, "sequence")
+    flags.add(parser, "clip")
+    flags.add(parser, "output")
+    flags.add(parser, Passes)
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> None:

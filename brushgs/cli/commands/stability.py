@@ -5,7 +5,7 @@ Bare strokes are measured unless a look is named.
 
 from argparse import ArgumentParser, Namespace
 
-from brushgs.cli import flags, values
+from brushgs.cli import flags
 from brushgs.cli.clips import open_clip
 from brushgs.cli.configs import paint_config, path_config, scene_source
 from brushgs.cli.console import output_beside, reported
@@ -19,37 +19,19 @@ def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
     flags.add_experiment_output(parser, "stability")
-    flags.ConfigFlags(parser, "stability").add(
-        "--pairs",
-        type=values.count_from(1),
-        metavar="N",
-        help="maximum number of pairs of frames that are compared at each gap, 1 or more, default 40; other "
-        "frames are not painted",
-    )
-    flags.ConfigFlags(parser, "stability").add(
-        "--skip-alone",
-        action="store_true",
-        help="of a moving scene, do not compare with frames that are painted each alone: making strokes anew "
-        "for each takes most of the time",
-    )
+    flags.add(parser, "stability")
     flags.add_look(parser, usual=PLAIN_LOOK)
     flags.add_draw(parser, has_look=True)
-    flags.add_prune(parser)
-    flags.add_strokes_for(flags.add_cluster(parser, has_look=True))
-    flags.add_stroke_passes(parser)
-    flags.add_palette(parser)
-    flags.add_style(parser)
-    flags.add_rules(parser)
-    flags.add_where(
-        parser, "what is painted; the rest is shown as it is", has_camera_file=True, step="painted"
-    )
-    view = parser.add_argument_group("view", "framed on the scene")
-    flags.add_framing(view, size="640x360")
-    flags.add_no_cameras(view)
+    flags.add(parser, "prune")
+    flags.add_cluster(parser, has_look=True)
+    flags.add(parser, "cluster", "strokes_for")
+    flags.add_passes(parser)
+    flags.add_framing(parser, size="640x360")
     default = f"--orbit {ORBIT}, before a moving scene a camera that stands still"
-    flags.add_path(parser.add_argument_group("path", f"the frames, default {default}"), default=str(ORBIT))
-    flags.add_clip(parser)
-    flags.add_report(parser)
+    group = ("path", f"the frames, default {default}")
+    flags.add(parser, "path", group=group, defaults={"orbit": str(ORBIT)})
+    flags.add(parser, "clip")
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> None:

@@ -2,24 +2,29 @@
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import Annotated
 
+from brushgs.cli import flags
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
+from brushgs.options.table import Options, option
 
 DEFAULT_SHEET = f"strokes{PICTURE_SUFFIXES[0]}"
 
 
+class Own(Options, frozen=True):
+    """The options of this command alone."""
+
+    # fmt: off
+    json: Annotated[bool, option("print the names as a JSON list", alone="form")] = False
+    sheet: Annotated[Path | None, option("draw a chart of them to a picture",
+        default=f"{DEFAULT_SHEET} in the current folder", nargs="?", const=Path(DEFAULT_SHEET), alone="form"
+    )] = None
+    # fmt: on
+
+
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument("--json", action="store_true", help="print the names as a JSON list")
-    group.add_argument(
-        "--sheet",
-        nargs="?",
-        type=Path,
-        const=Path(DEFAULT_SHEET),
-        metavar="FILE",
-        help=f"draw a chart of them to a picture, default {DEFAULT_SHEET} in the current folder",
-    )
+    flags.add(parser, Own)
 
 
 def run(args: Namespace) -> None:

@@ -2,64 +2,70 @@
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from brushgs.cli import flags
 from brushgs.cli.console import reported
 from brushgs.cli.fitting_words import table_of_words
-from brushgs.io.cameras.formats import CAMERAS_READ
-from brushgs.io.pictures.formats import PICTURES_READ
 from brushgs.options.choices import STYLE_SUFFIX
+from brushgs.options.table import Options, option, rows_of
 
 if TYPE_CHECKING:
     from brushgs.values.style import NamedColor, Style
 
-ACTIONS = ("learn", "show")
-OF_EDITS = ("before", "after", "scene", "camera_file")
+
+class Own(Options, frozen=True):
+    """What is done, with which file."""
+
+    # fmt: off
+    action: Annotated[str, option("learn a style and write it to a file, or show what is in one; its words "
+        "are computed from colours and marks by thresholds, not by a model of language", flag="action",
+        default="", metavar="learn|show", choices=("learn", "show"))] = "learn"
+    file: Annotated[Path | None, option("to learn from, a painting: {pictures}; to show, a file "
+        f"*{STYLE_SUFFIX}", flag="file", default="", nargs="?")] = None
+    # fmt: on
+
+
+class Learn(Options, frozen=True):
+    """What a style is learnt from."""
+
+    GROUP: ClassVar = "learn"
+    ABOUT: ClassVar = "from a painting, or from what was done to a scene"
+    # fmt: off
+    before: Annotated[Path | None, option("the scene before an edit; with --camera-file pictures of it, a "
+        "folder or one", default="", metavar="PATH")] = None
+    after: Annotated[Path | None, option("the same scene after it; with --camera-file pictures of it, a "
+        "folder or one", default="", metavar="PATH")] = None
+    scene: Annotated[Path | None, option("that the pictures of an edit show", default="", metavar="SCENE"
+    )] = None
+    camera_file: Annotated[Path | None, option("cameras of the pictures, by their names or in their order: "
+        "{cameras}", default="")] = None
+    # fmt: on
+
+
+class Written(Options, frozen=True):
+    """The file that it becomes."""
+
+    GROUP: ClassVar = Learn.GROUP
+    # fmt: off
+    output: Annotated[Path | None, option("style file", flag="-o --output", default="the name of the "
+        f"painting, or of what is after the edit, with {STYLE_SUFFIX}, in the current folder",
+        metavar=f"FILE{STYLE_SUFFIX}")] = None
+    name: Annotated[str | None, option("name of the style", default="that of the painting", metavar="TEXT"
+    )] = None
+    # fmt: on
+
+
+OF_EDITS = tuple(row.field for row in rows_of(Learn))
 
 
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
-    parser.add_argument(
-        "action",
-        choices=ACTIONS,
-        metavar="learn|show",
-        help="learn a style and write it to a file, or show what is in one; its words are computed "
-        "from colours and marks by thresholds, not by a model of language",
-    )
-    parser.add_argument(
-        "file",
-        nargs="?",
-        type=Path,
-        metavar="FILE",
-        help=f"to learn from, a painting: {PICTURES_READ}; to show, a file *{STYLE_SUFFIX}",
-    )
-    group = parser.add_argument_group("learn", "from a painting, or from what was done to a scene")
-    for name, what in (("before", "the scene before an edit"), ("after", "the same scene after it")):
-        group.add_argument(
-            f"--{name}",
-            type=Path,
-            metavar="PATH",
-            help=f"{what}; with --camera-file pictures of it, a folder or one",
-        )
-    group.add_argument("--scene", type=Path, metavar="SCENE", help="that the pictures of an edit show")
-    group.add_argument(
-        "--camera-file",
-        type=Path,
-        metavar="FILE",
-        help=f"cameras of the pictures, by their names or in their order: {CAMERAS_READ}",
-    )
-    flags.add_up(group)
-    group.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar=f"FILE{STYLE_SUFFIX}",
-        help=f"style file, default the name of the painting, or of what is after the edit, with "
-        f"{STYLE_SUFFIX}, in the current folder",
-    )
-    group.add_argument("--name", metavar="TEXT", help="name of the style, default that of the painting")
-    flags.add_report(parser)
+    flags.add(parser, Own)
+    flags.add(parser, Learn)
+    flags.add(parser, "view", "up", group=(Learn.GROUP, Learn.ABOUT))
+    flags.add(parser, Written)
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> None:

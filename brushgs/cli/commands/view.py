@@ -4,70 +4,57 @@ import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from brushgs.cli import flags, values
+from brushgs.cli import flags
 from brushgs.cli.configs import look_of, paint_config, scene_source
 from brushgs.cli.console import reported
 from brushgs.cli.words import NOT_PAINTED, words_of
+from brushgs.options.table import Options, option, rows_of
+from brushgs.options.viewer import ServerConfig
 
 if TYPE_CHECKING:
     from brushgs.outlets.studio.session import Session
 
+
+class Own(Options, frozen=True):
+    """Where pictures go, and which browser looks."""
+
+    # fmt: off
+    output: Annotated[Path, option("where pictures and videos that are asked for in the page are written, "
+        "SCENE-LOOK-1.png and so on", flag="-o --output", default="the current folder", metavar="FOLDER"
+    )] = Path()
+    # fmt: on
+
+
+class Browser(Options, frozen=True):
+    """What opens the page."""
+
+    GROUP: ClassVar = ServerConfig.GROUP
+    # fmt: off
+    no_browser: Annotated[bool, option("print the address, and open no browser")] = False
+    serve: Annotated[bool, option("for a headset: print how it reaches the page, and open no browser here"
+    )] = False
+    # fmt: on
+
+
 # Flags that say nothing of what `brushgs render` paints.
-OF_THE_VIEWER = {"host", "port", "browser", "headset", "certificate", "private_key"}
+OF_THE_VIEWER = {row.field for kind in (ServerConfig, Browser) for row in rows_of(kind)}
 
 
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        default=Path(),
-        metavar="FOLDER",
-        help="where pictures and videos that are asked for in the page are written, SCENE-LOOK-1.png and so "
-        "on; default the current folder",
-    )
-    group = parser.add_argument_group("server", "of this machine, for its own browser")
-    group.add_argument(
-        "--port",
-        type=values.count_from(0),
-        default=0,
-        metavar="N",
-        help="0 to 65535, default 0: a free one",
-    )
-    group.add_argument(
-        "--host",
-        metavar="ADDRESS",
-        help="address of this machine that others may use too, 0.0.0.0 for all of them; default 127.0.0.1, "
-        "which only this machine reaches",
-    )
-    group.add_argument(
-        "--no-browser", dest="browser", action="store_false", help="print the address, and open no browser"
-    )
-    group.add_argument(
-        "--serve",
-        dest="headset",
-        action="store_true",
-        help="for a headset: print how it reaches the page, and open no browser here",
-    )
-    group.add_argument(
-        "--certificate", type=Path, metavar="FILE", help="of https, in PEM; default none, which is http"
-    )
-    group.add_argument("--private-key", type=Path, metavar="FILE", help="of the certificate; default none")
+    flags.add(parser, Own)
+    flags.add(parser, ServerConfig)
+    flags.add(parser, Browser)
     flags.add_painting(parser)
-    flags.add_report(parser)
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> None:
     """Paint, and serve until Ctrl-C."""
-    from brushgs.options.viewer import LOOPBACK, ServerConfig
-
-    server = ServerConfig(
-        LOOPBACK if args.host is None else args.host, args.port, args.certificate, args.private_key
-    )
+    server = ServerConfig(args.host, args.port, args.certificate, args.key)
     paint_config(args)
     with reported(args) as report:
         from brushgs.outlets.studio.serve import paint_first, serve
@@ -85,8 +72,8 @@ def run(args: Namespace) -> None:
         server,
         say=lambda text: print(text, flush=True),
         note=note,
-        opens_browser=args.browser and not args.headset,
-        is_for_headset=args.headset,
+        opens_browser=not args.no_browser and not args.serve,
+        is_for_headset=args.serve,
     )
 
 
@@ -115,7 +102,9 @@ def _words(args: Namespace, overrides: Mapping[str, Any]) -> list[str]:
     """The words of the command line that decide what is painted, without those that are overridden."""
     parser = ArgumentParser()
     add_flags(parser)
-    others = {*OF_THE_VIEWER, *NOT_PAINTED, "lod", "time", "moments_per_second", *overrides}
+    others = {*OF_THE_VIEWER, *NOT_PAINTED, *overrides}
     if overrides.get("palette.file", "") is None:
         others |= {"palette.file", "palette.strength", "palette.space"}
-    return words_of(parser, args.words, lambda dest: dest not in others and not dest.startswith("view."))
+    return words_of(
+        parser, args.words, lambda dest: dest not in others and not dest.startswith(("view.", "source."))
+    )

@@ -2,36 +2,35 @@
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import Annotated
 
-from brushgs.cli import flags, values
+from brushgs.cli import flags
 from brushgs.cli.configs import paint_config, scene_source
 from brushgs.cli.console import output_beside, reported
-from brushgs.io.pictures.formats import PICTURE_SUFFIXES, PICTURES_WRITTEN
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES
+from brushgs.options.table import Options, option
+
+
+class Own(Options, frozen=True):
+    """The options of this command alone."""
+
+    # fmt: off
+    output: Annotated[Path | None, option("picture, {written}", flag="-o --output", default=
+        f"SCENE-views{PICTURE_SUFFIXES[0]} in the current folder")] = None
+    # fmt: on
 
 
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
+    group = ("view", "the same in all pictures")
     flags.add_scene(parser)
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help=f"picture, {PICTURES_WRITTEN}; default SCENE-views{PICTURE_SUFFIXES[0]} in the current folder",
-    )
-    group = parser.add_argument_group("view", "the same in all pictures")
-    flags.ConfigFlags(group, "view").add(
-        "--size",
-        type=values.picture_size,
-        metavar="WxH",
-        help="size of one picture in pixels, default 256x192",
-    )
-    flags.add_up(group)
-    flags.add_aim(group)
-    flags.add_no_cameras(group)
-    flags.add_clean(group)
-    flags.add_threads(parser)
-    flags.add_report(parser)
+    flags.add(parser, Own)
+    flags.add_size(parser, "256x192", group=group)
+    flags.add(parser, "view", "up", "look_at", "distance", "pan", "roll", "fov_y", "zoom", group=group)
+    flags.add_no_cameras(parser, group)
+    flags.add(parser, "clean", group=group)
+    flags.add(parser, "draw", "threads", group=("", ""))
+    flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> None:

@@ -7,7 +7,7 @@ from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import Weight
 from brushgs.options.painting import DEFAULT_KEEP
-from brushgs.options.stroke_number import parse_share
+from brushgs.options.table import parse_share
 from brushgs.passes.reduce.contribution import contributions
 from brushgs.passes.reduce.features import contracted
 from brushgs.passes.reduce.morton import morton_order

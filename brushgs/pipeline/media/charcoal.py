@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.pipeline.media.materials import BACKDROP, Materials, mixed, scaled
+from brushgs.options.media import Charcoal
+from brushgs.pipeline.media.materials import BACKDROP, Materials, mixed, numbers_of, scaled
 from brushgs.rendering.coat import Coat
 from brushgs.values.colors import oklab_of, rgb_of
 from brushgs.values.sh import base_colors, in_colors
@@ -27,7 +28,7 @@ CHALK_RANGE = 0.22  # tones over which chalk gets opaque
 
 def charcoal(materials: Materials) -> list[Coat]:
     """The coats of a drawing in charcoal."""
-    media, strokes, tones = materials.media, materials.strokes, materials.tones
+    media, strokes, tones = numbers_of(Charcoal, materials), materials.strokes, materials.tones
     black, dark = rgb_of(media.color), 1 - tones
     soft = in_colors(strokes, mixed(materials.paper, black, media.wash * dark**SMUDGE_POWER))
     coats = [materials.smudge("smudge", scaled(soft, REACH, REACH, opacities=1.5 * strokes.opacities))]
@@ -51,6 +52,10 @@ def stage(materials: Materials, staging: "Staging") -> Coat:
     strokes = staging.painted()
     paper = oklab_of(np.array([materials.paper]))[0, 0]
     dark = np.clip(1 - oklab_of(base_colors(strokes.sh).astype(np.float64))[:, 0] / paper, 0, 1)
-    colors = mixed(materials.paper, rgb_of(materials.media.color), materials.media.wash * STAGE * dark)
+    colors = mixed(
+        materials.paper,
+        rgb_of(numbers_of(Charcoal, materials).color),
+        numbers_of(Charcoal, materials).wash * STAGE * dark,
+    )
     coat = materials.smudge(BACKDROP, in_colors(strokes, colors))
     return replace(coat, border=STAGE_BORDER)

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.pipeline.media.materials import BACKDROP, Materials, mixed, scaled
+from brushgs.options.media import Ink
+from brushgs.pipeline.media.materials import BACKDROP, Materials, mixed, numbers_of, scaled
 from brushgs.rendering.coat import Coat
 from brushgs.values.colors import rgb_of
 from brushgs.values.gaussians import Gaussians
@@ -19,7 +20,7 @@ REACH = 1.15  # of the wash, in that of the strokes
 
 def ink(materials: Materials) -> list[Coat]:
     """The coats of a drawing in ink."""
-    media, strokes, tones = materials.media, materials.strokes, materials.tones
+    media, strokes, tones = numbers_of(Ink, materials), materials.strokes, materials.tones
     black = rgb_of(media.color)
     shares = np.zeros(len(tones))
     for below, share in reversed(WASHES):
@@ -43,7 +44,7 @@ def stage(materials: Materials, staging: "Staging") -> Coat:
     from brushgs.passes.add.stage_marks import HATCHING
 
     strokes = Gaussians.joined([staging.shadow(HATCHING), staging.table_edge()])
-    strokes = in_colors(strokes, rgb_of(materials.media.color))
+    strokes = in_colors(strokes, rgb_of(numbers_of(Ink, materials).color))
     texture = materials.line_texture or materials.texture
     options = materials.options.for_marks(texture)
     return Coat(BACKDROP, strokes, texture, options)

@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.options.look_parts import ColorConfig, MediaConfig
+from brushgs.options.look_parts import ColorConfig
+from brushgs.options.media import DrawingMedium, Medium
 from brushgs.pipeline.background import Background
 from brushgs.pipeline.stroke_pass import nearest_regions
 from brushgs.rendering.coat import Coat
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from brushgs.passes.add.lines import Lines
     from brushgs.values.arrays import F64
 
+M = TypeVar("M", bound=Medium)
 BACKDROP = "backdrop"  # name of the coat of whatever stands around the strokes of a scene
 CUT_IN = "cutting in"  # of strokes of a stage along the outline of its subject, in one view
 ACCENTS = "accents"  # of pure lights and darks, which are laid last
@@ -48,7 +50,7 @@ class Materials:
     strokes: Gaussians
     texture: "StrokeTexture | BrushSet"
     options: RenderOptions
-    media: MediaConfig
+    media: Medium
     color: ColorConfig
     ground: Background
     lines: "Lines | None" = None
@@ -97,7 +99,7 @@ class Materials:
 
         if self.lines is None or self.line_texture is None or opacity == 0:
             return []
-        shown = self.lines.stronger_than(self.media.line_strength)
+        shown = self.lines.stronger_than(numbers_of(DrawingMedium, self).line_strength)
         if len(shown) == 0:
             return []
         strokes = in_colors(
@@ -116,6 +118,12 @@ class Materials:
                 normals=shown.normals,
             )
         ]
+
+
+def numbers_of(kind: type[M], materials: Materials) -> M:
+    """The numbers of the medium that these are the materials of."""
+    assert isinstance(materials.media, kind), f"coats of {kind.__name__} for {materials.media}"
+    return materials.media
 
 
 def scaled(strokes: Gaussians, along: float, across: float, *, opacities: Array | None = None) -> Gaussians:

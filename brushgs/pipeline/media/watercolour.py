@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.pipeline.media.materials import BACKDROP, Materials, mixed, scaled
+from brushgs.options.media import Watercolour
+from brushgs.pipeline.media.materials import BACKDROP, Materials, mixed, numbers_of, scaled
 from brushgs.rendering.coat import Coat
 from brushgs.values.colors import rgb_of, rgb_of_oklab
 from brushgs.values.sh import base_colors, in_colors
@@ -24,7 +25,7 @@ DETAIL_TONE = 0.30  # below which there are smaller glazes
 
 def watercolour(materials: Materials) -> list[Coat]:
     """The coats of a watercolour."""
-    media, strokes, tones = materials.media, materials.strokes, materials.tones
+    media, strokes, tones = numbers_of(Watercolour, materials), materials.strokes, materials.tones
     pale = np.clip(PALEST - tones, 0, 1) * media.wash
     soft = in_colors(strokes, mixed(materials.paper, base_colors(strokes.sh), pale))
     coats = [materials.smudge("wash", scaled(soft, 1.15, 1.15, opacities=1.6 * strokes.opacities))]
@@ -45,5 +46,5 @@ def stage(materials: Materials, staging: "Staging") -> Coat:
 
     color = np.clip(rgb_of_oklab(np.array([SHADOW_LAB])), 0, 1)[0]
     strokes = staging.finished(in_colors(staging.shadow(WASH), color))
-    coat = materials.glaze(BACKDROP, strokes, dry=materials.media.dry)
+    coat = materials.glaze(BACKDROP, strokes, dry=numbers_of(Watercolour, materials).dry)
     return replace(coat, tolerance=None)

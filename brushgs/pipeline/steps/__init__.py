@@ -1,15 +1,14 @@
 """The steps of a painting, as functions that name what they take; see `brushgs.pipeline.runner`."""
 
 from collections.abc import Callable
-from dataclasses import fields
 from types import ModuleType
 from typing import Any
 
-from brushgs.options.painting import PaintConfig
+from brushgs.options.painting import STEPS
 from brushgs.pipeline.runner import Steps
 from brushgs.pipeline.steps import changing, laying, making, opening, seeing
 
-CONFIGS = tuple(f"{one.name}_config" for one in fields(PaintConfig))
+CONFIGS = tuple(f"{step}_config" for step in STEPS)
 SERVICES = ("report", "memory", "workers", "check_path")
 
 

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from brushgs.options.look_parts import GroundConfig, LightConfig, MediaConfig
+from brushgs.options.look_parts import GroundConfig, LightConfig
+from brushgs.options.media import Medium
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.options.where import WhereConfig
 from brushgs.pipeline.backdrop import Setting, open_backdrop
@@ -282,7 +283,7 @@ def painting(
 
 @anew
 @unless(lambda is_moving: None if is_moving else "the scene does not move")
-def moving(clip: Clip, film: Film, motion: StrokeMotion, media_config: MediaConfig) -> Moving:
+def moving(clip: Clip, film: Film, motion: StrokeMotion, media_config: Medium) -> Moving:
     """How the strokes move."""
     return Moving.of(clip.scene, film, motion, takes_light=not media_config.has_own_color)
 

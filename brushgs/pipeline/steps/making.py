@@ -5,7 +5,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from brushgs.options.focus import Focus
-from brushgs.options.look_parts import GroundConfig, LightConfig, MediaConfig
+from brushgs.options.look_parts import GroundConfig, LightConfig
+from brushgs.options.media import DrawingMedium, Medium
 from brushgs.options.painting import ClusterConfig, PruneConfig, ViewConfig
 from brushgs.options.rules import Rules
 from brushgs.options.sequence import PathConfig
@@ -80,7 +81,7 @@ def guide(
 
 
 @makes("has_lines", "has_paint")
-def of_media(media_config: MediaConfig) -> tuple[bool, bool]:
+def of_media(media_config: Medium) -> tuple[bool, bool]:
     """Whether the medium draws lines, and whether it is opaque paint."""
     return media_config.draws_lines, media_config.kind == "paint"
 
@@ -130,7 +131,7 @@ def finest(subject: Gaussians, plain_views: "PlainViews") -> Gaussians:
 @unless(lambda skip, has_lines: skip or (None if has_lines else "the medium draws no lines"))
 def drawn_lines(
     finest: Gaussians,
-    media_config: MediaConfig,
+    media_config: DrawingMedium,
     plain_views: "PlainViews | None",
     cameras: Sequence[Camera],
     threads: int | None,

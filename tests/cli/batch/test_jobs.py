@@ -104,7 +104,7 @@ def test_options_of_a_job_win_over_defaults_and_those_of_lists_over_both():
             "line 3: job 1: output has {lok}",
         ),
         ("[[job]]\nscene='a.ply'\noutput='{.png'", "job 1: output '{.png'"),
-        (job("keep = 30"), "line 1: job 1: keep must be in (0, 1], got 30; for 30 % write 0.3"),
+        (job("keep = 30"), "line 1: job 1: keep must be above 0 and at most 1, got 30; for 30 % write 0.3"),
         (job("look = 'nope.toml'"), "job 1: nope.toml: neither a file nor a look"),
         (job("azimuth = 3\nfrom = 'left'"), "job 1: --azimuth cannot be combined with --from"),
         ("[[job]]\noutput='a.png'", "job 1: scene is missing; name it"),

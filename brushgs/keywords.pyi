@@ -1,0 +1,162 @@
+"""Keywords of functions that paint; written by .ci/keywords."""
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from typing import Literal, TypedDict
+
+class PaintKeywords(TypedDict, total=False):
+    lod: int | str | None
+    time: float | str | None
+    moments_per_second: float | str | None
+    preset: Literal["0.1", "default", "paper"] | None
+    ground: str | None
+    backdrop: int | bool | str | None
+    stage_tone: str | None
+    shadow: float | str | None
+    chroma: float | str | None
+    pigments: int | str | None
+    values: float | str | None
+    relief: float | str | None
+    lamp: Sequence[float] | str | None
+    key: float | str | None
+    sun: Sequence[float] | str | None
+    gloss: float | str | None
+    canvas: Literal["none", "linen", "paper"] | None
+    stroke: Sequence[str] | str | None
+    filter: Literal["mip", "bilinear", "nearest"] | None
+    extent: Literal["fitted", "paper"] | None
+    background: str | None
+    order: Literal["depth", "soft"] | None
+    underpaint: bool | str | None
+    streaks: float | str | None
+    threads: int | str | None
+    keep: float | str | None
+    weight: Literal["contribution", "paper"] | None
+    clean: Literal["off", "floaters", "sure", "strong"] | None
+    strokes: int | str | None
+    stroke_size: float | str | None
+    features: Literal["balanced", "paper"] | None
+    merge: Literal["cover", "paper"] | None
+    method: Literal["auto", "lloyd", "minibatch"] | None
+    seed: int | str | None
+    memory: int | str | None
+    strokes_for: Literal["scene", "view"] | None
+    see: Literal["views", "off"] | None
+    focus: Sequence[float] | str | None
+    solid: bool | str | None
+    direction: str | None
+    broken_color: float | str | None
+    economy: float | str | None
+    edges: float | str | None
+    palette: PathLike[str] | str | None
+    palette_strength: float | str | None
+    palette_space: Literal["lab", "linear", "srgb"] | None
+    style: PathLike[str] | Mapping[str, float] | str | None
+    adjust: Mapping[str, float] | str | None
+    swap: Sequence[str] | str | None
+    rules: PathLike[str] | str | None
+    where: str | None
+    where_soft: float | str | None
+    clip: PathLike[str] | str | None
+    size: Sequence[int] | str | None
+    camera_file: PathLike[str] | str | None
+    view: int | str | None
+    up: Sequence[float] | str | None
+    azimuth: float | str | None
+    elevation: float | str | None
+    from_: Literal["front", "left", "back", "right", "top", "three-quarter"] | None
+    look_at: Sequence[float] | str | None
+    distance: float | str | None
+    pan: Sequence[float] | str | None
+    roll: float | str | None
+    fov_deg: float | str | None
+    zoom: float | str | None
+    lock: Literal["track", "anchor", "off"] | None
+    first: float | str | None
+    layers: Sequence[str] | str | None
+    deep: bool | None
+
+class FilmKeywords(TypedDict, total=False):
+    lod: int | str | None
+    moments_per_second: float | str | None
+    preset: Literal["0.1", "default", "paper"] | None
+    ground: str | None
+    backdrop: int | bool | str | None
+    stage_tone: str | None
+    shadow: float | str | None
+    chroma: float | str | None
+    pigments: int | str | None
+    values: float | str | None
+    relief: float | str | None
+    lamp: Sequence[float] | str | None
+    key: float | str | None
+    sun: Sequence[float] | str | None
+    gloss: float | str | None
+    canvas: Literal["none", "linen", "paper"] | None
+    stroke: Sequence[str] | str | None
+    filter: Literal["mip", "bilinear", "nearest"] | None
+    extent: Literal["fitted", "paper"] | None
+    background: str | None
+    order: Literal["depth", "soft"] | None
+    underpaint: bool | str | None
+    streaks: float | str | None
+    threads: int | str | None
+    keep: float | str | None
+    weight: Literal["contribution", "paper"] | None
+    clean: Literal["off", "floaters", "sure", "strong"] | None
+    strokes: int | str | None
+    stroke_size: float | str | None
+    features: Literal["balanced", "paper"] | None
+    merge: Literal["cover", "paper"] | None
+    method: Literal["auto", "lloyd", "minibatch"] | None
+    seed: int | str | None
+    memory: int | str | None
+    strokes_for: Literal["scene", "view"] | None
+    see: Literal["views", "off"] | None
+    focus: Sequence[float] | str | None
+    solid: bool | str | None
+    direction: str | None
+    broken_color: float | str | None
+    economy: float | str | None
+    edges: float | str | None
+    palette: PathLike[str] | str | None
+    palette_strength: float | str | None
+    palette_space: Literal["lab", "linear", "srgb"] | None
+    style: PathLike[str] | Mapping[str, float] | str | None
+    adjust: Mapping[str, float] | str | None
+    swap: Sequence[str] | str | None
+    rules: PathLike[str] | str | None
+    where: str | None
+    where_soft: float | str | None
+    size: Sequence[int] | str | None
+    camera_file: PathLike[str] | str | None
+    view: int | str | None
+    up: Sequence[float] | str | None
+    azimuth: float | str | None
+    elevation: float | str | None
+    from_: Literal["front", "left", "back", "right", "top", "three-quarter"] | None
+    look_at: Sequence[float] | str | None
+    distance: float | str | None
+    pan: Sequence[float] | str | None
+    roll: float | str | None
+    fov_deg: float | str | None
+    zoom: float | str | None
+    orbit: int | str | None
+    path: PathLike[str] | str | None
+    frames: int | str | None
+    seconds: float | str | None
+    fps: float | str | None
+    loop: bool | None
+    lock: Literal["track", "anchor", "off"] | None
+    jobs: int | str | None
+    scheduler: str | None
+    workers_timeout: float | str | None
+    resume: bool | None
+    start: float | str | None
+    end: float | str | None
+    speed: float | str | None
+    cross_fade: float | str | None
+    layers: Sequence[str] | str | None
+    deep: bool | None
+    codec: Literal["h264", "h265", "prores", "vp9"] | None
+    bits: int | str | None

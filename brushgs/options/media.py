@@ -1,0 +1,117 @@
+"""The media: what strokes are made with, one class of numbers each; `brushgs.pipeline.media` has their coats.
+
+To add one: its class here, its module of the same name there, and a look that it is seen in. Tones are those
+of the drawing, from 0, its darkest, to 1, its lightest.
+"""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
+
+from brushgs.options.table import Options, in_files, listed, rows_of, share, shown
+
+Share = Annotated[float, share(flag=None)]
+
+
+def _color(text: str) -> str:
+    if len(text) != 7 or text[0] != "#" or set(text[1:].lower()) - set("0123456789abcdef"):
+        raise ValueError(f"must be #rrggbb, got {text!r}")
+    return text
+
+
+Code = Annotated[str, in_files("#rrggbb", read=_color)]
+
+
+class Medium(Options, frozen=True):
+    """What the numbers of every medium are; `kind` is its name, of "paint", "ink" and so on."""
+
+    kind: ClassVar[str]
+    has_own_color: ClassVar[bool] = False  # whether marks have a colour of the medium, not those of the scene
+    draws_lines: ClassVar[bool] = False  # whether there may be lines along edges
+    # fmt: off
+    behind: Annotated[float, in_files("sizes of a stroke by which it may lie behind what is seen and be "
+        "painted", ge=0, le=10)] = 1.6
+    # fmt: on
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for row in rows_of(type(self)):
+            if row.option.read is _color:
+                try:
+                    _color(getattr(self, row.field))
+                except ValueError as error:
+                    raise ValueError(f"{row.field} {error}") from None
+
+
+class Paint(Medium, frozen=True):
+    """Opaque paint, which has no numbers of its own."""
+
+    kind = "paint"
+
+
+class DrawingMedium(Medium, frozen=True):
+    """What all media have that draw lines along edges."""
+
+    wash: Annotated[float, share("strength of the soft tone under the marks", flag=None)] = 0.6
+    marks: Annotated[float, share("opacity of marks", flag=None)] = 0.9
+    dry: Annotated[float, share("how much of the paper's tooth the marks leave open", flag=None)] = 0.0
+    lines: Annotated[float, share("opacity of lines along edges; 0 for none", flag=None)] = 0.0
+    line_color: Code = "#0f0e0e"
+    line_width: Annotated[float, in_files("of lines", ge=0.2, le=20, unit="px")] = 1.5
+    line_dry: Annotated[float, share("`dry` of lines", flag=None)] = 0.2
+    line_strength: Annotated[float, share("of edges from which there are lines; 0 for all", flag=None)] = 0.3
+
+    @property
+    def draws_lines(self) -> bool:  # type: ignore[override]  # of a class it is none
+        """Whether there are lines along edges."""
+        return self.lines > 0
+
+
+class Charcoal(DrawingMedium, frozen=True):
+    """Charcoal and chalk."""
+
+    kind = "charcoal"
+    has_own_color = True
+    color: Code = "#171615"
+    middle: Annotated[float, share("tone up to which marks are made", flag=None)] = 0.7
+    white: Annotated[float, share("tone from which chalk is laid; 1 for nowhere", flag=None)] = 1.0
+    chalk: Annotated[float, share("opacity of chalk", flag=None)] = 0.8
+    chalk_dry: Annotated[float, share("`dry` of chalk", flag=None)] = 0.34
+
+
+class Ink(DrawingMedium, frozen=True):
+    """Ink and brush."""
+
+    kind = "ink"
+    has_own_color = True
+    color: Code = "#171615"
+    dark: Annotated[float, share("tone up to which ink is solid", flag=None)] = 0.2
+    middle: Annotated[float, share("tone up to which marks are made with a dry brush", flag=None)] = 0.7
+
+
+class Watercolour(DrawingMedium, frozen=True):
+    """Watercolour: glazes that multiply."""
+
+    kind = "watercolour"
+    white: Annotated[float, share("tone from which paper is left white; 1 for nowhere", flag=None)] = 1.0
+    details: Annotated[float, share("opacity of smaller glazes in the dark; 0 for none", flag=None)] = 0.0
+
+
+MEDIA: Mapping[str, type[Medium]] = {one.kind: one for one in (Paint, Charcoal, Ink, Watercolour)}
+# What a table [media] may have: a look that is based on another may name the medium, or numbers of it, alone.
+ROWS = {row.field: row for medium in MEDIA.values() for row in rows_of(medium)}
+
+
+def medium_of(values: Mapping[str, Any]) -> Medium:
+    """The medium of these values, by `kind`; those that another one has are passed over.
+
+    Raises:
+        ValueError: if there is no such medium, or a value is out of range.
+    """
+    kind = values.get("kind", Paint.kind)
+    if kind not in MEDIA:
+        raise ValueError(f"kind must be {listed(list(map(repr, MEDIA)))}, got {shown(kind)}")
+    for name, value in values.items():
+        if name != "kind":
+            ROWS[name].check(value)
+    known = MEDIA[kind].__struct_fields__
+    return MEDIA[kind](**{name: value for name, value in values.items() if name in known})

@@ -1,0 +1,559 @@
+"""Options that are said once: a typed field with its words, range and flag, and all else is made of that
+line.
+
+    class LightConfig(Options, frozen=True):
+        relief: Annotated[float, share("strength of light and shade on the paint")] = 0.0
+
+The table of a class (`rows_of`) gives flags and their help, the reading of text, of files and of keywords of
+Python, the ranges that a constructor checks, manifests, and what the page of `brushgs view` offers.
+"""
+
+import sys
+from collections.abc import Callable, Mapping
+from functools import cache, cached_property
+from math import degrees, isfinite, radians
+from pathlib import Path
+from types import UnionType
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
+
+_IS_SLOW = "typing_extensions" not in sys.modules
+if _IS_SLOW:  # msgspec asks for names that typing has as well; importing it takes 50 ms
+    sys.modules["typing_extensions"] = None  # type: ignore[assignment]
+try:
+    import msgspec
+    from msgspec import Struct
+finally:
+    if _IS_SLOW:
+        del sys.modules["typing_extensions"]
+
+if TYPE_CHECKING:
+    from dataclasses import Field
+
+__all__ = ["Struct"]  # beside what is made here
+
+LARGEST = 1e300  # magnitudes of numbers from files
+OF_FILMS = "belongs to films; use `brushgs render`, or brushgs.paint_film"
+OF_FILES = "belongs to files; use `brushgs render`, or brushgs.save(frame, ...)"
+OF_COMMANDS = "belongs to the command; give report="
+OF_SCENE_FILES = "belongs to scene files; omit it with Gaussians, which are in memory"
+
+
+class Option(Struct, frozen=True, kw_only=True):
+    """What an option is, beside its type and its default.
+
+    Attributes:
+        words: what it does, without range and default, and at the end #words that people search it by.
+            {pictures} and the like are lists of formats.
+        flag: its flags; "" for that of its name, None for none: then files alone name it.
+        ge: least value, and `gt`, `le`, `lt` likewise; of every number of a tuple; degrees of an angle.
+        unit: of its numbers. An angle in degrees is held in radians.
+        default: in words, where the value of the class does not say it.
+        metavar: what stands for a value in help, where its type does not say it.
+        read: makes a value of text; None for what its type says. Raises ValueError.
+        make: makes a value of one of Python or TOML that is neither text nor of its type.
+        written: how text is made of a list or a table: what stands between items, and after keys.
+        takes_percent: whether 70% is 0.7.
+        is_signed: whether its text may begin with a minus and be no plain number.
+        action: of argparse, where it is not to store a value.
+        nargs: of argparse, as `const`.
+        choices: of which it takes one, where its type does not say them.
+        alone: the group of flags of which only one is given.
+        example: a value, for the short help.
+        not_in_memory: why `brushgs.paint` has none, and what to use, where that is not so of its class.
+    """
+
+    words: str = ""
+    flag: str | None = ""
+    ge: float | None = None
+    gt: float | None = None
+    le: float | None = None
+    lt: float | None = None
+    unit: str = ""
+    default: str | None = None
+    metavar: str = ""
+    read: Callable[[str], Any] | None = None
+    make: Callable[[Any], Any] | None = None
+    written: tuple[str, str] = (",", "")
+    takes_percent: bool = False
+    is_signed: bool = False
+    action: Any = None
+    nargs: str | None = None
+    const: Any = None
+    choices: tuple[str, ...] | None = None
+    alone: str = ""
+    example: str = ""
+    not_in_memory: str = ""
+
+    @property
+    def span(self) -> str:
+        """Its range in words; "" if any number will do."""
+        low, high = self.gt if self.ge is None else self.ge, self.lt if self.le is None else self.le
+        above = "" if low is None else f"above {number_text(low)}"
+        if self.ge is not None and self.le is not None:
+            span = f"{number_text(self.ge)} to {number_text(self.le)}"
+        elif high is not None:
+            below = f"{'at most' if self.lt is None else 'below'} {number_text(high)}"
+            span = f"{above} and {below}" if above else below
+        else:
+            span = f"{number_text(self.ge)} or more" if self.ge is not None else above
+        return f"{span} {self.unit}" if span and self.unit else span
+
+    def holds(self, number: float) -> bool:
+        """Whether a finite number is in its range."""
+        return isfinite(number) and (
+            (self.ge is None or number >= self.ge)
+            and (self.gt is None or number > self.gt)
+            and (self.le is None or number <= self.le)
+            and (self.lt is None or number < self.lt)
+        )
+
+
+def option(words: str = "", **what: Any) -> Option:
+    """An option with a flag, see `Option`."""
+    return Option(words=words, **what)
+
+
+def share(words: str = "", **what: Any) -> Option:
+    """A share, 0 to 1, also in percent."""
+    limits: dict[str, Any] = {"ge": 0, "le": 1, "takes_percent": True}
+    return Option(**limits | {"words": words} | what)
+
+
+def in_files(words: str = "", **what: Any) -> Option:
+    """An option that only files and Python have."""
+    return Option(words=words, flag=None, **what)
+
+
+class _FieldsOfDataclass:
+    """`dataclasses.replace`, `fields` and `asdict` take options too; made where they are asked for."""
+
+    def __get__(self, value: object, owner: type["Options"]) -> "dict[str, Field[Any]]":
+        from dataclasses import make_dataclass
+
+        made: Any = make_dataclass(owner.__name__, [row.field for row in rows_of(owner)])
+        for row in rows_of(owner):
+            one = made.__dataclass_fields__[row.field]
+            one.type, one.default = row.annotation, row.default
+        found: dict[str, Field[Any]] = made.__dataclass_fields__
+        return found
+
+
+class Options(Struct, frozen=True, forbid_unknown_fields=True):
+    """Options of one step of the work; checked where they are made."""
+
+    GROUP: ClassVar[str] = ""  # of its flags in help
+    ABOUT: ClassVar[str] = ""  # that group
+    IN_LOOKS: ClassVar[bool] = False  # whether a look decides the defaults of flags
+    NOT_IN_MEMORY: ClassVar[str] = ""  # why `brushgs.paint` has none of them
+    if TYPE_CHECKING:
+        __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+    else:
+        __dataclass_fields__ = _FieldsOfDataclass()
+
+    def __post_init__(self) -> None:
+        for row in rows_of(type(self)):
+            row.check(getattr(self, row.field))
+
+
+class Row:
+    """One line of the table: an option of a class, as everything that reads or shows it needs it."""
+
+    def __init__(self, field: str, annotation: Any, default: Any = None, of: type[Options] = Options) -> None:
+        self.field, self.annotation, self.default, self.of = field, annotation, default, of
+        is_annotated = get_origin(annotation) is Annotated
+        self.kind: Any = get_args(annotation)[0] if is_annotated else annotation
+        found = [one for one in getattr(annotation, "__metadata__", ()) if isinstance(one, Option)]
+        self.option: Option = found[0] if found else in_files()
+        self.words, *self.tags = self.option.words.split(" #")
+        self.not_in_memory = self.option.not_in_memory or of.NOT_IN_MEMORY
+
+    def described(self, words: str) -> "Row":
+        """The same in other words."""
+        told = msgspec.structs.replace(self.option, words=words)
+        return Row(self.field, Annotated[self.kind, told], self.default, self.of)
+
+    @cached_property
+    def kinds(self) -> tuple[Any, ...]:
+        """The types of a value, without None."""
+        is_union = get_origin(self.kind) in (UnionType, Union)
+        return tuple(
+            one for one in (get_args(self.kind) if is_union else (self.kind,)) if one is not type(None)
+        )
+
+    @cached_property
+    def flags(self) -> tuple[str, ...]:
+        """Its flags, the long one last; none of what only files have, and of an argument."""
+        if self.option.flag is None:
+            return ()
+        return tuple((self.option.flag or f"--{self.field.replace('_', '-')}").split())
+
+    @property
+    def name(self) -> str:
+        """What messages call it."""
+        return self.flags[-1].lstrip("-") if self.flags else self.field
+
+    @property
+    def choices(self) -> tuple[str, ...] | None:
+        """Texts of which it takes one; None if there are others."""
+        if self.option.choices is not None or self.option.read is not None:
+            return self.option.choices
+        return get_args(self.kinds[0]) if all(get_origin(one) is Literal for one in self.kinds) else None
+
+    @property
+    def metavar(self) -> str | None:
+        """What stands for a value in help; None where the choices do."""
+        if self.option.metavar or self.choices is not None:
+            return self.option.metavar or None
+        if self.kinds[0] is float:
+            return "SHARE" if self.option.le == 1 else "DEG" if self.option.unit == "degrees" else "FACTOR"
+        return {int: "N", bool: "on|off", Path: "FILE"}.get(self.kinds[0], self.name.upper())
+
+    @property
+    def is_switch(self) -> bool:
+        """Whether its flag takes no value."""
+        return self.kind is bool and self.default is False and self.option.read is None
+
+    @property
+    def takes_on_off(self) -> bool:
+        """Whether its text says true and false as "on" and "off"."""
+        return "on|" in (self.metavar or "") and not self.is_switch
+
+    def help(self, default: str | None = None, **named: str) -> str:
+        """Range and default are never written by hand, so they cannot be wrong."""
+        words = self.words
+        for name, text in named.items():
+            words = words.replace(f"{{{name}}}", text)
+        default = self._default_words() if default is None else default
+        parts = [words, self.option.span, f"default {default}" if default else ""]
+        return "; ".join(part for part in parts if part).replace("%", "%%")
+
+    def _default_words(self) -> str:
+        if self.option.default is not None or self.is_switch:
+            return self.option.default or ""
+        if self.of.IN_LOOKS:
+            return "that of the look"
+        return "none" if self.default is None else self.text_of(self.default)
+
+    def text_of(self, value: Any) -> str:
+        """A value as its flag takes it."""
+        if isinstance(value, bool):
+            return "on" if value else "off"
+        if isinstance(value, tuple):
+            return self.option.written[0].join(map(self.text_of, value))
+        if isinstance(value, int | float):
+            return number_text(degrees(value) if self.option.unit == "degrees" else value)
+        return str(value)
+
+    def check(self, value: Any) -> None:
+        """Raise ValueError for a value that is out of range, or no value of this option at all."""
+        if value is None:
+            return
+        if choices := self.choices:
+            if not isinstance(value, str) or value not in choices:
+                raise ValueError(f"{self.name} must be {listed(choices)}, got {shown(value)}")
+        elif all(one in (int, float) for one in self.kinds):
+            if not _is_number(value):
+                raise ValueError(f"{self.name} must be {in_words(self.kind)}, got {shown(value)}")
+        elif self.kinds[0] in (bool,) or (get_origin(self.kinds[0]) is tuple and len(self.kinds) == 1):
+            wanted = bool if self.kinds[0] is bool else tuple | list
+            if not isinstance(value, wanted):
+                raise ValueError(f"{self.name} must be {in_words(self.kind)}, got {shown(value)}")
+        if self.option.span:
+            for number in value if isinstance(value, tuple | list) else (value,):
+                if _is_number(number):
+                    self._check_number(degrees(number) if self.option.unit == "degrees" else number)
+
+    def _check_number(self, number: float) -> None:
+        if self.option.holds(number):
+            return
+        cure = ""
+        if self.option.takes_percent and 1 < number <= 100 and self.option.le == 1:
+            cure = f"; for {number:g} % write {number / 100:g} or {number:g}%"
+        found = f"{number:g}" if isinstance(number, float) else str(number)
+        raise ValueError(f"{self.name} must be {self.option.span}, got {found}{cure}")
+
+    def read(self, text: str) -> Any:
+        """The value of a text.
+
+        Raises:
+            ValueError: if it is none; without the name of the option.
+        """
+        if self.option.read is not None:
+            try:
+                return self.option.read(text)
+            except ValueError as error:
+                raise unnamed(error) from None
+        if self.choices is not None:
+            if text not in self.choices:
+                known = ", ".join(self.choices)
+                raise ValueError(f"must be one of {known}, got {shown(text)}{hint_for(text, self.choices)}")
+            return text
+        kind = self.kinds[0]
+        if kind is bool:
+            return on_off(text)
+        if kind is int:
+            return count(text, int(self.option.ge or 0))
+        if kind is float:
+            return self._held(parse_share(text) if self.option.takes_percent else number(text))
+        if get_origin(kind) is tuple:
+            items = get_args(kind)
+            if items[0] is float and items[1:] != (...,):
+                return self._held(numbers(text, len(items)))
+            words = tuple(word.strip() for word in text.split(","))
+            return tuple(count(word, 1) for word in words) if items[0] is int else words
+        return Path(text) if kind is Path else text
+
+    def _held(self, value: Any) -> Any:
+        """A number or numbers as they are held."""
+        if self.option.unit != "degrees":
+            return value
+        return tuple(map(radians, value)) if isinstance(value, tuple) else radians(value)
+
+    def value(self, given: Any, *, is_strict: bool = False) -> Any:
+        """The value of one of Python, or of TOML.
+
+        Args:
+            given: text as the flag takes it, or a value of its type.
+            is_strict: whether text is taken only where the type is text, or has a form of its own.
+
+        Raises:
+            ValueError: if it is none; without the name of the option.
+        """
+        given = given.tolist() if hasattr(given, "tolist") else given  # of NumPy
+        if self.option.make is not None and not isinstance(given, str):
+            try:
+                return self.option.make(given)
+            except ValueError as error:
+                raise unnamed(error) from None
+        if isinstance(given, str) and (self.option.read is not None or not is_strict):
+            return self.read(given)
+        if not is_strict and self.kinds[0] is str and isinstance(given, list | tuple | Path):
+            given = ",".join(map(str, given)) if not isinstance(given, Path) and given else str(given)
+        has_form = self.option.read is not None and get_origin(self.kinds[0]) is not tuple
+        if is_strict and has_form and self.kinds[0] not in (int, float, bool, str):
+            raise ValueError(f"must be text in quotes, got {shown(given)}")
+        try:
+            return self._held(fitted(given, self.kind))
+        except ValueError:
+            if is_strict or self.option.read is None or isinstance(given, bool | Mapping):
+                raise
+        return self.read(self.text_of(tuple(given) if isinstance(given, list) else given))
+
+
+class _Table(dict[type, tuple[Row, ...]]):
+    """Rows by class."""
+
+    def __missing__(self, kind: type[Options]) -> tuple[Row, ...]:
+        notes: dict[str, Any] = {}
+        for one in reversed(kind.__mro__):
+            notes |= vars(one).get("__annotations__", {})
+        names, defaults = kind.__struct_fields__, kind.__struct_defaults__
+        without = len(names) - len(defaults)
+        self[kind] = tuple(
+            Row(name, notes[name], None if i < without else defaults[i - without], kind)
+            for i, name in enumerate(names)
+        )
+        return self[kind]
+
+
+_TABLE = _Table()
+
+
+def rows_of(kind: type[Options]) -> tuple[Row, ...]:
+    """The table of a class."""
+    return _TABLE[kind]
+
+
+@cache
+def row_of(kind: type[Options], field: str) -> Row:
+    """One line of it."""
+    return next(row for row in rows_of(kind) if row.field == field)
+
+
+def values_of(options: Struct) -> dict[str, Any]:
+    """The fields of options by name."""
+    return msgspec.structs.asdict(options)
+
+
+def changed(options: Options) -> dict[str, Any]:
+    """The fields that differ from the defaults of their class."""
+    return {
+        row.field: value
+        for row in rows_of(type(options))
+        if (value := getattr(options, row.field)) != row.default
+    }
+
+
+def read_table(table: Mapping[str, Any], rows: Mapping[str, Row], place: str = "") -> dict[str, Any]:
+    """The values of a table of TOML or JSON.
+
+    Args:
+        table: name -> value.
+        rows: that it may have, by name.
+        place: of the table, for messages.
+
+    Raises:
+        ValueError: if it has another name, or a value of another type; names the nearest.
+    """
+    values: dict[str, Any] = {}
+    for name, given in table.items():
+        if name not in rows:
+            cure = hint_for(name, rows) or f"; it has {', '.join(rows)}"
+            raise ValueError(f"{place}has no {name!r}{cure}")
+        try:
+            values[name] = rows[name].value(given, is_strict=True)
+        except ValueError as error:
+            raise ValueError(f"{place}{name} {error}") from None
+    return values
+
+
+class NestedError(ValueError):
+    """What is wrong with one of several values of an option, which it names."""
+
+
+def unnamed(error: ValueError) -> ValueError:
+    """What an error says of a value, without the name before "must" that its maker knows it by."""
+    if isinstance(error, NestedError):
+        return error
+    name, must, rule = str(error).partition(" must ")
+    return ValueError(f"must {rule}") if must and " " not in name else error
+
+
+def shown(value: Any) -> str:
+    """A value from elsewhere in a message, shortened."""
+    import reprlib
+
+    short = reprlib.Repr()
+    short.maxstring = short.maxother = 80
+    return short.repr(value)
+
+
+def fitted(given: Any, kind: Any) -> Any:
+    """A value of Python or TOML as one of a type.
+
+    Raises:
+        ValueError: if it is of another type, or no finite number.
+    """
+    try:
+        made = _fitted(given, kind)
+    except (msgspec.ValidationError, OverflowError, TypeError):
+        raise ValueError(f"must be {in_words(kind)}, got {shown(given)}") from None
+    return made
+
+
+def _fitted(given: Any, kind: Any) -> Any:
+    if get_origin(kind) in (UnionType, Union):
+        tried = [one for one in get_args(kind) if one is not type(None)]
+        for one in tried[:-1]:
+            try:
+                return _fitted(given, one)
+            except (msgspec.ValidationError, TypeError):
+                continue
+        return _fitted(given, tried[-1])
+    if kind is Path:
+        return Path(given)
+    if kind is str and not isinstance(given, str):
+        given = str(given) if isinstance(given, Path) else given
+    if get_origin(kind) is tuple and isinstance(given, list | tuple):
+        items = get_args(kind)
+        items = (items[0],) * len(given) if items[1:] == (...,) else items
+        if len(items) != len(given):
+            raise TypeError
+        return tuple(_fitted(one, of) for one, of in zip(given, items, strict=True))
+    if kind in (int, float):
+        if not _is_number(given) or not isfinite(given) or abs(given) >= LARGEST:
+            raise TypeError
+        given = int(given) if kind is int and int(given) == given and not isinstance(given, float) else given
+        given = float(given) if kind is float else given
+        if kind is int and (not isinstance(given, int) or abs(given) >= 2**63):
+            raise TypeError
+        return given
+    return msgspec.convert(given, kind)
+
+
+def _is_number(value: Any) -> bool:
+    return not isinstance(value, bool | str | bytes) and hasattr(type(value), "__float__")
+
+
+def in_words(kind: Any) -> str:
+    """What a field of a type takes."""
+    kinds = get_args(kind)
+    if get_origin(kind) in (UnionType, Union):
+        return " or ".join(in_words(one) for one in kinds if one is not type(None))
+    if get_origin(kind) is Literal:
+        return listed([repr(one) for one in kinds])
+    if get_origin(kind) is tuple:
+        if kinds[1:] == (...,):
+            return "a list of numbers" if kinds[0] is int else 'a list of texts such as ["flat", "dab"]'
+        return f"a list of {len(kinds)} numbers"
+    words = {bool: "true or false", int: "a whole number", float: "a number"}
+    return words.get(kind, "text in quotes")
+
+
+def listed(words: Any, last: str = "or") -> str:
+    """Words as a list: "a, b or c"."""
+    *first, end = words
+    return f"{', '.join(first)} {last} {end}" if first else str(end)
+
+
+def hint_for(word: str, known: Any) -> str:
+    """A question for the nearest of the known words; "" if none is near."""
+    from difflib import get_close_matches
+
+    closest = get_close_matches(word[:100], list(known), n=1, cutoff=0.6)
+    return f"; did you mean {closest[0]!r}?" if closest else ""
+
+
+def number_text(value: float) -> str:
+    """A number without digits that say nothing."""
+    if float(value).is_integer() and abs(value) < 1e15:
+        return str(int(value))
+    text = f"{value:g}"
+    return text if float(text) == value else repr(float(value))
+
+
+def number(text: str) -> float:
+    """A finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not isfinite(value):
+        raise ValueError(f"must be a number, got {text!r}")
+    return value
+
+
+def parse_share(text: str) -> float:
+    """A number, or per cent: "0.7" or "70%"; at most 100 %, no other range is checked."""
+    try:
+        value = number(text.removesuffix("%"))
+    except ValueError:
+        raise ValueError(f"must be a number, got {text!r}") from None
+    if not text.endswith("%"):
+        return value
+    if value > 100:
+        raise ValueError(f"must be at most 100 %, got {text!r}")
+    return value / 100
+
+
+def numbers(text: str, count: int) -> tuple[float, ...]:
+    """So many finite numbers, separated by commas."""
+    words = text.split(",")
+    if len(words) != count:
+        raise ValueError(f"must be {count} numbers separated by commas, got {text!r}")
+    return tuple(map(number, words))
+
+
+def count(text: str, least: int) -> int:
+    """A whole number of `least` or more."""
+    digits = text.removeprefix("+")
+    if not (digits.isascii() and digits.isdecimal() and len(digits) <= 18) or int(digits) < least:
+        raise ValueError(f"must be a whole number of {least} or more, got {text!r}")
+    return int(digits)
+
+
+def on_off(text: str) -> bool:
+    """Whether a switch is on."""
+    if text not in ("on", "off"):
+        raise ValueError(f"must be on or off, got {text!r}")
+    return text == "on"
