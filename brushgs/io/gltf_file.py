@@ -109,7 +109,8 @@ class Model(Struct, rename="camel", kw_only=True):
     buffers: list[Buffer] | None = None
 
 
-M, T = TypeVar("M", bound=Model), TypeVar("T")
+M = TypeVar("M", bound=Model)
+T = TypeVar("T")
 
 
 class GltfFile(Generic[M]):

@@ -150,10 +150,7 @@ def _rule(info: Any) -> str:
         found = [_rule(one) for one in info.types if not isinstance(one, inspect.NoneType)]
         return in_words(list(dict.fromkeys(found)))
     if isinstance(info, inspect.FloatType | inspect.IntType):
-        high = info.lt if info.le is None else info.le
-        span = _span(info.gt, high, " above ") if info.ge is None else _span(info.ge, high)
-        kind = "whole " if isinstance(info, inspect.IntType) else "" if span else "finite "
-        return f"a {kind}number{span}"
+        return _number_rule(info)
     if isinstance(info, inspect.LiteralType):
         return in_words([shown(one) for one in info.values])
     if isinstance(info, inspect.TupleType):
@@ -163,6 +160,13 @@ def _rule(info: Any) -> str:
         span = _span(info.min_length, info.max_length)
         return f"a list of{span.removeprefix(' of')}" if span else "a list"
     return _NOUNS.get(type(info), "another value")
+
+
+def _number_rule(info: Any) -> str:
+    high = info.lt if info.le is None else info.le
+    span = _span(info.gt, high, " above ") if info.ge is None else _span(info.ge, high)
+    kind = "whole " if isinstance(info, inspect.IntType) else "" if span else "finite "
+    return f"a {kind}number{span}"
 
 
 def _span(low: float | None, high: float | None, above: str = " ") -> str:

@@ -47,6 +47,14 @@ class _Primitive(Struct):
 class _Mesh(Struct):
     primitives: list[_Primitive] | None = None
 
+    @property
+    def splats(self) -> list[_Primitive]:
+        """Primitives that hold splats."""
+        primitives = self.primitives or []
+        return [
+            some for some in primitives if any("gaussian_splat" in name for name in some.extensions or {})
+        ]
+
 
 class _SplatModel(Model):
     """What of a model scenes need."""
@@ -126,8 +134,7 @@ def open_scene(path: Path) -> SceneFile:
     splats = [
         some
         for mesh, matrix in placed
-        for primitive in mesh.primitives or []
-        if any("gaussian_splat" in name for name in primitive.extensions or {})
+        for primitive in mesh.splats
         if (some := _open_splats(file, primitive, Placement(matrix), unknown, opened)).num_rows
     ]
     if not splats:
