@@ -24,18 +24,15 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import ExitStack, suppress
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
 from types import TracebackType
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from brushgs.core.messages import MAX_ATTEMPTS, Done, Failed, pickled, result_of
 from brushgs.core.streams import block_stops, receive, send, start_worker
 from brushgs.core.threads import num_threads_or_default
 from brushgs.core.worker import BOOT
-
-Output = Literal["shown", "kept", "dropped"]
 
 
 class KilledError(ChildProcessError):
@@ -52,35 +49,30 @@ class KilledError(ChildProcessError):
         self.code, self.said, self.seconds = code, said, seconds
 
 
+class Ways(NamedTuple):
+    """How processes are started and ended.
+
+    Attributes:
+        attempts: processes that one item may end before it is an error.
+        seconds_to_stop: that work under way gets to clean up at the end, asked to stop as by SIGTERM; 0 kills
+            it.
+        environment: variables of the processes, in place of those of this one.
+        output: what becomes of what they print.
+    """
+
+    attempts: int = MAX_ATTEMPTS
+    seconds_to_stop: float = 0.0
+    environment: Mapping[str, str] | None = None
+    output: Literal["shown", "kept", "dropped"] = "shown"
+
+
 class ProcessPool:
     """Up to `jobs` processes of this machine, each started when there is an item for it."""
 
-    def __init__(
-        self,
-        work: Callable[[Any], object],
-        jobs: int,
-        *,
-        attempts: int = MAX_ATTEMPTS,
-        seconds_to_stop: float = 0.0,
-        environment: Mapping[str, str] | None = None,
-        output: Output = "shown",
-    ) -> None:
-        """Nothing is started yet.
-
-        Args:
-            work: what is done with every item; pickled.
-            jobs: the most processes.
-            attempts: processes that one item may end before it is an error.
-            seconds_to_stop: that work under way gets to clean up at the end, asked to stop as by SIGTERM; 0
-                kills it.
-            environment: variables of the processes, in place of those of this one.
-            output: what becomes of what they print.
-        """
+    def __init__(self, work: Callable[[Any], object], jobs: int, ways: Ways | None = None) -> None:
         self.limit = 2 * jobs
-        self._attempts, self._seconds_to_stop = attempts, seconds_to_stop
-        share = max(1, num_threads_or_default(None) // jobs)
-        is_asked = seconds_to_stop > 0
-        self._start = partial(_Process, pickled("work", work), share, environment, output, is_asked)
+        self._work, self._ways = pickled("work", work), ways or Ways()
+        self._num_threads = max(1, num_threads_or_default(None) // jobs)
         self._lock = threading.Lock()
         self._all: set[_Process] = set()
         self._is_closed = False
@@ -97,8 +89,8 @@ class ProcessPool:
             self._is_closed = True
             processes = list(self._all)  # a thread may still remove its own
         for process in processes:
-            process.end(is_asked=self._seconds_to_stop > 0)
-        until = time.monotonic() + self._seconds_to_stop
+            process.end()
+        until = time.monotonic() + self._ways.seconds_to_stop
         for process in processes:
             process.kill_at(until)
         self._threads.shutdown(wait=True, cancel_futures=True)
@@ -132,7 +124,7 @@ class ProcessPool:
 
     def _run(self, index: int, message: bytes) -> Done | Failed:
         start = time.monotonic()
-        for _ in range(self._attempts):
+        for _ in range(self._ways.attempts):
             process = self._own_process()
             try:
                 return pickle.loads(process.request(message))  # type: ignore[no-any-return]
@@ -140,10 +132,9 @@ class ProcessPool:
                 with self._lock:
                     self._all.discard(process)
                 code, said = process.stop()
-        times = f"{self._attempts} times, the last one" if self._attempts > 1 else "once,"
         ending = signal.Signals(-code).name if code < 0 else f"exit code {code}"
-        sentence = f"parallel_map: item {index} killed its process {times} by {ending}; "
-        sentence += "if it ran out of memory, use fewer jobs"
+        sentence = f"item {index} killed its process {self._ways.attempts} times, the last one by {ending}"
+        sentence = f"parallel_map: {sentence}; if it ran out of memory, use fewer jobs"
         raise KilledError(sentence, code, said, time.monotonic() - start)
 
     def _own_process(self) -> "_Process":
@@ -155,49 +146,41 @@ class ProcessPool:
             if process in self._all:
                 assert process is not None
                 return process
-            process = self._of_thread.process = self._start()
+            process = self._of_thread.process = _Process(self._num_threads, self._ways)
             self._all.add(process)
-        process.send_work()
+        process.send_work(self._work)
         return process
 
 
 class _Process:
     """One process, this end of the stream to it, and what it leaves behind."""
 
-    def __init__(
-        self,
-        work: bytes,
-        num_threads: int,
-        environment: Mapping[str, str] | None,
-        output: Output,
-        is_asked: bool,
-    ) -> None:
-        self._work = work
+    def __init__(self, num_threads: int, ways: Ways) -> None:
+        self._is_asked = ways.seconds_to_stop > 0
         path = [str(Path(entry).absolute()) for entry in sys.path]  # it may change its folder
         with ExitStack() as stack:
             # What is killed cannot remove what it was writing: it lies where this process removes it.
             folder = stack.enter_context(TemporaryDirectory(prefix="brushgs-", ignore_cleanup_errors=True))
-            self._said = stack.enter_context(TemporaryFile()) if output == "kept" else None
-            shown = {"shown": None, "kept": self._said, "dropped": subprocess.DEVNULL}[output]
-            words = [str(num_threads), folder, str(is_asked), *path]
-            self._process, self._stream = start_worker(BOOT, words, environment, shown, is_apart=is_asked)
+            self._said = stack.enter_context(TemporaryFile()) if ways.output == "kept" else None
+            shown = subprocess.DEVNULL if ways.output == "dropped" else self._said
+            words = [str(num_threads), folder, str(self._is_asked), *path]
+            self._process, self._stream = start_worker(BOOT, words, ways.environment, shown, self._is_asked)
             self._left = stack.pop_all()
 
-    def send_work(self) -> None:
+    def send_work(self, work: bytes) -> None:
         """Send the pickled work, once."""
         with suppress(OSError):  # it has died already: the first request will raise
-            send(self._stream, self._work)
+            send(self._stream, work)
 
     def request(self, message: bytes) -> bytearray:
         """The reply to an item. Raises EOFError or OSError if the process dies before it is complete."""
         send(self._stream, message)
         return receive(self._stream)
 
-    def end(self, *, is_asked: bool) -> None:
+    def end(self) -> None:
         """Ask it to stop, or kill it, without waiting; a thread that waits for its reply gets an EOFError."""
-        if not is_asked:
+        if not self._is_asked:
             self._process.kill()
-            return
         with suppress(OSError):
             self._stream.shutdown(socket.SHUT_WR)
 

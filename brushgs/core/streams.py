@@ -13,6 +13,7 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import IO, Any, Protocol
 
 from brushgs.core.signals import STOP_SIGNALS
@@ -92,57 +93,39 @@ def block_stops() -> None:
 
 
 def start_worker(
-    boot: str,
-    words: Sequence[str],
-    environment: Mapping[str, str] | None = None,
-    output: Any = None,
-    *,
-    is_apart: bool = False,
+    boot: str, words: Sequence[str], environment: Mapping[str, str] | None, output: Any, is_apart: bool
 ) -> tuple["subprocess.Popen[bytes]", Stream]:
     """Start Python, which runs `boot` on a word for `open_stream` and `words`; it, and its stream here.
 
     Args:
         boot: a program in a line.
         words: for it.
-        environment: variables, in place of those of this process.
+        environment: variables, in place of those of this process; None for these.
         output: where what it prints goes, as `subprocess` has it.
         is_apart: whether it gets no signal that is sent to the group of this process.
 
     Raises:
         OSError: if there is no memory for another process.
     """
-    command = [sys.executable, "-c", boot]
+    start: Any = partial(subprocess.Popen, stderr=output, env=environment)
+    command, pipe, nothing = [sys.executable, "-c", boot], subprocess.PIPE, subprocess.DEVNULL
     if not INHERITS_SOCKETS:
         apart = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # which Ctrl-C does not reach
-        pipe = subprocess.PIPE
-        process = subprocess.Popen(
-            [*command, _PIPES, *words],
-            stdin=pipe,
-            stdout=pipe,
-            stderr=output,
-            env=environment,
-            creationflags=apart,
+        process: subprocess.Popen[bytes] = start(
+            [*command, _PIPES, *words], stdin=pipe, stdout=pipe, creationflags=apart
         )
         assert process.stdin is not None
         assert process.stdout is not None
         return process, _Pipes(process.stdout, process.stdin)
     ours, theirs = socket.socketpair()
     with theirs:
+        given = theirs.fileno()
+        more = {"stdin": nothing, "stdout": output, "pass_fds": [given], "start_new_session": is_apart}
         try:
-            given = theirs.fileno()
-            process = subprocess.Popen(
-                [*command, str(given), *words],
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=output,
-                env=environment,
-                pass_fds=[given],
-                start_new_session=is_apart,
-            )
+            return start([*command, str(given), *words], **more), ours
         except BaseException:
             ours.close()
             raise
-    return process, ours
 
 
 def open_stream(descriptor: str) -> Stream:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from brushgs.cli.batch.jobs import Job, parser_of
 from brushgs.cli.option_words import named_actions
 from brushgs.core.messages import Done, Failed, result_of
-from brushgs.core.processes import KilledError, ProcessPool
+from brushgs.core.processes import KilledError, ProcessPool, Ways
 from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError
 from brushgs.io.files import noting_written
@@ -128,7 +128,7 @@ def run_task(task: Task) -> Outcome:
 
 
 def _pool(jobs: int) -> ProcessPool:
-    return ProcessPool(TaskRunner(), jobs, attempts=1, seconds_to_stop=SECONDS_TO_STOP, output="kept")
+    return ProcessPool(TaskRunner(), jobs, Ways(1, SECONDS_TO_STOP, output="kept"))
 
 
 def _outcome(reply: Callable[[], Done | Failed]) -> Outcome:

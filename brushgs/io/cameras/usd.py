@@ -13,7 +13,7 @@ import numpy as np
 from brushgs.errors import SceneError
 from brushgs.io.cameras.animated import FoundCamera, FoundScene, LensTrack, Times, camera_file
 from brushgs.io.cameras.read import CameraFile
-from brushgs.io.usd.process import Reading
+from brushgs.io.usd.process import reading
 from brushgs.values.arrays import F64
 
 
@@ -28,7 +28,7 @@ def read(path: Path, content: object = None) -> CameraFile:
         SceneError: if the package usd-core is missing, or the file is damaged or holds no camera that can be
             drawn.
     """
-    with Reading(path, "cameras") as answer:
+    with reading(path, "cameras") as answer:
         seconds, fps = answer.header["seconds"], answer.header["fps"]
         cameras = []
         for index, camera in enumerate(answer.header["cameras"]):

@@ -26,7 +26,7 @@ from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.stored import MAX_TEXT
 from brushgs.io.scenes.upright_notes import is_turned_by, read_notes
 from brushgs.io.scenes.used_terms import drop_zero_bands
-from brushgs.io.usd.process import Answer, Reading
+from brushgs.io.usd.process import Answer, reading
 from brushgs.values.arrays import F64
 
 _BLOCK_ROWS = 1 << 13
@@ -84,7 +84,7 @@ def open_scene(path: Path) -> SceneFile:
     Raises:
         SceneError: if the package usd-core is missing, or the stage is damaged or holds no splats.
     """
-    with Reading(path, "splats") as answer:
+    with reading(path, "splats") as answer:
         parts = [_open_part(path, answer, index) for index in range(len(answer.header["parts"]))]
         up, notes = answer.header["up"], [part["notes"] for part in answer.header["parts"]]
     if not parts:

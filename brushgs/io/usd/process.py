@@ -1,7 +1,8 @@
 """A USD file is read by a process of its own, whose crash, hunger or endless work becomes a sentence."""
 
 import os
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
@@ -49,8 +50,9 @@ def is_usd_here() -> bool:
     return find_spec(PACKAGE) is not None
 
 
-class Reading:
-    """Reads a USD file; used as a context, within which the arrays of its `Answer` may be opened.
+@contextmanager
+def reading(path: Path, kind: str) -> Iterator[Answer]:
+    """What was read of a USD file; its arrays may be opened within the block.
 
     Args:
         path: the file.
@@ -59,50 +61,35 @@ class Reading:
     Raises:
         SceneError: if the package is missing, there is no such file, or what is needed cannot be read.
     """
+    with open_plain(path, "USD file") as file:
+        size = file.seek(0, 2)
+    if not size:
+        raise SceneError(path, "is empty; copy or download it again")
+    if not is_usd_here():
+        raise SceneError(path, f"is a USD file, which the package usd-core reads; install it with {INSTALL}")
+    with TemporaryDirectory(prefix="brushgs-usd-") as name:
+        yield Answer(_header(path, kind, Path(name), size), Path(name))
 
-    def __init__(self, path: Path, kind: str) -> None:
-        self._path, self._kind = path, kind
 
-    def __enter__(self) -> Answer:
-        """Start the process, and wait for it."""
-        with open_plain(self._path, "USD file") as file:
-            size = file.seek(0, 2)
-        if not size:
-            raise SceneError(self._path, "is empty; copy or download it again")
-        if not is_usd_here():
-            raise SceneError(
-                self._path, f"is a USD file, which the package usd-core reads; install it with {INSTALL}"
-            )
-        self._folder = TemporaryDirectory(prefix="brushgs-usd-")
-        try:
-            return self._read(Path(self._folder.name), size)
-        except BaseException:
-            self._folder.cleanup()
-            raise
+def _header(path: Path, kind: str, folder: Path, size: int) -> dict[str, Any]:
+    from brushgs.core.processes import KilledError, ProcessPool, Ways  # no other file needs threads
 
-    def __exit__(self, *error: object) -> None:
-        """Remove the files between the processes."""
-        self._folder.cleanup()
-
-    def _read(self, folder: Path, size: int) -> Answer:
-        from brushgs.core.processes import KilledError, ProcessPool  # no other file needs threads
-
-        environment = {name: value for name, value in os.environ.items() if not name.startswith("PXR_")}
-        # More threads than one need more address space than the bound leaves, and gain nothing here.
-        environment |= {"PXR_WORK_THREAD_LIMIT": "1", "MALLOC_ARENA_MAX": "2"}
-        seconds = _MIN_SECONDS + size / _BYTES_A_SECOND
-        try:
-            with ProcessPool(_read_file, 1, attempts=1, environment=environment, output="dropped") as pool:
-                bounds = _MEMORY[0] + _MEMORY[1] * size, ceil(seconds)
-                header = pool.submit(0, (self._kind, self._path, folder, bounds))(timeout=seconds)
-        except TimeoutError:
-            fact = f"was not read within {seconds:.0f} s"
-            raise SceneError(self._path, f"{fact}; export only what is needed of it") from None
-        except KilledError:
-            raise SceneError(self._path, _DAMAGED) from None
-        except RefusedError as error:
-            raise SceneError(self._path, str(error)) from None
-        return Answer(header, folder)
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PXR_")}
+    # More threads than one need more address space than the bound leaves, and gain nothing here.
+    environment |= {"PXR_WORK_THREAD_LIMIT": "1", "MALLOC_ARENA_MAX": "2"}
+    seconds = _MIN_SECONDS + size / _BYTES_A_SECOND
+    bounds = _MEMORY[0] + _MEMORY[1] * size, ceil(seconds)
+    try:
+        with ProcessPool(_read_file, 1, Ways(1, environment=environment, output="dropped")) as pool:
+            header: dict[str, Any] = pool.submit(0, (kind, path, folder, bounds))(timeout=seconds)
+    except TimeoutError:
+        fact = f"was not read within {seconds:.0f} s"
+        raise SceneError(path, f"{fact}; export only what is needed of it") from None
+    except KilledError:
+        raise SceneError(path, _DAMAGED) from None
+    except RefusedError as error:
+        raise SceneError(path, str(error)) from None
+    return header
 
 
 def _read_file(item: tuple[str, Path, Path, tuple[int, int]]) -> dict[str, Any]:
