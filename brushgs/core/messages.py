@@ -1,5 +1,6 @@
 """What processes send each other: pickled work and items one way; results, warnings and errors the other."""
 
+import builtins
 import io
 import pickle
 import threading
@@ -115,6 +116,33 @@ def _failure(error: BaseException, trace: str) -> bytes:
     except Exception:
         name = type(error).__qualname__
         return pickle.dumps(Failed(RuntimeError(f"{name}: {error}"), trace), pickle.HIGHEST_PROTOCOL)
+
+
+class _ReplyUnpickler(pickle.Unpickler):
+    """Opens a reply of plain values, builtin exceptions and errors of the classes given: nothing runs."""
+
+    def __init__(self, message: bytes | bytearray, errors: tuple[type, ...]) -> None:
+        super().__init__(io.BytesIO(message))
+        self._known = {(one.__module__, one.__qualname__): one for one in (Done, Failed, *errors)}
+
+    def find_class(self, module: str, name: str) -> Any:
+        known = self._known.get((module, name))
+        builtin = getattr(builtins, name, None) if module == "builtins" else None
+        if known is None and not (isinstance(builtin, type) and issubclass(builtin, BaseException)):
+            raise pickle.UnpicklingError(f"a reply may not hold {module}.{name}")
+        return known or builtin
+
+
+def opened(reply: bytes | bytearray, errors: tuple[type, ...] | None) -> Done | Failed:
+    """A reply; where `errors` are given, of a process that may do anything: see `_ReplyUnpickler`.
+
+    Raises:
+        pickle.UnpicklingError: if such a reply holds anything else.
+    """
+    found = pickle.loads(reply) if errors is None else _ReplyUnpickler(reply, errors).load()
+    if not isinstance(found, Done | Failed):
+        raise pickle.UnpicklingError("a reply must be Done or Failed")
+    return found
 
 
 def result_of(reply: Done | Failed) -> object:

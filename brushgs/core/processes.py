@@ -14,7 +14,6 @@ starts in 0.50 s instead of 0.06 s, kills every process when one dies, prints tr
 of 20 Ctrl-C and "leaked semlock objects" on SIGTERM, and leaves the files behind on SIGKILL.
 """
 
-import pickle
 import signal
 import socket
 import subprocess
@@ -29,7 +28,7 @@ from tempfile import TemporaryDirectory, TemporaryFile
 from types import TracebackType
 from typing import Any, Literal, NamedTuple
 
-from brushgs.core.messages import MAX_ATTEMPTS, Done, Failed, pickled, result_of
+from brushgs.core.messages import MAX_ATTEMPTS, Done, Failed, opened, pickled, result_of
 from brushgs.core.streams import block_stops, receive, send, start_worker
 from brushgs.core.threads import num_threads_or_default
 from brushgs.core.worker import BOOT
@@ -58,12 +57,15 @@ class Ways(NamedTuple):
             it.
         environment: variables of the processes, in place of those of this one.
         output: what becomes of what they print.
+        errors: of processes that read hostile files, and so may do anything, the only errors beside the
+            builtin ones that a reply may hold, with plain values; None trusts them.
     """
 
     attempts: int = MAX_ATTEMPTS
     seconds_to_stop: float = 0.0
     environment: Mapping[str, str] | None = None
     output: Literal["shown", "kept", "dropped"] = "shown"
+    errors: tuple[type[Exception], ...] | None = None
 
 
 class ProcessPool:
@@ -127,7 +129,7 @@ class ProcessPool:
         for _ in range(self._ways.attempts):
             process = self._own_process()
             try:
-                return pickle.loads(process.request(message))  # type: ignore[no-any-return]
+                return opened(process.request(message), self._ways.errors)
             except (EOFError, OSError):
                 with self._lock:
                     self._all.discard(process)

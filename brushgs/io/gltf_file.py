@@ -309,7 +309,8 @@ def placed_nodes(file: GltfFile[Any]) -> Iterator[PlacedNode]:
 
 def node_at(file: GltfFile[Any], index: int) -> Node:
     """A node by its number. Raises SceneError if there is none."""
-    return file.item(file.top.nodes, index, "a scene or node refers to nodes")
+    node: Node = file.item(file.top.nodes, index, "a scene or node refers to nodes")
+    return node
 
 
 def _roots(file: GltfFile[Any]) -> list[int]:

@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -13,8 +14,10 @@ from pathlib import Path
 
 import pytest
 
+from brushgs.core.messages import Done, Failed, opened
 from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.usd.refused import RefusedError
 from brushgs.pipeline.parallel import parallel_map
 from tests.parallel import work
 from tests.parallel.conftest import NUM_FRAMES, ROOT
@@ -230,3 +233,21 @@ def test_a_signal_leaves_no_process_and_no_output_of_theirs(tmp_path, number):
     while any(is_alive(pid) for pid in workers):
         assert time.monotonic() < limit, "the processes outlive the one that started them"
         time.sleep(0.01)
+
+
+class Runs:
+    """Runs a function where it is unpickled."""
+
+    def __reduce__(self):
+        return os.getcwd, ()
+
+
+def test_a_reply_of_a_process_that_may_do_anything_runs_nothing():
+    plain = Done({"a": [1, 2.5, "b"]}, [("odd", UserWarning, "file", 3)])
+    assert opened(pickle.dumps(plain), errors=()) == plain
+    assert isinstance(opened(pickle.dumps(Failed(ValueError("a"), "")), errors=()).error, ValueError)
+    for other in (Done(Runs(), []), Failed(SceneError("a", "b"), ""), [1]):
+        with pytest.raises(pickle.UnpicklingError):
+            opened(pickle.dumps(other), errors=())
+    refused = Failed(RefusedError("a"), "")
+    assert opened(pickle.dumps(refused), errors=(RefusedError,)).error.args == ("a",)

@@ -8,6 +8,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from math import ceil
 from pathlib import Path
+from pickle import UnpicklingError
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
@@ -80,12 +81,13 @@ def _header(path: Path, kind: str, folder: Path, size: int) -> dict[str, Any]:
     seconds = _MIN_SECONDS + size / _BYTES_A_SECOND
     bounds = _MEMORY[0] + _MEMORY[1] * size, ceil(seconds)
     try:
-        with ProcessPool(_read_file, 1, Ways(1, environment=environment, output="dropped")) as pool:
+        ways = Ways(1, environment=environment, output="dropped", errors=(RefusedError,))
+        with ProcessPool(_read_file, 1, ways) as pool:
             header: dict[str, Any] = pool.submit(0, (kind, path, folder, bounds))(timeout=seconds)
     except TimeoutError:
         fact = f"was not read within {seconds:.0f} s"
         raise SceneError(path, f"{fact}; export only what is needed of it") from None
-    except KilledError:
+    except (KilledError, UnpicklingError):
         raise SceneError(path, _DAMAGED) from None
     except RefusedError as error:
         raise SceneError(path, str(error)) from None
