@@ -66,6 +66,21 @@ def _failed(sentence: str, exit_code: int) -> int:
 
 
 def _sentence(error: BaseException) -> str:
+    path = getattr(error, "filename", None) or getattr(error, "path", None)
+    sentence = _plain_sentence(error)
+    if path is None or "no such file" not in sentence.lower() or os.path.lexists(path):
+        return sentence
+    from difflib import get_close_matches
+
+    folder, name = os.path.split(os.fspath(path))
+    try:
+        near = get_close_matches(name, os.listdir(folder or os.curdir), n=1, cutoff=0.75)  # noqa: PTH208
+    except OSError:
+        near = []
+    return f"{sentence}; did you mean {os.path.join(folder, near[0])}?" if near else sentence  # noqa: PTH118
+
+
+def _plain_sentence(error: BaseException) -> str:
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     if isinstance(error, MemoryError):

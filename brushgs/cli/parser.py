@@ -4,14 +4,19 @@ Only the module of the command that is named on the command line is imported, an
 only the standard library: `brushgs --help` takes little longer than the start of Python.
 """
 
+import os
 import re
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from functools import partial
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NoReturn
 
 from brushgs.cli.config_file import add_config
+from brushgs.cli.help import add_help, found_by
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
+from brushgs.options.table import hint_for
 from brushgs.version import __version__
 
 COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
@@ -63,11 +68,14 @@ class _Parser(ArgumentParser):
     """Of the program, or of a command; flags are written in full, see `brushgs.cli.unknown_flags`."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **{"allow_abbrev": False} | options)
+        super().__init__(*args, **{"allow_abbrev": False, "add_help": False} | options)
 
     def error(self, message: str) -> NoReturn:
         message = re.sub(r"^argument (\S+?)(/\S+)?: (?=must )", r"\1 ", message).removeprefix("argument ")
         message = message.replace(": not allowed with argument ", " cannot be combined with ")
+        if wrong := re.match(r"COMMAND: invalid choice: '(.*?)' \(", message):
+            cure = hint_for(wrong[1], COMMANDS) or "; `brushgs help` lists commands"
+            message = f"{wrong[1][:80]!r} is no command, and no file{cure}"
         if missing := re.fullmatch(r"the following arguments are required: (.*)", message):
             example = EXAMPLES.get(missing[1].split(",")[0])
             cure = f", as in `{self.prog} {example}`" if example else ""
@@ -81,7 +89,10 @@ def parse(words: Sequence[str]) -> Namespace:
     Raises:
         UsageError: if a flag or a value is invalid; one sentence.
     """
-    words = _joined(_asking_for_help(words))
+    if len(words) > 1 and words[0] == "help" and words[1] not in COMMANDS:
+        print(found_by(command_parser("render"), words[1:]))
+        raise SystemExit(0)
+    words = _joined(_with_command(_asking_for_help(words)))
     expanded = _configured(words)
     try:
         args = build_parser(words).parse_args(expanded)
@@ -119,6 +130,7 @@ def build_parser(words: Sequence[str]) -> ArgumentParser:
     parser = _Parser(
         "brushgs", description=DESCRIPTION, epilog=EPILOG, formatter_class=RawDescriptionHelpFormatter
     )
+    add_help(parser, has_short=False)
     parser.add_argument("--version", action="version", version=f"brushgs {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, help in COMMANDS.items():
@@ -137,6 +149,7 @@ def command_parser(name: str) -> ArgumentParser:
 
 def _add_flags(command: ArgumentParser, name: str) -> None:
     module = import_module(f"brushgs.cli.commands.{name}")
+    add_help(command)
     module.add_flags(command)
     command.add_argument("--debug", action="store_true", help="show the traceback of an error")
     add_config(command)
@@ -148,6 +161,14 @@ def _asking_for_help(words: Sequence[str]) -> Sequence[str]:
     if not words:
         return ["--help"]
     return [*words[1:2], "--help"] if words[0] == "help" else words
+
+
+def _with_command(words: Sequence[str]) -> Sequence[str]:
+    """`brushgs scene.ply` is `brushgs render scene.ply`: the first word is a file, and no command."""
+    if words[0] in COMMANDS or words[0].startswith("-"):
+        return words
+    is_file = os.path.lexists(words[0]) if "\0" not in words[0] else False
+    return ["render", *words] if is_file or Path(words[0]).suffix.lower() in SCENE_SUFFIXES else words
 
 
 def _joined(words: Sequence[str]) -> list[str]:

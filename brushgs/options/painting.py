@@ -250,8 +250,8 @@ class StrokeSizeFlag(Options, frozen=True):
 
     GROUP: ClassVar = "clustering"
     # fmt: off
-    strokes: Annotated[StrokeSize | None, option("in place of --strokes, the typical length of strokes in "
-        "the picture such as 24px, above 0 #brush #size #thick #thin #width #large #small",
+    strokes: Annotated[StrokeSize | None, option("typical length of strokes in the picture such as "
+        "24px, above 0, in place of --strokes #brush #size #thick #thin #width #large #small",
         flag="--stroke-size", metavar="PX", read=_stroke_size, make=_size_value, alone="strokes",
         example="24px")] = None
     # fmt: on
@@ -424,7 +424,7 @@ class ViewConfig(Options, frozen=True):
         is_signed=True)] = None
     elevation: Annotated[float | None, option("above the horizon #rotate #angle #above #below #height "
         "#tilt", ge=-90, le=90, default="15 (40 above flat ground)", unit="degrees", is_signed=True)] = None
-    side: Annotated[Side | None, option("in place of --azimuth, the side that is shown; 'left' and 'right' "
+    side: Annotated[Side | None, option("side that is shown, in place of --azimuth; 'left' and 'right' "
         "are those of who sees the front #rotate #front #back #angle #portrait", flag="--from",
         default="three-quarter", example="left")] = None
     look_at: Annotated[Target | tuple[float, float, float] | None, option("what is in the middle: "

@@ -209,6 +209,11 @@ class Row:
         return {int: "N", bool: "on|off", Path: "FILE"}.get(self.kinds[0], self.name.upper())
 
     @property
+    def names_files(self) -> bool:
+        """Whether its values are paths."""
+        return Path in self.kinds or any(Path in get_args(kind) for kind in self.kinds)
+
+    @property
     def is_switch(self) -> bool:
         """Whether its flag takes no value."""
         return self.kind is bool and self.default is False and self.option.read is None

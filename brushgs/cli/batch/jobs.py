@@ -201,7 +201,7 @@ def _name_of(parser: ArgumentParser, name: str, value: Any) -> str:
         return SceneSource.of(words).name
     text = ",".join(words).removeprefix(f"--{flag_name(name)}=")
     row = row_of_action(action)
-    if (row is not None and Path in row.kinds) or name in NAMED_FILES:
+    if (row is not None and row.names_files) or name in NAMED_FILES:
         text = ",".join(Path(part).stem for part in text.split(","))
     return re.sub(r"[^\w.+-]+", "_", text).strip("_")
 

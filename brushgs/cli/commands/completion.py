@@ -2,7 +2,6 @@
 
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
-from pathlib import Path
 from typing import Annotated
 
 from brushgs.cli import flags
@@ -61,7 +60,10 @@ def _complete_files(parser: ArgumentParser, how: object) -> None:
         if isinstance(action, _SubParsersAction):
             for command in action.choices.values():
                 _complete_files(command, how)
-        elif (getattr(action, "row", None) is not None and Path in action.row.kinds) or any(  # type: ignore[attr-defined]
-            word in str(action.metavar) for word in FILE_TYPES
-        ):
+            continue
+        row = flags.row_of_action(action)
+        names_files = (
+            row is None or row.names_files or any(word in str(action.metavar) for word in FILE_TYPES)
+        )
+        if names_files and action.nargs != 0:
             action.complete = how  # type: ignore[attr-defined]  # where shtab looks for it

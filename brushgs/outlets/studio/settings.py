@@ -5,17 +5,19 @@ A message names the field. Ranges are those of the options that the values becom
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from math import degrees, isfinite, radians
+from dataclasses import dataclass, field
+from math import degrees, isfinite
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from brushgs.options.choices import LOOKS, color_code
 from brushgs.options.look_parts import USUAL_LAMP
-from brushgs.options.painting import StrokeSize
+from brushgs.options.painting import STEPS, StrokeSizeFlag
 from brushgs.options.sequence import DEFAULT_FPS
+from brushgs.options.table import Row, Struct, number_text, row_of
 from brushgs.options.viewer import MAX_KEYS, FilmConfig, check_picture
 from brushgs.values.camera import Camera
 
@@ -26,21 +28,31 @@ _CAMERA = ("viewmat", "K", "width", "height", "near")
 Json = Mapping[str, Any]
 
 
-@dataclass(frozen=True)
-class Settings:
+def _row(step: str, field: str) -> Row:
+    return row_of(STEPS[step], field)
+
+
+# Settings that the page has -> where the value of each goes, and its line in the table of options.
+SETTINGS: Mapping[str, tuple[str, Row | None]] = {
+    "look": ("look", None),
+    "strokes": ("cluster.strokes", _row("cluster", "strokes")),
+    "stroke_size": ("cluster.strokes", row_of(StrokeSizeFlag, "strokes")),
+    "keep": ("prune.keep", _row("prune", "keep")),
+    "stroke": ("draw.stroke", _row("draw", "stroke")),
+    "relief": ("light.relief", _row("light", "relief")),
+    "lamp": ("light.lamp", _row("light", "lamp")),
+    "ground": ("ground.ground", _row("ground", "ground")),
+    "palette": ("palette.file", _row("palette", "file")),
+    "palette_strength": ("palette.strength", _row("palette", "strength")),
+}
+
+
+class Settings(Struct, frozen=True):
     """What was changed in the page; None for what is as on the command line, or in the look.
 
-    Attributes:
-        look: one of `Known.looks`.
-        strokes: a number of them.
-        stroke_size: in place of a number, their typical length in pixels of the first view.
-        keep: share of the Gaussians.
-        stroke: one of `Known.strokes`, or the id of a dropped picture.
-        relief: 0 to 1.
-        lamp: (azimuth, elevation), degrees.
-        ground: "none", "toned", "canvas", "paper" or "#rrggbb".
-        palette: the id of a dropped picture, or "none".
-        palette_strength: 0 to 1.
+    A `stroke_size`, the typical length of strokes in pixels of the first view, is given in place of a number
+    of `strokes`. The `lamp` is (azimuth, elevation), degrees. The `ground` is one of `GROUNDS` or "#rrggbb".
+    A `stroke` is one of `Known.strokes`, or the id of a dropped picture, as a `palette` is, or "none".
     """
 
     look: str | None = None
@@ -53,6 +65,11 @@ class Settings:
     ground: str | None = None
     palette: str | None = None
     palette_strength: float | None = None
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Those that are set."""
+        return {name: value for name, value in msgspec.structs.asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True)
@@ -89,21 +106,25 @@ def read_settings(value: Json, known: Known) -> Settings:
     Raises:
         ValueError: if there is an unknown field, or a value of another type, or an unknown name.
     """
-    names = {camel(one.name): one.name for one in fields(Settings)}
+    names = {camel(name): name for name in SETTINGS}
     _check_names(value, names)
     read: dict[str, Callable[[str, Any], Any]] = {
         "look": _one_of(known.looks),
         "stroke": _one_of((*known.strokes, *known.files)),
         "palette": _one_of(("none", *known.files)),
         "strokes": _count,
+        "strokeSize": _number,
         "lamp": _pair,
         "ground": _ground,
     }
-    given = {name: names[name] for name in value if value[name] is not None}
-    of: dict[str, Any] = {}
-    for name, known_field in given.items():
-        reader: Callable[[str, Any], Any] = read.get(name, _number)
-        of[known_field] = reader(name, value[name])
+    of = {}
+    for name, given in value.items():
+        if given is None:
+            continue
+        row = SETTINGS[names[name]][1]
+        of[names[name]] = found = read.get(name, _number)(name, given)
+        if row is not None and row.kinds[0] is float:
+            row.check(found)
     settings = Settings(**of)
     if settings.strokes is not None and settings.stroke_size is not None:
         raise ValueError("strokes cannot be combined with strokeSize; send one of them")
@@ -115,44 +136,29 @@ def overrides_of(settings: Settings, known: Known) -> dict[str, Any]:
 
     A palette file of None stands for no palette, whatever the command line says.
     """
-    values: dict[str, Any] = {
-        "look": settings.look,
-        "cluster.strokes": settings.strokes,
-        "prune.keep": settings.keep,
-        "draw.stroke": settings.stroke,
-        "light.relief": settings.relief,
-        "light.lamp": None if settings.lamp is None else tuple(map(radians, settings.lamp)),
-        "ground.ground": settings.ground,
-        "palette.strength": settings.palette_strength,
-    }
-    if settings.stroke_size is not None:
-        values["cluster.strokes"] = StrokeSize(settings.stroke_size)
-    if settings.stroke is not None and settings.stroke in known.files:
-        values["draw.stroke"] = str(known.files[settings.stroke])
-    if settings.palette is not None and settings.palette in known.files:
-        values["palette.file"] = known.files[settings.palette]
-    given = {name: value for name, value in values.items() if value is not None}
-    return given | ({"palette.file": None} if settings.palette == "none" else {})
+    values = {}
+    for name, value in settings.given.items():
+        dest, row = SETTINGS[name]
+        if isinstance(value, str) and name in ("stroke", "palette") and value in known.files:
+            value = known.files[value] if name == "palette" else str(known.files[value])
+        elif name == "palette":
+            value = None
+        values[dest] = value if row is None or value is None else row.value(value)
+    return values
 
 
 def flags_of(settings: Settings, names: Mapping[str, str]) -> list[str]:
     """The flags that say the same on a command line; `names` are those of dropped files, by id."""
     words = []
-    values = {
-        "--look": settings.look,
-        "--strokes": settings.strokes,
-        "--stroke-size": None if settings.stroke_size is None else f"{settings.stroke_size:g}px",
-        "--keep": settings.keep,
-        "--stroke": None if settings.stroke is None else names.get(settings.stroke, settings.stroke),
-        "--relief": settings.relief,
-        "--lamp": None if settings.lamp is None else ",".join(f"{angle:g}" for angle in settings.lamp),
-        "--ground": settings.ground,
-        "--palette": None if settings.palette in (None, "none") else names.get(settings.palette or ""),
-        "--palette-strength": settings.palette_strength,
-    }
-    for flag, value in values.items():
-        if value is not None:
-            words += [flag, f"{value:g}" if isinstance(value, float) else str(value)]
+    for name, value in settings.given.items():
+        _, row = SETTINGS[name]
+        if name in ("stroke", "palette"):
+            value = names.get(value, value)
+        if (name, value) != ("palette", "none"):
+            flag = "--look" if row is None else row.flags[-1]
+            text = ",".join(map(number_text, value)) if isinstance(value, tuple) else value
+            text = number_text(text) if isinstance(text, float) else str(text)
+            words += [flag, f"{text}px" if name == "stroke_size" else text]
     return words
 
 

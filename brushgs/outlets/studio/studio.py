@@ -363,9 +363,6 @@ def _progress(progress: Progress | None) -> dict[str, Any] | None:
 
 def _settings(settings: Settings) -> dict[str, Any]:
     """The settings as the page sends them, without those that are not set."""
-    from dataclasses import fields
-
     from brushgs.outlets.studio.settings import camel
 
-    values = {camel(field.name): getattr(settings, field.name) for field in fields(settings)}
-    return {name: value for name, value in values.items() if value is not None}
+    return {camel(name): value for name, value in settings.given.items()}

@@ -1,0 +1,126 @@
+"""Help for people: the options that matter with an example each, one group, and options by people's words."""
+
+import textwrap
+from argparse import SUPPRESS, Action, ArgumentParser, Namespace, _HelpAction
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from brushgs.cli.flags import row_of_action
+from brushgs.options.table import Row, hint_for
+
+WIDTH, LEFT = 96, 30  # columns, and those of a flag
+SHORTEST = 20  # flags of a command up to which all are shown
+MOST_FOUND = 12  # options that a word finds
+# What is dropped from a question: it is about any option.
+EMPTY = {"a", "the", "of", "to", "in", "how", "with", "set", "change", "my", "option", "flag"}
+
+
+def add_help(parser: ArgumentParser, *, has_short: bool = True) -> None:
+    """The flags -h, for what matters, and --help, for everything."""
+    if not has_short:
+        parser.add_argument("-h", "--help", action=_HelpAction, dest=SUPPRESS, help="show this, and quit")
+        return
+    words = "show the options that matter most, with an example each"
+    parser.add_argument("-h", action=ShortHelp, dest=SUPPRESS, help=words)
+    parser.add_argument("--help", action=_HelpAction, dest=SUPPRESS, help="show all options, by group")
+
+
+class ShortHelp(_HelpAction):
+    """Prints the options with an example, and ends the command; all of a command that has few."""
+
+    def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any, flag: Any = None) -> None:
+        """Print them."""
+        found = [(action, row) for action, row in _rows(parser) if row.option.example]
+        if len(list(_rows(parser))) <= SHORTEST or len(found) < 3:
+            super().__call__(parser, namespace, values, flag)
+        arguments = [action.metavar or action.dest for action in parser._positionals._group_actions]
+        print(f"usage: {parser.prog} {' '.join(map(str, arguments))} [options]\n")
+        for action, row in found:
+            print(_entry(f"{action.option_strings[-1]} {row.option.example}", _first_words(action)))
+        count = len(list(_rows(parser)))
+        print(
+            f"\n`{parser.prog} --help` lists all {count} options, `brushgs help light` one group of them,\n"
+            "`brushgs help brush size` finds one."
+        )
+        parser.exit()
+
+
+def _rows(parser: ArgumentParser) -> Iterator[tuple[Action, Row]]:
+    """The flags of a command with their options."""
+    for action in parser._actions:
+        row = row_of_action(action)
+        if row is not None and action.option_strings:
+            yield action, row
+
+
+def _words(action: Action) -> str:
+    return str(action.help).replace("%%", "%")
+
+
+def _first_words(action: Action) -> str:
+    """What an option does, without details."""
+    words = _words(action).split("; ")[0].split(": ")[0]
+    return textwrap.shorten(words, WIDTH - LEFT, placeholder=" ...")
+
+
+def _entry(left: str, words: str) -> str:
+    text = textwrap.fill(words, WIDTH, initial_indent=" " * LEFT, subsequent_indent=" " * LEFT)
+    start = f"  {left}"
+    return start + text[len(start) :] if len(start) < LEFT else f"{start}\n{text}"
+
+
+def found_by(parser: ArgumentParser, words: Sequence[str]) -> str:
+    """The options of a command that words stand for: a group by its name, or what people call them.
+
+    Raises:
+        ValueError: if there is none.
+    """
+    asked = [word for text in words for word in text.lower().replace("-", " ").split() if word not in EMPTY]
+    title = " ".join(asked)
+    groups = {group.title: group for group in parser._action_groups if group.title and group._group_actions}
+    steps = {action.dest.partition(".")[0] for action, _ in _rows(parser) if "." in action.dest}
+    if title in groups or title in steps:
+        picked = [
+            (action, row)
+            for action, row in _rows(parser)
+            if action.dest.startswith(f"{title}.")
+            or action in getattr(groups.get(title), "_group_actions", ())
+        ]
+        about = (
+            groups[title].description if title in groups else str(picked[0][1].of.__doc__).partition("\n")[0]
+        )
+        head = f"{title}: {about}" if about else title
+    else:
+        scored = [(_score(row, asked), action, row) for action, row in _rows(parser)]
+        best = max((score for score, _, _ in scored), default=0)
+        picked = [(action, row) for score, action, row in scored if score and score == best][:MOST_FOUND]
+        head = f"options of `{parser.prog}` for {title!r}:"
+        if best < len(asked) or not asked:
+            known = sorted(
+                {*groups, *steps, *(tag for _, row in _rows(parser) for tag in _names(row))} - {""}
+            )
+            raise ValueError(
+                f"help finds no command, group or option by {title!r}{hint_for(title, known)}; "
+                f"`{parser.prog} --help` lists all"
+            )
+    lines = [
+        _entry(" ".join([action.option_strings[-1], *_value(action)]), _words(action)) for action, _ in picked
+    ]
+    return "\n".join([textwrap.fill(" ".join(head.split()), WIDTH), "", *lines])
+
+
+def _value(action: Action) -> list[str]:
+    """What stands for the value of a flag."""
+    if action.choices is not None:
+        return ["|".join(map(str, action.choices))]
+    return [str(action.metavar)] if action.metavar else []
+
+
+def _names(row: Row) -> set[str]:
+    """The words that an option is searched by."""
+    return {*row.tags, *row.name.split("-"), *row.field.split("_")}
+
+
+def _score(row: Row, asked: Sequence[str]) -> int:
+    names = _names(row)
+    return sum(word in names or word.removesuffix("s") in names or f"{word}s" in names for word in asked)
