@@ -42,7 +42,8 @@ class Own(Options, frozen=True):
     preset: Annotated[str, option("a set of options; 'paper': the published method (weight, features, merge "
         "and extent paper, method minibatch, filter bilinear, lock off, order depth, look plain); '0.1': "
         "pictures as version 0.1 painted them by default (backdrop loose, size 1280x720, clean floaters); "
-        "other flags override it #published #version", choices=tuple(sorted(PRESETS)), example="paper")] = "default"
+        "other flags override it #published #version", choices=tuple(sorted(PRESETS)),
+        example="paper")] = "default"
     views: Annotated[bool, option("write a sheet beside the picture, SCENE-views.png, as `brushgs views` "
         "does: the scene from all around, each picture with the flags that give it #angles #contact #sheet",
         not_in_memory=OF_FILES)] = False

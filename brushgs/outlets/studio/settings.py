@@ -122,7 +122,8 @@ def read_settings(value: Json, known: Known) -> Settings:
         if given is None:
             continue
         row = SETTINGS[names[name]][1]
-        of[names[name]] = found = read.get(name, _number)(name, given)
+        reader: Callable[[str, Any], Any] = read.get(name, _number)
+        of[names[name]] = found = reader(name, given)
         if row is not None and row.kinds[0] is float:
             row.check(found)
     settings = Settings(**of)
