@@ -10,6 +10,7 @@ from brushgs.cameras.framing import AXES, frame_scene, unit_of
 from brushgs.cameras.framing import plain_first_view as plain_first_view
 from brushgs.cameras.orbit import orbit
 from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
+from brushgs.options.table import row_of
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.camera import FirstView as FirstView
@@ -82,9 +83,10 @@ def flags_of(view: FirstView, config: ViewConfig, *, with_up: bool = True) -> st
         words.append(f"--distance {config.distance!r}")
     if config.pan != (0.0, 0.0):
         words.append(f"--pan {_numbers_text(config.pan)}")
-    for name, angle in (("roll", config.roll), ("fov-deg", config.fov_y)):
-        if angle != getattr(ViewConfig, "fov_y" if name == "fov-deg" else name):
-            words.append(f"--{name} {degrees_text(angle)}")
+    for name, angle in (("roll", config.roll), ("fov_y", config.fov_y)):
+        row = row_of(ViewConfig, name)
+        if angle != row.default:
+            words.append(f"{row.flags[-1]} {degrees_text(angle)}")
     if config.zoom != 1:
         words.append(f"--zoom {config.zoom!r}")
     return " ".join(words)

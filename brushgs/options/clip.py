@@ -26,7 +26,8 @@ class ClipConfig(Options, frozen=True):
     loop: Annotated[bool, in_files("whether the film can be repeated: the scene then runs there and back"
     )] = False
     cross_fade: Annotated[float | None, option("with --loop: the end fades into the beginning in so many "
-        "seconds of the scene", gt=0, default="it runs back instead", metavar="SECONDS")] = None
+        "seconds of the scene", gt=0, unit="seconds", default="it runs back instead",
+        metavar="SECONDS")] = None
     # fmt: on
 
     def __post_init__(self) -> None:

@@ -68,7 +68,7 @@ class GrowConfig(Options, frozen=True):
     # fmt: off
     seconds: Annotated[float, option("a video of so many seconds in which the painting comes into being: "
         "ground, large strokes, small ones, lights; the camera stands still #timelapse #process #progress",
-        flag="--grow", gt=0, default="the finished painting", metavar="SECONDS")]
+        flag="--grow", gt=0, unit="seconds", default="the finished painting", metavar="SECONDS")]
     fps: Annotated[float | None, in_files("frames per second of the video", gt=0, le=MAX_FPS)] = None
     # fmt: on
 
@@ -114,7 +114,7 @@ class SequenceConfig(Options, frozen=True):
     scheduler: Annotated[str | None, option("Dask scheduler whose workers paint, such as tcp://host:8786 "
         "(pip install 'dask[distributed]') #cluster", default="this machine", metavar="ADDRESS")] = None
     workers_timeout: Annotated[float, option("to wait where the scheduler has no worker", gt=0,
-        metavar="SECONDS")] = WORKERS_TIMEOUT
+        unit="seconds", metavar="SECONDS")] = WORKERS_TIMEOUT
     is_resumed: Annotated[bool, option("paint only those numbered frames that are missing #continue",
         flag="--resume")] = False
     # fmt: on
