@@ -2,7 +2,7 @@
 
 Opening a pipe may block forever, a device such as /dev/zero never ends, and a file that is read at once must
 be small enough for that: so all readers open their files here. Output goes to a temporary name beside the
-target, and is renamed when complete.
+target, and is renamed when complete. Folders of outputs are made when the first file is written into them.
 """
 
 import errno
@@ -161,12 +161,38 @@ def note_written(*paths: Path) -> None:
 
 
 @contextmanager
+def folder_made(folder: Path, path: str | Path) -> Iterator[None]:
+    """Make a missing folder and those above it; they are removed, if empty, where the block raises.
+
+    Args:
+        folder: absolute.
+        path: of the output that goes there, for messages.
+
+    Raises:
+        SceneError: if it cannot be made.
+    """
+    missing = [one for one in (folder, *folder.parents) if not one.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    except BaseException as error:
+        for one in missing:
+            with suppress(OSError):
+                one.rmdir()
+        if isinstance(error, OSError):
+            named = "the folder" if folder == Path(path).absolute() else f"the folder {folder}"
+            fact = f"{named} cannot be made ({error.strerror}); choose another folder"
+            raise SceneError(path, fact) from None
+        raise
+
+
+@contextmanager
 def replacing(path: str | Path, most: int = 0) -> Iterator[Path]:
     """A temporary path to write to; it takes the name `path` when the block ends without an error.
 
-    The temporary file is in the same folder (a rename across file systems is a copy) and has the same
-    suffix. If the block raises, it is removed and an earlier file at `path` is untouched. A symbolic link
-    stays one: the file it points to is replaced.
+    The temporary file is in the same folder (a rename across file systems is a copy), which is made if it is
+    missing, and has the same suffix. If the block raises, it is removed and an earlier file at `path` is
+    untouched. A symbolic link stays one: the file it points to is replaced.
 
     Args:
         path: the final name.
@@ -174,35 +200,34 @@ def replacing(path: str | Path, most: int = 0) -> Iterator[Path]:
             end the process where it is full.
 
     Raises:
-        SceneError: if the folder is missing or cannot be written to, if `path` is a folder or device, or if
-            the disk is full.
+        SceneError: if the folder cannot be made or written to, if `path` is a folder or device, or if the
+            disk is full.
     """
     target = Path(path).resolve()
     if target.exists() and not target.is_file():
         # Renaming onto /dev/null would put a plain file in its place.
         raise SceneError(path, "is not a regular file and cannot be replaced; choose another name")
     temporary = target.with_name(f".{target.stem[:64]}-{os.urandom(4).hex()}{target.suffix}")
-    try:
-        # Created here to get the default permissions of a new file, and to detect an unusable folder early.
-        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-    except FileNotFoundError:
-        raise SceneError(path, f"the folder {target.parent} does not exist; create it first") from None
-    except OSError as error:
-        raise SceneError(path, f"cannot be written ({error.strerror}); choose another folder") from None
-    except BaseException:  # Ctrl-C between making and closing it
-        temporary.unlink(missing_ok=True)
-        raise
-    try:
-        _check_room(temporary, most)
-        yield temporary
-        temporary.replace(target)
-        note_written(target)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from error
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+    with folder_made(target.parent, path):
+        try:
+            # Created here to get the permissions of a new file, and to detect an unusable folder early.
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        except OSError as error:
+            raise SceneError(path, f"cannot be written ({error.strerror}); choose another folder") from None
+        except BaseException:  # Ctrl-C between making and closing it
+            temporary.unlink(missing_ok=True)
+            raise
+        try:
+            _check_room(temporary, most)
+            yield temporary
+            temporary.replace(target)
+            note_written(target)
+        except OSError as error:
+            temporary.unlink(missing_ok=True)
+            raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from error
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            raise
 
 
 def _check_room(file: Path, most: int) -> None:
@@ -251,38 +276,31 @@ def filling(folder: Path, goes: Callable[[Path], bool]) -> Iterator[Path]:
     where `folder` is a disk of its own. If the block raises, it is removed, and `folder` is as it was.
 
     Args:
-        folder: made if it is missing; its parent is not.
+        folder: made if it is missing.
         goes: whether a file that lies in `folder` before is removed: what has the name of a new file, and
             what belongs to those that are replaced.
 
     Raises:
         SceneError: if the folder cannot be made or written to.
     """
-    is_new = not folder.exists()
     temporary = folder / f".unfinished-{os.urandom(4).hex()}"
-    try:
-        if is_new:
-            folder.mkdir()
-        temporary.mkdir()
-    except FileNotFoundError:
-        raise SceneError(folder, f"the folder {folder.parent} does not exist; create it first") from None
-    except OSError as error:
-        raise SceneError(folder, f"cannot be written ({error.strerror}); choose another folder") from None
-    try:
-        yield temporary
-        with defer_stop():  # renaming takes milliseconds
-            for path in folder.iterdir():
-                if goes(path):
-                    path.unlink()
-            for path in sorted(temporary.iterdir()):
-                path.replace(folder / path.name)
-                note_written(folder / path.name)
-            temporary.rmdir()
-    except BaseException as error:
-        shutil.rmtree(temporary, ignore_errors=True)
-        if is_new:
-            with suppress(OSError):
-                folder.rmdir()
-        if isinstance(error, OSError):
-            raise SceneError(folder, f"cannot be written ({error.strerror}); check the disk") from error
-        raise
+    with folder_made(folder.absolute(), folder):
+        try:
+            temporary.mkdir()
+        except OSError as error:
+            raise SceneError(folder, f"cannot be written ({error.strerror}); choose another folder") from None
+        try:
+            yield temporary
+            with defer_stop():  # renaming takes milliseconds
+                for path in folder.iterdir():
+                    if goes(path):
+                        path.unlink()
+                for path in sorted(temporary.iterdir()):
+                    path.replace(folder / path.name)
+                    note_written(folder / path.name)
+                temporary.rmdir()
+        except BaseException as error:
+            shutil.rmtree(temporary, ignore_errors=True)
+            if isinstance(error, OSError):
+                raise SceneError(folder, f"cannot be written ({error.strerror}); check the disk") from error
+            raise

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from brushgs.errors import SceneError
 from brushgs.io.files import replacing
 from brushgs.measure.plotting import NO_MATPLOTLIB, can_plot, check_plot
 from brushgs.options.choices import REPORT_SUFFIXES
@@ -18,7 +17,7 @@ from brushgs.options.painting import STEPS, PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.where import WhereConfig
 from brushgs.pipeline.background import check_background
-from brushgs.pipeline.outputs import check_folder, check_output
+from brushgs.pipeline.outputs import check_output
 from brushgs.pipeline.report import Report
 from brushgs.values.camera import Camera
 from brushgs.version import __version__
@@ -78,26 +77,10 @@ class Outputs:
         """Refuse what could not be written, before the work for it is done.
 
         Raises:
-            SceneError: if a folder is missing or read-only, or an output is one of the inputs.
+            SceneError: if a folder is read-only or a file, or an output is one of the inputs.
         """
         for suffix, path in self.paths.items():
-            if self.folder is not None and not self.folder.exists():  # created when the figures are there
-                check_folder(path.resolve().parent.parent, path)
-            else:
-                check_output(path, (suffix,), inputs)
-
-    def make_folder(self) -> None:
-        """Create the folder, if there is one.
-
-        Raises:
-            SceneError: if it cannot be created.
-        """
-        if self.folder is None:
-            return
-        try:
-            self.folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise SceneError(self.folder, f"the folder cannot be created: {error.strerror}") from None
+            check_output(path, (suffix,), inputs)
 
     def write_text(self, suffix: str, text: str) -> None:
         """Write the file of a suffix atomically, if it is among the outputs.
@@ -169,7 +152,6 @@ class ExperimentReport(Report):
             SceneError: if a file cannot be written.
         """
         with self.stage(stage) as now:
-            outputs.make_folder()
             for suffix, text in (texts or {}).items():
                 outputs.write_text(suffix, text)
             if outputs.plot is not None:

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from brushgs.brushes.brush_set import name_of
-from brushgs.errors import SceneError
 from brushgs.io import save
 from brushgs.io.moving.write import NAME
 from brushgs.io.pictures.formats import VIDEO_SUFFIXES
@@ -47,7 +46,7 @@ def paint_demo(
     Raises:
         SceneError: if the folder cannot be made or written to.
     """
-    folder = _made(Path(folder))
+    folder = Path(folder)
     scene, picture = folder / SCENE_NAME, folder / f"still_life-{name or name_of(config.draw.stroke)}.png"
     check_output(scene, SCENE_SUFFIXES)
     with report.stage("build") as stage:
@@ -83,9 +82,9 @@ def paint_moving_demo(
     Raises:
         SceneError: if the folder cannot be made or written to.
     """
-    folder = _made(Path(folder))
+    folder = Path(folder)
     clip, film = folder / CLIP_NAME, folder / f"{CLIP_NAME}-{name or name_of(config.draw.stroke)}.mp4"
-    files = [_made(clip) / (NAME % moment) for moment in range(round(SECONDS * MOMENTS_PER_SECOND))]
+    files = [clip / (NAME % moment) for moment in range(round(SECONDS * MOMENTS_PER_SECOND))]
     check_output(files[0], SCENE_SUFFIXES)
     check_output(film, VIDEO_SUFFIXES)
     scene = still_life_moving(num_gaussians, config.cluster.seed)
@@ -100,12 +99,3 @@ def paint_moving_demo(
         stage.did = f"{clip}, {len(files)} moments of {len(gaussians):,} Gaussians, {file_size(size)}"
         stage.counts = {"gaussians": len(gaussians), "moments": len(files), "bytes": size, "path": str(clip)}
     return paint_sequence(Clip(scene), film, camera, config, report=report)
-
-
-def _made(folder: Path) -> Path:
-    """A folder, made if missing."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise SceneError(folder, f"the folder cannot be made: {error.strerror}") from None
-    return folder

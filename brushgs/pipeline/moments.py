@@ -41,7 +41,7 @@ def check_moments(output: str | Path, clip: Clip, inputs: tuple[Path, ...] = ())
     for file in inputs:
         if folder in (file.resolve(), *file.resolve().parents):
             raise SceneError(file, f"is an input, and {path}/ would replace it; choose another folder")
-    check_folder(folder if folder.is_dir() else folder.parent, path)
+    check_folder(folder, path)
     check_moments_folder(path)
 
 

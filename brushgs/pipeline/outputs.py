@@ -48,7 +48,7 @@ def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...]
 
     Raises:
         ValueError: if the suffix is none of `suffixes`.
-        SceneError: if the folder is missing or read-only, or the output is one of the inputs.
+        SceneError: if the folder is read-only or a file, or the output is one of the inputs.
     """
     if path.suffix.lower() not in suffixes:
         raise ValueError(
@@ -79,19 +79,21 @@ def check_encoding(path: Path, config: PaintConfig) -> None:
 def check_folder(folder: Path, path: Path) -> None:
     """Refuse a folder that `path` could not be written to, and a name that libraries cannot take.
 
+    A missing folder is not made here, but when the first file is written to it, see `replacing`.
+
     Raises:
-        SceneError: if the folder is missing, read-only or a file, or the name is not UTF-8.
+        SceneError: if the folder, or the one that it would be made in, is read-only or a file, or if the name
+            is not UTF-8.
     """
     try:
         str(path).encode()
     except UnicodeEncodeError:
         raise SceneError(path, "its name is not UTF-8; choose another name") from None
-    if folder.exists() and not folder.is_dir():
-        raise SceneError(path, f"{folder} is a file, not a folder; choose another name")
-    if not folder.is_dir():
-        raise SceneError(path, f"the folder {folder} does not exist; create it first")
+    there = next(one for one in (folder, *folder.parents) if one.exists())
+    if not there.is_dir():
+        raise SceneError(path, f"{there} is a file, not a folder; choose another name")
     try:
-        with tempfile.TemporaryFile(dir=folder):
+        with tempfile.TemporaryFile(dir=there):
             pass
     except OSError as error:
         raise SceneError(path, f"cannot be written: {os.strerror(error.errno or 0).lower()}") from None

@@ -62,7 +62,7 @@ def check_target(
         check_output(target, VIDEO_SUFFIXES, inputs=inputs)
         return
     folder = target.folder.resolve()
-    check_folder(folder if folder.exists() else folder.parent, target.pattern)
+    check_folder(folder, target.pattern)
     for file in inputs:
         if target.number(file) is not None and file.is_file() and file.resolve().parent == folder:
             raise SceneError(file, f"is an input, and {target.pattern} would replace it; choose another name")

@@ -60,14 +60,22 @@ def test_folders_and_devices_are_not_replaced(tmp_path: Path, name: str) -> None
         replacing(tmp_path / name).__enter__()
 
 
-def test_a_missing_folder_is_named(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"the folder .*nowhere does not exist; create it first"):
-        replacing(tmp_path / "nowhere" / "a.png").__enter__()
+def test_missing_folders_are_made_with_the_first_file_and_go_with_it(tmp_path: Path) -> None:
+    path = tmp_path / "a" / "b" / "c.png"
+    with pytest.raises(RuntimeError), replacing(path):
+        raise RuntimeError("painting failed")
+    assert list(tmp_path.iterdir()) == []
+    with replacing(path) as temporary:
+        temporary.write_text("whole")
+    assert path.read_text() == "whole"
+    with pytest.raises(RuntimeError), replacing(path.with_name("d.png")):
+        raise RuntimeError("painting failed")
+    assert path.read_text() == "whole"
 
 
 def test_a_folder_that_cannot_be_written_to_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(SceneError, match=r"cannot be written \(Not a directory\); choose another folder"):
+    with pytest.raises(SceneError, match=r"file cannot be made \(.*\); choose another folder"):
         replacing(tmp_path / "file" / "a.png").__enter__()
 
 

@@ -113,10 +113,8 @@ def test_another_file_in_the_place_of_a_manifest_is_reported(tmp_path: Path, con
 
 
 def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="the folder cannot be created: No such file or directory"):
-        started(tmp_path / "a" / "b")
     (tmp_path / "file").touch()
-    with pytest.raises(SceneError, match="the folder cannot be created: File exists"):
+    with pytest.raises(SceneError, match="file cannot be made (.*exists)"):
         started(tmp_path / "file")
 
 

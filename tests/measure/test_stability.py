@@ -525,7 +525,6 @@ def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeyp
     ("words", "match"),
     [
         (["-o", "report.pdf"], "output must be a folder or end in .json, .png, got 'report.pdf'"),
-        (["-o", "no/where/report"], "does not exist; create it first"),
         (["-o", "a.png", "--no-plot"], "--no-plot cannot be combined with an output that is a plot"),
         (["--background", "transparent"], "background must be a colour or an image"),
         (["--background", "pink"], "background must be white, black"),

@@ -17,7 +17,6 @@ from brushgs.cli.option_words import named_actions
 from brushgs.core.messages import Done, Failed, result_of
 from brushgs.core.processes import KilledError, ProcessPool, Ways
 from brushgs.core.threads import num_threads_or_default
-from brushgs.errors import SceneError
 from brushgs.io.files import noting_written
 from brushgs.options.sequence import SequenceConfig
 from brushgs.pipeline.runner import Memory, holding
@@ -101,8 +100,6 @@ def run_jobs(
         ConnectionError: if a cluster cannot be reached, or is lost.
         ValueError: see `parallel_map`.
     """
-    for job in jobs:
-        _make_folder(job)
     if config.scheduler is not None:
         from brushgs.pipeline.parallel import parallel_map
         from brushgs.pipeline.parallel.connection import Waiting
@@ -167,12 +164,6 @@ def _task_of(job: Job, config: SequenceConfig, *, is_followed: bool = False) -> 
     return Task(tuple(words), str(job.folder.resolve()), is_followed)
 
 
-def _make_folder(job: Job) -> None:
-    folder = job.path.parent
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise SceneError(folder, f"cannot be made ({error.strerror}); choose another output") from None
 
 
 def _error_of(code: int, err: str) -> str:

@@ -56,7 +56,7 @@ def write_moments(
 
     Args:
         moments: the strokes at each moment, in order; made as they are written.
-        folder: made if it is missing, its parent is not; see `check_moments_folder`.
+        folder: made if it is missing; see `check_moments_folder`.
         scene: see `write_scene`, like the others.
         first_view: of that scene.
         brushes: that strokes have rows of.

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from brushgs.core.signals import defer_stop
-from brushgs.errors import SceneError
 from brushgs.io.files import note_written, replacing
 from brushgs.io.record import add_to_record, begin_record, read_record
 
@@ -119,15 +118,11 @@ class Manifest:
             return False
 
     def begin(self) -> None:
-        """Start or resume the frames: create the folder if needed, and rewrite the manifest.
+        """Start or resume the frames: rewrite the manifest.
 
         Raises:
             SceneError: if the folder or the manifest cannot be written.
         """
-        try:
-            self.files.folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise SceneError(self.files.folder, f"the folder cannot be created: {error.strerror}") from None
         entries = [_entry(index, size) for index, size in sorted(self.sizes.items())]
         begin_record(self.files.manifest, {"painting": self.painting}, entries)
         note_written(*(self.files.path(index) for index in self.sizes))

@@ -230,6 +230,7 @@ def reserve(folder: Path, stem: str, suffix: str) -> Path:
     for number in count(1):
         path = folder / f"{stem}-{number}{suffix}"
         try:
+            folder.mkdir(parents=True, exist_ok=True)
             os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         except FileExistsError:
             if number < MAX_NUMBER:

@@ -84,12 +84,12 @@ def test_a_folder_with_anything_else_is_refused(tmp_path, name):
         check_moments_folder(tmp_path)
 
 
-def test_a_file_is_no_folder_and_a_missing_parent_is_named(tmp_path):
+def test_a_file_is_no_folder_and_missing_folders_are_made(tmp_path):
     (tmp_path / "file").write_text("mine")
     with pytest.raises(SceneError, match="is a file, not a folder; choose another name"):
         check_moments_folder(tmp_path / "file")
-    with pytest.raises(SceneError, match=r"the folder .*none does not exist; create it first"):
-        write_moments(moments(1), tmp_path / "none" / "strokes")
+    write_moments(moments(1), tmp_path / "none" / "strokes")
+    assert [path.name for path in (tmp_path / "none" / "strokes").iterdir()] == [NAME % 0]
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path, monkeypatch):
@@ -98,7 +98,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path, monkeypatch):
 
     monkeypatch.setattr("pathlib.Path.mkdir", refuse)  # root may write anywhere
     with (
-        pytest.raises(SceneError, match=r"cannot be written \(Permission denied\); choose another folder"),
+        pytest.raises(SceneError, match=r"folder cannot be made \(Permission denied\); choose another"),
         filling(tmp_path / "strokes", lambda path: False),
     ):
         pytest.fail("there is nothing to write to")

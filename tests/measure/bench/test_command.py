@@ -275,7 +275,6 @@ def test_a_wrong_picture_stops_the_bench_and_nothing_is_written(scene, capsys, m
         (["--strokes", "20,10"], "strokes must ascend from 1 or more, got 20, 10"),
         (["--repeats", "0"], "--repeats must be a whole number of 1 or more, got '0'"),
         (["-o", "report.pdf"], "output must be a folder or end in .json, .csv, .png, got 'report.pdf'"),
-        (["-o", "no/where/report"], "does not exist; create it first"),
         (["-o", "a.png", "--no-plot"], "--no-plot cannot be combined with an output that is a plot"),
         (["--background", "transparent"], "background must be a colour or an image"),
         (["--background", "pink"], "background must be white, black"),

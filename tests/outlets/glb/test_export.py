@@ -107,7 +107,6 @@ def test_what_is_lost_is_told(scene, capsys):
         (["-o", "a.gltf"], "output must end in .html, .glb"),
         (["-o", "a.html", "--for-view"], "--for-view needs -o FILE.glb"),
         (["--for-view"], "--for-view needs -o FILE.glb"),
-        (["-o", "missing/a.glb"], "create it first"),
         (["-o", "a.glb", "--stroke", "no_such"], "no_such"),
     ],
 )

@@ -33,7 +33,6 @@ ADDRESS = re.compile(r"^http://127\.0\.0\.1:([0-9]+)/\?token=([\w-]{43})$")
         (["--relief", "3"], "relief must be 0 to 1, got 3"),
         (["--orbit", "20"], "unrecognized arguments: --orbit"),
         (["--look", "watercolor"], "watercolor: neither a file nor a look"),
-        (["-o", "missing"], "the folder .*missing does not exist; create it first"),
         (["--host", "192.0.2.1"], "192.0.2.1:0: cannot be served"),
         (["--certificate", "a.pem", "--private-key", "a.pem"], "a.pem: there is no such certificate"),
     ],
