@@ -23,7 +23,7 @@ from brushgs.options.painting import STEPS, StrokeSizeFlag
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.styling import AdjustFlag
-from brushgs.options.table import OF_COMMANDS, Options, Row, option, rows_of
+from brushgs.options.table import OF_COMMANDS, OF_FILES, Options, Row, option, rows_of
 from brushgs.options.where import WhereConfig
 
 Container = ArgumentParser | argparse._ArgumentGroup
@@ -89,6 +89,26 @@ class SceneFlag(Options, frozen=True):
         f"{MOVING_READ}; several files, a folder of them, or a pattern in quotes, are one scene, or the "
         "moments of a moving one if they are numbered so", flag="scene", read=Path, nargs="+", default=""
     )] = ()
+    # fmt: on
+
+
+class NoClobberFlag(Options, frozen=True):
+    """Whether an output that is named replaces a file."""
+
+    NOT_IN_MEMORY: ClassVar = OF_FILES
+    # fmt: off
+    no_clobber: Annotated[bool, option("refuse to replace a file; by default only -o replaces one #overwrite")
+        ] = False
+    # fmt: on
+
+
+class NoMetadataFlag(Options, frozen=True):
+    """Whether pictures say how they were painted."""
+
+    NOT_IN_MEMORY: ClassVar = OF_FILES
+    # fmt: off
+    no_metadata: Annotated[bool, option("leave out of files what `brushgs info` prints of them: command, "
+        "version and camera #privacy")] = False
     # fmt: on
 
 
@@ -239,9 +259,10 @@ def _reader(row: Row) -> Callable[[str], Any]:
     return read
 
 
-def add_scene(parser: ArgumentParser) -> None:
-    """The scene that a command reads, its level of detail and its moment."""
-    add(parser, SceneFlag)
+def add_scene(parser: ArgumentParser, more: str = "") -> None:
+    """The scene that a command reads, its level of detail and its moment; `more` is what else may be named."""
+    [row] = rows_of(SceneFlag)
+    add(parser, SceneFlag, words={"scene": row.words + more} if more else None)
     add(parser, "source", without=("memory",))
 
 
@@ -264,6 +285,7 @@ def add_scene_output(parser: ArgumentParser, ending: str, *, has_moments: bool =
     )
     kind: Any = str | None if has_moments else Path | None
     add_row(parser, Row("output", Annotated[kind, told], None), "")
+    add(parser, NoClobberFlag)
 
 
 def add_experiment_output(parser: ArgumentParser, name: str, *, is_main: bool = True) -> None:
@@ -284,6 +306,8 @@ def add_experiment_output(parser: ArgumentParser, name: str, *, is_main: bool = 
     )
     plot = option(f"skip {name}.png, which is skipped with a note where matplotlib is not installed")
     add_row(parser, Row("report", Annotated[Path | None, report], None), "")
+    if is_main:
+        add(parser, NoClobberFlag)
     add_row(parser, Row("no_plot", Annotated[bool, plot], False), "")
 
 

@@ -5,7 +5,9 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 # `dest` of flags of a command that paints, which decide nothing of what is painted.
-NOT_PAINTED = frozenset({"output", "json", "quiet", "verbose", "debug", "config", "draw.threads"})
+NOT_PAINTED = frozenset(
+    {"output", "json", "quiet", "verbose", "debug", "config", "draw.threads", "no_clobber", "no_metadata"}
+)
 
 
 class Piece(NamedTuple):

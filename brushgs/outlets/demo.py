@@ -6,11 +6,12 @@ from brushgs.brushes.brush_set import name_of
 from brushgs.io import save
 from brushgs.io.moving.write import NAME
 from brushgs.io.pictures.formats import VIDEO_SUFFIXES
+from brushgs.io.pictures.shot import Origin
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import MOMENTS_PER_SECOND
 from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.clip import Clip
-from brushgs.pipeline.outputs import check_output
+from brushgs.pipeline.outputs import check_output, free_name
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.still import paint_file
@@ -32,6 +33,7 @@ def paint_demo(
     report: Report,
     num_gaussians: int | None = None,
     name: str | None = None,
+    origin: Origin | None = None,
 ) -> Report:
     """Write the still life as `still_life.ply` into a folder and paint it beside that.
 
@@ -42,12 +44,14 @@ def paint_demo(
         report: gets the stages.
         num_gaussians: of the scene; None for the default of `still_life`.
         name: of the painting, still_life-NAME.png; None for that of the stroke.
+        origin: what the painting says of how it came about; None for nothing.
 
     Raises:
         SceneError: if the folder cannot be made or written to.
     """
     folder = Path(folder)
     scene, picture = folder / SCENE_NAME, folder / f"still_life-{name or name_of(config.draw.stroke)}.png"
+    picture = picture if origin is None else free_name(picture, origin)
     check_output(scene, SCENE_SUFFIXES)
     with report.stage("build") as stage:
         counts = {} if num_gaussians is None else {"num_gaussians": num_gaussians}
@@ -58,7 +62,7 @@ def paint_demo(
     del gaussians
     width, height = config.view.fixed_size or SIZE
     camera = still_life_camera(width=width, height=height)
-    return paint_file(scene, picture, config, camera=camera, report=report)
+    return paint_file(scene, picture, config, camera=camera, report=report, origin=origin)
 
 
 def paint_moving_demo(
@@ -68,6 +72,7 @@ def paint_moving_demo(
     report: Report,
     num_gaussians: int = MOVING_GAUSSIANS,
     name: str | None = None,
+    origin: Origin | None = None,
 ) -> Report:
     """Write the still life in motion as one scene file a moment, 24 a second, and paint a film of it.
 
@@ -78,6 +83,7 @@ def paint_moving_demo(
         report: gets the stages.
         num_gaussians: approximate count, >= 1000.
         name: of the painting, still_life_moving-NAME.mp4; None for that of the stroke.
+        origin: what the painting says of how it came about; None for nothing.
 
     Raises:
         SceneError: if the folder cannot be made or written to.
@@ -86,6 +92,7 @@ def paint_moving_demo(
     clip, film = folder / CLIP_NAME, folder / f"{CLIP_NAME}-{name or name_of(config.draw.stroke)}.mp4"
     files = [clip / (NAME % moment) for moment in range(round(SECONDS * MOMENTS_PER_SECOND))]
     check_output(files[0], SCENE_SUFFIXES)
+    film = film if origin is None else free_name(film, origin)
     check_output(film, VIDEO_SUFFIXES)
     scene = still_life_moving(num_gaussians, config.cluster.seed)
     width, height = config.view.fixed_size or FILM_SIZE
@@ -98,4 +105,4 @@ def paint_moving_demo(
         size = sum(path.stat().st_size for path in files)
         stage.did = f"{clip}, {len(files)} moments of {len(gaussians):,} Gaussians, {file_size(size)}"
         stage.counts = {"gaussians": len(gaussians), "moments": len(files), "bytes": size, "path": str(clip)}
-    return paint_sequence(Clip(scene), film, camera, config, report=report)
+    return paint_sequence(Clip(scene), film, camera, config, report=report, origin=origin)

@@ -16,6 +16,7 @@ from brushgs.io.files import scratch_folder
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.pictures.images import read_image, write_frame
 from brushgs.io.pictures.letters import BOLD, Words, shortened, with_words
+from brushgs.io.pictures.shot import Origin, Shot
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
 from brushgs.options.scene_source import SceneFiles
@@ -43,6 +44,7 @@ def paint_looks(
     view: ViewConfig | None = None,
     threads: int | None = None,
     report: Report | None = None,
+    origin: Origin | None = None,
 ) -> Report:
     """Paint a scene in several looks, on one sheet.
 
@@ -54,6 +56,7 @@ def paint_looks(
             size is used.
         threads: None takes every processor available; the picture does not depend on it.
         report: gets one stage per look; a new one if None.
+        origin: what the sheet says of how it came about; None for nothing.
 
     Raises:
         SceneError: if a file cannot be read or written.
@@ -83,7 +86,8 @@ def paint_looks(
             )
     with report.stage("sheet") as stage:
         sheet, has_words = _lay_out(looks, pictures)
-        write_frame(Frame(sheet, np.ones(sheet.shape[:2], np.float32)), output, background=(1.0, 1.0, 1.0))
+        frame, white = Frame(sheet, np.ones(sheet.shape[:2], np.float32)), (1.0, 1.0, 1.0)
+        write_frame(frame, output, background=white, shot=Shot(origin=origin))
         stage.did = f"{output}, {len(looks)} looks"
         stage.counts = {"path": str(output), "looks": [look.name for look in looks]}
         if not has_words:

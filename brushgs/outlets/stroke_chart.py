@@ -10,6 +10,7 @@ from brushgs.errors import SceneError
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.pictures.images import write_frame
 from brushgs.io.pictures.letters import shortened
+from brushgs.io.pictures.shot import Origin, Shot
 from brushgs.pipeline.outputs import check_output
 from brushgs.rendering.rasterize import rasterize
 from brushgs.values.arrays import F32
@@ -28,11 +29,12 @@ BOLD, PLAIN = "DroidSans-Bold", "DroidSans"  # fonts that come with OpenImageIO
 LONGEST_NOTE = 44  # letters of a note that fit into a cell
 
 
-def write_stroke_chart(path: str | Path) -> None:
+def write_stroke_chart(path: str | Path, origin: Origin | None = None) -> None:
     """Draw the chart to a picture file.
 
     Args:
         path: its suffix decides the format.
+        origin: what the chart says of how it came about; None for nothing.
 
     Raises:
         ValueError: if the suffix is that of no picture format.
@@ -43,7 +45,8 @@ def write_stroke_chart(path: str | Path) -> None:
     sheet = stroke_chart()
     if sheet is None:
         raise SceneError(path, "needs letters, which this build of OpenImageIO has not; install it with pip")
-    write_frame(Frame(sheet, np.ones(sheet.shape[:2], np.float32)), path, background=(1.0, 1.0, 1.0))
+    frame, white = Frame(sheet, np.ones(sheet.shape[:2], np.float32)), (1.0, 1.0, 1.0)
+    write_frame(frame, path, background=white, shot=Shot(origin=origin))
 
 
 def stroke_chart() -> F32 | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from brushgs.io.pictures.formats import holds_depth
-from brushgs.io.pictures.shot import Shot
+from brushgs.io.pictures.shot import Origin, Shot
 from brushgs.options.output import OutputConfig
 from brushgs.pipeline.background import Background
 from brushgs.rendering.project import Directions
@@ -60,12 +60,14 @@ class FrameKind:
         output: bits and layers; of a video the bits are given.
         fps: frames a second, for files that say so; None where it is not known.
         manifest: see `Shot`.
+        origin: see `Shot`.
     """
 
     suffix: str | None
     output: OutputConfig = field(default_factory=OutputConfig)
     fps: float | None = None
     manifest: PurePath | None = None
+    origin: Origin | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +125,7 @@ class FramePainter:
             return video_pixels(frame, self.background, kind.output.bits or 8)
         from brushgs.io.pictures.images import encode_frame
 
-        shot = Shot(view.camera, view.index, kind.fps, kind.manifest)
+        shot = Shot(view.camera, view.index, kind.fps, kind.manifest, kind.origin)
         return encode_frame(frame, kind.suffix, self.background, bits=kind.output.bits, shot=shot)
 
 

@@ -1,17 +1,25 @@
 """Outputs: whether they can be written, before the work for them is done."""
 
+import hashlib
 import os
 import tempfile
+import warnings
+from collections.abc import Callable, Iterable
+from itertools import count
 from pathlib import Path
 
 from brushgs.brushes.brush_set import paths_of
 from brushgs.brushes.texture import brush_of_style
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.files import exists, is_dir, is_plain, open_plain
 from brushgs.io.pictures.encoding import choose_encoding
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, holds_depth
+from brushgs.io.pictures.shot import Origin
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.pipeline.background import TRANSPARENT
+
+_PIECE, _MOST_PIECES = 1 << 14, 1 << 12  # bytes, and their number, that are read for a digest
 
 
 def scene_inputs(scene: SceneFiles | None) -> tuple[Path, ...]:
@@ -36,6 +44,54 @@ def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ..
         *(() if config.painted is None else config.painted.files),
         *config.strokes.files,
     )
+
+
+def digest_of(files: Iterable[Path]) -> str:
+    """Text that stands for the content of files; names of none count nothing.
+
+    All of what is at most 64 MiB counts, of more 4096 pieces at even distances.
+    """
+    found = [path for path in files if is_plain(path)]
+    hashed, num_pieces = hashlib.blake2b(digest_size=8), max(_MOST_PIECES // max(len(found), 1), 4)
+    for path in found:
+        with open_plain(path) as file:
+            size = file.seek(0, os.SEEK_END)
+            step = max(size // num_pieces, _PIECE)
+            hashed.update(f"{size} ".encode())
+            for start in range(0, size, step):
+                file.seek(start)
+                hashed.update(file.read(_PIECE))
+    return hashed.hexdigest()
+
+
+def free_name(
+    default: Path, origin: Origin | None = None, is_ours: Callable[[Path], bool] | None = None
+) -> Path:
+    """The first of NAME, NAME-2, NAME-3 and so on that is free or may be replaced; a warning tells of others.
+
+    Args:
+        default: the name; without a suffix it is that of a folder.
+        origin: of the picture: one whose record says the same may be replaced. None for no file.
+        is_ours: whether a file may be replaced, in place of that.
+    """
+    from brushgs.io.pictures.record import is_painted_by
+
+    def is_same(path: Path) -> bool:
+        return origin is not None and is_painted_by(path, origin)
+
+    path, replaces = default, is_ours or is_same
+    for number in count(2):
+        if replaces(path) or not is_there(path):
+            break
+        path = default.with_name(f"{default.stem}-{number}{default.suffix}")
+    if path != default:
+        warnings.warn(SceneWarning(f"{default} exists and is kept; this is written to {path}"), stacklevel=2)
+    return path
+
+
+def is_there(path: Path) -> bool:
+    """Whether there is a file of that name, or a folder that is not empty."""
+    return any(path.iterdir()) if is_dir(path) else exists(path)
 
 
 def _file_of(stroke: str | Path) -> Path:

@@ -18,6 +18,8 @@ from brushgs.errors import SceneWarning
 from brushgs.io.pictures.encoding import choose_encoding, codec_of
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
+from brushgs.io.pictures.record import record_text
+from brushgs.io.pictures.shot import Origin, Shot
 from brushgs.io.pictures.video import check_rate, check_size, open_video, padded_size
 from brushgs.options.clip import ClipConfig
 from brushgs.options.output import OutputConfig
@@ -61,6 +63,7 @@ def paint_sequence(
     *,
     report: Report | None = None,
     sheet: str | Path | None = None,
+    origin: Origin | None = None,
 ) -> Report:
     """Paint a scene file along a camera path, as it comes into being, or as it moves.
 
@@ -75,6 +78,7 @@ def paint_sequence(
         sequence: where the frames are painted, and which.
         report: gets the stages; a new one if None.
         sheet: another picture, which shows the plain scene from all around, see `views_sheet`; None for none.
+        origin: what the files say of how they came about; None for nothing.
 
     Returns:
         The report, with one stage per step.
@@ -110,10 +114,11 @@ def paint_sequence(
         workers=sequence,
     )
     if sheet is not None:
-        write_sheet_of(prepared, Path(sheet), config, report, name=name_of(files, prepared.notes))
+        name = name_of(files, prepared.notes)
+        write_sheet_of(prepared, Path(sheet), config, report, name=name, origin=origin)
     tracks = _track(prepared, config.draw, report) if grow is None else []
     _check_seen(prepared)
-    frames = _Frames(prepared, config, tracks, sequence, grow, clip)
+    frames = _Frames(prepared, config, tracks, sequence, grow, clip, origin)
     if isinstance(target, Path):
         _paint_video(frames, target, report)
         report.output = str(target)
@@ -219,6 +224,7 @@ class _Frames:
     sequence: SequenceConfig
     grow: GrowConfig | None = None
     clip: ClipConfig | None = None
+    origin: Origin | None = None
 
     @property
     def path(self) -> "CameraPath":
@@ -397,6 +403,8 @@ def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
     cure = f"no video was written; numbered frames, -o {target.with_suffix('')}/, can be resumed"
     with _interrupted_with(lambda: cure), film as reel:
         kind, indices = FrameKind(None, replace(output, bits=encoding.bits)), range(len(path.cameras))
+        if text := record_text(Shot(camera, origin=frames.origin)):
+            reel.describe(text)
         writing = _paint(frames, indices, kind, lambda _, pixels: reel.add(pixels), report)
         with report.stage("write", earlier=writing) as stage:
             reel.finish()
@@ -450,7 +458,7 @@ def _kind_of(frames: _Frames, files: NumberedFiles) -> FrameKind:
             manifest = files.named("strokes.json")
             write_manifest(manifest, names)
     name = None if manifest is None else PurePath(manifest.name)
-    return FrameKind(files.pattern.suffix.lower(), output, frames.path.fps, name)
+    return FrameKind(files.pattern.suffix.lower(), output, frames.path.fps, name, frames.origin)
 
 
 @contextmanager

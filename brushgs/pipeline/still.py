@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, holds_depth
-from brushgs.io.pictures.shot import Shot
+from brushgs.io.pictures.shot import Origin, Shot
 from brushgs.options.look import Look, config_of
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
@@ -45,6 +45,7 @@ def paint_file(
     report: Report | None = None,
     sheet: str | Path | None = None,
     first: float = 1.0,
+    origin: Origin | None = None,
 ) -> Report:
     """Paint a scene file to a picture file.
 
@@ -56,6 +57,7 @@ def paint_file(
         report: gets the stages; a new one if None.
         sheet: another picture, which shows the plain scene from all around, see `views_sheet`; None for none.
         first: share of the strokes that are laid, 0 to 1: the painting as it is when so much of it is done.
+        origin: what the picture, and the sheet, say of how they came about; None for nothing.
 
     Returns:
         The report, with one stage per step.
@@ -82,10 +84,11 @@ def paint_file(
     )
     wanted = Wanted(config.output.all_layers, config.output.deep)
     frame = paint_view(prepared, report, depth=holds_depth(output), first=first, wanted=wanted)
-    write_picture(frame, output, prepared.background, config, report, Shot(prepared.camera))
+    write_picture(frame, output, prepared.background, config, report, Shot(prepared.camera, origin=origin))
     report.output = str(output)
     if sheet is not None:
-        write_sheet_of(prepared, Path(sheet), config, report, name=name_of(scene, prepared.notes))
+        name = name_of(scene, prepared.notes)
+        write_sheet_of(prepared, Path(sheet), config, report, name=name, origin=origin)
     return report
 
 

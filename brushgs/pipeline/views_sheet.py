@@ -22,6 +22,7 @@ from brushgs.core.threads import at_most, num_threads_or_default
 from brushgs.errors import SceneWarning
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.pictures.letters import BOLD, Words, with_words
+from brushgs.io.pictures.shot import Origin, Shot
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.pipeline.clean import clean_scene
@@ -113,6 +114,7 @@ def paint_views(
     config: PaintConfig | None = None,
     *,
     report: ViewsReport | None = None,
+    origin: Origin | None = None,
 ) -> ViewsReport:
     """Show a scene file from all around on one sheet.
 
@@ -122,6 +124,7 @@ def paint_views(
         config: of its `view` `up`, `fov_y`, `zoom`, `look_at`, `pan` and `roll` are those of all pictures,
             and `size` is that of one, 256 x 192 if None; `clean` and `draw.threads` are used too.
         report: gets the stages and the cells; a new one if None.
+        origin: what the sheet says of how it came about; None for nothing.
 
     Raises:
         SceneError: if a file cannot be read or written.
@@ -136,7 +139,14 @@ def paint_views(
         warnings.simplefilter("ignore", SceneWarning)
         first_view = choose_first_view(gaussians, view, notes, report)
     report.cells = write_sheet(
-        gaussians, first_view, output, report, name=name_of(scene, notes), view=view, threads=threads
+        gaussians,
+        first_view,
+        output,
+        report,
+        name=name_of(scene, notes),
+        view=view,
+        threads=threads,
+        origin=origin,
     )
     report.output = str(output)
     return report
@@ -151,6 +161,7 @@ def write_sheet(
     name: str,
     view: ViewConfig | None = None,
     threads: int | None = None,
+    origin: Origin | None = None,
 ) -> list[Cell]:
     """Paint and write the sheet of a scene, as one stage of a report.
 
@@ -162,6 +173,7 @@ def write_sheet(
         name: of the scene, for the title.
         view: see `PaintConfig.view` of `paint_views`.
         threads: None takes every processor available; the picture does not depend on it.
+        origin: see `paint_views`.
 
     Returns:
         The cells of the sheet.
@@ -187,7 +199,8 @@ def write_sheet(
             pictures[cell.row, cell.column] = _picture(gaussians, cell, options)
             report.advance()
         sheet, has_words = _lay_out(rows, pictures, _title(name, first_view))
-        write_frame(Frame(sheet, np.ones(sheet.shape[:2], np.float32)), output, background=(1.0, 1.0, 1.0))
+        frame, white = Frame(sheet, np.ones(sheet.shape[:2], np.float32)), (1.0, 1.0, 1.0)
+        write_frame(frame, output, background=white, shot=Shot(origin=origin))
         stage.did = f"{output}, {len(cells)} pictures in {len(rows)} rows"
         stage.counts = {"path": str(output), "pictures": len(cells), "rows": len(rows)}
         if not has_words:
@@ -205,7 +218,13 @@ def sheet_beside(output: str | Path, name: str) -> Path:
 
 
 def write_sheet_of(
-    prepared: Prepared, output: Path, config: PaintConfig, report: Report, *, name: str
+    prepared: Prepared,
+    output: Path,
+    config: PaintConfig,
+    report: Report,
+    *,
+    name: str,
+    origin: Origin | None = None,
 ) -> None:
     """Write the sheet of a scene that is being painted, prepared with its first view and kept.
 
@@ -220,6 +239,7 @@ def write_sheet_of(
         name=name,
         view=view,
         threads=config.draw.threads,
+        origin=origin,
     )
 
 

@@ -114,7 +114,7 @@ def test_another_file_in_the_place_of_a_manifest_is_reported(tmp_path: Path, con
 
 def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(SceneError, match="file cannot be made (.*exists)"):
+    with pytest.raises(SceneError, match=r"file cannot be made \(.*exists\)"):
         started(tmp_path / "file")
 
 

@@ -164,8 +164,6 @@ def _task_of(job: Job, config: SequenceConfig, *, is_followed: bool = False) -> 
     return Task(tuple(words), str(job.folder.resolve()), is_followed)
 
 
-
-
 def _error_of(code: int, err: str) -> str:
     """Why a process failed, in a sentence; "" if it did not."""
     if code == 0:

@@ -47,11 +47,12 @@ def add_flags(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Measure, and write the report."""
     (paint, config), scene = configs(args), scene_source(args)
+    from brushgs.cli.origin import output_of
     from brushgs.measure.bench import BenchReport, report_bench
 
     report = BenchReport()
-    output = args.report or output_beside(scene, "bench", "")
     with reported(args, report):
+        output = output_of(args, output_beside(scene, "bench", ""))
         report_bench(scene, output, paint, config, report=report, wants_plot=not args.no_plot)
 
 

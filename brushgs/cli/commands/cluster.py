@@ -27,9 +27,10 @@ def run(args: Namespace) -> None:
     """Write the strokes."""
     config, scene, where = paint_config(args), scene_source(args), where_config(args)
     with reported(args) as report:
+        from brushgs.cli.origin import output_of
         from brushgs.outlets.passes import cluster_file
 
         clip = open_clip(args, scene)
         suffix = SCENE_SUFFIXES[0] if clip is None else ""
-        output = args.output or output_beside(scene, "strokes", suffix)
+        output = output_of(args, output_beside(scene, "strokes", suffix))
         cluster_file(clip or scene, output, config, report, where=where)

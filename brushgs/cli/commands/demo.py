@@ -38,7 +38,8 @@ def run(args: Namespace) -> None:
     """Build, write and paint the scene."""
     config = paint_config(args, draw={"background": BACKGROUND})
     with reported(args) as report:
+        from brushgs.cli.origin import origin_of
         from brushgs.outlets.demo import paint_demo, paint_moving_demo
 
         paint = paint_moving_demo if args.moving else paint_demo
-        paint(args.output, config, report=report, name=painting_name(args, config))
+        paint(args.output, config, report=report, name=painting_name(args, config), origin=origin_of(args))

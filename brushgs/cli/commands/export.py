@@ -96,6 +96,7 @@ def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
     flags.add(parser, Own)
+    flags.add(parser, flags.NoClobberFlag)
     flags.add_painting(parser)
     flags.add(parser, flags.ReportFlags)
 
@@ -103,9 +104,12 @@ def add_flags(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Write the file, and report the stages."""
     config, scene = paint_config(args), scene_source(args)
-    output = args.output or output_beside(scene, painting_name(args, config), EXPORTS[0].suffixes[0])
-    kind = _export_of(output, args)
+    from brushgs.cli.origin import output_of
+
+    default = output_beside(scene, painting_name(args, config), EXPORTS[0].suffixes[0])
+    kind = _export_of(args.output or default, args)
     with reported(args) as report:
+        output = output_of(args, default)
         kind.write(Request(scene, output, config, args), report)
 
 

@@ -1,13 +1,16 @@
-"""`brushgs info`: the contents of a scene file."""
+"""`brushgs info`: the contents of a scene file, or how a picture was painted."""
 
 import warnings
 from argparse import ArgumentParser, Namespace
+from pathlib import Path
 from typing import Annotated
 
 from brushgs.cli import flags
 from brushgs.cli.configs import scene_source, where_config
 from brushgs.cli.fitting_words import table_of_words
 from brushgs.errors import SceneWarning
+from brushgs.io.files import is_dir
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES, VIDEO_SUFFIXES
 from brushgs.options.table import Options, option
 
 
@@ -24,7 +27,7 @@ class Own(Options, frozen=True):
 
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
-    flags.add_scene(parser)
+    flags.add_scene(parser, ", or a picture or film that brushgs painted")
     flags.add(parser, Own)
     flags.add_where(parser, "how many Gaussians lie in a part of the scene, and where, is told too")
 
@@ -36,6 +39,9 @@ def run(args: Namespace) -> None:
     from brushgs.doctor.describe import describe
 
     scene, where = scene_source(args), where_config(args)
+    if (picture := _picture(args)) is not None:
+        _print_record(picture, as_json=args.json)
+        return
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SceneWarning)
         facts = describe(scene, where, words=args.in_words)
@@ -48,6 +54,49 @@ def run(args: Namespace) -> None:
         print(f"{name.replace('_', ' '):16} {_text(value)}")
     for line in table_of_words(words):
         print(line)
+
+
+def _picture(args: Namespace) -> Path | None:
+    """The picture or film that is asked of; None for a scene.
+
+    Raises:
+        ValueError: if what only scenes have is asked of it.
+    """
+    [path, *others] = args.scene
+    if others or path.suffix.lower() not in (*PICTURE_SUFFIXES, *VIDEO_SUFFIXES) or is_dir(path):
+        return None
+    if args.in_words or flags.given(args, "where"):
+        flag = "--words" if args.in_words else "--where"
+        raise ValueError(f"{flag} is asked of scenes, and {path} is a picture; omit it, or name the scene")
+    return Path(path)
+
+
+def _print_record(path: Path, *, as_json: bool) -> None:
+    import json
+
+    import msgspec
+
+    from brushgs.io.pictures.record import read_record
+
+    record = read_record(path)
+    facts = {} if record is None else msgspec.to_builtins(record)
+    if as_json:
+        print(json.dumps({"file": str(path), "painted": facts or None}, indent=2))
+        return
+    print(f"{'file':16} {path}")
+    if record is None:
+        print(f"{'painted by':16} not recorded in the file")
+        return
+    print(f"{'painted by':16} {_printable(record.command)}")
+    print(f"{'brushgs':16} {_printable(record.brushgs)}")
+    if (camera := record.camera) is not None:
+        print(f"{'size':16} {camera.width} x {camera.height}")
+        print(f"{'lens':16} {'  '.join(f'{number:.6g}' for number in camera.K)}")
+        print(f"{'view':16} {'  '.join(f'{number:.6g}' for number in camera.viewmat)}")
+
+
+def _printable(text: str) -> str:
+    return "".join(character if character.isprintable() else "?" for character in text)
 
 
 def _text(value: object) -> str:

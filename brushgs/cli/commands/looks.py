@@ -41,6 +41,8 @@ def add_flags(parser: ArgumentParser) -> None:
     group = (Sheet.GROUP, Sheet.ABOUT)
     flags.add(parser, Own)
     flags.add(parser, Sheet)
+    flags.add(parser, flags.NoClobberFlag, group=group)
+    flags.add(parser, flags.NoMetadataFlag, group=group)
     flags.add(parser, "source", "time", "moments_per_second", group=group)
     flags.add_no_cameras(parser, group)
     flags.add_size(parser, "640x480", group=group)
@@ -66,17 +68,25 @@ def run(args: Namespace) -> None:
     from brushgs.options.look import Look
 
     looks = [Look.open(name) for name in args.looks or LOOKS]
-    scene = None
-    if args.scene is not None:
-        scene = scene_source(args)
-    output = args.output
-    if output is None and scene is not None:
-        output = output_beside(scene, "looks", PICTURE_SUFFIXES[0])
+    scene = None if args.scene is None else scene_source(args)
     config = paint_config(args)
     with reported(args) as report:
+        from brushgs.cli.origin import origin_of, output_of
         from brushgs.outlets.looks_sheet import paint_looks
+        from brushgs.pipeline.outputs import scene_inputs
 
-        paint_looks(looks, output, scene=scene, view=config.view, threads=config.draw.threads, report=report)
+        files = [*scene_inputs(scene), *map(Path, args.looks)]
+        origin = None if args.no_metadata else origin_of(args, files)
+        default = Path() if scene is None else output_beside(scene, "looks", PICTURE_SUFFIXES[0])
+        paint_looks(
+            looks,
+            output_of(args, default, origin),
+            scene=scene,
+            view=config.view,
+            threads=config.draw.threads,
+            report=report,
+            origin=origin,
+        )
 
 
 def _print(args: Namespace) -> None:

@@ -21,7 +21,8 @@ def run(args: Namespace) -> None:
     """Write the pruned scene."""
     config, scene, where = paint_config(args).prune, scene_source(args), where_config(args)
     with reported(args) as report:
+        from brushgs.cli.origin import output_of
         from brushgs.outlets.passes import prune_file
 
-        output = args.output or output_beside(scene, "pruned", SCENE_SUFFIXES[0])
+        output = output_of(args, output_beside(scene, "pruned", SCENE_SUFFIXES[0]))
         prune_file(scene, output, config, report, where=where)

@@ -22,7 +22,8 @@ def run(args: Namespace) -> None:
     config, scene, where = paint_config(args).palette, scene_source(args), where_config(args)
     assert config is not None, "the parser requires --palette"
     with reported(args) as report:
+        from brushgs.cli.origin import output_of
         from brushgs.outlets.passes import recolor_file
 
-        output = args.output or output_beside(scene, "recolored", SCENE_SUFFIXES[0])
+        output = output_of(args, output_beside(scene, "recolored", SCENE_SUFFIXES[0]))
         recolor_file(scene, output, config, report, where=where)

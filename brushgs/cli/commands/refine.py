@@ -46,14 +46,16 @@ def run(args: Namespace) -> None:
     """Write the refined strokes."""
     config = refine_config(args)
     paint, scene = paint_config(args), scene_source(args)
+    from brushgs.cli.origin import output_of
     from brushgs.refine.report import RefineReport
-    from brushgs.refine.run import refine_file
+    from brushgs.refine.run import checkpoint_of, refine_file
 
     report = RefineReport()
     with reported(args, report):
         clip = open_clip(args, scene)
         suffix = SCENE_SUFFIXES[0] if clip is None else ""
-        output = args.output or output_beside(scene, "refined", suffix)
+        goes_on = (lambda path: checkpoint_of(path).exists()) if config.is_resumed else None
+        output = output_of(args, output_beside(scene, "refined", suffix), is_ours=goes_on)
         refine_file(
             clip or scene,
             output,

@@ -18,11 +18,13 @@ from brushgs.cli.console import output_beside, reported
 from brushgs.cli.passes import ShowPasses
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, VIDEO_SUFFIXES
 from brushgs.options.choices import PRESETS
+from brushgs.options.output import OutputConfig
 from brushgs.options.table import OF_FILES, Options, option, share
 
 VIEW = {"size": "auto"}  # the defaults of this command
 
 if TYPE_CHECKING:
+    from brushgs.io.pictures.shot import Origin
     from brushgs.options.painting import PaintConfig
     from brushgs.options.scene_source import SceneSource
     from brushgs.options.sequence import SequenceConfig
@@ -83,6 +85,8 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add(parser, "sequence")
     flags.add(parser, "clip")
     flags.add(parser, "output")
+    for kind in (flags.NoClobberFlag, flags.NoMetadataFlag):
+        flags.add(parser, kind, group=(OutputConfig.GROUP, ""))
     flags.add(parser, Passes)
     flags.add(parser, flags.ReportFlags)
 
@@ -102,22 +106,49 @@ def run(args: Namespace) -> None:
             raise ValueError(f"--first cannot be combined {cure}: it is one picture")
         if args.output:
             _check_output(args.output, scene, is_still=is_still, is_moving=clip is not None)
+        origin = _origin_of(args, scene, config)
         suffix = (PICTURE_SUFFIXES if is_still else VIDEO_SUFFIXES)[0]
-        output = args.output or output_beside(scene, painting_name(args, config), suffix)
-        sheet = None
-        if args.views:
-            from brushgs.pipeline.views_sheet import sheet_beside
-
-            sheet = sheet_beside(output, scene.name)
+        output, sheet = _outputs(args, scene, painting_name(args, config), suffix, origin)
         if is_still:
             from brushgs.pipeline.still import paint_file
 
             first = 1.0 if args.first is None else args.first
-            paint_file(scene, output, config, report=report, sheet=sheet, first=first)
+            paint_file(scene, output, config, report=report, sheet=sheet, first=first, origin=origin)
         else:
             from brushgs.pipeline.sequence import paint_sequence
 
-            paint_sequence(clip or scene, output, path, config, sequence, report=report, sheet=sheet)
+            target = clip or scene
+            paint_sequence(target, output, path, config, sequence, report=report, sheet=sheet, origin=origin)
+
+
+def _origin_of(args: Namespace, scene: "SceneSource", config: "PaintConfig") -> "Origin | None":
+    """What the picture says of how it came about; None for nothing."""
+    if args.no_metadata:
+        return None
+    from brushgs.cli.origin import origin_of
+    from brushgs.io.cameras.beside import find_beside
+    from brushgs.pipeline.outputs import input_files
+
+    others = [args.look, flags.given(args, "view").get("camera_file"), flags.given(args, "path").get("file")]
+    files = [Path(name) for name in others if name is not None]
+    return origin_of(args, [*input_files(scene, config), *find_beside(scene.camera_folders()), *files])
+
+
+def _outputs(
+    args: Namespace, scene: "SceneSource", ending: str, suffix: str, origin: "Origin | None"
+) -> tuple[str | Path, Path | None]:
+    """The picture or film, and the sheet of views; None for no sheet."""
+    from brushgs.cli.origin import output_of
+
+    is_resumed = flags.given(args, "sequence").get("is_resumed", False)
+    kept = Namespace(**vars(args) | {"no_clobber": args.no_clobber and not is_resumed})
+    output = output_of(kept, output_beside(scene, ending, suffix), origin)
+    if not args.views:
+        return output, None
+    from brushgs.pipeline.outputs import free_name
+    from brushgs.pipeline.views_sheet import sheet_beside
+
+    return output, free_name(sheet_beside(output, scene.name), None if args.no_clobber else origin)
 
 
 def _explain(args: Namespace, scene: "SceneSource", config: "PaintConfig") -> None:

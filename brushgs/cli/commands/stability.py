@@ -37,14 +37,15 @@ def add_flags(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Measure, and write the report."""
     paint, scene = paint_config(args, view={"size": SIZE}), scene_source(args)
+    from brushgs.cli.origin import output_of
     from brushgs.measure.stability import StabilityReport, report_stability
     from brushgs.options.experiments import StabilityConfig
 
     config = StabilityConfig(**flags.given(args, "stability"))
     report = StabilityReport()
-    output = args.report or output_beside(scene, "stability", "")
     wants_plot = not args.no_plot
     with reported(args, report):
+        output = output_of(args, output_beside(scene, "stability", ""))
         clip = open_clip(args, scene)
         path = path_config(args, default_orbit=None if clip else ORBIT, is_moving=clip is not None)
         report_stability(clip or scene, output, paint, path, config, report=report, wants_plot=wants_plot)

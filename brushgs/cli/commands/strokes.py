@@ -30,10 +30,15 @@ def add_flags(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Print the names, each with what it is good for, or draw the chart and print its path."""
     if args.sheet is not None:
+        from brushgs.cli.origin import origin_of
         from brushgs.outlets.stroke_chart import write_stroke_chart
+        from brushgs.pipeline.outputs import free_name
 
-        write_stroke_chart(args.sheet)
-        print(args.sheet)
+        origin, sheet = origin_of(args), args.sheet
+        if sheet == Path(DEFAULT_SHEET):
+            sheet = free_name(sheet, origin)
+        write_stroke_chart(sheet, origin)
+        print(sheet)
         return
     from brushgs.brushes.builtin import stroke_notes
 

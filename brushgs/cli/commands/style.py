@@ -65,6 +65,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add(parser, Learn)
     flags.add(parser, "view", "up", group=(Learn.GROUP, Learn.ABOUT))
     flags.add(parser, Written)
+    flags.add(parser, flags.NoClobberFlag, group=(Learn.GROUP, Learn.ABOUT))
     flags.add(parser, flags.ReportFlags)
 
 
@@ -99,10 +100,11 @@ def _learn(args: Namespace) -> None:
     if flags.given(args, "view"):
         raise ValueError("--up belongs to --before and --after; a painting has none, remove it")
     painting = _file(args)
-    output = args.output or Path(f"{painting.stem}{STYLE_SUFFIX}")
     with reported(args) as report:
+        from brushgs.cli.origin import output_of
         from brushgs.outlets.learn_style import learn_file
 
+        output = output_of(args, Path(f"{painting.stem}{STYLE_SUFFIX}"))
         learn_file(painting, output, args.name, report)
 
 
@@ -118,10 +120,11 @@ def _learn_edit(args: Namespace) -> None:
 
     up = flags.given(args, "view").get("up")
     source = EditSource(args.before, args.after, args.scene, args.camera_file, up)
-    output = args.output or Path(f"{args.after.stem}{STYLE_SUFFIX}")
     with reported(args) as report:
+        from brushgs.cli.origin import output_of
         from brushgs.outlets.learn_edit import learn_edit_file
 
+        output = output_of(args, Path(f"{args.after.stem}{STYLE_SUFFIX}"))
         learn_edit_file(source, output, args.name, report)
 
 

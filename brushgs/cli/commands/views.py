@@ -25,6 +25,8 @@ def add_flags(parser: ArgumentParser) -> None:
     group = ("view", "the same in all pictures")
     flags.add_scene(parser)
     flags.add(parser, Own)
+    flags.add(parser, flags.NoClobberFlag)
+    flags.add(parser, flags.NoMetadataFlag)
     flags.add_size(parser, "256x192", group=group)
     flags.add(parser, "view", "up", "look_at", "distance", "pan", "roll", "fov_y", "zoom", group=group)
     flags.add_no_cameras(parser, group)
@@ -36,9 +38,12 @@ def add_flags(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Write the sheet."""
     config, scene = paint_config(args), scene_source(args)
-    output = args.output or output_beside(scene, "views", PICTURE_SUFFIXES[0])
+    from brushgs.cli.origin import origin_of, output_of
+    from brushgs.pipeline.outputs import scene_inputs
     from brushgs.pipeline.views_sheet import ViewsReport, paint_views
 
     report = ViewsReport()
     with reported(args, report):
-        paint_views(scene, output, config, report=report)
+        origin = None if args.no_metadata else origin_of(args, scene_inputs(scene))
+        output = output_of(args, output_beside(scene, "views", PICTURE_SUFFIXES[0]), origin)
+        paint_views(scene, output, config, report=report, origin=origin)

@@ -28,6 +28,7 @@ class PictureFormat(NamedTuple):
         is_linear: whether it holds linear light; else it is display-encoded.
         holds_depth: whether a frame's depth is written.
         holds_alpha: whether transparency is written.
+        holds_record: whether it says how it was painted, see `record.py`.
     """
 
     name: str
@@ -40,6 +41,7 @@ class PictureFormat(NamedTuple):
     is_linear: bool = False
     holds_depth: bool = False
     holds_alpha: bool = True
+    holds_record: bool = True
 
 
 class VideoCodec(NamedTuple):
@@ -72,12 +74,14 @@ class VideoFormat(NamedTuple):
         container: its name in libav.
         codecs: names in `VIDEO_CODECS`, the usual one first.
         max_fps: frames a second.
+        holds_record: see `PictureFormat`.
     """
 
     suffixes: tuple[str, ...]
     container: str
     codecs: tuple[str, ...]
     max_fps: int = 1000
+    holds_record: bool = True
 
 
 PICTURE_FORMATS = (
@@ -125,7 +129,14 @@ PICTURE_FORMATS = (
 # Without transparency: so it is with the encoder in the wheels of PyAV, which takes none.
 WRITTEN_ONLY = (
     PictureFormat(
-        "AVIF", (".avif",), begins_with(), writer="avif", bits=(8, 10), note="8 or 10 bit", holds_alpha=False
+        "AVIF",
+        (".avif",),
+        begins_with(),
+        writer="avif",
+        bits=(8, 10),
+        note="8 or 10 bit",
+        holds_alpha=False,
+        holds_record=False,
     ),
 )
 VIDEO_CODECS: Mapping[str, VideoCodec] = {
@@ -144,7 +155,7 @@ VIDEO_FORMATS = (
     VideoFormat((".webm",), "webm", ("vp9",)),
     VideoFormat((".mkv",), "matroska", ("h264", "h265")),
     # Delays count in hundredths of a second, and viewers take a delay of 1 for 10.
-    VideoFormat((".gif",), "gif", ("gif",), max_fps=50),
+    VideoFormat((".gif",), "gif", ("gif",), max_fps=50, holds_record=False),
 )
 WRITTEN_PICTURES = tuple(row for row in (*PICTURE_FORMATS, *WRITTEN_ONLY) if row.writer)
 PICTURE_SUFFIXES = suffixes_of(WRITTEN_PICTURES)  # that a picture may be written to

@@ -31,6 +31,9 @@ class _Gif:
         self._colors = ColorCounts()
         self._container = open_container(stack, film, {"loop": "0" if film.loops else "-1"})
 
+    def describe(self, text: str) -> None:
+        """Nothing: libav writes no comment."""
+
     def add(self, pixels: Pixels) -> None:
         """Store a frame, and count its colours."""
         self._spool.write(pixels.tobytes())

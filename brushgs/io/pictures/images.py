@@ -210,7 +210,8 @@ def write_frame(
             is put behind the picture, which is then written without alpha (EXR: with an alpha of 1).
         bits: of each channel, 8 or 16 of .png and .tif, 8 or 10 of .avif; None for the usual number of the
             format: 16 of .tif and .exr (half float), 8 of the others.
-        shot: what is known of the picture beside its pixels; EXR holds it.
+        shot: what is known of the picture beside its pixels: all but AVIF hold how it was painted, EXR holds
+            all of it.
 
     Raises:
         ValueError: if the suffix is none of the above, the background does not fit, or there is none for a
@@ -225,7 +226,7 @@ def write_frame(
         )
     bits = check_bits(path, bits)
     options: dict[str, Any] = {"bits": bits} if len(picture_format.bits) > 1 else {}
-    if picture_format.holds_depth:  # and with it all else that compositing takes
+    if picture_format.holds_record:
         options["shot"] = shot
     import_module(f"brushgs.io.pictures.{picture_format.writer}").write(frame, path, background, **options)
 

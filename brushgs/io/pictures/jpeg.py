@@ -17,6 +17,8 @@ from brushgs.errors import SceneError
 from brushgs.io.files import scratch_folder
 from brushgs.io.pictures.limits import check_pixels
 from brushgs.io.pictures.oiio import Background, bytes_of, write_pixels
+from brushgs.io.pictures.record import described
+from brushgs.io.pictures.shot import Shot
 from brushgs.values.frame import Frame
 
 _ATTRIBUTES = {"Compression": "jpeg:95", "jpeg:subsampling": "4:4:4"}
@@ -31,11 +33,11 @@ _PIECE = 1 << 20  # bytes searched at a time for scans,
 _SMALL_PIECE = 1 << 12  # and for the next marker, which is mostly near
 
 
-def write(frame: Frame, path: str | Path, background: Background) -> None:
+def write(frame: Frame, path: str | Path, background: Background, *, shot: Shot | None = None) -> None:
     """See `write_frame`."""
     if background is None:
         raise ValueError(f"write_frame: a JPEG holds no transparency, got {str(path)!r}; give a background")
-    write_pixels(path, "jpeg", bytes_of(frame, background), ("R", "G", "B"), _ATTRIBUTES)
+    write_pixels(path, "jpeg", bytes_of(frame, background), ("R", "G", "B"), _ATTRIBUTES | described(shot))
 
 
 def encode_jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:

@@ -37,6 +37,9 @@ _OF_QUICKTIME = ("mp4", "mov")  # containers, as libav calls them
 class VideoWriter(Protocol):
     """A video that is being written."""
 
+    def describe(self, text: str) -> None:
+        """Set the comment of the file, before the first frame; a GIF has none."""
+
     def add(self, pixels: Pixels) -> None:
         """Add the next frame, see `video_pixels`."""
 
@@ -113,6 +116,10 @@ class EncodedVideo:
             filters = ("scale", _TO_BT709), ("format", encoder.pixels)
             self._graph = filter_graph(*film.size, film.rate, *filters, source=source)
         self._count, self._num_packets, self._is_finished = 0, 0, False
+
+    def describe(self, text: str) -> None:
+        """Set the comment of the file."""
+        self._container.metadata["comment"] = text
 
     def add(self, pixels: Pixels) -> None:
         """Convert, encode and write one frame, see `video_pixels`."""

@@ -59,7 +59,7 @@ def write_pixels(
     pixels: NDArray[Any],
     names: tuple[str, ...],
     attributes: Mapping[str, Any],
-    is_complete: Callable[[Path], bool] = lambda path: True,
+    finish: Callable[[Path], bool] = lambda path: True,
 ) -> None:
     """Write pixels as they are; the file appears when it is complete.
 
@@ -69,7 +69,8 @@ def write_pixels(
         pixels: [H, W, channels] uint8, uint16 or float32.
         names: of the channels; "A" is alpha, "Z" depth.
         attributes: of OpenImageIO, by name.
-        is_complete: whether the written file is complete, for writers that report success on a full disk.
+        finish: completes the written file, and says whether it is whole: some writers report success on a
+            full disk.
 
     Raises:
         SceneError: if the file cannot be written.
@@ -90,7 +91,7 @@ def write_pixels(
         is_written = out.open(str(temporary), spec) and out.write_image(np.ascontiguousarray(pixels))
         if not (out.close() and is_written):
             raise not_written(path, temporary, out)
-        if not is_complete(temporary):
+        if not finish(temporary):
             raise SceneError(path, "cannot be written completely; check the space on the disk")
 
 

@@ -3,6 +3,8 @@
 from pathlib import Path
 
 from brushgs.io.pictures.oiio import Background, pixels_of, write_pixels
+from brushgs.io.pictures.record import described
+from brushgs.io.pictures.shot import Shot
 from brushgs.values.frame import Frame
 
 # Renders of koala at 1280x720: a third to a half of the time of libpng's defaults (level 6, all
@@ -11,11 +13,13 @@ _ATTRIBUTES = {"oiio:UnassociatedAlpha": 1, "png:compressionLevel": 4, "png:filt
 _END = b"\0\0\0\0IEND\xaeB`\x82"  # the chunk that closes every PNG
 
 
-def write(frame: Frame, path: str | Path, background: Background, *, bits: int = 8) -> None:
+def write(
+    frame: Frame, path: str | Path, background: Background, *, bits: int = 8, shot: Shot | None = None
+) -> None:
     """See `write_frame`."""
     pixels = pixels_of(frame, background, bits)
     names = ("R", "G", "B", "A")[: pixels.shape[-1]]
-    write_pixels(path, "png", pixels, names, _ATTRIBUTES, _is_complete)
+    write_pixels(path, "png", pixels, names, _ATTRIBUTES | described(shot), _is_complete)
 
 
 def _is_complete(path: Path) -> bool:

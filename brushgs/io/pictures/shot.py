@@ -1,9 +1,23 @@
-"""What is known of a picture beside its pixels, for formats that hold it: OpenEXR does."""
+"""What is known of a picture beside its pixels: OpenEXR holds all of it, see `record.py` for the others."""
 
 from dataclasses import dataclass
 from pathlib import PurePath
 
 from brushgs.values.camera import Camera
+
+
+@dataclass(frozen=True)
+class Origin:
+    """How a picture came about.
+
+    Attributes:
+        command: that painted it, such as "brushgs render truck.splat --look ink": options that are not the
+            usual ones, files by their names, without folders.
+        inputs: a digest of the files that it names.
+    """
+
+    command: str
+    inputs: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,6 +30,7 @@ class Shot:
         fps: frames a second.
         manifest: the file with the names of the strokes of all frames (`write_manifest`), as it is named
             from the folder of the picture; None where the names stand in the picture itself.
+        origin: how it was painted, which its record says; see `brushgs.io.pictures.record`.
 
     Raises:
         ValueError: if `fps` is not above 0.
@@ -25,6 +40,7 @@ class Shot:
     number: int | None = None
     fps: float | None = None
     manifest: PurePath | None = None
+    origin: Origin | None = None
 
     def __post_init__(self) -> None:
         if self.fps is not None and not 0 < self.fps < float("inf"):

@@ -10,23 +10,64 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.io.files import open_plain
 from brushgs.io.pictures.limits import check_pixels
 from brushgs.io.pictures.oiio import Background, bytes_of, write_pixels
+from brushgs.io.pictures.record import record_text
+from brushgs.io.pictures.shot import Shot
 from brushgs.values.frame import Frame
 
+_TEXT_AT, _MAX_EXIF = 26, 1 << 17  # bytes of Exif data
 NUM_HEADER_BYTES = 30  # up to the size in each kind of first chunk
 _ATTRIBUTES = {"oiio:UnassociatedAlpha": 1, "Compression": "lossless"}
 
 
-def write(frame: Frame, path: str | Path, background: Background) -> None:
+def write(frame: Frame, path: str | Path, background: Background, *, shot: Shot | None = None) -> None:
     """See `write_frame`."""
-    write_exact(bytes_of(frame, background), path)
+    write_exact(bytes_of(frame, background), path, record_text(shot))
 
 
-def write_exact(pixels: NDArray[np.uint8], path: str | Path) -> None:
+def write_exact(pixels: NDArray[np.uint8], path: str | Path, description: str = "") -> None:
     """Write [H, W, 3 or 4] bytes without loss, but for the colour of pixels whose alpha is 0."""
     names = ("R", "G", "B", "A")[: pixels.shape[-1]]
-    write_pixels(path, "webp", pixels, names, _ATTRIBUTES)
+
+    def describe(written: Path) -> bool:
+        if description:
+            written.write_bytes(_with_description(written.read_bytes(), description))
+        return True
+
+    write_pixels(path, "webp", pixels, names, _ATTRIBUTES, describe)
+
+
+def _with_description(content: bytes, text: str) -> bytes:
+    """A simple WebP as one with Exif data of one field, which OpenImageIO does not write."""
+    width, height = stated_size(content[:NUM_HEADER_BYTES])
+    has_alpha = content[24] >> 4 & 1  # of VP8L
+    size = b"".join((side - 1).to_bytes(3, "little") for side in (width, height))
+    # A TIFF whose only field is the image description, text at byte 26.
+    exif = (
+        struct.pack("<4sIHHHII4x", b"II*\0", 8, 1, 0x010E, 2, len(text) + 1, _TEXT_AT) + text.encode() + b"\0"
+    )
+    chunks = (
+        _chunk(b"VP8X", bytes([8 | has_alpha << 4, 0, 0, 0]) + size) + content[12:] + _chunk(b"EXIF", exif)
+    )
+    return b"RIFF" + struct.pack("<I", 4 + len(chunks)) + b"WEBP" + chunks
+
+
+def _chunk(name: bytes, content: bytes) -> bytes:
+    return name + struct.pack("<I", len(content)) + content + b"\0" * (len(content) % 2)
+
+
+def read_description(path: Path) -> str:
+    """The text that `write_exact` wrote; "" if there is none."""
+    with open_plain(path, "picture") as file:
+        file.seek(12)
+        while len(head := file.read(8)) == 8:
+            size = int.from_bytes(head[4:], "little")
+            if head[:4] == b"EXIF":
+                return file.read(min(size, _MAX_EXIF))[_TEXT_AT:].rstrip(b"\0").decode("ascii", "replace")
+            file.seek(size + size % 2, 1)
+    return ""
 
 
 def check_file(path: Path, file: BinaryIO, max_pixels: int) -> None:

@@ -1,0 +1,97 @@
+"""Where a command writes, and what its pictures say of it: no file is lost to a default name.
+
+A default name is numbered where a file lies there, but for a picture whose record says that it is the same
+painting, see `brushgs.io.pictures.record`. A name that was given (-o) is written to, unless --no-clobber.
+"""
+
+import re
+import shlex
+from argparse import SUPPRESS, Action, Namespace, _AppendAction
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from brushgs.cli.parser import command_parser
+from brushgs.cli.words import NOT_PAINTED, pieces_of
+from brushgs.errors import SceneError
+
+if TYPE_CHECKING:
+    from brushgs.io.pictures.shot import Origin
+
+# `dest` of flags that change how the work is done, or what lies beside the picture, and not the picture.
+NOT_RECORDED = NOT_PAINTED | {"views", "explain", "sheet"}
+NOT_RECORDED |= {f"sequence.{field}" for field in ("is_resumed", "jobs", "scheduler", "workers_timeout")}
+_FOLDERS = re.compile(r"[^,:()=]*[/\\]")  # of a file within a value such as mask:shots/a.png
+
+
+def command_of(args: Namespace) -> str:
+    """The command line: files without folders, flags in the order of the help, none with its default."""
+    command, *words = args.words
+    parser = command_parser(command)
+    arguments: list[str] = []
+    given: dict[Action, list[str]] = {}
+    for action, values in pieces_of(parser, words):
+        names = [_FOLDERS.sub("", value.rstrip("/\\")) or "." for value in values]
+        if action is None:
+            arguments += names
+        elif action.dest not in NOT_RECORDED and (
+            action.default is SUPPRESS or names != [str(action.default)]
+        ):
+            given[action] = [*given.get(action, []), *names] if isinstance(action, _AppendAction) else names
+    flags: list[str] = []
+    for action in parser._actions:
+        if action in given:
+            name, values = action.option_strings[-1], given[action]
+            one_each = isinstance(action, _AppendAction) or any(value.startswith("-") for value in values)
+            flags += [f"{name}={value}" for value in values] if one_each else [name, *values]
+    return shlex.join(["brushgs", command, *arguments, *flags])
+
+
+def origin_of(args: Namespace, inputs: Iterable[Path] = ()) -> "Origin":
+    """How what a command paints comes about; `inputs` are the files that it reads, or names of none."""
+    from brushgs.io.pictures.shot import Origin
+    from brushgs.pipeline.outputs import digest_of
+
+    return Origin(command_of(args), digest_of(inputs))
+
+
+def output_of(
+    args: Namespace,
+    default: Path,
+    origin: "Origin | None" = None,
+    is_ours: Callable[[Path], bool] | None = None,
+) -> Path:
+    """Where a command writes: `args.output`, or the default name, numbered so that nothing is lost.
+
+    Args:
+        args: parsed flags, with `no_clobber`.
+        default: its name; a name without a suffix is that of a folder.
+        origin: of the picture; None for a file that has no record.
+        is_ours: whether a file may be replaced, in place of the question for its origin.
+
+    Raises:
+        SceneError: if it was named, exists, and must not be replaced.
+    """
+    named = args.output if "output" in args else args.report
+    if named:
+        if args.no_clobber:
+            _refuse_to_replace(Path(named))
+        return named  # type: ignore[no-any-return]
+    from brushgs.pipeline.outputs import free_name
+
+    return free_name(default, None if args.no_clobber else origin, is_ours)
+
+
+def _refuse_to_replace(path: Path) -> None:
+    """Raise SceneError if anything would be replaced."""
+    if "%" in path.name:
+        from brushgs.io.pictures.formats import PICTURE_SUFFIXES
+        from brushgs.io.pictures.numbered import NumberedFiles
+
+        is_taken = bool(NumberedFiles.of(path, PICTURE_SUFFIXES).numbers())
+    else:
+        from brushgs.pipeline.outputs import is_there
+
+        is_taken = is_there(path)
+    if is_taken:
+        raise SceneError(path, "exists, and --no-clobber replaces no file; choose another name")

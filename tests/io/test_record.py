@@ -1,0 +1,102 @@
+"""The record of a picture, in every format that is written."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.errors import SceneError
+from brushgs.io.formats import find_by_suffix
+from brushgs.io.pictures.encoding import choose_encoding
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES, VIDEO_FORMATS, VIDEO_SUFFIXES, WRITTEN_PICTURES
+from brushgs.io.pictures.images import read_image, write_frame
+from brushgs.io.pictures.pixels import video_pixels
+from brushgs.io.pictures.record import Record, is_painted_by, read_record, record_text
+from brushgs.io.pictures.shot import Origin, Shot
+from brushgs.io.pictures.video import open_video
+from brushgs.values.frame import Frame
+from brushgs.values.layers import DeepSamples
+from brushgs.version import __version__
+
+ORIGIN = Origin("brushgs render 'größe 1.ply' --look ink", "digest 0a")
+CAMERA = bg.Camera(np.eye(4), np.array([[20.0, 0, 16], [0, 20, 12], [0, 0, 1]]), 32, 24)
+SHOT = Shot(CAMERA, origin=ORIGIN)
+FORMATS = [*PICTURE_SUFFIXES, *VIDEO_SUFFIXES]
+
+
+def picture(seed: int = 0) -> Frame:
+    rgb = np.random.default_rng(seed).random((24, 32, 3)).astype(np.float32)
+    return Frame(rgb, np.ones((24, 32), np.float32))
+
+
+def write(path: Path, shot: Shot | None) -> Path:
+    if path.suffix in PICTURE_SUFFIXES:
+        write_frame(picture(), path, (1.0, 1.0, 1.0), shot=shot)
+        return path
+    bits = choose_encoding(path).bits
+    with open_video(path, width=32, height=24, fps=8) as video:
+        if text := record_text(shot):
+            video.describe(text)
+        for seed in range(3):
+            video.add(video_pixels(picture(seed), (1.0, 1.0, 1.0), bits))
+    return path
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_file_says_how_it_was_painted_and_stays_the_same(tmp_path: Path, suffix: str) -> None:
+    path, again = write(tmp_path / f"a{suffix}", SHOT), write(tmp_path / f"b{suffix}", SHOT)
+    plain = write(tmp_path / f"c{suffix}", replace(SHOT, origin=None))
+    assert path.read_bytes() == again.read_bytes()
+    row = find_by_suffix((*WRITTEN_PICTURES, *VIDEO_FORMATS), path)
+    assert row is not None
+    assert b"brushgs render" not in plain.read_bytes()
+    if not row.holds_record:
+        assert path.read_bytes() == plain.read_bytes()
+        return
+    record = read_record(path)
+    assert record is not None
+    assert (record.brushgs, record.command, record.inputs) == (__version__, ORIGIN.command, ORIGIN.inputs)
+    assert record.camera is not None
+    assert (record.camera.width, record.camera.K[0]) == (32, 20.0)
+    assert is_painted_by(path, ORIGIN)
+    assert not is_painted_by(path, replace(ORIGIN, inputs="digest 0b"))
+    assert read_record(plain) is None
+    if suffix in PICTURE_SUFFIXES:
+        np.testing.assert_array_equal(read_image(path), read_image(plain))
+
+
+def test_a_deep_file_says_so_too(tmp_path: Path) -> None:
+    deep = DeepSamples(
+        np.array([0, 1]),
+        *(np.ones(shape, np.float32) for shape in ((1, 3), 1, 1)),
+        np.ones(1, np.uint32),
+        1,
+        1,
+    )
+    frame = Frame(np.ones((1, 1, 3), np.float32), np.ones((1, 1), np.float32), deep=deep)
+    write_frame(frame, tmp_path / "a.exr", shot=SHOT)
+    assert is_painted_by(tmp_path / "a.exr", ORIGIN)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", '{"brushgs": 1, "command": "x"}', "[" * 50_000, "plain words"]
+)
+def test_what_others_wrote_is_no_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> None:
+    monkeypatch.setattr("brushgs.io.pictures.record._description", lambda path: text)
+    assert read_record(tmp_path / "a.png") is None
+
+
+@pytest.mark.parametrize("name", ["missing.png", "missing.mp4", "words.png", "words.mp4"])
+def test_what_is_no_picture_is_refused_and_never_the_same_painting(tmp_path: Path, name: str) -> None:
+    (tmp_path / "words.png").write_text("words")
+    (tmp_path / "words.mp4").write_text("words")
+    with pytest.raises(SceneError, match=name):
+        read_record(tmp_path / name)
+    assert not is_painted_by(tmp_path / name, ORIGIN)
+
+
+def test_a_command_that_no_file_has_room_for_is_left_out() -> None:
+    assert record_text(Shot(origin=Origin("x" * 70_000))) == ""
+    assert Record(__version__, "a").is_of(Origin("a"))
