@@ -40,6 +40,7 @@ _OF_STYLE = re.compile(
     rf"(?P<file>.+{re.escape(STYLE_SUFFIX)}):(?P<number>\d{{1,9}})", re.IGNORECASE | re.DOTALL
 )
 BLANK = 0.02  # coverage read from luminance below this is paper grain or JPEG noise
+MOST_ON_BORDER = 0.1  # mean coverage along the border of an image, from which on a note is given
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +142,8 @@ class StrokeTexture:
             ValueError: if `size` is below 1.
 
         Warns:
-            SceneWarning: if an image without transparency has one flat tone: it becomes a solid rectangle.
+            SceneWarning: if an image without transparency has one flat tone: it becomes a solid rectangle; or
+                if paint reaches its border.
 
         Example:
             >>> bg.StrokeTexture.open("flat")
@@ -337,8 +339,7 @@ def _coverage_and_height(
         luminance[start : start + _ROWS_AT_A_TIME] = color @ np.array(LUMINANCE, color.dtype)
     if num_channels in (2, 4) and pixels[..., -1].min() < OPAQUE:
         return np.ascontiguousarray(pixels[..., -1]), luminance
-    border = np.concatenate([luminance[0], luminance[-1], luminance[:, 0], luminance[:, -1]])
-    background = np.median(border)
+    background = np.median(_border(luminance))
     distance = background - luminance if background > 0.5 else luminance - background
     if np.ptp(luminance) < BLANK:
         sentence = "the stroke image has one flat tone and no transparency, so it paints a solid rectangle"
@@ -347,7 +348,16 @@ def _coverage_and_height(
     if distance.max() < BLANK:  # a mid-grey border: the paint differs in the other direction
         distance = -distance
     coverage = np.clip(distance / distance.max(), 0, 1)
-    return np.where(coverage < BLANK, np.float32(0), coverage).astype(np.float32), None
+    coverage = np.where(coverage < BLANK, np.float32(0), coverage).astype(np.float32)
+    if _border(coverage).mean() > MOST_ON_BORDER:
+        fact = "the stroke image has no empty margin, so strokes end in straight cuts"
+        cure = "leave a margin of one tone around the paint, or cut it out with transparency"
+        warnings.warn(SceneWarning(f"{path}: {fact}; {cure}"), stacklevel=4)
+    return coverage, None
+
+
+def _border(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.concatenate([image[0], image[-1], image[:, 0], image[:, -1]])
 
 
 def brush_of_style(name: str) -> tuple[Path, int | None] | None:

@@ -260,7 +260,7 @@ def _reader(row: Row) -> Callable[[str], Any]:
 
 
 def add_scene(parser: ArgumentParser, more: str = "") -> None:
-    """The scene that a command reads, its level of detail and its moment; `more` is what else may be named."""
+    """The scene that a command reads, its level of detail and its moment; `more` says what else it may be."""
     [row] = rows_of(SceneFlag)
     add(parser, SceneFlag, words={"scene": row.words + more} if more else None)
     add(parser, "source", without=("memory",))

@@ -1,11 +1,12 @@
 """The stage that decides where more strokes go: from the option `--focus` to a factor per Gaussian."""
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
 from brushgs.options.focus import Focus
 from brushgs.pipeline.background import fill_picture
 from brushgs.pipeline.report import Report
@@ -92,6 +93,9 @@ def place_focus(
         if contrast(factors) <= SAME:
             why = "nothing stands out" if focus.is_auto else "all of the scene is in it"
             stage.skipped.append(f"focus: {why}")
+            if not focus.is_auto:
+                cure = "name a smaller area, a sphere X,Y,Z,R or a picture that is light there"
+                warnings.warn(SceneWarning(f"--focus {focus} changes nothing: {why}; {cure}"), stacklevel=2)
             return None
         if in_focus > MOST * len(gaussians):
             stage.did += "; that is nearly all, so little changes"

@@ -3,10 +3,12 @@
 Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
 """
 
+import warnings
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
+from brushgs.errors import SceneWarning
 from brushgs.options.painting import STEPS, PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.plain import PlainViews
     from brushgs.values.notes import LoadNotes
 
+ONE_COLOR = ("charcoal", "ink")  # media
 # What callers ask for, by the names of `Prepared`.
 STROKES = (
     "strokes",
@@ -176,6 +179,18 @@ def prepare(
     return Prepared(**{fields_of[name]: found[name] for name in job.asked if name in fields_of})
 
 
+def _note_unseen(config: PaintConfig) -> None:
+    """Warn of colours that are asked for and that a medium of one colour does not have."""
+    media = config.media
+    chroma = config.color.chroma
+    unseen = [("--palette", config.palette is not None), (f"--chroma {chroma:g}", chroma > 1)]
+    if media.kind in ONE_COLOR:
+        cure = "take a look in paint, such as oil or watercolour, or set color in [media] of a look file"
+        for flag in (flag for flag, is_asked in unseen if is_asked):
+            fact = f"{flag} gives no colours, since {media.kind} is of one, {media.color}"
+            warnings.warn(SceneWarning(f"{fact}; {cure}"), stacklevel=2)
+
+
 def open_job(
     source: SceneFiles | Gaussians | Clip,
     config: PaintConfig,
@@ -214,6 +229,8 @@ def open_job(
     check_sun(config.light, is_film=isinstance(views, PathConfig), is_moving=isinstance(source, Clip))
     if (on_background and "background" in asks) or config.cluster.target is not None:
         check_background(config.draw.background)
+    if "painting" in asks:
+        _note_unseen(config)
     memory = memory or held() or NoMemory()
     inputs = {
         "config": config,

@@ -1,5 +1,6 @@
 """The stage that finds which Gaussians, or strokes, lie in the part of a scene that is meant."""
 
+import warnings
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from brushgs.errors import SceneWarning
 from brushgs.options.where import WhereConfig, clip_folder
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.report import Report
@@ -66,6 +68,9 @@ def where_in(
             )
         if num == total and not num_part:
             stage.skipped.append("limiting to a part: all of the scene lies in it")
+            cure = "name a smaller part, such as sphere:X,Y,Z,R; `brushgs info` prints where the scene is"
+            sentence = f"--where {config.expression} changes nothing, since all {total:,} {what} lie in it"
+            warnings.warn(SceneWarning(f"{sentence}; {cure}"), stacklevel=2)
     return found
 
 

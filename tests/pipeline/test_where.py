@@ -7,6 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
+from brushgs.errors import SceneWarning
 from brushgs.io.pictures.images import write_frame
 from brushgs.options.where import Where, WhereConfig
 from brushgs.passes.color.recolor import Palette, recolor
@@ -109,7 +110,8 @@ def test_a_part_without_anything_is_refused_and_all_of_it_is_told(scene, file, t
     assert "none of" in error
     assert "sphere:900,0,0,1" in error
     report = Report()
-    where_in(scene, WhereConfig(Where.parse("sphere:0,0,0,900")), None, report)
+    with pytest.warns(SceneWarning, match="--where sphere:0,0,0,900 changes nothing, since all"):
+        where_in(scene, WhereConfig(Where.parse("sphere:0,0,0,900")), None, report)
     assert report.stages[0].skipped == ["limiting to a part: all of the scene lies in it"]
 
 
