@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
 from brushgs.errors import SceneWarning
+from brushgs.options.media import Charcoal, Ink
 from brushgs.options.painting import STEPS, PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     from brushgs.rendering.plain import PlainViews
     from brushgs.values.notes import LoadNotes
 
-ONE_COLOR = ("charcoal", "ink")  # media
 # What callers ask for, by the names of `Prepared`.
 STROKES = (
     "strokes",
@@ -184,7 +184,7 @@ def _note_unseen(config: PaintConfig) -> None:
     media = config.media
     chroma = config.color.chroma
     unseen = [("--palette", config.palette is not None), (f"--chroma {chroma:g}", chroma > 1)]
-    if media.kind in ONE_COLOR:
+    if isinstance(media, Charcoal | Ink):
         cure = "take a look in paint, such as oil or watercolour, or set color in [media] of a look file"
         for flag in (flag for flag, is_asked in unseen if is_asked):
             fact = f"{flag} gives no colours, since {media.kind} is of one, {media.color}"

@@ -126,7 +126,7 @@ def _origin_of(args: Namespace, scene: "SceneSource", config: "PaintConfig") -> 
     if args.no_metadata:
         return None
     from brushgs.cli.origin import origin_of
-    from brushgs.io.cameras.beside import find_beside
+    from brushgs.io.cameras.read import find_beside
     from brushgs.pipeline.outputs import input_files
 
     others = [args.look, flags.given(args, "view").get("camera_file"), flags.given(args, "path").get("file")]
