@@ -7,6 +7,7 @@ byte order mark.
 
 import re
 from difflib import get_close_matches
+from math import prod
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, cast
 
@@ -87,8 +88,8 @@ def shaped(values: object, *shapes: tuple[int, ...]) -> F64 | None:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):  # a list beside a number
         return None
-    fitting = [shape for shape in shapes if np.prod(shape) == array.size]
-    return array.reshape(fitting[0]) if fitting else None
+    shape = next((shape for shape in shapes if prod(shape) == array.size), None)
+    return None if shape is None else array.reshape(shape)
 
 
 def _sentence(fault: str, value: Any, kind: Any, cure: str, root: str) -> str:
