@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import brushgs as bg
-from brushgs.still_life import still_life
+from brushgs.still_life import NUM_GAUSSIANS, still_life
 
 SCENES_FOLDER = Path(__file__).resolve().parents[2] / "shared" / "scenes"
 
@@ -20,12 +20,12 @@ def real_scene(name: str) -> Path:
 
 
 @cache
-def still_life_of(num_gaussians: int) -> bg.Gaussians:
+def still_life_of(num_gaussians: int = NUM_GAUSSIANS, seed: int = 0) -> bg.Gaussians:
     """`still_life`, made once a process: its light takes a quarter of a second, whatever the number.
 
     Its arrays are read-only, since tests share them.
     """
-    scene = still_life(num_gaussians)
+    scene = still_life(num_gaussians, seed)
     for array in vars(scene).values():
         if hasattr(array, "setflags"):
             array.setflags(write=False)
