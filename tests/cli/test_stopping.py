@@ -14,6 +14,8 @@ from brushgs.io.pictures.images import read_image
 from tests.scenes import save_upright, still_life_of
 
 ROOT = Path(__file__).resolve().parents[2]
+# Strokes that are soon made: signals come while they are painted.
+SOON = ["--look", "plain", "--see", "off", "--stroke", "ellipse", "--strokes", "100"]
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
 if hasattr(signal, "SIGHUP"):
     CODES[signal.SIGHUP] = 129
@@ -36,9 +38,9 @@ def start(scene, tmp_path):
     temporary.mkdir()
 
     def start(*words, **options):
-        command = [sys.executable, "-m", "brushgs", "render", scene, "--strokes", "100", "--orbit", "3000"]
+        command = [sys.executable, "-m", "brushgs", "render", scene, *SOON, "--orbit", "3000"]
         return subprocess.Popen(
-            [*map(str, command), "--stroke", "ellipse", "--size", "160x120", *words],
+            [*map(str, command), "--size", "160x120", *words],
             cwd=out,
             env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)},
             stdout=subprocess.PIPE,
@@ -87,7 +89,7 @@ def test_a_still_is_whole_or_not_there(scene, tmp_path, name):
     out, temporary = tmp_path / "out", tmp_path / "temporary"
     out.mkdir()
     temporary.mkdir()
-    command = [sys.executable, "-m", "brushgs", "render", scene, "--strokes", "100", "--stroke", "ellipse"]
+    command = [sys.executable, "-m", "brushgs", "render", scene, *SOON]
     with subprocess.Popen(
         [*map(str, command), "--size", "1500x1000", "-o", name],
         cwd=out,

@@ -41,7 +41,7 @@ def run(made, tmp_path):
     return run
 
 
-RENDER = "render a.ply --stroke ellipse --strokes 50 --size 32x24 -o a.png"
+RENDER = "render a.ply --look plain --see off --stroke ellipse --strokes 50 --size 32x24 -o a.png"
 GONE = "| { true; }"
 
 
