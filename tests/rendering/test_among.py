@@ -13,12 +13,13 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.growing import GrowingCoat
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.rendering.relief import Relief
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
+from tests.scenes import still_life_of
 
 CAMERA = still_life_camera(width=240, height=180)
 KERNEL = bg.StrokeTexture.open("gaussian")
 FLAT = bg.StrokeTexture.open("flat")
-SCENE = still_life(6000)
+SCENE = still_life_of(6000)
 PLAIN = render_with(SCENE, CAMERA, KERNEL, RenderOptions.of(KERNEL))
 
 

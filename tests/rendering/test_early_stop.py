@@ -48,7 +48,8 @@ def test_kernel_agrees_with_the_definition_wherever_pixels_are_finished(path, st
 @pytest.mark.parametrize("path", IMAGES)
 def test_kernel_agrees_with_the_definition_in_soft_order(path, stop):
     kind, filter = PATHS[path]
-    boxes, how = softened(crowd().take(slice(None, None, 2)), 0.5), {"filter": filter, **SIZE}
+    how = {"filter": filter, "width": 41, "height": 23}  # the definition of this order is slow
+    boxes = softened(crowd().take(slice(None, None, 2)), 0.5)
     expected = reference.rasterize(boxes, texture_of(kind), min_transmittance=stop, **how)
     assert_same(rasterize(boxes, texture_of(kind), min_transmittance=stop, **how), expected)
     assert np.isfinite(expected.depth).all()

@@ -21,10 +21,11 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.motion import AT_REST, SHIFT, Pose
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.wanted import Following, Wanted
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.values.layers import Matte
 from brushgs.values.quats import quat_products
 from tests.passes.scenes import random_gaussians
+from tests.scenes import still_life_of
 from tests.stiff.scenes import SCENES as STIFF
 
 CAMERA = bg.Camera.look_at((0.3, -0.8, -6), (0, 0, 0), width=96, height=72)
@@ -48,7 +49,7 @@ def look_of(name):
     """The painting of a look in the still life, and its camera."""
     config = Look.open(name).config
     config = replace(config, cluster=replace(config.cluster, strokes=300), view=ViewConfig(size=(80, 60)))
-    prepared = prepare(still_life(2000), config, Report(), views=still_life_camera(width=80, height=60))
+    prepared = prepare(still_life_of(2000), config, Report(), views=still_life_camera(width=80, height=60))
     return prepared.painting, prepared.cameras[0]
 
 

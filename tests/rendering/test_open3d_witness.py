@@ -20,9 +20,10 @@ import pytest
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.render import render
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
+from tests.scenes import still_life_of
 
 SIZE = {"width": 160, "height": 120}
 CAMERA = Camera.look_at((0.3, -0.4, -3), (0.011, 0.013, 0), **SIZE)
@@ -129,7 +130,7 @@ def test_open3d_has_the_same_low_pass(tmp_path):
 
 def test_open3d_sees_the_same_still_life(tmp_path):
     """8000 Gaussians, most of them opaque. Measured mean 0.64 steps, 0.15 % off by more than 8, 47.6 dB."""
-    scene, camera = still_life(8000), still_life_camera(width=320, height=240)
+    scene, camera = still_life_of(8000), still_life_camera(width=320, height=240)
     scene = replace(scene, sh=scene.sh[:, :9])
     expected = witness(scene, camera, tmp_path)
     picture = plain(scene, camera)
