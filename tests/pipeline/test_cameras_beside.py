@@ -57,6 +57,15 @@ def view_of(source, config=None):
     return view, report.stages[0], report.notes
 
 
+@pytest.fixture(scope="module")
+def without_cameras(tmp_path_factory):
+    """The first view and the notes of the statue on its side where no cameras are sought."""
+    path = tmp_path_factory.mktemp("alone") / "statue.ply"
+    bg.save(moved(statue(), rotation=ON_SIDE), path)
+    view, _, notes = view_of(SceneSource((path,), seeks_cameras=False))
+    return view, notes
+
+
 def test_they_give_up_and_the_first_view_and_one_note_says_so(scene):
     view, stage, notes = view_of(scene)
     assert notes == [TAKEN]
@@ -115,14 +124,14 @@ def test_flags_and_the_header_come_first(scene):
     ],
     ids=["bytes", "empty entry", "deep", "other type", "large", "none"],
 )
-def test_a_file_that_cannot_be_used_is_a_note(scene, content, why):
+def test_a_file_that_cannot_be_used_is_a_note(scene, without_cameras, content, why):
     (scene.parent / "cameras.json").write_bytes(content)
     view, _, notes = view_of(scene)
     first, *others = notes
     assert first.startswith("cameras.json lies beside the scene, but ")
     assert why in first
     assert first.endswith(": it is not used, and --camera-file none passes over it")
-    off, _, left = view_of(SceneSource((scene,), seeks_cameras=False))
+    off, left = without_cameras
     assert others == left
     assert np.array_equal(view.up, off.up)
     assert view.azimuth == off.azimuth

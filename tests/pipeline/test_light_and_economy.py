@@ -1,6 +1,7 @@
 """What a painter adds to what he sees: light, values, edges and economy, in a whole painting."""
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 from math import radians
 
@@ -13,11 +14,11 @@ from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.pipeline.media.materials import ACCENTS, BACKDROP
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from brushgs.still_life import still_life
 from tests.passes.scenes import replaced
+from tests.scenes import still_life_of
 
 ADDED = {"focus", "slabs", "key", "edges", "values", "accents"}  # stages
-SCENE = still_life(1500)
+SCENE = still_life_of(1500)
 
 
 def oil(**light):
@@ -46,12 +47,18 @@ def painted(config, **options):
     return prepare(SCENE, config, report, **options), report
 
 
+@cache
+def in_oil():
+    """`oil()` once, for all that is asked of it."""
+    return painted(oil())
+
+
 def stages(report):
     return {stage.name for stage in report.stages}
 
 
 def test_a_look_adds_all_of_it_and_nothing_where_it_is_switched_off():
-    found, report = painted(oil())
+    found, report = in_oil()
     assert ADDED - {"slabs"} <= stages(report)
     assert [coat.name for coat in found.painting.coats] == [BACKDROP, "strokes", ACCENTS]
     bare, report = painted(without(oil()))
@@ -61,7 +68,7 @@ def test_a_look_adds_all_of_it_and_nothing_where_it_is_switched_off():
 
 
 def test_accents_are_among_the_strokes_that_are_asked_for():
-    found, report = painted(oil())
+    found, report = in_oil()
     laid = next(coat for coat in found.painting.coats if coat.name == ACCENTS)
     assert 1 <= len(laid.strokes) <= 500 - len(found.strokes)
     counts = next(stage.counts for stage in report.stages if stage.name == "cluster")
@@ -69,7 +76,7 @@ def test_accents_are_among_the_strokes_that_are_asked_for():
 
 
 def test_three_values_are_reported():
-    _, report = painted(oil())
+    _, report = in_oil()
     counts = next(stage.counts for stage in report.stages if stage.name == "values")
     assert counts["lights"] > counts["darks"]
     assert 0 < counts["range"] < 100

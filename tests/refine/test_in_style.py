@@ -16,9 +16,9 @@ from brushgs.io import read_scene
 from brushgs.io.styles.read import read_style
 from brushgs.io.styles.write import write_style
 from brushgs.refine.painting_style import SIZE, at_size, open_style, painted
-from brushgs.still_life import still_life
 from tests.bench.mark_paintings import paint
 from tests.io.styles import example
+from tests.scenes import still_life_of
 
 SMALL = ("--size", "64x48", "--views", "2", "--steps", "2", "--up", "-y", "--see", "off", "--quiet")
 
@@ -27,7 +27,7 @@ SMALL = ("--size", "64x48", "--views", "2", "--steps", "2", "--up", "-y", "--see
 def folder(tmp_path_factory):
     """Folder with scene.ply, painting.png and what one run makes of them: out.ply and out.style."""
     folder = tmp_path_factory.mktemp("in_style")
-    bg.save(still_life(1000), folder / "scene.ply")
+    bg.save(still_life_of(1000), folder / "scene.ply")
     rgb = paint("hatching", size=(240, 180))
     bg.save(bg.Frame(rgb, np.ones(rgb.shape[:2], np.float32), None), folder / "painting.png")
     assert refine(folder, folder / "out.ply") == 0
@@ -42,7 +42,8 @@ def refine(folder, output, *options, style="painting.png", scene="scene.ply"):
 def painted_with(path, *options):
     """Names of the brushes that a picture of a file is painted with, and the picture."""
     picture = path.with_suffix(".png")
-    words = ["render", path, "-o", picture, "--size", "80x60", "--backdrop", "off", *options, "--quiet"]
+    cheap = "--backdrop", "off", "--focus", "off", "--values", "0"  # what this is not about
+    words = ["render", path, "-o", picture, "--size", "80x60", *cheap, *options, "--quiet"]
     assert cli.main([str(word) for word in words]) == 0
     return picture.read_bytes()
 

@@ -19,7 +19,8 @@ from tests.outlets.glb.rules import check_rules
 from tests.outlets.page.paintings import CAMERA, some_coat, some_strokes
 from tests.scenes import save_upright, still_life_of
 
-SMALL = ["--strokes", "150", "--size", "96x64", "--threads", "1"]
+# Without what takes most of the time of a small painting, and is no matter of files.
+SMALL = ["--strokes", "150", "--size", "96x64", "--threads", "1", "--see", "off", "--focus", "off"]
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,8 @@ from tests.outlets.page.paintings import CAMERA, some_coat, some_strokes
 from tests.outlets.page.read import read_page
 from tests.scenes import save_upright, still_life_of
 
-SMALL = ["--strokes", "150", "--size", "96x64", "--threads", "1"]
+# Without what takes most of the time of a small painting, and is no matter of files.
+SMALL = ["--strokes", "150", "--size", "96x64", "--threads", "1", "--see", "off", "--focus", "off"]
 
 
 @pytest.fixture(scope="module")
@@ -151,7 +152,10 @@ def test_the_command_paints_the_same_strokes_without_the_view(scene, capsys):
     assert vars(parse(["render", "a.ply", *kept]))["color.chroma"] == 0.5
     run(capsys, "export", scene, "-o", "a.html", "--look", "plain", *SMALL)
     header, _ = read_page(Path("a.html"))
-    assert header["command"] == {"scene": scene, "options": ["--look", "plain", "--strokes", "150"]}
+    assert header["command"] == {
+        "scene": scene,
+        "options": ["--look", "plain", "--strokes", "150", "--see", "off", "--focus", "off"],
+    }
 
 
 @pytest.mark.parametrize(

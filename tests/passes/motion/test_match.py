@@ -10,11 +10,10 @@ from brushgs.passes.motion.appearance import Appearance
 from brushgs.passes.motion.match import match
 from brushgs.passes.motion.matter import Matter
 from brushgs.passes.motion.recognize import UNRELATED, Recognizer
-from brushgs.still_life import still_life
 from tests.passes.motion.scenes import blob, joined, moved, turn
-from tests.scenes import real_scene
+from tests.scenes import real_scene, still_life_of
 
-SCENE = still_life(4000)
+SCENE = still_life_of(4000)
 SCENE = replace(SCENE, sh=SCENE.sh[:, :1])
 AXES = (0, 1, 0), (1, 2, 0.5), (-1, 0.2, 1)
 
