@@ -104,7 +104,9 @@ def main() -> None:
         "-o", "--output", type=Path, default=Path(__file__).parent / "pictures", help="folder"
     )
     parser.add_argument("--frames", type=int, default=60, help="of each moving picture, 3 or more")
-    parser.add_argument("--quick", action="store_true", help="fewer cells in the charts, to try a change")
+    parser.add_argument(
+        "--quick", action="store_true", help="fewer cells in the charts, small paintings: to try a change"
+    )
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
     names = (
@@ -128,7 +130,8 @@ def main() -> None:
         looks_chart(folder, LOOKS[:2] if args.quick else LOOKS).save(looks, quality=88)
         save_animation(growing_picture(folder, args.frames), growing)
         options_chart(folder, OPTIONS[::3] if args.quick else OPTIONS).save(options, quality=85)
-        styles_chart(folder, PAINTINGS[:2] if args.quick else PAINTINGS).save(styles, quality=85)
+        paintings, size = (PAINTINGS[:2], (320, 240)) if args.quick else (PAINTINGS, (1000, 750))
+        styles_chart(folder, paintings, size).save(styles, quality=85)
         layers_chart(folder).save(layers, quality=85)
         save_animation(moving_picture(folder, args.frames), moving)
         save_animation(film_of_scene(folder, args.frames), film)
@@ -178,9 +181,9 @@ def options_chart(folder: Path, options: Sequence[str]) -> Image.Image:
     return chart(cells, columns=3)
 
 
-def styles_chart(folder: Path, paintings: Sequence[str]) -> Image.Image:
-    """Some `PAINTINGS`, and a view of `still_life.ply` in a folder in the style of each; mixes and parts."""
-    draw = [sys.executable, "-m", "tests.bench.mark_paintings", folder]
+def styles_chart(folder: Path, paintings: Sequence[str], size: tuple[int, int]) -> Image.Image:
+    """Some `PAINTINGS`, of a size, and a view of `still_life.ply` in the style of each; mixes and parts."""
+    draw = [sys.executable, "-m", "tests.bench.mark_paintings", folder, *map(str, size)]
     subprocess.run(draw, check=True, cwd=Path(__file__).parent.parent, stdout=subprocess.DEVNULL)
     cells = []
     for name in paintings:

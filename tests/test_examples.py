@@ -40,9 +40,9 @@ def commands_of(pages):
 COMMANDS = commands_of(GUIDES)
 
 
-def run(name, *words, monkeypatch):
+def run(name, *words, monkeypatch, num_gaussians=4000):
     """Run an example as its own program, on a small still life."""
-    small, moving = partial(still_life, 4000), partial(still_life_moving, 4000)
+    small, moving = partial(still_life, num_gaussians), partial(still_life_moving, num_gaussians)
     monkeypatch.setattr(brushgs.still_life, "still_life", small)
     monkeypatch.setattr(brushgs.outlets.demo, "still_life", small)
     monkeypatch.setattr(brushgs.still_life.moving, "still_life_moving", moving)
@@ -116,7 +116,8 @@ def test_film(tmp_path, monkeypatch, capsys):
 
 
 def test_make_pictures(tmp_path, monkeypatch, capfd):
-    run("make_pictures.py", "-o", tmp_path, "--frames", 3, "--quick", monkeypatch=monkeypatch)
+    words = "-o", tmp_path, "--frames", 3, "--quick"
+    run("make_pictures.py", *words, monkeypatch=monkeypatch, num_gaussians=1000)
     assert is_a_picture(tmp_path / "still_life.jpg", 1000, 750)
     assert is_a_picture(tmp_path / "looks.jpg", 1286, 516)
     assert is_a_picture(tmp_path / "grow.webp", 480, 360)
@@ -178,7 +179,7 @@ def test_blender_import(tmp_path, monkeypatch, more):
 
 def test_page_screenshots(tmp_path, browser):
     scene = tmp_path / "pears.ply"
-    bg.save(brushgs.still_life.still_life(3000), scene)
+    bg.save(brushgs.still_life.still_life(1000), scene)
     # A process of its own: Playwright runs once in one.
     command = [sys.executable, EXAMPLES / "page_screenshots.py", "-o", tmp_path, "--scene", scene]
     subprocess.run(list(map(str, command)), check=True, timeout=300)

@@ -1,6 +1,6 @@
 """Four paintings of known marks, by which what is learnt of marks is judged.
 
-    python -m tests.bench.mark_paintings [FOLDER]   # hatching.png, swirls.png, dabs.png, washes.png, 1000x750
+    python -m tests.bench.mark_paintings [FOLDER [WIDTH HEIGHT]]   # hatching.png and so on, 1000x750
 
 Their marks are drawn on a ground by this project's own rasteriser, nearest first. Lengths are shares of the
 shorter side, as in `brushgs.values.style`.
@@ -135,5 +135,6 @@ def write(folder: Path, *, size=SIZE) -> dict[str, Path]:
 
 
 if __name__ == "__main__":
-    for written in write(Path(sys.argv[1] if len(sys.argv) > 1 else ".")).values():
+    folder, size = Path(sys.argv[1] if len(sys.argv) > 1 else "."), tuple(map(int, sys.argv[2:])) or SIZE
+    for written in write(folder, size=size).values():
         print(written)
