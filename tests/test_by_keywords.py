@@ -12,9 +12,8 @@ from brushgs.cli import main
 from brushgs.io.pictures.images import read_image
 from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.report import Report
-from brushgs.still_life import still_life
 from brushgs.still_life.moving import still_life_moving
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 SMALL = {"size": (64, 48), "strokes": 150}
 
@@ -22,7 +21,7 @@ SMALL = {"size": (64, 48), "strokes": 150}
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    save_upright(still_life(2000), path)
+    save_upright(still_life_of(2000), path)
     return path
 
 
@@ -164,12 +163,12 @@ def test_the_stub_of_keywords_is_what_its_script_writes():
 def test_another_type_gets_one_sentence(paint, message):
     camera = bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=40, height=30)
     with pytest.raises(TypeError, match=message):
-        list(paint(still_life(1000), camera))
+        list(paint(still_life_of(1000), camera))
 
 
 def test_a_picture_in_memory_is_a_texture():
     camera = bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=40, height=30)
-    gaussians, mask = still_life(1000), np.zeros((16, 32), np.float32)
+    gaussians, mask = still_life_of(1000), np.zeros((16, 32), np.float32)
     mask[4:12, 4:28] = 1
     frame = bg.render(gaussians, camera, mask)
     again = bg.render(gaussians, camera, bg.StrokeTexture.from_coverage(mask))

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import brushgs as bg
-from brushgs.still_life import still_life
+from tests.scenes import still_life_of
 
 ROOT = Path(__file__).resolve().parents[1]
 # As on Windows; what the standard library itself calls on this system must stay.
@@ -36,7 +36,7 @@ sys.exit(main(sys.argv[1:]))
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "a.ply"
-    bg.save(still_life(2000), path)
+    bg.save(still_life_of(2000), path)
     return path
 
 

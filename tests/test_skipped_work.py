@@ -30,10 +30,10 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.still import paint
 from brushgs.rendering import texture_levels
-from brushgs.still_life import still_life
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from tests.bench.skipped_work import Painting, difference, shortcuts
+from tests.scenes import still_life_of
 
 NAMES = [
     "choosing, where all are kept",
@@ -58,7 +58,7 @@ NAMES = [
 @pytest.fixture(scope="module")
 def scene():
     """A still life, every seventh Gaussian of which is too faint to be seen."""
-    whole = still_life(3000)
+    whole = still_life_of(3000)
     opacities = whole.opacities.copy()
     opacities[::7] = 0.003
     return Gaussians(whole.means, whole.quats, whole.scales, opacities, whole.sh)

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from tests.baseline.painterly import ENOUGH, image_boxes, paint_image
+from tests.scenes import still_life_of
 
 WHITE = (1.0, 1.0, 1.0)
 BRUSH = bg.StrokeTexture.open("dry_brush")
@@ -12,7 +13,7 @@ BRUSH = bg.StrokeTexture.open("dry_brush")
 @pytest.fixture(scope="module")
 def plain():
     camera = still_life_camera(width=96, height=72)
-    frame = bg.render(still_life(20_000), camera, bg.StrokeTexture.open("gaussian"), depth=False)
+    frame = bg.render(still_life_of(20_000), camera, bg.StrokeTexture.open("gaussian"), depth=False)
     return np.clip(frame.over(WHITE), 0, 1)
 
 

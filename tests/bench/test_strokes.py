@@ -7,13 +7,13 @@ from brushgs.cameras.around import near_views, ring_views, subject_ahead
 from brushgs.cameras.first_view import framed_camera
 from brushgs.cameras.framing import plain_first_view
 from brushgs.options.painting import ViewConfig
-from brushgs.still_life import still_life
 from tests.bench.strokes import RING, TESTS, Row, ablation_table, equal_table, likeness_table, turned
+from tests.scenes import still_life_of
 
 
 @pytest.fixture(scope="module")
 def view():
-    return plain_first_view(still_life(2000))
+    return plain_first_view(still_life_of(2000))
 
 
 def least_angle(camera, others):

@@ -18,16 +18,16 @@ from brushgs.cameras.around import (
 )
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.cameras.orbit import orbit
-from brushgs.still_life import still_life
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.frame import Frame
+from tests.scenes import still_life_of
 
 UP = np.array([0.0, -1.0, 0.0])
 
 
 @pytest.fixture(scope="module")
 def view():
-    return plain_first_view(still_life(1000))
+    return plain_first_view(still_life_of(1000))
 
 
 @pytest.fixture(scope="module")

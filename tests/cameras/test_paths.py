@@ -17,10 +17,9 @@ from brushgs.errors import SceneError
 from brushgs.io.cameras.read import read_cameras
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import MAX_FRAMES, PathConfig
-from brushgs.still_life import still_life
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
-from tests.scenes import real_scene
+from tests.scenes import real_scene, still_life_of
 
 SIZE = {"width": 64, "height": 48}
 
@@ -484,7 +483,7 @@ def test_real_files_are_paths(name, num_views, size):
 
 @pytest.mark.parametrize("up", [(0, -1, 0), (0, 0, 1), (1, 2, -3)])
 def test_a_turn_around_the_middle_of_an_orbit_is_that_orbit(up):
-    cameras = orbit(still_life(1000), 6, width=80, height=60, up=up)
+    cameras = orbit(still_life_of(1000), 6, width=80, height=60, up=up)
     center = np.mean([camera.position for camera in cameras], axis=0)
     path = turn_around(cameras[0], center, np.multiply(up, 7), seconds=2, fps=3)
     assert (path.is_loop, path.fps) == (True, 3)
@@ -493,9 +492,9 @@ def test_a_turn_around_the_middle_of_an_orbit_is_that_orbit(up):
 
 
 def test_a_path_through_key_views_begins_and_ends_with_them():
-    cameras = orbit(still_life(1000), 6, width=80, height=60)
+    cameras = orbit(still_life_of(1000), 6, width=80, height=60)
     keys = [cameras[0].resized(160, 120), cameras[1], cameras[2].resized(40, 30)]
-    path = path_through(keys, plain_first_view(still_life(1000)), size=(64, 48), seconds=2, fps=2)
+    path = path_through(keys, plain_first_view(still_life_of(1000)), size=(64, 48), seconds=2, fps=2)
     assert len(path.cameras) == 5
     assert {(camera.width, camera.height) for camera in path.cameras} == {(64, 48)}
     assert np.allclose(path.cameras[0].viewmat, cameras[0].viewmat, rtol=0, atol=1e-9)

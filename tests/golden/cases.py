@@ -24,10 +24,11 @@ from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import Surface, paper
 from brushgs.rendering.track_moving import MovingTrack, track_moving
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
 from brushgs.values.boxes import Boxes
 from brushgs.values.gaussians import Gaussians
+from tests.scenes import still_life_of
 
 FOLDER = Path(__file__).parent
 WIDTH, HEIGHT = 128, 96
@@ -58,7 +59,7 @@ class Case:
 
 @lru_cache
 def scene(num_strokes: int) -> Gaussians:
-    return still_life(num_strokes).astype(np.float64)
+    return still_life_of(num_strokes).astype(np.float64)
 
 
 def boxes_of(

@@ -20,7 +20,7 @@ from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.fill import fill
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.stored import Stored
-from brushgs.still_life import still_life
+from tests.scenes import still_life_of
 
 
 def toy_module() -> ModuleType:
@@ -74,7 +74,7 @@ def toy(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("toy")
 def test_a_format_of_the_table_is_written_and_read_by_content(tmp_path: Path) -> None:
-    bg.save(still_life(1000), tmp_path / "a.toy")
+    bg.save(still_life_of(1000), tmp_path / "a.toy")
     (tmp_path / "a.toy").rename(tmp_path / "a.ply")
     with pytest.warns(bg.SceneWarning, match=r"a\.ply: 1 of \d+ rows were dropped: .*row 0, y = nan"):
         gaussians, notes = read_scene(tmp_path / "a.ply")

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 import brushgs as bg
-from brushgs.still_life import still_life
 from tests.parallel import work
+from tests.scenes import still_life_of
 
 ROOT = Path(__file__).resolve().parents[2]
 NUM_FRAMES = 12
@@ -20,7 +20,7 @@ def _importable(monkeypatch):
 
 @pytest.fixture(scope="session")
 def painter():
-    return work.Painter(bg.cluster(still_life(3000), 400), bg.StrokeTexture.open("flat"))
+    return work.Painter(bg.cluster(still_life_of(3000), 400), bg.StrokeTexture.open("flat"))
 
 
 @pytest.fixture(scope="session")

@@ -28,9 +28,9 @@ from brushgs.pipeline.blocks.load import load_in_blocks
 from brushgs.pipeline.parallel import connection, parallel_map
 from brushgs.pipeline.parallel import dask_cluster as cluster
 from brushgs.pipeline.sequence import paint_sequence
-from brushgs.still_life import still_life
 from tests.parallel import work
 from tests.parallel.conftest import NUM_FRAMES, ROOT
+from tests.scenes import still_life_of
 
 
 def start(folder, name, *words):
@@ -121,7 +121,7 @@ def test_frames_are_the_same_bits_on_a_cluster(address, painter, frames):
 @pytest.mark.parametrize("output", ["a/%05d.png", "a/%05d.exr", "a.mp4"])
 def test_the_files_of_a_sequence_are_the_same_from_a_cluster(address, tmp_path, monkeypatch, output):
     monkeypatch.chdir(tmp_path)
-    bg.save(still_life(2000), "scene.ply")
+    bg.save(still_life_of(2000), "scene.ply")
     options = PathConfig(orbit=5), PaintConfig(cluster=ClusterConfig(100), view=ViewConfig(size=(64, 48)))
     for folder, where in (("here", SequenceConfig()), ("there", SequenceConfig(scheduler=address))):
         Path(folder).mkdir()
@@ -134,7 +134,7 @@ def test_the_files_of_a_sequence_are_the_same_from_a_cluster(address, tmp_path, 
 
 def test_blocks_of_a_scene_larger_than_memory_are_summed_to_the_same_bits(address, tmp_path):
     path = tmp_path / "pears.ply"
-    bg.save(still_life(3000), path)
+    bg.save(still_life_of(3000), path)
     files, budget = open_files(path, None), Budget(1 << 20)
     here, there = (
         load_in_blocks(files, None, budget, SequenceConfig(scheduler=scheduler), block_rows=500)[0]
@@ -327,7 +327,7 @@ def test_losing_all_workers_and_then_the_scheduler_is_reported(clusters, monkeyp
 
 
 def test_jobs_of_a_batch_run_on_a_cluster(address, tmp_path, capsys):
-    bg.save(still_life(1000), tmp_path / "a.ply")
+    bg.save(still_life_of(1000), tmp_path / "a.ply")
     text = '[[job]]\nscene = "a.ply"\nsize = "32x24"\nstroke = "gaussian"\nclean = "off"\n'
     text += 'output = "{number}.png"\n'
     (tmp_path / "jobs.toml").write_text(text + text.replace("png", "gif"))
@@ -352,7 +352,7 @@ def test_a_scheduler_without_workers_is_told_at_once_and_refused_in_the_end(
     lonely, tmp_path, monkeypatch, capsys, words
 ):
     monkeypatch.chdir(tmp_path)
-    bg.save(still_life(2000), "scene.ply")
+    bg.save(still_life_of(2000), "scene.ply")
     monkeypatch.setattr("brushgs.pipeline.sequence.prepare", None)  # not reached: workers are awaited first
     words = [*words, "--orbit", "5", "--scheduler", lonely, "--workers-timeout", "0.3"]
     code = cli.main(["render", "scene.ply", *words])

@@ -5,8 +5,9 @@ import pytest
 
 import brushgs as bg
 from brushgs.measure.likeness import psnr, unpainted
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from tests.passes import layers
+from tests.scenes import still_life_of
 
 NUM_STROKES = 343
 LAYERS = {
@@ -60,7 +61,7 @@ def compare(frames, plain):
 @pytest.fixture(scope="module", params=[*LAYERS, "still life"])
 def subject(request):
     if request.param == "still life":
-        return Subject(still_life(5900), [still_life_camera(width=168, height=126)])
+        return Subject(still_life_of(5900), [still_life_camera(width=168, height=126)])
     return Subject(LAYERS[request.param](), layers.cameras())
 
 

@@ -12,8 +12,8 @@ from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.split import painted_errors
 from brushgs.passes.seen import seen_in, shown_areas
 from brushgs.rendering.plain import PlainViews
-from brushgs.still_life import still_life
 from tests.doctor.scenes import ball
+from tests.scenes import still_life_of
 
 KERNEL = bg.StrokeTexture.open("gaussian")
 DAB = bg.StrokeTexture.open("ellipse")
@@ -54,7 +54,7 @@ def mean_psnr(strokes, scene, views):
 
 
 def test_strokes_for_views_are_nearer_to_the_scene_also_in_views_that_were_not_used():
-    scene, used, unused = still_life(20_000), cameras(8), cameras(8, shift=0.5)
+    scene, used, unused = still_life_of(20_000), cameras(8), cameras(8, shift=0.5)
     before = bg.cluster(scene, 600)
     after = bg.repaint(bg.cluster(scene, 600, views=used), scene, used)
     assert len(after) <= 600

@@ -14,8 +14,8 @@ from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, Str
 from brushgs.outlets.passes import cluster_file, prune_file
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_file
-from brushgs.still_life import still_life
 from tests.brushes.test_kit import FLATS, write_brushes
+from tests.scenes import still_life_of
 
 SMALL = ViewConfig(size=(96, 72))
 
@@ -23,7 +23,7 @@ SMALL = ViewConfig(size=(96, 72))
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "a.ply"
-    bg.save(still_life(1000), path)
+    bg.save(still_life_of(1000), path)
     return path
 
 

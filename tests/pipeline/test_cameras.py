@@ -10,14 +10,14 @@ from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from brushgs.still_life import still_life
+from tests.scenes import still_life_of
 
 SIZE = {"width": 96, "height": 64}
 
 
 @pytest.fixture(scope="module")
 def pears():
-    return still_life(3000)
+    return still_life_of(3000)
 
 
 def cameras_of(gaussians, views=None, **view):

@@ -19,9 +19,10 @@ from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from tests.doctor.scenes import ball
 from tests.passes.reduce.test_floaters import blobs, joined
+from tests.scenes import still_life_of
 
 DIRTY = joined(ball(), blobs([(0, 2.5, 0), (2.5, 0, 0)], 0.1))
 OPAQUE = bg.Gaussians(
@@ -96,7 +97,7 @@ def test_that_comes_nearer_to_the_plain_picture(zoom, ratio):
 
     Of bare clusters: strokes for views are already spent where the camera looks, by 4 of 14 views.
     """
-    fruit, camera = still_life(20000), still_life_camera(width=96, height=72)
+    fruit, camera = still_life_of(20000), still_life_camera(width=96, height=72)
     camera = replace(camera, K=camera.K * np.diag([zoom, zoom, 1]) + camera.K * (1 - np.eye(3)))
     plain = bg.render(fruit, camera, bg.StrokeTexture.open("gaussian")).over((1, 1, 1))
     errors = [

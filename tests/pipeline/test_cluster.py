@@ -7,14 +7,15 @@ import pytest
 
 import brushgs as bg
 from brushgs.passes.reduce import cluster as passes
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
+from tests.scenes import still_life_of
 
 VIEW = still_life_camera(width=120, height=90)
 
 
 @pytest.fixture(scope="module")
 def pears():
-    return still_life(1000)
+    return still_life_of(1000)
 
 
 def assert_same(one, other):

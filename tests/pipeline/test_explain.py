@@ -15,10 +15,10 @@ from brushgs.pipeline.estimate import SECONDS, estimate
 from brushgs.pipeline.prepare import PICTURE, STROKES, open_job
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.steps import PAINTING
-from brushgs.still_life import still_life, still_life_camera
-from tests.scenes import save_upright
+from brushgs.still_life import still_life_camera
+from tests.scenes import save_upright, still_life_of
 
-SCENE = still_life(1000)
+SCENE = still_life_of(1000)
 FACTS = {"is_strokes": False, "is_empty": False}
 
 

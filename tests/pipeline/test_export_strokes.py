@@ -12,7 +12,7 @@ from brushgs.io import read_scene
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
 from brushgs.outlets.export_strokes import export_strokes
 from brushgs.pipeline.still import paint_file
-from brushgs.still_life import still_life
+from tests.scenes import still_life_of
 
 SMALL = ViewConfig(size=(64, 36))
 BLIND = StrokesConfig(see="off")  # formats are the matter here, and strokes that see take their time
@@ -24,7 +24,7 @@ FLAT = PaintConfig(
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("scene") / "life.ply"
-    life = still_life(1000)
+    life = still_life_of(1000)
     bg.save(replace(life, sh=life.sh[:, :1]), path)  # 8 bits of harmonics would add errors of their own
     return path
 

@@ -16,12 +16,11 @@ from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.still import paint_file
-from brushgs.still_life import still_life
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 LOOKS = ["oil", "plain", "charcoal", "ink"]
 NUM_FRAMES = 24
-SCENE = still_life(3000)
+SCENE = still_life_of(3000)
 GROW = GrowConfig(1.0, fps=8)  # six frames that grow, and two of the finished painting
 
 
@@ -52,7 +51,7 @@ def of_strokes(ready):
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "still_life.ply"
-    save_upright(still_life(1000), path)
+    save_upright(still_life_of(1000), path)
     return path
 
 

@@ -10,7 +10,7 @@ import brushgs as bg
 from brushgs.cli import main
 from brushgs.io.pictures.exr.cryptomatte import ids_of
 from brushgs.options.choices import LAYER_CHANNELS, LAYERS
-from brushgs.still_life import still_life
+from tests.scenes import still_life_of
 
 SMALL = ["--quiet", "--size", "128x96", "--strokes", "300", "--clean", "off", "--up", "-y", "--see", "off"]
 PLAIN = [*SMALL, "--look", "plain", "--stroke", "flat", "--background", "transparent"]
@@ -19,7 +19,7 @@ PLAIN = [*SMALL, "--look", "plain", "--stroke", "flat", "--background", "transpa
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "still_life.ply"
-    bg.save(still_life(3000), path)
+    bg.save(still_life_of(3000), path)
     return path
 
 

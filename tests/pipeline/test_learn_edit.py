@@ -15,9 +15,9 @@ from brushgs.io.styles.read import read_style
 from brushgs.passes.color.color_map import Affine, map_colors
 from brushgs.passes.style.edit import apply_edit, needed_features
 from brushgs.passes.style.features import stroke_features
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.values.sh import C0
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 MATRIX, OFFSET = np.array([[0.9, 0.1, 0], [0, 0.8, 0.1], [0.05, 0, 0.6]]), np.array([0.04, 0.02, 0.1])
 
@@ -26,7 +26,7 @@ MATRIX, OFFSET = np.array([[0.9, 0.1, 0], [0, 0.8, 0.1], [0.05, 0, 0.6]]), np.ar
 def folder(tmp_path, monkeypatch):
     """The still life before and after an edit, in the current folder."""
     monkeypatch.chdir(tmp_path)
-    scene = still_life(1000)
+    scene = still_life_of(1000)
     save_upright(scene, "scene.ply")
     bg.save(map_colors(scene, Affine(MATRIX, OFFSET)), "dusk.ply")
     return tmp_path

@@ -15,10 +15,11 @@ from brushgs.options.painting import ViewConfig
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_view
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
+from tests.scenes import still_life_of
 
 SIZE = 200, 150
-SCENE = still_life(3000)
+SCENE = still_life_of(3000)
 NOTHING = SCENE.take(np.zeros(0, int))
 CAMERA = still_life_camera(width=SIZE[0], height=SIZE[1])
 DRAWN = ("charcoal", "ink", "watercolour")

@@ -12,8 +12,7 @@ from brushgs.outlets import looks_sheet
 from brushgs.outlets.looks_sheet import CAPTION, GAP, paint_looks
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_file
-from brushgs.still_life import still_life
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 SIZE = 96, 72
 COLUMNS = 2
@@ -23,7 +22,7 @@ NAMES = ("mine", "dots", "flat")
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    save_upright(still_life(2000), path)
+    save_upright(still_life_of(2000), path)
     return path
 
 
@@ -64,7 +63,7 @@ def test_looks_of_several_coats_are_on_a_sheet(scene, tmp_path):
 
 
 def test_without_a_scene_it_shows_the_still_life(looks, tmp_path, monkeypatch):
-    monkeypatch.setattr(looks_sheet, "still_life", lambda: still_life(2000))
+    monkeypatch.setattr(looks_sheet, "still_life", lambda: still_life_of(2000))
     report = paint_looks(looks[:2], tmp_path / "a.png", view=ViewConfig(size=SIZE))
     assert [stage.name for stage in report.stages] == ["build", "mine", "dots", "sheet"]
     assert read_image(tmp_path / "a.png").shape[:2] == (GAP + 72 + CAPTION, GAP + 2 * (96 + GAP))

@@ -33,8 +33,7 @@ from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint, paint_file, paint_view
 from brushgs.rendering.plain import plain_views
-from brushgs.still_life import still_life
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 COUNT = 80
 PASSES = ["solid", "direction", "repaint", "broken colour"]
@@ -43,7 +42,7 @@ PAINT = PaintConfig(cluster=ClusterConfig(COUNT), draw=DrawConfig("flat"), view=
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life(1000)
+    return still_life_of(1000)
 
 
 @pytest.fixture(scope="module")
@@ -189,7 +188,7 @@ def test_what_is_seen_looks_more_like_the_scene_than_without_views(scene):
 
 @pytest.mark.parametrize("target", [ErrorBudget(17.0), StrokeSize(24.0)])
 def test_targets_hold_for_the_strokes_that_are_painted(target):
-    scene = still_life(2000)  # of fewer, a step of the ladder is not always nearer than the one below
+    scene = still_life_of(2000)  # of fewer, a step of the ladder is not always nearer than the one below
     report = Report()
     config = replace(PAINT, cluster=ClusterConfig(target))
     prepared = prepare(scene, config, report, asks=(*PICTURE, "scene"))

@@ -13,9 +13,9 @@ from brushgs.pipeline.other_views import along, seen_by
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_view
-from brushgs.still_life import still_life
+from tests.scenes import still_life_of
 
-SCENE = still_life(1000)
+SCENE = still_life_of(1000)
 
 
 def config_of(look):

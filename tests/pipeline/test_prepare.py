@@ -33,7 +33,7 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.steps import making, opening
 from brushgs.pipeline.still import paint_file
-from brushgs.still_life import still_life
+from tests.scenes import still_life_of
 
 STROKES = 60
 SMALL = ViewConfig(size=(48, 36))
@@ -46,7 +46,7 @@ COLUMNS = ("means", "quats", "scales", "opacities", "sh")
 def folder(tmp_path_factory):
     """A trained scene, a file of strokes and a picture."""
     path = tmp_path_factory.mktemp("scenes")
-    gaussians = still_life(1000)
+    gaussians = still_life_of(1000)
     bg.save(gaussians, path / "scene.ply")
     write_scene(bg.cluster(gaussians, 90), path / "strokes.ply", is_strokes=True)
     camera = bg.Camera.look_at((0, -1, -8), (0, -1, 0), width=24, height=18)

@@ -10,12 +10,13 @@ from brushgs.options.rules import Rule, Rules
 from brushgs.options.where import Where
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
+from tests.scenes import still_life_of
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life(3000)
+    return still_life_of(3000)
 
 
 @pytest.mark.parametrize("look", ["oil", "watercolour", "charcoal", "ink"])

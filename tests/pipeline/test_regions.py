@@ -32,11 +32,12 @@ from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Memory
 from brushgs.pipeline.sequence import paint_sequence
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.values.sh import base_colors
 from brushgs.values.style import Style
 from tests.passes.scenes import assert_same
 from tests.pipeline.test_moving import CAMERA, CONFIG, STEP, moving_scene, red_center
+from tests.scenes import still_life_of
 
 VIEW = still_life_camera(width=96, height=72)
 PAINT = PaintConfig(
@@ -51,7 +52,7 @@ LEFT, RIGHT = "half:-1,0,0,0", "half:1,0,0,0"
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life(1000)
+    return still_life_of(1000)
 
 
 @pytest.fixture(scope="module")
@@ -275,7 +276,7 @@ def test_all_of_a_scene_is_painted_as_without_where(scene):
 
 @pytest.mark.parametrize("kind", ["charcoal", "ink", "watercolour"])
 def test_drawing_media_draw_a_part_too(kind, scene):
-    scene = still_life(3000)  # of fewer Gaussians, which are larger, some reach over the border
+    scene = still_life_of(3000)  # of fewer Gaussians, which are larger, some reach over the border
     media = MEDIA[kind](lines=0.5)
     prepared = painted(scene, replace(shown(LEFT), media=media))
     frame = prepared.painting.frame(VIEW)

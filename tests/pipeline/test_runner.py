@@ -16,10 +16,10 @@ from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Job, Later, Memory, NoMemory, Steps, holding, makes, unless
 from brushgs.pipeline.still import paint_view
-from brushgs.still_life import still_life
 from tests.passes.scenes import assert_same
+from tests.scenes import still_life_of
 
-SCENE = still_life(1000)
+SCENE = still_life_of(1000)
 OIL = Look.open("oil").config
 OIL = replace(OIL, cluster=replace(OIL.cluster, strokes=60), view=replace(OIL.view, size=(64, 48)))
 

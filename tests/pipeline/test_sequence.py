@@ -40,8 +40,7 @@ from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
-from brushgs.still_life import still_life
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 ROOT = Path(__file__).resolve().parents[2]
 NUM_FRAMES = 6
@@ -57,7 +56,7 @@ FILES = [f"{index:05}.png" for index in range(NUM_FRAMES)]
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "still_life.ply"
-    save_upright(still_life(1000), path)
+    save_upright(still_life_of(1000), path)
     return path
 
 

@@ -28,17 +28,18 @@ from brushgs.pipeline.strokes import load_scene
 from brushgs.pipeline.views import choose_camera, choose_first_view
 from brushgs.rendering.canvas import Canvas
 from brushgs.rendering.coat import Coat
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
 from brushgs.values.notes import LoadNotes
 from tests.passes.layers import plane
+from tests.scenes import still_life_of
 
 SMALL = ViewConfig(size=(64, 48))
 
 
 @pytest.fixture(scope="module")
 def gaussians():
-    return still_life(1000)
+    return still_life_of(1000)
 
 
 @pytest.fixture(scope="module")
@@ -417,7 +418,7 @@ def test_the_moving_demo_writes_a_scene_file_a_moment_and_a_film(tmp_path, monke
     files = sorted(clip.iterdir())
     assert [path.name for path in files] == [f"moment_{k:05d}.ply" for k in range(4)]
     first, last = bg.load(files[0]), bg.load(files[-1])
-    np.testing.assert_array_equal(first.means, still_life(1000, 1).means)
+    np.testing.assert_array_equal(first.means, still_life_of(1000, 1).means)
     assert len(first) == len(last)
     moving = bg.load_moving(clip)
     assert moving.has_rows

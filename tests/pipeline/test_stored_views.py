@@ -25,8 +25,7 @@ from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Memory
 from brushgs.pipeline.views import choose_first_view
-from brushgs.still_life import still_life
-from tests.scenes import real_scene
+from tests.scenes import real_scene, still_life_of
 
 SIZE = (64, 48)
 VIEWS = [
@@ -73,7 +72,7 @@ def assert_same_cameras(one, other, views=VIEWS[:2], other_memory=None):
 @pytest.fixture
 def scene(tmp_path):
     path = tmp_path / "still_life.ply"
-    bg.save(still_life(1000), path)
+    bg.save(still_life_of(1000), path)
     return path
 
 
@@ -107,7 +106,7 @@ def test_they_stay_so_from_pass_to_pass(scene, tmp_path):
 
 
 def test_a_fixed_scene_is_seen_as_the_one_that_was_fixed(tmp_path):
-    gaussians = still_life(1000)
+    gaussians = still_life_of(1000)
     means = gaussians.means.copy()
     means[:5] += (0, 0, 1e5)
     bg.save(replace(gaussians, means=means), tmp_path / "a.ply")

@@ -25,9 +25,10 @@ from brushgs.passes.style.palette import learn_palette
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.values.sh import base_colors
 from brushgs.values.style import Style, StyleEdit
+from tests.scenes import still_life_of
 
 SIZE = (96, 72)
 CAMERA = still_life_camera(width=SIZE[0], height=SIZE[1])
@@ -45,7 +46,7 @@ DIMMED = StyleEdit(np.column_stack([0.5 * np.eye(3), np.zeros(3)]))
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life(1000)
+    return still_life_of(1000)
 
 
 @pytest.fixture(scope="module")

@@ -24,9 +24,9 @@ from brushgs.pipeline.views_sheet import (
     sheet_beside,
     write_sheet,
 )
-from brushgs.still_life import still_life
 from tests.first_view.made_walks import street
 from tests.first_view.test_walk import measured
+from tests.scenes import still_life_of
 
 SMALL = ViewConfig(size=(40, 30))
 UPS = (("+z", 0.41), ("-y", 0.38), ("+y", 0.12), ("-z", 0.05), ("+x", 0.02), ("-x", 0.02))
@@ -34,7 +34,7 @@ UPS = (("+z", 0.41), ("-y", 0.38), ("+y", 0.12), ("-z", 0.05), ("+x", 0.02), ("-
 
 @pytest.fixture(scope="module")
 def gaussians():
-    return still_life(2000)
+    return still_life_of(2000)
 
 
 @pytest.fixture(scope="module")

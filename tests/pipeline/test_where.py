@@ -15,15 +15,16 @@ from brushgs.passes.reduce.prune import prune
 from brushgs.pipeline.masks import MaskOpener
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.where import where_in
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.values.gaussians import GAUSSIAN_COLUMNS
+from tests.scenes import still_life_of
 
 HALF = "half:1,0,0,0"
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life(2000)
+    return still_life_of(2000)
 
 
 @pytest.fixture(scope="module")

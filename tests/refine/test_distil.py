@@ -21,8 +21,7 @@ from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.targets import TargetView  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
-from brushgs.still_life import still_life  # noqa: E402
-from tests.scenes import save_upright  # noqa: E402
+from tests.scenes import save_upright, still_life_of  # noqa: E402
 
 COLUMNS = ("means", "quats", "scales", "opacities", "sh")
 SIZE = {"width": 64, "height": 48}
@@ -30,7 +29,7 @@ SIZE = {"width": 64, "height": 48}
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life(3000)
+    return still_life_of(3000)
 
 
 @pytest.fixture(scope="module")

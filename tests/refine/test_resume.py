@@ -20,9 +20,8 @@ import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
 from brushgs.io.scenes import write  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
-from brushgs.still_life import still_life  # noqa: E402
 from tests.refine.stops import stopping_after  # noqa: E402
-from tests.scenes import save_upright  # noqa: E402
+from tests.scenes import save_upright, still_life_of  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = [
@@ -48,8 +47,8 @@ CHECKPOINT, OUTPUT = "pears-refined.checkpoint", "pears-refined.ply"
 def made(tmp_path_factory):
     """Two scenes, and the refined strokes of the first."""
     folder = tmp_path_factory.mktemp("scene")
-    save_upright(still_life(1000), folder / "pears.ply")
-    save_upright(still_life(1000, 1), folder / "apples.ply")
+    save_upright(still_life_of(1000), folder / "pears.ply")
+    save_upright(still_life_of(1000, 1), folder / "apples.ply")
     words = ["refine", str(folder / "pears.ply"), *SMALL, "-o", str(folder / OUTPUT), "--quiet"]
     assert cli.main(words) == 0
     return folder

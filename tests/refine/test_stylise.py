@@ -19,9 +19,9 @@ from brushgs.refine.targets import TargetView  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.vgg import Vgg  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
-from brushgs.still_life import still_life  # noqa: E402
 from tests.bench.paintings import paint  # noqa: E402
 from tests.bench.style import distances, save_random_vgg  # noqa: E402
+from tests.scenes import still_life_of  # noqa: E402
 
 SIZE = {"width": 64, "height": 48}
 
@@ -34,7 +34,7 @@ def painting():
 
 @pytest.fixture(scope="module")
 def scene(painting):
-    return recolor(still_life(1000), Palette.of_image(painting))
+    return recolor(still_life_of(1000), Palette.of_image(painting))
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def styled(painting, strokes, views, drawing):
 def files(tmp_path_factory, painting):
     """Folder with scene.ply and painting.png."""
     folder = tmp_path_factory.mktemp("style")
-    bg.save(still_life(1000), folder / "scene.ply")
+    bg.save(still_life_of(1000), folder / "scene.ply")
     save(painting, folder / "painting.png")
     return folder
 

@@ -6,12 +6,12 @@ torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
 from brushgs.refine.targets import TargetView, draw_targets  # noqa: E402
 from brushgs.refine.views import TimedView, views_around  # noqa: E402
-from brushgs.still_life import still_life  # noqa: E402
+from tests.scenes import still_life_of  # noqa: E402
 
 
 @pytest.mark.parametrize("num_threads", [1, 3, 16])
 def test_targets_are_those_of_their_views_in_order_for_any_number_of_threads(num_threads):
-    scenes = {None: still_life(3000), 1: still_life(2000, seed=1)}
+    scenes = {None: still_life_of(3000), 1: still_life_of(2000, seed=1)}
     cameras = views_around(scenes[None], 5, width=32, height=24)
     moments = (None, 1, None, None, 1)
     views = [TimedView(camera, moment) for camera, moment in zip(cameras, moments, strict=True)]

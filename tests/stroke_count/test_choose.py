@@ -23,12 +23,12 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint
 from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.options import RenderOptions
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.stroke_count.choose import FEWEST, choose_strokes, counts_to_sample
 from brushgs.stroke_count.search import SIZE_TRIES
 from brushgs.stroke_count.view_model import ViewModel, typical_size
 from brushgs.values.boxes import Boxes
-from tests.scenes import real_scene
+from tests.scenes import real_scene, still_life_of
 
 SWIRL = bg.StrokeTexture.open("swirl")
 KERNEL = bg.StrokeTexture.open("gaussian")
@@ -37,7 +37,7 @@ SMALL = ViewConfig(size=(160, 90))
 
 @pytest.fixture(scope="module")
 def pears():
-    return still_life(2000)
+    return still_life_of(2000)
 
 
 @pytest.fixture(scope="module")
@@ -206,7 +206,7 @@ def test_a_still_of_few_gaussians_is_painted_with_all_and_nothing_is_searched(pe
 
 def test_the_knee_of_a_still_is_of_clustering_and_the_time_of_a_painting(monkeypatch, camera):
     """Where merging costs nothing there are few strokes, and where it costs more than it saves all."""
-    scene = still_life(6000)
+    scene = still_life_of(6000)
     few = {"CLUSTER": 0.0, "CUT": 0.0, "START": 0.0, "SEARCH": 0.0, "LOOK": 0.0}
     for name, value in few.items():
         monkeypatch.setattr(f"brushgs.stroke_count.view_model.{name}", value)

@@ -17,10 +17,9 @@ from brushgs.io.moving.kept_moments import Moments
 from brushgs.io.scenes.write import write_scene as save_scene
 from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
-from brushgs.still_life import still_life
 from tests.io.moving.frame_maker import columns_at, shuffled, write_frames
 from tests.io.ply_maker import decoded, scene_columns, write_scene
-from tests.scenes import real_scene
+from tests.scenes import real_scene, still_life_of
 
 
 @pytest.fixture(autouse=True)
@@ -200,7 +199,7 @@ def test_two_files_without_a_word_for_moments_are_parts(tmp_path: Path) -> None:
 
 
 def test_boxes_of_things_that_are_flat_or_points_overlap() -> None:
-    scene = still_life(1000)
+    scene = still_life_of(1000)
     flat = scene.means * np.array([1, 0, 0], np.float32)
 
     def at(means):
@@ -235,7 +234,7 @@ def test_rows_that_are_shuffled_do_not_correspond(tmp_path: Path) -> None:
 
 
 def still(count: int = 3000) -> bg.Gaussians:
-    return still_life(count)
+    return still_life_of(count)
 
 
 def sorted_in_space(scene: bg.Gaussians) -> bg.Gaussians:
@@ -554,7 +553,7 @@ def test_a_clip_whose_first_frame_is_no_scene_is_refused(tmp_path: Path) -> None
 
 def strokes(folder: Path, count: int = 3, brushes=("flat", "dab")) -> None:
     folder.mkdir()
-    scene = still_life(1000)
+    scene = still_life_of(1000)
     rows = np.arange(len(scene), dtype=np.uint8) % 2
     for index in range(count):
         moved = bg.Gaussians(

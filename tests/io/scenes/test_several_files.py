@@ -13,10 +13,9 @@ from brushgs.io import read_scene
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.folders import find_parts, natural_key
 from brushgs.options.scene_source import SceneSource
-from brushgs.still_life import still_life
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import scene_columns, write_scene
-from tests.scenes import real_scene
+from tests.scenes import real_scene, still_life_of
 
 
 def make(path: Path, num_rows: int = 10, degree: int = 0, *comments: str, seed: int = 0, **changes) -> Path:
@@ -142,7 +141,7 @@ def test_strokes_beside_a_scene_are_a_scene(tmp_path: Path) -> None:
     from brushgs.io.scenes.write import write_scene as save
 
     for name, is_strokes in (("a", True), ("b", True), ("c", False)):
-        save(still_life(1000), tmp_path / f"{name}.ply", is_strokes=is_strokes)
+        save(still_life_of(1000), tmp_path / f"{name}.ply", is_strokes=is_strokes)
     assert read_scene([tmp_path / "a.ply", tmp_path / "b.ply"])[1].is_strokes
     with pytest.warns(bg.SceneWarning, match=r"a\.ply holds strokes of brushgs and other files do not"):
         assert not read_scene([tmp_path / "a.ply", tmp_path / "c.ply"])[1].is_strokes
@@ -242,7 +241,7 @@ def test_info_describes_all_files(tmp_path: Path) -> None:
 
 
 def test_the_doctor_cures_all_files_into_one(tmp_path: Path) -> None:
-    scene = still_life(3000)
+    scene = still_life_of(3000)
     for name, rows in (("a", slice(0, 1500)), ("b", slice(1500, None))):
         bg.save(scene.take(rows), tmp_path / f"{name}.ply")
     bg.save(scene, tmp_path / "whole.ply")

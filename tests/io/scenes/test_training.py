@@ -11,9 +11,9 @@ from brushgs.doctor import cure, examine_file, run_doctor
 from brushgs.io import read_scene
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.read import read_raw
-from brushgs.still_life import still_life
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import decoded, scene_columns, write_scene
+from tests.scenes import still_life_of
 
 SIZE = {"width": 64, "height": 48}
 FRONT = bg.Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)
@@ -46,14 +46,14 @@ def test_comments_state_the_training(tmp_path: Path, comments: list[str], traini
 def test_what_is_written_states_it_too(tmp_path: Path, antialiased: bool, is_strokes: bool) -> None:
     from brushgs.io.scenes.write import write_scene as save
 
-    save(replace(still_life(1000), antialiased=antialiased), tmp_path / "a.ply", is_strokes=is_strokes)
+    save(replace(still_life_of(1000), antialiased=antialiased), tmp_path / "a.ply", is_strokes=is_strokes)
     gaussians, notes = read_scene(tmp_path / "a.ply")
     assert (gaussians.antialiased, notes.is_strokes) == (antialiased, is_strokes)
     assert (b"comment SplatRenderMode: mip\n" in (tmp_path / "a.ply").read_bytes()) == antialiased
 
 
 def test_the_doctor_keeps_it(tmp_path: Path) -> None:
-    bg.save(replace(still_life(2000), antialiased=True), tmp_path / "a.ply")
+    bg.save(replace(still_life_of(2000), antialiased=True), tmp_path / "a.ply")
     run_doctor(tmp_path / "a.ply", tmp_path / "b.ply")
     assert bg.load(tmp_path / "b.ply").antialiased
 
@@ -117,7 +117,7 @@ def test_the_filter_is_one_of_standard_values_in_any_encoding(tmp_path: Path) ->
 
 
 def test_the_doctor_sees_the_filtered_scene(tmp_path: Path) -> None:
-    scene = still_life(3000)
+    scene = still_life_of(3000)
     bg.save(scene, tmp_path / "plain.ply")
     header, data = (tmp_path / "plain.ply").read_bytes().split(b"end_header\n")
     rows = np.frombuffer(data, "<f4").reshape(len(scene), -1)

@@ -8,8 +8,9 @@ from brushgs.measure.likeness import psnr
 from brushgs.options.styling import AdjustConfig
 from brushgs.passes.color.adjust import Swap, adjust_map
 from brushgs.passes.color.color_map import Affine, map_colors
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.values.colors import LUMINANCE, oklab_of, rgb_of_oklab
+from tests.scenes import still_life_of
 
 COLORS = np.random.default_rng(3).random((500, 3))
 GREEN, RED = "#3a5f0b", "#7a1f1f"
@@ -48,7 +49,7 @@ def test_without_swaps_it_is_one_affine_map():
 
 
 def test_a_picture_of_adjusted_strokes_is_the_adjusted_picture():
-    strokes = bg.cluster(still_life(), 600)
+    strokes = bg.cluster(still_life_of(), 600)
     camera, texture = still_life_camera(width=160, height=120), bg.StrokeTexture.open("flat")
     one = adjust_map(AdjustConfig(0.05, 0.8, 0.6, 0.5))
     ground = np.array([0.7, 0.6, 0.5])

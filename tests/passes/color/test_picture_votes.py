@@ -5,8 +5,8 @@ import pytest
 
 from brushgs.passes.color.picture_votes import votes
 from brushgs.rendering.visibility import visible_areas
-from brushgs.still_life import still_life
 from tests.passes.test_seen import FRONT, cameras, squares
+from tests.scenes import still_life_of
 
 
 def test_a_picture_marks_what_it_shows_and_nothing_behind_it():
@@ -23,7 +23,7 @@ def test_a_picture_marks_what_it_shows_and_nothing_behind_it():
 
 
 def test_weights_are_the_pixels_that_are_made_up_summed_over_views():
-    scene, views = still_life(3000), cameras(3)
+    scene, views = still_life_of(3000), cameras(3)
     _, weights = votes(scene, views, [np.zeros((90, 120, 1))] * 3)
     expected = sum(visible_areas(scene, view) for view in views)
     np.testing.assert_allclose(weights, expected, rtol=1e-6)
@@ -31,7 +31,7 @@ def test_weights_are_the_pixels_that_are_made_up_summed_over_views():
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 4, 7])
 def test_channels_are_summed_each_for_itself(channels):
-    scene, views = still_life(2000), cameras(2)
+    scene, views = still_life_of(2000), cameras(2)
     pictures = [np.random.default_rng(n).uniform(size=(90, 120, channels)) for n in range(2)]
     sums, weights = votes(scene, views, pictures)
     assert sums.shape == (len(scene), channels)
@@ -42,7 +42,7 @@ def test_channels_are_summed_each_for_itself(channels):
 
 
 def test_an_affine_map_of_pictures_is_that_map_of_the_votes():
-    scene, views = still_life(2000).astype(np.float64), cameras(2)
+    scene, views = still_life_of(2000).astype(np.float64), cameras(2)
     pictures = [np.random.default_rng(n).uniform(size=(90, 120, 3)) for n in range(2)]
     matrix, offset = np.array([[0.5, 0.2, 0.1], [0, 1, 0], [0.3, 0, 0.6]]), np.array([0.1, 0, -0.2])
     before, weights = votes(scene, views, pictures)
@@ -70,7 +70,7 @@ def test_what_does_not_fit_is_refused():
 
 
 def test_the_number_of_threads_changes_nothing():
-    scene, views = still_life(2000), cameras(2)
+    scene, views = still_life_of(2000), cameras(2)
     pictures = [np.random.default_rng(n).uniform(size=(90, 120, 3)) for n in range(2)]
     one, three = (votes(scene, views, pictures, num_threads=n) for n in (1, 3))
     np.testing.assert_array_equal(one[0], three[0])

@@ -9,11 +9,11 @@ from brushgs.passes.form.economy import FEWEST, ViewingError, first_share
 from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.split import FIRST_SHARE, painted_errors
 from brushgs.rendering.plain import PlainViews, plain_views
-from brushgs.still_life import still_life
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
+from tests.scenes import still_life_of
 
 
 def frame(rgb, alpha=1.0, size=(9, 12)):
@@ -79,7 +79,7 @@ def test_a_flat_wall_takes_fewer_strokes_than_asked_for():
 
 
 def test_economy_zero_is_what_there_was():
-    scene = still_life(1500)
+    scene = still_life_of(1500)
     views = plain_views(scene, ring_views(plain_first_view(scene), 120, 90)[:3])
     usual, same = group(scene, 200, views=views), group(scene, 200, views=views, economy=0.0)
     np.testing.assert_array_equal(usual.labels, same.labels)
@@ -89,7 +89,7 @@ def test_economy_zero_is_what_there_was():
 
 
 def test_painted_errors_mix_both_kinds():
-    scene = still_life(1000)
+    scene = still_life_of(1000)
     views = plain_views(scene, ring_views(plain_first_view(scene), 80, 60)[:2])
     dark = PlainViews(views.cameras, tuple(frame(0.1, size=one.alpha.shape) for one in views.frames))
     seen = [ViewingError.of(one) for one in dark.frames]

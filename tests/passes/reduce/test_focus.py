@@ -17,9 +17,9 @@ from brushgs.passes.reduce.focus import (
     sphere_focus,
     subject_focus,
 )
-from brushgs.still_life import still_life
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
+from tests.scenes import still_life_of
 
 CAMERA = Camera.look_at((0, 0, -4), (0, 0, 0), width=40, height=30)
 
@@ -73,7 +73,7 @@ def test_a_subject_of_one_point_is_no_trouble():
 
 
 def test_of_the_still_life_the_table_is_out_of_focus():
-    gaussians = still_life(3000)
+    gaussians = still_life_of(3000)
     found = subject_focus(gaussians, plain_first_view(gaussians))
     assert contrast(found) == pytest.approx(STRENGTH)
     assert 0.1 < (found > 1.5).mean() < 0.95
@@ -114,7 +114,7 @@ def test_a_mask_of_another_size_is_refused_and_a_view_of_nothing_has_no_focus():
 
 
 def test_factors_do_not_depend_on_threads():
-    gaussians, mask = still_life(2000), np.tile(np.linspace(0, 1, 40, dtype=np.float32), (30, 1))
+    gaussians, mask = still_life_of(2000), np.tile(np.linspace(0, 1, 40, dtype=np.float32), (30, 1))
     one, four = (mask_focus(gaussians, CAMERA, mask, num_threads=n) for n in (1, 4))
     np.testing.assert_array_equal(one, four)
 
@@ -137,7 +137,7 @@ def test_a_focus_is_read_from_text():
 
 
 def test_auto_is_at_most_its_strength_and_leaves_one_color_alone():
-    gaussians = still_life(3000)
+    gaussians = still_life_of(3000)
     found = auto_focus(gaussians, plain_first_view(gaussians))
     assert found.min() >= 1
     assert 2 < found.max() <= AUTO_STRENGTH

@@ -9,9 +9,9 @@ from brushgs.cameras.around import small_view
 from brushgs.cameras.framing import frame_scene
 from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.hierarchy import FACTOR, FEWEST, Hierarchy
-from brushgs.still_life import still_life
+from tests.scenes import still_life_of
 
-SCENE = still_life(4000)
+SCENE = still_life_of(4000)
 
 
 @pytest.fixture(scope="module")

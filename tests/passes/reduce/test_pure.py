@@ -5,8 +5,9 @@ import pytest
 
 from brushgs.passes.reduce.cluster import cluster, group
 from brushgs.passes.reduce.hierarchy import Hierarchy
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from tests.passes.scenes import assert_same, random_gaussians
+from tests.scenes import still_life_of
 
 VIEW = still_life_camera(width=80, height=60)
 
@@ -33,7 +34,7 @@ def test_no_cluster_mixes_regions_and_there_are_no_more_of_them(method, num_regi
 
 
 def test_clusters_that_views_split_are_pure_too_and_their_strokes_bear_the_region():
-    scene = in_regions(still_life(1000), 3)
+    scene = in_regions(still_life_of(1000), 3)
     found = group(scene, 200, views=[VIEW])
     assert found.num_split > 0
     assert is_pure(found.labels, scene.regions)
@@ -49,7 +50,7 @@ def test_each_region_has_a_stroke_where_fewer_are_asked_for():
 
 
 def test_one_region_clusters_as_none_bit_for_bit():
-    scene = still_life(1000)
+    scene = still_life_of(1000)
     alone = replace(scene, regions=np.full(len(scene), 4, np.uint8))
     expected, found = (cluster(one, 150, views=[VIEW]) for one in (scene, alone))
     assert set(found.regions) == {4}
@@ -66,7 +67,7 @@ def test_coarser_strokes_of_a_hierarchy_are_pure():
 
 
 def test_regions_cost_little_tightness():
-    scene = still_life(20_000)
+    scene = still_life_of(20_000)
     red = scene.sh[:, 0, 0] > scene.sh[:, 0, 2]
     mixed = group(scene, 2000)
     pure = group(replace(scene, regions=red.astype(np.uint8)), 2000)

@@ -15,10 +15,10 @@ from brushgs.passes.style.features import (
     MOST_GLOSS,
     stroke_features,
 )
-from brushgs.still_life import still_life
 from brushgs.values.camera import FirstView
 from brushgs.values.sh import C0, sh_rotation
 from tests.passes.scenes import random_gaussians, replaced
+from tests.scenes import still_life_of
 
 VIEW = FirstView(np.array([[-1.0, -1, -1], [1, 1, 1]]), np.array([0.0, 0, 1]), 0.0, 0.0)
 
@@ -120,7 +120,7 @@ def test_a_plane_of_one_colour_neither_bends_nor_contrasts():
 
 
 def test_only_what_is_asked_for_comes_in_that_order():
-    scene = still_life(1000)
+    scene = still_life_of(1000)
     view = plain_first_view(scene)
     every = stroke_features(scene, view)
     assert every.names == tuple(FEATURES)

@@ -14,8 +14,8 @@ from brushgs.errors import SceneError
 from brushgs.first_view import find_first_view
 from brushgs.passes.where.clip import ClipEncoder
 from brushgs.passes.where.text import text_relevance
-from brushgs.still_life import still_life
 from tests.passes.where.tiny_clip import PATCH, SIDE, save_tiny_clip
+from tests.scenes import still_life_of
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +103,7 @@ def test_a_tokenizer_in_one_file_says_the_same(folder, own):
 
 
 def test_relevance_of_a_scene_by_random_weights_repeats(folder, no_network):
-    gaussians = still_life(1000)
+    gaussians = still_life_of(1000)
     view = find_first_view(gaussians)
     found = text_relevance(gaussians, "the red jug", folder, view)
     assert found.shape == (len(gaussians),)

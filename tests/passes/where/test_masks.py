@@ -8,15 +8,15 @@ import pytest
 from brushgs.passes.where.masks import MaskView, mask_votes
 from brushgs.passes.where.settle import settle
 from brushgs.rendering.visibility import visible_areas
-from brushgs.still_life import still_life
 from tests.bench.regions import REGIONS, cameras, iou, leakage, mask_of, owners
+from tests.scenes import still_life_of
 
 COUNT, SIZE = 8000, (240, 180)
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life(COUNT)
+    return still_life_of(COUNT)
 
 
 @pytest.fixture(scope="module")

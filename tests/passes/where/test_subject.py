@@ -10,12 +10,12 @@ from brushgs.options.where import Where
 from brushgs.passes.where import WhereContext, memberships
 from brushgs.passes.where.ground import Ground
 from brushgs.passes.where.parts import connected_parts
-from brushgs.still_life import still_life
 from brushgs.still_life.bodies import bodies
 from brushgs.still_life.cast import cast_of, joined
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
+from tests.scenes import still_life_of
 
 WALL, TABLE, JUG, ORANGES = 0, 1, range(3, 5), range(7, 11)
 COUNT = 50_000
@@ -23,7 +23,7 @@ COUNT = 50_000
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life(COUNT)
+    return still_life_of(COUNT)
 
 
 @pytest.fixture(scope="module")

@@ -8,12 +8,12 @@ import pytest
 from brushgs.first_view import find_first_view
 from brushgs.passes.where import text
 from brushgs.passes.where.text import CANONICAL, WordFinder, relevance
-from brushgs.still_life import still_life
 from brushgs.still_life.cast import cast_of, joined
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0, base_colors
 from tests.passes.scenes import random_gaussians, replaced
+from tests.scenes import still_life_of
 
 bodies = importlib.import_module("brushgs.still_life.bodies")  # its name is that of a function, too
 
@@ -107,7 +107,7 @@ def blue_jug(num):
     rng = np.random.default_rng(0)
     parts = list(bodies.bodies(num, rng))
     cast = joined([cast_of(body, number, rng) for number, body in enumerate(parts)])
-    gaussians = still_life(num)
+    gaussians = still_life_of(num)
     body_of = cast.surface.bodies[cast.opacities > 1 / 255]
     is_jug = (body_of == 3) | (body_of == 4)  # belly and handle
     light = base_colors(gaussians.sh).mean(axis=1, keepdims=True)

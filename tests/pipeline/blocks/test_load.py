@@ -22,10 +22,11 @@ from brushgs.pipeline.blocks.load import load_in_blocks
 from brushgs.pipeline.prepare import STROKES, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.strokes import load_scene
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from tests.io.ply_maker import scene_columns, write_scene
+from tests.scenes import still_life_of
 
-PEARS = still_life(6000)
+PEARS = still_life_of(6000)
 NUM, MOST = len(PEARS), 2000
 MEMORY = 1 << 20  # less than any scene of these tests takes
 CAMERA = still_life_camera(width=160, height=120)
