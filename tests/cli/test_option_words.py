@@ -105,6 +105,8 @@ EXAMPLES = {
     "cross-fade": (0.5, ["--cross-fade", "0.5"]),
     "layers": (("depth", "normal"), ["--layers", "depth,normal"]),
     "deep": (True, ["--deep"]),
+    "no-clobber": (True, ["--no-clobber"]),
+    "no-metadata": (True, ["--no-metadata"]),
     "codec": ("vp9", ["--codec", "vp9"]),
     "bits": (16, ["--bits", "16"]),
     "json": (True, ["--json"]),
