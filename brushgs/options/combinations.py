@@ -20,17 +20,19 @@ class Rule(Struct, frozen=True):
         one: beside which they cannot be given, or without which.
         why: what it is, after its name.
         is_needed: whether `one` is needed, and not excluded.
+        fine: value of the others that goes with it all the same.
     """
 
     others: tuple[str, ...]
     one: str
     why: str
     is_needed: bool = False
+    fine: str | None = None
 
 
-def excludes(one: str, others: Iterable[str], why: str) -> Rule:
-    """Others cannot be given beside one."""
-    return Rule(tuple(others), one, why)
+def excludes(one: str, others: Iterable[str], why: str, *, fine: str | None = None) -> Rule:
+    """Others cannot be given beside one, unless their value is `fine`."""
+    return Rule(tuple(others), one, why, fine=fine)
 
 
 def needs(others: Iterable[str], one: str, why: str) -> Rule:
@@ -49,7 +51,7 @@ RULES = (
     excludes("view.side", ["view.azimuth"], "which is an azimuth"),
     excludes("view.side=top", ["view.elevation"], "which is 90 degrees"),
     needs(_of("palette", PaletteConfig, "file"), "palette.file", "the picture whose colours are taken"),
-    excludes("draw.background", ["ground.ground"], "which takes its place"),
+    excludes("draw.background", ["ground.ground"], "which takes its place", fine="none"),
     *(
         needs(
             [f"{step}.soft", f"{step}.camera_file", f"{step}.clip"],
@@ -97,7 +99,7 @@ def check_given(given: Mapping[str, Any], flag_of: Any, rules: Iterable[Rule] = 
         if is_given == rule.is_needed:
             continue
         for other in given:  # the one that was given first is named
-            if other in rule.others:
+            if other in rule.others and (rule.fine is None or given[other] != rule.fine):
                 verb = "needs" if rule.is_needed else "cannot be combined with"
                 shown = f"{flag_of(one)}{f' {value}' if value else ''}"
                 raise ValueError(f"{flag_of(other)} {verb} {shown}, {rule.why}")

@@ -18,8 +18,8 @@ class Own(Options, frozen=True):
 
     # fmt: off
     looks: Annotated[tuple[str, ...], option("a look by name, or a file; without -o it is printed, to be "
-        "changed in a file of your own: brushgs looks oil > mine.toml", flag="looks", default="all",
-        metavar="look", read=str, nargs="*")] = ()
+        "changed in a file of your own: brushgs looks oil > mine.toml; or a scene, as of --scene",
+        flag="looks", default="all", metavar="look|scene", read=str, nargs="*")] = ()
     # fmt: on
 
 
@@ -56,6 +56,7 @@ def run(args: Namespace) -> None:
     Raises:
         ValueError: if several looks are to be printed, or a flag of the sheet is given without one.
     """
+    args = _with_scene(args)
     if args.scene is None:
         for flag in flags.given(args, "source"):
             raise ValueError(f"--{flag.replace('_', '-')} needs --scene; the example still life rests")
@@ -87,6 +88,19 @@ def run(args: Namespace) -> None:
             report=report,
             origin=origin,
         )
+
+
+def _with_scene(args: Namespace) -> Namespace:
+    """The same, where files and folders that are no looks are the scene."""
+    scene = [
+        name
+        for name in args.looks
+        if name not in LOOKS and not name.endswith(".toml") and Path(name).exists()
+    ]
+    if not scene:
+        return args
+    looks = tuple(name for name in args.looks if name not in scene)
+    return Namespace(**vars(args) | {"looks": looks, "scene": (*(args.scene or ()), *map(Path, scene))})
 
 
 def _print(args: Namespace) -> None:
