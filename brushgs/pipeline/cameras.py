@@ -3,7 +3,10 @@
 Both find the first view of the scene (`pipeline.views`) and change it by options (`cameras.first_view`).
 """
 
-from math import radians
+import warnings
+from collections.abc import Mapping
+from math import degrees, radians
+from typing import Any
 
 from brushgs.cameras.first_view import framed_camera, framed_orbit
 from brushgs.cameras.framing import LookAt
@@ -21,15 +24,16 @@ def frame_scene(
     width: int = DEFAULT_SIZE[0],
     height: int = DEFAULT_SIZE[1],
     up: Up | None = None,
-    azimuth: float | None = None,
-    elevation: float | None = None,
+    azimuth_deg: float | None = None,
+    elevation_deg: float | None = None,
     side: Side | None = None,
     zoom: float = 1.0,
-    fov_y: float = radians(50.0),
+    fov_deg: float = 50.0,
     look_at: LookAt | None = None,
     distance: float | None = None,
     pan: tuple[float, float] = (0.0, 0.0),
-    roll: float = 0.0,
+    roll_deg: float = 0.0,
+    **old: float,
 ) -> Camera:
     """A camera that shows a scene upright, from its front, with the whole subject as large as fits.
 
@@ -43,19 +47,21 @@ def frame_scene(
         width: of the picture, pixels.
         height: of the picture, pixels.
         up: direction that is up in the picture: "+x" to "-z" or three numbers, world axes; None estimates it.
-        azimuth: radians by which the camera stands to the right of a fixed direction, see
+        azimuth_deg: degrees by which the camera stands to the right of a fixed direction, see
             `brushgs.cameras.framing.frame_scene`; None for a three-quarter view of the front.
-        elevation: radians above the horizon, -pi/2 to pi/2; None for 15 degrees, or 40 above flat ground.
+        elevation_deg: degrees above the horizon, -90 to 90; None for 15, or 40 above flat ground.
         side: the side that is shown, in place of an azimuth: "front", "left", "back", "right", "top" or
             "three-quarter".
         zoom: 1 shows the subject whole, 2 twice as large, > 0.
-        fov_y: vertical field of view, radians, in (0, pi).
+        fov_deg: vertical field of view, degrees, in (0, 180).
         look_at: what is in the middle: the "subject", the "scene" with all of its surroundings, a "part" of
             the subject, its upper third, or a point [3], world units. None for the subject, or for the view
             from inside of a scene that is seen so.
         distance: from the camera to that point, world units, > 0; None for that of the subject.
         pan: (right, up), by which the camera moves aside without turning, in shares of the picture.
-        roll: radians by which the scene is turned clockwise in the picture.
+        roll_deg: degrees by which the scene is turned clockwise in the picture.
+        **old: `azimuth`, `elevation`, `fov_y` and `roll` in radians, as versions before 0.2 took them; with a
+            DeprecationWarning.
 
     Raises:
         ValueError: if there is no Gaussian, or an option is out of range.
@@ -67,15 +73,14 @@ def frame_scene(
     view = ViewConfig(
         size=(width, height),
         up=up,
-        azimuth=azimuth,
-        elevation=elevation,
         side=side,
         zoom=zoom,
-        fov_y=fov_y,
         look_at=_target(look_at),
         distance=distance,
         pan=pan,
-        roll=roll,
+        **_radians(
+            "frame_scene", old, azimuth=azimuth_deg, elevation=elevation_deg, fov_y=fov_deg, roll=roll_deg
+        ),
     )
     return framed_camera(_first_view("frame_scene", gaussians, up), view)
 
@@ -87,15 +92,16 @@ def orbit(
     width: int = DEFAULT_SIZE[0],
     height: int = DEFAULT_SIZE[1],
     up: Up | None = None,
-    azimuth: float | None = None,
-    elevation: float | None = None,
+    azimuth_deg: float | None = None,
+    elevation_deg: float | None = None,
     side: Side | None = None,
     zoom: float = 1.0,
-    fov_y: float = radians(50.0),
+    fov_deg: float = 50.0,
     look_at: LookAt | None = None,
     distance: float | None = None,
     pan: tuple[float, float] = (0.0, 0.0),
-    roll: float = 0.0,
+    roll_deg: float = 0.0,
+    **old: float,
 ) -> list[Camera]:
     """One turn around a scene: a loop at constant distance, in even steps, with a level horizon.
 
@@ -109,15 +115,16 @@ def orbit(
         width: see `frame_scene`, as all that follow.
         height: pixels.
         up: estimated where it is None.
-        azimuth: of the first view; it grows along the orbit.
-        elevation: of all views.
+        azimuth_deg: of the first view; it grows along the orbit.
+        elevation_deg: of all views.
         side: that the first view shows.
         zoom: of all views.
-        fov_y: radians.
+        fov_deg: degrees.
         look_at: the turn is around the middle of it.
         distance: from the camera to a point `look_at`.
         pan: of all views.
-        roll: of all views.
+        roll_deg: of all views.
+        **old: angles in radians, see `frame_scene`.
 
     Raises:
         ValueError: as `frame_scene` does, or if `num_frames` is below 1.
@@ -130,17 +137,25 @@ def orbit(
     view = ViewConfig(
         size=(width, height),
         up=up,
-        azimuth=azimuth,
-        elevation=elevation,
         side=side,
         zoom=zoom,
-        fov_y=fov_y,
         look_at=_target(look_at),
         distance=distance,
         pan=pan,
-        roll=roll,
+        **_radians("orbit", old, azimuth=azimuth_deg, elevation=elevation_deg, fov_y=fov_deg, roll=roll_deg),
     )
     return framed_orbit(_first_view("orbit", gaussians, up), view, num_frames)
+
+
+def _radians(where: str, old: Mapping[str, float], **in_degrees: float | None) -> dict[str, Any]:
+    """Angles by the names of `ViewConfig`, in radians: those of old keywords as they are."""
+    for name in old:
+        if name not in in_degrees:
+            raise TypeError(f"{where}() has no keyword {name!r}")
+        new = f"{name.removesuffix('_y')}_deg"
+        message = f"{where}: {name} in radians is now {new} in degrees; write {new}={degrees(old[name]):g}"
+        warnings.warn(message, DeprecationWarning, stacklevel=3)
+    return {name: None if x is None else radians(x) for name, x in in_degrees.items()} | dict(old)
 
 
 def _first_view(where: str, gaussians: Gaussians, up: Up | None) -> FirstView:

@@ -70,7 +70,7 @@ def check(path: Path, memory: int, strokes: int) -> None:
     """PSNR of strokes to the plain scene, in memory and in blocks; mean over views around it."""
     whole = bg.load(path)
     azimuths = np.linspace(0, 2 * np.pi, NUM_VIEWS, endpoint=False)
-    cameras = [bg.frame_scene(whole, azimuth=azimuth, **SIZE) for azimuth in azimuths]
+    cameras = [bg.frame_scene(whole, azimuth_deg=np.degrees(azimuth), **SIZE) for azimuth in azimuths]
     small = [camera.resized(300, 200) for camera in cameras]
     plain = [bg.render(whole, camera, "gaussian") for camera in cameras]
 

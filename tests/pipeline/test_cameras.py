@@ -1,6 +1,6 @@
 """The public cameras of Gaussians in memory are those that paintings are seen by."""
 
-from math import pi, radians
+from math import degrees, radians
 
 import numpy as np
 import pytest
@@ -42,7 +42,25 @@ def assert_same(one, other):
     ],
 )
 def test_a_scene_is_framed_as_its_painting_is(pears, view):
-    assert_same(bg.frame_scene(pears, **SIZE, **view), cameras_of(pears, **view)[0])
+    angles = {"azimuth": "azimuth_deg", "elevation": "elevation_deg", "fov_y": "fov_deg", "roll": "roll_deg"}
+    ours = {angles.get(name, name): degrees(x) if name in angles else x for name, x in view.items()}
+    framed, painted = bg.frame_scene(pears, **SIZE, **ours), cameras_of(pears, **view)[0]
+    np.testing.assert_allclose(framed.viewmat, painted.viewmat, atol=1e-12)
+    np.testing.assert_allclose(framed.K, painted.K, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["azimuth", "elevation", "fov_y", "roll"])
+def test_radians_of_old_names_are_taken_with_a_warning(pears, name):
+    new = f"{name.removesuffix('_y')}_deg"
+    with pytest.warns(
+        DeprecationWarning, match=f"{name} in radians is now {new} in degrees; write {new}=28.6479"
+    ):
+        old = bg.frame_scene(pears, **SIZE, **{name: 0.5})
+    np.testing.assert_allclose(
+        old.viewmat, bg.frame_scene(pears, **SIZE, **{new: degrees(0.5)}).viewmat, atol=1e-12
+    )
+    with pytest.raises(TypeError, match="has no keyword 'angle'"):
+        bg.orbit(pears, 3, angle=1)
 
 
 def test_an_orbit_is_that_of_the_command(pears):
@@ -71,7 +89,7 @@ def test_views_that_are_none_are_refused(pears):
         bg.orbit(nothing, 3)
     with pytest.raises(ValueError, match="orbit: num_frames must be at least 1, got 0"):
         bg.orbit(pears, 0)
-    with pytest.raises(ValueError, match=r"fov-deg must be in \(0, 180\) degrees"):
-        bg.frame_scene(pears, fov_y=pi)
+    with pytest.raises(ValueError, match="fov-deg must be above 0 and below 180 degrees, got 180"):
+        bg.frame_scene(pears, fov_deg=180)
     with pytest.raises(ValueError, match="azimuth cannot be combined with side"):
-        bg.frame_scene(pears, azimuth=0.0, side="left")
+        bg.frame_scene(pears, azimuth_deg=0.0, side="left")
