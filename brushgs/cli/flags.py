@@ -372,7 +372,7 @@ def add_passes(parser: ArgumentParser) -> None:
     add_where(parser, PART, step="painted")
 
 
-def add_view(parser: ArgumentParser, *, size: str) -> None:
+def add_view(parser: ArgumentParser, *, size: str = "1280x720") -> None:
     """`ViewConfig`; `size` is the default in words."""
     add(parser, "view", defaults={"size": f"{size}, or that of the camera in the file"})
 

@@ -29,7 +29,8 @@ class PathConfig(Options, frozen=True):
     ABOUT: ClassVar = "many frames along a camera path, in place of one picture"
     # fmt: off
     orbit: Annotated[int | None, option("one turn around the up axis in N frames from the framed view "
-        "#turn #turntable #rotate #spin #video", ge=3, le=MAX_FRAMES, default="one picture", example="120"
+        "#turn #turntable #rotate #spin #video", ge=3, le=MAX_FRAMES,
+        unit="frames", default="one picture", example="120"
     )] = None
     file: Annotated[Path | None, option("cameras: {cameras}; each view is a frame, or with --frames or "
         "--seconds a key view of a smooth path; an animated camera moves as it does #trajectory #camera "

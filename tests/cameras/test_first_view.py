@@ -169,7 +169,7 @@ def test_sides_that_contradict_each_other_are_refused():
         ViewConfig(side="left", azimuth=1.0)
     with pytest.raises(ValueError, match="elevation cannot be combined with side 'top'"):
         ViewConfig(side="top", elevation=1.0)
-    with pytest.raises(ValueError, match="pan must be two shares"):
+    with pytest.raises(ValueError, match="pan must be -10 to 10, got 11"):
         ViewConfig(pan=(0, 11.0))
     with pytest.raises(ValueError, match="look-at must be finite"):
         ViewConfig(look_at=(0, np.inf, 0))
