@@ -91,22 +91,28 @@ def found_by(parser: ArgumentParser, words: Sequence[str]) -> str:
         )
         head = f"{title}: {about}" if about else title
     else:
-        scored = [(_score(row, asked), action, row) for action, row in _rows(parser)]
-        best = max((score for score, _, _ in scored), default=0)
-        picked = [(action, row) for score, action, row in scored if score and score == best][:MOST_FOUND]
+        picked = _by_words(parser, asked, [*groups, *steps])
         head = f"options of `{parser.prog}` for {title!r}:"
-        if best < len(asked) or not asked:
-            known = sorted(
-                {*groups, *steps, *(tag for _, row in _rows(parser) for tag in _names(row))} - {""}
-            )
-            raise ValueError(
-                f"help finds no command, group or option by {title!r}{hint_for(title, known)}; "
-                f"`{parser.prog} --help` lists all"
-            )
     lines = [
         _entry(" ".join([action.option_strings[-1], *_value(action)]), _words(action)) for action, _ in picked
     ]
     return "\n".join([textwrap.fill(" ".join(head.split()), WIDTH), "", *lines])
+
+
+def _by_words(
+    parser: ArgumentParser, asked: Sequence[str], others: Sequence[str]
+) -> list[tuple[Action, Row]]:
+    """The options that have all of the words among their names; `others` are names of groups, for a hint."""
+    rows = list(_rows(parser))
+    picked = [(action, row) for action, row in rows if asked and _score(row, asked) == len(asked)]
+    if not picked:
+        known = sorted({*others, *(tag for _, row in rows for tag in _names(row))} - {""})
+        title = " ".join(asked)
+        raise ValueError(
+            f"help finds no command, group or option by {title!r}{hint_for(title, known)}; "
+            f"`{parser.prog} --help` lists all"
+        )
+    return picked[:MOST_FOUND]
 
 
 def _value(action: Action) -> list[str]:

@@ -253,20 +253,25 @@ class Row:
         """Raise ValueError for a value that is out of range, or no value of this option at all."""
         if value is None:
             return
-        if choices := self.choices:
-            if not isinstance(value, str) or value not in choices:
-                raise ValueError(f"{self.name} must be {listed(choices)}, got {shown(value)}")
-        elif all(one in (int, float) for one in self.kinds):
-            if not _is_number(value):
-                raise ValueError(f"{self.name} must be {in_words(self.kind)}, got {shown(value)}")
-        elif self.kinds[0] in (bool,) or (get_origin(self.kinds[0]) is tuple and len(self.kinds) == 1):
-            wanted = bool if self.kinds[0] is bool else tuple | list
-            if not isinstance(value, wanted):
-                raise ValueError(f"{self.name} must be {in_words(self.kind)}, got {shown(value)}")
+        self._check_type(value)
         if self.option.span:
             for number in value if isinstance(value, tuple | list) else (value,):
                 if _is_number(number):
                     self._check_number(degrees(number) if self.option.unit == "degrees" else number)
+
+    def _check_type(self, value: Any) -> None:
+        if choices := self.choices:
+            is_fit, wanted = isinstance(value, str) and value in choices, listed(choices)
+        else:
+            kind, is_fit, wanted = self.kinds[0], True, in_words(self.kind)
+            if all(one in (int, float) for one in self.kinds):
+                is_fit = _is_number(value)
+            elif kind is bool:
+                is_fit = isinstance(value, bool)
+            elif get_origin(kind) is tuple and len(self.kinds) == 1:
+                is_fit = isinstance(value, tuple | list)
+        if not is_fit:
+            raise ValueError(f"{self.name} must be {wanted}, got {shown(value)}")
 
     def _check_number(self, number: float) -> None:
         if self.option.holds(number):
@@ -284,10 +289,7 @@ class Row:
             ValueError: if it is none; without the name of the option.
         """
         if self.option.read is not None:
-            try:
-                return self.option.read(text)
-            except ValueError as error:
-                raise unnamed(error) from None
+            return _named_elsewhere(self.option.read, text)
         if self.choices is not None:
             if text not in self.choices:
                 known = ", ".join(self.choices)
@@ -326,10 +328,7 @@ class Row:
         """
         given = given.tolist() if hasattr(given, "tolist") else given  # of NumPy
         if self.option.make is not None and not isinstance(given, str):
-            try:
-                return self.option.make(given)
-            except ValueError as error:
-                raise unnamed(error) from None
+            return _named_elsewhere(self.option.make, given)
         if isinstance(given, str) and (self.option.read is not None or not is_strict):
             return self.read(given)
         if not is_strict and self.kinds[0] is str and isinstance(given, list | tuple | Path):
@@ -424,6 +423,14 @@ def unnamed(error: ValueError) -> ValueError:
     return ValueError(f"must {rule}") if must and " " not in name else error
 
 
+def _named_elsewhere(make: Callable[[Any], Any], given: Any) -> Any:
+    """What a function makes that names the value by itself."""
+    try:
+        return make(given)
+    except ValueError as error:
+        raise unnamed(error) from None
+
+
 def shown(value: Any) -> str:
     """A value from elsewhere in a message, shortened."""
     import reprlib
@@ -460,20 +467,27 @@ def _fitted(given: Any, kind: Any) -> Any:
     if kind is str and not isinstance(given, str):
         given = str(given) if isinstance(given, Path) else given
     if get_origin(kind) is tuple and isinstance(given, list | tuple):
-        items = get_args(kind)
-        items = (items[0],) * len(given) if items[1:] == (...,) else items
-        if len(items) != len(given):
-            raise TypeError
-        return tuple(_fitted(one, of) for one, of in zip(given, items, strict=True))
+        return _fitted_items(given, get_args(kind))
     if kind in (int, float):
-        if not _is_number(given) or not isfinite(given) or abs(given) >= LARGEST:
-            raise TypeError
-        given = int(given) if kind is int and int(given) == given and not isinstance(given, float) else given
-        given = float(given) if kind is float else given
-        if kind is int and (not isinstance(given, int) or abs(given) >= 2**63):
-            raise TypeError
-        return given
+        return _fitted_number(given, kind)
     return msgspec.convert(given, kind)
+
+
+def _fitted_items(given: Any, items: tuple[Any, ...]) -> tuple[Any, ...]:
+    items = (items[0],) * len(given) if items[1:] == (...,) else items
+    if len(items) != len(given):
+        raise TypeError
+    return tuple(_fitted(one, of) for one, of in zip(given, items, strict=True))
+
+
+def _fitted_number(given: Any, kind: type) -> int | float:
+    if not _is_number(given) or not isfinite(given) or abs(given) >= LARGEST:
+        raise TypeError
+    if kind is float:
+        return float(given)
+    if isinstance(given, float) or int(given) != given or abs(given) >= 2**63:
+        raise TypeError
+    return int(given)
 
 
 def _is_number(value: Any) -> bool:

@@ -1,6 +1,7 @@
 """Laws of all options at once: range, default, words, flag, text, files and keywords are those of one
 line."""
 
+from argparse import SUPPRESS
 from math import degrees, inf, nan
 from pathlib import Path
 from typing import get_args
@@ -161,7 +162,7 @@ def test_text_files_and_keywords_give_the_same(kind, row):
 def test_every_flag_of_a_command_is_made_of_the_table(command):
     own = {"debug", "config"}
     for action in command_parser(command)._actions:
-        if action.dest not in {*own, "help"}:
+        if action.dest not in {*own, SUPPRESS}:
             assert isinstance(action.row, Row), action.option_strings
 
 
