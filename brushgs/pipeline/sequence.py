@@ -11,9 +11,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from itertools import groupby
+from math import degrees, radians
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from brushgs.cameras.motion import view_changes
 from brushgs.errors import SceneWarning
 from brushgs.io.pictures.encoding import choose_encoding, codec_of
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
@@ -42,6 +46,7 @@ from brushgs.pipeline.resume import check_same_painting, describe_painting, read
 from brushgs.pipeline.sequence_outputs import check_target, plan_output
 from brushgs.pipeline.strokes import file_size, name_of
 from brushgs.pipeline.views_sheet import write_sheet_of
+from brushgs.rendering.knots import MOST_TURN, MOST_WIDE_TURN, WIDE_STEP
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
@@ -51,6 +56,8 @@ if TYPE_CHECKING:
 
     AnyTrack = Track | FilmTrack
 
+CALM_STEP = 10.0  # degrees a frame of the camera, above which films say that strokes turn too
+FILM_FRAMES = 12  # fewer are looked at one by one
 NUM_SAMPLED_VIEWS = 8  # of a path, to see whether any stroke is visible: thousands of frames need no more
 
 
@@ -194,8 +201,23 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
             return track_film(strokes, cameras, moving, is_loop=is_loop, num_threads=threads)
 
         tracks = [track(coat.strokes) if coat in tracked else None for coat in coats]
+        _note_coarse(closed)
         stage.did = f"directions of {num_strokes:,} strokes over {len(cameras):,} views"
     return tracks
+
+
+def _note_coarse(cameras: Sequence[Camera]) -> None:
+    """Say where a camera turns so far from frame to frame that strokes turn visibly too."""
+    if len(cameras) < FILM_FRAMES:
+        return
+    viewmats = np.stack([camera.viewmat for camera in cameras])
+    turns = view_changes(viewmats[:-1], viewmats[1:], np.inf)  # without what shifts alone change
+    step = float(np.degrees(np.median(turns[turns > 0]))) if (turns > 0).any() else 0.0
+    if step > CALM_STEP * (1 + 1e-6):
+        most = degrees(MOST_TURN if radians(step) <= WIDE_STEP else MOST_WIDE_TURN)
+        fact = f"the camera turns by {step:.3g} degrees a frame, and strokes by up to {most:.0f}"
+        cure = f"{round(360 / CALM_STEP)} frames a turn or more are calmer"
+        warnings.warn(SceneWarning(f"{fact}; {cure}"), stacklevel=2)
 
 
 def _sees_any(prepared: Prepared, num_views: int) -> bool:

@@ -24,9 +24,11 @@ KNOT_SECONDS = 1 / 30
 # A path with more knots per frame (cuts, mostly) is sampled less often.
 MOST_KNOTS_A_FRAME = 16
 # Where frames mostly lie further apart, they alone are the knots: what turns evenly from knot to knot would
-# spin in several frames. Up to here half a turn can be spent without a spin.
+# spin in several frames.
 COARSE_STEP = radians(3.5)
 MOST_TURN = radians(14.6)  # from frame to frame; a spin begins at 15 degrees
+# Frames further apart are too few to spend half a turn without a spin: there strokes may turn twice as far.
+WIDE_STEP, MOST_WIDE_TURN = radians(12.4), radians(29)
 # Of the area of a box, at most, for being off its axis: from knot to knot, and from frame to frame; 1.2 is a
 # visible pop. The less, the longer a box stays larger than its ellipse, and the more its sides move while it
 # turns: these are kinks. With 1.17 a knot strokes that are seen edge-on for a moment pop.
@@ -58,6 +60,12 @@ class Knots:
         return max(1.0, float(np.quantile(steps[steps > 0], 0.95))) if steps.any() else 1.0
 
     @property
+    def most_turn(self) -> float:
+        """Radians that a stroke may turn by from knot to knot."""
+        is_wide = self.is_coarse and self.spacing > WIDE_STEP
+        return MOST_WIDE_TURN if is_wide else MOST_TURN / self.knots_a_frame
+
+    @property
     def growth(self) -> float:
         """Factor that the area of a box may grow by from knot to knot."""
         return float(
@@ -75,7 +83,7 @@ class Knots:
             "is_closed": self.is_closed,
             "is_coarse": self.is_coarse,
             "step": self.spacing / KNOT_SPACING,
-            "most_turn": MOST_TURN / self.knots_a_frame,
+            "most_turn": self.most_turn,
             "growth": self.growth,
         }
 

@@ -567,13 +567,15 @@ def test_frames_that_are_far_apart_are_the_knots():
     np.testing.assert_array_equal(rested.positions, [0, 1, 2, 3, 3, 3, 4, 5, 6, 7, 8, 9])
 
 
-COARSE = [3.0, 3.4, 3.6, 5.0, 7.5, 10.0, 15.0]  # degrees a frame; tracking changes at 3.5
+# Degrees a frame, where tracking changes at 3.5 and 12.4 -> largest share of slender strokes off their axis.
+# What no stroke may spend by spinning it spends there: measured on loops 0.15, 0.6, 1.8, 3.1 and 2.1 %.
+COARSE = {3.0: 0.002, 3.4: 0.003, 3.6: 0.003, 5.0: 0.01, 7.5: 0.025, 10.0: 0.04, 15.0: 0.03}
 
 
 @pytest.mark.parametrize("is_loop", [False, True])
 @pytest.mark.parametrize("degrees", COARSE)
 def test_at_coarse_steps_a_lock_is_better_than_none(degrees, is_loop):
-    """Not worse in any respect; measured: no flips, and at most 0.09 of the spins."""
+    """Neither flips nor spins up to 10 degrees a frame; at 15 strokes turn by up to 29 degrees."""
     num_frames = round(360 / degrees)
     cameras = turntable(num_frames, step=2 * np.pi / num_frames)
     cameras = closed(cameras) if is_loop else cameras
@@ -581,9 +583,11 @@ def test_at_coarse_steps_a_lock_is_better_than_none(degrees, is_loop):
     unlocked, _, _ = judged(strokes(800), cameras, "off")
     assert unlocked.spins > 200
     assert events.flips == 0
-    assert events.spins <= (0.15 * unlocked.spins if degrees > 3.5 else 0)
+    if degrees <= 10:
+        assert events.spins == 0
+    assert np.degrees(events.largest_step) < (15 if degrees <= 10 else 30)
     assert events.size_pops == unlocked.size_pops == 0
-    assert off_axis <= 0.02
+    assert off_axis <= COARSE[degrees]
     assert miss < 1e-5
 
 

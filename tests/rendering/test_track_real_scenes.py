@@ -50,9 +50,7 @@ def test_tracked_strokes_do_not_flip_spin_or_pop(painted):
 
 
 @pytest.mark.parametrize(("num_frames", "over_poles"), [(24, True), (48, False), (80, True)])
-def test_at_coarse_steps_tracked_strokes_never_flip_and_spin_less_than_unlocked(
-    painted, num_frames, over_poles
-):
+def test_at_coarse_steps_tracked_strokes_neither_flip_nor_spin(painted, num_frames, over_poles):
     strokes, paths, _ = painted
     cameras = [*paths[over_poles][:: 240 // num_frames], paths[over_poles][0]]
     ellipses = [project(strokes, camera, fade=True) for camera in cameras]
@@ -60,7 +58,10 @@ def test_at_coarse_steps_tracked_strokes_never_flip_and_spin_less_than_unlocked(
     events = orientation_events(bg.track(strokes, cameras, fade=True), ellipses=ellipses, **SIZE)
     assert unlocked.spins > 1000
     assert events.flips == events.size_pops == 0
-    assert events.spins <= 0.3 * unlocked.spins
+    step = 360 / num_frames
+    if step <= 10:
+        assert events.spins == 0
+    assert np.degrees(events.largest_step) < (15 if step <= 10 else 30)
 
 
 def test_anchored_strokes_flip_only_where_one_looks_along_their_longest_axis(painted):

@@ -10,8 +10,7 @@
 //   smooth          those directions toward the exact axes, the more slender the closer: weighted least squares, a
 //                   tridiagonal system solved by the Thomas algorithm
 //   limit_steps     no step above the limit: the mean of the upper and the lower Lipschitz envelope
-//                   (where frames are far apart they are the knots, and a stroke may spin at a price, see kSpinCost;
-//                   so may one whose thing jumps)
+//                   (only a stroke whose thing jumps may spin, at a price, see kSpinCost)
 //   set_area_scales a box across a slender ellipse is large: it grows and shrinks over several knots, not at once
 //   choose_arrows   of the two arrows of the line, the one that agrees with the anchored direction over the path
 //
@@ -41,17 +40,18 @@ constexpr int kReach = 2;          // states that a direction may turn from knot
 constexpr int kHalfTurnReach = 3;  // and where a half turn has to be spent
 constexpr Cost kTurnCost[] = {0, 1, 4, 12};
 
-// Where the knots are frames and far apart, a stroke may turn by 14 degrees, which is no spin, at next to no cost; and
-// further, by up to 73 degrees, for what a box costs that is 1.35 times as large as it needs to be. (Both ends may
-// still come nearer to their axes.) Koala in 48 frames, at 1.1, 1.35, 1.65 and 3.5 times: 1535, 340, 180 and 66 spins,
-// 0.01, 0.04, 0.2 and 0.8 % of the slender stroke-frames off axis; unlocked 3080 spins and 2366 flips.
-constexpr int kCoarseReach = 5;
-constexpr Cost kCoarseTurnCost[] = {0, 1, 2, 3, 4, 5};
+// Where the knots are frames and far apart, a stroke may turn by 14 degrees at next to no cost: that is no spin. Where
+// frames are over 12.4 degrees apart half a turn takes more than that; there it may turn by 28 degrees, at a price.
+// (Both ends may still come nearer to their axes.) Turns of any size at a fixed price were bought by 19 to 317 strokes
+// in an orbit of 48 frames, most of them against the axis, to pay for the half turn that a closed path owes.
+constexpr int kCoarseReach = 5, kWideReach = 10;
+constexpr Cost kCoarseTurnCost[] = {0, 1, 2, 3, 4, 5, 15, 20, 25, 30, 35};
+constexpr float kWide = static_cast<float>(20 * kPi / 180);  // most turn from which on the reach is wide
 constexpr Cost kSpinCost = 60;
 constexpr int kSpinReach = 26;
-// No knot costs more than 500 + 12, and 22 knots lead from the best state to any other, so no state is dearer
-// than the best by more than 22 x 512 (or, at first, kForbidden). With the best subtracted every 24 knots all sums
-// stay under 24 x 512 + 22 x 512 = 23552: in 16 bits.
+// No knot costs more than 500 + 35, and 22 knots lead from the best state to any other, so no state is dearer
+// than the best by more than 22 x 535 (or, at first, kForbidden). With the best subtracted every 24 knots all sums
+// stay under 24 x 535 + 22 x 535 = 24610: in 16 bits.
 constexpr std::size_t kKnotsPerRebase = 24;
 constexpr Cost kForbidden = 8000;
 
@@ -59,7 +59,6 @@ constexpr Cost kForbidden = 8000;
 // even pass more than one knot a frame; and what is no spin (15 degrees) at 3 degrees a frame either.
 constexpr float kLimit = static_cast<float>(5.2 * kPi / 180);
 constexpr float kHalfTurnLimit = static_cast<float>(7.2 * kPi / 180);
-constexpr float kCoarseLimit = static_cast<float>(14.5 * kPi / 180);
 constexpr float kSpinLimit = static_cast<float>(88 * kPi / 180);  // of a step that spins: it does not flip
 
 constexpr float kUnseenWeight = 0.01F;  // weight of a knot at which the stroke is well outside the picture:
@@ -246,7 +245,7 @@ void cheapest_to_spin_from(const Cost* sum, Cost* cheapest) {
 }
 
 // Sums the cheapest way to every state of every knot. `start` is the only state allowed at the first knot, or -1.
-// Where the row jumps it may spin, as between all knots that are coarse.
+// Where the row jumps it may spin.
 template <std::size_t states, int reach, bool is_coarse>
 void sum_costs(const CostTable& table, const Ellipses& ellipses, const Series& jumps, std::size_t row,
                std::size_t num_views, int start, Cost* sums) {
@@ -270,7 +269,7 @@ void sum_costs(const CostTable& table, const Ellipses& ellipses, const Series& j
                     }
                     sum[half + i] = static_cast<Cost>(best + cost[i]);
                 }
-            if (is_coarse || jumps.at(knot)[row] > 0) {
+            if (jumps.at(knot)[row] > 0) {
                 Cost spun[states];
                 cheapest_to_spin_from<states>(before, spun);
                 for (std::size_t j = 0; j < states; ++j) {
@@ -313,7 +312,7 @@ void trace_back(const Series& jumps, std::size_t row, std::size_t num_views, int
                 const int cost = sum[state - k] + turn_cost(size, is_coarse);
                 if (cost < best) best = cost, turn = k;
             }
-        if (is_coarse || jumps.at(knot)[row] > 0)
+        if (jumps.at(knot)[row] > 0)
             for (int size = reach + 1; size <= kSpinReach; ++size)
                 for (const int k : {size, -size}) {
                     const int cost = sum[(state - k + static_cast<int>(states)) % static_cast<int>(states)] + kSpinCost;
@@ -359,14 +358,16 @@ bool choose(const TrackParams& params, const CostTable& table, const Ellipses& e
 void choose_row(const TrackParams& params, const CostTable& table, const Ellipses& ellipses, std::size_t row,
                 TrackScratch& scratch, const Series& limit) {
     int reach = kCoarseReach;
-    float step = kCoarseLimit;
-    if (params.is_coarse) {
+    float step = static_cast<float>(params.most_turn);
+    if (params.is_coarse && step > kWide) {
+        reach = kWideReach;
+        choose<kWideReach, kWideReach, true>(params, table, ellipses, limit, row, scratch);
+    } else if (params.is_coarse) {
         choose<kCoarseReach, kCoarseReach, true>(params, table, ellipses, limit, row, scratch);
     } else {
         const bool spends = choose<kReach, kHalfTurnReach, false>(params, table, ellipses, limit, row, scratch);
         reach = spends ? kHalfTurnReach : kReach;
-        step = least((spends ? kHalfTurnLimit : kLimit) * static_cast<float>(params.step),
-                     static_cast<float>(params.most_turn));
+        step = least((spends ? kHalfTurnLimit : kLimit) * static_cast<float>(params.step), step);
     }
     const std::int32_t* positions = scratch.positions.get();
     limit.at(0)[row] = step;

@@ -15,7 +15,7 @@ struct TrackParams {
     bool is_closed;         // the last view is the first again
     bool is_coarse;         // the knots are the frames, and far apart: what one frame may turn is limited
     double step;            // change of view from one knot to the next, in units of 1.5 degrees
-    double most_turn;       // radians from knot to knot, unless it is coarse: more would spin from frame to frame
+    double most_turn;       // radians from knot to knot: more would spin from frame to frame
     double growth;          // of the area of a box, at most, from knot to knot, for being off its axis; > 1
     double low_pass;        // added to the projected covariance, pixels squared
     // Where the Gaussians move, their columns hold `count` rows for each view, one view after the other: then this is

@@ -11,7 +11,7 @@ constexpr std::size_t kTrackRows = 64;  // Gaussians tracked at a time
 using Cost = std::int16_t;
 constexpr std::size_t kLineStates = 64;                  // directions of a line that are distinguished: 2.8 degrees
 constexpr std::size_t kCircleStates = 128;               // and of an arrow
-constexpr std::size_t kCostRow = kCircleStates + 2 * 8;  // the states of one view, repeated a little at both ends
+constexpr std::size_t kCostRow = kCircleStates + 2 * 10;  // the states of one view, repeated a little at both ends
 constexpr std::size_t kNumShapes = 32, kNumPhases = 2;
 
 // The cost of every state for every shape of ellipse, half a turn repeated thrice: reading it from another
