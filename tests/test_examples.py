@@ -31,10 +31,11 @@ PAGES = [*GUIDES, ROOT / "strokes" / "README.md", *sorted((EXAMPLES / "measured"
 
 def commands_of(pages):
     """The commands of some pages, each once, but those of the demo, which `.ci/run` runs."""
-    lines = [
-        re.findall(r"^brushgs (?!demo).+$", page.read_text(encoding="utf-8"), re.MULTILINE) for page in pages
+    texts = [page.read_text(encoding="utf-8") for page in pages]
+    blocks = [
+        block for text in texts for block in re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     ]
-    return list(dict.fromkeys(line for found in lines for line in found))
+    return list(dict.fromkeys(re.findall(r"^brushgs (?!demo).+$", "".join(blocks), re.MULTILINE)))
 
 
 COMMANDS = commands_of(GUIDES)
