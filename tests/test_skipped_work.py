@@ -103,7 +103,7 @@ def test_what_is_visible_is_asked_once_in_a_clustering(scene, monkeypatch):
         return contribution.visible_shares(gaussians)
 
     for module in ("cluster", "merge"):
-        monkeypatch.setattr(f"brushgs.passes.{module}.visible_shares", counted)
+        monkeypatch.setattr(f"brushgs.passes.reduce.{module}.visible_shares", counted)
     bg.cluster(scene, 100)
     assert asked == [len(scene)]
 
