@@ -57,7 +57,7 @@ class PaintKeywords(TypedDict, total=False):
     rules: PathLike[str] | str | None
     where: str | None
     where_soft: float | str | None
-    clip: PathLike[str] | str | None
+    text_model: PathLike[str] | str | None
     size: Sequence[int] | str | None
     camera_file: PathLike[str] | str | None
     view: int | str | None
@@ -128,6 +128,7 @@ class FilmKeywords(TypedDict, total=False):
     rules: PathLike[str] | str | None
     where: str | None
     where_soft: float | str | None
+    text_model: PathLike[str] | str | None
     size: Sequence[int] | str | None
     camera_file: PathLike[str] | str | None
     view: int | str | None
@@ -160,3 +161,5 @@ class FilmKeywords(TypedDict, total=False):
     deep: bool | None
     codec: Literal["h264", "h265", "prores", "vp9"] | None
     bits: int | str | None
+    no_clobber: bool | None
+    no_metadata: bool | None

@@ -7,14 +7,14 @@ import pytest
 from brushgs.options.direction import Direction
 
 
-@pytest.mark.parametrize("text", ["own", "form", "colour", "painting:a/b.png", "guides:C:/lines.obj"])
+@pytest.mark.parametrize("text", ["own", "form", "color", "painting:a/b.png", "guides:C:/lines.obj"])
 def test_a_direction_and_its_text(text):
     assert str(Direction.of(text)) == text
 
 
 def test_parts_of_a_direction():
     assert Direction.of("guides:a:b.obj") == Direction("guides", Path("a:b.obj"))
-    assert Direction.of("color") == Direction("colour")
+    assert Direction.of("color") == Direction("color")
     assert Direction() == Direction.of("form")
 
 
@@ -30,7 +30,7 @@ def test_parts_of_a_direction():
 )
 def test_other_texts_are_refused(text, cure):
     with pytest.raises(
-        ValueError, match="direction must be own, form, colour, style, painting:FILE or guides:FILE"
+        ValueError, match="direction must be own, form, color, style, painting:FILE or guides:FILE"
     ) as e:
         Direction.of(text)
     assert str(e.value).endswith(cure)

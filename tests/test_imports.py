@@ -132,7 +132,7 @@ def test_a_part_without_words_loads_no_torch_and_no_transformers(tmp_path):
         "import brushgs.cli\nfrom brushgs.still_life import still_life\nimport brushgs as bg\n"
         f"bg.save(still_life(1000), {str(tmp_path / 'a.ply')!r})\n"
         f"words = ['prune', {str(tmp_path / 'a.ply')!r}, '-o', {str(tmp_path / 'b.ply')!r}]\n"
-        "words += ['--where', 'height:10%.. or half:1,0,0,0', '--clip', 'nowhere', '--quiet']\n"
+        "words += ['--where', 'height:10%.. or half:1,0,0,0', '--text-model', 'nowhere', '--quiet']\n"
         "assert brushgs.cli.main(words) == 0"
     )
     assert not loaded_by(code) & {"torch", "transformers", "safetensors", "tokenizers"}

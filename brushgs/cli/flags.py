@@ -20,6 +20,7 @@ from brushgs.options.choices import DEFAULT_LOOK, LOOKS, PLAIN_LOOK, REPORT_SUFF
 from brushgs.options.clip import ClipConfig
 from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig
 from brushgs.options.painting import STEPS, StrokeSizeFlag
+from brushgs.options.renamed import current
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.styling import AdjustFlag
@@ -242,7 +243,7 @@ def _add_row(container: Any, row: Row, step: str, default: str | None, *, requir
         if told.nargs == "?" and told.const is not None:
             what["const"] = told.const
         if row.choices is not None:
-            what["choices"] = row.choices
+            what["choices"], what["type"] = row.choices, current
         else:
             what["type"] = _reader(row)
         what["metavar"] = row.metavar if row.flags[0].startswith("-") else told.metavar or row.flags[0]

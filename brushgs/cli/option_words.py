@@ -11,6 +11,7 @@ from math import isfinite
 from typing import Any
 
 from brushgs.cli.flags import row_of_action
+from brushgs.options.renamed import FLAGS
 from brushgs.options.table import hint_for, shown
 
 
@@ -49,7 +50,7 @@ def action_named(parser: ArgumentParser, name: str) -> Action:
         OptionError: if there is no such option; names the nearest.
     """
     actions = named_actions(parser)
-    found = actions.get(flag_name(name))
+    found = actions.get(FLAGS.get(flag_name(name), flag_name(name)))
     if found is None:
         cure = hint_for(flag_name(name), actions) or f"; `{parser.prog} --help` lists them"
         raise OptionError(name, f"is no option of `{parser.prog}`{cure}")

@@ -6,6 +6,7 @@ only the standard library: `brushgs --help` takes little longer than the start o
 
 import os
 import re
+import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from functools import partial
@@ -16,6 +17,7 @@ from typing import Any, NoReturn
 from brushgs.cli.config_file import add_config
 from brushgs.cli.help import add_help, found_by
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
+from brushgs.options.renamed import current_words
 from brushgs.options.table import hint_for
 from brushgs.version import __version__
 
@@ -92,7 +94,7 @@ def parse(words: Sequence[str]) -> Namespace:
     if len(words) > 1 and words[0] == "help" and words[1] not in COMMANDS:
         print(found_by(command_parser("render"), words[1:]))
         raise SystemExit(0)
-    words = _joined(_with_command(_asking_for_help(words)))
+    words, notes = current_words(_joined(_with_command(_asking_for_help(words))))
     expanded = _configured(words)
     try:
         args = build_parser(words).parse_args(expanded)
@@ -106,6 +108,9 @@ def parse(words: Sequence[str]) -> Namespace:
             sentence += "; some options are those of --config"
         raise UsageError(sentence) from None
     args.words = expanded
+    if not getattr(args, "quiet", False):
+        for note in notes:
+            print(f"brushgs: note: {note}", file=sys.stderr)
     return args
 
 

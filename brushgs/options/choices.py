@@ -25,7 +25,7 @@ Cost = Literal["frame", "painting"]  # what is waited for: one of many frames, o
 BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size", "views", "knobs"]
 # What is dropped: nothing; detached floaters; these and crumbs below an object; nearer floaters too.
 Clean = Literal["off", "floaters", "sure", "strong"]
-Params = Literal["colour", "free", "all"]  # of strokes, fitted by refinement
+Params = Literal["color", "free", "all"]  # of strokes, fitted by refinement
 See = Literal["views", "off"]  # what decides which strokes there are beside the scene: what views of it show
 Canvas = Literal["none", "linen", "paper"]  # what lies under the paint
 Medium = Literal["paint", "charcoal", "ink", "watercolour"]  # what strokes are made with

@@ -113,7 +113,7 @@ class RefineConfig(Options, frozen=True):
     # fmt: off
     style: Annotated[Path | None, option("painting, or style file that was learnt from one (`brushgs style "
         "learn`): strokes become its marks, with brushes cut out of it, in its colours")] = None
-    params: Annotated[Params, option("parameters of the strokes that are fitted: 'colour' alone, 'free' all "
+    params: Annotated[Params, option("parameters of the strokes that are fitted: 'color' alone, 'free' all "
         "but opacity, 'all'")] = "all"
     where: WhereConfig | None = None
     steps: Annotated[int | None, option("maximum number of steps", ge=1,

@@ -363,8 +363,8 @@ class StrokesConfig(Options, frozen=True):
     solid: Annotated[bool, option("paint in place of glass: faint strokes become smaller and opaque #opaque"
     )] = True
     direction: Annotated[Direction, option("which way strokes run: 'own', as clustered; 'form', along "
-        "shapes and edges; 'colour', along edges of colour; as the brush marks of a painting, or along "
-        "lines in space do #orientation #flow", metavar="own|form|colour|painting:FILE|guides:FILE",
+        "shapes and edges; 'color', along edges of colour; as the brush marks of a painting, or along "
+        "lines in space do #orientation #flow", metavar="own|form|color|painting:FILE|guides:FILE",
         read=Direction.of)] = Direction("form")
     broken_color: Annotated[float, option("by how much strokes differ in lightness from their neighbours, "
         "OKLab #variation", ge=0, le=MAX_BROKEN_COLOR)] = 0.016

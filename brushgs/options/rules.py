@@ -26,6 +26,7 @@ from msgspec.structs import replace
 from brushgs.errors import SceneError
 from brushgs.options.direction import Direction
 from brushgs.options.look_parts import MAX_BRUSHES
+from brushgs.options.renamed import FLAGS
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.table import NestedError, Options, hint_for, in_files, option, read_table, rows_of, shown
 from brushgs.options.toml_values import located, read_text, read_toml
@@ -35,7 +36,7 @@ from brushgs.options.where_terms import Mask
 MAX_RULES = 32
 MAX_BYTES = 65536  # of a file
 TABLE = "region"
-KEYS = (TABLE, "camera_file", "clip")  # above and beside the tables
+KEYS = (TABLE, "camera_file", "text_model")  # above and beside the tables
 ADVICE = 'rules are tables [[region]] with where = "subject" and what is to be there'
 
 
@@ -97,7 +98,7 @@ ROWS = {row.field: row for row in rows_of(Rule)}
 class Rules(Options, frozen=True):
     """The rules of a painting: the first rule whose part a Gaussian is in has it.
 
-    Words are found by the CLIP model of a folder, `clip`, or that of the environment.
+    Words are found by the CLIP model of a folder, `text_model`, or that of the environment.
 
     Raises:
         ValueError: if there are more, or none, a mask lacks its cameras, or words lack a model.
@@ -128,7 +129,7 @@ class Rules(Options, frozen=True):
             if rule.where.texts and clip_folder(self.clip) is None:
                 raise ValueError(
                     f"{_place(number, rule.name)} where has text:{rule.where.texts[0]}, which needs a CLIP "
-                    f'model that you bring; write clip = "folder" above the tables, or set {CLIP_VARIABLE}'
+                    f'model of yours; write text_model = "folder" above the tables, or set {CLIP_VARIABLE}'
                 )
 
     @classmethod
@@ -142,6 +143,7 @@ class Rules(Options, frozen=True):
             what = "is a folder" if file.is_dir() else "there is no such file"
             raise SceneError(file, f"{what}; name a TOML file of rules")
         content = read_toml(read_text(file, "a file of rules", MAX_BYTES), file, ADVICE)
+        content = {FLAGS.get(key, key).replace("-", "_"): value for key, value in content.items()}
         for key in content:
             if key not in KEYS:
                 cure = f"; write it below [[{TABLE}]]" if key in ROWS else hint_for(key, KEYS)
@@ -151,7 +153,7 @@ class Rules(Options, frozen=True):
             raise SceneError(file, f"must have tables [[{TABLE}]], got {shown(tables)}; {ADVICE}")
         if len(tables) > MAX_RULES:
             raise SceneError(file, f"must have at most {MAX_RULES} tables [[{TABLE}]], got {len(tables)}")
-        beside = [_named(file, content, key) for key in ("camera_file", "clip")]
+        beside = [_named(file, content, key) for key in ("camera_file", "text_model")]
         rules = tuple(_rule(file, number, table) for number, table in enumerate(tables, 1))
         try:
             return cls(rules, file, *beside)

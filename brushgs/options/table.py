@@ -16,6 +16,8 @@ from pathlib import Path
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
+from brushgs.options.renamed import current
+
 _IS_SLOW = "typing_extensions" not in sys.modules
 if _IS_SLOW:  # msgspec asks for names that typing has as well; importing it takes 50 ms
     sys.modules["typing_extensions"] = None  # type: ignore[assignment]
@@ -291,6 +293,7 @@ class Row:
         if self.option.read is not None:
             return _named_elsewhere(self.option.read, text)
         if self.choices is not None:
+            text = current(text)
             if text not in self.choices:
                 known = ", ".join(self.choices)
                 raise ValueError(f"must be one of {known}, got {shown(text)}{hint_for(text, self.choices)}")

@@ -111,10 +111,10 @@ class WhereConfig(Options, frozen=True):
     GROUP: ClassVar = "where"
     # fmt: off
     expression: Annotated[Where, option("part of the scene: subject, surroundings, box:x0,y0,z0,x1,y1,z1, "
-        "sphere:x,y,z,radius, half:nx,ny,nz,d (where n.x >= d), colour:#rrggbb,distance, height:low..high "
+        "sphere:x,y,z,radius, half:nx,ny,nz,d (where n.x >= d), color:#rrggbb,distance, height:low..high "
         "above the ground (world units, or % of the subject's), part:N (N-th largest connected one) or "
         "part:x,y,z (the nearest), mask:FILE|FOLDER (painted pictures, white inside), text:words (needs "
-        "--clip); combined by and, or, not, ( ) #mask #region #select #crop #part", flag="--where",
+        "--text-model); combined by and, or, not, ( ) #mask #region #select #crop #part", flag="--where",
         default="all", metavar="EXPR", read=Where.parse)]
     soft: Annotated[float, share("width of the edge as a share of the subject's size; 0 is hard #feather",
         flag="--where-soft", le=MAX_SOFT)] = 0.0
@@ -123,6 +123,7 @@ class WhereConfig(Options, frozen=True):
         "over these", default="", metavar="FILE|none", action="camera file")] = None
     clip: Annotated[Path | None, option("CLIP model that finds text:words, yours: a folder with "
         "config.json, model.safetensors and tokenizer.json, as transformers saves it (extra text)",
+        flag="--text-model",
         default=f"the environment's {CLIP_VARIABLE}", metavar="FOLDER")] = None
     # fmt: on
 
@@ -135,8 +136,8 @@ class WhereConfig(Options, frozen=True):
             )
         if self.expression.texts and clip_folder(self.clip) is None:
             raise ValueError(
-                f"where has text:{self.expression.texts[0]}, which needs --clip FOLDER, a CLIP model of "
-                f"yours (or {CLIP_VARIABLE} in the environment); brushgs has none and downloads none"
+                f"where has text:{self.expression.texts[0]}, which needs --text-model FOLDER, a CLIP model "
+                f"of yours (or {CLIP_VARIABLE} in the environment); brushgs has none and downloads none"
             )
 
     def __str__(self) -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import ClassVar, Self
 
+from brushgs.options.renamed import current
 from brushgs.options.table import Struct
 
 Triple = tuple[float, float, float]
@@ -102,7 +103,7 @@ class Colour(_Term, frozen=True):
         distance: above 0.
     """
 
-    form: ClassVar[str] = "colour:#rrggbb,distance"
+    form: ClassVar[str] = "color:#rrggbb,distance"
     color: str
     distance: float
 
@@ -125,7 +126,7 @@ class Colour(_Term, frozen=True):
         return cls(color, distance)
 
     def __str__(self) -> str:
-        return f"colour:{self.color},{_written(self.distance)}"
+        return f"color:{self.color},{_written(self.distance)}"
 
 
 class Length(Struct, frozen=True):
@@ -248,7 +249,6 @@ TERMS: Mapping[str, type[Term]] = MappingProxyType(
         "box": Box,
         "sphere": Sphere,
         "half": Half,
-        "colour": Colour,
         "color": Colour,
         "height": Height,
         "subject": Subject,
@@ -269,7 +269,7 @@ def parse_term(text: str) -> Term:
     """
     name, colon, rest = text.partition(":")
     name = name.strip()
-    kind = TERMS.get(name.lower())
+    kind = TERMS.get(current(name.lower()))
     if kind is None:
         raise ValueError(f"where must be of the terms {', '.join(FORMS)}, got {_shown(text)}{_hint(name)}")
     if kind is Subject or kind is Surroundings:

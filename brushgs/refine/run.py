@@ -285,7 +285,7 @@ def _in_style(
 
     The style file beside the output is written.
     """
-    marks = None if learnt is None or config.params == "colour" else learnt.style.marks
+    marks = None if learnt is None or config.params == "color" else learnt.style.marks
     if learnt is None or marks is None or prepared.texture.kind != "image":
         return prepared, moves, False
     from brushgs.refine.in_style import lay_in_style, style_beside

@@ -20,7 +20,7 @@ from brushgs.values.gaussians import Gaussians
 
 # Parameters that each set optimises.
 MOVING: dict[Params, tuple[str, ...]] = {
-    "colour": ("sh_base", "sh_rest"),
+    "color": ("sh_base", "sh_rest"),
     "free": ("sh_base", "sh_rest", "means", "scales", "quats"),
     "all": ("sh_base", "sh_rest", "means", "scales", "quats", "opacities"),
 }

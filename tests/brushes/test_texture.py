@@ -73,8 +73,9 @@ def test_a_stroke_is_taken_by_name_path_or_as_it_is(tmp_path):
     assert StrokeTexture.of(opened) is opened
     assert np.array_equal(StrokeTexture.of("flat").coverage, opened.coverage)
     assert StrokeTexture.of(str(path)).name == StrokeTexture.of(path).name == "a"
-    with pytest.raises(TypeError, match=r"texture must be a StrokeTexture, the name .* path, got ndarray"):
-        StrokeTexture.of(opened.coverage)
+    with pytest.raises(TypeError, match=r"texture must be a StrokeTexture, the name .* array, got int"):
+        StrokeTexture.of(5)
+    assert np.array_equal(StrokeTexture.of(opened.coverage).coverage, opened.coverage)
 
 
 def test_an_unknown_name_is_answered_with_the_names_and_the_closest():

@@ -120,7 +120,7 @@ def test_flags_of_strokes_become_configuration(words, expected):
         (["--focus", "1,2,3,0"], "--focus must be four finite numbers, the radius above 0"),
         (["--focus", "1,2,nan,1"], "--focus must be four finite numbers, the radius above 0"),
         (["--focus", ""], "--focus must be auto, off, subject"),
-        (["--direction", "up"], "--direction must be own, form, colour, style, painting:FILE or guides:FILE"),
+        (["--direction", "up"], "--direction must be own, form, color, style, painting:FILE or guides:FILE"),
     ],
 )
 def test_what_flags_of_strokes_do_not_take_gets_one_sentence(words, sentence):

@@ -70,7 +70,7 @@ EXAMPLES = {
     "rules": ("r.toml", ["--rules", "r.toml"]),
     "where": ("subject and not part:1", ["--where", "subject and not part:1"]),
     "where-soft": (0.1, ["--where-soft", "0.1"]),
-    "clip": ("model", ["--clip", "model"]),
+    "text-model": ("model", ["--text-model", "model"]),
     "size": ((640, 360), ["--size", "640x360"]),
     "up": ("-y", ["--up=-y"]),
     "azimuth": (-30.5, ["--azimuth=-30.5"]),

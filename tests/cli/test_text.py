@@ -36,7 +36,7 @@ def where_of(capsys, *words):
 
 
 def test_words_are_found_by_a_model_from_a_folder(capsys, monkeypatch):
-    found = where_of(capsys, "text:red jug or box:-9,-9,-9,0,9,9", "--clip", "clip")
+    found = where_of(capsys, "text:red jug or box:-9,-9,-9,0,9,9", "--text-model", "clip")
     box = where_of(capsys, "box:-9,-9,-9,0,9,9")
     assert box["where_gaussians"] <= found["where_gaussians"]
     monkeypatch.setenv("BRUSHGS_CLIP", "clip")
@@ -68,7 +68,7 @@ def test_rules_name_their_model_beside_them(capsys, place):
     assert main([*words, "-o", "b.png"]) == 2
     message = capsys.readouterr().err
     assert "[[region]] 1 where has text:red, which needs a CLIP model" in message
-    assert 'clip = "folder"' in message
+    assert 'text_model = "folder"' in message
 
 
 def refused(capsys, *words):
@@ -80,12 +80,12 @@ def refused(capsys, *words):
 
 def test_words_without_a_model_are_refused_before_anything_is_loaded(capsys, monkeypatch):
     monkeypatch.setattr("brushgs.io.read_scene", None)
-    assert "where has text:red jug, which needs --clip FOLDER, a CLIP model" in refused(capsys)
+    assert "where has text:red jug, which needs --text-model FOLDER, a CLIP model" in refused(capsys)
 
 
 @pytest.mark.parametrize("name", ["nowhere", "a.ply"])
 def test_what_is_no_model_is_refused(capsys, name):
-    assert f"{name}: is " in refused(capsys, "--clip", name)
+    assert f"{name}: is " in refused(capsys, "--text-model", name)
 
 
 def test_a_pickle_is_refused_with_the_cure(capsys, tmp_path, place):
@@ -93,16 +93,16 @@ def test_a_pickle_is_refused_with_the_cure(capsys, tmp_path, place):
         (tmp_path / path.name.replace("model.safetensors", "pytorch_model.bin")).write_bytes(
             path.read_bytes()
         )
-    message = refused(capsys, "--clip", str(tmp_path))
+    message = refused(capsys, "--text-model", str(tmp_path))
     assert "pytorch_model.bin, which can be a pickle" in message
     assert "save_pretrained" in message
 
 
 def test_a_missing_library_is_refused_with_the_cure(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "transformers", None)
-    assert "pip install 'brushgs[text]'" in refused(capsys, "--clip", "clip")
+    assert "pip install 'brushgs[text]'" in refused(capsys, "--text-model", "clip")
 
 
 def test_clip_without_words_to_find_needs_a_part(capsys):
-    assert main(["prune", "a.ply", "--clip", "clip", "-o", "b.ply"]) == 2
-    assert "--clip needs --where" in capsys.readouterr().err
+    assert main(["prune", "a.ply", "--text-model", "clip", "-o", "b.ply"]) == 2
+    assert "--text-model needs --where" in capsys.readouterr().err

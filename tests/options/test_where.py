@@ -117,7 +117,7 @@ def test_any_text_is_a_part_or_one_sentence(text):
         ("not subject and part:1", "(not subject) and part:1"),
         ("not not subject", "not (not subject)"),
         ("box: 1, 1, 1 ,0,0,0", "box:0,0,0,1,1,1"),
-        ("color:#FF0000,.2", "colour:#ff0000,0.2"),
+        ("color:#FF0000,.2", "color:#ff0000,0.2"),
         ("text:the red truck and subject", '"text:the red truck" and subject'.replace('"', "")),
         ("(subject)AND(not(part:1))", "subject and not part:1"),
         ("height: 10 % .. 2", "height:10%..2"),
@@ -162,7 +162,7 @@ def test_words_hold_spaces_and_end_before_and_or_and_parentheses(text, words):
         ("sphere:0,0,nan,1", "'nan' must be a number"),
         ("sphere:0,0,0,-1", "the radius must be above 0"),
         ("half:0,0,0,1", "the normal must not be zero"),
-        ("colour:red,0.1", "where must have colour:#rrggbb,distance, got 'colour:red,0.1'"),
+        ("colour:red,0.1", "where must have color:#rrggbb,distance, got 'color:red,0.1'"),
         ("colour:#ff0000,0", "the distance must be above 0"),
         ("height:1", "one end may be missing"),
         ("height:..", "one end may be missing"),
@@ -214,7 +214,7 @@ def test_options_refuse_what_cannot_be():
 def test_words_need_a_model_that_is_named_or_in_the_environment(monkeypatch):
     words = Where.parse("subject and text:the truck")
     monkeypatch.delenv("BRUSHGS_CLIP", raising=False)
-    with pytest.raises(ValueError, match=r"text:the truck, which needs --clip FOLDER.*BRUSHGS_CLIP"):
+    with pytest.raises(ValueError, match=r"text:the truck, which needs --text-model FOLDER.*BRUSHGS_CLIP"):
         WhereConfig(words)
     assert WhereConfig(words, clip=Path("mine")).clip == Path("mine")
     monkeypatch.setenv("BRUSHGS_CLIP", "theirs")

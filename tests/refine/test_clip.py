@@ -105,12 +105,12 @@ def test_a_view_of_the_last_moment_teaches_strokes_at_their_reference_moment(pre
     last = draw_targets([view._replace(moment=4) for view in timed], at)
     first = draw_targets([view._replace(moment=0) for view in timed], at)
     schedule = FitSchedule(steps=60, rates=Rates(sh_base=0.05))
-    after, _ = distil(Variables(strokes, "colour"), last, last, drawing, schedule)
+    after, _ = distil(Variables(strokes, "color"), last, last, drawing, schedule)
     # At the first moment too, since the same strokes are there: measured 22.9 to 23.8 dB.
     assert mean_psnr(after, first, drawing) > mean_psnr(strokes, first, drawing) + 0.7
     # Without the motion they would be where the body was, and learn nothing of it.
     at_rest = Drawing.of(drawing.texture, drawing.options)
-    wrong, _ = distil(Variables(strokes, "colour"), last, last, at_rest, schedule)
+    wrong, _ = distil(Variables(strokes, "color"), last, last, at_rest, schedule)
     assert mean_psnr(after, first, drawing) > mean_psnr(wrong, first, drawing) + 0.5
 
 

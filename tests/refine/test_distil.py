@@ -69,7 +69,7 @@ def same(first, second, columns=COLUMNS, rows=slice(None)):
 
 
 # In dB; measured 0.12, 0.77 and 1.08, from 19.1 dB on.
-@pytest.mark.parametrize(("params", "gain"), [("colour", 0.08), ("free", 0.5), ("all", 0.7)])
+@pytest.mark.parametrize(("params", "gain"), [("color", 0.08), ("free", 0.5), ("all", 0.7)])
 def test_strokes_come_nearer_to_the_scene_in_views_they_were_not_fitted_to(
     strokes, training_views, validation_views, drawing, params, gain
 ):
@@ -83,7 +83,7 @@ def test_strokes_come_nearer_to_the_scene_in_views_they_were_not_fitted_to(
 
 
 @pytest.mark.parametrize(
-    ("params", "fixed"), [("colour", ("means", "quats", "scales", "opacities")), ("free", ("opacities",))]
+    ("params", "fixed"), [("color", ("means", "quats", "scales", "opacities")), ("free", ("opacities",))]
 )
 def test_what_is_not_to_move_does_not(strokes, training_views, validation_views, drawing, params, fixed):
     after, _ = refined(strokes, training_views, validation_views, drawing, params, steps=10)

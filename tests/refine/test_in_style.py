@@ -88,7 +88,7 @@ def test_without_its_style_a_file_is_painted_in_the_look_and_says_so(folder, tmp
 
 
 def test_colours_alone_leave_marks_and_write_no_style(folder, tmp_path):
-    assert refine(folder, tmp_path / "c.ply", "--params", "colour", "--strokes", "50") == 0
+    assert refine(folder, tmp_path / "c.ply", "--params", "color", "--strokes", "50") == 0
     strokes, notes = read_scene(tmp_path / "c.ply")
     assert (len(strokes), strokes.brushes, notes.brushes) == (50, None, ())
     assert not (tmp_path / "c.style").exists()
@@ -108,7 +108,7 @@ def test_a_number_of_strokes_that_was_asked_for_is_kept(folder, tmp_path):
 def test_outside_a_region_strokes_stay_as_they_were(folder, tmp_path):
     where = ("--where", "half:1,0,0,0", "--strokes", "150")
     assert refine(folder, tmp_path / "w.ply", *where, style="out.style") == 0
-    assert refine(folder, tmp_path / "c.ply", "--params", "colour", *where, style="out.style") == 0
+    assert refine(folder, tmp_path / "c.ply", "--params", "color", *where, style="out.style") == 0
     marked, colored = bg.load(tmp_path / "w.ply"), bg.load(tmp_path / "c.ply")
     outside = colored.means[:, 0] < -0.01
     assert 10 < outside.sum() < 140
@@ -117,7 +117,7 @@ def test_outside_a_region_strokes_stay_as_they_were(folder, tmp_path):
     assert all(row.tobytes() in rows for row in kept)
 
 
-@pytest.mark.parametrize("how", [(), ("--params", "colour"), ("--palette", "painting.png")])
+@pytest.mark.parametrize("how", [(), ("--params", "color"), ("--palette", "painting.png")])
 def test_outside_a_region_rows_of_a_file_of_strokes_stay_as_they_were(folder, tmp_path, how):
     """Places, rotations and colours bit for bit; sizes and opacities are written as logarithms once more."""
     path, how = tmp_path / "strokes.ply", [str(folder / word) if "." in word else word for word in how]

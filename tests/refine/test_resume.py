@@ -186,7 +186,7 @@ def test_a_checkpoint_that_is_not_resumed_is_named_before_it_is_replaced(stopped
         (["--see", "views"], r"see off, now views"),
         (["--steps", "12"], r"steps 10, now 12"),
         (["--seed", "4"], r"seed 0, now 4"),
-        (["--params", "colour"], r"params all, now colour"),
+        (["--params", "color"], r"params all, now color"),
         (["--up", "+z"], r"up -y, now \+z"),
         (["--views", "5", "--keep", "0.5"], r"keep 0\.7, now 0\.5; views 4, now 5"),
         (["--style", "style.png"], r"palette None, now style\.png; style image None, now style\.png; .*"),

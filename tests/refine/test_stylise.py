@@ -135,7 +135,7 @@ def level_strokes(painting):
 
 
 def test_only_colours_move_where_nothing_else_may(styled, strokes):
-    after, curve = styled("colour", steps=6)
+    after, curve = styled("color", steps=6)
     for name in ("means", "quats", "scales", "opacities"):
         assert np.array_equal(getattr(after, name), getattr(strokes, name))
     assert not np.array_equal(after.sh, strokes.sh)

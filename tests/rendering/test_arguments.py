@@ -139,6 +139,6 @@ def test_a_stroke_is_taken_by_its_name(tmp_path):
             assert by_texture.alpha.any()
             np.testing.assert_array_equal(by_name.rgb, by_texture.rgb)
     with pytest.raises(
-        TypeError, match="texture must be a StrokeTexture, .*, a path or a picture as an array, got N"
+        TypeError, match=r"texture must be a StrokeTexture, .*, a path or a picture as an array, got N"
     ):
         render(SCENE, CAMERA, None)

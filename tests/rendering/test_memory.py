@@ -7,7 +7,7 @@ SCRIPT = """
 import resource
 import numpy as np
 from brushgs.rendering.rasterize import rasterize
-from brushgs.scene import Boxes
+from brushgs.values.boxes import Boxes
 from brushgs.brushes.texture import StrokeTexture
 
 n = 20_000  # enough for the threads of the tile lists; all boxes cover all 8192 tiles

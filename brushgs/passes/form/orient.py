@@ -66,7 +66,7 @@ class Weights:
 FIELDS: Mapping[str, Weights] = {
     # Own axes at 1.2 instead of 2.4 lose up to 0.03 dB; without curvature and extent 0.02.
     "form": Weights(own=2.4, color=1.0, curvature=0.4, long=0.4),
-    "colour": Weights(own=0.0, color=1.0, curvature=0.0, long=0.0),
+    "color": Weights(own=0.0, color=1.0, curvature=0.0, long=0.0),
 }
 
 
@@ -83,7 +83,7 @@ def orient(
         strokes: n strokes; their plane is at right angles to their shortest axis.
         gaussians: that they were made of, with the colours of the surface.
         field: "form": along lines of equal colour, the least curvature and the extent of the surface, and the
-            slender strokes around. "colour": along lines of equal colour alone. "own": nothing changes.
+            slender strokes around. "color": along lines of equal colour alone. "own": nothing changes.
             "guides:FILE": along lines in space, see `read_guides`; "painting:FILE": as the brush marks of a
             picture, see `mark_wish`; both with "form" where they say nothing. A `Direction` is such a text
             parsed, `Guides` and `Marks` are such files opened, see `open_field`.

@@ -28,6 +28,7 @@ from brushgs.still_life.cast import Cast, blockers_of, cast_of, joined
 from brushgs.still_life.light import TO_LAMP, Blockers, baked
 from brushgs.values.colors import oklab_of
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import quats_of
 from brushgs.values.sh import C0, base_colors, in_colors
 from tests.scenes import still_life_of
 
@@ -83,7 +84,7 @@ def ball(count: int = 600, color=(0.5, 0.5, 0.5), center=(0.0, 0.0, 0.0), radius
     size = 2.2 * radius / count**0.5
     return Gaussians(
         center + radius * out,
-        bg.quats.quats_of(frames),
+        quats_of(frames),
         np.tile([size, size, 0.05 * size], (count, 1)),
         np.full(count, 0.95),
         np.broadcast_to((np.asarray(color) - 0.5) / C0, (count, 3))[:, None].copy(),

@@ -15,7 +15,7 @@ from tests.passes.form.planks import aspects, boards, long_axes, planks, surface
 from tests.passes.scenes import assert_same, covariances, random_gaussians, replaced
 
 
-@pytest.mark.parametrize("field", ["form", "colour"])
+@pytest.mark.parametrize("field", ["form", "color"])
 def test_strokes_on_planks_run_along_them(field):
     frame = turned_frame()
     strokes, gaussians = planks(frame=frame)
@@ -84,7 +84,7 @@ def test_slender_strokes_keep_their_axes_and_are_followed():
 
 def test_on_a_flat_plane_of_one_colour_strokes_stay_as_they_are():
     strokes, gaussians = planks(color=lambda uv: np.full((len(uv), 3), 0.5))
-    after = bg.orient(strokes, gaussians, "colour")
+    after = bg.orient(strokes, gaussians, "color")
     np.testing.assert_allclose(covariances(after), covariances(strokes), rtol=1e-9, atol=1e-12)
 
 
@@ -117,7 +117,7 @@ def test_neighbours_point_the_same_way():
     assert np.abs(np.sign(axes @ turned_frame(5)[:, 0]).sum()) == len(axes)
 
 
-@pytest.mark.parametrize("field", ["form", "colour"])
+@pytest.mark.parametrize("field", ["form", "color"])
 def test_order_of_rows_unit_and_place_do_not_matter(field):
     strokes, gaussians = planks(frame=turned_frame())
     expected = covariances(bg.orient(strokes, gaussians, field))
@@ -152,7 +152,7 @@ def test_blocks_of_rows_change_no_bit(monkeypatch):
 
 def test_an_unknown_field_is_refused():
     strokes, gaussians = planks(100, 20)
-    with pytest.raises(ValueError, match=r"direction must be own, form, colour, .* got 'shape'"):
+    with pytest.raises(ValueError, match=r"direction must be own, form, color, .* got 'shape'"):
         bg.orient(strokes, gaussians, "shape")
 
 
@@ -187,7 +187,7 @@ def strange_strokes():
 WAVES = np.sin(np.add.outer(np.arange(40), 2 * np.arange(50)))[:, :, None] / 2 + 0.5
 STRANGE_FIELDS = {
     "form": "form",
-    "colour": "colour",
+    "color": "color",
     "guides": Guides(np.zeros((1, 3)), np.ones((1, 3)), 2.0),
     "marks": Marks.of_image(WAVES, bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=50, height=40)),
 }

@@ -2,7 +2,7 @@
 
 const FORMS = [
   "subject", "surroundings", "height:low..high", "sphere:x,y,z,radius", "box:x0,y0,z0,x1,y1,z1",
-  "half:nx,ny,nz,d", "colour:#rrggbb,distance", "part:1",
+  "half:nx,ny,nz,d", "color:#rrggbb,distance", "part:1",
 ];
 const HINT = `${FORMS.join(", ")}; with and, or, not and parentheses`;
 
