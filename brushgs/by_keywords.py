@@ -316,7 +316,7 @@ def _with_keywords(function: Callable[..., Any]) -> None:
     more = []
     for name, title, row in keywords(function.__name__):
         more.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None))
-        groups.setdefault(title, []).append(f"{name}: {row.help(**FORMATS).replace('%%', '%')}")
+        groups.setdefault(title, []).append(f"`{name}`: {row.help(**FORMATS).replace('%%', '%')}")
     function.__signature__ = own.replace(parameters=[*first, *more])  # type: ignore[attr-defined]
     lists = (
         f"{title.capitalize()}:\n" + "\n".join(f"    {one}" for one in ones) for title, ones in groups.items()

@@ -135,7 +135,7 @@ def test_keywords_are_seen_by_editors_and_in_help():
         assert "options" not in names
         listed = inspect.getdoc(function)
         assert "View:" in listed
-        assert "zoom: 1 shows the whole subject" in listed
+        assert "`zoom`: 1 shows the whole subject" in listed
         assert "; above 0; default 1" in listed
 
 

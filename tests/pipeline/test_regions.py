@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.pictures.images import read_image
 from brushgs.io.styles.write import write_style
 from brushgs.options.clip import ClipConfig
@@ -269,7 +269,8 @@ def test_the_part_that_is_painted_is_painted_as_a_scene_of_its_own(scene):
 
 
 def test_all_of_a_scene_is_painted_as_without_where(scene):
-    prepared = painted(scene, shown("sphere:0,0,0,1000"))
+    with pytest.warns(SceneWarning, match="changes nothing, since all 1,131 Gaussians lie in it"):
+        prepared = painted(scene, shown("sphere:0,0,0,1000"))
     assert prepared.plain is None
     assert_same(prepared.strokes, painted(scene, PAINT).strokes)
 
