@@ -306,7 +306,7 @@ def test_strokes_that_move_otherwise_are_another_fit(stopped, folder, capsys, mo
         (["-o", "a.png"], r"output of a moving scene must be a folder, got 'a.png'; write a folder, a/"),
         (["-o", "a/%05d.ply"], r"moments are called moment_%05d.ply; name their folder, a/, not"),
         (["-o", "mine"], r"mine: holds notes.txt and 1 more, which brushgs did not write as moments"),
-        (["-o", "file/"], r"file: is a file, not a folder"),
+        (["-o", "file/"], r"file is a file, not a folder"),
         (["-o", "{folder}/"], r"dance.*: is an input, and .*dance/ would replace it; choose another folder"),
         (["--start", "9"], r"start must be in the 0.208333 s of .*dance, got 9 s"),
         (["--start", "60%", "--end", "10%"], r"end must not be before start"),

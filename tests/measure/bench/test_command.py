@@ -220,9 +220,9 @@ def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeyp
     assert err.count("note:") == 1
     assert names("pears-bench") == ["bench.csv", "bench.json"]
     assert json.loads(Path("pears-bench/bench.json").read_text())["notes"] == [note]
-    _, out, err = run(capsys, scene, *words, "--json")
+    _, out, err = run(capsys, scene, *words, "--json", "-o", "pears-bench")
     assert (err, json.loads(out)["notes"]) == ("", [note])
-    assert run(capsys, scene, *words, "--no-plot", "--quiet") == (0, "", "")
+    assert run(capsys, scene, *words, "--no-plot", "--quiet", "-o", "pears-bench") == (0, "", "")
     assert json.loads(Path("pears-bench/bench.json").read_text())["notes"] == []
 
 

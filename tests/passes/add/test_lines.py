@@ -8,6 +8,7 @@ from brushgs.passes.add.lines import Lines, find_lines
 from brushgs.rendering.facing import facing, fade_by_facing
 from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.plain import PlainViews, plain_views
+from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
 from tests.passes.add.scenes import SIDE, cameras, cube, cube_edges, noisy_plane, sphere
 from tests.passes.scenes import assert_same, random_gaussians
@@ -30,7 +31,7 @@ def points_of(lines, num=9):
     """[L, num, 3] points along the boxes of pieces, from end to end."""
     strokes = lines.strokes
     longest = np.argmax(strokes.scales, axis=1)
-    axes = bg.quats.rotation_matrices(strokes.quats)[np.arange(len(strokes)), :, longest]
+    axes = rotation_matrices(strokes.quats)[np.arange(len(strokes)), :, longest]
     halves = SIGMAS * strokes.scales.max(axis=1)
     offsets = np.linspace(-1, 1, num)[None, :, None] * (halves[:, None] * axes)[:, None]
     return strokes.means[:, None] + offsets
