@@ -3,6 +3,8 @@
 import gc
 import signal
 
+from hypothesis import settings
+
 # In one place for all folders: a session has one browser.
 from tests.chromium import browser, open_page, open_shared_page  # noqa: F401
 
@@ -12,6 +14,10 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP"):  # not on Windows
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+# The first case of a test may import what it uses, and machines are shared: no test depends on its time.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 # Twelve thousand tests are half a million objects that stay. The collector of garbage would go through them
 # again and again: while they are made, and in each test that makes many objects of its own.
