@@ -161,7 +161,7 @@ def test_resume_without_a_checkpoint_says_so_and_starts(scene, made, capsys):
     assert err.count("note:") == 1
     rows = [path.read_bytes().split(b"end_header")[1] for path in (Path(OUTPUT), made / OUTPUT)]
     assert rows[0] == rows[1], "the headers name the scenes"
-    _, out, err = run(capsys, scene, *SMALL, "--resume", "--json")
+    _, out, err = run(capsys, scene, *SMALL, "--resume", "--json", "-o", OUTPUT)
     assert err == ""
     assert json.loads(out)["notes"] == [note]
 

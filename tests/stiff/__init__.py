@@ -44,11 +44,11 @@ one stroke that would fill the screen 100 times over (fade it, do not pop it)
     drawn    scene: strokes that fill the screen 100 times
 extents of +-2e7 around a subject at the origin
     drawn    scene: extents of 2e7
-    drawn    ../passes/test_cluster.py::test_strays_at_the_end_of_the_world_do_not_take_the_clusters
+    drawn    ../passes/reduce/test_cluster.py::test_strays_at_the_end_of_the_world_do_not_take_the_clusters
 scenes 1e-4 and 1e4 units wide
     drawn    scene: 1e-4 wide
     drawn    scene: 1e4 wide
-    drawn    ../passes/test_cluster.py::test_balanced_features_do_not_depend_on_the_unit
+    drawn    ../passes/reduce/test_cluster.py::test_balanced_features_do_not_depend_on_the_unit
 exactly isotropic and exactly horizontal or vertical strokes
     drawn    scene: isotropic
     drawn    ../rendering/test_project.py::test_round_things_have_angle_zero
