@@ -42,7 +42,7 @@ def refine(folder, output, *options, style="painting.png", scene="scene.ply"):
 def painted_with(path, *options):
     """Names of the brushes that a picture of a file is painted with, and the picture."""
     picture = path.with_suffix(".png")
-    cheap = "--backdrop", "off", "--focus", "off", "--values", "0"  # what this is not about
+    cheap = "--no-metadata", "--backdrop", "off", "--focus", "off", "--values", "0"  # what this is not about
     words = ["render", path, "-o", picture, "--size", "80x60", *cheap, *options, "--quiet"]
     assert cli.main([str(word) for word in words]) == 0
     return picture.read_bytes()
