@@ -72,6 +72,11 @@ def convert(path: Path, value: object, kind: type[T], cure: str, root: str = "")
         raise SceneError(path, f"is not JSON for this use (it is nested too deeply); {cure}") from None
 
 
+def fault(error: msgspec.ValidationError, value: object, kind: type) -> str:
+    """What is wrong with a parsed value, without file and cure: "brush_counts[0] must be ..."."""
+    return _sentence(str(error), value, kind, "", "").removesuffix("; ")
+
+
 def refused(path: Path, place: str, rule: str, value: object, cure: str) -> SceneError:
     """The error of a value that its type does not show, in the words of `decode`."""
     return SceneError(path, f"{place} must be {rule}, got {shown(value)}; {cure}".lstrip())

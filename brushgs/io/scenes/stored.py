@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneWarning
 from brushgs.io.scenes.columns import Columns
+from brushgs.io.schema import fault
 from brushgs.values.arrays import F64
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
@@ -177,7 +178,11 @@ def parse_text(text: str) -> Stored:
     """
     if not text:
         return Stored()
-    return _stored(lambda: msgspec.json.decode(text[: MAX_TEXT + 1], type=_Content))
+    try:
+        content = msgspec.json.decode(text[: MAX_TEXT + 1])
+    except (msgspec.DecodeError, RecursionError):
+        raise ValueError("it is no JSON") from None
+    return parse_content(content)
 
 
 def parse_content(content: object) -> Stored:
@@ -186,14 +191,15 @@ def parse_content(content: object) -> Stored:
     Raises:
         ValueError: if it is damaged.
     """
-    return _stored(lambda: msgspec.convert(content, _Content))
-
-
-def _stored(read: Callable[[], _Content]) -> Stored:
     try:
-        content = read()
-    except (msgspec.MsgspecError, RecursionError) as error:
-        raise ValueError(f"damaged: {error}") from None
+        return _stored(msgspec.convert(content, _Content))
+    except msgspec.ValidationError as error:
+        raise ValueError(fault(error, content, _Content)) from None
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
+
+
+def _stored(content: _Content) -> Stored:
     if content.scene is not None and not content.scene.isprintable():
         raise ValueError("the name of a scene must be printable")
     order = content.order
