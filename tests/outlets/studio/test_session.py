@@ -11,7 +11,7 @@ import pytest
 
 from brushgs.cli.commands.view import session_of
 from brushgs.cli.parser import parse
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.pictures.images import read_image
 from brushgs.options.viewer import FilmConfig
 from brushgs.outlets.studio.session import Dropped, reserve
@@ -87,7 +87,8 @@ def test_a_dropped_picture_is_a_brush_or_a_palette_and_is_called_as_it_was(paint
     session, first = painted
     paint_file(session.source, tmp_path / "picture.png", first.config)
     session.dropped = {"id1": Dropped("my brush.png", tmp_path / "picture.png")}
-    own = session.paint(Settings(stroke="id1", palette="id1"), Report())
+    with pytest.warns(SceneWarning, match="the stroke image has no empty margin"):
+        own = session.paint(Settings(stroke="id1", palette="id1"), Report())
     assert header_of(own.contents)["command"]["options"][-4:] == [
         "--stroke", "my brush.png", "--palette", "my brush.png"
     ]  # fmt: skip
@@ -128,9 +129,11 @@ def test_a_picture_that_fails_frees_its_name(painted, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_that_cannot_be_written_to_is_named(tmp_path):
-    with pytest.raises(SceneError, match=r"missing/a-1\.png: cannot be written"):
-        reserve(tmp_path / "missing", "a", ".png")
+def test_a_folder_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(SceneError, match=r"file/a-1\.png: the folder .*file cannot be made"):
+        reserve(tmp_path / "file", "a", ".png")
+    assert reserve(tmp_path / "missing", "a", ".png").exists()
 
 
 def frames_of(path):
