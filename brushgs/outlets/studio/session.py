@@ -227,10 +227,15 @@ def reserve(folder: Path, stem: str, suffix: str) -> Path:
     Raises:
         SceneError: if the folder cannot be written to.
     """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SceneError(
+            folder, f"the folder cannot be made ({error.strerror}); choose another one"
+        ) from None
     for number in count(1):
         path = folder / f"{stem}-{number}{suffix}"
         try:
-            folder.mkdir(parents=True, exist_ok=True)
             os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         except FileExistsError:
             if number < MAX_NUMBER:

@@ -131,7 +131,7 @@ def test_a_picture_that_fails_frees_its_name(painted, tmp_path, monkeypatch):
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(SceneError, match=r"file/a-1\.png: the folder .*file cannot be made"):
+    with pytest.raises(SceneError, match="file: the folder cannot be made"):
         reserve(tmp_path / "file", "a", ".png")
     assert reserve(tmp_path / "missing", "a", ".png").exists()
 
