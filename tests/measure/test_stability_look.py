@@ -54,6 +54,7 @@ def written(scene, folder, look, path=ORBIT, config=FEW):
     return report, json.loads((folder / "a.json").read_text())
 
 
+@pytest.mark.filterwarnings("ignore:the camera turns by 15 degrees a frame")
 @pytest.mark.parametrize("look", ["oil", "ink"])
 def test_figures_are_those_of_the_frames_that_render_writes(scene, tmp_path, look):
     report, _ = written(scene, tmp_path, look)

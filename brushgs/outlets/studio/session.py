@@ -230,9 +230,7 @@ def reserve(folder: Path, stem: str, suffix: str) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise SceneError(
-            folder, f"the folder cannot be made ({error.strerror}); choose another one"
-        ) from None
+        raise SceneError(folder, f"the folder cannot be made ({error.strerror}); choose another") from None
     for number in count(1):
         path = folder / f"{stem}-{number}{suffix}"
         try:
