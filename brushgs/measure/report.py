@@ -2,10 +2,11 @@
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import msgspec
 import numpy as np
 
 from brushgs.io.files import replacing
@@ -15,6 +16,7 @@ from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.painting import STEPS, PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.options.table import values_of
 from brushgs.options.where import WhereConfig
 from brushgs.pipeline.background import check_background
 from brushgs.pipeline.outputs import check_output
@@ -219,11 +221,12 @@ def _plain(value: Any) -> Any:
 
 def plain_config(config: Any) -> dict[str, Any]:
     """A configuration, ready for JSON."""
-    values = {field.name: getattr(config, field.name) for field in fields(config)}
-    as_text = {
-        name: str(v) for name, v in values.items() if isinstance(v, Path | Focus | Direction | WhereConfig)
+    values = {
+        name: str(value) if isinstance(value, Focus | Direction | WhereConfig) else value
+        for name, value in values_of(config).items()
     }
-    return asdict(config) | as_text
+    found: dict[str, Any] = msgspec.to_builtins(values, enc_hook=str)
+    return found
 
 
 def plain_camera(camera: Camera) -> dict[str, Any]:
