@@ -629,8 +629,6 @@ def test_time_spent_on_another_stage_counts_there():
 
 
 @pytest.mark.parametrize(("frames", "note"), [(24, "15 degrees a frame, and strokes"), (40, None)])
-    ("frames", "note"), [(24, "15 degrees a frame, and strokes by up to 29"), (40, None)]
-)
 def test_a_film_of_few_frames_says_that_its_strokes_turn(scene, tmp_path, frames, note):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
