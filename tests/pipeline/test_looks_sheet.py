@@ -1,5 +1,7 @@
 """The sheet of looks: every look once, in its order, as `render` paints it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -44,7 +46,7 @@ def test_a_sheet_shows_each_look_as_render_paints_it(scene, looks, tmp_path, mon
     assert sheet.shape == (GAP + 2 * (height + CAPTION), GAP + COLUMNS * (width + GAP), 3)
     for number, look in enumerate(looks):
         config = look.config
-        paint_file(scene, tmp_path / "b.png", type(config)(**vars(config) | {"view": ViewConfig(size=SIZE)}))
+        paint_file(scene, tmp_path / "b.png", replace(config, view=ViewConfig(size=SIZE)))
         left = GAP + number % COLUMNS * (width + GAP)
         top = GAP + number // COLUMNS * (height + CAPTION)
         expected = read_image(tmp_path / "b.png")[..., :3]
