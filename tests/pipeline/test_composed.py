@@ -55,7 +55,15 @@ def test_a_composed_still_is_given_again_by_its_flags_and_by_its_strokes(statue,
     assert camera.did.startswith("composed as a portrait: --size 784x1176 --up -y")
     assert camera.counts["is_composed"]
     assert read_image(tmp_path / "a.png").shape[:2] == (1176, 784)
-    words = ["--look=plain", "--strokes=200", "--stroke=ellipse", "--see=off", "--threads=1", "--quiet"]
+    words = [
+        "--look=plain",
+        "--strokes=200",
+        "--stroke=ellipse",
+        "--see=off",
+        "--threads=1",
+        "--quiet",
+        "--no-metadata",
+    ]
     for view in (camera.counts["flags"].split(), [], ["--size", "auto"]):
         assert main(["render", str(statue), "-o", str(tmp_path / "b.png"), *words, *view]) == 0
         assert (tmp_path / "b.png").read_bytes() == (tmp_path / "a.png").read_bytes()
