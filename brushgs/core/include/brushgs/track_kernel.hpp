@@ -9,8 +9,8 @@ constexpr std::size_t kTrackRows = 64;  // Gaussians tracked at a time
 
 // Costs of directions, whole numbers: the sum over a path stays in 16 bits, see track_kernel.cpp.
 using Cost = std::int16_t;
-constexpr std::size_t kLineStates = 64;                  // directions of a line that are distinguished: 2.8 degrees
-constexpr std::size_t kCircleStates = 128;               // and of an arrow
+constexpr std::size_t kLineStates = 64;                   // directions of a line that are distinguished: 2.8 degrees
+constexpr std::size_t kCircleStates = 128;                // and of an arrow
 constexpr std::size_t kCostRow = kCircleStates + 2 * 10;  // the states of one view, repeated a little at both ends
 constexpr std::size_t kNumShapes = 32, kNumPhases = 2;
 
