@@ -14,10 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from brushgs.core.messages import Done, Failed, opened
 from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.usd.refused import RefusedError
 from brushgs.pipeline.parallel import parallel_map
 from tests.parallel import work
 from tests.parallel.conftest import NUM_FRAMES, ROOT
@@ -236,13 +234,18 @@ def test_a_signal_leaves_no_process_and_no_output_of_theirs(tmp_path, number):
 
 
 class Runs:
-    """Runs a function where it is unpickled."""
+    """Calls a function where it is unpickled."""
 
     def __reduce__(self):
-        return os.getcwd, ()
+        return print, ("called",)
 
 
-def test_a_reply_of_a_process_that_may_do_anything_runs_nothing():
+def test_a_reply_of_a_process_that_may_do_anything_runs_nothing(capsys):
+    # By their modules as they are now: another test may have loaded these anew.
+    from brushgs.core.messages import Done, Failed, opened
+    from brushgs.errors import SceneError
+    from brushgs.io.usd.refused import RefusedError
+
     plain = Done({"a": [1, 2.5, "b"]}, [("odd", UserWarning, "file", 3)])
     assert opened(pickle.dumps(plain), errors=()) == plain
     assert isinstance(opened(pickle.dumps(Failed(ValueError("a"), "")), errors=()).error, ValueError)
@@ -251,3 +254,4 @@ def test_a_reply_of_a_process_that_may_do_anything_runs_nothing():
             opened(pickle.dumps(other), errors=())
     refused = Failed(RefusedError("a"), "")
     assert opened(pickle.dumps(refused), errors=(RefusedError,)).error.args == ("a",)
+    assert capsys.readouterr().out == ""
