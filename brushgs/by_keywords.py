@@ -44,7 +44,6 @@ NOT_IN_FILMS: Mapping[str, str] = {
     "first": OF_PICTURES,
     "time": OF_PICTURES,
     "output": "is the second argument",
-    "clip": "is the film; the environment's BRUSHGS_CLIP names a CLIP model",
 }
 
 

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from brushgs.io.cameras.formats import BESIDE_READ, CAMERAS_READ
-from brushgs.io.formats import in_words
 from brushgs.io.moving.formats import MOVING_READ
 from brushgs.io.pictures.formats import PICTURES_READ, PICTURES_WRITTEN, VIDEOS_WRITTEN
 from brushgs.io.scenes.formats import SCENE_SUFFIXES, SCENES_READ
@@ -24,7 +23,7 @@ from brushgs.options.renamed import current
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.styling import AdjustFlag
-from brushgs.options.table import OF_COMMANDS, OF_FILES, Options, Row, option, rows_of
+from brushgs.options.table import OF_COMMANDS, OF_FILES, Options, Row, listed, option, rows_of
 from brushgs.options.where import WhereConfig
 
 Container = ArgumentParser | argparse._ArgumentGroup
@@ -64,7 +63,7 @@ class LookFlag(Options, frozen=True):
     GROUP: ClassVar = "look"
     ABOUT: ClassVar = STEPS["light"].ABOUT
     # fmt: off
-    look: Annotated[str | None, option(f"{in_words(LOOKS, 'or')}, the bare method; or a file of your own "
+    look: Annotated[str | None, option(f"{listed(LOOKS, 'or')}, the bare method; or a file of your own "
         f"(`brushgs looks` lists them, `brushgs looks {DEFAULT_LOOK} > mine.toml` gives one to change); "
         "where other flags say 'default', a look may say otherwise #style #theme #preset", default=
         f"{DEFAULT_LOOK} ({PLAIN_LOOK} with --preset paper and --stroke gaussian)", metavar="NAME|FILE",
@@ -298,9 +297,9 @@ def add_experiment_output(parser: ArgumentParser, name: str, *, is_main: bool = 
         is_main: whether the report is the output of the command (-o), or written only on demand (--report).
     """
     suffixes = REPORT_SUFFIXES[name]
-    files = in_words([f"{name}{suffix}" for suffix in suffixes], "and")
+    files = listed([f"{name}{suffix}" for suffix in suffixes], "and")
     report = option(
-        f"folder for {files}; or a single file, {in_words(suffixes)}",
+        f"folder for {files}; or a single file, {listed(suffixes)}",
         flag="-o --output" if is_main else "--report",
         default=f"SCENE-{name} in the current folder" if is_main else "none",
         metavar="FOLDER|FILE",

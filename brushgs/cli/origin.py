@@ -1,7 +1,7 @@
 """Where a command writes, and what its pictures say of it: no file is lost to a default name.
 
-A default name is numbered where a file lies there, but for a picture whose record says that it is the same
-painting, see `brushgs.io.pictures.record`. A name that was given (-o) is written to, unless --no-clobber.
+A default name is numbered where a file lies there, but for a picture whose metadata say that it is the same
+painting, see `brushgs.io.pictures.metadata`. A name that was given (-o) is written to, unless --no-clobber.
 """
 
 import re
@@ -66,7 +66,7 @@ def output_of(
     Args:
         args: parsed flags, with `no_clobber`.
         default: its name; a name without a suffix is that of a folder.
-        origin: of the picture; None for a file that has no record.
+        origin: of the picture; None for a file without metadata.
         is_ours: whether a file may be replaced, in place of the question for its origin.
 
     Raises:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from itertools import takewhile
 
-from brushgs.io.formats import in_words
+from brushgs.options.table import listed
 
 MOST_NAMED = 3  # flags that begin with what was written for one
 
@@ -33,6 +33,6 @@ def with_nearest_flag(sentence: str, words: Sequence[str], known: Sequence[str])
     if sentence.startswith(what):
         what = sentence.partition(" (see ")[0]
     if longer := sorted((flag for flag in known if flag.startswith(unknown)), key=len)[:MOST_NAMED]:
-        return f"{what}; flags are written in full: did you mean {in_words(longer)}? {where}"
+        return f"{what}; flags are written in full: did you mean {listed(longer)}? {where}"
     nearest = get_close_matches(unknown[:100], known, n=1)
     return f"{what}; did you mean {nearest[0]}? {where}" if nearest else f"{what} {where}"

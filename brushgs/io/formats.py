@@ -4,7 +4,7 @@ The tables are `scenes/formats.py`, `cameras/formats.py` and `pictures/formats.p
 they import nothing heavy; the module that reads or writes a format is imported when it is used.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Protocol, TypeVar
 
@@ -106,9 +106,3 @@ def find_by_suffix(formats: Iterable[Row], path: str | Path) -> Row | None:
 def suffixes_of(formats: Iterable[Suffixed]) -> tuple[str, ...]:
     """All suffixes, in the order of the table."""
     return tuple(suffix for row in formats for suffix in row.suffixes)
-
-
-def in_words(items: Sequence[str], conjunction: str = "or") -> str:
-    """A list in a sentence: "PNG, TIFF or OpenEXR"."""
-    *first, last = items
-    return f"{', '.join(first)} {conjunction} {last}" if first else last

@@ -16,8 +16,8 @@ import numpy as np
 from msgspec import Meta, inspect
 
 from brushgs.errors import SceneError
-from brushgs.io.formats import in_words
 from brushgs.io.json_file import OBJECT, check_memory, parse_checked, shown
+from brushgs.options.table import listed
 from brushgs.values.arrays import F64
 
 T = TypeVar("T")
@@ -154,11 +154,11 @@ def _rule(info: Any) -> str:
         return str(described) if described else _rule(info.type)
     if isinstance(info, inspect.UnionType):
         found = [_rule(one) for one in info.types if not isinstance(one, inspect.NoneType)]
-        return in_words(list(dict.fromkeys(found)))
+        return listed(list(dict.fromkeys(found)))
     if isinstance(info, inspect.FloatType | inspect.IntType):
         return _number_rule(info)
     if isinstance(info, inspect.LiteralType):
-        return in_words([shown(one) for one in info.values])
+        return listed([shown(one) for one in info.values])
     if isinstance(info, inspect.TupleType):
         are_numbers = all(isinstance(one, inspect.FloatType) for one in _members(info.item_types[0]))
         return f"{len(info.item_types)} numbers" if are_numbers else f"a list of {len(info.item_types)}"

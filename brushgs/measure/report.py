@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import msgspec
 import numpy as np
 
 from brushgs.io.files import replacing
@@ -16,7 +15,7 @@ from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.painting import STEPS, PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
-from brushgs.options.table import values_of
+from brushgs.options.table import Options, Struct, values_of
 from brushgs.options.where import WhereConfig
 from brushgs.pipeline.background import check_background
 from brushgs.pipeline.outputs import check_output
@@ -206,10 +205,18 @@ def plain_paint(scene: SceneFiles | None, paint: PaintConfig) -> dict[str, Any]:
     return {"scene": name} | {name: plain_config(part) for name, part in parts.items()} | of_look
 
 
+def plain_config(config: Options) -> dict[str, Any]:
+    """A configuration, ready for JSON."""
+    found: dict[str, Any] = _plain(config)
+    return found
+
+
 def _plain(value: Any) -> Any:
-    """Options of a look, ready for JSON."""
-    if isinstance(value, Path | Focus | Direction | WhereConfig):
+    """A value of options, ready for JSON; what has a form as text by that."""
+    if isinstance(value, Focus | Direction | WhereConfig):
         return str(value)
+    if isinstance(value, Struct):
+        return {name: _plain(item) for name, item in values_of(value).items()}
     if is_dataclass(value):
         return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, Mapping):
@@ -217,16 +224,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     return value if isinstance(value, str | int | float | None) else str(value)
-
-
-def plain_config(config: Any) -> dict[str, Any]:
-    """A configuration, ready for JSON."""
-    values = {
-        name: str(value) if isinstance(value, Focus | Direction | WhereConfig) else value
-        for name, value in values_of(config).items()
-    }
-    found: dict[str, Any] = msgspec.to_builtins(values, enc_hook=str)
-    return found
 
 
 def plain_camera(camera: Camera) -> dict[str, Any]:

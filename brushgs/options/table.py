@@ -9,7 +9,7 @@ Python, the ranges that a constructor checks, manifests, and what the page of `b
 """
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache, cached_property
 from math import degrees, isfinite, radians
 from pathlib import Path
@@ -512,10 +512,10 @@ def in_words(kind: Any) -> str:
     return words.get(kind, "text in quotes")
 
 
-def listed(words: Any, last: str = "or") -> str:
-    """Words as a list: "a, b or c"."""
+def listed(words: Iterable[str], last: str = "or") -> str:
+    """Words as a list in a sentence: "PNG, TIFF or OpenEXR"."""
     *first, end = words
-    return f"{', '.join(first)} {last} {end}" if first else str(end)
+    return f"{', '.join(first)} {last} {end}" if first else end
 
 
 def hint_for(word: str, known: Any) -> str:

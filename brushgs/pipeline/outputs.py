@@ -71,10 +71,10 @@ def free_name(
 
     Args:
         default: the name; without a suffix it is that of a folder.
-        origin: of the picture: one whose record says the same may be replaced. None for no file.
+        origin: of the picture: one whose metadata say the same may be replaced. None for no file.
         is_ours: whether a file may be replaced, in place of that.
     """
-    from brushgs.io.pictures.record import is_painted_by
+    from brushgs.io.pictures.metadata import is_painted_by
 
     def is_same(path: Path) -> bool:
         return origin is not None and is_painted_by(path, origin)

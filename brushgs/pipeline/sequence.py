@@ -21,8 +21,8 @@ from brushgs.cameras.motion import view_changes
 from brushgs.errors import SceneWarning
 from brushgs.io.pictures.encoding import choose_encoding, codec_of
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
+from brushgs.io.pictures.metadata import metadata_text
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
-from brushgs.io.pictures.record import record_text
 from brushgs.io.pictures.shot import Origin, Shot
 from brushgs.io.pictures.video import check_rate, check_size, open_video, padded_size
 from brushgs.options.clip import ClipConfig
@@ -425,7 +425,7 @@ def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
     cure = f"no video was written; numbered frames, -o {target.with_suffix('')}/, can be resumed"
     with _interrupted_with(lambda: cure), film as reel:
         kind, indices = FrameKind(None, replace(output, bits=encoding.bits)), range(len(path.cameras))
-        if text := record_text(Shot(camera, origin=frames.origin)):
+        if text := metadata_text(Shot(camera, origin=frames.origin)):
             reel.describe(text)
         writing = _paint(frames, indices, kind, lambda _, pixels: reel.add(pixels), report)
         with report.stage("write", earlier=writing) as stage:

@@ -40,7 +40,7 @@ def run(args: Namespace) -> None:
 
     scene, where = scene_source(args), where_config(args)
     if (picture := _picture(args)) is not None:
-        _print_record(picture, as_json=args.json)
+        _print_metadata(picture, as_json=args.json)
         return
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SceneWarning)
@@ -71,25 +71,25 @@ def _picture(args: Namespace) -> Path | None:
     return Path(path)
 
 
-def _print_record(path: Path, *, as_json: bool) -> None:
+def _print_metadata(path: Path, *, as_json: bool) -> None:
     import json
 
     import msgspec
 
-    from brushgs.io.pictures.record import read_record
+    from brushgs.io.pictures.metadata import read_metadata
 
-    record = read_record(path)
-    facts = {} if record is None else msgspec.to_builtins(record)
+    found = read_metadata(path)
+    facts = {} if found is None else msgspec.to_builtins(found)
     if as_json:
         print(json.dumps({"file": str(path), "painted": facts or None}, indent=2))
         return
     print(f"{'file':16} {path}")
-    if record is None:
+    if found is None:
         print(f"{'painted by':16} not recorded in the file")
         return
-    print(f"{'painted by':16} {_printable(record.command)}")
-    print(f"{'brushgs':16} {_printable(record.brushgs)}")
-    if (camera := record.camera) is not None:
+    print(f"{'painted by':16} {_printable(found.command)}")
+    print(f"{'brushgs':16} {_printable(found.brushgs)}")
+    if (camera := found.camera) is not None:
         print(f"{'size':16} {camera.width} x {camera.height}")
         print(f"{'lens':16} {'  '.join(f'{number:.6g}' for number in camera.K)}")
         print(f"{'view':16} {'  '.join(f'{number:.6g}' for number in camera.viewmat)}")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from brushgs.io.formats import in_words
+from brushgs.options.table import listed
 
 COLMAP_FILES = tuple(
     stem + suffix for stem in ("cameras", "images", "points3D") for suffix in (".bin", ".txt")
@@ -94,6 +94,6 @@ UNREAD_CAMERAS = {
 }
 # What may lie beside a scene, where trainers and captures keep cameras: files, and the folder of a model.
 FILES_BESIDE, MODEL_BESIDE = ("cameras.json", "transforms.json", "transforms_train.json"), "sparse/0"
-BESIDE_READ = in_words([*FILES_BESIDE, MODEL_BESIDE])
+BESIDE_READ = listed([*FILES_BESIDE, MODEL_BESIDE])
 # For help and error texts, in the order of the table.
-CAMERAS_READ = in_words([row.name for row in CAMERA_FORMATS])
+CAMERAS_READ = listed([row.name for row in CAMERA_FORMATS])

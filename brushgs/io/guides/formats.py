@@ -5,7 +5,7 @@ Error texts, help texts and the fuzzer read this table.
 
 from typing import NamedTuple
 
-from brushgs.io.formats import in_words
+from brushgs.options.table import listed
 
 
 class GuideFormat(NamedTuple):
@@ -29,4 +29,4 @@ GUIDE_FORMATS = (
     GuideFormat("JSON, a list of lists of points [x, y, z]", (".json",), "lists", "guides.json"),
 )
 # For help and error texts, in the order of the table.
-GUIDES_READ = in_words([f"{row.name} ({', '.join(row.suffixes)})" for row in GUIDE_FORMATS])
+GUIDES_READ = listed([f"{row.name} ({', '.join(row.suffixes)})" for row in GUIDE_FORMATS])

@@ -16,12 +16,12 @@ from brushgs.io.formats import (
     Matcher,
     any_of,
     begins_with,
-    in_words,
     is_json_with,
     is_zip_with,
 )
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import CLIP_FPS
+from brushgs.options.table import listed
 
 NOMINAL_RATE = CLIP_FPS  # moments a second where a format does not say
 NOMINAL_FRAMES = 50  # from time 0 to 1, where a format does not say: SpaceTimeGaussian trains so many at once
@@ -190,7 +190,7 @@ KNOWN_MOVING = (
     ),
 )
 MOVING_FORMATS = tuple(row for row in KNOWN_MOVING if row.reader)
-MOVING_READ = in_words([row.note for row in MOVING_FORMATS] or [""])  # for help texts
+MOVING_READ = listed([row.note for row in MOVING_FORMATS] or [""])  # for help texts
 
 
 def find_moving(path: Path) -> MovingFormat | None:

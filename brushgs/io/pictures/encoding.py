@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from brushgs.io.formats import find_by_suffix, in_words
+from brushgs.io.formats import find_by_suffix
 from brushgs.io.pictures.formats import (
     VIDEO_CODECS,
     VIDEO_FORMATS,
@@ -13,6 +13,7 @@ from brushgs.io.pictures.formats import (
     VideoCodec,
     VideoFormat,
 )
+from brushgs.options.table import listed
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ def choose_encoding(
     if transparent and not offer.holds_alpha:
         raise ValueError(
             f"background must not be transparent in {Path(path).name}, whose format holds no transparency; "
-            f"choose a colour, or write {in_words(_with_alpha(Path(path), is_video=picture_format is None))}"
+            f"choose a colour, or write {listed(_with_alpha(Path(path), is_video=picture_format is None))}"
         )
     return Encoding(_bits(path, offer, bits), transparent)
 
@@ -77,7 +78,7 @@ def codec_of(path: str | Path, codec: str | None = None) -> VideoCodec:
     """The codec of a video: the one asked for, or the usual one of the suffix. Raises ValueError."""
     offered = video_format_of(path).codecs
     if codec is not None and codec not in offered:
-        rule = "be omitted for" if offered == ("gif",) else f"be {in_words(offered)} for"
+        rule = "be omitted for" if offered == ("gif",) else f"be {listed(offered)} for"
         raise ValueError(f"codec must {rule} {_suffix(path)}, got {codec!r}{_elsewhere(codec)}")
     return VIDEO_CODECS[codec or offered[0]]
 
@@ -85,12 +86,12 @@ def codec_of(path: str | Path, codec: str | None = None) -> VideoCodec:
 def _elsewhere(codec: str) -> str:
     """Which suffixes take a codec, as a cure."""
     suffixes = [row.suffixes[0] for row in VIDEO_FORMATS if codec in row.codecs]
-    return f"; {in_words(suffixes)} takes that" if suffixes else ""
+    return f"; {listed(suffixes)} takes that" if suffixes else ""
 
 
 def _bits(path: str | Path, offer: PictureFormat | VideoCodec, bits: int | None) -> int:
     if bits is not None and bits not in offer.bits:
-        known = in_words([str(number) for number in sorted(offer.bits)])
+        known = listed([str(number) for number in sorted(offer.bits)])
         name = "" if isinstance(offer, PictureFormat) else f" with {offer.name}"
         raise ValueError(f"bits must be {known} for {_suffix(path)}{name}, got {bits}")
     return bits or offer.bits[0]

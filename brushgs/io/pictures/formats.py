@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from brushgs.io.formats import Matcher, begins_with, find_by_suffix, in_words, suffixes_of
+from brushgs.io.formats import Matcher, begins_with, find_by_suffix, suffixes_of
+from brushgs.options.table import listed
 
 
 class PictureFormat(NamedTuple):
@@ -28,7 +29,7 @@ class PictureFormat(NamedTuple):
         is_linear: whether it holds linear light; else it is display-encoded.
         holds_depth: whether a frame's depth is written.
         holds_alpha: whether transparency is written.
-        holds_record: whether it says how it was painted, see `record.py`.
+        holds_metadata: whether it says how it was painted, see `metadata.py`.
     """
 
     name: str
@@ -41,7 +42,7 @@ class PictureFormat(NamedTuple):
     is_linear: bool = False
     holds_depth: bool = False
     holds_alpha: bool = True
-    holds_record: bool = True
+    holds_metadata: bool = True
 
 
 class VideoCodec(NamedTuple):
@@ -74,14 +75,14 @@ class VideoFormat(NamedTuple):
         container: its name in libav.
         codecs: names in `VIDEO_CODECS`, the usual one first.
         max_fps: frames a second.
-        holds_record: see `PictureFormat`.
+        holds_metadata: see `PictureFormat`.
     """
 
     suffixes: tuple[str, ...]
     container: str
     codecs: tuple[str, ...]
     max_fps: int = 1000
-    holds_record: bool = True
+    holds_metadata: bool = True
 
 
 PICTURE_FORMATS = (
@@ -136,7 +137,7 @@ WRITTEN_ONLY = (
         bits=(8, 10),
         note="8 or 10 bit",
         holds_alpha=False,
-        holds_record=False,
+        holds_metadata=False,
     ),
 )
 VIDEO_CODECS: Mapping[str, VideoCodec] = {
@@ -155,17 +156,17 @@ VIDEO_FORMATS = (
     VideoFormat((".webm",), "webm", ("vp9",)),
     VideoFormat((".mkv",), "matroska", ("h264", "h265")),
     # Delays count in hundredths of a second, and viewers take a delay of 1 for 10.
-    VideoFormat((".gif",), "gif", ("gif",), max_fps=50, holds_record=False),
+    VideoFormat((".gif",), "gif", ("gif",), max_fps=50, holds_metadata=False),
 )
 WRITTEN_PICTURES = tuple(row for row in (*PICTURE_FORMATS, *WRITTEN_ONLY) if row.writer)
 PICTURE_SUFFIXES = suffixes_of(WRITTEN_PICTURES)  # that a picture may be written to
 VIDEO_SUFFIXES = suffixes_of(VIDEO_FORMATS)
 # For help and error texts, such as "PNG, JPEG ...", ".png (8 bit) ..." and ".mp4 (H.264) ...".
-PICTURES_READ = in_words([row.name for row in PICTURE_FORMATS])
-PICTURES_WRITTEN = in_words([f"{row.suffixes[0]} ({row.note})" for row in WRITTEN_PICTURES])
-VIDEOS_WRITTEN = in_words(
+PICTURES_READ = listed([row.name for row in PICTURE_FORMATS])
+PICTURES_WRITTEN = listed([f"{row.suffixes[0]} ({row.note})" for row in WRITTEN_PICTURES])
+VIDEOS_WRITTEN = listed(
     [
-        f"{row.suffixes[0]} ({in_words([VIDEO_CODECS[name].name for name in row.codecs])})"
+        f"{row.suffixes[0]} ({listed([VIDEO_CODECS[name].name for name in row.codecs])})"
         for row in VIDEO_FORMATS
     ]
 )

@@ -226,7 +226,7 @@ def write_frame(
         )
     bits = check_bits(path, bits)
     options: dict[str, Any] = {"bits": bits} if len(picture_format.bits) > 1 else {}
-    if picture_format.holds_record:
+    if picture_format.holds_metadata:
         options["shot"] = shot
     import_module(f"brushgs.io.pictures.{picture_format.writer}").write(frame, path, background, **options)
 

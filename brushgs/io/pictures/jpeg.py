@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from brushgs.errors import SceneError
 from brushgs.io.files import scratch_folder
 from brushgs.io.pictures.limits import check_pixels
+from brushgs.io.pictures.metadata import described
 from brushgs.io.pictures.oiio import Background, bytes_of, write_pixels
-from brushgs.io.pictures.record import described
 from brushgs.io.pictures.shot import Shot
 from brushgs.values.frame import Frame
 

@@ -1,4 +1,4 @@
-"""What is known of a picture beside its pixels: OpenEXR holds all of it, see `record.py` for the others."""
+"""What is known of a picture beside its pixels: OpenEXR holds all of it, see `metadata.py` for the others."""
 
 from dataclasses import dataclass
 from pathlib import PurePath
@@ -30,7 +30,7 @@ class Shot:
         fps: frames a second.
         manifest: the file with the names of the strokes of all frames (`write_manifest`), as it is named
             from the folder of the picture; None where the names stand in the picture itself.
-        origin: how it was painted, which its record says; see `brushgs.io.pictures.record`.
+        origin: how it was painted, which its metadata say; see `brushgs.io.pictures.metadata`.
 
     Raises:
         ValueError: if `fps` is not above 0.

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from brushgs.io.pictures.metadata import described
 from brushgs.io.pictures.oiio import NO_DATE, Background, pixels_of, write_pixels
-from brushgs.io.pictures.record import described
 from brushgs.io.pictures.shot import Shot
 from brushgs.values.frame import Frame
 

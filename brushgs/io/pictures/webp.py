@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from brushgs.io.files import open_plain
 from brushgs.io.pictures.limits import check_pixels
+from brushgs.io.pictures.metadata import metadata_text
 from brushgs.io.pictures.oiio import Background, bytes_of, write_pixels
-from brushgs.io.pictures.record import record_text
 from brushgs.io.pictures.shot import Shot
 from brushgs.values.frame import Frame
 
@@ -24,7 +24,7 @@ _ATTRIBUTES = {"oiio:UnassociatedAlpha": 1, "Compression": "lossless"}
 
 def write(frame: Frame, path: str | Path, background: Background, *, shot: Shot | None = None) -> None:
     """See `write_frame`."""
-    write_exact(bytes_of(frame, background), path, record_text(shot))
+    write_exact(bytes_of(frame, background), path, metadata_text(shot))
 
 
 def write_exact(pixels: NDArray[np.uint8], path: str | Path, description: str = "") -> None:

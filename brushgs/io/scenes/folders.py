@@ -7,10 +7,11 @@ from pathlib import Path
 
 from brushgs.errors import SceneError
 from brushgs.io.files import is_dir
-from brushgs.io.formats import in_words, suffixes_of
+from brushgs.io.formats import suffixes_of
 from brushgs.io.scenes.formats import SCENE_FORMATS
 from brushgs.io.scenes.identify import match_format
 from brushgs.options.scene_source import expand
+from brushgs.options.table import listed
 
 _DEEP, _FAR = 3, 1000  # folders and entries in which a scene is searched, for the cure in a message
 _OWN_SUFFIXES = {
@@ -77,7 +78,7 @@ def _entries(folder: Path) -> "list[os.DirEntry[str]]":
 
 def _nothing_found(path: Path, entries: "Sequence[os.DirEntry[str]]") -> str:
     """One clause: what was looked for, and the cure."""
-    looked_for = in_words(suffixes_of(SCENE_FORMATS))
+    looked_for = listed(suffixes_of(SCENE_FORMATS))
     found = f"none of the {len(entries)} entries of the folder is" if entries else "is an empty folder:"
     deeper = _scene_below(path)
     cure = "name the scene file" if deeper is None else f"did you mean {deeper}?"

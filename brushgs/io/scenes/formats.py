@@ -11,13 +11,13 @@ from brushgs.io.formats import (
     any_of,
     begins_with,
     has_suffix,
-    in_words,
     is_json_with,
     is_zip_with,
     suffixes_of,
 )
 from brushgs.io.scenes.unmarked import is_ksplat, is_splat
 from brushgs.options.page import QUAD_SUFFIXES
+from brushgs.options.table import listed
 
 
 class SceneFormat(NamedTuple):
@@ -130,4 +130,4 @@ SCENE_SUFFIXES = suffixes_of(WRITTEN_SCENES)  # that a scene may be written to
 # That the strokes of a painting are exported to; a .glb has them as textured rectangles.
 STROKE_SUFFIXES = tuple(suffix for suffix in SCENE_SUFFIXES if suffix not in QUAD_SUFFIXES)
 # ".ply (as 3DGS trainers write it, ...)": for help texts.
-SCENES_READ = in_words([f"{row.suffixes[0]} ({row.note})" for row in SCENE_FORMATS])
+SCENES_READ = listed([f"{row.suffixes[0]} ({row.note})" for row in SCENE_FORMATS])

@@ -5,8 +5,8 @@ from collections import Counter
 from collections.abc import Sequence
 
 from brushgs.errors import SceneWarning
-from brushgs.io.formats import in_words
 from brushgs.io.scenes.scene_file import SceneFile
+from brushgs.options.table import listed
 from brushgs.values.gaussians import SH_TERMS
 from brushgs.values.notes import LoadNotes, Training
 
@@ -42,7 +42,7 @@ def _common_up(files: Sequence[SceneFile]) -> str | None:
     """The axis that all those files name which name one."""
     named = {file.up: file.path.name for file in files if file.up is not None}
     if len(named) > 1:
-        axes = in_words([f"{up} ({name})" for up, name in named.items()], "and")
+        axes = listed([f"{up} ({name})" for up, name in named.items()], "and")
         _warn(files, f"the files name different axes as up, {axes}, and none is taken; state --up")
         return None
     return next(iter(named), None)
@@ -64,7 +64,7 @@ def _common_training(files: Sequence[SceneFile]) -> Training:
         rows[file.training] += file.num_rows
     most = max(rows, key=lambda training: rows[training])
     if len(rows) > 1 and "antialiased" in rows:
-        words = in_words([f"{training} ({count:,} Gaussians)" for training, count in rows.items()], "and")
+        words = listed([f"{training} ({count:,} Gaussians)" for training, count in rows.items()], "and")
         _warn(files, f"the files were trained differently, {words}; all are drawn as {most}")
     return most
 

@@ -11,12 +11,12 @@ import numpy as np
 
 from brushgs.errors import SceneWarning
 from brushgs.io.files import replacing
-from brushgs.io.formats import in_words
 from brushgs.io.scenes.finite_logs import finite_scales, unit_quats
 from brushgs.io.scenes.rounding import rounded
 from brushgs.io.scenes.splat import QUAT_ZERO
 from brushgs.io.scenes.stored import NOTHING, Stored
 from brushgs.io.scenes.unmarked import SPLAT_ROW_SIZE
+from brushgs.options.table import listed
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
 
@@ -47,7 +47,7 @@ def write_scene(
         *(["that they are antialiased"] if gaussians.antialiased else []),
     ]
     if lost:
-        message = f"a .splat file does not hold {in_words(lost)}, which are lost; .ply, .spz and .sog do"
+        message = f"a .splat file does not hold {listed(lost)}, which are lost; .ply, .spz and .sog do"
         warnings.warn(SceneWarning(f"{path}: {message}"), stacklevel=3)
 
 

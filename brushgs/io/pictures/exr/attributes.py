@@ -11,8 +11,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.io.pictures.metadata import metadata_text
 from brushgs.io.pictures.rate import frame_rate
-from brushgs.io.pictures.record import record_text
 from brushgs.io.pictures.shot import Shot
 from brushgs.values.camera import Camera
 from brushgs.version import __version__
@@ -50,7 +50,7 @@ def attributes_of(shot: Shot, notes: Mapping[str, str], *, is_linear: bool) -> d
         "colorInteropID": Attribute("string", _LINEAR if is_linear else _ENCODED),
     }
     found |= {f"brushgs/{layer}": Attribute("string", note) for layer, note in notes.items()}
-    if text := record_text(shot):
+    if text := metadata_text(shot):
         found["comments"] = Attribute("string", text)  # the image description of other formats
     if shot.number is not None:
         found["imageCounter"] = Attribute("int", shot.number)

@@ -1,4 +1,4 @@
-"""The record of a picture, in every format that is written."""
+"""The metadata of a picture, in every format that is written."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,8 +12,8 @@ from brushgs.io.formats import find_by_suffix
 from brushgs.io.pictures.encoding import choose_encoding
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, VIDEO_FORMATS, VIDEO_SUFFIXES, WRITTEN_PICTURES
 from brushgs.io.pictures.images import read_image, write_frame
+from brushgs.io.pictures.metadata import Metadata, is_painted_by, metadata_text, read_metadata
 from brushgs.io.pictures.pixels import video_pixels
-from brushgs.io.pictures.record import Record, is_painted_by, read_record, record_text
 from brushgs.io.pictures.shot import Origin, Shot
 from brushgs.io.pictures.video import open_video
 from brushgs.values.frame import Frame
@@ -37,7 +37,7 @@ def write(path: Path, shot: Shot | None) -> Path:
         return path
     bits = choose_encoding(path).bits
     with open_video(path, width=32, height=24, fps=8) as video:
-        if text := record_text(shot):
+        if text := metadata_text(shot):
             video.describe(text)
         for seed in range(3):
             video.add(video_pixels(picture(seed), (1.0, 1.0, 1.0), bits))
@@ -52,17 +52,17 @@ def test_a_file_says_how_it_was_painted_and_stays_the_same(tmp_path: Path, suffi
     row = find_by_suffix((*WRITTEN_PICTURES, *VIDEO_FORMATS), path)
     assert row is not None
     assert b"brushgs render" not in plain.read_bytes()
-    if not row.holds_record:
+    if not row.holds_metadata:
         assert path.read_bytes() == plain.read_bytes()
         return
-    record = read_record(path)
-    assert record is not None
-    assert (record.brushgs, record.command, record.inputs) == (__version__, ORIGIN.command, ORIGIN.inputs)
-    assert record.camera is not None
-    assert (record.camera.width, record.camera.K[0]) == (32, 20.0)
+    found = read_metadata(path)
+    assert found is not None
+    assert (found.brushgs, found.command, found.inputs) == (__version__, ORIGIN.command, ORIGIN.inputs)
+    assert found.camera is not None
+    assert (found.camera.width, found.camera.K[0]) == (32, 20.0)
     assert is_painted_by(path, ORIGIN)
     assert not is_painted_by(path, replace(ORIGIN, inputs="digest 0b"))
-    assert read_record(plain) is None
+    assert read_metadata(plain) is None
     if suffix in PICTURE_SUFFIXES:
         np.testing.assert_array_equal(read_image(path), read_image(plain))
 
@@ -83,9 +83,9 @@ def test_a_deep_file_says_so_too(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "text", ["", "{", "[]", '{"brushgs": 1, "command": "x"}', "[" * 50_000, "plain words"]
 )
-def test_what_others_wrote_is_no_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> None:
-    monkeypatch.setattr("brushgs.io.pictures.record._description", lambda path: text)
-    assert read_record(tmp_path / "a.png") is None
+def test_what_others_wrote_is_no_metadata(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> None:
+    monkeypatch.setattr("brushgs.io.pictures.metadata._description", lambda path: text)
+    assert read_metadata(tmp_path / "a.png") is None
 
 
 @pytest.mark.parametrize("name", ["missing.png", "missing.mp4", "words.png", "words.mp4"])
@@ -93,10 +93,10 @@ def test_what_is_no_picture_is_refused_and_never_the_same_painting(tmp_path: Pat
     (tmp_path / "words.png").write_text("words")
     (tmp_path / "words.mp4").write_text("words")
     with pytest.raises(SceneError, match=name):
-        read_record(tmp_path / name)
+        read_metadata(tmp_path / name)
     assert not is_painted_by(tmp_path / name, ORIGIN)
 
 
 def test_a_command_that_no_file_has_room_for_is_left_out() -> None:
-    assert record_text(Shot(origin=Origin("x" * 70_000))) == ""
-    assert Record(__version__, "a").is_of(Origin("a"))
+    assert metadata_text(Shot(origin=Origin("x" * 70_000))) == ""
+    assert Metadata(__version__, "a").is_of(Origin("a"))

@@ -1,4 +1,4 @@
-"""The record of a picture: one line of JSON in its file, which says how it was painted.
+"""The metadata of a picture: one line of JSON in its file, which says how it was painted.
 
 PNG, JPEG, TIFF and OpenEXR hold it as the image description, WebP as that of its Exif data, videos as their
 comment. libav writes none to AVIF and GIF. No folder, user or date is in it, so equal pictures stay equal
@@ -25,7 +25,7 @@ COMMENT = "comment"  # of libav
 _MAX_LENGTH = 60_000  # characters: a JPEG holds 65,533 in one piece
 
 
-class CameraRecord(msgspec.Struct, frozen=True):
+class CameraMetadata(msgspec.Struct, frozen=True):
     """The camera of a picture, or of the first frame of a film; see `Camera`, whose matrices are in rows."""
 
     width: int
@@ -35,7 +35,7 @@ class CameraRecord(msgspec.Struct, frozen=True):
     near: float
 
 
-class Record(msgspec.Struct, frozen=True):
+class Metadata(msgspec.Struct, frozen=True):
     """What a picture says of itself.
 
     Attributes:
@@ -48,38 +48,38 @@ class Record(msgspec.Struct, frozen=True):
     brushgs: str
     command: str
     inputs: str = ""
-    camera: CameraRecord | None = None
+    camera: CameraMetadata | None = None
 
     def is_of(self, origin: Origin) -> bool:
         """Whether this version would paint the same picture again."""
         return (self.brushgs, self.command, self.inputs) == (__version__, origin.command, origin.inputs)
 
 
-def record_text(shot: Shot | None) -> str:
-    """The record as a file holds it, in ASCII; "" where nothing is known of the origin, or it is too long."""
+def metadata_text(shot: Shot | None) -> str:
+    """The metadata as a file holds it, in ASCII; "" without an origin, or where it is too long."""
     if shot is None or shot.origin is None:
         return ""
     camera = None if shot.camera is None else _camera(shot.camera)
-    record = Record(__version__, shot.origin.command, shot.origin.inputs, camera)
-    text = json.dumps(msgspec.to_builtins(record))
+    found = Metadata(__version__, shot.origin.command, shot.origin.inputs, camera)
+    text = json.dumps(msgspec.to_builtins(found))
     return text if len(text) <= _MAX_LENGTH else ""
 
 
 def described(shot: Shot | None) -> dict[str, str]:
-    """The record as attributes of OpenImageIO."""
-    text = record_text(shot)
+    """The metadata as attributes of OpenImageIO."""
+    text = metadata_text(shot)
     return {DESCRIPTION: text} if text else {}
 
 
-def read_record(path: Path) -> Record | None:
-    """The record of a picture or video; None if it has none.
+def read_metadata(path: Path) -> Metadata | None:
+    """The metadata of a picture or video; None if it has none.
 
     Raises:
         SceneError: if there is no such file, or it is no picture or video that can be read.
     """
     text = _comment(path) if find_by_suffix(VIDEO_FORMATS, path) else _description(path)
     try:
-        return msgspec.json.decode(text, type=Record)
+        return msgspec.json.decode(text, type=Metadata)
     except (msgspec.DecodeError, RecursionError):
         return None
 
@@ -87,17 +87,17 @@ def read_record(path: Path) -> Record | None:
 def is_painted_by(path: Path, origin: Origin) -> bool:
     """Whether a file holds the picture that is to be painted; False where it cannot be read."""
     try:
-        record = read_record(path) if exists(path) else None
+        found = read_metadata(path) if exists(path) else None
     except SceneError:
         return False
-    return record is not None and record.is_of(origin)
+    return found is not None and found.is_of(origin)
 
 
-def _camera(camera: Camera) -> CameraRecord:
+def _camera(camera: Camera) -> CameraMetadata:
     K, viewmat = (
         [float(f"{number:.9g}") for number in matrix.ravel()] for matrix in (camera.K, camera.viewmat)
     )
-    return CameraRecord(camera.width, camera.height, K, viewmat, float(camera.near))
+    return CameraMetadata(camera.width, camera.height, K, viewmat, float(camera.near))
 
 
 def _comment(path: Path) -> str:
