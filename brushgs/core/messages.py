@@ -30,6 +30,15 @@ class Failed(NamedTuple):
     traceback: str
 
 
+class _ReplyPickler(pickle.Pickler):
+    """Writes exceptions in their own form, also where a library has registered another one (tblib)."""
+
+    def reducer_override(self, obj: Any) -> Any:
+        return (
+            obj.__reduce_ex__(pickle.HIGHEST_PROTOCOL) if isinstance(obj, BaseException) else NotImplemented
+        )
+
+
 class _Pickler(pickle.Pickler):
     """Refuses what is defined in the running script, which other processes cannot import."""
 
@@ -56,6 +65,13 @@ def pickled(what: str, value: object) -> bytes:
         raise TypeError(
             f"parallel_map: {what} must be picklable to reach other processes: {error}"
         ) from error
+    return buffer.getvalue()
+
+
+def reply_bytes(reply: Done | Failed) -> bytes:
+    """A reply as bytes, which `opened` reads."""
+    buffer = io.BytesIO()
+    _ReplyPickler(buffer, pickle.HIGHEST_PROTOCOL).dump(reply)
     return buffer.getvalue()
 
 
@@ -103,19 +119,19 @@ def run_item(
                 warnings.simplefilter("always")  # the receiving process filters them
             result = work(pickle.loads(message))
         recorded = [(w.message, w.category, w.filename, w.lineno) for w in caught or ()]
-        return pickle.dumps(Done(result, recorded), pickle.HIGHEST_PROTOCOL)
+        return reply_bytes(Done(result, recorded))
     except BaseException as error:
         return _failure(error, traceback.format_exc())
 
 
 def _failure(error: BaseException, trace: str) -> bytes:
     try:
-        message = pickle.dumps(Failed(error, trace), pickle.HIGHEST_PROTOCOL)
+        message = reply_bytes(Failed(error, trace))
         pickle.loads(message)  # some exceptions can be pickled but not unpickled
         return message
     except Exception:
         name = type(error).__qualname__
-        return pickle.dumps(Failed(RuntimeError(f"{name}: {error}"), trace), pickle.HIGHEST_PROTOCOL)
+        return reply_bytes(Failed(RuntimeError(f"{name}: {error}"), trace))
 
 
 class _ReplyUnpickler(pickle.Unpickler):

@@ -1,6 +1,7 @@
 """`parallel_map` over processes of this machine."""
 
 import contextlib
+import copyreg
 import itertools
 import os
 import pickle
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from brushgs.core import messages
 from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.pipeline.parallel import parallel_map
@@ -240,18 +242,25 @@ class Runs:
         return print, ("called",)
 
 
+def test_errors_keep_their_own_form_where_a_library_registers_another(monkeypatch):
+    monkeypatch.setitem(copyreg.dispatch_table, ValueError, lambda error: (Runs, ()))
+    found = messages.opened(messages.reply_bytes(messages.Failed(ValueError("a"), "")), errors=())
+    assert isinstance(found.error, ValueError)
+    assert found.error.args == ("a",)
+
+
 def test_a_reply_of_a_process_that_may_do_anything_runs_nothing(capsys):
     # By their modules as they are now: another test may have loaded these anew.
-    from brushgs.core.messages import Done, Failed, opened
+    from brushgs.core.messages import Done, Failed, opened, reply_bytes
     from brushgs.errors import SceneError
     from brushgs.io.usd.refused import RefusedError
 
     plain = Done({"a": [1, 2.5, "b"]}, [("odd", UserWarning, "file", 3)])
-    assert opened(pickle.dumps(plain), errors=()) == plain
-    assert isinstance(opened(pickle.dumps(Failed(ValueError("a"), "")), errors=()).error, ValueError)
+    assert opened(reply_bytes(plain), errors=()) == plain
+    assert isinstance(opened(reply_bytes(Failed(ValueError("a"), "")), errors=()).error, ValueError)
     for other in (Done(Runs(), []), Failed(SceneError("a", "b"), ""), [1]):
         with pytest.raises(pickle.UnpicklingError):
-            opened(pickle.dumps(other), errors=())
+            opened(reply_bytes(other), errors=())
     refused = Failed(RefusedError("a"), "")
-    assert opened(pickle.dumps(refused), errors=(RefusedError,)).error.args == ("a",)
+    assert opened(reply_bytes(refused), errors=(RefusedError,)).error.args == ("a",)
     assert capsys.readouterr().out == ""

@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Any
 
 import brushgs
-from brushgs.core.messages import MAX_ATTEMPTS, Failed, PickledWork, pickled, result_of, run_item
+from brushgs.core.messages import MAX_ATTEMPTS, Failed, PickledWork, pickled, reply_bytes, result_of, run_item
 from brushgs.core.threads import at_most
 from brushgs.pipeline.parallel.connection import Waiting, check_brushgs, check_versions, wait_for_workers
 
@@ -102,6 +102,6 @@ def run_on_worker(work: PickledWork, message: bytes, version: str) -> bytes:
     try:
         check_brushgs("worker", brushgs.__version__, version)  # it may have connected after the first check
     except ValueError as error:
-        return pickle.dumps(Failed(error, ""))
+        return reply_bytes(Failed(error, ""))
     with at_most(1):
         return run_item(work, message, records_warnings=False)
