@@ -74,16 +74,18 @@ def output_of(
     """
     named = args.output if "output" in args else args.report
     if named:
-        if args.no_clobber:
-            _refuse_to_replace(Path(named))
+        check_kept(args, named)
         return named  # type: ignore[no-any-return]
     from brushgs.pipeline.outputs import free_name
 
     return free_name(default, None if args.no_clobber else origin, is_ours)
 
 
-def _refuse_to_replace(path: Path) -> None:
-    """Raise SceneError if anything would be replaced."""
+def check_kept(args: Namespace, name: Path | str | None) -> None:
+    """Raise SceneError if --no-clobber is given and a file that was named would be replaced."""
+    if not args.no_clobber or name is None:
+        return
+    path = Path(name)
     if "%" in path.name:
         from brushgs.io.pictures.formats import PICTURE_SUFFIXES
         from brushgs.io.pictures.numbered import NumberedFiles

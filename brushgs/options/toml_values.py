@@ -1,7 +1,6 @@
 """TOML files that one writes by hand, looks and rules: read with guards on size and depth in front."""
 
 import re
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +37,8 @@ def read_toml(text: str, path: Path, advice: str) -> dict[str, Any]:
     Raises:
         SceneError: if it is not TOML, or nested too deeply.
     """
+    import tomllib
+
     try:
         return tomllib.loads(text)
     except RecursionError:

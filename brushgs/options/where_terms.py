@@ -5,7 +5,6 @@ To add one: write a class with `of` and `__str__`, and its line in `TERMS`.
 
 import re
 from collections.abc import Mapping
-from difflib import get_close_matches
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
@@ -282,6 +281,8 @@ def parse_term(text: str) -> Term:
 
 
 def _hint(name: str) -> str:
+    from difflib import get_close_matches
+
     words = re.findall(r"[a-z]+", name.lower())
     close = get_close_matches(words[0] if words else "", list(TERMS), n=1)
     return f"; did you mean {TERMS[close[0]].form}?" if close else ""

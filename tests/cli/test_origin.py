@@ -94,6 +94,23 @@ def test_a_default_name_replaces_the_same_painting_only(scene, capsys):
     assert run(capsys, "render", scene, *FEW)[1] == "pear-flat-3.png"  # which is this painting
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["strokes", "--sheet", "kept.png"],
+        ["doctor", "pear.ply", "--fix", "kept.png"],
+        ["refine", "pear.ply", "--report", "kept.png"],
+        ["demo", "-o", "kept.png"],
+    ],
+    ids=lambda words: words[0],
+)
+def test_no_clobber_is_of_each_command_that_writes(words, scene, capsys):
+    Path("kept.png").write_bytes(b"kept")
+    code, _, err = run(capsys, *words, "--no-clobber")
+    assert (code, Path("kept.png").read_bytes()) == (2, b"kept")
+    assert err.endswith("kept.png: exists, and --no-clobber replaces no file; choose another name\n")
+
+
 def test_another_scene_of_the_same_name_is_another_painting(scene, capsys):
     run(capsys, "render", scene, *FEW)
     save_upright(pear(1), scene)

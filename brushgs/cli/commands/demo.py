@@ -26,6 +26,7 @@ class Own(Options, frozen=True):
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add(parser, Own)
+    flags.add(parser, flags.NoClobberFlag)
     flags.add_size(parser, "1200x900, of a film 960x720", group=("", ""))
     flags.add(parser, "cluster", "seed", group=("", ""))
     flags.add_stroke_count(parser, has_look=True)
@@ -38,8 +39,9 @@ def run(args: Namespace) -> None:
     """Build, write and paint the scene."""
     config = paint_config(args, draw={"background": BACKGROUND})
     with reported(args) as report:
-        from brushgs.cli.origin import origin_of
+        from brushgs.cli.origin import check_kept, origin_of
         from brushgs.outlets.demo import paint_demo, paint_moving_demo
 
+        check_kept(args, args.output)
         paint = paint_moving_demo if args.moving else paint_demo
         paint(args.output, config, report=report, name=painting_name(args, config), origin=origin_of(args))

@@ -29,15 +29,18 @@ def add_flags(parser: ArgumentParser) -> None:
     )
     flags.add_scene(parser)
     flags.add(parser, Own)
+    flags.add(parser, flags.NoClobberFlag)
     flags.add_no_cameras(parser)
     flags.add(parser, flags.ReportFlags)
 
 
 def run(args: Namespace) -> int:
     """Report the findings, and write the fixed scene."""
+    from brushgs.cli.origin import check_kept
     from brushgs.doctor.run import DoctorReport, run_doctor
 
     scene, report = scene_source(args), DoctorReport()
     with reported(args, report):
+        check_kept(args, args.fix)
         run_doctor(scene, args.fix, clean=args.clean, report=report)
     return EXIT_FAULTY_SCENE if report.has_faults else 0

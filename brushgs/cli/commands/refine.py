@@ -46,7 +46,7 @@ def run(args: Namespace) -> None:
     """Write the refined strokes."""
     config = refine_config(args)
     paint, scene = paint_config(args), scene_source(args)
-    from brushgs.cli.origin import output_of
+    from brushgs.cli.origin import check_kept, output_of
     from brushgs.refine.report import RefineReport
     from brushgs.refine.run import checkpoint_of, refine_file
 
@@ -55,6 +55,7 @@ def run(args: Namespace) -> None:
         clip = open_clip(args, scene)
         suffix = SCENE_SUFFIXES[0] if clip is None else ""
         goes_on = (lambda path: checkpoint_of(path).exists()) if config.is_resumed else None
+        check_kept(args, args.report)
         output = output_of(args, output_beside(scene, "refined", suffix), is_ours=goes_on)
         refine_file(
             clip or scene,

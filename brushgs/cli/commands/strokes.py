@@ -25,18 +25,20 @@ class Own(Options, frozen=True):
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add(parser, Own)
+    flags.add(parser, flags.NoClobberFlag)
 
 
 def run(args: Namespace) -> None:
     """Print the names, each with what it is good for, or draw the chart and print its path."""
     if args.sheet is not None:
-        from brushgs.cli.origin import origin_of
+        from brushgs.cli.origin import check_kept, origin_of
         from brushgs.outlets.stroke_chart import write_stroke_chart
         from brushgs.pipeline.outputs import free_name
 
         origin, sheet = origin_of(args), args.sheet
         if sheet == Path(DEFAULT_SHEET):
             sheet = free_name(sheet, origin)
+        check_kept(args, sheet)
         write_stroke_chart(sheet, origin)
         print(sheet)
         return
