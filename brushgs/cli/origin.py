@@ -4,7 +4,6 @@ A default name is numbered where a file lies there, but for a picture whose meta
 painting, see `brushgs.io.pictures.metadata`. A name that was given (-o) is written to, unless --no-clobber.
 """
 
-import re
 import shlex
 from argparse import SUPPRESS, Action, Namespace, _AppendAction
 from collections.abc import Callable, Iterable
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING
 from brushgs.cli.parser import command_parser
 from brushgs.cli.words import NOT_PAINTED, pieces_of
 from brushgs.errors import SceneError
+from brushgs.io.pictures.shot import without_folders
 
 if TYPE_CHECKING:
     from brushgs.io.pictures.shot import Origin
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 # `dest` of flags that change how the work is done, or what lies beside the picture, and not the picture.
 NOT_RECORDED = NOT_PAINTED | {"views", "explain", "sheet"}
 NOT_RECORDED |= {f"sequence.{field}" for field in ("is_resumed", "jobs", "scheduler", "workers_timeout")}
-_FOLDERS = re.compile(r"[^,:()=]*[/\\]")  # of a file within a value such as mask:shots/a.png
 
 
 def command_of(args: Namespace) -> str:
@@ -31,7 +30,7 @@ def command_of(args: Namespace) -> str:
     arguments: list[str] = []
     given: dict[Action, list[str]] = {}
     for action, values in pieces_of(parser, words):
-        names = [_FOLDERS.sub("", value.rstrip("/\\")) or "." for value in values]
+        names = [without_folders(value) for value in values]
         if action is None:
             arguments += names
         elif action.dest not in NOT_RECORDED and (

@@ -155,7 +155,9 @@ def _check_seen(prepared: Prepared) -> None:
         raise ValueError(f"in all {len(prepared.cameras)} frames {why}")
 
 
-def paint_prepared(prepared: Prepared, target: Path, config: PaintConfig, report: Report) -> Report:
+def paint_prepared(
+    prepared: Prepared, target: Path, config: PaintConfig, report: Report, origin: Origin | None = None
+) -> Report:
     """Paint what is prepared along its path, as a video.
 
     Args:
@@ -163,6 +165,7 @@ def paint_prepared(prepared: Prepared, target: Path, config: PaintConfig, report
         target: the video to write.
         config: that it was prepared with.
         report: gets the stages; `advance` after each frame.
+        origin: what the video says of how it came about; None for nothing.
 
     Raises:
         ValueError: if the rate or the size does not suit the video.
@@ -171,7 +174,7 @@ def paint_prepared(prepared: Prepared, target: Path, config: PaintConfig, report
     assert prepared.path is not None, "prepare along a path"
     check_rate(target, prepared.path.fps)
     check_size(target, prepared.camera.width, prepared.camera.height, config.output.codec)
-    frames = _Frames(prepared, config, _track(prepared, config.draw, report), SequenceConfig())
+    frames = _Frames(prepared, config, _track(prepared, config.draw, report), SequenceConfig(), origin=origin)
     _paint_video(frames, target, report)
     report.output = str(target)
     return report

@@ -46,6 +46,7 @@ def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
     flags.add(parser, Own)
+    flags.add(parser, flags.NoMetadataFlag)
     flags.add(parser, ServerConfig)
     flags.add(parser, Browser)
     flags.add_painting(parser)
@@ -87,6 +88,7 @@ def session_of(args: Namespace) -> "Session":
         look_of(args),
         lambda overrides: _words(args, overrides),
         args.output,
+        writes_metadata=not args.no_metadata,
     )
 
 

@@ -1,9 +1,17 @@
 """What is known of a picture beside its pixels: OpenEXR holds all of it, see `metadata.py` for the others."""
 
+import re
 from dataclasses import dataclass
 from pathlib import PurePath
 
 from brushgs.values.camera import Camera
+
+_FOLDERS = re.compile(r"[^,:()=]*[/\\]")  # of a file within a value such as mask:shots/a.png
+
+
+def without_folders(word: str) -> str:
+    """A word of a command line with its files by their names alone."""
+    return _FOLDERS.sub("", word.rstrip("/\\")) or "."
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ No threads and no HTTP: one call after the other. Steps that a change does not t
 """
 
 import os
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -14,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from brushgs.brushes.builtin import stroke_notes
 from brushgs.errors import SceneError
+from brushgs.io.pictures.shot import Origin, without_folders
+from brushgs.io.pictures.shot import Shot as PictureShot
 from brushgs.options.choices import LOOKS
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
@@ -58,6 +61,7 @@ class Painted:
         contents: of the page, as `write_container` packs them.
         facts: what the panel shows of it, for JSON.
         rows: for each coat, the rows of its strokes in the order in which the page has them.
+        command: words of a command line that paint the same, after `brushgs render`.
     """
 
     settings: Settings
@@ -66,6 +70,7 @@ class Painted:
     contents: bytes
     facts: Mapping[str, Any]
     rows: tuple[Rows, ...] = ()
+    command: tuple[str, ...] = ()
 
 
 @dataclass
@@ -79,6 +84,7 @@ class Session:
         options: its words for `brushgs render`, without those that values take the place of.
         folder: where pictures and videos are written.
         dropped: pictures that were dropped, by id.
+        writes_metadata: whether pictures and videos say how they were painted.
     """
 
     source: SceneSource
@@ -87,6 +93,7 @@ class Session:
     options: Callable[[Mapping[str, Any]], list[str]]
     folder: Path = Path()
     dropped: dict[str, Dropped] = field(default_factory=dict)
+    writes_metadata: bool = True
     _memory: Memory = field(default_factory=Memory)
     _finder: Finder = field(default_factory=Finder)
 
@@ -121,13 +128,14 @@ class Session:
         prepared = prepare(
             self.source, config, report, asks=(*PICTURE, "first_view", "scene"), memory=self._memory
         )
+        first, options = command_of(self.source, self._options(settings), prepared.notes)
         with report.stage("page") as stage:
             contents = page_contents(
                 prepared.painting,
                 prepared.camera,
                 view=view_of(prepared, config),
                 title=self.source.name,
-                command=command_of(self.source, self._options(settings), prepared.notes),
+                command=(first, options),
                 background=prepared.background,
                 regions=prepared.region_names,
             )
@@ -135,7 +143,7 @@ class Session:
             stage.did = f"{contents.num_strokes:,} strokes, {len(packed) / 1e6:.1f} MB"
             stage.counts = {"strokes": contents.num_strokes, "bytes": len(packed)}
         facts = self._facts(settings, config, prepared, contents.omitted)
-        return Painted(settings, config, prepared, packed, facts, contents.rows)
+        return Painted(settings, config, prepared, packed, facts, contents.rows, (first, *options))
 
     def find(self, painted: Painted, text: object) -> Members:
         """The strokes in a part of the scene that was typed, see `brushgs.outlets.studio.where`.
@@ -154,7 +162,8 @@ class Session:
         with self._new_file(painted, ".png") as path:
             seen = seen_by(painted.prepared, painted.config, shot.camera, report)
             frame = paint_view(seen, report, depth=False)
-            write_picture(frame, path, seen.background, painted.config, report)
+            known = PictureShot(shot.camera, origin=self._origin(painted))
+            write_picture(frame, path, seen.background, painted.config, report, known)
         return path
 
     def film(self, painted: Painted, film: Film, report: Report) -> Path:
@@ -181,10 +190,14 @@ class Session:
         else:
             path = turn_around(film.cameras[0], film.center, view.up, seconds=config.seconds, fps=config.fps)
         with self._new_file(painted, ".mp4") as target:
-            paint_prepared(
-                along(painted.prepared, painted.config, path, report), target, painted.config, report
-            )
+            seen = along(painted.prepared, painted.config, path, report)
+            paint_prepared(seen, target, painted.config, report, self._origin(painted))
         return target
+
+    def _origin(self, painted: Painted) -> Origin | None:
+        """What files say of how they came about."""
+        words = map(without_folders, painted.command)
+        return Origin(shlex.join(["brushgs", "render", *words])) if self.writes_metadata else None
 
     def _options(self, settings: Settings) -> list[str]:
         """The words of a command line that paint the same; a dropped picture is called as it was."""

@@ -13,6 +13,7 @@ from brushgs.cli.commands.view import session_of
 from brushgs.cli.parser import parse
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.pictures.images import read_image
+from brushgs.io.pictures.metadata import read_metadata
 from brushgs.options.viewer import FilmConfig
 from brushgs.outlets.studio.session import Dropped, reserve
 from brushgs.outlets.studio.settings import Film, Settings, Shot
@@ -79,8 +80,13 @@ def test_a_change_paints_what_its_command_paints(painted, scene, tmp_path):
     from brushgs.cli import main
 
     assert main([*words, "--quiet"]) == 0
-    path = session.shoot(changed, Shot(changed.prepared.camera), Report())
+    shot = Shot(changed.prepared.camera)
+    path = session.shoot(changed, shot, Report())
     assert np.array_equal(read_image(path), read_image(tmp_path / "a.png"))
+    command = read_metadata(path).command
+    assert command.startswith(f"brushgs render {scene.name} ")
+    assert "--look gouache" in command
+    assert read_metadata(replace(session, writes_metadata=False).shoot(changed, shot, Report())) is None
 
 
 def test_a_dropped_picture_is_a_brush_or_a_palette_and_is_called_as_it_was(painted, tmp_path):
@@ -160,7 +166,9 @@ def test_a_turn_is_a_loop_around_what_is_looked_at(painted, tmp_path):
     camera = first.prepared.camera.resized(64, 48)
     center = tuple(header_of(first.contents)["center"])
     film = Film(FilmConfig("turn", 1, 64, 48, fps=4), [camera], center)
-    assert len(frames_of(session.film(first, film, Report()))) == 4
+    path = session.film(first, film, Report())
+    assert len(frames_of(path)) == 4
+    assert read_metadata(path).command.startswith("brushgs render pears")
 
 
 def test_a_path_of_equal_views_is_refused(painted, tmp_path):
