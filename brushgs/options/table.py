@@ -234,6 +234,24 @@ class Row:
         parts = [words, self.option.span, f"default {default}" if default else ""]
         return "; ".join(part for part in parts if part).replace("%", "%%")
 
+    def schema(self) -> dict[str, Any]:
+        """JSON schema of a value, with the words of the help as its description."""
+        kinds = {float: "number", int: "integer", bool: "boolean"}
+        limits = {"ge": "minimum", "gt": "exclusiveMinimum", "le": "maximum", "lt": "exclusiveMaximum"}
+        one: dict[str, Any] = {"type": kinds.get(self._item, "string")}
+        one |= {word: found for of, word in limits.items() if (found := getattr(self.option, of)) is not None}
+        if self.choices is not None:
+            one["enum"] = list(self.choices)
+        is_list = get_origin(self.kinds[0]) is tuple
+        made = {"type": "array", "items": one} if is_list else one
+        return made | {"description": self.words}
+
+    @property
+    def _item(self) -> Any:
+        """The type of a value, or of an item of one that is a tuple."""
+        kind = self.kinds[0]
+        return get_args(kind)[0] if get_origin(kind) is tuple else kind
+
     def _default_words(self) -> str:
         if self.option.default is not None or self.is_switch:
             return self.option.default or ""

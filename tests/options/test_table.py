@@ -99,6 +99,18 @@ def test_a_range_is_that_of_the_constructor_and_of_the_sentence(kind, row):
 
 
 @of_each_class
+def test_a_json_schema_has_the_range_and_the_choices(kind, row):
+    schema = row.schema()
+    assert schema["description"] == row.words
+    number = schema.get("items", schema)
+    assert number.get("enum", []) == list(row.choices or ())
+    limits = {"minimum": (0, True), "exclusiveMinimum": (0, False), "maximum": (1, True)}
+    for name, (bound, is_in) in limits.items():
+        if number.get(name) == bound:
+            assert row.option.holds(bound) == is_in
+
+
+@of_each_class
 def test_a_class_checks_its_numbers(kind, row):
     if not is_numeric(row):
         return

@@ -47,6 +47,11 @@ SETTINGS: Mapping[str, tuple[str, Row | None]] = {
 }
 
 
+def schema() -> dict[str, Any]:
+    """JSON schema of each setting that is an option, by its name in JSON."""
+    return {camel(name): row.schema() for name, (_, row) in SETTINGS.items() if row is not None}
+
+
 class Settings(Struct, frozen=True):
     """What was changed in the page; None for what is as on the command line, or in the look.
 

@@ -19,7 +19,7 @@ from brushgs.io.pictures.images import read_image
 from brushgs.outlets.page.html import page_html
 from brushgs.outlets.studio.hearing import Heard
 from brushgs.outlets.studio.session import Dropped, Painted, Session
-from brushgs.outlets.studio.settings import Film, Settings, Shot
+from brushgs.outlets.studio.settings import Film, Settings, Shot, schema
 from brushgs.outlets.studio.work import AbandonedError, Lane, Progress, Task, WatchedReport
 
 MAX_OUTPUTS = 32  # that wait or run; more is a page gone wild
@@ -156,6 +156,7 @@ class Studio:
         return {
             "looks": [{"name": name, "title": look.title, "goodFor": look.good_for} for name, look in looks],
             "strokes": [{"name": note.name, "goodFor": note.good_for} for note in stroke_notes()],
+            "schema": schema(),
             "dropped": [{"id": key, "name": name} for key, name in dropped.items()],
             "folder": str(self._session.folder.resolve()),
             "hint": self.hint,

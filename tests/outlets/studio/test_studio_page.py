@@ -84,6 +84,8 @@ def test_a_painter_turns_changes_and_renders(viewed, tmp_path):
     assert text_of(page, "strokes") == str(strokes_of(page))
     slide(page, "relief", 0.9)
     assert text_of(page, "relief") == "90 %"
+    assert page.locator("[name=relief]").get_attribute("max") == "1"
+    assert "light and shade" in page.locator("label:has([name=relief])").get_attribute("title")
     assert page.evaluate("window.brushgs.contents.header.command.options").count("--relief") == 1
     page.select_option("#studio select[name=stroke]", "dab")
     until(page, "window.brushgs.contents.header.brushes.map((brush) => brush.name).join() === 'dab'")

@@ -4,6 +4,7 @@ const SEND_AFTER = 150; // ms that a slider rests before its value is sent
 const WIDE = "(min-width: 900px)"; // there the studio stands beside the picture, else over it
 const LEAST_STROKES = 100, MOST_STROKES = 100_000;
 const LEAST_LENGTH = 4, MOST_LENGTH = 200; // of strokes, px
+const SHARE_STEP = 0.01; // of sliders for shares
 const STAGES = {
   waiting: "Waiting",
   load: "Reading the scene",
@@ -169,6 +170,12 @@ class Studio {
     this._toggle.setAttribute("aria-expanded", String(isOpen));
   }
 
+  /** Range and help of a slider for a share, of the JSON schema of its option. */
+  _range(name) {
+    const { minimum, exclusiveMinimum, maximum, description } = this._choices.schema[name];
+    return { least: minimum ?? exclusiveMinimum + SHARE_STEP, most: maximum, step: SHARE_STEP, title: description };
+  }
+
   /** Forget all that was changed here. */
   _reset() {
     this._settings = {};
@@ -202,6 +209,7 @@ class Studio {
     this._count = new Slider({
       name: "strokes",
       label: "Number",
+      title: this._choices.schema.strokes.description,
       least: Math.log(LEAST_STROKES),
       most: Math.log(MOST_STROKES),
       value: (at) => twoDigits(Math.exp(at)),
@@ -212,6 +220,7 @@ class Studio {
     this._length = new Slider({
       name: "strokeSize",
       label: "Length",
+      title: this._choices.schema.strokeSize.description,
       least: Math.log(LEAST_LENGTH),
       most: Math.log(MOST_LENGTH),
       value: (at) => Math.round(Math.exp(at)),
@@ -222,9 +231,7 @@ class Studio {
     this._keep = new Slider({
       name: "keep",
       label: "Gaussians kept",
-      least: 0.05,
-      most: 1,
-      step: 0.01,
+      ...this._range("keep"),
       words: percent,
       onInput: (keep) => this.set({ keep }),
     });
@@ -245,9 +252,7 @@ class Studio {
     this._relief = new Slider({
       name: "relief",
       label: "Relief",
-      least: 0,
-      most: 1,
-      step: 0.01,
+      ...this._range("relief"),
       words: percent,
       onInput: (relief) => this.set({ relief }),
     });
@@ -280,9 +285,7 @@ class Studio {
     this._strength = new Slider({
       name: "paletteStrength",
       label: "Strength",
-      least: 0,
-      most: 1,
-      step: 0.01,
+      ...this._range("paletteStrength"),
       words: percent,
       onInput: (paletteStrength) => this.set({ paletteStrength }),
     });

@@ -28,19 +28,19 @@ function button(words, onPress, properties = {}) {
  *
  * @param {object} options
  *     name, label; least, most, step: of the range; value: of a position, and position: of a value, where
- *     they differ; words: of a value; onInput: called with the value while it moves.
+ *     they differ; title: help on hover; words: of a value; onInput: called with the value while it moves.
  */
 class Slider {
   constructor(options) {
-    const { name, label, least, most, step = "any", words, onInput } = options;
+    const { name, label, least, most, step = "any", title = "", words, onInput } = options;
     const { value = (at) => at, position = (of) => of } = options;
     this._words = words;
     this._position = position;
     this._output = element("output");
     this._input = element("input", { type: "range", name, min: least, max: most, step });
-    const title = element("span", {}, label);
+    const caption = element("span", {}, label);
     // The slider first: a label belongs to the first field in it, and an output is one.
-    this.element = element("label", { className: "slider" }, title, this._input, this._output);
+    this.element = element("label", { className: "slider", title }, caption, this._input, this._output);
     this._input.addEventListener("input", () => {
       const given = value(Number(this._input.value));
       this._tell(given);
