@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from brushgs.doctor import examine as examine
     from brushgs.errors import SceneError as SceneError
     from brushgs.errors import SceneWarning as SceneWarning
-    from brushgs.io import load as load
-    from brushgs.io import load_cameras as load_cameras
-    from brushgs.io.moving import load_moving as load_moving
-    from brushgs.io.pictures.video import save_video as save_video
-    from brushgs.io.scenes.encoding import Encoding as Encoding
-    from brushgs.io.scenes.encoding import Reading as Reading
-    from brushgs.io.styles import load_style as load_style
-    from brushgs.io.styles import save_style as save_style
+    from brushgs.formats import load as load
+    from brushgs.formats import load_cameras as load_cameras
+    from brushgs.formats.moving import load_moving as load_moving
+    from brushgs.formats.pictures.video import save_video as save_video
+    from brushgs.formats.scenes.encoding import Encoding as Encoding
+    from brushgs.formats.scenes.encoding import Reading as Reading
+    from brushgs.formats.styles import load_style as load_style
+    from brushgs.formats.styles import save_style as save_style
     from brushgs.options.clip import ClipConfig as ClipConfig
     from brushgs.options.look import Look as Look
     from brushgs.options.moment import Moment as Moment
@@ -68,11 +68,11 @@ _MODULES = {
     "by_keywords": "paint paint_film",
     "doctor": "Finding examine",
     "errors": "SceneError SceneWarning",
-    "io": "load load_cameras",
-    "io.moving": "load_moving",
-    "io.pictures.video": "save_video",
-    "io.scenes.encoding": "Encoding Reading",
-    "io.styles": "load_style save_style",
+    "formats": "load load_cameras",
+    "formats.moving": "load_moving",
+    "formats.pictures.video": "save_video",
+    "formats.scenes.encoding": "Encoding Reading",
+    "formats.styles": "load_style save_style",
     "options.clip": "ClipConfig",
     "options.look": "Look",
     "options.moment": "Moment",

@@ -286,7 +286,7 @@ def _still_source(scene: "Gaussians | SceneFiles", args: Namespace) -> "Gaussian
         return scene
     source = _source(scene, args)
     if source.time is None:
-        from brushgs.io.moving import open_moving
+        from brushgs.formats.moving import open_moving
 
         if open_moving(source) is not None:
             raise ValueError(f"paint: {source} moves; give time=, one moment, or use brushgs.paint_film")

@@ -9,7 +9,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.report import Report
 from brushgs.still_life.moving import still_life_moving

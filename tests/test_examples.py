@@ -19,7 +19,7 @@ import brushgs as bg
 import brushgs.cli
 import brushgs.outlets.demo
 import brushgs.still_life.moving
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.still_life import still_life
 from brushgs.still_life.moving import still_life_moving
 

@@ -8,7 +8,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
-from brushgs.io.pictures.images import write_frame
+from brushgs.formats.pictures.images import write_frame
 from brushgs.values.frame import Frame
 from brushgs.values.style import StyleEdit
 from tests.scenes import save_upright, still_life_of

@@ -17,7 +17,7 @@ LAYERS = [
     ["core"],
     ["options"],
     ["values"],
-    ["io"],
+    ["formats"],
     ["brushes", "cameras", "still_life"],
     ["rendering"],
     ["passes"],

@@ -11,7 +11,7 @@ import brushgs as bg
 from brushgs import _core
 from brushgs.brushes import levels
 from brushgs.core.threads import at_most
-from brushgs.io.pictures.oiio import quantise
+from brushgs.formats.pictures.oiio import quantise
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,

@@ -23,7 +23,7 @@ GROUPS = {
     "scene": "Values",
     "moving_scene": "Values",
     "style": "Values",
-    "io": "Files",
+    "formats": "Files",
     "page": "Files",
     "by_keywords": "Painting",
     "painting": "Painting",

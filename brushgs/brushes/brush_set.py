@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from brushgs.brushes.texture import LONG_SIDE, StrokeTexture, brush_of_style, name_in_style, variants_of
 from brushgs.errors import SceneError
-from brushgs.io.files import exists, is_dir, is_plain
+from brushgs.formats.files import exists, is_dir, is_plain
 
 MOST_BRUSHES = 256  # a row is a byte
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".exr")  # of brushes in a folder

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.files import exists
+from brushgs.formats.files import exists
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.values.arrays import check
 from brushgs.values.colors import LUMINANCE, split_alpha
@@ -228,7 +228,7 @@ class StrokeTexture:
 
     @classmethod
     def _from_style(cls, path: Path, number: int | None, size: int) -> "StrokeTexture":
-        from brushgs.io.styles.read import read_style
+        from brushgs.formats.styles.read import read_style
 
         style = read_style(path)
         brushes = () if style.marks is None else style.marks.brushes
@@ -255,7 +255,7 @@ class StrokeTexture:
 
     @classmethod
     def _from_file(cls, path: Path, name: str, size: int) -> "StrokeTexture":
-        from brushgs.io.pictures.images import read_image
+        from brushgs.formats.pictures.images import read_image
 
         return cls._of_pixels(read_image(path), path, name, size)
 

@@ -16,7 +16,7 @@ from brushgs.cameras.framing import NEAR_SHARE
 from brushgs.cameras.motion import is_same_view
 from brushgs.cameras.spline import through
 from brushgs.errors import SceneError
-from brushgs.io.cameras.read import CameraFile
+from brushgs.formats.cameras.read import CameraFile
 from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import DEFAULT_FPS, MAX_FPS, MAX_FRAMES, PathConfig
@@ -145,7 +145,7 @@ def turn_around(
 
 
 def _file_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig) -> CameraPath:
-    from brushgs.io.cameras.read import read_cameras
+    from brushgs.formats.cameras.read import read_cameras
 
     assert path.file is not None
     file = read_cameras(path.file)

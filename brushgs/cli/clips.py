@@ -17,7 +17,7 @@ def open_clip(args: Namespace, scene: "SceneSource") -> "Clip | None":
         ValueError: see `clip_config`.
         SceneError: if a file cannot be used.
     """
-    from brushgs.io.moving import open_moving
+    from brushgs.formats.moving import open_moving
 
     moving = None if scene.time is not None else open_moving(scene)
     config = clip_config(args, scene, is_moving=moving is not None)

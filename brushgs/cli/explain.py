@@ -35,7 +35,7 @@ def show(job: "Job", source: "SceneSource | Clip", config: "PaintConfig", args: 
     steps = job.explain({"is_strokes": is_strokes, "is_empty": num == 0})
     cost = _estimate(job, steps, config, num, num_terms)
     if output is not None:
-        from brushgs.io.files import replacing
+        from brushgs.formats.files import replacing
 
         with replacing(output) as path:
             path.write_text(_dot(steps) if output.suffix.lower() == ".dot" else _svg(steps), encoding="utf-8")
@@ -48,7 +48,7 @@ def show(job: "Job", source: "SceneSource | Clip", config: "PaintConfig", args: 
 
 def _header(source: "SceneSource | Clip") -> tuple[int, int, bool]:
     """Gaussians, spherical-harmonic terms of each, and whether they are strokes."""
-    from brushgs.io.scenes.read import open_files
+    from brushgs.formats.scenes.read import open_files
     from brushgs.pipeline.clip import Clip
 
     if isinstance(source, Clip):

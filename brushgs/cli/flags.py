@@ -2,7 +2,7 @@
 
 The value of a flag is in the namespace as "STEP.FIELD", and only if the flag is given; what belongs to no
 step, as the options of one command do, is there by its field, with its default. Names of file formats come
-from the tables of `brushgs.io`.
+from the tables of `brushgs.formats`.
 """
 
 import argparse
@@ -11,10 +11,10 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from brushgs.io.cameras.formats import BESIDE_READ, CAMERAS_READ
-from brushgs.io.moving.formats import MOVING_READ
-from brushgs.io.pictures.formats import PICTURES_READ, PICTURES_WRITTEN, VIDEOS_WRITTEN
-from brushgs.io.scenes.formats import SCENE_SUFFIXES, SCENES_READ
+from brushgs.formats.cameras.formats import BESIDE_READ, CAMERAS_READ
+from brushgs.formats.moving.formats import MOVING_READ
+from brushgs.formats.pictures.formats import PICTURES_READ, PICTURES_WRITTEN, VIDEOS_WRITTEN
+from brushgs.formats.scenes.formats import SCENE_SUFFIXES, SCENES_READ
 from brushgs.options.choices import DEFAULT_LOOK, LOOKS, PLAIN_LOOK, REPORT_SUFFIXES
 from brushgs.options.clip import ClipConfig
 from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig

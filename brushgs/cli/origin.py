@@ -1,7 +1,7 @@
 """Where a command writes, and what its pictures say of it: no file is lost to a default name.
 
 A default name is numbered where a file lies there, but for a picture whose metadata say that it is the same
-painting, see `brushgs.io.pictures.metadata`. A name that was given (-o) is written to, unless --no-clobber.
+painting, see `formats.pictures.metadata`. A name that was given (-o) is written to, unless --no-clobber.
 """
 
 import shlex
@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from brushgs.cli.parser import command_parser
 from brushgs.cli.words import NOT_PAINTED, pieces_of
 from brushgs.errors import SceneError
-from brushgs.io.pictures.shot import without_folders
+from brushgs.formats.pictures.shot import without_folders
 
 if TYPE_CHECKING:
-    from brushgs.io.pictures.shot import Origin
+    from brushgs.formats.pictures.shot import Origin
 
 # `dest` of flags that change how the work is done, or what lies beside the picture, and not the picture.
 NOT_RECORDED = NOT_PAINTED | {"views", "explain", "sheet"}
@@ -48,7 +48,7 @@ def command_of(args: Namespace) -> str:
 
 def origin_of(args: Namespace, inputs: Iterable[Path] = ()) -> "Origin":
     """How what a command paints comes about; `inputs` are the files that it reads, or names of none."""
-    from brushgs.io.pictures.shot import Origin
+    from brushgs.formats.pictures.shot import Origin
     from brushgs.pipeline.outputs import digest_of
 
     return Origin(command_of(args), digest_of(inputs))
@@ -86,8 +86,8 @@ def check_kept(args: Namespace, name: Path | str | None) -> None:
         return
     path = Path(name)
     if "%" in path.name:
-        from brushgs.io.pictures.formats import PICTURE_SUFFIXES
-        from brushgs.io.pictures.numbered import NumberedFiles
+        from brushgs.formats.pictures.formats import PICTURE_SUFFIXES
+        from brushgs.formats.pictures.numbered import NumberedFiles
 
         is_taken = bool(NumberedFiles.of(path, PICTURE_SUFFIXES).numbers())
     else:

@@ -12,9 +12,9 @@ from brushgs.doctor.in_words import in_words
 from brushgs.doctor.part import describe_part
 from brushgs.doctor.scene_checks import position_digits
 from brushgs.errors import SceneWarning
-from brushgs.io import read_scene
-from brushgs.io.cameras.read import name_beside
-from brushgs.io.moving import open_moving
+from brushgs.formats import read_scene
+from brushgs.formats.cameras.read import name_beside
+from brushgs.formats.moving import open_moving
 from brushgs.options.painting import ViewConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.where import WhereConfig

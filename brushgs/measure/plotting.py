@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.io.files import replacing
+from brushgs.formats.files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from brushgs.io.files import replacing
+from brushgs.formats.files import replacing
 from brushgs.measure.plotting import NO_MATPLOTLIB, can_plot, check_plot
 from brushgs.options.choices import REPORT_SUFFIXES
 from brushgs.options.direction import Direction

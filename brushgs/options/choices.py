@@ -38,7 +38,7 @@ DEFAULT_LOOK, PLAIN_LOOK = "oil", "plain"
 # Strokes of a backdrop: of one that is switched on in a look without, and the most that a look may have.
 DEFAULT_BACKDROP, MAX_BACKDROP = 2500, 20_000
 # Layers of a picture that compositing takes -> what each is, in words. `Frame.layers` says how they are held,
-# `brushgs.io.pictures.exr` how they are written.
+# `brushgs.formats.pictures.exr` how they are written.
 LAYERS: Mapping[str, str] = {
     "depth": "distance along the camera's axis, world units: the mean of the strokes, by what each shows",
     "normal": "direction that the planes of the strokes face, in camera axes",

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.io.files import is_plain
-from brushgs.io.pictures.resize import resize
+from brushgs.formats.files import is_plain
+from brushgs.formats.pictures.resize import resize
 from brushgs.options.choices import COLORS, color_code
 from brushgs.values.colors import flatten, rgb_of
 
@@ -50,7 +50,7 @@ def open_background(text: str, width: int, height: int) -> Background:
         return None
     if text.lower() in COLORS or (color_code(text) is not None and not is_plain(Path(text))):
         return rgb_of(text)
-    from brushgs.io.pictures.images import read_image
+    from brushgs.formats.pictures.images import read_image
 
     return fill_picture(_flatten_rows(read_image(text)), width, height)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from brushgs.cameras.framing import camera_axes, direction_of, unit_of
 from brushgs.errors import SceneError
-from brushgs.io.cameras.read import find_beside, name_beside, read_beside, reason_of
+from brushgs.formats.cameras.read import find_beside, name_beside, read_beside, reason_of
 from brushgs.options.painting import Up, ViewConfig
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians

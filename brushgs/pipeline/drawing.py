@@ -24,7 +24,7 @@ from brushgs.values.gaussians import Gaussians
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import Brushes, BrushSet, Sigmas
     from brushgs.brushes.kit import BrushKit
-    from brushgs.io.pictures.shot import Shot
+    from brushgs.formats.pictures.shot import Shot
     from brushgs.rendering.canvas import Canvas, Painting
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.options import RenderOptions
@@ -273,7 +273,7 @@ def write_picture(
 ) -> None:
     """Write the picture on its background, and in formats that hold it what else is known of it."""
     with report.stage("write") as stage:
-        from brushgs.io.pictures.images import write_frame
+        from brushgs.formats.pictures.images import write_frame
 
         write_frame(frame, path, background=background, bits=config.output.bits, shot=shot)
         ground = config.draw.background

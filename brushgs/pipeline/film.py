@@ -24,7 +24,7 @@ def film_of(
     camera, clip, workers = how
     source = None
     if not isinstance(scene, MovingScene):
-        from brushgs.io.moving import load_moving
+        from brushgs.formats.moving import load_moving
 
         source = SceneSource.of(scene)
         scene = load_moving(source)

@@ -28,7 +28,7 @@ def open_mask(path: Path, width: int, height: int) -> "Array":
     Raises:
         SceneError: if the picture cannot be read, or is dark all over.
     """
-    from brushgs.io.pictures.images import read_image
+    from brushgs.formats.pictures.images import read_image
 
     image = np.asarray(flatten(read_image(path), 0.0), np.float32)
     mask = np.clip(fill_picture(image, width, height) @ np.array(LUMINANCE, np.float32), 0, 1)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from brushgs.io.pictures.formats import holds_depth
-from brushgs.io.pictures.shot import Origin, Shot
+from brushgs.formats.pictures.formats import holds_depth
+from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.options.output import OutputConfig
 from brushgs.pipeline.background import Background
 from brushgs.rendering.project import Directions
@@ -16,7 +16,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 
 if TYPE_CHECKING:
-    from brushgs.io.pictures.pixels import Pixels
+    from brushgs.formats.pictures.pixels import Pixels
     from brushgs.rendering.canvas import Painting
     from brushgs.rendering.growing import GrowingPainting
     from brushgs.rendering.motion import Pose
@@ -120,10 +120,10 @@ class FramePainter:
         """
         frame, kind = self.frame(view), self.kind
         if kind.suffix is None:
-            from brushgs.io.pictures.pixels import video_pixels
+            from brushgs.formats.pictures.pixels import video_pixels
 
             return video_pixels(frame, self.background, kind.output.bits or 8)
-        from brushgs.io.pictures.images import encode_frame
+        from brushgs.formats.pictures.images import encode_frame
 
         shot = Shot(view.camera, view.index, kind.fps, kind.manifest, kind.origin)
         return encode_frame(frame, kind.suffix, self.background, bits=kind.output.bits, shot=shot)

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.io.cameras.read import CameraFile, read_cameras
-from brushgs.io.files import exists
-from brushgs.io.formats import suffixes_of
-from brushgs.io.pictures.formats import PICTURE_FORMATS, PICTURES_READ
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.cameras.read import CameraFile, read_cameras
+from brushgs.formats.files import exists
+from brushgs.formats.formats import suffixes_of
+from brushgs.formats.pictures.formats import PICTURE_FORMATS, PICTURES_READ
+from brushgs.formats.pictures.images import read_image
 from brushgs.passes.where.masks import MaskView
 from brushgs.values.arrays import Array
 from brushgs.values.camera import Camera
@@ -28,7 +28,7 @@ class MaskOpener:
     """Opens masks, or other pictures of a scene, with the cameras of a file.
 
     Attributes:
-        camera_file: in any format of `brushgs.io.cameras.formats`.
+        camera_file: in any format of `brushgs.formats.cameras.formats`.
         what: the pictures are, for messages.
     """
 

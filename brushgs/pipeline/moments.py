@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from brushgs.errors import SceneError
-from brushgs.io.moving.write import NAME, check_moments_folder
-from brushgs.io.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.moving.write import NAME, check_moments_folder
+from brushgs.formats.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.scene_source import SceneFiles
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.moving import Moving
@@ -83,7 +83,7 @@ def write_strokes(
 def _write_moments(
     strokes: Gaussians, moving: Moving, rest: Rest | None, folder: Path, report: Report, **facts: Any
 ) -> Report:
-    from brushgs.io.moving import write
+    from brushgs.formats.moving import write
 
     motion = moving.motion
     num = len(motion.times)

@@ -11,10 +11,10 @@ from pathlib import Path
 from brushgs.brushes.brush_set import paths_of
 from brushgs.brushes.texture import brush_of_style
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.files import exists, is_dir, is_plain, open_plain
-from brushgs.io.pictures.encoding import choose_encoding
-from brushgs.io.pictures.formats import PICTURE_SUFFIXES, holds_depth
-from brushgs.io.pictures.shot import Origin
+from brushgs.formats.files import exists, is_dir, is_plain, open_plain
+from brushgs.formats.pictures.encoding import choose_encoding
+from brushgs.formats.pictures.formats import PICTURE_SUFFIXES, holds_depth
+from brushgs.formats.pictures.shot import Origin
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.pipeline.background import TRANSPARENT
@@ -74,7 +74,7 @@ def free_name(
         origin: of the picture: one whose metadata say the same may be replaced. None for no file.
         is_ours: whether a file may be replaced, in place of that.
     """
-    from brushgs.io.pictures.metadata import is_painted_by
+    from brushgs.formats.pictures.metadata import is_painted_by
 
     def is_same(path: Path) -> bool:
         return origin is not None and is_painted_by(path, origin)

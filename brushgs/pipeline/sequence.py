@@ -19,12 +19,12 @@ import numpy as np
 
 from brushgs.cameras.motion import view_changes
 from brushgs.errors import SceneWarning
-from brushgs.io.pictures.encoding import choose_encoding, codec_of
-from brushgs.io.pictures.formats import PICTURE_SUFFIXES
-from brushgs.io.pictures.metadata import metadata_text
-from brushgs.io.pictures.numbered import Manifest, NumberedFiles
-from brushgs.io.pictures.shot import Origin, Shot
-from brushgs.io.pictures.video import check_rate, check_size, open_video, padded_size
+from brushgs.formats.pictures.encoding import choose_encoding, codec_of
+from brushgs.formats.pictures.formats import PICTURE_SUFFIXES
+from brushgs.formats.pictures.metadata import metadata_text
+from brushgs.formats.pictures.numbered import Manifest, NumberedFiles
+from brushgs.formats.pictures.shot import Origin, Shot
+from brushgs.formats.pictures.video import check_rate, check_size, open_video, padded_size
 from brushgs.options.clip import ClipConfig
 from brushgs.options.output import OutputConfig
 from brushgs.options.painting import DrawConfig, PaintConfig
@@ -475,7 +475,7 @@ def _kind_of(frames: _Frames, files: NumberedFiles) -> FrameKind:
     """What files of frames hold; the names of strokes, if they are many, are written once beside them."""
     output, manifest = frames.config.output, None
     if output.deep or "stroke" in output.all_layers:
-        from brushgs.io.pictures.exr.cryptomatte import is_long, write_manifest
+        from brushgs.formats.pictures.exr.cryptomatte import is_long, write_manifest
         from brushgs.rendering.mattes import stroke_names
 
         names = stroke_names(frames.prepared.painting.coats)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.files import exists
+from brushgs.formats.files import exists
 from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.options.scene_source import SceneFiles, SceneSource

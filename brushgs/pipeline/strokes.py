@@ -55,7 +55,7 @@ def load_scene(
         workers: that read such blocks; None for this machine.
     """
     with report.stage("load") as stage:
-        from brushgs.io.scenes.read import open_files, read_files
+        from brushgs.formats.scenes.read import open_files, read_files
 
         source = SceneSource.of(scene)
         files = open_files(source, source.lod)
@@ -270,7 +270,7 @@ def open_palette(config: PaletteConfig | None, report: Report) -> "Palette | Non
     if config is None:
         return None
     with report.stage("palette") as stage:
-        from brushgs.io.pictures.images import read_image
+        from brushgs.formats.pictures.images import read_image
         from brushgs.passes.color.recolor import Palette
 
         if config.file.suffix.lower() == STYLE_SUFFIX:
@@ -289,7 +289,7 @@ def open_palette(config: PaletteConfig | None, report: Report) -> "Palette | Non
 
 
 def _palette_of_style(config: PaletteConfig, stage: Stage) -> "Palette":
-    from brushgs.io.styles.read import read_style
+    from brushgs.formats.styles.read import read_style
     from brushgs.passes.color.recolor import Palette
 
     style = read_style(config.file)
@@ -371,7 +371,7 @@ def write_scene(
     holds these. Where that rounds numbers, the stage tells by how much.
     """
     with report.stage("write") as stage:
-        from brushgs.io.scenes import write
+        from brushgs.formats.scenes import write
 
         losses = write.write_scene(
             gaussians,

@@ -14,7 +14,7 @@ from brushgs.cameras.composition import format_name
 from brushgs.cameras.first_view import flags_of, framed_camera, sayable, up_text
 from brushgs.cameras.framing import AXES, DEFAULT_UP, plain_first_view, unit_of, with_up
 from brushgs.errors import SceneError
-from brushgs.io.cameras.read import name_beside
+from brushgs.formats.cameras.read import name_beside
 from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import CleanConfig, Up, ViewConfig
 from brushgs.pipeline.cameras_beside import Beside, view_beside
@@ -121,7 +121,7 @@ def with_up_of(
     if camera is not None:
         cameras = [camera]
     elif config.camera_file is not None:
-        from brushgs.io.cameras.read import read_cameras
+        from brushgs.formats.cameras.read import read_cameras
 
         cameras = list(read_cameras(config.camera_file).cameras)
     else:
@@ -271,7 +271,7 @@ def _doubt_and_cure(view: FirstView) -> str:
 
 
 def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:
-    from brushgs.io.cameras.read import read_cameras
+    from brushgs.formats.cameras.read import read_cameras
 
     file = read_cameras(path)
     cameras = file.cameras

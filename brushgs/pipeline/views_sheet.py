@@ -20,9 +20,9 @@ from brushgs.cameras.framing import AXES, INSIDE_NEAR_SHARE, NEAR_SHARE, camera_
 from brushgs.cameras.framing import with_up as turned
 from brushgs.core.threads import at_most, num_threads_or_default
 from brushgs.errors import SceneWarning
-from brushgs.io.pictures.formats import PICTURE_SUFFIXES
-from brushgs.io.pictures.letters import BOLD, Words, with_words
-from brushgs.io.pictures.shot import Origin, Shot
+from brushgs.formats.pictures.formats import PICTURE_SUFFIXES
+from brushgs.formats.pictures.letters import BOLD, Words, with_words
+from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.pipeline.clean import clean_scene
@@ -189,7 +189,7 @@ def write_sheet(
     cells = [cell for row in rows for cell in row]
     with report.stage("views", total=len(cells), unit="pictures") as stage:
         from brushgs.brushes.texture import StrokeTexture
-        from brushgs.io.pictures.images import write_frame
+        from brushgs.formats.pictures.images import write_frame
         from brushgs.rendering.options import RenderOptions
 
         kernel = StrokeTexture.open("gaussian")

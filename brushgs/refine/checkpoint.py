@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.io.files import is_plain, replacing
+from brushgs.formats.files import is_plain, replacing
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, Up
 from brushgs.options.scene_source import SceneFiles, SceneSource

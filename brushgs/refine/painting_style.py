@@ -12,7 +12,7 @@ import numpy as np
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.errors import SceneError
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.rendering.rasterize import rasterize
 from brushgs.values.arrays import F32, F64, Array
@@ -54,7 +54,7 @@ def open_style(path: Path) -> PaintingStyle:
     if not is_style(path):
         painting = read_image(path)
         return PaintingStyle(_learnt(painting, path), painting)
-    from brushgs.io.styles.read import read_style
+    from brushgs.formats.styles.read import read_style
 
     style = read_style(path)
     if style.palette is None:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from brushgs.cameras.first_view import framed_camera, up_text
-from brushgs.io.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.scenes.formats import SCENE_SUFFIXES
 from brushgs.measure.report import plain_config, plain_paint
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, PaletteConfig, ViewConfig
@@ -296,7 +296,7 @@ def _in_style(
     beside = style_beside(output)
     is_input = config.style is not None and beside.exists() and beside.samefile(config.style)
     if marks.brushes and not is_input:
-        from brushgs.io.styles.write import write_style
+        from brushgs.formats.styles.write import write_style
 
         write_style(learnt.style, beside)
     return laid.prepared, None if moves is None else laid.moves, True

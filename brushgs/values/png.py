@@ -1,6 +1,6 @@
 """Pixels -> the bytes of a PNG, in memory: what a notebook shows.
 
-Files are written by `brushgs.io.pictures`; this needs nothing but the standard library, so that values can
+Files are written by `formats.pictures`; this needs nothing but the standard library, so that values can
 show themselves. Source: PNG specification (ISO/IEC 15948), sections 9.2 (filters) and 11.2 (chunks).
 """
 

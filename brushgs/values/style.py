@@ -1,6 +1,6 @@
 """A style: what was learnt from a painting, or from an edit of a scene, in terms that any scene has.
 
-It travels as a file, see `brushgs.io.styles`. A style of a painting has a palette and marks, one of an edit
+It travels as a file, see `formats.styles`. A style of a painting has a palette and marks, one of an edit
 has an edit. Colours are display-encoded RGB, 0 to 1; lengths are shares of the shorter side of the painting.
 """
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.framing import frame_scene
-from brushgs.io import load
+from brushgs.formats import load
 from brushgs.measure.bench.supersample import supersampled
 from brushgs.measure.likeness import rmse
 from brushgs.options.choices import Filter

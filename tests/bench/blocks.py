@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import brushgs as bg
-from brushgs.io.scenes.read import open_files
+from brushgs.formats.scenes.read import open_files
 from brushgs.options.memory_size import parse_memory
 from brushgs.pipeline.blocks.budget import Budget
 from brushgs.pipeline.blocks.load import load_in_blocks

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.io.files import replacing
+from brushgs.formats.files import replacing
 from brushgs.rendering import reference
 from brushgs.rendering.project import project
 from brushgs.rendering.render import render

@@ -22,7 +22,7 @@ from brushgs.core.threads import at_most
 from brushgs.first_view import find_first_view
 from brushgs.first_view.sample import take_sample
 from brushgs.first_view.up import EVIDENCE, PRIORS, SURE, Ups, believed_up, measure_up, ranked
-from brushgs.io.pictures.images import write_frame
+from brushgs.formats.pictures.images import write_frame
 from brushgs.values.arrays import F64
 from brushgs.values.frame import Frame
 from tests.bench.doctor import SCENES as PLY_SCENES

@@ -15,7 +15,7 @@ from pathlib import Path
 from statistics import median
 
 import brushgs as bg
-from brushgs.io.pictures.images import write_frame
+from brushgs.formats.pictures.images import write_frame
 from brushgs.options.choices import LAYERS
 from brushgs.options.look import Look
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig

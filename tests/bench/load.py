@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.io import read_scene
+from brushgs.formats import read_scene
 from tests.io.ply_maker import decoded, scene_columns
 
 BLOCK = 50_000
@@ -26,7 +26,7 @@ BLOCK = 50_000
 CHILD = """
 import re, sys
 from pathlib import Path
-from brushgs.io import load
+from brushgs.formats import load
 peak = lambda: int(re.search(r"VmHWM:\\s*(\\d+)", Path("/proc/self/status").read_text())[1])
 before = peak()
 load(sys.argv[1])

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 import zstandard
 
-from brushgs.io import read_scene
+from brushgs.formats import read_scene
 from tests.io.scenes import ksplat_format, splat_format, spz_format
 
 CHECKED = 200  # rows that are compared before anything is timed

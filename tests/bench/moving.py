@@ -21,7 +21,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from brushgs.io.moving import load_moving
+from brushgs.formats.moving import load_moving
 from brushgs.measure.stability import Stability, report_stability
 from brushgs.measure.stability.table import row_groups
 from brushgs.options.clip import ClipConfig

@@ -30,7 +30,7 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.first_view import framed_camera
 from brushgs.cameras.framing import plain_first_view
-from brushgs.io.pictures.oiio import quantise
+from brushgs.formats.pictures.oiio import quantise
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.passes.reduce import contribution, lloyd
 from brushgs.passes.reduce.cluster import cluster_weights, group

@@ -20,7 +20,7 @@ from scipy.ndimage import gaussian_filter, zoom
 
 import brushgs as bg
 from brushgs import cli
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneSource

@@ -34,7 +34,7 @@ import torch.nn.functional as F  # noqa: N812
 
 import brushgs as bg
 from brushgs.cameras.framing import frame_scene
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.passes.color.broken_color import break_colors
 from brushgs.passes.color.recolor import Palette, recolor
 from brushgs.passes.form.mark_directions import Marks, marks_at

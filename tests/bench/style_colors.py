@@ -36,8 +36,8 @@ import numpy as np
 from skimage.metrics import structural_similarity
 
 import brushgs as bg
-from brushgs.io.pictures.images import read_image
-from brushgs.io.styles.write import write_style
+from brushgs.formats.pictures.images import read_image
+from brushgs.formats.styles.write import write_style
 from brushgs.measure.likeness import psnr
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig

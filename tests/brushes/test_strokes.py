@@ -8,7 +8,7 @@ import pytest
 
 from brushgs.brushes.builtin import stroke_notes
 from brushgs.brushes.texture import StrokeTexture, builtin_names
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 
 STROKES = Path(__file__).resolve().parents[2] / "strokes"
 NAMES = sorted(path.stem for path in STROKES.glob("*.png"))

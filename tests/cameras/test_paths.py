@@ -14,7 +14,7 @@ from brushgs.cameras.motion import between, view_change
 from brushgs.cameras.orbit import orbit
 from brushgs.cameras.paths import CameraPath, path_through, plan_path, turn_around
 from brushgs.errors import SceneError
-from brushgs.io.cameras.read import read_cameras
+from brushgs.formats.cameras.read import read_cameras
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import MAX_FRAMES, PathConfig
 from brushgs.values.camera import Camera

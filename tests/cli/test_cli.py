@@ -14,7 +14,7 @@ import brushgs as bg
 from brushgs import cli
 from brushgs.brushes.builtin import stroke_notes
 from brushgs.brushes.texture import builtin_names
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.choices import LOOKS
 from brushgs.options.look import Look
 from brushgs.outlets.stroke_chart import CELL, COLUMNS, PAPER
@@ -295,7 +295,7 @@ def test_an_existing_picture_survives_a_run_that_fails(scene, capsys, monkeypatc
     def fail(*_, **__):
         raise OSError(28, "No space left on device", "a.png")
 
-    monkeypatch.setattr("brushgs.io.pictures.images.write_frame", fail)
+    monkeypatch.setattr("brushgs.formats.pictures.images.write_frame", fail)
     code, out, err = run(capsys, "render", scene, *SMALL, "-o", "a.png")
     assert (code, out, err) == (2, "", "brushgs: a.png: No space left on device\n")
     assert Path("a.png").read_bytes() == b"precious"

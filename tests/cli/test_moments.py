@@ -9,7 +9,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
-from brushgs.io import read_scene
+from brushgs.formats import read_scene
 from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
 from brushgs.outlets.page.export import command_of

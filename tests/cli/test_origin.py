@@ -13,7 +13,7 @@ from brushgs.cli import main
 from brushgs.cli.origin import command_of
 from brushgs.cli.parser import parse
 from brushgs.errors import SceneWarning
-from brushgs.io.pictures.images import write_frame
+from brushgs.formats.pictures.images import write_frame
 from brushgs.pipeline.outputs import digest_of, free_name
 from brushgs.values.frame import Frame
 from tests.scenes import save_upright

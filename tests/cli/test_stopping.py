@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from brushgs.cli.stopping import Stop, hearing_stops
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from tests.scenes import save_upright, still_life_of
 
 ROOT = Path(__file__).resolve().parents[2]

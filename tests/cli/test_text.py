@@ -79,7 +79,7 @@ def refused(capsys, *words):
 
 
 def test_words_without_a_model_are_refused_before_anything_is_loaded(capsys, monkeypatch):
-    monkeypatch.setattr("brushgs.io.read_scene", None)
+    monkeypatch.setattr("brushgs.formats.read_scene", None)
     assert "where has text:red jug, which needs --text-model FOLDER, a CLIP model" in refused(capsys)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from brushgs.cli import main
 from brushgs.doctor.describe import describe
-from brushgs.io import load
+from brushgs.formats import load
 from brushgs.options.where import Where, WhereConfig
 from tests.scenes import save_upright, still_life_of
 

@@ -8,7 +8,7 @@ import pytest
 import brushgs as bg
 from brushgs.cameras.framing import camera_axes
 from brushgs.first_view.photographed import UnfitError, photographed_view, up_of_views
-from brushgs.io.cameras.read import read_beside
+from brushgs.formats.cameras.read import read_beside
 from tests.first_view.scenes import about, moved, statue
 from tests.first_view.test_framing import relief
 from tests.scenes import real_scene

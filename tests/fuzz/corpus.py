@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brushgs.io.scenes.stored import Stored
-from brushgs.io.scenes.view_comments import comment_lines
-from brushgs.io.styles.write import write_style
-from brushgs.io.usd.process import is_usd_here
+from brushgs.formats.scenes.stored import Stored
+from brushgs.formats.scenes.view_comments import comment_lines
+from brushgs.formats.styles.write import write_style
+from brushgs.formats.usd.process import is_usd_here
 from brushgs.values.camera import FirstView
 from tests.fuzz.reader import SEPARATOR
 from tests.io import camera_models, test_cameras, test_colmap, test_compressed_ply

@@ -138,7 +138,7 @@ CASES: dict[str, Callable[[], Made]] = {
 
 
 def _as_image(path: Path) -> object:
-    from brushgs.io.pictures.images import read_image
+    from brushgs.formats.pictures.images import read_image
 
     return read_image(path)
 

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
-from brushgs.io.cameras.formats import CAMERA_FORMATS
-from brushgs.io.guides.formats import GUIDE_FORMATS
-from brushgs.io.moving.formats import MOVING_FORMATS
-from brushgs.io.pictures.formats import PICTURE_FORMATS
-from brushgs.io.scenes.formats import SCENE_FORMATS
+from brushgs.formats.cameras.formats import CAMERA_FORMATS
+from brushgs.formats.guides.formats import GUIDE_FORMATS
+from brushgs.formats.moving.formats import MOVING_FORMATS
+from brushgs.formats.pictures.formats import PICTURE_FORMATS
+from brushgs.formats.scenes.formats import SCENE_FORMATS
 from tests.fuzz import corpus
 from tests.fuzz.reader import Reader
 
@@ -21,14 +21,14 @@ PIXELS = 1 << 20  # limit of a picture while fuzzing: decoded it must fit into t
 
 
 def _scene(path: Path) -> object:
-    from brushgs.io import load
+    from brushgs.formats import load
 
     return load(path)
 
 
 def _clip(path: Path) -> object:
     """Three moments of a moving scene."""
-    from brushgs.io.moving import load_moving
+    from brushgs.formats.moving import load_moving
 
     scene = load_moving(path)
     return [scene.at(share * scene.duration) for share in (0, 0.37, 1)]
@@ -41,7 +41,7 @@ def _arrays(path: Path) -> object:
 
 
 def _cameras(path: Path) -> object:
-    from brushgs.io.cameras.read import read_cameras
+    from brushgs.formats.cameras.read import read_cameras
 
     file = read_cameras(path)
     return [*file.cameras, *file.keys]
@@ -50,7 +50,7 @@ def _cameras(path: Path) -> object:
 def _picture(path: Path) -> object:
     """The same file as a picture, as a stroke and as a background."""
     from brushgs.brushes.texture import StrokeTexture
-    from brushgs.io.pictures.images import read_image
+    from brushgs.formats.pictures.images import read_image
     from brushgs.pipeline.background import open_background
 
     image = read_image(path, max_pixels=PIXELS)  # what is too large for it does not reach the others
@@ -60,7 +60,7 @@ def _picture(path: Path) -> object:
 
 
 def _guides(path: Path) -> object:
-    from brushgs.io.guides.read import MAX_COORDINATE, read_guides
+    from brushgs.formats.guides.read import MAX_COORDINATE, read_guides
 
     guides = read_guides(path)
     # Judged like a picture: finite, and 0 to 1.
@@ -69,7 +69,7 @@ def _guides(path: Path) -> object:
 
 def _style(path: Path) -> object:
     """Its arrays, scaled to be judged like a picture: finite, and 0 to 1."""
-    from brushgs.io.styles.read import MOST, read_style
+    from brushgs.formats.styles.read import MOST, read_style
 
     style, arrays = read_style(path), []
     if style.palette is not None:
@@ -86,7 +86,7 @@ def _style(path: Path) -> object:
 
 
 def _manifest(path: Path) -> object:
-    from brushgs.io.pictures.numbered import Manifest, NumberedFiles
+    from brushgs.formats.pictures.numbered import Manifest, NumberedFiles
 
     manifest = Manifest.read(NumberedFiles(path.parent, "%05d.png"))
     if manifest is not None:

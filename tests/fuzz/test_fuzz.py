@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from brushgs import SceneWarning
-from brushgs.io import load
+from brushgs.formats import load
 from tests.fuzz.mutate import MAX_LENGTH, PNG_START, mutate
 from tests.fuzz.readers import PICTURE_READERS, READERS
 from tests.fuzz.run import fuzz

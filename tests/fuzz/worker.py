@@ -11,7 +11,7 @@ from pathlib import Path
 from pkgutil import walk_packages
 
 STATE = struct.Struct("<QQdQ")  # inputs done, inputs begun, seconds (monotonic) of the begin, worst memory
-# Beside all of `brushgs.io`: the modules that use what a file holds.
+# Beside all of `brushgs.formats`: the modules that use what a file holds.
 _USERS = ("brushgs.brushes.texture", "brushgs.pipeline.background")
 
 
@@ -24,9 +24,12 @@ def main() -> None:
         import atheris
 
         with atheris.instrument_imports(include=["brushgs"]):  # before anything else imports them
-            from brushgs import io
+            from brushgs import formats
 
-            for name in (*_USERS, *(module.name for module in walk_packages(io.__path__, "brushgs.io."))):
+            for name in (
+                *_USERS,
+                *(module.name for module in walk_packages(formats.__path__, "brushgs.formats.")),
+            ):
                 import_module(name)
     from tests.fuzz.reading import Worker
 

@@ -23,8 +23,8 @@ import brushgs as bg
 from brushgs import cli
 from brushgs.cameras.around import near_views, ring_views, subject_ahead
 from brushgs.cameras.framing import frame_scene, plain_first_view
-from brushgs.io.pictures.images import read_image, write_frame
-from brushgs.io.styles.write import write_style
+from brushgs.formats.pictures.images import read_image, write_frame
+from brushgs.formats.styles.write import write_style
 from brushgs.passes.form.choose_brushes import choose_brushes
 from brushgs.passes.reduce import cluster as clustering
 from brushgs.passes.reduce.contribution import contributions
@@ -192,7 +192,7 @@ def regenerate() -> None:
     single = {name: v.astype(np.float32) if v.dtype == np.float64 else v for name, v in golden.items()}
     np.savez_compressed(PAINTINGS / "strokes.npz", **single)
     strokes = bg.Gaussians(*(golden[f"broken {name}"] for name in GAUSSIAN_COLUMNS))
-    from brushgs.io.scenes.write import write_scene
+    from brushgs.formats.scenes.write import write_scene
 
     write_scene(strokes, PAINTINGS / "strokes.ply", is_strokes=True, scene="golden")
     for name in LOOKS:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.io.pictures.images import write_frame
+from brushgs.formats.pictures.images import write_frame
 from brushgs.rendering import reference
 from brushgs.rendering.canvas import CARRIED
 from brushgs.rendering.light import BLUR

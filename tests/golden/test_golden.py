@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.io.pictures.images import read_image, write_frame
-from brushgs.io.pictures.oiio import quantise
+from brushgs.formats.pictures.images import read_image, write_frame
+from brushgs.formats.pictures.oiio import quantise
 from brushgs.rendering.canvas import Canvas
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.light import light

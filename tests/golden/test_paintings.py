@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from tests.golden.paintings import LOOKS, PAINTINGS, differs, in_axes, is_same, painted, steps
 
 MAX_BYTES = 640 * 1024  # of all files

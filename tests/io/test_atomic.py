@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from brushgs import SceneError
-from brushgs.io.files import filling, noting_written, replacing
+from brushgs.formats.files import filling, noting_written, replacing
 
 
 def test_the_file_appears_whole_and_nothing_else_is_left(tmp_path: Path) -> None:
@@ -83,7 +83,7 @@ def test_ctrl_c_while_the_file_is_made_leaves_nothing(tmp_path, monkeypatch):
     def stop(descriptor):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("brushgs.io.files.os.close", stop)
+    monkeypatch.setattr("brushgs.formats.files.os.close", stop)
     with pytest.raises(KeyboardInterrupt):
         replacing(tmp_path / "a.mp4").__enter__()
     assert list(tmp_path.iterdir()) == []

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image, features
 
 import brushgs as bg
-from brushgs.io.pictures.images import write_frame
+from brushgs.formats.pictures.images import write_frame
 from brushgs.values.frame import Frame
 
 pytestmark = pytest.mark.skipif(not features.check("avif"), reason="this Pillow was built without AVIF")

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import brushgs.io.files
+import brushgs.formats.files
 from brushgs import SceneError
-from brushgs.io import load
+from brushgs.formats import load
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 
 FACES = (b"element face 2\nproperty list uchar int vertex_indices\n", (b"\x03" + b"\0" * 12) * 2)
@@ -56,7 +56,7 @@ def test_errors_of_the_system_are_reported_in_a_sentence(
         raise error
 
     path = write_scene(tmp_path / "a.ply", scene_columns(3))
-    monkeypatch.setattr(brushgs.io.files.Path, "open", fail)
+    monkeypatch.setattr(brushgs.formats.files.Path, "open", fail)
     refuse(path, sentence)
 
 
@@ -216,7 +216,7 @@ def test_an_absurd_count_before_the_gaussians(tmp_path: Path, encoding: str) -> 
 def test_a_file_that_shrinks_while_it_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_scene(tmp_path / "a.ply", scene_columns(50))
     monkeypatch.setattr(
-        "brushgs.io.scenes.ply_inria.check_size", lambda *args: path.write_bytes(path.read_bytes()[:-75])
+        "brushgs.formats.scenes.ply_inria.check_size", lambda *args: path.write_bytes(path.read_bytes()[:-75])
     )
     refuse(path, "became shorter while it was read; load it when it is complete")
 

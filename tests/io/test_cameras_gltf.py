@@ -11,10 +11,10 @@ import brushgs as bg
 from brushgs import SceneError, SceneWarning
 from brushgs.cameras.paths import plan_path
 from brushgs.cli import main
-from brushgs.io import load_cameras
-from brushgs.io.cameras.read import read_cameras
-from brushgs.io.pictures.images import read_image
-from brushgs.io.scenes.write import write_scene
+from brushgs.formats import load_cameras
+from brushgs.formats.cameras.read import read_cameras
+from brushgs.formats.pictures.images import read_image
+from brushgs.formats.scenes.write import write_scene
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.values.camera import FirstView

@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from brushgs import SceneError, SceneWarning
-from brushgs.io import load_cameras
-from brushgs.io.cameras.colmap import MODELS
+from brushgs.formats import load_cameras
+from brushgs.formats.cameras.colmap import MODELS
 from brushgs.values.quats import rotation_matrices
 from tests.scenes import real_scene
 

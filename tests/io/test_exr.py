@@ -8,8 +8,8 @@ import OpenImageIO
 import pytest
 
 from brushgs import Camera, Frame, SceneError
-from brushgs.io.pictures.images import encode_frame, read_image, write_frame
-from brushgs.io.pictures.shot import Shot
+from brushgs.formats.pictures.images import encode_frame, read_image, write_frame
+from brushgs.formats.pictures.shot import Shot
 from brushgs.values.colors import linear_from_srgb
 from brushgs.values.layers import Matte
 from tests.io.exr_reader import read_header

@@ -11,10 +11,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from brushgs import Frame, SceneError
-from brushgs.io.pictures.exr import cryptomatte
-from brushgs.io.pictures.exr.cryptomatte import ids_of, is_long, manifest_of, murmur3, write_manifest
-from brushgs.io.pictures.images import write_frame
-from brushgs.io.pictures.shot import Shot
+from brushgs.formats.pictures.exr import cryptomatte
+from brushgs.formats.pictures.exr.cryptomatte import ids_of, is_long, manifest_of, murmur3, write_manifest
+from brushgs.formats.pictures.images import write_frame
+from brushgs.formats.pictures.shot import Shot
 from brushgs.values.layers import Matte
 from tests.io.exr_reader import read_header
 

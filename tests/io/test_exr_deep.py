@@ -10,8 +10,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from brushgs import Camera, Frame, SceneError
-from brushgs.io.pictures.images import encode_frame, read_image, write_frame
-from brushgs.io.pictures.shot import Shot
+from brushgs.formats.pictures.images import encode_frame, read_image, write_frame
+from brushgs.formats.pictures.shot import Shot
 from brushgs.values.layers import DeepSamples
 from tests.io.exr_reader import read_header
 
@@ -186,7 +186,7 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Monke
     def full(data: bytes, level: int) -> bytes:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("brushgs.io.pictures.exr.deep.zlib.compress", full)
+    monkeypatch.setattr("brushgs.formats.pictures.exr.deep.zlib.compress", full)
     with pytest.raises(SceneError, match=r"a\.exr: cannot be written \(No space left on device\); check"):
         write_frame(make_frame(), tmp_path / "a.exr")
     assert list(tmp_path.iterdir()) == []

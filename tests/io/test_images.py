@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 import brushgs as bg
 from brushgs import Frame, SceneError
-from brushgs.io.formats import begins_with
-from brushgs.io.pictures import formats, identify
-from brushgs.io.pictures.images import read_bytes, read_image, write_frame
-from brushgs.io.pictures.oiio import quantise
+from brushgs.formats.formats import begins_with
+from brushgs.formats.pictures import formats, identify
+from brushgs.formats.pictures.images import read_bytes, read_image, write_frame
+from brushgs.formats.pictures.oiio import quantise
 from brushgs.options.choices import Codec
 from brushgs.values.colors import linear_from_srgb, srgb_from_linear
 
@@ -388,10 +388,10 @@ def test_every_format_of_the_tables_has_its_modules() -> None:
     for row in (*formats.PICTURE_FORMATS, *formats.WRITTEN_ONLY):
         for module, function in ((row.precheck, "check_file"), (row.writer, "write")):
             assert module is None or callable(
-                getattr(import_module(f"brushgs.io.pictures.{module}"), function)
+                getattr(import_module(f"brushgs.formats.pictures.{module}"), function)
             )
     for codec in formats.VIDEO_CODECS.values():
-        assert callable(import_module(f"brushgs.io.pictures.{codec.writer}").open_writer)
+        assert callable(import_module(f"brushgs.formats.pictures.{codec.writer}").open_writer)
     assert {name for row in formats.VIDEO_FORMATS for name in row.codecs} == set(formats.VIDEO_CODECS)
     assert {*get_args(Codec), "gif"} == set(formats.VIDEO_CODECS)
     assert formats.holds_depth("a.EXR")

@@ -8,14 +8,14 @@ import pytest
 
 import brushgs as bg
 from brushgs.errors import SceneError
-from brushgs.io.formats import find_by_suffix
-from brushgs.io.pictures.encoding import choose_encoding
-from brushgs.io.pictures.formats import PICTURE_SUFFIXES, VIDEO_FORMATS, VIDEO_SUFFIXES, WRITTEN_PICTURES
-from brushgs.io.pictures.images import read_image, write_frame
-from brushgs.io.pictures.metadata import Metadata, is_painted_by, metadata_text, read_metadata
-from brushgs.io.pictures.pixels import video_pixels
-from brushgs.io.pictures.shot import Origin, Shot
-from brushgs.io.pictures.video import open_video
+from brushgs.formats.formats import find_by_suffix
+from brushgs.formats.pictures.encoding import choose_encoding
+from brushgs.formats.pictures.formats import PICTURE_SUFFIXES, VIDEO_FORMATS, VIDEO_SUFFIXES, WRITTEN_PICTURES
+from brushgs.formats.pictures.images import read_image, write_frame
+from brushgs.formats.pictures.metadata import Metadata, is_painted_by, metadata_text, read_metadata
+from brushgs.formats.pictures.pixels import video_pixels
+from brushgs.formats.pictures.shot import Origin, Shot
+from brushgs.formats.pictures.video import open_video
 from brushgs.values.frame import Frame
 from brushgs.values.layers import DeepSamples
 from brushgs.version import __version__
@@ -84,7 +84,7 @@ def test_a_deep_file_says_so_too(tmp_path: Path) -> None:
     "text", ["", "{", "[]", '{"brushgs": 1, "command": "x"}', "[" * 50_000, "plain words"]
 )
 def test_what_others_wrote_is_no_metadata(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> None:
-    monkeypatch.setattr("brushgs.io.pictures.metadata._description", lambda path: text)
+    monkeypatch.setattr("brushgs.formats.pictures.metadata._description", lambda path: text)
     assert read_metadata(tmp_path / "a.png") is None
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from brushgs import SceneError
-from brushgs.io.pictures.numbered import Manifest, NumberedFiles
+from brushgs.formats.pictures.numbered import Manifest, NumberedFiles
 
 SUFFIXES = (".png", ".exr")
 

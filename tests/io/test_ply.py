@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-import brushgs.io.scenes.fill
-import brushgs.io.scenes.ply_inria
+import brushgs.formats.scenes.fill
+import brushgs.formats.scenes.ply_inria
 from brushgs import Gaussians, SceneError, SceneWarning
-from brushgs.io import load, read_scene
+from brushgs.formats import load, read_scene
 from tests.io.ply_maker import decoded, element_bytes, scene_columns, write_ply_file, write_scene
 
 # exp and the logistic function in float32: a few units in the last place.
@@ -119,7 +119,7 @@ def test_bands_that_are_zero_everywhere_are_dropped(tmp_path: Path) -> None:
 
 
 def test_one_value_in_the_last_row_keeps_its_band(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(brushgs.io.scenes.ply_inria, "_BLOCK_BYTES", 1000)
+    monkeypatch.setattr(brushgs.formats.scenes.ply_inria, "_BLOCK_BYTES", 1000)
     columns = {k: v * 0 if k.startswith("f_rest") else v for k, v in scene_columns(50, degree=3).items()}
     columns["f_rest_22"][49] = 1  # green, eighth term: degree 2
     gaussians, notes = read_scene(write_scene(tmp_path / "a.ply", columns))
@@ -268,8 +268,8 @@ def test_blocks_and_threads_do_not_change_what_is_read(
     for index in range(4):
         columns[f"rot_{index}"][bad[100:]] = 0
     path = write_scene(tmp_path / "a.ply", columns)
-    monkeypatch.setattr(brushgs.io.scenes.ply_inria, "_BLOCK_BYTES", 41 * 37)
-    monkeypatch.setattr(brushgs.io.scenes.fill, "_count_threads", lambda num_rows: num_threads)
+    monkeypatch.setattr(brushgs.formats.scenes.ply_inria, "_BLOCK_BYTES", 41 * 37)
+    monkeypatch.setattr(brushgs.formats.scenes.fill, "_count_threads", lambda num_rows: num_threads)
     first = min(bad[:100])
     with pytest.warns(
         SceneWarning, match=rf"300 of 1000 rows .* 100 hold .* \(first: row {first}, x = nan\)"

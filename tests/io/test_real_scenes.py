@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from brushgs.io import load, load_cameras, read_scene
+from brushgs.formats import load, load_cameras, read_scene
 from tests.scenes import real_scene
 
 # name, rows, degree stored, degree used

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.io import read_scene
-from brushgs.io.formats import begins_with, has_suffix
-from brushgs.io.scenes import formats, identify, write
-from brushgs.io.scenes.columns import Columns
-from brushgs.io.scenes.dropped import Dropped
-from brushgs.io.scenes.encoding import Encoding
-from brushgs.io.scenes.fill import fill
-from brushgs.io.scenes.scene_file import SceneFile
-from brushgs.io.scenes.stored import Stored
+from brushgs.formats import read_scene
+from brushgs.formats.formats import begins_with, has_suffix
+from brushgs.formats.scenes import formats, identify, write
+from brushgs.formats.scenes.columns import Columns
+from brushgs.formats.scenes.dropped import Dropped
+from brushgs.formats.scenes.encoding import Encoding
+from brushgs.formats.scenes.fill import fill
+from brushgs.formats.scenes.scene_file import SceneFile
+from brushgs.formats.scenes.stored import Stored
 from tests.scenes import still_life_of
 
 
@@ -54,7 +54,7 @@ def toy_module() -> ModuleType:
     def write_scene(gaussians: bg.Gaussians, path: Path, known: Stored) -> None:
         Path(path).write_bytes(b"TOY" + b"." * len(gaussians))
 
-    module = ModuleType("brushgs.io.scenes.toy")
+    module = ModuleType("brushgs.formats.scenes.toy")
     module.open_scene, module.write_scene = open_scene, write_scene
     return module
 
@@ -67,7 +67,7 @@ def toy(monkeypatch: pytest.MonkeyPatch) -> None:
         return begin.startswith(b"TOY") or (path / "toy").is_file()
 
     row = formats.SceneFormat("toy scene", (".toy",), matches, reader="toy", writer="toy")
-    monkeypatch.setitem(sys.modules, "brushgs.io.scenes.toy", toy_module())
+    monkeypatch.setitem(sys.modules, "brushgs.formats.scenes.toy", toy_module())
     monkeypatch.setattr(identify, "SCENE_FORMATS", (*formats.SCENE_FORMATS, row))
     monkeypatch.setattr(write, "WRITTEN_SCENES", (*formats.WRITTEN_SCENES, row))
 
@@ -109,14 +109,14 @@ def test_a_format_is_recognised_by_first_bytes_or_by_suffix() -> None:
 
 def test_every_format_has_its_modules() -> None:
     for row in formats.SCENE_FORMATS:
-        assert callable(import_module(f"brushgs.io.scenes.{row.reader}").open_scene)
+        assert callable(import_module(f"brushgs.formats.scenes.{row.reader}").open_scene)
     for row in formats.WRITTEN_SCENES:
-        assert callable(import_module(f"brushgs.io.scenes.{row.writer}").write_scene)
+        assert callable(import_module(f"brushgs.formats.scenes.{row.writer}").write_scene)
 
 
 @pytest.mark.parametrize("table", ["scenes", "cameras", "pictures"])
 def test_a_table_loads_nothing_heavy(table: str) -> None:
     """Help texts read the tables before anything else is loaded."""
-    code = f"import brushgs.io.{table}.formats, sys; print(*sys.modules)"
+    code = f"import brushgs.formats.{table}.formats, sys; print(*sys.modules)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert not {"numpy", "dataclasses", "OpenImageIO", "av", "hashlib"} & set(found.split())

@@ -7,9 +7,9 @@ import pytest
 
 import brushgs as bg
 from brushgs.errors import SceneWarning
-from brushgs.io import read_scene
-from brushgs.io.scenes.read import read_raw
-from brushgs.io.scenes.write import write_scene
+from brushgs.formats import read_scene
+from brushgs.formats.scenes.read import read_raw
+from brushgs.formats.scenes.write import write_scene
 from tests.io.test_write_ply import assert_same, make
 
 NAMES = ("flat", "flat_2", "/brushes/Käfer, \N{KOALA}.png")

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 import brushgs as bg
 from brushgs.errors import SceneWarning
-from brushgs.io import read_scene
-from brushgs.io.scenes.stored import Stored
-from brushgs.io.scenes.view_comments import PREFIX, comment_lines, read_comments
-from brushgs.io.scenes.write import write_scene
+from brushgs.formats import read_scene
+from brushgs.formats.scenes.stored import Stored
+from brushgs.formats.scenes.view_comments import PREFIX, comment_lines, read_comments
+from brushgs.formats.scenes.write import write_scene
 from brushgs.values.camera import FirstView
 from tests.io.test_write_ply import make
 

@@ -16,10 +16,10 @@ import OpenImageIO
 import pytest
 
 from brushgs import SceneError, SceneWarning, StrokeTexture
-from brushgs.io import load, load_cameras
-from brushgs.io.pictures import images
-from brushgs.io.pictures.images import read_image
-from brushgs.io.pictures.numbered import Manifest, NumberedFiles
+from brushgs.formats import load, load_cameras
+from brushgs.formats.pictures import images
+from brushgs.formats.pictures.images import read_image
+from brushgs.formats.pictures.numbered import Manifest, NumberedFiles
 from brushgs.pipeline.background import open_background
 from tests.fuzz.corpus import many_directories
 from tests.io import test_cameras, test_colmap, test_compressed_ply
@@ -140,7 +140,7 @@ def test_a_line_of_text_without_end_is_refused(tmp_path):
 
 
 def test_text_is_read_piece_by_piece(tmp_path, monkeypatch):
-    monkeypatch.setattr("brushgs.io.scenes.ply_rows._PIECE", 100)
+    monkeypatch.setattr("brushgs.formats.scenes.ply_rows._PIECE", 100)
     columns = scene_columns(50)
     np.testing.assert_array_equal(
         load(write_scene(tmp_path / "a.ply", columns, "ascii")).means[:, 0], columns["x"]
@@ -290,7 +290,7 @@ def test_a_quaternion_of_any_length_is_a_rotation(tmp_path, quat):
 
 
 def test_more_views_than_any_capture_has_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("brushgs.io.cameras.colmap._MAX_ENTRIES", 3)
+    monkeypatch.setattr("brushgs.formats.cameras.colmap._MAX_ENTRIES", 3)
     images = [test_colmap.Image(f"{i}.jpg") for i in range(4)]
     assert len(load_cameras(test_colmap.write(tmp_path, "bin", images=images[:3]))) == 3
     refuse(load_cameras, test_colmap.write(tmp_path, "bin", images=images), "must hold at most 3 entries")

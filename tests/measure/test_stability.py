@@ -8,7 +8,7 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.measure import plotting
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
 from brushgs.measure.stability import Comparison, StabilityReport, measure, measure_stability, plot

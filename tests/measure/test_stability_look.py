@@ -9,7 +9,7 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.measure.stability import report_stability
 from brushgs.measure.stability.look_painters import behind, is_bare, main_coat
 from brushgs.measure.warp import View, warp_error

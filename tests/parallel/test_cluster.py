@@ -20,7 +20,7 @@ from distributed import Client
 import brushgs as bg
 from brushgs import __version__, cli
 from brushgs.errors import SceneError
-from brushgs.io.scenes.read import open_files
+from brushgs.formats.scenes.read import open_files
 from brushgs.options.painting import ClusterConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.pipeline.blocks.budget import Budget

@@ -7,8 +7,8 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
-from brushgs.io import read_scene
-from brushgs.io.pictures.images import read_image
+from brushgs.formats import read_scene
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
 from brushgs.outlets.passes import cluster_file, prune_file

@@ -7,7 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
-from brushgs.io.scenes.read import read_scene
+from brushgs.formats.scenes.read import read_scene
 from brushgs.options.painting import ViewConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.pipeline.report import Report

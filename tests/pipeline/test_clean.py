@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.io.scenes.write import write_scene
+from brushgs.formats.scenes.write import write_scene
 from brushgs.options.painting import (
     CleanConfig,
     ClusterConfig,

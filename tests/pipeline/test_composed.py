@@ -8,7 +8,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.painting import (
     CleanConfig,
     ClusterConfig,

@@ -8,7 +8,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
-from brushgs.io import read_scene
+from brushgs.formats import read_scene
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
 from brushgs.outlets.export_strokes import export_strokes
 from brushgs.pipeline.still import paint_file

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from brushgs.errors import SceneError
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import GrowConfig, SequenceConfig

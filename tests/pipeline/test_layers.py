@@ -8,7 +8,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
-from brushgs.io.pictures.exr.cryptomatte import ids_of
+from brushgs.formats.pictures.exr.cryptomatte import ids_of
 from brushgs.options.choices import LAYER_CHANNELS, LAYERS
 from tests.scenes import still_life_of
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from brushgs.errors import SceneError
-from brushgs.io.pictures.images import read_image
-from brushgs.io.pictures.letters import shortened
+from brushgs.formats.pictures.images import read_image
+from brushgs.formats.pictures.letters import shortened
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
 from brushgs.outlets import looks_sheet

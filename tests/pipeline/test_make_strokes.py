@@ -8,7 +8,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cameras.around import NEAR, RING, near_views, ring_views, subject_ahead
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.painting import (

@@ -8,7 +8,7 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.pipeline.moments import check_moments, write_strokes

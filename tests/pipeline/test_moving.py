@@ -9,7 +9,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.errors import SceneError
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.clip import ClipConfig
 from brushgs.options.look import Look
 from brushgs.options.moment import Moment

@@ -9,8 +9,8 @@ import pytest
 
 import brushgs as bg
 from brushgs.cameras.paths import CameraPath
-from brushgs.io.pictures.images import read_image
-from brushgs.io.scenes.write import write_scene
+from brushgs.formats.pictures.images import read_image
+from brushgs.formats.scenes.write import write_scene
 from brushgs.measure.bench.run import report_bench
 from brushgs.measure.bench.subject import Subject
 from brushgs.measure.stability.run import report_stability

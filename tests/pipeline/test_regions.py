@@ -7,8 +7,8 @@ import pytest
 
 import brushgs as bg
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.pictures.images import read_image
-from brushgs.io.styles.write import write_style
+from brushgs.formats.pictures.images import read_image
+from brushgs.formats.styles.write import write_style
 from brushgs.options.clip import ClipConfig
 from brushgs.options.direction import Direction
 from brushgs.options.media import MEDIA
@@ -184,7 +184,7 @@ def test_a_direction_turns_the_strokes_of_its_part_alone(scene, plain):
 
 def test_files_of_strokes_are_in_parts_too(scene, tmp_path, orange):
     strokes = bg.cluster(scene, 200)
-    from brushgs.io.scenes.write import write_scene
+    from brushgs.formats.scenes.write import write_scene
     from brushgs.options.scene_source import SceneSource
 
     write_scene(strokes, tmp_path / "strokes.ply", is_strokes=True)

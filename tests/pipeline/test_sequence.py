@@ -18,10 +18,10 @@ import pytest
 
 import brushgs as bg
 from brushgs.cameras.paths import plan_path
-from brushgs.io import read_scene
-from brushgs.io.pictures.images import encode_frame, read_image
-from brushgs.io.pictures.numbered import Manifest
-from brushgs.io.pictures.shot import Shot
+from brushgs.formats import read_scene
+from brushgs.formats.pictures.images import encode_frame, read_image
+from brushgs.formats.pictures.numbered import Manifest
+from brushgs.formats.pictures.shot import Shot
 from brushgs.options.focus import Focus
 from brushgs.options.painting import (
     ClusterConfig,

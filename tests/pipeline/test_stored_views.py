@@ -8,8 +8,8 @@ import pytest
 
 import brushgs as bg
 from brushgs.doctor.run import run_doctor
-from brushgs.io import read_scene
-from brushgs.io.scenes.write import write_scene
+from brushgs.formats import read_scene
+from brushgs.formats.scenes.write import write_scene
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,

@@ -8,8 +8,8 @@ import pytest
 import brushgs as bg
 from brushgs.cli import main
 from brushgs.errors import SceneError
-from brushgs.io.pictures.images import read_image
-from brushgs.io.styles.write import write_style
+from brushgs.formats.pictures.images import read_image
+from brushgs.formats.styles.write import write_style
 from brushgs.options.look_parts import GroundConfig
 from brushgs.options.painting import (
     ClusterConfig,

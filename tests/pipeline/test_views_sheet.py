@@ -11,8 +11,8 @@ from brushgs.cameras.first_view import framed_camera, sayable
 from brushgs.cameras.framing import plain_first_view
 from brushgs.errors import SceneError
 from brushgs.first_view import find_first_view
-from brushgs.io.pictures import letters
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures import letters
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.painting import ViewConfig
 from brushgs.pipeline import views_sheet
 from brushgs.pipeline.report import Report

@@ -8,7 +8,7 @@ import pytest
 import brushgs as bg
 from brushgs import cli
 from brushgs.errors import SceneWarning
-from brushgs.io.pictures.images import write_frame
+from brushgs.formats.pictures.images import write_frame
 from brushgs.options.where import Where, WhereConfig
 from brushgs.passes.color.recolor import Palette, recolor
 from brushgs.passes.reduce.prune import prune

@@ -11,7 +11,7 @@ torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
 from brushgs.core.threads import at_most  # noqa: E402
-from brushgs.io.pictures.images import read_image  # noqa: E402
+from brushgs.formats.pictures.images import read_image  # noqa: E402
 from brushgs.options.where import Where  # noqa: E402
 from brushgs.passes.where import memberships  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402

@@ -12,9 +12,9 @@ pytest.importorskip("kornia", reason="needs the extra [refine]")
 import brushgs as bg
 from brushgs import cli
 from brushgs.cameras.framing import frame_scene
-from brushgs.io import read_scene
-from brushgs.io.styles.read import read_style
-from brushgs.io.styles.write import write_style
+from brushgs.formats import read_scene
+from brushgs.formats.styles.read import read_style
+from brushgs.formats.styles.write import write_style
 from brushgs.refine.painting_style import SIZE, at_size, open_style, painted
 from tests.bench.mark_paintings import paint
 from tests.io.styles import example

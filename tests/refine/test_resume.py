@@ -18,7 +18,7 @@ torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
 import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
-from brushgs.io.scenes import write  # noqa: E402
+from brushgs.formats.scenes import write  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
 from tests.refine.stops import stopping_after  # noqa: E402
 from tests.scenes import save_upright, still_life_of  # noqa: E402
@@ -130,7 +130,7 @@ def test_what_is_fitted_is_kept_until_it_is_written(scene, made, monkeypatch, ca
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_a_run_that_is_killed_before_it_writes_is_resumed(scene, made, capsys, number):
     code = "import sys, time, brushgs.cli as c\n"
-    code += "from brushgs.io.scenes import write\n"
+    code += "from brushgs.formats.scenes import write\n"
     code += "def wait(*a, **k): print('ready', flush=True); time.sleep(60)\n"
     code += "write.write_scene = wait\nsys.exit(c.main(sys.argv[1:]))"
     with subprocess.Popen(

@@ -8,7 +8,7 @@ import pytest
 
 import brushgs as bg
 from brushgs import SceneError, SceneWarning
-from brushgs.io import load, read_scene
+from brushgs.formats import load, read_scene
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.stiff.scenes import orbit
 from tests.stiff.test_pictures import TEXTURES, assert_finite

@@ -9,7 +9,7 @@ import brushgs as bg
 from brushgs import cli
 from brushgs.cameras.around import near_views, ring_views, subject_ahead
 from brushgs.first_view import find_first_view
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from tests.doctor.scenes import scaled
 from tests.scenes import still_life_of
 

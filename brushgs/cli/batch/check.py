@@ -9,7 +9,7 @@ from pathlib import Path
 from brushgs.cli.batch.jobs import Job, parser_of
 from brushgs.cli.configs import paint_config
 from brushgs.errors import SceneError
-from brushgs.io.files import exists
+from brushgs.formats.files import exists
 from brushgs.options.scene_source import expand
 
 

@@ -1,4 +1,4 @@
-"""Which jobs of a file are finished: the record of JOBS.toml is .JOBS.toml.json beside it, see `io.record`.
+"""Which jobs of a file are finished: the record of JOBS.toml is .JOBS.toml.json beside it.
 
 A job is finished if it ran with the same options and version, out of files that have the size and the time of
 change that they had then, and every file that it wrote is as it left it.
@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from brushgs.cli.batch.jobs import Job
-from brushgs.io.files import is_plain
-from brushgs.io.record import add_to_record, begin_record, read_record
+from brushgs.formats.files import is_plain
+from brushgs.formats.record import add_to_record, begin_record, read_record
 from brushgs.options.scene_source import SceneSource
 from brushgs.version import __version__
 

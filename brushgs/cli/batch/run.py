@@ -17,7 +17,7 @@ from brushgs.cli.option_words import named_actions
 from brushgs.core.messages import Done, Failed, result_of
 from brushgs.core.processes import KilledError, ProcessPool, Ways
 from brushgs.core.threads import num_threads_or_default
-from brushgs.io.files import noting_written
+from brushgs.formats.files import noting_written
 from brushgs.options.sequence import SequenceConfig
 from brushgs.pipeline.runner import Memory, holding
 

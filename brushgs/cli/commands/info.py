@@ -9,8 +9,8 @@ from brushgs.cli import flags
 from brushgs.cli.configs import scene_source, where_config
 from brushgs.cli.fitting_words import table_of_words
 from brushgs.errors import SceneWarning
-from brushgs.io.files import is_dir
-from brushgs.io.pictures.formats import PICTURE_SUFFIXES, VIDEO_SUFFIXES
+from brushgs.formats.files import is_dir
+from brushgs.formats.pictures.formats import PICTURE_SUFFIXES, VIDEO_SUFFIXES
 from brushgs.options.table import Options, option
 
 
@@ -76,7 +76,7 @@ def _print_metadata(path: Path, *, as_json: bool) -> None:
 
     import msgspec
 
-    from brushgs.io.pictures.metadata import read_metadata
+    from brushgs.formats.pictures.metadata import read_metadata
 
     found = read_metadata(path)
     facts = {} if found is None else msgspec.to_builtins(found)

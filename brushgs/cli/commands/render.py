@@ -16,7 +16,7 @@ from brushgs.cli.configs import (
 )
 from brushgs.cli.console import output_beside, reported
 from brushgs.cli.passes import ShowPasses
-from brushgs.io.pictures.formats import PICTURE_SUFFIXES, VIDEO_SUFFIXES
+from brushgs.formats.pictures.formats import PICTURE_SUFFIXES, VIDEO_SUFFIXES
 from brushgs.options.choices import PRESETS
 from brushgs.options.output import OutputConfig
 from brushgs.options.table import OF_FILES, Options, option, share
@@ -24,7 +24,7 @@ from brushgs.options.table import OF_FILES, Options, option, share
 VIEW = {"size": "auto"}  # the defaults of this command
 
 if TYPE_CHECKING:
-    from brushgs.io.pictures.shot import Origin
+    from brushgs.formats.pictures.shot import Origin
     from brushgs.options.painting import PaintConfig
     from brushgs.options.scene_source import SceneSource
     from brushgs.options.sequence import SequenceConfig
@@ -126,7 +126,7 @@ def _origin_of(args: Namespace, scene: "SceneSource", config: "PaintConfig") -> 
     if args.no_metadata:
         return None
     from brushgs.cli.origin import origin_of
-    from brushgs.io.cameras.read import find_beside
+    from brushgs.formats.cameras.read import find_beside
     from brushgs.pipeline.outputs import input_files
 
     others = [args.look, flags.given(args, "view").get("camera_file"), flags.given(args, "path").get("file")]

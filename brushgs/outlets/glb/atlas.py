@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.soft import soft_brush
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.io.files import scratch_folder
+from brushgs.formats.files import scratch_folder
 from brushgs.values.arrays import F64, U8
 
 # Texels between brushes, all transparent, and what their places are multiples of: the first four halvings of
@@ -61,7 +61,7 @@ class Atlas:
         Raises:
             SceneError: if the folder for temporary files is full.
         """
-        from brushgs.io.pictures.oiio import write_pixels
+        from brushgs.formats.pictures.oiio import write_pixels
 
         pixels = np.full((*self.coverage.shape, 4), 255, np.uint8)
         pixels[..., 3] = self.coverage

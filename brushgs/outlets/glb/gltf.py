@@ -14,8 +14,8 @@ from math import atan
 
 import numpy as np
 
-from brushgs.io.glb import GlbWriter
-from brushgs.io.scene_node import SCENE_NODE
+from brushgs.formats.glb import GlbWriter
+from brushgs.formats.scene_node import SCENE_NODE
 from brushgs.outlets.glb.atlas import Atlas
 from brushgs.outlets.glb.shape import Quads
 from brushgs.values.arrays import F64

@@ -6,7 +6,7 @@ import numpy as np
 
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.errors import SceneError
-from brushgs.io.files import replacing
+from brushgs.formats.files import replacing
 from brushgs.outlets.glb.atlas import Atlas, images_of
 from brushgs.outlets.glb.gltf import model_of
 from brushgs.outlets.glb.shape import Quads, baked, lying

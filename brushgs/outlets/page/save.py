@@ -1,10 +1,10 @@
-"""`brushgs.save`: scenes and frames go to the formats of `brushgs.io`, painted strokes to a page or model."""
+"""`brushgs.save`: scenes and frames go to `brushgs.formats`, painted strokes to a page or model."""
 
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from brushgs.io import save as save_file
+from brushgs.formats import save as save_file
 from brushgs.options.page import PAGE_SUFFIXES, QUAD_SUFFIXES
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.io.files import replacing
-from brushgs.io.pictures.oiio import Background
+from brushgs.formats.files import replacing
+from brushgs.formats.pictures.oiio import Background
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import page_contents
 from brushgs.outlets.page.html import page_html

@@ -417,7 +417,7 @@ def _is_address(text: str) -> bool:
 
 def _tls(config: ServerConfig) -> ssl.SSLContext:
     """The context of https. Raises SceneError if the files are no certificate and its key."""
-    from brushgs.io.files import check_plain
+    from brushgs.formats.files import check_plain
 
     assert config.certificate is not None
     assert config.key is not None

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from brushgs.brushes.builtin import stroke_notes
 from brushgs.errors import SceneError
-from brushgs.io.pictures.shot import Origin, without_folders
-from brushgs.io.pictures.shot import Shot as PictureShot
+from brushgs.formats.pictures.shot import Origin, without_folders
+from brushgs.formats.pictures.shot import Shot as PictureShot
 from brushgs.options.choices import LOOKS
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource

@@ -15,7 +15,7 @@ from pathlib import Path, PurePath
 from secrets import token_hex
 from typing import Any, Literal
 
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.page.html import page_html
 from brushgs.outlets.studio.hearing import Heard
 from brushgs.outlets.studio.session import Dropped, Painted, Session

@@ -1,7 +1,7 @@
 """A `Direction` as options have it -> what `orient` takes: files are read and checked here."""
 
 from brushgs.errors import SceneError
-from brushgs.io.guides.read import Guides
+from brushgs.formats.guides.read import Guides
 from brushgs.options.direction import Direction, FieldName
 from brushgs.passes.form.mark_directions import Marks
 from brushgs.values.camera import Camera
@@ -19,12 +19,12 @@ def open_field(direction: Direction, camera: Camera | None = None) -> FieldName 
         SceneError: if the file cannot be used.
     """
     if direction.kind == "guides":
-        from brushgs.io.guides.read import read_guides
+        from brushgs.formats.guides.read import read_guides
 
         assert direction.file is not None
         return read_guides(direction.file)
     if direction.kind == "painting":
-        from brushgs.io.pictures.images import read_image
+        from brushgs.formats.pictures.images import read_image
 
         assert direction.file is not None
         if camera is None:

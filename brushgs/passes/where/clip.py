@@ -17,9 +17,9 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
-from brushgs.io.files import exists, is_dir, is_plain, read_whole
-from brushgs.io.json_file import MAX_BYTES, shown
-from brushgs.io.schema import decode
+from brushgs.formats.files import exists, is_dir, is_plain, read_whole
+from brushgs.formats.json_file import MAX_BYTES, shown
+from brushgs.formats.schema import decode
 from brushgs.values.arrays import F32, F64
 
 T = TypeVar("T")

@@ -15,7 +15,7 @@ import pytest
 from brushgs.cli import main
 from brushgs.cli.batch.jobs import read_jobs
 from brushgs.cli.batch.run import Outcome, Task, run_jobs
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.sequence import SequenceConfig
 from tests.scenes import save_upright, still_life_of
 

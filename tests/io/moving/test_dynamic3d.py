@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.io.moving import load_moving, npz
+from brushgs.formats.moving import load_moving, npz
 from tests.io.moving.params_maker import C0, params
 
 

@@ -9,8 +9,8 @@ import pytest
 
 import brushgs as bg
 from brushgs import SceneError, SceneWarning
-from brushgs.io.moving import load_moving, open_moving
-from brushgs.io.moving.formats import KNOWN_MOVING, MOVING_FORMATS, MOVING_READ
+from brushgs.formats.moving import load_moving, open_moving
+from brushgs.formats.moving.formats import KNOWN_MOVING, MOVING_FORMATS, MOVING_READ
 from tests.io.moving import clips
 from tests.io.ply_maker import scene_columns, write_scene
 

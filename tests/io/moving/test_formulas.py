@@ -8,7 +8,7 @@ import pytest
 
 import brushgs as bg
 from brushgs import SceneError, SceneWarning
-from brushgs.io.moving import open_moving
+from brushgs.formats.moving import open_moving
 from brushgs.values.moving import MovingScene
 from tests.io.moving import clips
 from tests.io.ply_maker import write_scene

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from brushgs import SceneError
-from brushgs.io.moving import open_moving
+from brushgs.formats.moving import open_moving
 from brushgs.values.moving import MovingScene
 
 C0 = 0.5 / math.sqrt(math.pi)

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.io import read_scene
-from brushgs.io.moving import load_moving, open_moving
-from brushgs.io.moving.compare import are_in_one_place, have_same_rows
-from brushgs.io.moving.frames import Frames, find_frames
-from brushgs.io.moving.kept_moments import Moments
-from brushgs.io.scenes.write import write_scene as save_scene
+from brushgs.formats import read_scene
+from brushgs.formats.moving import load_moving, open_moving
+from brushgs.formats.moving.compare import are_in_one_place, have_same_rows
+from brushgs.formats.moving.frames import Frames, find_frames
+from brushgs.formats.moving.kept_moments import Moments
+from brushgs.formats.scenes.write import write_scene as save_scene
 from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
 from tests.io.moving.frame_maker import columns_at, shuffled, write_frames
@@ -385,7 +385,7 @@ def test_a_moment_is_read_once_by_those_around_it(tmp_path: Path) -> None:
     read = []
 
     def reader(index: int):
-        from brushgs.io.moving.kept_rows import Kept
+        from brushgs.formats.moving.kept_rows import Kept
 
         read.append(index)
         return Kept(still(1000))
@@ -451,7 +451,7 @@ def test_frames_of_different_counts_have_no_rows(tmp_path: Path) -> None:
 def test_a_count_that_changes_unseen_is_refused_when_its_moment_comes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("brushgs.io.moving.frames._NUM_HEADERS", 2)
+    monkeypatch.setattr("brushgs.formats.moving.frames._NUM_HEADERS", 2)
     paths = write_frames(tmp_path, range(9))
     write_scene(paths[2], columns_at(2, 150))
     moving = opened(tmp_path)

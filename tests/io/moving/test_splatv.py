@@ -9,7 +9,7 @@ import pytest
 
 import brushgs as bg
 from brushgs import SceneError, SceneWarning
-from brushgs.io.moving import open_moving
+from brushgs.formats.moving import open_moving
 from tests.io.moving import clips
 from tests.scenes import real_scene
 

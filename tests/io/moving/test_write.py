@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from brushgs.errors import SceneError
-from brushgs.io.files import filling
-from brushgs.io.moving import load_moving
-from brushgs.io.moving.write import NAME, check_moments_folder, write_moments
-from brushgs.io.scenes.write import write_scene
+from brushgs.formats.files import filling
+from brushgs.formats.moving import load_moving
+from brushgs.formats.moving.write import NAME, check_moments_folder, write_moments
+from brushgs.formats.scenes.write import write_scene
 from brushgs.values.gaussians import Gaussians
 from tests.passes.scenes import random_gaussians
 

@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import brushgs as bg
-from brushgs.io import read_scene
-from brushgs.io.scenes import gltf
-from brushgs.io.scenes.encoding import STANDARD
+from brushgs.formats import read_scene
+from brushgs.formats.scenes import gltf
+from brushgs.formats.scenes.encoding import STANDARD
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0, sh_basis
 from tests.io.scenes import spz_format

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.io import read_scene
-from brushgs.io.scenes.write import write_scene
+from brushgs.formats import read_scene
+from brushgs.formats.scenes.write import write_scene
 from brushgs.values.camera import FirstView
 from tests.io.scenes.test_written import degrees_between, make
 

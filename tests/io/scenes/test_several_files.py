@@ -9,9 +9,9 @@ import pytest
 import brushgs as bg
 from brushgs.doctor import run_doctor
 from brushgs.doctor.describe import describe
-from brushgs.io import read_scene
-from brushgs.io.scenes.columns import Columns
-from brushgs.io.scenes.folders import find_parts, natural_key
+from brushgs.formats import read_scene
+from brushgs.formats.scenes.columns import Columns
+from brushgs.formats.scenes.folders import find_parts, natural_key
 from brushgs.options.scene_source import SceneSource
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import scene_columns, write_scene
@@ -138,7 +138,7 @@ def test_equal_training_stays(tmp_path: Path) -> None:
 
 
 def test_strokes_beside_a_scene_are_a_scene(tmp_path: Path) -> None:
-    from brushgs.io.scenes.write import write_scene as save
+    from brushgs.formats.scenes.write import write_scene as save
 
     for name, is_strokes in (("a", True), ("b", True), ("c", False)):
         save(still_life_of(1000), tmp_path / f"{name}.ply", is_strokes=is_strokes)

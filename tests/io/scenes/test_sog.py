@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.io import read_scene
-from brushgs.io.formats import NUM_FIRST_BYTES
-from brushgs.io.scenes import sog
-from brushgs.io.scenes.encoding import STANDARD
-from brushgs.io.scenes.formats import SCENE_FORMATS
+from brushgs.formats import read_scene
+from brushgs.formats.formats import NUM_FIRST_BYTES
+from brushgs.formats.scenes import sog
+from brushgs.formats.scenes.encoding import STANDARD
+from brushgs.formats.scenes.formats import SCENE_FORMATS
 from tests.io.scenes.sog_maker import decode_row, files_of, make, webp, write_bundle, write_folder, zipped
 from tests.scenes import real_scene
 

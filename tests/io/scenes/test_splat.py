@@ -4,10 +4,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import brushgs.io.scenes.fill
+import brushgs.formats.scenes.fill
 from brushgs import SceneError, SceneWarning
-from brushgs.io import load, read_scene
-from brushgs.io.scenes.read import read_raw
+from brushgs.formats import load, read_scene
+from brushgs.formats.scenes.read import read_raw
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import splat_format as splat
 from tests.io.scenes.witness import NAMES, as_gaussforge_reads, assert_alike, convert
@@ -61,9 +61,9 @@ def test_rows_read_raw_are_logits_and_log_scales(tmp_path: Path) -> None:
 
 def test_threads_do_not_change_what_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write(tmp_path / "a.splat", splat.encode(splat.make(10_000)))
-    monkeypatch.setattr(brushgs.io.scenes.fill, "_count_threads", lambda num_rows: 1)
+    monkeypatch.setattr(brushgs.formats.scenes.fill, "_count_threads", lambda num_rows: 1)
     one = load(path)
-    monkeypatch.setattr(brushgs.io.scenes.fill, "_count_threads", lambda num_rows: 3)
+    monkeypatch.setattr(brushgs.formats.scenes.fill, "_count_threads", lambda num_rows: 3)
     for name in NAMES:
         np.testing.assert_array_equal(getattr(one, name), getattr(load(path), name))
 
@@ -136,7 +136,7 @@ def test_a_real_scene_is_known_by_its_content(name: str, num_rows: int, tmp_path
 
 
 def test_no_other_real_file_is_taken_for_a_splat_scene() -> None:
-    from brushgs.io.scenes.unmarked import is_ksplat, is_splat
+    from brushgs.formats.scenes.unmarked import is_ksplat, is_splat
 
     others = [path for path in SCENES_FOLDER.rglob("*") if path.is_file() and "splat" not in path.suffix]
     if not others:

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.io import read_scene
-from brushgs.io.scenes import streamed
-from brushgs.io.scenes.encoding import STANDARD
+from brushgs.formats import read_scene
+from brushgs.formats.scenes import streamed
+from brushgs.formats.scenes.encoding import STANDARD
 from tests.io.scenes.sog_maker import decode_row, make, write_folder
 from tests.scenes import real_scene
 

@@ -8,9 +8,9 @@ import pytest
 
 import brushgs as bg
 from brushgs.doctor import cure, examine_file, run_doctor
-from brushgs.io import read_scene
-from brushgs.io.scenes.encoding import Encoding
-from brushgs.io.scenes.read import read_raw
+from brushgs.formats import read_scene
+from brushgs.formats.scenes.encoding import Encoding
+from brushgs.formats.scenes.read import read_raw
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import decoded, scene_columns, write_scene
 from tests.scenes import still_life_of
@@ -44,7 +44,7 @@ def test_comments_state_the_training(tmp_path: Path, comments: list[str], traini
 @pytest.mark.parametrize("is_strokes", [False, True])
 @pytest.mark.parametrize("antialiased", [False, True])
 def test_what_is_written_states_it_too(tmp_path: Path, antialiased: bool, is_strokes: bool) -> None:
-    from brushgs.io.scenes.write import write_scene as save
+    from brushgs.formats.scenes.write import write_scene as save
 
     save(replace(still_life_of(1000), antialiased=antialiased), tmp_path / "a.ply", is_strokes=is_strokes)
     gaussians, notes = read_scene(tmp_path / "a.ply")

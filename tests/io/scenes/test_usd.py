@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 
 import brushgs as bg
 from brushgs import SceneError
-from brushgs.io import load_cameras, read_scene
-from brushgs.io.scenes import usd_write
-from brushgs.io.scenes.write import write_scene
-from brushgs.io.usd import process
+from brushgs.formats import load_cameras, read_scene
+from brushgs.formats.scenes import usd_write
+from brushgs.formats.scenes.write import write_scene
+from brushgs.formats.usd import process
 from brushgs.values.camera import FirstView
 from tests.io.scenes.test_written import make
 

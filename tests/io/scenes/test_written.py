@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 import brushgs as bg
 from brushgs import Gaussians
-from brushgs.io import read_scene
-from brushgs.io.scenes.columns import Columns
-from brushgs.io.scenes.formats import SCENE_SUFFIXES
-from brushgs.io.scenes.stored import Stored
-from brushgs.io.scenes.write import write_scene
+from brushgs.formats import read_scene
+from brushgs.formats.scenes.columns import Columns
+from brushgs.formats.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.scenes.stored import Stored
+from brushgs.formats.scenes.write import write_scene
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.strokes import write_scene as write_reported
 from brushgs.values.camera import FirstView

@@ -9,7 +9,7 @@ import gaussforge
 import numpy as np
 
 from brushgs import Gaussians
-from brushgs.io import load
+from brushgs.formats import load
 
 NAMES = ("means", "quats", "scales", "opacities", "sh")
 

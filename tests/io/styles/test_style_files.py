@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from brushgs.errors import SceneError
-from brushgs.io.styles.read import MAX_BYTES, read_style
-from brushgs.io.styles.write import pack, write_style
+from brushgs.formats.styles.read import MAX_BYTES, read_style
+from brushgs.formats.styles.write import pack, write_style
 from brushgs.values.style import Style
 from tests.io.styles import example
 

@@ -12,7 +12,7 @@ import brushgs as bg
 from brushgs import cli
 from brushgs.cli.commands import bench
 from brushgs.cli.parser import parse
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.measure import plotting
 from brushgs.measure.bench import BenchReport
 from brushgs.measure.bench.families import SIZES, STOPS

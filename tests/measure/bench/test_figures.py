@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.measure.bench.advice import advice, curves_of
 from brushgs.measure.bench.doubts import OtherLoad, doubts_of
 from brushgs.measure.bench.figures import Bench, Family, Point, Verified, mark_best

@@ -9,7 +9,7 @@ import pytest
 import brushgs as bg
 from brushgs import cli
 from brushgs.cli.commands.export import EXPORTS, OWN_FLAGS
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.glb.write import omitted
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.light import Lamp

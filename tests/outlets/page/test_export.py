@@ -271,7 +271,7 @@ def test_a_device_that_would_suffer_is_named():
 
 
 def test_the_still_is_small_and_looks_like_the_painting():
-    from brushgs.io.pictures.images import read_image
+    from brushgs.formats.pictures.images import read_image
     from brushgs.outlets.page.still import still_of
 
     rng = np.random.default_rng(0)

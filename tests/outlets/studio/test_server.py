@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from brushgs.errors import SceneError
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.options.viewer import ServerConfig
 from brushgs.outlets.studio import server as server_module
 from brushgs.outlets.studio.server import MAX_JSON, MAX_UPLOAD, ROUTES, StudioServer

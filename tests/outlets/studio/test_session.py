@@ -12,8 +12,8 @@ import pytest
 from brushgs.cli.commands.view import session_of
 from brushgs.cli.parser import parse
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.pictures.images import read_image
-from brushgs.io.pictures.metadata import read_metadata
+from brushgs.formats.pictures.images import read_image
+from brushgs.formats.pictures.metadata import read_metadata
 from brushgs.options.viewer import FilmConfig
 from brushgs.outlets.studio.session import Dropped, reserve
 from brushgs.outlets.studio.settings import Film, Settings, Shot

@@ -8,7 +8,7 @@ import pytest
 
 from brushgs.cli.commands.view import session_of
 from brushgs.cli.parser import parse
-from brushgs.io.pictures.images import read_image
+from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.page.html import page_script, web_files
 from tests.outlets.studio.conftest import FEW, SECONDS, serving
 

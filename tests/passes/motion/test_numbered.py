@@ -7,7 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.moving.frames import open_frames
+from brushgs.formats.moving.frames import open_frames
 from brushgs.measure.stability import report_stability
 from brushgs.options.clip import ClipConfig
 from brushgs.options.experiments import StabilityConfig

@@ -12,7 +12,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
-from brushgs.io.scenes.read import open_files
+from brushgs.formats.scenes.read import open_files
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.sequence import SequenceConfig
@@ -172,7 +172,7 @@ def test_memory_that_is_no_size_is_refused(path: Path, capsys: pytest.CaptureFix
 LIMITED = """
 import resource, sys
 import numpy as np
-from brushgs.io.scenes.read import open_files, read_files
+from brushgs.formats.scenes.read import open_files, read_files
 from brushgs.pipeline.blocks.budget import Budget
 from brushgs.pipeline.blocks.load import load_in_blocks
 # First a small one: imports whatever the large one needs.

@@ -1,0 +1,125 @@
+"""Files become Gaussians, cameras and stroke images; Gaussians and frames become files.
+
+The formats stand in three tables: `scenes/formats.py`, `cameras/formats.py` and `pictures/formats.py`. This
+package imports nothing heavy before a file is read or written, so help texts can use the tables.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from brushgs.formats.scenes.encoding import Encoding
+    from brushgs.options.scene_source import SceneFiles
+    from brushgs.values.camera import Camera
+    from brushgs.values.frame import Frame
+    from brushgs.values.gaussians import Gaussians
+    from brushgs.values.notes import LoadNotes
+
+__all__ = ["load", "load_cameras", "read_scene", "save"]
+
+
+def load(path: "SceneFiles", encoding: "Encoding | None" = None, *, lod: int | None = None) -> "Gaussians":
+    """Read a trained 3D Gaussian scene; `read_scene` also returns what it found in its files.
+
+    Args:
+        path: a scene file, such as .ply, whose content decides the format, not its suffix; a folder that is a
+            scene or holds scene files; or several of these, which are joined in order. Of a moving scene,
+            such as files frame_000.ply, frame_001.ply, ..., the first moment: see `brushgs.load_moving`.
+        encoding: what its numbers mean; None for the standard layout. For files of other exporters
+            `brushgs.examine` and `brushgs doctor` detect it.
+        lod: level of detail of a scene that has several, from 0, the finest; None for the default of its
+            format.
+
+    Raises:
+        SceneError: if the file cannot be used; says why and what to do.
+
+    Example:
+        >>> bg.save(gaussians, "scene.ply")
+        >>> scene = bg.load("scene.ply")
+        >>> scene
+        Gaussians(4,..., SH 3)
+        >>> scene.means.shape == (len(scene), 3)
+        True
+    """
+    return read_scene(path, encoding, lod)[0]
+
+
+def read_scene(
+    path: "SceneFiles", encoding: "Encoding | None" = None, lod: int | None = None
+) -> "tuple[Gaussians, LoadNotes]":
+    """Read a scene as `load` does. Takes and raises the same.
+
+    Returns:
+        The Gaussians as float32 in the order of the files, and notes on what these held.
+    """
+    from brushgs.formats.scenes import read
+
+    return read.read_scene(path, encoding, lod)
+
+
+def load_cameras(path: str | Path) -> "list[Camera]":
+    """Read cameras: `cameras.json`, `transforms.json`, a nerfstudio path, COLMAP, glTF or USD.
+
+    Of glTF and USD, a camera that is animated gives its frames, at 24 a second or the rate of the stage;
+    where none is, each gives a view. A node `brushgs_scene`, as exported files have it, says where the scene
+    stands.
+
+    Lens distortion is ignored with one SceneWarning. Where `transforms.json` gives no size (`w`, `h`),
+    pictures are 800 x 800, the size of the NeRF-synthetic scenes, whose files omit it.
+
+    Args:
+        path: a JSON, glTF or USD file (the last needs the package usd-core); or a COLMAP sparse model:
+            its folder, one of its files (`images.bin`, `cameras.txt` ...), or a folder with it in `sparse/0`.
+
+    Returns:
+        The cameras in the order of the file, those of COLMAP by image name, with the default near plane.
+
+    Raises:
+        SceneError: if the file is of no known format, or a field of a frame is missing or unusable;
+            names the frame and the field.
+
+    Example:
+        >>> from pathlib import Path
+        >>> text = '''{"fl_x": 300, "w": 320, "h": 240, "frames": [{"transform_matrix":
+        ... [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 4], [0, 0, 0, 1]]}]}'''
+        >>> _ = Path("transforms.json").write_text(text)
+        >>> bg.load_cameras("transforms.json")
+        [Camera(320x240, 43.6 degrees high, at 0, 0, 4)]
+    """
+    from brushgs.formats.cameras.read import read_cameras
+
+    return read_cameras(path).cameras
+
+
+def save(value: "Gaussians | Frame", path: str | Path, *, background: str | None = None) -> None:
+    """Write Gaussians or a frame; the suffix decides the format, and the file appears when it is complete.
+
+    Args:
+        value: what is written.
+        path: its name, see `brushgs.save`.
+        background: what a frame stands on, a colour by name or "#rrggbb"; None or "transparent" keeps its
+            transparency, but in formats that hold none it is on white.
+
+    Raises:
+        TypeError: if `value` is something else.
+        ValueError: if the suffix does not suit the value, or the background is no colour.
+        SceneError: if the file cannot be written.
+    """
+    from brushgs.values.frame import Frame
+    from brushgs.values.gaussians import Gaussians
+
+    if isinstance(value, Gaussians):
+        from brushgs.formats.scenes.write import write_scene
+
+        write_scene(value, path)
+    elif isinstance(value, Frame):
+        from brushgs.formats.pictures.formats import holds_alpha
+        from brushgs.formats.pictures.images import write_frame
+        from brushgs.values.colors import rgb_of
+
+        if background is None or background == "transparent":
+            write_frame(value, path, background=None if holds_alpha(path) else (1.0, 1.0, 1.0))
+        else:
+            write_frame(value, path, background=rgb_of(background))
+    else:
+        raise TypeError(f"save: value must be Gaussians or a Frame, got {type(value).__name__}")

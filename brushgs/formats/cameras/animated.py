@@ -1,0 +1,191 @@
+"""Cameras of 3D programs, still or moving, become views: what glTF and USD files have in common.
+
+Their cameras look along -z with y up and stand in a tree of transforms, which may scale; sizes in pixels are
+unknown to them. A node of the name `SCENE_NODE` says where the painted scene stands in the file: views are
+then those of the scene's own coordinates, whatever turned, moved or resized it. Without it, the coordinates
+of the file are those of the scene.
+"""
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from brushgs.errors import SceneError, SceneWarning
+from brushgs.formats.cameras.read import MAX_DISTANCE, CameraFile, Motion, lens_rule
+from brushgs.formats.scene_node import SCENE_NODE
+from brushgs.options.painting import DEFAULT_SIZE
+from brushgs.options.sequence import DEFAULT_FPS
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
+
+MAX_VIEWS = 50_000  # of a file: half an hour of film; a view takes some 1.2 kB in memory
+MAX_ASPECT = 50.0  # width by height, or height by width
+_UNIFORM = 1e-3  # stretch of a scene that rounding may bring
+_CV_FROM_GL = np.diag([1.0, -1.0, -1.0])  # x right, y up, z backward -> x right, y down, z forward
+
+Times = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class LensTrack:
+    """A lens at T moments.
+
+    Attributes:
+        focal: [T] focal length, in heights of the picture.
+        center: [T, 2] where the axis meets the picture, right and down of its middle, in heights.
+        near: [T] units of the file, > 0.
+        aspect: width by height of the picture.
+    """
+
+    focal: F64
+    center: F64
+    near: F64
+    aspect: float
+
+
+@dataclass(frozen=True)
+class FoundCamera:
+    """A camera of a file.
+
+    Attributes:
+        name: in words, such as "camera 'Shot'".
+        times: start and end of its animation, seconds of the file; None if it stands still.
+        at: its matrices [T, 4, 4], world from camera as the file has them, which may scale, and its lens, at
+            moments [T] in seconds of the file.
+    """
+
+    name: str
+    times: Times | None
+    at: Callable[[F64], tuple[F64, LensTrack]]
+
+
+@dataclass(frozen=True)
+class FoundScene:
+    """Where a file says that the painted scene stands; see `SCENE_NODE`.
+
+    Attributes:
+        times: start and end of its animation, seconds of the file; None if it stands still.
+        at: its matrices [T, 4, 4], world from scene, at moments [T] in seconds of the file.
+    """
+
+    times: Times | None
+    at: Callable[[F64], F64]
+
+
+def camera_file(
+    path: Path,
+    cameras: list[FoundCamera],
+    scene: FoundScene | None,
+    fps: float | None,
+    left_out: Sequence[str],
+) -> CameraFile:
+    """The frames of the camera that moves, or the views of all cameras where none does.
+
+    Where the painted scene moves and no camera does, the first camera is the one.
+
+    Args:
+        path: the file, for messages.
+        cameras: at least one, else it is refused.
+        scene: the painted scene, where the file has it.
+        fps: frames a second, where the file states it.
+        left_out: names of cameras that are no perspective ones; a SceneWarning says so.
+
+    Raises:
+        SceneError: if there is no camera, or a view cannot be drawn or there are too many.
+    """
+    _check_found(path, len(cameras), left_out)
+    moving = [camera for camera in cameras if camera.times is not None]
+    chosen = (moving or cameras)[0]
+    spans = [some.times for some in (chosen, scene) if some is not None and some.times is not None]
+    start = min((span[0] for span in spans), default=0.0)
+    seconds = max((span[1] for span in spans), default=0.0) - start
+    if not seconds > 0:
+        moment = np.array([start])
+        return CameraFile([view for camera in cameras for view in _views(path, camera, scene, moment)])
+    num_steps = seconds * (fps or DEFAULT_FPS)
+    if num_steps >= MAX_VIEWS:
+        fact = f"{chosen.name} moves for {seconds:,.0f} s, which is more than {MAX_VIEWS:,} frames"
+        raise SceneError(path, f"{fact}; export a part of it")
+    motion = Motion(seconds, lambda moments: _views(path, chosen, scene, start + moments))
+    which = {0: "the", 1: "the animated"}.get(len(moving), f"the first of {len(moving)} animated cameras,")
+    choice = f"{which} {chosen.name} of {len(cameras)}" if len(cameras) > 1 else ""
+    return CameraFile(motion.views(max(round(num_steps), 1) + 1), fps=fps, motion=motion, choice=choice)
+
+
+def _check_found(path: Path, num_cameras: int, left_out: Sequence[str]) -> None:
+    """Refuse a file without a camera that can be read, and warn of those that were left out."""
+    if not num_cameras:
+        fact = f"{left_out[0]} must be a perspective one; export it again as such" if left_out else ""
+        raise SceneError(path, fact or "holds no camera; export it with its cameras")
+    if left_out:
+        message = f"{left_out[0]} is no perspective one and was left out"
+        more = f", as were {len(left_out) - 1} more" if len(left_out) > 1 else ""
+        warnings.warn(SceneWarning(f"{path}: {message}{more}"), stacklevel=5)
+
+
+def _views(path: Path, found: FoundCamera, scene: FoundScene | None, times: F64) -> list[Camera]:
+    """A camera at some moments, in the coordinates of the scene."""
+    matrices, lens = found.at(times)
+    near = lens.near
+    if scene is not None:
+        world_from_scene = scene.at(times)
+        shrink = _scale_of_scene(path, world_from_scene)
+        with np.errstate(all="ignore"):
+            matrices, near = np.asarray(np.linalg.solve(world_from_scene, matrices)), near / shrink
+    rotations = _rotations(path, found.name, matrices)
+    width, height = _picture_size(path, found.name, lens.aspect)
+    views = []
+    for index, rotation in enumerate(rotations):
+        place, focal = matrices[index, :3, 3], lens.focal[index] * height
+        cx, cy = np.array([width, height]) / 2 + lens.center[index] * height
+        numbers = [focal, cx, cy, near[index], *place]
+        if not np.isfinite(numbers).all():
+            raise SceneError(path, f"{found.name} has numbers that are not finite; export it again")
+        if broken := lens_rule((focal, focal, cx, cy), (width, height), place):
+            raise SceneError(path, f"{found.name}: {broken}; export it again")
+        viewmat = np.eye(4)
+        viewmat[:3, :3], viewmat[:3, 3] = rotation.T, -rotation.T @ place
+        K = np.array([[focal, 0, cx], [0, focal, cy], [0, 0, 1]])
+        try:
+            views.append(Camera(viewmat, K, width, height, float(near[index])))
+        except ValueError as error:
+            raise SceneError(path, f"{found.name}: {error}") from None
+    return views
+
+
+def _rotations(path: Path, name: str, matrices: F64) -> F64:
+    """The turns of matrices [T, 4, 4] without their scale, [T, 3, 3], with the axes of `Camera`."""
+    with np.errstate(all="ignore"):
+        axes = matrices[:, :3, :3] / np.linalg.norm(matrices[:, :3, :3], axis=1, keepdims=True)
+    if not np.isfinite(axes).all():
+        raise SceneError(path, f"{name} is scaled to nothing or beyond all numbers; export it without scale")
+    left, _, right = np.linalg.svd(axes)
+    turns = left @ right
+    if (np.linalg.det(turns) < 0).any():
+        raise SceneError(path, f"{name} is mirrored by what it hangs on; export it without negative scale")
+    return np.asarray(turns @ _CV_FROM_GL)
+
+
+def _scale_of_scene(path: Path, matrices: F64) -> F64:
+    """How many units of the file are one of the scene, [T]."""
+    if np.isfinite(matrices).all():
+        stretch = np.linalg.svd(matrices[:, :3, :3], compute_uv=False)
+        is_uniform = (stretch[:, 2] > 1 / MAX_DISTANCE) & (stretch[:, 0] <= (1 + _UNIFORM) * stretch[:, 2])
+        if is_uniform.all() and (np.linalg.det(matrices[:, :3, :3]) > 0).all():
+            return np.asarray(stretch.mean(axis=1))
+    raise SceneError(
+        path, f"node {SCENE_NODE!r} must be scaled equally along all axes and not mirrored; apply its scale"
+    )
+
+
+def _picture_size(path: Path, name: str, aspect: float) -> tuple[int, int]:
+    """Width and height in pixels: as long as pictures are by default, and even, as videos must be."""
+    if not 1 / MAX_ASPECT <= aspect <= MAX_ASPECT:
+        rule = f"the aspect ratio must be {1 / MAX_ASPECT:g} to {MAX_ASPECT:g}"
+        raise SceneError(path, f"{name}: {rule}, got {aspect:g}; export it again")
+    longest = max(DEFAULT_SIZE)
+    width, height = longest * min(1.0, aspect), longest * min(1.0, 1 / aspect)
+    return 2 * round(width / 2), 2 * round(height / 2)

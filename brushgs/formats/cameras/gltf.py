@@ -1,0 +1,363 @@
+"""The cameras of glTF models, as Blender exports them: views, or the frames of an animated camera.
+
+Cameras look along -z with y up. glTF knows no pixels and no frame rate, only seconds. All
+animations play at once, as exporters write one for each object; where two move the same part of a node, the
+first counts.
+Source: Khronos, glTF 2.0 Specification, sections 3.10 and 3.11, and appendix C.
+"""
+
+from collections.abc import Container
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from msgspec import Meta, Struct, field
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.formats.cameras.animated import FoundCamera, FoundScene, LensTrack, Times, camera_file
+from brushgs.formats.cameras.read import CameraFile
+from brushgs.formats.gltf_file import (
+    AT_REST,
+    CURE,
+    GltfArray,
+    GltfFile,
+    Index,
+    Model,
+    PlacedNode,
+    local_matrix,
+    node_at,
+    node_part,
+    placed_nodes,
+)
+from brushgs.formats.scene_node import is_scene_name
+from brushgs.options.painting import DEFAULT_SIZE
+from brushgs.values.arrays import F64
+from brushgs.values.quats import rotation_matrices
+
+_WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
+_YFOV = "yfov"  # of a camera, by KHR_animation_pointer
+Interpolation = Literal["LINEAR", "STEP", "CUBICSPLINE"]
+_MIN_ANGLE = 1e-6  # radians
+_MAX_KEYS = 4_000_000  # of all channels: hours at the rate of film
+_MOST = 1e18  # beyond, products of a few would overflow
+_NEAR = 1 - 1e-9  # cosine above which two quaternions are mixed straight: the sine of their angle vanishes
+
+Positive = Annotated[float, Meta(gt=0)]
+
+
+class Perspective(Struct, rename="camel"):
+    """A lens."""
+
+    yfov: Positive
+    znear: Positive
+    aspect_ratio: Positive | None = None
+
+
+class GltfCamera(Struct):
+    """A camera."""
+
+    type: Any = None
+    name: Any = None
+    perspective: Perspective | None = None
+
+
+class _Pointer(Struct):
+    """Of KHR_animation_pointer: a JSON pointer to what a channel changes."""
+
+    pointer: str = ""
+
+
+class _Extensions(Struct):
+    pointed: _Pointer | None = field(name="KHR_animation_pointer", default=None)
+
+
+class _Target(Struct):
+    """What a channel moves."""
+
+    node: Index | None = None
+    path: Any = None
+    extensions: _Extensions | None = None
+
+
+class _StoredChannel(Struct):
+    target: _Target
+    sampler: Index
+
+
+class _Sampler(Struct):
+    input: Index
+    output: Index
+    interpolation: Interpolation = "LINEAR"
+
+
+class _Animation(Struct):
+    channels: list[_StoredChannel] | None = None
+    samplers: list[_Sampler] | None = None
+
+
+class CameraModel(Model):
+    """What of a model cameras need."""
+
+    cameras: list[GltfCamera] | None = None
+    animations: list[_Animation] | None = None
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One animated part of a node or camera.
+
+    Attributes:
+        times: [K] of its keys, seconds, ascending.
+        values: [K, width], or [3 K, width] with the tangents of a cubic spline around each.
+        interpolation: between keys.
+        is_rotation: whether values are quaternions x, y, z, w.
+        is_moving: whether values differ from key to key.
+        name: for messages.
+    """
+
+    times: F64
+    values: GltfArray
+    interpolation: Interpolation
+    is_rotation: bool
+    is_moving: bool
+    name: str
+
+    def at(self, file: GltfFile[CameraModel], moments: F64) -> F64:
+        """Values [T, width] at moments [T], seconds; before the first key and after the last those of these.
+
+        Raises:
+            SceneError: if they are not finite, or a rotation is zero.
+        """
+        is_spline = self.interpolation == "CUBICSPLINE"
+        # One that stands still may have very many keys, and be asked for each camera of many.
+        num_rows = self.values.count if self.is_moving else 1 + 2 * is_spline
+        values = self.values.read(0, num_rows).astype(np.float64)
+        if not (np.abs(values) < _MOST).all():  # also false for NaN
+            raise SceneError(file.path, f"{self.name} must be finite, with values below 1e18; {CURE}")
+        if not self.is_moving:
+            found = np.repeat(values[[1 if is_spline else 0]], len(moments), axis=0)
+            return self._unit(file, found) if self.is_rotation else found
+        last = len(self.times) - 1
+        before = np.clip(np.searchsorted(self.times, moments, side="right") - 1, 0, last - 1)
+        length = (self.times[before + 1] - self.times[before])[:, None]
+        share = np.clip((moments - self.times[before])[:, None] / length, 0, 1)
+        if is_spline:
+            found = _cubic(values, before, share, length)
+        elif self.interpolation == "STEP":
+            found = np.where(share < 1, values[before], values[before + 1])
+        elif self.is_rotation:
+            values = self._unit(file, values)
+            found = _slerp(values[before], values[before + 1], share)
+        else:
+            found = values[before] + share * (values[before + 1] - values[before])
+        return self._unit(file, found) if self.is_rotation else found
+
+    def _unit(self, file: GltfFile[CameraModel], quats: F64) -> F64:
+        lengths = np.linalg.norm(quats, axis=1, keepdims=True)
+        if not (lengths > 0).all():
+            raise SceneError(file.path, f"{self.name} must not be zero; {CURE}")
+        return np.asarray(quats / lengths)
+
+
+# By ("node" or "camera", its number), and by the part of it that they move.
+Channels = dict[tuple[str, int], dict[str, Channel]]
+
+
+def read_channels(file: GltfFile[CameraModel], nodes: Container[int]) -> Channels:
+    """The channels of all animations that place some nodes, or open the lens of a camera.
+
+    Args:
+        file: the model.
+        nodes: numbers of the nodes that matter.
+
+    Raises:
+        SceneError: if one of them is damaged, or they are far more than a film needs.
+    """
+    found: Channels = {}
+    num_keys = 0
+    for number, animation in enumerate(file.top.animations or []):
+        for channel in animation.channels or []:
+            target = _target(channel.target)
+            if target is None or (target[0] == "node" and target[1] not in nodes):
+                continue
+            owner, index, part = target
+            parts = found.setdefault((owner, index), {})
+            if part in parts:
+                continue
+            name = f"{part} of {owner} {index} in animation {number}"
+            parts[part] = _channel(file, animation, channel, part, name)
+            num_keys += len(parts[part].times)
+            if num_keys > _MAX_KEYS:
+                rule = f"its animations must have at most {_MAX_KEYS:,} keys of cameras"
+                raise SceneError(file.path, f"{rule}; export a part of it")
+    return found
+
+
+def _target(target: _Target) -> tuple[str, int, str] | None:
+    """What a channel moves: "node" or "camera", its number, the part; None if it is nothing that matters."""
+    if target.path != "pointer":
+        moves = target.node is not None and target.path in _WIDTHS
+        return ("node", target.node or 0, target.path) if moves else None
+    pointed = target.extensions.pointed if target.extensions else None
+    words = pointed.pointer[:100].split("/") if pointed else []
+    if len(words) < 3 or not words[2].isdecimal() or len(words[2]) > 9:
+        return None
+    if len(words) == 4 and words[1] == "nodes" and words[3] in _WIDTHS:
+        return "node", int(words[2]), words[3]
+    is_lens = words[1] == "cameras" and words[3:] == ["perspective", "yfov"]
+    return ("camera", int(words[2]), _YFOV) if is_lens else None
+
+
+def _channel(
+    file: GltfFile[CameraModel], animation: _Animation, channel: _StoredChannel, part: str, name: str
+) -> Channel:
+    samplers = animation.samplers or []
+    if channel.sampler >= len(samplers):
+        raise SceneError(file.path, f"{name} refers to a sampler that is missing; {CURE}")
+    sampler = samplers[channel.sampler]
+    interpolation = sampler.interpolation
+    keys, values = (
+        file.array(sampler.input, f"the times of {name}"),
+        file.array(sampler.output, name),
+    )
+    width = _WIDTHS.get(part, 1)
+    if keys.width != 1 or values.width != width:
+        rule = f"{name} must have 1 number a time and {width} a value"
+        raise SceneError(file.path, f"{rule}, got {keys.width} and {values.width}; {CURE}")
+    rows = keys.count * (3 if interpolation == "CUBICSPLINE" else 1)
+    if not 1 <= keys.count <= _MAX_KEYS or values.count != rows:
+        rule = f"{name} must have 1 to {_MAX_KEYS:,} keys with as many values"
+        raise SceneError(file.path, f"{rule}, got {keys.count} times and {values.count} values; {CURE}")
+    times = keys.read(0, keys.count)[:, 0].astype(np.float64)
+    if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+        raise SceneError(file.path, f"the times of {name} must be finite and ascend; {CURE}")
+    is_moving = _differ(values.values, interpolation) and keys.count > 1
+    return Channel(times, values, interpolation, part == "rotation", is_moving, name)
+
+
+def _differ(values: NDArray[Any], interpolation: str) -> bool:
+    """Whether values are not the same throughout; not-a-number differs."""
+    if interpolation == "CUBICSPLINE":
+        tangents = values[0::3].any() or values[2::3].any()
+        return bool(tangents or (values[1::3] != values[1]).any())
+    return bool((values != values[0]).any())
+
+
+def _cubic(values: F64, before: NDArray[np.int64], t: F64, length: F64) -> F64:
+    """The Hermite spline: a key has its in-tangent, value and out-tangent, tangents in units a second."""
+    start, leave = values[1::3][before], values[2::3][before] * length
+    arrive, end = values[0::3][before + 1] * length, values[1::3][before + 1]
+    t2, t3 = t**2, t**3
+    at_start = (2 * t3 - 3 * t2 + 1) * start + (t3 - 2 * t2 + t) * leave
+    return np.asarray(at_start + (3 * t2 - 2 * t3) * end + (t3 - t2) * arrive)
+
+
+def _slerp(first: F64, second: F64, share: F64) -> F64:
+    """Between unit quaternions [T, 4], the shorter way, at constant speed."""
+    cosine = np.sum(first * second, axis=1, keepdims=True)
+    second, cosine = np.where(cosine < 0, -second, second), np.abs(cosine)
+    angle = np.arccos(np.minimum(cosine, _NEAR))
+    turned = (np.sin((1 - share) * angle) * first + np.sin(share * angle) * second) / np.sin(angle)
+    return np.asarray(np.where(cosine > _NEAR, first + share * (second - first), turned))
+
+
+def read(path: Path, content: object = None) -> CameraFile:
+    """The cameras of a model; see `animated.camera_file`.
+
+    Args:
+        path: a .glb or .gltf file.
+        content: unused; it is for formats that are recognised as JSON.
+
+    Raises:
+        SceneError: if it is damaged, or holds no camera that can be drawn.
+    """
+    file = GltfFile(path, CameraModel, "camera file")
+    nodes = list(placed_nodes(file))
+    cameras = [some for some in nodes if some.node.camera is not None]
+    scenes = [some for some in nodes if is_scene_name(some.node.name)][:1]
+    channels = read_channels(file, {index for some in cameras + scenes for index in some.chain})
+    scene = None
+    if scenes:
+        times = _times(_above(scenes[0], channels))
+        scene = FoundScene(times, partial(_matrices, file, scenes[0], channels))
+    found = [(some, *_lens(file, some)) for some in cameras]
+    left_out = [name for _, name, lens in found if lens is None]
+    kept = [_camera(file, some, name, lens, channels) for some, name, lens in found if lens is not None]
+    return camera_file(path, kept, scene, None, left_out)
+
+
+def _times(channels: list[Channel]) -> Times | None:
+    """From the first key to the last of those that move."""
+    moving = [channel.times for channel in channels if channel.is_moving]
+    if not moving:
+        return None
+    return min(float(times[0]) for times in moving), max(float(times[-1]) for times in moving)
+
+
+def _above(some: PlacedNode, channels: Channels) -> list[Channel]:
+    """The channels that move a node, its own and those of the nodes above it."""
+    return [channel for index in some.chain for channel in channels.get(("node", index), {}).values()]
+
+
+def _lens(file: GltfFile[CameraModel], some: PlacedNode) -> tuple[str, Perspective | None]:
+    """The name of a camera in words, and its lens; None of one without perspective."""
+    index = some.node.camera
+    camera = file.item(file.top.cameras, index, "a node refers to cameras")
+    own_name = camera.name if some.node.name is None else some.node.name
+    name = f"camera {own_name[:60]!r}" if isinstance(own_name, str) else f"camera {index}"
+    return name, camera.perspective if camera.type == "perspective" else None
+
+
+def _camera(
+    file: GltfFile[CameraModel], some: PlacedNode, name: str, lens: Perspective, channels: Channels
+) -> FoundCamera:
+    yfov, near = lens.yfov, lens.znear
+    aspect = lens.aspect_ratio or DEFAULT_SIZE[0] / DEFAULT_SIZE[1]
+    opening = channels.get(("camera", some.node.camera or 0), {}).get("yfov")
+
+    def at(moments: F64) -> tuple[F64, LensTrack]:
+        angles = np.full(len(moments), yfov) if opening is None else opening.at(file, moments)[:, 0]
+        if not ((angles > _MIN_ANGLE) & (angles < np.pi)).all():
+            fact = f"got {angles.min():g} to {angles.max():g}"
+            raise SceneError(
+                file.path, f"yfov of {name} must be above 0 and below half a turn, {fact}; {CURE}"
+            )
+        focal = 0.5 / np.tan(angles / 2)
+        track = LensTrack(focal, np.zeros((len(moments), 2)), np.full(len(moments), near), aspect)
+        return _matrices(file, some, channels, moments), track
+
+    movers = _above(some, channels) + ([] if opening is None else [opening])
+    return FoundCamera(name, _times(movers), at)
+
+
+def _matrices(file: GltfFile[CameraModel], some: PlacedNode, channels: Channels, moments: F64) -> F64:
+    """[T, 4, 4] world from node, at moments [T] in seconds."""
+    matrices = np.tile(np.eye(4), (len(moments), 1, 1))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for index in some.chain:
+            matrices = matrices @ _local(file, index, channels, moments)
+    if not np.isfinite(matrices).all():
+        raise SceneError(file.path, f"its nodes scale beyond all numbers; {CURE}")
+    return matrices
+
+
+def _local(file: GltfFile[CameraModel], index: int, channels: Channels, moments: F64) -> F64:
+    """[T, 4, 4] or [4, 4] of one node."""
+    node = node_at(file, index)
+    parts = channels.get(("node", index))
+    if not parts:
+        return local_matrix(file, index, node)
+    if node.matrix is not None:
+        raise SceneError(file.path, f"node {index} has a matrix, so it cannot be animated; {CURE}")
+    quats, scale, translation = (
+        parts[part].at(file, moments) if part in parts else node_part(node, part)[None] for part in AT_REST
+    )
+    if not quats.any(axis=1).all():
+        raise SceneError(file.path, f"rotation of node {index} must not be zero; {CURE}")
+    matrices = np.tile(np.eye(4), (len(moments), 1, 1))
+    matrices[:, :3, :3] = rotation_matrices(quats[:, [3, 0, 1, 2]]) * scale[:, None, :]
+    matrices[:, :3, 3] = translation
+    return matrices

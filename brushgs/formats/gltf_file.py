@@ -1,0 +1,349 @@
+"""The container of a glTF 2.0 model: its JSON, its nodes, and the arrays of accessors; none is trusted.
+
+Source: Khronos, glTF 2.0 Specification.
+"""
+
+import base64
+import binascii
+import mmap
+import re
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Generic, TypeVar
+from urllib.parse import unquote
+
+import numpy as np
+from msgspec import Meta, Struct
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.formats.files import find_within, open_plain
+from brushgs.formats.json_file import MAX_BYTES, SMALL_OBJECT, as_count, shown
+from brushgs.formats.schema import decode
+from brushgs.values.arrays import F64
+from brushgs.values.quats import rotation_matrices
+
+CURE = "export it again"
+JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
+_DATA_URI = re.compile(r"data:[^,;]*(;[^,;]*)*;base64,")
+_DTYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+_MAX_NODES, _MAX_DEPTH = 10_000, 200  # a model with what is read here has a few
+
+Index = Annotated[int, Meta(ge=0)]
+Count = Annotated[int, Meta(ge=0, le=10**12)]  # or an offset in bytes: more than any file has
+Extensions = dict[str, Any]
+# Beyond 1e18, products of a few would overflow.
+_Length = Annotated[float, Meta(gt=-1e18, lt=1e18, description="a number below 1e18")]
+_Three = tuple[_Length, _Length, _Length]
+_Four = tuple[_Length, _Length, _Length, _Length]
+_Sixteen = Annotated[list[_Length], Meta(min_length=16, max_length=16)]
+
+
+class Asset(Struct):
+    """Which glTF it is, and who wrote it."""
+
+    version: Annotated[str, Meta(pattern="^2", description="2.0, as of glTF of version 2")]
+    generator: Any = None
+
+
+class Scene(Struct):
+    """The nodes at the top of a scene."""
+
+    nodes: list[Index] | None = None
+
+
+class Node(Struct):
+    """A node, and what stands there."""
+
+    name: Any = None
+    children: list[Index] | None = None
+    matrix: _Sixteen | None = None
+    rotation: _Four | None = None
+    scale: _Three | None = None
+    translation: _Three | None = None
+    camera: Index | None = None
+    mesh: Index | None = None
+    extensions: Extensions | None = None
+
+
+class Accessor(Struct, rename="camel"):
+    """An array."""
+
+    component_type: int
+    count: Count
+    type: str
+    buffer_view: Index | None = None
+    byte_offset: Count | None = None
+    normalized: bool | None = None
+    sparse: Any = None
+
+
+class BufferView(Struct, rename="camel"):
+    """A part of a buffer."""
+
+    buffer: Index
+    byte_length: Count
+    byte_offset: Count | None = None
+    byte_stride: Count | None = None
+    extensions: Extensions | None = None
+
+
+class Buffer(Struct):
+    """Bytes in the file, or beside it."""
+
+    uri: str | None = None
+
+
+class Model(Struct, rename="camel", kw_only=True):
+    """What of the JSON all uses need."""
+
+    asset: Asset
+    scene: Index | None = None
+    scenes: list[Scene] | None = None
+    nodes: list[Node] | None = None
+    accessors: list[Accessor] | None = None
+    buffer_views: list[BufferView] | None = None
+    buffers: list[Buffer] | None = None
+
+
+M = TypeVar("M", bound=Model)
+T = TypeVar("T")
+
+
+class GltfFile(Generic[M]):
+    """A .glb or .gltf file.
+
+    Attributes:
+        path: the file.
+        size: bytes of it and of the files beside it that were opened.
+        top: its JSON.
+
+    Args:
+        path: the file.
+        kind: what of its JSON is needed.
+        what: what is expected there, for messages.
+    """
+
+    def __init__(self, path: Path, kind: type[M], what: str = "scene file") -> None:
+        self.path = path
+        self._binary: memoryview | None = None
+        self._buffers: dict[int, memoryview] = {}
+        with open_plain(path, what) as file:
+            begin = file.read(12)
+            self.size = file.seek(0, 2)
+            if not self.size:
+                raise SceneError(path, "is empty; copy or download it again")
+            whole = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+        text = self._split(whole) if begin[:4] == b"glTF" else whole
+        if len(text) > MAX_BYTES:
+            cure = "export it as .glb, whose numbers are no text"
+            raise SceneError(path, f"must have at most {MAX_BYTES >> 20} MiB of JSON; {cure}")
+        self.top = decode(path, bytes(text), kind, CURE, object_bytes=SMALL_OBJECT, has_names=True)
+
+    def _split(self, whole: memoryview) -> memoryview:
+        """The JSON of a .glb; its binary chunk is remembered."""
+        version, length = struct.unpack("<II", bytes(whole[4:12]).ljust(8, b"\0"))
+        if version != 2:
+            raise SceneError(self.path, f"must be glTF of version 2, got version {version}; {CURE}")
+        if length > len(whole):
+            fact = f"is cut off: {length - len(whole)} of {length} bytes are missing"
+            raise SceneError(self.path, f"{fact}; download or copy it again")
+        chunks: dict[int, memoryview] = {}
+        start = 12
+        while start + 8 <= length and len(chunks) < 2:
+            size, kind = struct.unpack("<II", whole[start : start + 8])
+            if start + 8 + size > length:
+                raise SceneError(self.path, "is damaged: a chunk is longer than the file; download it again")
+            chunks.setdefault(kind, whole[start + 8 : start + 8 + size])
+            start += 8 + size
+        if JSON_CHUNK not in chunks:
+            raise SceneError(self.path, f"is damaged: it has no JSON chunk; {CURE}")
+        self._binary = chunks.get(BINARY_CHUNK)
+        return chunks[JSON_CHUNK]
+
+    def item(self, items: list[T] | None, index: object, who: str) -> T:
+        """An object of one of the lists at the top. Raises SceneError if there is none of that number.
+
+        Args:
+            items: the list.
+            index: the number.
+            who: what refers to it, and to which list, for the message.
+        """
+        number = as_count(index, len(items) - 1) if items else None
+        if items is None or number is None:
+            raise SceneError(self.path, f"{who} {shown(index)}, which is missing; {CURE}")
+        return items[number]
+
+    def view(self, index: object, used_by: str) -> tuple[memoryview, int | None]:
+        """The bytes of a buffer view, and the distance between its elements if it states one."""
+        view = self.item(self.top.buffer_views, index, f"{used_by} refers to bufferViews")
+        if view.extensions:
+            fact = f"is compressed by {', '.join(name[:60] for name in list(view.extensions)[:3])}"
+            raise SceneError(
+                self.path, f"{fact}, which is not read; export it without compression, or as .ply"
+            )
+        what = f"buffer view {shown(index)}"
+        buffer = self._buffer(view.buffer, what)
+        start, length = view.byte_offset or 0, view.byte_length
+        if start + length > len(buffer):
+            missing = start + length - len(buffer)
+            raise SceneError(self.path, f"{what} lacks {missing} bytes of its buffer; download or {CURE}")
+        return buffer[start : start + length], view.byte_stride
+
+    def _buffer(self, number: int, used_by: str) -> memoryview:
+        """The bytes of a buffer: the binary chunk, a data URI, or a file beside this one."""
+        buffer = self.item(self.top.buffers, number, f"{used_by} refers to buffers")
+        if number not in self._buffers:
+            self._buffers[number] = self._open_buffer(buffer.uri, f"buffer {number}")
+        return self._buffers[number]
+
+    def _open_buffer(self, uri: str | None, what: str) -> memoryview:
+        if uri is None:
+            if self._binary is None:
+                raise SceneError(self.path, f"{what} has neither a uri nor a binary chunk; {CURE}")
+            return self._binary
+        if uri.startswith("data:"):
+            found = _DATA_URI.match(uri[:200])
+            try:
+                content = base64.b64decode(uri[found.end() :] if found else "?", validate=True)
+            except (binascii.Error, ValueError):
+                raise SceneError(self.path, f"{what} is no base64 data URI; {CURE}") from None
+            return memoryview(content)
+        path = find_within(self.path.parent, unquote(uri), self.path)
+        with open_plain(path, "buffer of the glTF model") as file:
+            size = file.seek(0, 2)
+            if not size:
+                raise SceneError(path, "is empty; copy or download it again")
+            self.size += size
+            return memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+
+    def array(self, index: object, used_by: str) -> "GltfArray":
+        """The array that an accessor describes.
+
+        Raises:
+            SceneError: if it does not lie within its buffer, or is sparse or of an unknown kind.
+        """
+        accessor = self.item(self.top.accessors, index, f"{used_by} refers to accessors")
+        if accessor.sparse is not None:
+            raise SceneError(self.path, f"{used_by} is a sparse accessor, which is not read; {CURE} without")
+        dtype, width = _DTYPES.get(accessor.component_type), _WIDTHS.get(accessor.type)
+        if dtype is None or width is None:
+            kind = f"{shown(accessor.type)} of {accessor.component_type}"
+            raise SceneError(
+                self.path, f"{used_by} must be a scalar or vector of numbers, got {kind}; {CURE}"
+            )
+        data, stride = self.view(accessor.buffer_view, used_by)
+        count, offset = accessor.count, accessor.byte_offset or 0
+        item = np.dtype(dtype).itemsize * width
+        stride = item if stride is None else stride
+        missing = offset + (count - 1) * stride + item - len(data) if count else 0
+        if stride < item or missing > 0:
+            fact = f"lacks {missing} bytes of its buffer view" if missing > 0 else f"has a stride of {stride}"
+            raise SceneError(self.path, f"{used_by} {fact}; download or {CURE}")
+        values: NDArray[Any] = np.ndarray(
+            (count, width), dtype, data, offset, (stride, np.dtype(dtype).itemsize)
+        )
+        return GltfArray(values, is_normalized=bool(accessor.normalized))
+
+
+class GltfArray:
+    """Numbers of an accessor, [count, width], converted where they are read."""
+
+    def __init__(self, values: NDArray[Any], *, is_normalized: bool) -> None:
+        self.values = values
+        self.count, self.width = values.shape
+        is_integer = values.dtype.kind in "iu"
+        self._divisor = np.float32(np.iinfo(values.dtype).max) if is_integer and is_normalized else None
+
+    def read(self, start: int, stop: int) -> NDArray[np.float32]:
+        """Rows as float32; normalized integers in 0 to 1 or -1 to 1."""
+        rows = self.values[start:stop].astype(np.float32)
+        if self._divisor is not None:
+            rows /= self._divisor
+            np.maximum(rows, -1, out=rows)
+        return rows
+
+
+@dataclass(frozen=True)
+class PlacedNode:
+    """A node where the scene has it.
+
+    Attributes:
+        node: its JSON.
+        chain: numbers of the nodes from the top of the scene down to this one.
+        matrix: [4, 4], world from node, as the nodes stand without animations.
+    """
+
+    node: Node
+    chain: tuple[int, ...]
+    matrix: F64
+
+
+def placed_nodes(file: GltfFile[Any]) -> Iterator[PlacedNode]:
+    """The nodes of the default scene, or of all that there are, parents first.
+
+    Raises:
+        SceneError: if nodes are missing, form a ring, or are very many.
+    """
+    # A node with its parents' matrix and the nodes above it.
+    pending: list[tuple[int, F64, tuple[int, ...]]] = [
+        (root, np.eye(4), ()) for root in reversed(_roots(file))
+    ]
+    num_nodes = 0
+    while pending:
+        index, parent, above = pending.pop()
+        node = node_at(file, index)
+        num_nodes += 1
+        if index in above or num_nodes > _MAX_NODES or len(above) > _MAX_DEPTH:
+            raise SceneError(file.path, f"its nodes form a ring, or there are too many; {CURE}")
+        with np.errstate(over="ignore", invalid="ignore"):
+            matrix = parent @ local_matrix(file, index, node)
+        if not np.isfinite(matrix).all():
+            raise SceneError(file.path, f"its nodes scale beyond all numbers; {CURE}")
+        yield PlacedNode(node, (*above, index), matrix)
+        pending.extend((child, matrix, (*above, index)) for child in reversed(node.children or []))
+
+
+def node_at(file: GltfFile[Any], index: int) -> Node:
+    """A node by its number. Raises SceneError if there is none."""
+    node: Node = file.item(file.top.nodes, index, "a scene or node refers to nodes")
+    return node
+
+
+def _roots(file: GltfFile[Any]) -> list[int]:
+    """The nodes at the top of the default scene, or of all nodes."""
+    nodes: list[Node] = file.top.nodes or []
+    if nodes and file.top.scenes:
+        scene: Scene = file.item(file.top.scenes, file.top.scene or 0, "the model refers to scenes")
+        return scene.nodes or []
+    below = {child for node in nodes for child in node.children or ()}
+    return [index for index in range(len(nodes)) if index not in below]
+
+
+def local_matrix(file: GltfFile[Any], index: int, node: Node) -> F64:
+    """[4, 4] of one node: its matrix, or translation, rotation (x, y, z, w) and scale."""
+    if node.matrix is not None:
+        matrix = np.array(node.matrix).reshape(4, 4).T
+        if not np.array_equal(matrix[3], (0, 0, 0, 1)):
+            raise SceneError(file.path, f"matrix of node {index} must be affine; {CURE}")
+        return matrix
+    matrix = np.eye(4)
+    rotation, scale, translation = (node_part(node, name) for name in AT_REST)
+    if not rotation.any():
+        raise SceneError(file.path, f"rotation of node {index} must not be zero; {CURE}")
+    matrix[:3, :3] = rotation_matrices(rotation[None, [3, 0, 1, 2]])[0] * scale
+    matrix[:3, 3] = translation
+    return matrix
+
+
+# What places a node, where it does not say.
+AT_REST = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
+
+
+def node_part(node: Node, name: str) -> F64:
+    """The numbers of a field that places a node."""
+    values = getattr(node, name)
+    return np.array(AT_REST[name] if values is None else values, np.float64)

@@ -1,0 +1,193 @@
+"""A file of guides of any format becomes `Guides`."""
+
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from msgspec import Meta, Struct
+
+from brushgs.errors import SceneError
+from brushgs.formats.files import read_whole
+from brushgs.formats.guides.formats import GUIDE_FORMATS, GUIDES_READ
+from brushgs.formats.json_file import SMALL_OBJECT, shown
+from brushgs.formats.schema import decode
+from brushgs.values.arrays import F64, Rows
+
+MAX_BYTES = 1 << 24  # of a file; 16 MiB are some 500,000 points, more than strokes
+MAX_COORDINATE = 1e15  # world units, as for positions of cameras
+CURE = "draw a line of two points or more"
+# Of OBJ files.
+MAX_POINTS = 1 << 19
+MAX_LINES = 1 << 21
+MAX_LINE = 1 << 16  # bytes of text; some ten thousand indices
+_OBJ_EXAMPLE = "write points as 'v 0 1.5 2' and lines as 'l 1 2 3'"
+_JSON_EXAMPLE = "write lines such as [[[0, 0, 0], [1, 0, 0]]]"
+
+
+@dataclass(frozen=True, eq=False)
+class Guides:
+    """Lines in space that strokes run along.
+
+    Attributes:
+        starts: [S, 3] where the segments of all lines begin, world units.
+        ends: [S, 3] where they end; no segment has length zero.
+        reach: distance, world units, > 0, within which strokes follow a guide: wholly on it, not at all from
+            there on. None for a tenth of the radius of the scene.
+    """
+
+    starts: F64
+    ends: F64
+    reach: float | None = None
+
+
+def guides_of(path: Path, points: F64, segments: Rows, reach: float | None) -> Guides:
+    """The guides of a file.
+
+    Args:
+        path: the file, for messages.
+        points: [P, 3].
+        segments: [S, 2] rows of the points that each runs from and to.
+        reach: see `Guides`; as the file states it.
+
+    Raises:
+        SceneError: if a number is not finite or too large, or there is no segment above length zero.
+    """
+    bad = ~(np.abs(points) <= MAX_COORDINATE).all(axis=1)
+    if bad.any():
+        row = int(bad.argmax())
+        rule = f"must have finite coordinates up to {MAX_COORDINATE:g}"
+        raise SceneError(path, f"point {row + 1} {rule}, got {points[row].tolist()}; correct it")
+    if reach is not None and not 0 < reach <= MAX_COORDINATE:
+        raise SceneError(
+            path, f"'reach' must be a distance above 0 in world units, got {reach:g}; correct it"
+        )
+    starts, ends = points[segments[:, 0]], points[segments[:, 1]]
+    is_long = (starts != ends).any(axis=1)
+    if not is_long.any():
+        raise SceneError(path, f"holds no line; {CURE}")
+    return Guides(starts[is_long], ends[is_long], reach)
+
+
+_Point = Annotated[list[float], Meta(min_length=3, max_length=3, description="a point [x, y, z]")]
+_Line = Annotated[list[_Point], Meta(description="a list of points [x, y, z]")]
+_Lines = Annotated[list[_Line], Meta(description="a list of lines")]
+
+
+class _File(Struct, forbid_unknown_fields=True):
+    guides: _Lines
+    reach: float | None = None
+
+
+def _of_json(path: Path, content: bytes) -> Guides:
+    """Of JSON: a list of lines, each a list of points [x, y, z]; or an object with "guides" and "reach".
+
+    {"reach": 0.5, "guides": [[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 2, 0], [0, 2, 1]]]}
+    """
+    if content.lstrip()[:1] == b"{":
+        file = decode(path, content, _File, _JSON_EXAMPLE, object_bytes=SMALL_OBJECT)
+    else:
+        lines = decode(path, content, _Lines, _JSON_EXAMPLE, root="lines", object_bytes=SMALL_OBJECT)
+        file = _File(lines)
+    points: F64 = np.array([point for line in file.guides for point in line], dtype=np.float64)
+    if not len(points):
+        raise SceneError(path, f"holds no line; {CURE}")
+    is_first = np.array([row == 0 for line in file.guides for row in range(len(line))])
+    ends = np.flatnonzero(~is_first)
+    segments = np.stack([ends - 1, ends], axis=1)
+    return guides_of(path, points, segments, file.reach)
+
+
+def _of_obj(path: Path, content: bytes) -> Guides:
+    """Of Wavefront OBJ: points `v x y z` and lines `l 1 2 3`; everything else in the file is skipped.
+
+    A comment `# reach 0.5` states how far the guides reach. Blender writes edges without faces as lines; its
+    exporter turns axes unless told otherwise: "Forward Y, Up Z" keeps them.
+    Source: Wavefront, Object Files, appendix B1 (indices count from 1, negative ones from the latest point).
+    """
+    points, segments = array("d"), array("q")  # arrays: a tuple of three floats takes 136 bytes
+    num_points, reach = 0, None
+    for number, (keyword, *words) in _lines(path, content):
+        if keyword == b"v":
+            points.extend(_point(path, number, words))
+            num_points += 1
+        elif keyword == b"l":
+            rows = [_row(path, number, word, num_points) for word in words]
+            for pair in pairwise(rows):
+                segments.extend(pair)
+        elif keyword == b"#" and len(words) == 2 and words[0].rstrip(b":=") == b"reach":
+            reach = _number(words[1])
+            if reach is None:
+                raise SceneError(path, f"line {number}: 'reach' must be a number; write '# reach 0.5'")
+        if max(num_points, len(segments) // 2) > MAX_POINTS:
+            raise SceneError(path, f"holds more than {MAX_POINTS} points; simplify the lines")
+    if not segments:
+        raise SceneError(path, f"holds no line, only {num_points} points; {CURE}, or {_OBJ_EXAMPLE}")
+    if (last := max(segments)) >= num_points:
+        fact = f"a line runs to point {last + 1} of {num_points}"
+        raise SceneError(path, f"{fact}; {_OBJ_EXAMPLE}, numbered from 1")
+    return guides_of(path, np.array(points).reshape(-1, 3), np.array(segments).reshape(-1, 2), reach)
+
+
+def _lines(path: Path, content: bytes) -> Iterator[tuple[int, list[bytes]]]:
+    """Number, from 1, and words of each line, at least one, which may be empty."""
+    at, number = 0, 0
+    while at < len(content):
+        end = content.find(b"\n", at)
+        end = len(content) if end < 0 else end
+        number += 1
+        if number > MAX_LINES:
+            raise SceneError(path, f"has more than {MAX_LINES} lines of text; keep only the guides")
+        if end - at > MAX_LINE:
+            raise SceneError(path, f"line {number} has more than {MAX_LINE} bytes; split it")
+        yield number, content[at:end].split() or [b""]
+        at = end + 1
+
+
+def _point(path: Path, number: int, words: list[bytes]) -> tuple[float, ...]:
+    values = [_number(word) for word in words[:3]]
+    if len(values) != 3 or None in values:
+        raise SceneError(path, f"line {number} must hold three coordinates; {_OBJ_EXAMPLE}")
+    return tuple(value for value in values if value is not None)
+
+
+def _row(path: Path, number: int, word: bytes, num_points: int) -> int:
+    """The row of a point by its index, which may be followed by one into texture coordinates."""
+    text = word.split(b"/")[0]
+    try:
+        index = int(text) if len(text) <= 10 else 0
+    except ValueError:
+        index = 0
+    row = index - 1 if index > 0 else num_points + index
+    if index == 0 or row < 0:
+        got = shown(text.decode("ascii", "replace"))
+        raise SceneError(path, f"line {number}: {got} is no point; {_OBJ_EXAMPLE}, numbered from 1")
+    return row
+
+
+def _number(word: bytes) -> float | None:
+    try:
+        return float(word)
+    except ValueError:
+        return None
+
+
+def read_guides(path: str | Path) -> Guides:
+    """Read lines in space that strokes run along.
+
+    Args:
+        path: a file in one of the formats of `GUIDES_READ`; its suffix decides.
+
+    Raises:
+        SceneError: if there is no such regular file, it is larger than 16 MiB, of no known format or damaged,
+            holds no line, or a number that is not finite.
+    """
+    path = Path(path)
+    guide_format = next((row for row in GUIDE_FORMATS if path.suffix.lower() in row.suffixes), None)
+    if guide_format is None:
+        raise SceneError(path, f"is no file of guides of a known format; give {GUIDES_READ}")
+    read = {"obj": _of_obj, "lists": _of_json}[guide_format.reader]
+    return read(path, read_whole(path, MAX_BYTES, "guides file"))

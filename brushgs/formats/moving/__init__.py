@@ -1,0 +1,47 @@
+"""Files become moving scenes: one module per format, listed in `formats.py`.
+
+Imports nothing heavy before a file is read.
+"""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from brushgs.options.scene_source import SceneFiles
+    from brushgs.values.moving import MovingScene
+
+__all__ = ["load_moving", "open_moving"]
+
+
+def load_moving(scene: "SceneFiles", *, moments_per_second: float | None = None) -> "MovingScene":
+    """Open a scene that moves; one that does not is a scene of duration 0.
+
+    Args:
+        scene: a file of a moving scene, whose content decides the format, not its suffix; a folder or several
+            files that hold its moments; or a still scene, see `brushgs.load`.
+        moments_per_second: rate of numbered files, one a moment, above 0; None for that of the source, or 24.
+
+    Raises:
+        SceneError: if a file cannot be used, or needs a network or a pickle; says what would work. Also if a
+            rate is given for a scene that is no file a moment.
+        ValueError: if the rate is not above 0.
+
+    Example:
+        >>> for moment in range(3):
+        ...     bg.save(gaussians, f"frame_{moment:03}.ply")
+        >>> bg.load_moving(["frame_000.ply", "frame_001.ply", "frame_002.ply"])
+        MovingScene(...)
+    """
+    from brushgs.formats.moving import read
+
+    return read.load_moving(scene, moments_per_second)
+
+
+def open_moving(scene: "SceneFiles") -> "MovingScene | None":
+    """As `load_moving`, but None for a still scene.
+
+    Raises:
+        SceneError: see `load_moving`; not for what only the reader of still scenes can judge.
+    """
+    from brushgs.formats.moving import read
+
+    return read.open_moving(scene)

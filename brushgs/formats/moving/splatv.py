@@ -1,0 +1,129 @@
+"""The .splatv format of the splaTV viewer: a JSON header, then 64 bytes a Gaussian.
+
+Time runs from 0 to 1. A width that has become infinite, since halves end at 65,504, is that of a row which
+never fades: the viewer divides by it. Source: https://github.com/antimatter15/splaTV, hybrid.js.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any, BinaryIO
+
+import numpy as np
+from msgspec import Meta, Struct
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.formats.files import open_plain, read_exactly
+from brushgs.formats.json_file import shown
+from brushgs.formats.moving.clip import RawRows, clip_of, read_nothing
+from brushgs.formats.scenes.columns import Columns
+from brushgs.formats.scenes.encoding import Encoding
+from brushgs.formats.scenes.scene_file import SceneFile
+from brushgs.formats.schema import decode
+from brushgs.values.moving import MovingScene
+
+_MAX_HEADER = 1 << 24  # bytes of the JSON; that of a file with one camera has 452
+_MAX_SIZE = 1 << 50  # bytes of a texture, as a number of JSON
+# Halves and bytes are in pairs, low half first. A row: place, quaternion w, x, y, z, scales and a zero, red,
+# green, blue and opacity, nine coefficients of motion and a zero, four of the quaternion, centre, width.
+_ROW = np.dtype(
+    [
+        *(("means", "<f4", 3), ("quats", "<f2", 4), ("scales", "<f2", 3), ("zero", "<f2"), ("rgba", "u1", 4)),
+        *(("motion", "<f2", (3, 3)), ("zeros", "<f2"), ("spin", "<f2", 4), ("center", "<f2")),
+        ("width", "<f2"),
+    ]
+)
+assert _ROW.itemsize == 64
+_ENCODING = Encoding(scales="linear", colors="byte")
+_CURE = "export it again"
+_Count = Annotated[int, Meta(ge=0, le=_MAX_SIZE)]
+
+
+class _Chunk(Struct):
+    """What the header states of a part of the file."""
+
+    size: _Count
+    type: Any = None
+    texwidth: _Count | None = None
+
+
+def open_moving(path: Path) -> MovingScene:
+    """Read a .splatv file.
+
+    Raises:
+        SceneError: if it is damaged or cut off, or no row of it can be drawn.
+    """
+    with open_plain(path, "scene file", buffering=0) as file:
+        rows = _read_rows(path, file)
+    rows = rows[: _count_filled(rows)]
+    if len(rows) == 0:
+        raise SceneError(path, "holds no Gaussians; export it again")
+    columns = Columns.empty(len(rows), 1)
+    columns.means[:], columns.quats[:] = rows["means"], rows["quats"]
+    scales = rows["scales"].astype(np.float32)
+    columns.scales[:] = scales
+    columns.sh[:, 0] = rows["rgba"][:, :3]
+    columns.opacities[:] = rows["rgba"][:, 3] / np.float32(255)
+    columns.standardize(_ENCODING)
+    motion, spin = rows["motion"].astype(np.float32), rows["spin"].astype(np.float32)
+    centers, widths = rows["center"].astype(np.float32), np.abs(rows["width"].astype(np.float64))
+    stored = {f"motion_{index}": motion[:, index // 3, index % 3] for index in range(9)}
+    stored |= {f"omega_{index}": spin[:, index] for index in range(4)} | {"trbf_center": centers}
+    source = SceneFile(path, "splaTV", len(rows), 1, read_nothing)
+    raw = RawRows(
+        columns,
+        stored,
+        centers,
+        widths,
+        "trbf_scale",
+        motion,
+        spin,
+        scales=scales,
+        is_logit=False,
+    )
+    return clip_of(source, raw)
+
+
+def _read_rows(path: Path, file: BinaryIO) -> NDArray[np.void]:
+    """All rows that the file has, padding at the end of its texture among them."""
+    size = file.seek(0, 2)
+    start, chunk = _find_texture(path, file, size)
+    if chunk.texwidth is None:
+        raise SceneError(path, f"its header states no texwidth of the chunk of type 'splat'; {_CURE}")
+    stated, texture_row = chunk.size, 16 * chunk.texwidth
+    there = min(size - start, stated)
+    # Files may end with their Gaussians, in the last row of the texture, or hold all of it.
+    if there < stated and (there + texture_row <= stated or there % _ROW.itemsize):
+        missing = stated - texture_row + 1 - there
+        fact = f"{missing} bytes are missing at least" if missing > 0 else "its last Gaussian is not complete"
+        raise SceneError(path, f"is cut off: {fact}; copy or download it again")
+    rows = np.empty(max(there, 0) // _ROW.itemsize, _ROW)
+    read_exactly(path, file, start, memoryview(rows.view(np.uint8).data))
+    return rows
+
+
+def _find_texture(path: Path, file: BinaryIO, size: int) -> tuple[int, _Chunk]:
+    """Where the texture of Gaussians begins, and what the header states of it."""
+    begin = bytearray(8)
+    if size < len(begin):
+        raise SceneError(path, f"is cut off: {size} bytes are there; copy or download it again")
+    read_exactly(path, file, 0, memoryview(begin))
+    length = int.from_bytes(begin[4:], "little")
+    start = len(begin) + length
+    if length > _MAX_HEADER or start > size:
+        rule = f"its header has {length} bytes, the file {size}"
+        raise SceneError(path, f"is damaged or cut off: {rule}; copy or download it again")
+    content = bytearray(length)
+    read_exactly(path, file, len(begin), memoryview(content))
+    chunks = decode(path, bytes(content), list[_Chunk], "copy or download it again", root="header")
+    for chunk in chunks:
+        if chunk.type == "splat":
+            return start, chunk
+        start += chunk.size
+    found = shown([chunk.type for chunk in chunks])
+    raise SceneError(path, f"its header names no chunk of type 'splat', got {found}; {_CURE}")
+
+
+def _count_filled(rows: NDArray[np.void]) -> int:
+    """How many rows there are without the zeros that fill up the texture."""
+    filled = np.flatnonzero(rows.view("<u8").reshape(len(rows), -1).any(axis=1))
+    return int(filled[-1]) + 1 if len(filled) else 0

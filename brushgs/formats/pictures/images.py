@@ -1,0 +1,261 @@
+"""Pictures are read and written through OpenImageIO, in the formats of the table in `formats.py`.
+
+Inside brushgs pictures are display-encoded float32 in 0 to 1. Files that hold linear light (EXR) are
+converted here. By default OpenImageIO multiplies colour by alpha on reading, in 8 bits; here it is set not
+to, so that straight colours are read bit for bit.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.formats.files import scratch_folder
+from brushgs.formats.formats import find_by_suffix
+from brushgs.formats.pictures.encoding import check_bits
+from brushgs.formats.pictures.formats import PICTURE_SUFFIXES, WRITTEN_PICTURES, PictureFormat
+from brushgs.formats.pictures.identify import find_format, suffixed
+from brushgs.formats.pictures.limits import MAX_PIXELS, check_pixels
+from brushgs.formats.pictures.oiio import Background, first_line
+from brushgs.formats.pictures.shot import Shot
+from brushgs.values.arrays import F32
+from brushgs.values.colors import srgb_from_linear
+from brushgs.values.frame import Frame
+
+if TYPE_CHECKING:
+    import OpenImageIO
+
+_MAX_CHANNELS = 4  # that are decoded at once, at MAX_PIXELS; smaller pictures may have more
+_MAX_LAYERED = 64  # the same of all channels of a picture whose decoder takes few rows at a time
+_NUM_ROWS = 64  # converted at a time
+
+
+def read_image(path: str | Path, *, max_pixels: int | None = None) -> F32:
+    """Read a picture in one of the formats of `PICTURES_READ`; its content decides, not its name.
+
+    This takes some 20 bytes of memory a pixel. Of a file with several pictures the first is read.
+
+    Args:
+        path: the file.
+        max_pixels: a larger picture is refused by its header; None for `MAX_PIXELS`.
+
+    Returns:
+        [H, W, C] display-encoded values in 0 to 1 with straight (unassociated) alpha, upright; C is 1
+        (grey), 2 (grey and alpha), 3 (RGB) or 4 (RGBA). Depth and other extra channels are skipped.
+
+    Raises:
+        SceneError: if there is no such plain file, it is of no known format, is damaged or too large, or
+            holds NaN or infinity.
+    """
+    path = Path(path)
+    with _opened(path, MAX_PIXELS if max_pixels is None else max_pixels) as (source, picture_format):
+        pixels = _display_encoded(path, source, is_linear=picture_format.is_linear)
+        return _upright(pixels, source.spec())
+
+
+def read_bytes(path: Path, max_pixels: int) -> NDArray[np.uint8]:
+    """The pixels of a picture of 8 bits a channel as they are stored: for pictures that hold other numbers.
+
+    Args:
+        path: the file.
+        max_pixels: a larger picture is refused by its header.
+
+    Returns:
+        [H, W, C] with straight alpha.
+
+    Raises:
+        SceneError: as `read_image` does; or if the picture is of more bits.
+    """
+    import OpenImageIO
+
+    with _opened(path, max_pixels) as (source, _):
+        spec = source.spec()
+        if spec.format.basetype != OpenImageIO.UINT8:
+            raise SceneError(path, f"must have 8 bits a channel, got {spec.format}; export it again")
+        pixels = source.read_image(0, 0, 0, spec.nchannels, OpenImageIO.UINT8)
+        if pixels is None:
+            raise SceneError(path, f"is damaged ({first_line(source.geterror())}); get it again")
+        return np.asarray(pixels)
+
+
+@contextmanager
+def _opened(path: Path, max_pixels: int) -> Iterator[tuple["OpenImageIO.ImageInput", PictureFormat]]:
+    """A picture whose header was checked, and its format. Raises SceneError as `read_image` does."""
+    import OpenImageIO
+
+    picture_format = find_format(path, max_pixels)
+    straight = OpenImageIO.ImageSpec()
+    straight.attribute("oiio:UnassociatedAlpha", 1)
+    source = None
+    with suffixed(path, picture_format) as named:
+        try:
+            source = OpenImageIO.ImageInput.open(str(named), straight)
+            if source is None:
+                reason = first_line(OpenImageIO.geterror())
+                raise SceneError(path, f"cannot be read as a picture ({reason}); convert it to PNG")
+            _check_spec(path, source.spec(), max_pixels)
+            yield source, picture_format
+        except UnicodeDecodeError:  # a name in the file, or in the decoder's message
+            raise SceneError(path, "is damaged (a text in it is not UTF-8); get it again") from None
+        except MemoryError:
+            raise SceneError(path, "takes more memory than there is; scale it down") from None
+        finally:
+            if source is not None:
+                source.close()
+
+
+def _check_spec(path: Path, spec: "OpenImageIO.ImageSpec", max_pixels: int) -> None:
+    """Refuse by its header what is no flat picture or is too large to be decoded."""
+    if spec.deep or spec.depth > 1:
+        raise SceneError(path, "holds a volume or deep pixels; save it as a flat picture")
+    check_pixels(path, spec.width, spec.height, max_pixels)
+    if not all(number > 0 for number in (spec.width, spec.height, spec.nchannels)):
+        raise SceneError(path, "holds no pixels; get it again")
+    # Tiles are decoded completely, however small the picture is; of an EXR file without, blocks of rows.
+    num_rows = 0 if spec.tile_width else spec.get_int_attribute("oiio:RowsPerChunk")
+    num_rows = min(max(num_rows, _NUM_ROWS), spec.height) if num_rows else spec.height
+    at_once = max(spec.width * num_rows, spec.tile_width * spec.tile_height * max(spec.tile_depth, 1))
+    in_all = spec.width * spec.height
+    if spec.nchannels * max(at_once / _MAX_CHANNELS, in_all / _MAX_LAYERED) > max_pixels:
+        fact = f"holds {spec.nchannels} channels in {spec.width}x{spec.height} pixels and tiles of"
+        tile = f"{spec.tile_width}x{spec.tile_height}, which is too much"
+        raise SceneError(path, f"{fact} {tile}; save it with its colours only")
+
+
+def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear: bool) -> F32:
+    """Colour and alpha as `read_image` returns them, converted a few rows at a time to save memory."""
+    spec = source.spec()
+    has_alpha = 0 <= spec.alpha_channel < spec.nchannels
+    others = [i for i in range(spec.nchannels) if i not in (spec.alpha_channel, spec.z_channel)]
+    chosen = others[:3] if len(others) >= 3 else others[:1]
+    num_colors = len(chosen)
+    if has_alpha:
+        chosen.append(spec.alpha_channel)
+    if not num_colors:
+        raise SceneError(path, "holds no colours, only alpha or depth; save it with at least a grey channel")
+    is_associated = has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha")
+    image = np.empty((spec.height, spec.width, len(chosen)), np.float32)
+    for start, pixels in _blocks(path, source, spec, max(chosen) + 1):
+        if not (np.isfinite(pixels.min()) and np.isfinite(pixels.max())):
+            raise SceneError(path, "holds NaN or infinity; write it again with finite values")
+        rows = image[start : start + len(pixels)]
+        rows[:] = pixels[..., chosen]
+        color, alpha = rows[..., :num_colors], rows[..., num_colors:]
+        with np.errstate(over="ignore"):  # values above 1, clipped below
+            if is_associated:
+                color[:] = np.divide(color, alpha, out=np.zeros_like(color), where=alpha > 0)
+            if is_linear:
+                color[:] = srgb_from_linear(color)
+        np.clip(rows, 0, 1, out=rows)
+    return image
+
+
+def _blocks(
+    path: Path, source: "OpenImageIO.ImageInput", spec: "OpenImageIO.ImageSpec", num_channels: int
+) -> Iterator[tuple[int, F32]]:
+    """First row and pixels [rows, W, channels] of a picture, from the top; all at once if it has tiles.
+
+    Of its channels the first are read.
+    """
+    import OpenImageIO
+
+    step = spec.height if spec.tile_width else _NUM_ROWS
+    for start in range(0, spec.height, step):
+        stop = min(start + step, spec.height)
+        if spec.tile_width:
+            pixels = source.read_image(0, 0, 0, num_channels, OpenImageIO.FLOAT)
+        else:  # the first row of a file may have any number
+            place = spec.y + start, spec.y + stop, spec.z, 0, num_channels, OpenImageIO.FLOAT
+            pixels = source.read_scanlines(0, 0, *place)
+        if pixels is None:
+            raise SceneError(path, f"is damaged ({first_line(source.geterror())}); get it again")
+        yield start, pixels.reshape(stop - start, spec.width, num_channels)
+
+
+def _upright(pixels: F32, spec: "OpenImageIO.ImageSpec") -> F32:
+    """Rotate and mirror a picture as its Exif orientation says, 1 to 8."""
+    orientation = spec.get_int_attribute("Orientation", 1)
+    if orientation in (5, 6, 7, 8):
+        pixels = pixels.transpose(1, 0, 2)
+    if orientation in (3, 4, 7, 8):
+        pixels = pixels[::-1]
+    if orientation in (2, 3, 6, 7):
+        pixels = pixels[:, ::-1]
+    return np.ascontiguousarray(pixels)
+
+
+def write_frame(
+    frame: Frame,
+    path: str | Path,
+    background: Background = None,
+    *,
+    bits: int | None = None,
+    shot: Shot | None = None,
+) -> None:
+    """Write a frame; the suffix decides the format: .png, .jpg, .webp, .avif, .tif or .exr.
+
+    All but EXR are display-encoded, with straight alpha if there is no background. EXR holds linear
+    light, premultiplied as EXR asks for, always with alpha; the depth as channel Z if the frame has one, and
+    the layers of the frame; see `brushgs.formats.pictures.exr`. Equal frames give equal bytes.
+
+    Args:
+        frame: the picture.
+        path: the name of the file; it appears when it is complete.
+        background: None keeps the transparency; one RGB colour or an [H, W, 3] array, display-encoded,
+            is put behind the picture, which is then written without alpha (EXR: with an alpha of 1).
+        bits: of each channel, 8 or 16 of .png and .tif, 8 or 10 of .avif; None for the usual number of the
+            format: 16 of .tif and .exr (half float), 8 of the others.
+        shot: what is known of the picture beside its pixels: all but AVIF hold how it was painted, EXR holds
+            all of it.
+
+    Raises:
+        ValueError: if the suffix is none of the above, the background does not fit, or there is none for a
+            JPEG or an AVIF, which hold no transparency; or if the format has not so many bits.
+        SceneError: if the file cannot be written.
+    """
+    picture_format = find_by_suffix(WRITTEN_PICTURES, path)
+    if picture_format is None:
+        suffixes = ", ".join(PICTURE_SUFFIXES)
+        raise ValueError(
+            f"write_frame: path must end in one of {suffixes}, got {str(path)!r}; change the suffix"
+        )
+    bits = check_bits(path, bits)
+    options: dict[str, Any] = {"bits": bits} if len(picture_format.bits) > 1 else {}
+    if picture_format.holds_metadata:
+        options["shot"] = shot
+    import_module(f"brushgs.formats.pictures.{picture_format.writer}").write(
+        frame, path, background, **options
+    )
+
+
+def encode_frame(
+    frame: Frame,
+    suffix: str,
+    background: Background = None,
+    *,
+    bits: int | None = None,
+    shot: Shot | None = None,
+) -> bytes:
+    """The bytes of the file that `write_frame` would write.
+
+    Args:
+        frame: the picture.
+        suffix: one of `PICTURE_SUFFIXES`.
+        background: see `write_frame`.
+        bits: see `write_frame`.
+        shot: see `write_frame`.
+
+    Raises:
+        ValueError: see `write_frame`.
+        SceneError: if the folder for temporary files is full.
+    """
+    # OpenImageIO writes to named files only.
+    with scratch_folder() as folder:
+        path = folder / f"frame{suffix}"
+        write_frame(frame, path, background=background, bits=bits, shot=shot)
+        return path.read_bytes()

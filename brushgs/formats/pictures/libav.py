@@ -1,0 +1,223 @@
+"""What the video writers share: frames go through filters into an encoder, with libav (PyAV).
+
+Equal frames give equal bytes on every machine: encoders run in a fixed number of threads, and no time of day,
+random number or version of the writer is written.
+"""
+
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from brushgs.errors import SceneError
+from brushgs.formats.pictures.bt709 import planes_of
+from brushgs.formats.pictures.encoding import Encoding
+from brushgs.formats.pictures.pixels import Pixels
+
+# Encoders give other bytes for another number of threads, so it must not depend on the machine.
+_NUM_THREADS = 4
+# By default the scaler converts by the matrix of standard television (BT.601), up to 16 levels away.
+# Chroma is the mean of its 2 x 2 pixels.
+_TO_BT709 = (
+    "flags=area+accurate_rnd+full_chroma_inp+bitexact:in_range=full:out_range=tv:out_color_matrix=bt709"
+)
+_BT709 = 1  # primaries, transfer and matrix have the same number in all codecs
+_TV_RANGE = 1  # 16 to 235
+_FORMATS = {3: "rgb24", 4: "rgba"}  # of pixels of 8 bits, by the number of channels
+_NOTHING_RANDOM = {"fflags": "+bitexact"}  # no random number and no version of the writer in the file
+# The index precedes the frames, so that a browser plays what it has received.
+_INDEX_FIRST = _NOTHING_RANDOM | {"movflags": "+faststart"}
+_OF_QUICKTIME = ("mp4", "mov")  # containers, as libav calls them
+
+
+class VideoWriter(Protocol):
+    """A video that is being written."""
+
+    def describe(self, text: str) -> None:
+        """Set the comment of the file, before the first frame; a GIF has none."""
+
+    def add(self, pixels: Pixels) -> None:
+        """Add the next frame, see `video_pixels`."""
+
+    def finish(self) -> None:
+        """Write what is still buffered; no frame may follow. Further calls do nothing."""
+
+
+@dataclass(frozen=True)
+class Film:
+    """What is known of a video before its first frame.
+
+    Attributes:
+        path: the file.
+        container: its name in libav.
+        size: width and height of the video, pixels; smaller frames are padded at their right and lower edge.
+        rate: frames a second.
+        encoding: bits of a channel, and whether there is transparency.
+        loops: whether it starts over at its end, where the format can say so.
+    """
+
+    path: Path
+    container: str
+    size: tuple[int, int]
+    rate: Fraction
+    encoding: Encoding
+    loops: bool = False
+
+
+@dataclass(frozen=True)
+class Encoder:
+    """How libav is to encode a video.
+
+    Attributes:
+        name: in libav.
+        pixels: how it takes them: a name of libav.
+        options: for it.
+        tag: of the codec in .mp4 and .mov, four letters; None for the usual one.
+        delay: frames by which decoding is ahead of showing, where the encoder does not say so reliably.
+    """
+
+    name: str
+    pixels: str
+    options: Mapping[str, str]
+    tag: str | None = None
+    delay: int | None = None
+
+
+class EncodedVideo:
+    """A video whose colours are converted by BT.709 and tagged so.
+
+    Args:
+        stack: closes the file.
+        film: what is known of it.
+        encoder: how to encode.
+    """
+
+    def __init__(self, stack: contextlib.ExitStack, film: Film, encoder: Encoder) -> None:
+        self._size, self._rate = film.size, film.rate
+        self._container = open_container(stack, film)
+        self._stream = stream = self._container.add_stream(
+            encoder.name, rate=film.rate, options=dict(encoder.options)
+        )
+        stream.width, stream.height = film.size
+        stream.pix_fmt = encoder.pixels
+        context = stream.codec_context
+        context.thread_count = _NUM_THREADS
+        context.color_primaries = context.color_trc = context.colorspace = _BT709
+        context.color_range = _TV_RANGE
+        if encoder.tag is not None and film.container in _OF_QUICKTIME:
+            context.codec_tag = encoder.tag
+        self._bits, self._encoder = film.encoding.bits, encoder
+        if self._bits == 8:
+            source = _FORMATS[4 if film.encoding.has_alpha else 3]
+            filters = ("scale", _TO_BT709), ("format", encoder.pixels)
+            self._graph = filter_graph(*film.size, film.rate, *filters, source=source)
+        self._count, self._num_packets, self._is_finished = 0, 0, False
+
+    def describe(self, text: str) -> None:
+        """Set the comment of the file."""
+        self._container.metadata["comment"] = text
+
+    def add(self, pixels: Pixels) -> None:
+        """Convert, encode and write one frame, see `video_pixels`."""
+        width, height = self._size
+        right, below = width - pixels.shape[1], height - pixels.shape[0]
+        if right or below:
+            pixels = np.pad(pixels, ((0, below), (0, right), (0, 0)), mode="edge")  # type: ignore[assignment]
+        if self._bits == 8:
+            self._graph.push(video_frame(pixels, self._count, self._rate))
+            frame = self._graph.pull()
+        else:
+            frame = _deep_frame(pixels, self._encoder.pixels, self._bits)
+            frame.pts, frame.time_base = self._count, 1 / self._rate
+        self._mux(self._stream.encode(frame))
+        self._count += 1
+
+    def finish(self) -> None:
+        """Write the frames that the encoder has buffered, and the index."""
+        if self._is_finished:
+            return
+        self._is_finished = True
+        self._mux(self._stream.encode(None))
+        self._container.close()
+
+    def _mux(self, packets: Sequence[Any]) -> None:
+        for packet in packets:
+            if self._encoder.delay is not None:
+                frames = Fraction(self._num_packets - self._encoder.delay) / self._rate
+                packet.dts = int(frames / packet.time_base)
+            self._container.mux(packet)
+            self._num_packets += 1
+
+
+@contextlib.contextmanager
+def as_scene_error(path: Path) -> Iterator[None]:
+    """Errors of libav in writing as SceneErrors."""
+    import av
+
+    try:
+        yield
+    except av.FFmpegError as error:
+        raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from None
+
+
+def open_container(stack: contextlib.ExitStack, film: Film, options: Mapping[str, str] | None = None) -> Any:
+    """A container that is closed with the stack; options of its own replace those of its kind."""
+    import av
+
+    if options is None:
+        options = _INDEX_FIRST if film.container in _OF_QUICKTIME else _NOTHING_RANDOM
+    container = av.open(str(film.path), "w", format=film.container, options=dict(options))
+
+    def close() -> None:
+        # After an error the rest cannot be written either; that error is the one to report.
+        with contextlib.suppress(av.FFmpegError):
+            container.close()
+
+    stack.callback(close)
+    return container
+
+
+def filter_graph(
+    width: int, height: int, rate: Fraction, *filters: tuple[str, str], source: str = "rgb24"
+) -> Any:
+    """A chain of filters for frames in a format of libav, given as pairs of name and options."""
+    import av
+
+    graph = av.filter.Graph()
+    last = graph.add_buffer(
+        width=width, height=height, format=av.VideoFormat(source), time_base=1 / rate, name="frames"
+    )
+    for name, options in (*filters, ("buffersink", "")):
+        following = graph.add(name, options)
+        last.link_to(following)
+        last = following
+    graph.configure()
+    return graph
+
+
+def _deep_frame(pixels: Pixels, name: str, bits: int) -> Any:
+    """Pixels [H, W, 3 or 4] of 16 bits as a frame of planes, in a format of libav."""
+    import av
+
+    frame = av.VideoFrame(pixels.shape[1], pixels.shape[0], name)
+    planes = planes_of(pixels, bits, halves_chroma="420" in name)
+    for plane, samples in zip(frame.planes, planes, strict=True):
+        rows = np.zeros((plane.height, plane.line_size // samples.itemsize), samples.dtype)
+        rows[:, : plane.width] = samples
+        plane.update(rows.tobytes())
+    frame.colorspace = frame.color_primaries = frame.color_trc = _BT709  # ProRes writes those of each frame
+    frame.color_range = _TV_RANGE
+    return frame
+
+
+def video_frame(pixels: Pixels, index: int, rate: Fraction) -> Any:
+    """Pixels [H, W, 3 or 4] of 8 bits as frame `index` of a video."""
+    import av
+
+    frame = av.VideoFrame.from_ndarray(pixels, format=_FORMATS[pixels.shape[2]])
+    frame.pts, frame.time_base = index, 1 / rate
+    return frame

@@ -1,0 +1,135 @@
+"""The metadata of a picture: one line of JSON in its file, which says how it was painted.
+
+PNG, JPEG, TIFF and OpenEXR hold it as the image description, WebP as that of its Exif data, videos as their
+comment. libav writes none to AVIF and GIF. No folder, user or date is in it, so equal pictures stay equal
+files.
+"""
+
+import json
+from pathlib import Path
+
+import msgspec
+
+from brushgs.errors import SceneError
+from brushgs.formats.files import check_plain, exists
+from brushgs.formats.formats import find_by_suffix
+from brushgs.formats.pictures.formats import VIDEO_FORMATS
+from brushgs.formats.pictures.identify import find_format, suffixed
+from brushgs.formats.pictures.limits import MAX_PIXELS
+from brushgs.formats.pictures.shot import Origin, Shot
+from brushgs.values.camera import Camera
+from brushgs.version import __version__
+
+DESCRIPTION = "ImageDescription"  # of OpenImageIO
+COMMENT = "comment"  # of libav
+_MAX_LENGTH = 60_000  # characters: a JPEG holds 65,533 in one piece
+
+
+class CameraMetadata(msgspec.Struct, frozen=True):
+    """The camera of a picture, or of the first frame of a film; see `Camera`, whose matrices are in rows."""
+
+    width: int
+    height: int
+    K: list[float]
+    viewmat: list[float]
+    near: float
+
+
+class Metadata(msgspec.Struct, frozen=True):
+    """What a picture says of itself.
+
+    Attributes:
+        brushgs: version of the program.
+        command: see `Origin`, like `inputs`.
+        inputs: their digest.
+        camera: None where the file shows no single view.
+    """
+
+    brushgs: str
+    command: str
+    inputs: str = ""
+    camera: CameraMetadata | None = None
+
+    def is_of(self, origin: Origin) -> bool:
+        """Whether this version would paint the same picture again."""
+        return (self.brushgs, self.command, self.inputs) == (__version__, origin.command, origin.inputs)
+
+
+def metadata_text(shot: Shot | None) -> str:
+    """The metadata as a file holds it, in ASCII; "" without an origin, or where it is too long."""
+    if shot is None or shot.origin is None:
+        return ""
+    camera = None if shot.camera is None else _camera(shot.camera)
+    found = Metadata(__version__, shot.origin.command, shot.origin.inputs, camera)
+    text = json.dumps(msgspec.to_builtins(found))
+    return text if len(text) <= _MAX_LENGTH else ""
+
+
+def described(shot: Shot | None) -> dict[str, str]:
+    """The metadata as attributes of OpenImageIO."""
+    text = metadata_text(shot)
+    return {DESCRIPTION: text} if text else {}
+
+
+def read_metadata(path: Path) -> Metadata | None:
+    """The metadata of a picture or video; None if it has none.
+
+    Raises:
+        SceneError: if there is no such file, or it is no picture or video that can be read.
+    """
+    text = _comment(path) if find_by_suffix(VIDEO_FORMATS, path) else _description(path)
+    try:
+        return msgspec.json.decode(text, type=Metadata)
+    except (msgspec.DecodeError, RecursionError):
+        return None
+
+
+def is_painted_by(path: Path, origin: Origin) -> bool:
+    """Whether a file holds the picture that is to be painted; False where it cannot be read."""
+    try:
+        found = read_metadata(path) if exists(path) else None
+    except SceneError:
+        return False
+    return found is not None and found.is_of(origin)
+
+
+def _camera(camera: Camera) -> CameraMetadata:
+    K, viewmat = (
+        [float(f"{number:.9g}") for number in matrix.ravel()] for matrix in (camera.K, camera.viewmat)
+    )
+    return CameraMetadata(camera.width, camera.height, K, viewmat, float(camera.near))
+
+
+def _comment(path: Path) -> str:
+    import av
+
+    video_format = find_by_suffix(VIDEO_FORMATS, path)
+    assert video_format is not None, "the suffix was checked"
+    check_plain(path, "video")
+    try:
+        with av.open(str(path), format=video_format.container) as container:
+            found = {name.lower(): value for name, value in container.metadata.items()}
+    except (av.FFmpegError, UnicodeDecodeError) as error:
+        why = getattr(error, "strerror", None) or "a text in it is not UTF-8"
+        raise SceneError(path, f"cannot be read as a video ({why}); get it again") from None
+    return str(found.get(COMMENT, ""))
+
+
+def _description(path: Path) -> str:
+    import OpenImageIO
+
+    picture_format = find_format(path, MAX_PIXELS)
+    if picture_format.name == "WebP":  # OpenImageIO passes over its Exif data
+        from brushgs.formats.pictures.webp import read_description
+
+        return read_description(path)
+    with suffixed(path, picture_format) as named:
+        source = OpenImageIO.ImageInput.open(str(named))
+        if source is None:
+            raise SceneError(path, f"cannot be read as a picture ({OpenImageIO.geterror()}); get it again")
+        try:
+            return str(source.spec().get_string_attribute(DESCRIPTION))
+        except UnicodeDecodeError:
+            return ""
+        finally:
+            source.close()

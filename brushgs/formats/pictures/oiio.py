@@ -1,0 +1,106 @@
+"""What the picture writers share: pixels go to a file as they are, through OpenImageIO.
+
+By default OpenImageIO divides colour by alpha on writing; here it is set not to, so that straight colours
+are written bit for bit.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.core.signals import defer_stop
+from brushgs.errors import SceneError
+from brushgs.formats.files import replacing
+from brushgs.values.arrays import Array
+from brushgs.values.frame import Frame
+
+# Without a date OpenImageIO writes the time of day, and equal frames would give different bytes.
+_HEADER = 1 << 12  # bytes of a file beside its pixels, at most
+NO_DATE = "1970:01:01 00:00:00"
+Background = Sequence[float] | Array | None  # one RGB colour or [H, W, 3], display-encoded; None for none
+
+
+def with_alpha(frame: Frame) -> Array:
+    """[H, W, 4] straight colour and alpha."""
+    return np.concatenate([frame.straight_colors(), frame.alpha[..., None]], axis=-1)
+
+
+def straight_colors(frame: Frame) -> Array:
+    """[H, W, 3], see `Frame.straight_colors`."""
+    return frame.straight_colors()
+
+
+def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.unsignedinteger[Any]]:
+    """Values 0 to 1 as integers of the full range of `dtype`, halves rounded up, others clipped."""
+    return np.asarray(np.clip(values, 0, 1) * np.iinfo(dtype).max + 0.5).astype(dtype)
+
+
+def bytes_of(frame: Frame, background: Background) -> NDArray[np.uint8]:
+    """[H, W, 4] straight colour and alpha in 8 bits; on a background [H, W, 3]."""
+    if background is None:
+        return quantise(with_alpha(frame), np.uint8).astype(np.uint8, copy=False)
+    return frame.bytes_over(background)
+
+
+def pixels_of(frame: Frame, background: Background, bits: int) -> NDArray[np.uint8] | NDArray[np.uint16]:
+    """The same in 8 bits, else in 16, rounded once."""
+    if bits == 8:
+        return bytes_of(frame, background)
+    values = with_alpha(frame) if background is None else frame.over(background)
+    return quantise(values, np.uint16).astype(np.uint16, copy=False)
+
+
+def write_pixels(
+    path: str | Path,
+    format_name: str,
+    pixels: NDArray[Any],
+    names: tuple[str, ...],
+    attributes: Mapping[str, Any],
+    finish: Callable[[Path], bool] = lambda path: True,
+) -> None:
+    """Write pixels as they are; the file appears when it is complete.
+
+    Args:
+        path: the name of the file.
+        format_name: of OpenImageIO.
+        pixels: [H, W, channels] uint8, uint16 or float32.
+        names: of the channels; "A" is alpha, "Z" depth.
+        attributes: of OpenImageIO, by name.
+        finish: completes the written file, and says whether it is whole: some writers report success on a
+            full disk.
+
+    Raises:
+        SceneError: if the file cannot be written.
+    """
+    import OpenImageIO
+
+    height, width, num_channels = pixels.shape
+    spec = OpenImageIO.ImageSpec(width, height, num_channels, pixels.dtype.name.replace("float32", "float"))
+    spec.channelnames = names
+    spec.alpha_channel = names.index("A") if "A" in names else -1
+    spec.z_channel = names.index("Z") if "Z" in names else -1
+    for name, value in attributes.items():
+        spec.attribute(name, value)
+    out = OpenImageIO.ImageOutput.create(format_name)
+    assert out is not None, "the formats of the table are part of every build of OpenImageIO"
+    # An encoder that is interrupted midway complains to the terminal.
+    with defer_stop(), replacing(path, most=pixels.nbytes + _HEADER) as temporary:
+        is_written = out.open(str(temporary), spec) and out.write_image(np.ascontiguousarray(pixels))
+        if not (out.close() and is_written):
+            raise not_written(path, temporary, out)
+        if not finish(temporary):
+            raise SceneError(path, "cannot be written completely; check the space on the disk")
+
+
+def not_written(path: str | Path, temporary: Path, out: Any) -> SceneError:
+    """The error of an output of OpenImageIO, which names the temporary file."""
+    reason = first_line(out.geterror()).replace(str(temporary), str(path))
+    return SceneError(path, f"cannot be written ({reason}); check the disk")
+
+
+def first_line(text: str) -> str:
+    """First line of a message of OpenImageIO."""
+    return text.strip().splitlines()[0] if text.strip() else "no reason given"

@@ -1,0 +1,55 @@
+"""What is known of a picture beside its pixels: OpenEXR holds all of it, see `metadata.py` for the others."""
+
+import re
+from dataclasses import dataclass
+from pathlib import PurePath
+
+from brushgs.values.camera import Camera
+
+_FOLDERS = re.compile(r"[^,:()=]*[/\\]")  # of a file within a value such as mask:shots/a.png
+
+
+def without_folders(word: str) -> str:
+    """A word of a command line with its files by their names alone."""
+    return _FOLDERS.sub("", word.rstrip("/\\")) or "."
+
+
+@dataclass(frozen=True)
+class Origin:
+    """How a picture came about.
+
+    Attributes:
+        command: that painted it, such as "brushgs render truck.splat --look ink": options that are not the
+            usual ones, files by their names, without folders.
+        inputs: a digest of the files that it names.
+    """
+
+    command: str
+    inputs: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """Where a picture stands in a film, and how it was seen. What is None is not known and not written.
+
+    Attributes:
+        camera: that sees the picture.
+        number: of the frame, as in the name of its file.
+        fps: frames a second.
+        manifest: the file with the names of the strokes of all frames (`write_manifest`), as it is named
+            from the folder of the picture; None where the names stand in the picture itself.
+        origin: how it was painted, which its metadata say; see `brushgs.formats.pictures.metadata`.
+
+    Raises:
+        ValueError: if `fps` is not above 0.
+    """
+
+    camera: Camera | None = None
+    number: int | None = None
+    fps: float | None = None
+    manifest: PurePath | None = None
+    origin: Origin | None = None
+
+    def __post_init__(self) -> None:
+        if self.fps is not None and not 0 < self.fps < float("inf"):
+            raise ValueError(f"Shot: fps must be > 0, got {self.fps}")

@@ -1,0 +1,174 @@
+"""Frames become a video: .mp4, .mov, .webm, .mkv or .gif, see the tables in `formats.py`.
+
+A video appears when it is complete.
+"""
+
+import contextlib
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
+from itertools import chain
+from pathlib import Path
+
+from brushgs.formats.files import replacing
+from brushgs.formats.pictures.encoding import choose_encoding, codec_of, video_format_of
+from brushgs.formats.pictures.formats import VIDEO_SUFFIXES
+from brushgs.formats.pictures.libav import Film, VideoWriter, as_scene_error
+from brushgs.formats.pictures.pixels import video_pixels
+from brushgs.formats.pictures.rate import frame_rate
+from brushgs.values.arrays import Array
+from brushgs.values.colors import rgb_of
+from brushgs.values.frame import Frame
+
+
+def check_rate(path: Path, fps: float) -> None:
+    """Refuse a frame rate that the video format cannot hold.
+
+    Raises:
+        ValueError: if it is not in (0, 1000], or above 50 for a GIF.
+    """
+    most = video_format_of(path).max_fps
+    if not 0 < fps <= most:
+        raise ValueError(f"fps must be above 0 and at most {most} for {path.suffix}, got {fps:g}")
+
+
+def check_size(path: Path, width: int, height: int, codec: str | None = None) -> None:
+    """Refuse frames that the codec, None for the usual one of the suffix, cannot hold.
+
+    Raises:
+        ValueError: if a side is above 16384 pixels for H.264, or below 16 or above 8192 for H.265.
+    """
+    offer = codec_of(path, codec)
+    if min(width, height) < offer.min_side:
+        raise ValueError(
+            f"pictures in {path.suffix} with {offer.name} must be at least {offer.min_side} pixels wide and "
+            f"high, got {width}x{height}; use .webm or numbered frames"
+        )
+    if offer.max_side is not None and max(width, height) > offer.max_side:
+        raise ValueError(
+            f"pictures in {path.suffix} with {offer.name} must be at most {offer.max_side} pixels wide and "
+            f"high, got {width}x{height}; use .webm or numbered frames"
+        )
+
+
+def padded_size(path: Path, width: int, height: int, codec: str | None = None) -> tuple[int, int]:
+    """Width and height of the pictures in a video of frames of this size.
+
+    H.264 and H.265 keep one colour for each 2 x 2 pixels, so their sides are even: the last column or row of
+    an odd side is repeated once. The others hold any size.
+    """
+    if not codec_of(path, codec).has_even_sides:
+        return width, height
+    return width + width % 2, height + height % 2
+
+
+def save_video(
+    frames: Iterable[Frame],
+    path: str | Path,
+    *,
+    fps: float = 24.0,
+    background: Sequence[float] | Array | str | None = (1.0, 1.0, 1.0),
+    loops: bool = False,
+    codec: str | None = None,
+    bits: int | None = None,
+) -> None:
+    """Write frames, such as those of `brushgs.render_sequence`, to a video.
+
+    The file appears when it is complete. Frames are taken one at a time.
+
+    Args:
+        frames: at least one, all of one size.
+        path: the suffix decides the format: .mp4, .mov, .webm, .mkv or .gif, see `open_video`.
+        fps: frames a second, above 0.
+        background: colour behind the strokes, see `Frame.over`; None or "transparent" keeps the transparency,
+            straight, which ProRes (.mov) and VP9 (.webm) hold.
+        loops: whether a GIF starts over at its end.
+        codec: "h264" or "h265" (.mp4, .mov, .mkv), "prores" (.mov), "vp9" (.webm); None for the usual one.
+        bits: of each channel, 8 or 10; None for the usual number of the codec.
+
+    Raises:
+        ValueError: if there is no frame, sizes differ, or an option or the suffix is out of range.
+        SceneError: if the file cannot be written.
+
+    Example:
+        >>> cameras = bg.orbit(gaussians, 12, width=160, height=120)
+        >>> frames = bg.render_sequence(strokes, cameras, "flat")
+        >>> bg.save_video(frames, "turn.mp4", fps=12, background="toned")
+    """
+    path, rest = Path(path), iter(frames)
+    if path.suffix.lower() not in VIDEO_SUFFIXES:
+        raise ValueError(f"save_video: path must end in {', '.join(VIDEO_SUFFIXES)}, got {str(path)!r}")
+    behind = None if background is None else _behind(background)
+    transparent = behind is None
+    encoding = choose_encoding(path, codec=codec, bits=bits, transparent=transparent)
+    first = next(rest, None)
+    if first is None:
+        raise ValueError("save_video: frames must hold at least one, got none")
+    height, width = first.alpha.shape
+    with open_video(
+        path,
+        width=width,
+        height=height,
+        fps=fps,
+        loops=loops,
+        codec=codec,
+        bits=bits,
+        transparent=transparent,
+    ) as video:
+        for frame in chain([first], rest):
+            if frame.alpha.shape != (height, width):
+                size = f"{frame.alpha.shape[1]}x{frame.alpha.shape[0]}"
+                raise ValueError(f"save_video: frames must have one size, got {width}x{height} and {size}")
+            video.add(video_pixels(frame, behind, encoding.bits))
+
+
+def _behind(background: Sequence[float] | Array | str) -> Sequence[float] | Array | None:
+    """The colour that a name stands for; None for "transparent"."""
+    if not isinstance(background, str):
+        return background
+    return None if background.lower() == "transparent" else rgb_of(background)
+
+
+@contextmanager
+def open_video(
+    path: str | Path,
+    *,
+    width: int,
+    height: int,
+    fps: float,
+    loops: bool = False,
+    codec: str | None = None,
+    bits: int | None = None,
+    transparent: bool = False,
+) -> Iterator[VideoWriter]:
+    """Write a video; it appears when the block ends without an error, else no file remains.
+
+    .mp4 and .mkv are H.264 at crf 18, .webm is VP9, .mov ProRes 4444. All but ProRes have 4:2:0 chroma;
+    colours are converted by BT.709 to limited range and tagged so. A GIF has one palette of 255 colours for
+    all frames, found when all are there, and an ordered dither, which is still where the picture is.
+
+    Args:
+        path: the suffix decides the format.
+        width: of the frames, pixels; see `padded_size`.
+        height: of the frames, pixels.
+        fps: frames a second, above 0; at most 50 for a GIF, whose delays are rounded to 1/100 s.
+        loops: whether a GIF starts over at its end; players decide for the other formats.
+        codec: one of those of the suffix; None for the usual one.
+        bits: of each channel; None for the usual number of the codec.
+        transparent: whether frames have alpha. Frames are as `video_pixels` gives them.
+
+    Raises:
+        ValueError: if the suffix, `fps`, the size or what is asked for is out of range.
+        SceneError: if the file cannot be written.
+    """
+    path = Path(path)
+    encoding = choose_encoding(path, codec=codec, bits=bits, transparent=transparent)
+    check_rate(path, fps)
+    check_size(path, width, height, codec)
+    module = import_module(f"brushgs.formats.pictures.{codec_of(path, codec).writer}")
+    rate, size = frame_rate(fps), padded_size(path, width, height, codec)
+    with replacing(path) as temporary, as_scene_error(path), contextlib.ExitStack() as stack:
+        film = Film(temporary, video_format_of(path).container, size, rate, encoding, loops)
+        writer: VideoWriter = module.open_writer(stack, film)
+        yield writer
+        writer.finish()

@@ -1,0 +1,146 @@
+"""The columns of a scene while a file is read into them."""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.formats.scenes.encoding import Encoding
+from brushgs.values.arrays import F32
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
+
+# An opacity of 1 that passed through other arithmetic may lie this far above 1; more is no opacity.
+OPACITY_SLACK = 1e-3
+# A scene in memory has 4 bytes a number; a large file with less than one per number is malicious or damaged.
+_MAX_GROWTH, _SMALL_SCENE = 4, 64 << 20
+
+
+@dataclass
+class Columns:
+    """Arrays of n rows to be filled; scales and opacities hold logs and logits until `activate`."""
+
+    means: F32  # [n, 3]
+    quats: F32  # [n, 4]
+    scales: F32  # [n, 3]
+    opacities: F32  # [n]
+    sh: F32  # [n, k, 3]
+    brushes: NDArray[np.uint8] | None = None  # [n]
+
+    @classmethod
+    def empty(cls, num_rows: int, num_terms: int, *, has_brushes: bool = False) -> "Columns":
+        """Uninitialised columns of so many rows and spherical-harmonic terms."""
+        shapes = (3,), (4,), (3,), (), (num_terms, 3)
+        columns = cls(*(np.empty((num_rows, *shape), np.float32) for shape in shapes))
+        columns.brushes = np.empty(num_rows, np.uint8) if has_brushes else None
+        return columns
+
+    def _present(self) -> dict[str, NDArray[Any]]:
+        """The columns that there are, by name."""
+        columns = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: column for name, column in columns.items() if column is not None}
+
+    @classmethod
+    def joined(cls, parts: "list[Columns]") -> "Columns":
+        """The rows of all parts in order, with as many spherical-harmonic terms as the most of them have.
+
+        The parts are emptied column by column, so that little more than the scene is in memory at once.
+        Brushes are dropped: they are rows of different sets.
+        """
+        if len(parts) == 1:
+            return parts[0]
+        num_rows, num_terms = sum(len(p.means) for p in parts), max(p.sh.shape[1] for p in parts)
+        whole = cls.empty(num_rows, num_terms)
+        for name, column in whole._present().items():
+            start = 0
+            for part in parts:
+                values = getattr(part, name)
+                rows = column[start : start + len(values)]
+                if values.ndim == 3:  # a scene of a lower degree has zeros above it
+                    rows[:, values.shape[1] :] = 0
+                    rows = rows[:, : values.shape[1]]
+                rows[:] = values
+                start += len(values)
+                setattr(part, name, values[:0])
+        return whole
+
+    def part(self, start: int, stop: int) -> "Columns":
+        """Rows `start` to `stop` as views."""
+        return Columns(**{name: column[start:stop] for name, column in self._present().items()})
+
+    def move(self, rows: NDArray[np.bool_] | slice, start: int) -> None:
+        """Copy the selected rows to `start` and after."""
+        for column in self._present().values():
+            selected = column[rows]
+            column[start : start + len(selected)] = selected
+
+    def standardize(self, encoding: Encoding) -> None:
+        """Turn raw values of an encoding into those of the standard layout, in place.
+
+        A value that has no counterpart (a negative scale, an opacity outside 0 to 1) becomes NaN, whose row
+        is then dropped like any other. A scale of 0 becomes -infinity and opacities of 0 and 1 become
+        infinite, which is right.
+        """
+        with np.errstate(all="ignore"):
+            if encoding.scales == "linear":
+                np.log(self.scales, out=self.scales)
+            if encoding.opacities != "logit":
+                if encoding.opacities == "byte":
+                    self.opacities /= 255
+                above = (self.opacities > 1) & (self.opacities <= 1 + OPACITY_SLACK)
+                self.opacities[above] = 1
+                self.opacities[:] = np.log(self.opacities) - np.log1p(-self.opacities)
+            if encoding.quats == "xyzw":
+                self.quats[:] = self.quats[:, [3, 0, 1, 2]]
+            if encoding.colors != "sh":
+                full = 255 if encoding.colors == "byte" else 1
+                self.sh[:, 0] = (self.sh[:, 0] / full - 0.5) / C0
+
+    def activate(self, *, is_logit: bool) -> None:
+        """Turn log-scales into scales and logits into opacities, in place.
+
+        1 / (1 + exp(-x)) is exact at both ends: an exp that overflows gives 0, infinity gives 1.
+        """
+        np.exp(self.scales, out=self.scales)
+        if is_logit:
+            np.negative(self.opacities, out=self.opacities)
+            np.exp(self.opacities, out=self.opacities)
+            self.opacities += 1
+            np.reciprocal(self.opacities, out=self.opacities)
+
+    def gaussians(self, *, antialiased: bool = False) -> Gaussians:
+        """The finished scene, without a copy."""
+        columns = (self.means, self.quats, self.scales, self.opacities, self.sh)
+        return Gaussians(*columns, antialiased=antialiased, brushes=self.brushes)
+
+
+def check_decoded_size(
+    path: Path,
+    num_rows: int,
+    num_terms: int,
+    size: int,
+    *,
+    row_size: int = 0,
+    max_growth: int = _MAX_GROWTH,
+) -> None:
+    """Compare the memory that a scene will take with the size of its file, before it is allocated.
+
+    Args:
+        path: the file, for the message.
+        num_rows: Gaussians that it states.
+        num_terms: spherical-harmonic terms of each.
+        size: bytes of the whole file.
+        row_size: bytes of a Gaussian that are in memory beside it, of formats that are decompressed first.
+        max_growth: how many times the file the scene may take beyond 64 MiB: 16 bytes of the compressed PLY
+            layout become 56, but a file of single bytes in place of floats would fill the memory.
+
+    Raises:
+        SceneError: if it takes more.
+    """
+    decoded = num_rows * (4 * (11 + 3 * num_terms) + row_size)
+    if decoded > max_growth * size + _SMALL_SCENE:
+        fact = f"{num_rows} Gaussians take {decoded >> 20} MiB in memory and {size >> 20} MiB in the file"
+        raise SceneError(path, f"{fact}, too little for numbers of a scene; export it with floats")

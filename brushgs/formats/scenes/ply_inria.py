@@ -1,0 +1,300 @@
+"""The standard layout of a 3D Gaussian scene in a PLY file: one property per number.
+
+Scales are stored as logs, opacities as logits, and the spherical harmonics above degree 0 (f_rest)
+channel by channel. Properties are found by name, never by place. Scenes of 2D Gaussians have two scales, or a
+third without a meaning: they are flat discs. Those of Mip-Splatting have the width of a 3D smoothing filter.
+Source: Kerbl et al. 2023, Yu et al. 2024, Huang et al. 2024, layouts of the reference implementations.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.formats.scenes.columns import Columns, check_decoded_size
+from brushgs.formats.scenes.dropped import Dropped
+from brushgs.formats.scenes.encoding import STANDARD, Encoding
+from brushgs.formats.scenes.fill import Decoder, RowSource
+from brushgs.formats.scenes.ply_header import BRUSH, Element, Header
+from brushgs.formats.scenes.ply_rows import check_size, open_rows
+
+_MEANS = ("x", "y", "z")
+_COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
+_SCALES = ("scale_0", "scale_1", "scale_2")
+FILTER_3D = "filter_3D"  # standard deviation of Mip-Splatting's smoothing filter, world units, no logarithm
+_QUATS = ("rot_0", "rot_1", "rot_2", "rot_3")
+_NUM_REST = {0: 1, 9: 4, 24: 9, 45: 16}  # f_rest properties -> spherical-harmonic terms
+# Small enough that a block is still in the cache when it is decoded and checked, large enough that the cost
+# of some fifty calls a block is negligible.
+_BLOCK_BYTES = 1 << 21
+_LONG_RUN = 5  # columns; shorter runs copy faster column by column, with a long inner loop
+
+
+def check_inria(path: Path, header: Header, vertex: Element) -> int:
+    """Refuse meshes, plain point clouds and scenes that lack a property.
+
+    Returns:
+        The number of spherical-harmonic terms of each row.
+
+    Raises:
+        SceneError: names what the file is, or the property that is missing.
+    """
+    _check_is_scene(path, header, vertex)
+    return count_terms(path, vertex)
+
+
+def _check_is_scene(path: Path, header: Header, vertex: Element) -> None:
+    names = set(vertex.names)
+    if not names & {*_SCALES, *_QUATS, *_COLORS}:
+        faces = header.find("face")
+        if faces is not None and faces.count:
+            what = f"is a mesh ({faces.count} faces), not a 3D Gaussian scene"
+            raise SceneError(path, f"{what}; train a scene from pictures of it first")
+        if names >= set(_MEANS):
+            what = "is a plain point cloud without scales and rotations"
+            raise SceneError(path, f"{what}; train it as a 3DGS scene first")
+    for name in (*_MEANS, *_COLORS, "opacity", *_SCALES[:2], *_QUATS):
+        if name not in names:
+            if name in vertex.lists:
+                raise SceneError(path, f"property {name!r} is a list; export it as a 3D Gaussian scene")
+            rule = f"no property {name!r} among {len(names)} read"
+            raise SceneError(path, f"{rule}; export it as a 3D Gaussian scene")
+
+
+def is_flat(header: Header, vertex: Element) -> bool:
+    """Whether the Gaussians are flat discs: by a comment, or because they have two scales."""
+    has_two = _SCALES[0] in vertex.names and _SCALES[2] not in vertex.names  # a compressed PLY has none
+    return header.training == "2dgs" or has_two
+
+
+def read_columns_of(num_terms: int) -> set[str]:
+    """Names of the columns that are read of a scene with so many spherical-harmonic terms."""
+    rest = (name for channel in range(3) for name in _names_of_rest(channel, num_terms, 1, num_terms))
+    return {*_MEANS, *_COLORS, *rest, "opacity", *_SCALES, *_QUATS, FILTER_3D}
+
+
+def has_brushes(vertex: Element) -> bool:
+    """Whether strokes have brushes: a column of bytes, which brushgs writes."""
+    return BRUSH in vertex.names and vertex.dtype[BRUSH] == np.uint8
+
+
+def count_terms(path: Path, element: Element) -> int:
+    """Number of spherical-harmonic terms that an element with f_rest properties stores.
+
+    Raises:
+        SceneError: if the f_rest properties do not make up complete bands of degree 0 to 3.
+    """
+    rest = {name for name in element.names if name.startswith("f_rest_")}
+    expected = {f"f_rest_{index}" for index in range(len(rest))}
+    if len(rest) not in _NUM_REST or rest != expected:
+        gap = f" and no {min(expected - rest)!r}" if rest != expected else ""
+        raise SceneError(
+            path,
+            f"must have 0, 9, 24 or 45 f_rest properties (degree 0 to 3), got {len(rest)}{gap};"
+            " export it with complete bands of spherical harmonics",
+        )
+    return _NUM_REST[len(rest)]
+
+
+def read_inria(
+    path: Path,
+    header: Header,
+    vertex: Element,
+    num_terms: int,
+    size: int,
+    *,
+    encoding: Encoding,
+    is_raw: bool,
+) -> tuple[Columns, Dropped]:
+    """Read and decode the rows of element `vertex`.
+
+    Args:
+        path: the file.
+        header: its header.
+        vertex: an element that passed `check_inria`.
+        num_terms: the spherical-harmonic terms that this returned.
+        size: bytes of the whole file.
+        encoding: what the numbers mean.
+        is_raw: whether to return all rows and bands as stored, neither checked nor activated.
+
+    Returns:
+        The columns without bands of spherical harmonics that are zero throughout, and the dropped rows.
+
+    Raises:
+        SceneError: if the file is cut off or a value is no number.
+    """
+    _check_sizes(path, header, vertex, num_terms, size)
+    num_used = num_terms if is_raw else _count_used_terms(path, header, vertex, num_terms)
+    rows = _rows_of(path, header, vertex, num_terms, num_used, encoding)
+    empty = Columns.empty(vertex.count, num_used, has_brushes=has_brushes(vertex))
+    return rows.read(empty, is_raw=is_raw)
+
+
+def open_inria(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> RowSource:
+    """The rows, in the standard encoding, with all bands. Takes and raises the same as `read_inria`."""
+    _check_sizes(path, header, vertex, num_terms, size)
+    return _rows_of(path, header, vertex, num_terms, num_terms, STANDARD)
+
+
+def _check_sizes(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> None:
+    check_size(path, header, vertex, size)
+    check_decoded_size(path, vertex.count, num_terms, size)
+
+
+def _block_rows(vertex: Element) -> int:
+    return max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
+
+
+def _rows_of(
+    path: Path, header: Header, vertex: Element, num_terms: int, num_used: int, encoding: Encoding
+) -> RowSource:
+    layout = _RowLayout(vertex.dtype, num_terms, num_used, is_flat=is_flat(header, vertex))
+    has_filter = FILTER_3D in vertex.names
+
+    def decode(rows: NDArray[np.void], out: Columns) -> None:
+        if out.brushes is not None:
+            out.brushes[:] = rows[BRUSH]
+        layout.decode(rows, out, flat=0 if encoding.scales == "linear" else -np.inf)
+        if has_filter:  # its formula is one of standard values
+            out.standardize(encoding)
+            _smooth(out, rows[FILTER_3D])
+
+    @contextmanager
+    def open_decoder() -> Iterator[Decoder]:
+        with open_rows(path, header, vertex, _block_rows(vertex)) as rows:
+            yield lambda start, stop, out: decode(rows.read(start, stop), out)
+
+    return RowSource(
+        vertex.count,
+        num_used,
+        open_decoder,
+        block_rows=_block_rows(vertex),
+        num_rest=num_terms - 1,
+        is_sequential=header.is_ascii,
+        is_logit=True,
+        encoding=STANDARD if has_filter else encoding,
+    )
+
+
+def _smooth(out: Columns, widths: NDArray[Any]) -> None:
+    """Convolve Gaussians, as log-scales and logits, with the 3D filter they were trained with, in place.
+
+    Scales s become sqrt(s^2 + f^2); opacities are multiplied by the root of the ratio of determinants, the
+    product of the scales before over that of those after. A width that is no number spoils its row.
+    Source: Yu et al. 2024, Mip-Splatting, section 5.1.
+    """
+    logs, widths = out.scales.astype(np.float64), np.abs(widths.astype(np.float64))
+    smoothed = 0.5 * np.logaddexp(2 * logs, 2 * np.log(widths)[:, None])
+    ratios = np.where(smoothed == -np.inf, 0, logs - smoothed).sum(axis=1)  # a point that stays one keeps all
+    # log opacity of a logit is -log(1 + exp(-logit)).
+    log_opacities = ratios - np.logaddexp(0, -out.opacities.astype(np.float64))
+    out.scales[:] = smoothed
+    out.opacities[:] = log_opacities - np.log(-np.expm1(log_opacities))
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Properties of one type at even distances in a row: copied in one go."""
+
+    columns: slice  # of the target
+    dtype: np.dtype[Any]
+    offset: int  # bytes from the start of a row
+    step: int  # bytes from one property to the next
+
+
+class _RowLayout:
+    """Where the properties of a row lie and which column each goes to, worked out once per file."""
+
+    def __init__(self, dtype: np.dtype[Any], num_terms: int, num_used: int, *, is_flat: bool) -> None:
+        scales = _SCALES[:2] if is_flat else _SCALES
+        self.means, self.quats, self.scales, self.opacities, self.colors = (
+            _find_runs(dtype, names) for names in (_MEANS, _QUATS, scales, ("opacity",), _COLORS)
+        )
+        self.is_flat = is_flat
+        self.rest = [
+            _find_runs(dtype, _names_of_rest(channel, num_terms, 1, num_used)) for channel in range(3)
+        ]
+
+    def decode(self, rows: NDArray[np.void], out: Columns, *, flat: float) -> None:
+        """Copy the properties of some rows to their columns; `flat` is the scale of discs across them."""
+        _copy(rows, self.means, out.means)
+        _copy(rows, self.quats, out.quats)
+        _copy(rows, self.scales, out.scales)
+        if self.is_flat:
+            out.scales[:, 2] = flat
+        _copy(rows, self.opacities, out.opacities[:, None])
+        _copy(rows, self.colors, out.sh[:, 0])
+        for channel, runs in enumerate(self.rest):
+            # One channel at a time: an inner loop of length 15 in place of 3 takes a third of the time.
+            _copy(rows, runs, out.sh[:, 1:, channel])
+
+
+def _find_runs(dtype: np.dtype[Any], names: tuple[str, ...]) -> list[_Run]:
+    """Split properties into as few runs as possible, in order; one run in files as trainers write them."""
+    runs: list[_Run] = []
+    fields = dtype.fields
+    assert fields is not None
+    for column, name in enumerate(names):
+        dtype_here, offset = fields[name][:2]
+        if runs and runs[-1].dtype == dtype_here:
+            last = runs[-1]
+            count = column - last.columns.start
+            step = last.step if count > 1 else offset - last.offset
+            if offset == last.offset + count * step:
+                runs[-1] = _Run(slice(last.columns.start, column + 1), dtype_here, last.offset, step)
+                continue
+        runs.append(_Run(slice(column, column + 1), dtype_here, offset, 0))
+    return runs
+
+
+def _copy(rows: NDArray[np.void], runs: list[_Run], out: NDArray[np.float32]) -> None:
+    """Copy the properties of some rows to the columns of `out`."""
+    for run in runs:
+        view = _view(rows, run)
+        if view.shape[1] >= _LONG_RUN:
+            out[:, run.columns] = view
+            continue
+        for index in range(view.shape[1]):
+            out[:, run.columns.start + index] = view[:, index]
+
+
+def _view(rows: NDArray[np.void], run: _Run) -> NDArray[Any]:
+    """The properties of a run, [rows, properties]."""
+    width = run.columns.stop - run.columns.start
+    return np.ndarray((len(rows), width), run.dtype, rows.data, run.offset, (rows.itemsize, run.step))
+
+
+def _names_of_rest(channel: int, num_terms: int, start: int, stop: int) -> tuple[str, ...]:
+    """Properties that hold terms `start` to `stop` of one channel."""
+    first = channel * (num_terms - 1) - 1
+    return tuple(f"f_rest_{first + term}" for term in range(start, stop))
+
+
+def _count_used_terms(path: Path, header: Header, vertex: Element, num_terms: int) -> int:
+    """The number of terms up to the highest band that is not zero in every row.
+
+    Reading stops as soon as the highest band proves to be in use: for most scenes in the first block.
+    """
+    bands = {}  # number of terms up to and including a band -> its runs in a row
+    for degree in (3, 2, 1):
+        start, stop = degree**2, (degree + 1) ** 2
+        if stop <= num_terms:
+            channels = [_names_of_rest(channel, num_terms, start, stop) for channel in range(3)]
+            bands[stop] = [run for names in channels for run in _find_runs(vertex.dtype, names)]
+    used, block_rows = 1, _block_rows(vertex)
+    # A signalling NaN is a value here, not a reason to warn.
+    with np.errstate(all="ignore"), open_rows(path, header, vertex, block_rows) as rows:
+        for start in range(0, vertex.count, block_rows):
+            if used == num_terms:
+                break
+            block = rows.read(start, min(start + block_rows, vertex.count))
+            higher = [stop for stop in bands if stop > used]
+            used = next(
+                (stop for stop in higher if any(_view(block, run).any() for run in bands[stop])), used
+            )
+    return used

@@ -1,0 +1,263 @@
+"""SOG scenes (Spatially Ordered Gaussians, versions 1 and 2): WebP pictures of bytes with a `meta.json`.
+
+A pixel of each picture belongs to one Gaussian, in rows from the top left. A scene is a folder, its
+`meta.json`, or a zip archive of the same files.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import partial
+from math import prod
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.core.threads import num_threads_or_default
+from brushgs.errors import SceneError
+from brushgs.formats.json_file import MAX_BYTES
+from brushgs.formats.pictures.images import read_bytes
+from brushgs.formats.pictures.webp import stated_size
+from brushgs.formats.scenes.columns import Columns, check_decoded_size
+from brushgs.formats.scenes.dropped import Dropped
+from brushgs.formats.scenes.encoding import STANDARD, Encoding
+from brushgs.formats.scenes.fill import Decoder, fill
+from brushgs.formats.scenes.scene_file import SceneFile
+from brushgs.formats.scenes.sog_files import SceneFiles, open_files
+from brushgs.formats.scenes.sog_meta import Meta, Palette, count_palette, parse_meta
+from brushgs.formats.scenes.used_terms import drop_zero_bands
+from brushgs.values.arrays import F32
+
+U8 = NDArray[np.uint8]
+
+_BLOCK_ROWS = 1 << 11  # 0.4 MB with harmonics of degree 3, which stay in the cache
+_CURE = "download or export the scene again"
+# A picture may have pixels that no Gaussian belongs to: sides are multiples of 4, or powers of two.
+_MAX_SPARE, _FEW_PIXELS = 4, 1 << 16
+# Bytes of a lossless WebP that could not be compressed at all.
+_MAX_PIXEL_BYTES, _MAX_EXTRA_BYTES = 5, 1 << 16
+# Bytes in memory per byte of the pictures: trained scenes reach 18 (degree 3, with a large palette).
+MAX_GROWTH = 64
+QUAT_TAG = 252  # the last byte of a rotation whose largest component is w
+_SMALL_COMPONENTS = ((np.arange(256) / 255 * 2 - 1) * np.sqrt(0.5)).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Sog:
+    """A SOG scene whose pictures have the sizes that it needs.
+
+    Attributes:
+        path: zip archive, folder, or `meta.json` in one.
+        meta: what its `meta.json` states.
+        num_entries: of the palette, 0 without one.
+        num_terms: spherical-harmonic terms of each Gaussian.
+        size: bytes of its files.
+    """
+
+    path: Path
+    meta: Meta
+    num_entries: int
+    num_terms: int
+    size: int
+
+
+def open_scene(path: Path) -> SceneFile:
+    """Read the `meta.json` of a SOG scene and the sizes of its pictures.
+
+    Args:
+        path: a zip archive, a folder, or the `meta.json` in one.
+
+    Raises:
+        SceneError: if something is missing or does not fit.
+    """
+    sog = open_sog(path)
+    stored = sog.meta.stored
+
+    def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
+        columns = Columns.empty(sog.meta.num_rows, sog.num_terms)
+        columns.brushes = stored.rows_of_brushes(sog.meta.num_rows)
+        columns, dropped = read_rows(sog, columns, is_raw=is_raw)
+        if not is_raw:
+            drop_zero_bands(columns)
+        return stored.in_order(columns), dropped
+
+    return SceneFile(
+        path=path,
+        format=f"SOG version {sog.meta.version}",
+        num_rows=sog.meta.num_rows,
+        num_terms=sog.num_terms,
+        read_columns=read_columns,
+        training=sog.meta.training,
+        is_strokes=stored.is_strokes,
+        scene=stored.scene,
+        first_view=stored.first_view,
+        brushes=stored.brushes,
+    )
+
+
+def open_sog(path: Path) -> Sog:
+    """Read the `meta.json` of a scene and compare the sizes of its pictures with it. See `open_scene`."""
+    with open_files(path) as files:
+        content = files.meta(MAX_BYTES)
+        meta = parse_meta(files.path, content)
+        for name in meta.pictures:
+            _check_size(files, name, meta.num_rows)
+        num_entries, num_terms, names = 0, 1, list(meta.pictures)
+        if meta.palette is not None:
+            _check_size(files, meta.palette.labels, meta.num_rows)
+            num_entries, bands = _check_centroids(files, meta.palette)
+            num_terms = (bands + 1) ** 2
+            names += [meta.palette.labels, meta.palette.centroids]
+        size = len(content) + sum(files.size(name) for name in set(names))
+    check_decoded_size(path, meta.num_rows, num_terms, size, max_growth=MAX_GROWTH)
+    return Sog(path, meta, num_entries, num_terms, size)
+
+
+def read_rows(
+    sog: Sog, columns: Columns, *, is_raw: bool, runs: list[tuple[int, int]] | None = None
+) -> tuple[Columns, Dropped]:
+    """Decode the pictures of a scene.
+
+    Args:
+        sog: the scene.
+        columns: where to; with at least as many terms as the scene has, the others are set to 0.
+        is_raw: whether to keep all rows, as log-scales and logits, neither checked nor activated.
+        runs: first row and the row after the last of each part that is wanted; None for all rows. They add
+            up to the rows of `columns`.
+
+    Returns:
+        The rows that can be drawn, as views of `columns`, and the dropped ones.
+
+    Raises:
+        SceneError: if a picture is damaged.
+    """
+    meta = sog.meta
+    runs = [(0, meta.num_rows)] if runs is None else runs
+    with open_files(sog.path) as files:
+        names = list(meta.pictures)
+        if meta.palette is not None:
+            names += [meta.palette.labels, meta.palette.centroids]
+        with ThreadPoolExecutor(min(num_threads_or_default(None), len(names))) as pool:
+            pictures = list(pool.map(partial(_read_picture, files), names))
+        palette = None
+        if meta.palette is not None:
+            palette = _read_palette(pictures.pop(), meta.palette, sog)
+            labels = _words(*(pictures[-1][:, channel] for channel in (0, 1)))
+            largest = int(max(labels[start:stop].max(initial=0) for start, stop in runs))
+            if largest >= sog.num_entries:
+                rule = f"{meta.palette.labels!r} must hold labels below {sog.num_entries}, got {largest}"
+                raise SceneError(files.path, f"{rule}; {_CURE}")
+    if len(runs) > 1:
+        pictures = [np.concatenate([picture[start:stop] for start, stop in runs]) for picture in pictures]
+    else:
+        pictures = [picture[slice(*runs[0])] for picture in pictures]
+    filled, dropped = fill(
+        columns,
+        lambda: nullcontext(_decoder(meta, pictures, palette)),
+        block_rows=_BLOCK_ROWS,
+        num_rest=columns.sh.shape[1] - 1,
+        is_sequential=False,
+        is_logit=meta.version == 1,
+        encoding=STANDARD,
+        is_raw=is_raw,
+    )
+    if is_raw and meta.version == 2:
+        filled.standardize(Encoding(opacities="linear"))
+    return filled, dropped
+
+
+def _size_of(files: SceneFiles, name: str) -> tuple[int, int]:
+    """Width and height of a picture by its first bytes."""
+    begin = files.head(name)
+    if begin[:4] != b"RIFF" or begin[8:12] != b"WEBP":
+        raise SceneError(files.path, f"picture {name[:100]!r} must be a WebP, but is not; {_CURE}")
+    if begin[12:16] == b"VP8 ":
+        fact = f"picture {name[:100]!r} must be a lossless WebP, got a lossy one, whose numbers are wrong"
+        raise SceneError(files.path, f"{fact}; export the scene again")
+    return stated_size(begin)
+
+
+def _check_size(files: SceneFiles, name: str, num_rows: int) -> None:
+    """Refuse a picture with fewer pixels than Gaussians, or far more."""
+    width, height = _size_of(files, name)
+    most = _MAX_SPARE * num_rows + _FEW_PIXELS
+    if not num_rows <= width * height <= most:
+        rule = f"picture {name[:100]!r} must have {num_rows} to {most} pixels, one for each Gaussian"
+        raise SceneError(files.path, f"{rule}, got {width}x{height}; {_CURE}")
+
+
+def _check_centroids(files: SceneFiles, palette: Palette) -> tuple[int, int]:
+    """Number of entries and bands of the palette."""
+    width, height = _size_of(files, palette.centroids)
+    found = count_palette(width, height, palette)
+    if found is None:
+        stated = "" if palette.bands is None else f" of {palette.bands} bands, {palette.num_entries} of them,"
+        rule = f"picture {palette.centroids[:100]!r} must hold 64 centroids{stated} in a row"
+        raise SceneError(files.path, f"{rule}, got {width}x{height}; {_CURE}")
+    return found
+
+
+def _read_picture(files: SceneFiles, name: str) -> U8:
+    """[pixels, 4] in rows from the top left; alpha is 255 where there is none."""
+    num_pixels = prod(_size_of(files, name))
+    with files.on_disk(name, _MAX_PIXEL_BYTES * num_pixels + _MAX_EXTRA_BYTES) as path:
+        pixels = read_bytes(path, num_pixels)
+    if pixels.shape[0] * pixels.shape[1] != num_pixels or pixels.shape[2] not in (3, 4):
+        raise SceneError(files.path, f"picture {name[:100]!r} is damaged; {_CURE}")
+    if pixels.shape[2] == 3:
+        pixels = np.dstack([pixels, np.full(pixels.shape[:2], 255, np.uint8)])
+    return pixels.reshape(num_pixels, 4)
+
+
+def _read_palette(pixels: U8, palette: Palette, sog: Sog) -> F32:
+    """[entries, terms, 3] coefficients; those of degree 0 are 0."""
+    num_rest = sog.num_terms - 1
+    entries = np.zeros((sog.num_entries, sog.num_terms, 3), np.float32)
+    entries[:, 1:] = palette.values[pixels[: sog.num_entries * num_rest, :3]].reshape(-1, num_rest, 3)
+    return entries
+
+
+def _words(low: U8, high: U8) -> NDArray[np.uint16]:
+    """Numbers of 16 bits."""
+    return np.asarray(high.astype(np.uint16) << 8 | low)
+
+
+def _decoder(meta: Meta, pictures: list[U8], palette: F32 | None) -> Decoder:
+    """Decodes rows of the pictures: low and high bytes of means, quats, scales, colours and any labels."""
+
+    def decode(start: int, stop: int, out: Columns) -> None:
+        low, high, quats, scales, colors = (picture[start:stop] for picture in pictures[:5])
+        num_terms = 1
+        if palette is not None:
+            labels = _words(*(pictures[5][start:stop, channel] for channel in (0, 1)))
+            num_terms = palette.shape[1]
+            if num_terms == out.sh.shape[1]:  # without a copy between: half of the time
+                np.take(palette, labels, axis=0, out=out.sh, mode="clip")  # labels were checked
+            else:
+                out.sh[:, :num_terms] = palette[labels]
+        out.sh[:, num_terms:] = 0
+        for index in range(3):
+            out.means[:, index] = meta.means[index][_words(low[:, index], high[:, index])]
+            out.scales[:, index] = meta.log_scales[index][scales[:, index]]
+            out.sh[:, 0, index] = meta.colors[index][colors[:, index]]
+        out.opacities[:] = meta.opacities[colors[:, 3]]
+        _unpack_quats(quats, out.quats)
+
+    return decode
+
+
+def _unpack_quats(stored: U8, out: F32) -> None:
+    """Decode [n, 4] bytes to unit quaternions w x y z.
+
+    The last byte is 252 + the index of the largest component, which follows from the unit length; the others
+    are stored in order, each as a fraction of -1/sqrt(2) to 1/sqrt(2). Another last byte gives the zero
+    quaternion, whose row is dropped with a warning.
+    """
+    small = _SMALL_COMPONENTS[stored[:, :3]]
+    largest = stored[:, 3].astype(np.int16) - QUAT_TAG
+    rest = np.sqrt(np.maximum(1 - np.square(small).sum(axis=1), 0))
+    for index in range(4):
+        before, after = small[:, min(index, 2)], small[:, max(index - 1, 0)]
+        out[:, index] = np.where(index < largest, before, np.where(index > largest, after, rest))
+    out[largest < 0] = 0

@@ -1,0 +1,314 @@
+"""The bytes of an SPZ file become its header and one block of plain bytes for each attribute.
+
+Versions 1 to 3 are one gzip stream: 16 bytes of header, the blocks one after the other, extensions. Version 4
+is 32 bytes of header, extensions, a table of contents, and a zstd stream for each block. Nothing is
+decompressed beyond what the count of the header needs, which the caller has compared with the file.
+"""
+
+import struct
+import zlib
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.core.threads import num_threads_or_default
+from brushgs.errors import NoGaussiansError, SceneError
+from brushgs.formats.scenes.spz_extensions import NO_EXTENSIONS, Extensions, parse_extensions
+
+_GZIP, _MAGIC = b"\x1f\x8b", b"NGSP"
+_HEADER = struct.Struct("<4sIIBBBB")  # magic, version, rows, degree, fractional bits, flags, streams
+_HEADER_4_SIZE = 32
+_TABLE_OFFSET = struct.Struct("<I")  # of version 4, at byte 16
+_STREAM = struct.Struct("<QQ")  # its bytes in the file and decompressed
+_LATEST = 4
+NUM_HEADER_BYTES = 1 << 12  # of a file, that hold its header, compressed or not
+_ANTIALIASED, _HAS_EXTENSIONS, _IS_TREE = 0x1, 0x2, 0x80  # flags
+_MAX_DEGREE, _MAX_USED_DEGREE = 4, 3
+MAX_FRACTIONAL_BITS = 24
+_MAX_TRAILER = 1 << 19  # bytes of extensions that are read after the blocks of versions 1 to 3
+_MAX_THREADS = 4  # streams that are decompressed at a time
+_BYTES_PER_THREAD = 1 << 20  # below this, a thread costs more than it saves
+
+
+@dataclass(frozen=True)
+class Header:
+    """What the header of an SPZ file states.
+
+    Attributes:
+        version: 1 to 4.
+        num_rows: Gaussians, >= 1.
+        sh_degree: degree of the spherical harmonics that are stored, 0 to 4.
+        fractional_bits: of positions, from version 2 on.
+        flags: bits.
+        num_streams: of version 4.
+    """
+
+    version: int
+    num_rows: int
+    sh_degree: int
+    fractional_bits: int
+    flags: int
+    num_streams: int
+
+    @classmethod
+    def of(
+        cls,
+        version: int,
+        num_rows: int,
+        sh_degree: int,
+        fractional_bits: int,
+        *,
+        is_antialiased: bool,
+        has_extensions: bool,
+    ) -> "Header":
+        """That of a file to be written."""
+        flags = _ANTIALIASED * is_antialiased | _HAS_EXTENSIONS * has_extensions
+        return cls(version, num_rows, sh_degree, fractional_bits, flags, 0)
+
+    @property
+    def used_degree(self) -> int:
+        """Degree of the spherical harmonics that are read."""
+        return min(self.sh_degree, _MAX_USED_DEGREE)
+
+    @property
+    def num_terms(self) -> int:
+        """Spherical-harmonic terms that are read of each Gaussian."""
+        return (self.used_degree + 1) ** 2
+
+    @property
+    def is_antialiased(self) -> bool:
+        """Whether the scene was trained with the opacity compensation of Mip-Splatting."""
+        return bool(self.flags & _ANTIALIASED)
+
+    @property
+    def widths(self) -> tuple[int, ...]:
+        """Bytes of a Gaussian in each block, in the order of the file."""
+        rest = 3 * ((self.sh_degree + 1) ** 2 - 1)
+        return 6 if self.version == 1 else 9, 1, 3, 3, 3 if self.version < 3 else 4, rest
+
+    @property
+    def row_size(self) -> int:
+        """Bytes of a Gaussian in all blocks."""
+        return sum(self.widths)
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Plain bytes of n Gaussians, one array for each attribute.
+
+    Attributes:
+        positions: [n x width + 1], one byte longer than they are, so that the last three can be read as four.
+        alphas: [n].
+        colors: [n, 3].
+        scales: [n, 3].
+        rotations: [n, width].
+        sh: [n, 3 x terms above the first].
+    """
+
+    positions: NDArray[np.uint8]
+    alphas: NDArray[np.uint8]
+    colors: NDArray[np.uint8]
+    scales: NDArray[np.uint8]
+    rotations: NDArray[np.uint8]
+    sh: NDArray[np.uint8]
+
+
+def read_header(path: Path, begin: bytes) -> Header:
+    """Read the header of a file from its first `NUM_HEADER_BYTES` bytes or more.
+
+    Raises:
+        SceneError: if it is damaged, of an unknown version, or gzip data of another kind.
+    """
+    is_packed = begin.startswith(_GZIP)
+    if is_packed:
+        begin = _peek(path, begin)
+    if not _MAGIC.startswith(begin[: len(_MAGIC)]):
+        what = "a PLY file" if begin.startswith(b"ply") else f"no SPZ scene: it begins with {begin[:8]!r}"
+        cure = "unpack it first, for example with gunzip" if is_packed else "export it again"
+        raise SceneError(path, f"{'is gzip data that ' * is_packed}holds {what}; {cure}")
+    if len(begin) < _HEADER.size:
+        raise _cut_off(path, "within its header")
+    _, version, num_rows, degree, bits, flags, num_streams = _HEADER.unpack_from(begin)
+    if not 1 <= version <= _LATEST:
+        rule = f"must have a version from 1 to {_LATEST}, got {version}"
+        raise SceneError(path, f"is an SPZ scene that {rule}; export it as PLY or an earlier version of SPZ")
+    if is_packed and version == _LATEST:
+        raise SceneError(
+            path, f"is an SPZ scene of version {version} within gzip data; unpack it with gunzip"
+        )
+    if num_rows == 0:
+        raise NoGaussiansError(path, "holds no Gaussians: its header says 0; export the scene again")
+    if degree > _MAX_DEGREE:
+        rule = f"spherical harmonics must have a degree from 0 to {_MAX_DEGREE}, got {degree}"
+        raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")
+    if bits > MAX_FRACTIONAL_BITS:
+        rule = f"positions must have at most {MAX_FRACTIONAL_BITS} fractional bits, got {bits}"
+        raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")
+    if flags & _IS_TREE and version < _LATEST:
+        raise SceneError(path, "holds a tree of levels of detail; export the scene without levels of detail")
+    return Header(version, num_rows, degree, bits, flags, num_streams)
+
+
+def read_extensions(path: Path, data: bytes, header: Header) -> Extensions:
+    """What the extensions of a file state.
+
+    Raises:
+        SceneError: if they are damaged.
+    """
+    if not header.flags & _HAS_EXTENSIONS:
+        return NO_EXTENSIONS
+    if header.version < _LATEST:
+        # Inflated for this alone, and once more for the blocks: few files of these versions have extensions.
+        records = _inflate(path, data, header)[0][_HEADER.size + header.num_rows * header.row_size :]
+    else:
+        records = memoryview(data)[_HEADER_4_SIZE : _table_offset(path, data, header)]
+    return parse_extensions(path, records)
+
+
+def read_blocks(path: Path, data: bytes, header: Header) -> tuple[Blocks, int]:
+    """Decompress the blocks of a file.
+
+    Returns:
+        The blocks, and how many bytes after the last of them have no meaning.
+
+    Raises:
+        SceneError: if the file is cut off or damaged.
+    """
+    read = _read_stream if header.version < _LATEST else _read_streams
+    contents, surplus = read(path, data, header)
+    arrays = [np.frombuffer(content, np.uint8) for content in contents]
+    shaped = [
+        array[: header.num_rows * width].reshape(header.num_rows, width)
+        for array, width in zip(arrays[1:], header.widths[1:], strict=True)
+    ]
+    return Blocks(arrays[0], shaped[0][:, 0], *shaped[1:]), surplus
+
+
+def pack_stream(header: Header, blocks: Sequence[NDArray[np.uint8]], extensions: bytes) -> bytes:
+    """The content of a file of versions 1 to 3, to be packed with gzip.
+
+    Args:
+        header: of the file.
+        blocks: [n, width] or [n], in the order of `Header.widths`.
+        extensions: their records.
+    """
+    head = _HEADER.pack(
+        *(_MAGIC, header.version, header.num_rows, header.sh_degree, header.fractional_bits),
+        *(header.flags, header.num_streams),
+    )
+    assert [block.size for block in blocks] == [header.num_rows * width for width in header.widths]
+    return b"".join([head, *(block.tobytes() for block in blocks), extensions])
+
+
+def _peek(path: Path, begin: bytes) -> bytes:
+    """The first bytes of gzip data."""
+    try:
+        # Not all of it: zlib copies what it does not use, 25 ms of a large file.
+        return zlib.decompressobj(wbits=31).decompress(begin[:NUM_HEADER_BYTES], _HEADER.size)
+    except zlib.error as error:
+        raise _damaged(path, error) from None
+
+
+def _inflate(path: Path, data: bytes, header: Header) -> tuple[memoryview, int]:
+    """Content of a file of versions 1 to 3 with at most `_MAX_TRAILER` bytes after it; and the surplus.
+
+    These versions without gzip exist as well: some tools keep them so in memory and within other files.
+    """
+    needed = _HEADER.size + header.num_rows * header.row_size
+    if not data.startswith(_GZIP):
+        content, is_whole, surplus = memoryview(data), True, 0
+    else:
+        inflater = zlib.decompressobj(wbits=31)
+        try:
+            content = memoryview(inflater.decompress(data, needed + _MAX_TRAILER))
+        except zlib.error as error:
+            raise _damaged(path, error) from None
+        # Longer than was asked for: more than extensions ever take.
+        is_whole = inflater.eof or len(content) == needed + _MAX_TRAILER
+        surplus = len(inflater.unused_data)
+    if len(content) < needed or not is_whole:
+        complete = max(len(content) - _HEADER.size, 0)
+        raise _cut_off(
+            path, f"after {complete} of {needed - _HEADER.size} bytes of {header.num_rows} Gaussians"
+        )
+    return content, surplus
+
+
+def _read_stream(path: Path, data: bytes, header: Header) -> tuple[list[memoryview], int]:
+    """Blocks of a file of versions 1 to 3, the first with what follows it; and the surplus."""
+    content, surplus = _inflate(path, data, header)
+    parts = []
+    start = _HEADER.size
+    for width in header.widths:
+        parts.append(content[start:])
+        start += header.num_rows * width
+    if not header.flags & _HAS_EXTENSIONS:
+        surplus += len(content) - start
+    return parts, surplus
+
+
+def _table_offset(path: Path, data: bytes, header: Header) -> int:
+    """Byte at which the table of contents of a file of version 4 begins."""
+    if len(data) < _HEADER_4_SIZE:
+        raise _cut_off(path, "within its header")
+    (offset,) = _TABLE_OFFSET.unpack_from(data, _HEADER.size)
+    if not _HEADER_4_SIZE <= offset <= len(data) - header.num_streams * _STREAM.size:
+        fact = f"its table of contents is said to begin at byte {offset} of {len(data)}"
+        raise SceneError(path, f"is cut off or damaged: {fact}; copy or download it again")
+    return int(offset)
+
+
+def _read_streams(path: Path, data: bytes, header: Header) -> tuple[list[bytes], int]:
+    """Blocks of a file of version 4, the first with one byte more; and the surplus."""
+    sizes = [header.num_rows * width for width in header.widths if width]
+    if header.num_streams != len(sizes):
+        rule = f"must have {len(sizes)} streams for degree {header.sh_degree}, got {header.num_streams}"
+        raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")
+    offset = _table_offset(path, data, header)
+    start = offset + header.num_streams * _STREAM.size
+    streams = []
+    for number, size in enumerate(sizes):
+        packed, unpacked = _STREAM.unpack_from(data, offset + number * _STREAM.size)
+        if unpacked != size:
+            rule = f"stream {number} must hold {size} bytes for {header.num_rows} Gaussians, got {unpacked}"
+            raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")
+        if packed > len(data) - start:
+            raise _cut_off(path, f"{packed - (len(data) - start)} bytes before the end of stream {number}")
+        streams.append((memoryview(data)[start : start + packed], size))
+        start += packed
+    most = min(num_threads_or_default(None), _MAX_THREADS, sum(sizes) // _BYTES_PER_THREAD)
+    if most < 2:
+        contents = [_decompress(path, *stream) for stream in streams]
+    else:
+        with ThreadPoolExecutor(most) as pool:  # zstd runs without the lock of the interpreter
+            contents = list(pool.map(lambda stream: _decompress(path, *stream), streams))
+    contents[0] += b"\0"
+    return contents if header.widths[-1] else [*contents, b""], len(data) - start
+
+
+def _decompress(path: Path, packed: memoryview, size: int) -> bytes:
+    """One zstd frame of a known size: the size that it states is checked before memory is taken."""
+    import zstandard
+
+    try:
+        stated = zstandard.get_frame_parameters(packed).content_size
+        if stated not in (size, zstandard.CONTENTSIZE_UNKNOWN):
+            raise _damaged(path, f"a stream of {size} bytes is said to hold {stated}")
+        content = zstandard.ZstdDecompressor().decompress(packed, max_output_size=size)
+    except zstandard.ZstdError as error:
+        raise _damaged(path, error) from None
+    if len(content) != size:
+        raise _damaged(path, f"a stream of {size} bytes held {len(content)}")
+    return content
+
+
+def _cut_off(path: Path, where: str) -> SceneError:
+    return SceneError(path, f"is cut off {where}; copy or download it again")
+
+
+def _damaged(path: Path, fact: object) -> SceneError:
+    return SceneError(path, f"cannot be decompressed ({fact}); it is damaged: copy or download it again")

@@ -1,0 +1,266 @@
+"""What a file of strokes records beside its columns: its scene, its first view, its brushes.
+
+All formats with a place for notes hold them as one JSON object: PLY in comments, SOG and glTF in their JSON,
+SPZ in an extension. Numbers survive to the last bit: they have as many digits as are needed, and points are
+base64 of little-endian float64.
+"""
+
+import base64
+import json
+import warnings
+from collections.abc import Callable
+from dataclasses import fields
+from math import pi
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+import msgspec
+import numpy as np
+from msgspec import Meta, Struct
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneWarning
+from brushgs.formats.scenes.columns import Columns
+from brushgs.formats.schema import fault
+from brushgs.values.arrays import F64
+from brushgs.values.camera import FirstView
+from brushgs.values.gaussians import Gaussians
+
+# Characters of JSON: 4,096 points take 131,072, and outlines have at most 512; an order takes 174,764.
+MAX_TEXT = 1 << 19
+_MOST_ORDERED = 1 << 16  # rows whose order is recorded: numbers of 16 bits
+_MAX_POINTS = 4000
+_MAX_NAME = 200
+_MOST_BRUSHES = 256  # a row of them is a byte
+_MOST_ROWS = 1 << 40  # of a brush: more than any file holds
+_MAX_BRUSH_TEXT = 1 << 16  # characters of JSON: names of all brushes
+
+_Three = tuple[float, float, float]
+_Turn = Annotated[float, Meta(ge=-1e6, le=1e6)]
+_Share = Annotated[float, Meta(ge=0, le=1)]
+_Axis = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
+
+
+class _View(Struct, kw_only=True):
+    """The first view, its fields as those of `FirstView`; arrays of points are base64."""
+
+    up: _Three
+    azimuth: _Turn
+    elevation: Annotated[float, Meta(ge=-0.5 * pi, le=0.5 * pi)]
+    front: _Turn | None = None
+    has_surroundings: bool | None = None
+    is_front_sure: bool | None = None
+    probability: _Share | None = None
+    ups: Annotated[tuple[tuple[_Axis, _Share], ...], Meta(max_length=6)] | None = None
+    eye: _Three | None = None
+    whole: bytes | None = None
+    points: bytes
+
+
+class _Content(Struct):
+    """The JSON object."""
+
+    scene: Annotated[str, Meta(max_length=_MAX_NAME)] | None = None
+    first_view: _View | None = None
+    brushes: Annotated[tuple[Annotated[str, Meta(min_length=1)], ...], Meta(max_length=_MOST_BRUSHES)] = ()
+    brush_counts: (
+        Annotated[tuple[Annotated[int, Meta(ge=0, le=_MOST_ROWS)], ...], Meta(max_length=_MOST_BRUSHES)]
+        | None
+    ) = None
+    strokes: bool = False
+    antialiased: bool = False
+    order: bytes | None = None
+
+
+class Stored(NamedTuple):
+    """What a file records.
+
+    Attributes:
+        scene: the name of the scene.
+        first_view: how that is seen.
+        brushes: names or paths of the brushes, by row.
+        counts: how many rows have each brush, in formats without a column for it: the rows are in the order
+            of their brushes. None where strokes have no brushes, or a column.
+        is_strokes: whether the rows are strokes.
+        antialiased: whether the rows were trained with the opacity compensation of Mip-Splatting.
+        order: [N] of strokes in a format that sorts rows, the place that each row had: colours are broken by
+            the number of a stroke. None where they lie in order, or are more than 65,536.
+    """
+
+    scene: str | None = None
+    first_view: FirstView | None = None
+    brushes: tuple[str, ...] = ()
+    counts: tuple[int, ...] | None = None
+    is_strokes: bool = False
+    antialiased: bool = False
+    order: NDArray[np.int64] | None = None
+
+    def sorted_by(self, rows: Gaussians, order: NDArray[np.int64] | None) -> "Stored":
+        """The same for a format without a column of brushes, whose rows are in the order of their brushes.
+
+        Args:
+            rows: as the file has them.
+            order: [N] which row of those given each is; None if they lie in order.
+        """
+        counts = None if rows.brushes is None else tuple(np.bincount(rows.brushes).tolist())
+        kept = order if self.is_strokes and len(rows) <= _MOST_ORDERED else None
+        return self._replace(counts=counts, order=kept)
+
+    def rows_of_brushes(self, num_rows: int) -> NDArray[np.uint8] | None:
+        """[num_rows] the brush of each row, from `counts`; None if there are none, or they do not add up."""
+        if self.counts is None or sum(self.counts) != num_rows:
+            return None
+        return np.repeat(np.arange(len(self.counts), dtype=np.uint8), self.counts)
+
+    def in_order(self, columns: Columns) -> Columns:
+        """Columns in the order that their rows had before a format sorted them; copies."""
+        order = self.order
+        if order is None or not np.array_equal(np.sort(order), np.arange(len(columns.means))):
+            return columns
+        restored = Columns.empty(len(order), columns.sh.shape[1])
+        restored.brushes = None if columns.brushes is None else np.empty_like(columns.brushes)
+        for field in fields(Columns):
+            column = getattr(columns, field.name)
+            if column is not None:
+                getattr(restored, field.name)[order] = column
+        return restored
+
+
+NOTHING = Stored()  # known of a scene
+
+
+def content_of(stored: Stored) -> dict[str, Any]:
+    """The JSON object that holds what is stored; empty where there is nothing to say.
+
+    A first view of too many points is omitted.
+
+    Raises:
+        ValueError: if the names of the brushes are too long.
+    """
+    content: dict[str, Any] = {}
+    if stored.is_strokes:
+        content["strokes"] = True
+    if stored.antialiased:
+        content["antialiased"] = True
+    if stored.scene:
+        content["scene"] = "".join(c if c.isprintable() else "?" for c in stored.scene[:_MAX_NAME])
+    first_view = stored.first_view
+    if first_view is not None and len(first_view.points) <= _MAX_POINTS:
+        content["first_view"] = {
+            name: _written(value)
+            for name in _View.__struct_fields__
+            if (value := getattr(first_view, name)) is not None
+        }
+    if stored.brushes:
+        content["brushes"] = list(stored.brushes)
+        if (length := len(json.dumps(content["brushes"]))) > _MAX_BRUSH_TEXT:
+            raise ValueError(
+                f"save: names of brushes must take at most {_MAX_BRUSH_TEXT:,} characters, got {length:,}; "
+                "use fewer or shorter ones"
+            )
+    if stored.order is not None:
+        content["order"] = base64.b64encode(stored.order.astype("<u2").tobytes()).decode("ascii")
+    if stored.counts is not None:
+        content["brush_counts"] = list(stored.counts)
+    return content
+
+
+def text_of(content: dict[str, Any]) -> str:
+    """A JSON object as ASCII text without blanks."""
+    return json.dumps(content, separators=(",", ":"), allow_nan=False)
+
+
+def parse_text(text: str) -> Stored:
+    """What the text of a JSON object records.
+
+    Raises:
+        ValueError: if it is damaged.
+    """
+    if not text:
+        return Stored()
+    try:
+        content = msgspec.json.decode(text[: MAX_TEXT + 1])
+    except (msgspec.DecodeError, RecursionError):
+        raise ValueError("it is no JSON") from None
+    return parse_content(content)
+
+
+def parse_content(content: object) -> Stored:
+    """What a JSON object records.
+
+    Raises:
+        ValueError: if it is damaged.
+    """
+    try:
+        return _stored(msgspec.convert(content, _Content))
+    except msgspec.ValidationError as error:
+        raise ValueError(fault(error, content, _Content)) from None
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
+
+
+def _stored(content: _Content) -> Stored:
+    if content.scene is not None and not content.scene.isprintable():
+        raise ValueError("the name of a scene must be printable")
+    order = content.order
+    if order is not None and (len(order) % 2 or len(order) > 2 * _MOST_ORDERED):
+        raise ValueError(
+            f"an order must be at most {_MOST_ORDERED} numbers of 2 bytes, got {len(order)} bytes"
+        )
+    return Stored(
+        scene=content.scene,
+        first_view=None if content.first_view is None else _first_view(content.first_view),
+        brushes=content.brushes,
+        counts=content.brush_counts,
+        is_strokes=content.strokes,
+        antialiased=content.antialiased,
+        order=None if order is None else np.frombuffer(order, "<u2").astype(np.int64),
+    )
+
+
+def read_stored(path: Path, read: Callable[[], Stored]) -> Stored:
+    """What a file records; where that is damaged a SceneWarning says so, and it is as if there were nothing.
+
+    Args:
+        path: the file, for the message.
+        read: `parse_content` or `parse_text` of what the file holds.
+    """
+    try:
+        return read()
+    except ValueError as error:
+        message = f"{path}: the view in its header cannot be read ({error}); the strokes are framed anew"
+        warnings.warn(SceneWarning(message), stacklevel=3)
+        return Stored()
+
+
+def _written(value: Any) -> Any:
+    """A field of a first view as JSON."""
+    if isinstance(value, np.ndarray) and value.ndim == 2:
+        return base64.b64encode(np.ascontiguousarray(value, "<f8").tobytes()).decode("ascii")
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _first_view(view: _View) -> FirstView:
+    found = {name: value for name, value in msgspec.structs.asdict(view).items() if value is not None}
+    found |= {name: _finite(np.array(found[name])) for name in ("up", "eye") if name in found}
+    found |= {name: _points(found[name]) for name in ("whole", "points") if name in found}
+    if abs(float(np.linalg.norm(found["up"])) - 1) > 1e-9:
+        raise ValueError("up must be a unit vector")
+    whole = found.get("whole")
+    if whole is not None and (whole.shape != (2, 3) or (whole[0] > whole[1]).any()):
+        raise ValueError("whole must be a low and a high corner")
+    return FirstView(**found)
+
+
+def _points(data: bytes) -> F64:
+    if not data or len(data) % 24 or len(data) > 24 * _MAX_POINTS:
+        raise ValueError(f"points must be 1 to {_MAX_POINTS} rows of 24 bytes, got {len(data)} bytes")
+    return _finite(np.frombuffer(data, "<f8").reshape(-1, 3).astype(np.float64))
+
+
+def _finite(values: F64) -> F64:
+    if not (np.abs(values) <= np.finfo(np.float32).max).all():  # as the means of a scene
+        raise ValueError("coordinates must be finite and fit float32")
+    return values

@@ -1,0 +1,194 @@
+"""Untrusted JSON becomes msgspec structs. What does not fit is one sentence: file, place, rule, value.
+
+Regular files are decoded at once. Any other file is parsed again by the standard library, which finds the
+value at fault, and takes what msgspec does not: NaN in a field that nobody reads, 3.0 for a whole number, a
+byte order mark.
+"""
+
+import re
+from difflib import get_close_matches
+from math import prod
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, cast
+
+import msgspec
+import numpy as np
+from msgspec import Meta, inspect
+
+from brushgs.errors import SceneError
+from brushgs.formats.json_file import OBJECT, check_memory, parse_checked, shown
+from brushgs.options.table import listed
+from brushgs.values.arrays import F64
+
+T = TypeVar("T")
+_FINITE = Meta(description="a finite number")
+# Numbers in lists, or lists in lists, of a shape that `shaped` checks.
+Numbers = list[Annotated[float | list[Annotated[float | list[float], _FINITE]], _FINITE]]
+_FEW = 16  # entries that a sentence may show
+_FAULT = re.compile(r"(.*?)(?: - at `(?:key in )?\$(.*)`)?", re.DOTALL)
+
+
+def decode(
+    path: Path,
+    content: bytes,
+    kind: type[T],
+    cure: str,
+    *,
+    root: str = "",
+    object_bytes: int = OBJECT,
+    has_names: bool = False,
+) -> T:
+    """The content of a JSON file as a struct, or a list of structs; all numbers are finite.
+
+    Args:
+        path: the file, for messages.
+        content: its bytes, or those of its JSON.
+        kind: type to decode to.
+        cure: what to do about a file that does not fit, for messages.
+        root: what an entry of a list at the top is one of, such as "cameras".
+        object_bytes: see `check_memory`.
+        has_names: see `check_memory`.
+
+    Raises:
+        SceneError: if it would take too much memory, is no JSON, or a value in it does not fit.
+    """
+    check_memory(path, content, object_bytes, has_names=has_names)
+    try:
+        return msgspec.json.decode(content, type=kind)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        value = parse_checked(path, content, cure, has_names=has_names)
+    return convert(path, value, kind, cure, root)
+
+
+def convert(path: Path, value: object, kind: type[T], cure: str, root: str = "") -> T:
+    """A parsed value as a struct; see `decode`. `root` is the place of the value."""
+    try:
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
+        raise SceneError(path, _sentence(str(error), value, kind, cure, root)) from None
+    except UnicodeEncodeError as error:  # half of a surrogate pair
+        raise SceneError(path, f"is not JSON ({error}); {cure}") from None
+    except RecursionError:
+        raise SceneError(path, f"is not JSON for this use (it is nested too deeply); {cure}") from None
+
+
+def fault(error: msgspec.ValidationError, value: object, kind: type) -> str:
+    """What is wrong with a parsed value, without file and cure: "brush_counts[0] must be ..."."""
+    return _sentence(str(error), value, kind, "", "").removesuffix("; ")
+
+
+def refused(path: Path, place: str, rule: str, value: object, cure: str) -> SceneError:
+    """The error of a value that its type does not show, in the words of `decode`."""
+    return SceneError(path, f"{place} must be {rule}, got {shown(value)}; {cure}".lstrip())
+
+
+def missing(path: Path, place: str, rule: str, cure: str) -> SceneError:
+    """The error of a field that is needed because of others."""
+    return SceneError(path, f"{place} is missing, it must be {rule}; {cure}")
+
+
+def shaped(values: object, *shapes: tuple[int, ...]) -> F64 | None:
+    """Numbers in the first shape that their count fits, nested or not; None if they fit none."""
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):  # a list beside a number
+        return None
+    shape = next((shape for shape in shapes if prod(shape) == array.size), None)
+    return None if shape is None else array.reshape(shape)
+
+
+def _sentence(fault: str, value: Any, kind: Any, cure: str, root: str) -> str:
+    """The message of msgspec in our words."""
+    message, steps = cast(re.Match[str], _FAULT.fullmatch(fault)).groups(default="")
+    info, place = inspect.type_info(kind), root + steps if root else steps.removeprefix(".")
+    for step in re.findall(r"[^.\[\]]+|\.\.\.", steps):
+        info = _inside(info, step)
+        if step == "...":  # the value of a key that msgspec does not tell
+            value = None
+        elif value is not None:
+            value = value[int(step) if isinstance(value, list) else step]
+    field = message.partition("`")[2].partition("`")[0]
+    within = f"{place}.{field}".removeprefix(".")
+    if message.startswith("Object missing"):
+        return f"{within} is missing, it must be {_rule(_inside(info, field))}; {cure}"
+    if message.startswith("Object contains"):
+        names = [one.encode_name for some in _members(info) for one in getattr(some, "fields", ())]
+        near = get_close_matches(field, names, 1)
+        known = f", the nearest is {near[0]!r}" if near else f" among {', '.join(names)}"
+        return f"{within[:200]} is no known field{known}; remove or correct it"
+    if message.startswith("."):  # of a `__post_init__`: ".field must be ..."
+        return f"{place}{message}; {cure}".removeprefix(".")
+    is_long = "length" in message and isinstance(value, list) and len(value) > _FEW
+    got = f"{len(value)} entries" if is_long else shown(value)
+    rule = _rule(info) if place else _rule(info).replace("an object", "a JSON object")
+    return f"{place} must be {rule}, got {got}; {cure}".lstrip()
+
+
+def _members(info: Any) -> list[Any]:
+    """A type without its metadata; those of a union, without null."""
+    if isinstance(info, inspect.Metadata):
+        return _members(info.type)
+    if isinstance(info, inspect.UnionType):
+        return [one for member in info.types for one in _members(member)]
+    return [] if isinstance(info, inspect.NoneType) else [info]
+
+
+def _inside(info: Any, step: str) -> Any:
+    """The type of a field, or of an entry."""
+    for one in _members(info):
+        for field in getattr(one, "fields", ()):
+            if field.encode_name == step:
+                return field.type
+        if isinstance(one, inspect.TupleType):
+            return one.item_types[int(step)]
+        for inner in ("item_type", "value_type"):
+            if hasattr(one, inner):
+                return getattr(one, inner)
+    return info
+
+
+def _rule(info: Any) -> str:
+    """What a value must be, by its description or else by its type and range."""
+    if isinstance(info, inspect.Metadata):
+        described = (info.extra_json_schema or {}).get("description")
+        return str(described) if described else _rule(info.type)
+    if isinstance(info, inspect.UnionType):
+        found = [_rule(one) for one in info.types if not isinstance(one, inspect.NoneType)]
+        return listed(list(dict.fromkeys(found)))
+    if isinstance(info, inspect.FloatType | inspect.IntType):
+        return _number_rule(info)
+    if isinstance(info, inspect.LiteralType):
+        return listed([shown(one) for one in info.values])
+    if isinstance(info, inspect.TupleType):
+        are_numbers = all(isinstance(one, inspect.FloatType) for one in _members(info.item_types[0]))
+        return f"{len(info.item_types)} numbers" if are_numbers else f"a list of {len(info.item_types)}"
+    if isinstance(info, inspect.ListType | inspect.VarTupleType):
+        span = _span(info.min_length, info.max_length)
+        return f"a list of{span.removeprefix(' of')}" if span else "a list"
+    return _NOUNS.get(type(info), "another value")
+
+
+def _number_rule(info: Any) -> str:
+    high = info.lt if info.le is None else info.le
+    span = _span(info.gt, high, " above ") if info.ge is None else _span(info.ge, high)
+    kind = "whole " if isinstance(info, inspect.IntType) else "" if span else "finite "
+    return f"a {kind}number{span}"
+
+
+def _span(low: float | None, high: float | None, above: str = " ") -> str:
+    """A range, with a blank before it; empty where there is none."""
+    ends = [str(end) if isinstance(end, int) else f"{end:g}" for end in (low, high) if end is not None]
+    if len(ends) == 2:
+        return f"{above}{ends[0]} to {ends[1]}"
+    if low is not None:
+        return f" of {ends[0]} or more" if above == " " else f"{above}{ends[0]}"
+    return f" of at most {ends[0]}" if ends else ""
+
+
+_NOUNS: dict[type, str] = {
+    inspect.BoolType: "true or false",
+    inspect.BytesType: "base64",
+    inspect.DictType: "an object",
+    inspect.StrType: "text",
+    inspect.StructType: "an object",
+}

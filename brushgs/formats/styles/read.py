@@ -1,0 +1,288 @@
+"""A style file becomes a `Style`.
+
+    {
+      "brushgs": "style", "version": 1, "name": "monet",
+      "palette": [{"name": "deep blue", "color": "#1f3a6b", "share": 0.31, "offsets": ARRAY [m, 3]}, ...],
+      "marks": {"length": 0.04, "aspect": 4.1, "broken_lightness": 0.02, "broken_chroma": 0.01,
+                "ground": "#8a5420", "relief": 0.4, "directions": ARRAY [h, w, 2], "brushes": [PNG, ...]},
+      "edit": {"affine": [[1, 0, 0, 0], ...], "log_size": 0, "residual": {...}}
+    }
+
+Of palette, marks and edit at least one is there. The fields are those of `Style`. An array is a list, of
+lists, of numbers, or packed: {"type": "float16", "shape": [128, 3], "data": base64}, little endian, where
+int8 stands for -1 to 1 in steps of 1/127 and uint8 for 0 to 1 in steps of 1/255. A picture is {"type": "png",
+"data": base64}, 8 bits of grey. What an artist may write too: shares that do not add up to 1 (they are scaled
+so that they do), and a colour without offsets (it alone).
+"""
+
+from math import prod
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from msgspec import Meta, Struct
+
+from brushgs.errors import SceneError
+from brushgs.formats.files import open_plain, scratch_folder
+from brushgs.formats.json_file import as_count, shown
+from brushgs.formats.schema import Numbers, decode, refused
+from brushgs.values.arrays import F64, U8
+from brushgs.values.colors import rgb_of
+from brushgs.values.style import NamedColor, Residual, Style, StyleEdit, StyleMarks, StylePalette
+
+MARK, VERSION = "style", 1
+MAX_BYTES = 200_000
+MAX_NAME = 80  # characters
+MAX_COLORS, MAX_BRUSHES, MAX_FEATURES = 64, 64, 64
+MAX_TEXELS = 256  # a side of a brush, and of the field of directions
+FARTHEST = 2.0  # of an offset, in a channel: colours lie in 0 to 1, and offsets within 1
+MOST_FACTOR = 1e3  # of the affine map
+MOST = 1e9  # of a number of the residual
+DTYPES = {"uint8": "|u1", "int8": "|i1", "float16": "<f2", "float32": "<f4"}
+ONE = {"uint8": 255, "int8": 127}  # the integer that stands for 1
+CURE = "give a file that `brushgs style learn` wrote"
+_CURE, _LEARN = "correct it", "learn the style again"
+_PNG = b"\x89PNG\r\n\x1a\n"
+
+_NAME = f"text of 1 to {MAX_NAME} printable characters"
+_Name = Annotated[str, Meta(min_length=1, max_length=MAX_NAME, description=_NAME)]
+_Color = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}\Z", description="a colour such as '#3a5f0b'")]
+_Side = Annotated[int, Meta(ge=0, le=MAX_BYTES)]
+_Broken = Annotated[float, Meta(ge=0, le=0.5)]  # as `brushgs.passes.color.broken_color` allows
+
+
+class _Packed(Struct, forbid_unknown_fields=True):
+    type: Literal["uint8", "int8", "float16", "float32"]
+    shape: Annotated[list[_Side], Meta(min_length=1, max_length=3)]
+    data: bytes
+
+    def __post_init__(self) -> None:
+        size = np.dtype(DTYPES[self.type]).itemsize
+        if len(self.data) != prod(self.shape) * size:
+            raise ValueError(
+                f".data must be {prod(self.shape)} numbers of {size} bytes, as 'shape' and 'type' say, "
+                f"got {len(self.data)} bytes"
+            )
+
+    @property
+    def array(self) -> F64:
+        numbers = np.frombuffer(self.data, DTYPES[self.type]).astype(np.float64)
+        return (numbers / ONE.get(self.type, 1)).reshape(self.shape)
+
+
+_Array = Annotated[_Packed | Numbers, Meta(description="an array, a list or packed")]
+
+
+class _Brush(Struct, forbid_unknown_fields=True):
+    type: Literal["png"]
+    data: bytes
+
+
+class _Named(Struct, forbid_unknown_fields=True):
+    name: _Name
+    color: _Color
+    share: Annotated[float, Meta(ge=0, le=1e6)]
+    offsets: _Array | None = None
+
+    def __post_init__(self) -> None:
+        _check_names(".name", self.name)
+
+
+class _Marks(Struct, forbid_unknown_fields=True):
+    length: Annotated[float, Meta(gt=0, le=1)]
+    aspect: Annotated[float, Meta(ge=1, le=20)]
+    directions: _Array
+    broken_lightness: _Broken | None = None
+    broken_chroma: _Broken | None = None
+    ground: _Color | None = None
+    relief: Annotated[float, Meta(ge=0, le=1)] | None = None
+    brushes: Annotated[list[_Brush], Meta(max_length=MAX_BRUSHES)] | None = None
+
+
+class _Residual(Struct, forbid_unknown_fields=True):
+    features: Annotated[list[_Name], Meta(min_length=1, max_length=MAX_FEATURES)]
+    width: Annotated[float, Meta(gt=0, le=MOST)]
+    offset: _Array
+    scale: _Array
+    centers: _Array
+    weights: _Array
+    slopes: _Array | None = None
+
+    def __post_init__(self) -> None:
+        _check_names(".features", *self.features)
+
+
+class _Edit(Struct, forbid_unknown_fields=True):
+    affine: _Array
+    log_size: Annotated[float, Meta(ge=-10, le=10)] | None = None
+    residual: _Residual | None = None
+
+
+class _Begin(Struct):
+    brushgs: Any = None
+    version: Any = None
+
+
+class _File(Struct, forbid_unknown_fields=True):
+    brushgs: Any
+    version: Any
+    name: _Name
+    palette: Annotated[list[_Named], Meta(min_length=1, max_length=MAX_COLORS)] | None = None
+    marks: _Marks | None = None
+    edit: _Edit | None = None
+
+    def __post_init__(self) -> None:
+        _check_names(".name", self.name)
+
+
+def _check_names(place: str, *names: str) -> None:
+    for name in names:
+        if not name.isprintable() or name.isspace() or names.count(name) > 1:
+            raise ValueError(
+                f"{place} must be {'different, each ' if len(names) > 1 else ''}{_NAME}, got {name!r}"
+            )
+
+
+def read_style(path: str | Path) -> Style:
+    """Read a style that `write_style` wrote, or that an artist edited.
+
+    Args:
+        path: the file; its content decides, not its name.
+
+    Raises:
+        SceneError: if there is no such regular file, it is larger than 200 kB, no style, of a later version,
+            or a field is missing, unknown or wrong; names the field.
+    """
+    path = Path(path)
+    with open_plain(path, "style file") as file:
+        try:
+            content = file.read(MAX_BYTES + 1)
+        except OSError as error:
+            raise SceneError(path, f"cannot be read ({error.strerror}); check the path") from None
+    if content and not content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
+        raise SceneError(
+            path, f"is no style file; where it is a painting, `brushgs style learn {path}` makes one"
+        )
+    if len(content) > MAX_BYTES:
+        raise SceneError(path, f"a style file must have at most {MAX_BYTES // 1000} kB, got more; {CURE}")
+    return style_of(path, content)
+
+
+def style_of(path: Path, content: bytes) -> Style:
+    """The style of the content of a file. Raises as `read_style` does."""
+    begin = decode(path, content, _Begin, CURE, has_names=True)
+    if begin.brushgs != MARK:
+        raise SceneError(path, f'is no style file (it does not begin with "brushgs": "{MARK}"); {CURE}')
+    version = as_count(begin.version, 1_000_000)
+    if not version:
+        raise SceneError(path, f"'version' must be {VERSION}, got {shown(begin.version)}; {CURE}")
+    if version > VERSION:
+        fact = f"is a style of version {version}, and this brushgs reads up to version {VERSION}"
+        raise SceneError(path, f"{fact}; update brushgs, or learn the style again")
+    file = decode(path, content, _File, _CURE, has_names=True)
+    if file.palette is None and file.marks is None and file.edit is None:
+        raise SceneError(path, f"holds neither 'palette' nor 'marks' nor 'edit'; {CURE}")
+    return Style(
+        file.name,
+        None if file.palette is None else _palette(path, file.palette),
+        None if file.marks is None else _marks(path, file.marks),
+        None if file.edit is None else _edit(path, file.edit),
+    )
+
+
+def _palette(path: Path, colors: list[_Named]) -> StylePalette:
+    total = sum(color.share for color in colors)
+    if not total > 0:
+        raise SceneError(path, "'palette' must have a colour with a share above 0, got none; raise one")
+    named = []
+    for index, color in enumerate(colors):
+        offsets = np.zeros((1, 3))
+        if color.offsets is not None:
+            offsets = _array(path, f"palette[{index}].offsets", color.offsets, (None, 3), FARTHEST)
+        rgb = np.array(rgb_of(color.color))
+        named.append(NamedColor(color.name, rgb, color.share / total, offsets.astype(np.float32)))
+    return StylePalette(tuple(named))
+
+
+def _marks(path: Path, marks: _Marks) -> StyleMarks:
+    directions = _array(path, "marks.directions", marks.directions, (None, None, 2), 1.01)
+    if max(directions.shape) > MAX_TEXELS:
+        rule = f"at most {MAX_TEXELS} a side"
+        raise refused(path, "marks.directions", rule, list(directions.shape), _CURE)
+    # Rounding to int8 may lengthen a unit vector.
+    lengths = np.linalg.norm(directions, axis=2, keepdims=True)
+    return StyleMarks(
+        length=marks.length,
+        aspect=marks.aspect,
+        directions=(directions / np.maximum(lengths, 1)).astype(np.float32),
+        broken_lightness=marks.broken_lightness or 0.0,
+        broken_chroma=marks.broken_chroma or 0.0,
+        ground=None if marks.ground is None else np.array(rgb_of(marks.ground)),
+        relief=marks.relief or 0.0,
+        brushes=tuple(
+            _texels(path, f"marks.brushes[{index}].data", brush.data)
+            for index, brush in enumerate(marks.brushes or [])
+        ),
+    )
+
+
+def _edit(path: Path, edit: _Edit) -> StyleEdit:
+    affine = _array(path, "edit.affine", edit.affine, (3, 4), MOST_FACTOR)
+    if (stored := edit.residual) is None:
+        return StyleEdit(affine, edit.log_size or 0.0, None)
+
+    def part(name: str, *shape: int | None) -> F64:
+        return _array(path, f"edit.residual.{name}", getattr(stored, name), shape, MOST)
+
+    count = len(stored.features)
+    offset, scale, centers = part("offset", count), part("scale", count), part("centers", None, count)
+    weights = part("weights", len(centers), None)
+    if not (scale > 0).all():
+        raise refused(path, "edit.residual.scale", "numbers above 0", float(scale.min()), _CURE)
+    if weights.shape[1] < 3:
+        raise refused(path, "edit.residual.weights", "of 3 outputs or more", list(weights.shape), _CURE)
+    slopes = None if stored.slopes is None else part("slopes", len(centers), 3, 3).astype(np.float32)
+    centers32, weights32, offset32, scale32 = (
+        array.astype(np.float32) for array in (centers, weights, offset, scale)
+    )
+    residual = Residual(tuple(stored.features), centers32, stored.width, weights32, offset32, scale32, slopes)
+    return StyleEdit(affine, edit.log_size or 0.0, residual)
+
+
+def _array(path: Path, place: str, value: Any, shape: tuple[int | None, ...], largest: float) -> F64:
+    """An array of numbers up to a magnitude; a size of None is any above 0."""
+    wanted = f"an array of shape [{', '.join('any' if side is None else str(side) for side in shape)}]"
+    try:
+        array = value.array if isinstance(value, _Packed) else np.array(value, np.float64)
+    except (TypeError, ValueError):
+        raise refused(path, place, f"{wanted}, a list or packed", value, _CURE) from None
+    fits = array.ndim == len(shape) and all(
+        n == side or (side is None and n > 0) for n, side in zip(array.shape, shape, strict=True)
+    )
+    if not fits:
+        raise SceneError(path, f"{place} must be {wanted}, got shape {list(array.shape)}; {_CURE}")
+    if not (is_small := np.abs(array) <= largest).all():
+        rule = f"finite numbers of at most {largest:g}"
+        raise refused(path, place, rule, float(array[~is_small][0]), _CURE)
+    return np.asarray(array)
+
+
+def _texels(path: Path, place: str, data: bytes) -> U8:
+    """The grey picture [h, w] of a PNG."""
+    from brushgs.formats.pictures.images import read_bytes
+
+    rule = f"{place} must be a PNG of 8 bits of grey and at most {MAX_TEXELS} texels a side"
+    if not data.startswith(_PNG):
+        raise SceneError(path, f"{rule}, got another file; {_LEARN}")
+    with scratch_folder() as folder:
+        picture = folder / "brush.png"
+        picture.write_bytes(data)
+        try:
+            texels = read_bytes(picture, MAX_TEXELS**2)
+        except SceneError as error:
+            reason = str(error).removeprefix(f"{picture}: ").partition(";")[0]
+            raise SceneError(path, f"{rule}, got one that {reason}; {_LEARN}") from None
+    height, width, channels = texels.shape
+    if channels != 1 or max(height, width) > MAX_TEXELS:
+        raise SceneError(path, f"{rule}, got {channels} channels in {width}x{height}; {_LEARN}")
+    return np.ascontiguousarray(texels[..., 0])
