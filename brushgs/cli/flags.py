@@ -11,10 +11,16 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from brushgs.formats.cameras.formats import BESIDE_READ, CAMERAS_READ
-from brushgs.formats.moving.formats import MOVING_READ
-from brushgs.formats.pictures.formats import PICTURES_READ, PICTURES_WRITTEN, VIDEOS_WRITTEN
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES, SCENES_READ
+from brushgs.formats.registry import (
+    BESIDE_READ,
+    CAMERAS_READ,
+    MOVING_READ,
+    PICTURES_READ,
+    PICTURES_WRITTEN,
+    SCENE_SUFFIXES,
+    SCENES_READ,
+    VIDEOS_WRITTEN,
+)
 from brushgs.options.choices import DEFAULT_LOOK, LOOKS, PLAIN_LOOK, REPORT_SUFFIXES
 from brushgs.options.clip import ClipConfig
 from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig

@@ -86,8 +86,8 @@ def check_kept(args: Namespace, name: Path | str | None) -> None:
         return
     path = Path(name)
     if "%" in path.name:
-        from brushgs.formats.pictures.formats import PICTURE_SUFFIXES
         from brushgs.formats.pictures.numbered import NumberedFiles
+        from brushgs.formats.registry import PICTURE_SUFFIXES
 
         is_taken = bool(NumberedFiles.of(path, PICTURE_SUFFIXES).numbers())
     else:

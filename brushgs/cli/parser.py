@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 
 from brushgs.cli.config_file import add_config
 from brushgs.cli.help import add_help, found_by
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.registry import SCENE_SUFFIXES
 from brushgs.options.renamed import current_words
 from brushgs.options.table import hint_for
 from brushgs.version import __version__

@@ -8,7 +8,7 @@ from pathlib import Path
 from brushgs.doctor.cure import cure
 from brushgs.doctor.examination import Examination, examine_file
 from brushgs.doctor.table import lines, verdict
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.registry import SCENE_SUFFIXES
 from brushgs.options.choices import Clean
 from brushgs.options.scene_source import SceneFiles
 from brushgs.pipeline.outputs import check_output, scene_inputs

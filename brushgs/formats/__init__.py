@@ -1,7 +1,7 @@
 """Files become Gaussians, cameras and stroke images; Gaussians and frames become files.
 
-The formats stand in three tables: `scenes/formats.py`, `cameras/formats.py` and `pictures/formats.py`. This
-package imports nothing heavy before a file is read or written, so help texts can use the tables.
+The formats stand in one table, `table.py`; `registry.py` finds the one of a file. This package imports
+nothing heavy before a file is read or written, so help texts can use the table.
 """
 
 from pathlib import Path
@@ -113,8 +113,8 @@ def save(value: "Gaussians | Frame", path: str | Path, *, background: str | None
 
         write_scene(value, path)
     elif isinstance(value, Frame):
-        from brushgs.formats.pictures.formats import holds_alpha
         from brushgs.formats.pictures.images import write_frame
+        from brushgs.formats.registry import holds_alpha
         from brushgs.values.colors import rgb_of
 
         if background is None or background == "transparent":

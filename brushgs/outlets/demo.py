@@ -5,9 +5,8 @@ from pathlib import Path
 from brushgs.brushes.brush_set import name_of
 from brushgs.formats import save
 from brushgs.formats.moving.write import NAME
-from brushgs.formats.pictures.formats import VIDEO_SUFFIXES
 from brushgs.formats.pictures.shot import Origin
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.registry import SCENE_SUFFIXES, VIDEO_SUFFIXES
 from brushgs.options.choices import MOMENTS_PER_SECOND
 from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.clip import Clip

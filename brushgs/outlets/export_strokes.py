@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from brushgs.formats.scenes.formats import STROKE_SUFFIXES
+from brushgs.formats.registry import STROKE_SUFFIXES
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.pipeline.outputs import check_output, input_files

@@ -13,10 +13,10 @@ import numpy as np
 
 from brushgs.errors import SceneWarning
 from brushgs.formats.files import scratch_folder
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES
 from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.formats.pictures.letters import BOLD, Words, shortened, with_words
 from brushgs.formats.pictures.shot import Origin, Shot
+from brushgs.formats.registry import PICTURE_SUFFIXES
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
 from brushgs.options.scene_source import SceneFiles

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.registry import SCENE_SUFFIXES
 from brushgs.options.painting import PaintConfig, PaletteConfig, PruneConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.where import WhereConfig

@@ -7,10 +7,10 @@ import numpy as np
 from brushgs.brushes.builtin import StrokeNotes, stroke_notes
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.errors import SceneError
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES
 from brushgs.formats.pictures.images import write_frame
 from brushgs.formats.pictures.letters import shortened
 from brushgs.formats.pictures.shot import Origin, Shot
+from brushgs.formats.registry import PICTURE_SUFFIXES
 from brushgs.pipeline.outputs import check_output
 from brushgs.rendering.rasterize import rasterize
 from brushgs.values.arrays import F32

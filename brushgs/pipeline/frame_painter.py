@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from brushgs.formats.pictures.formats import holds_depth
 from brushgs.formats.pictures.shot import Origin, Shot
+from brushgs.formats.registry import holds_depth
 from brushgs.options.output import OutputConfig
 from brushgs.pipeline.background import Background
 from brushgs.rendering.project import Directions

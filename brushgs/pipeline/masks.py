@@ -11,9 +11,8 @@ import numpy as np
 from brushgs.errors import SceneError
 from brushgs.formats.cameras.read import CameraFile, read_cameras
 from brushgs.formats.files import exists
-from brushgs.formats.formats import suffixes_of
-from brushgs.formats.pictures.formats import PICTURE_FORMATS, PICTURES_READ
 from brushgs.formats.pictures.images import read_image
+from brushgs.formats.registry import PICTURE_FORMATS, PICTURES_READ, suffixes_of
 from brushgs.passes.where.masks import MaskView
 from brushgs.values.arrays import Array
 from brushgs.values.camera import Camera
@@ -28,7 +27,7 @@ class MaskOpener:
     """Opens masks, or other pictures of a scene, with the cameras of a file.
 
     Attributes:
-        camera_file: in any format of `brushgs.formats.cameras.formats`.
+        camera_file: in any format that is read.
         what: the pictures are, for messages.
     """
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from brushgs.errors import SceneError
 from brushgs.formats.moving.write import NAME, check_moments_folder
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.registry import SCENE_SUFFIXES
 from brushgs.options.scene_source import SceneFiles
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.moving import Moving

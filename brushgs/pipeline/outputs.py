@@ -13,8 +13,8 @@ from brushgs.brushes.texture import brush_of_style
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.files import exists, is_dir, is_plain, open_plain
 from brushgs.formats.pictures.encoding import choose_encoding
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES, holds_depth
 from brushgs.formats.pictures.shot import Origin
+from brushgs.formats.registry import PICTURE_SUFFIXES, holds_depth
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.pipeline.background import TRANSPARENT

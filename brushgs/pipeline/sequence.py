@@ -20,11 +20,11 @@ import numpy as np
 from brushgs.cameras.motion import view_changes
 from brushgs.errors import SceneWarning
 from brushgs.formats.pictures.encoding import choose_encoding, codec_of
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES
 from brushgs.formats.pictures.metadata import metadata_text
 from brushgs.formats.pictures.numbered import Manifest, NumberedFiles
 from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.pictures.video import check_rate, check_size, open_video, padded_size
+from brushgs.formats.registry import PICTURE_SUFFIXES
 from brushgs.options.clip import ClipConfig
 from brushgs.options.output import OutputConfig
 from brushgs.options.painting import DrawConfig, PaintConfig

@@ -4,9 +4,9 @@ import os
 from pathlib import Path
 
 from brushgs.errors import SceneError
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES, VIDEO_SUFFIXES
 from brushgs.formats.pictures.numbered import DEFAULT_NAME, NumberedFiles
 from brushgs.formats.pictures.video import check_rate, check_size
+from brushgs.formats.registry import PICTURE_SUFFIXES, VIDEO_SUFFIXES
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.pipeline.background import check_background

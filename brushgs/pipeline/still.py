@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES, holds_depth
 from brushgs.formats.pictures.shot import Origin, Shot
+from brushgs.formats.registry import PICTURE_SUFFIXES, holds_depth
 from brushgs.options.look import Look, config_of
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
@@ -51,7 +51,7 @@ def paint_file(
 
     Args:
         scene: the files of a trained 3D Gaussian scene.
-        output: picture to write; the suffix decides the format, see `brushgs.formats.pictures.formats`.
+        output: picture to write; the suffix decides the format, see `formats.registry`.
         config: see `PaintConfig`.
         camera: the view, in place of the one that `config.view` describes.
         report: gets the stages; a new one if None.

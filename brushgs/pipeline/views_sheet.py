@@ -20,9 +20,9 @@ from brushgs.cameras.framing import AXES, INSIDE_NEAR_SHARE, NEAR_SHARE, camera_
 from brushgs.cameras.framing import with_up as turned
 from brushgs.core.threads import at_most, num_threads_or_default
 from brushgs.errors import SceneWarning
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES
 from brushgs.formats.pictures.letters import BOLD, Words, with_words
 from brushgs.formats.pictures.shot import Origin, Shot
+from brushgs.formats.registry import PICTURE_SUFFIXES
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.pipeline.clean import clean_scene

@@ -16,7 +16,7 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.kit import BrushKit
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.first_view import framed_camera
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.registry import SCENE_SUFFIXES
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.passes.color.broken_color import MOST, break_colors

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from brushgs.cameras.first_view import framed_camera, up_text
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.registry import SCENE_SUFFIXES
 from brushgs.measure.report import plain_config, plain_paint
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, PaletteConfig, ViewConfig

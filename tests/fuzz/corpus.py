@@ -617,19 +617,19 @@ NPZ = (
 
 # By the reader of the format; several entries of one format are fuzzed apart, equal names together.
 SCENES = {
-    "ply": (
+    "PLY file": (
         Seeds("scene", scenes, PLY),
         Seeds("scene-text", text_scenes, PLY),
         Seeds("scene-compressed", compressed_scenes, PLY),
     ),
-    "spz": (Seeds("spz", spz_scenes, (b"\x1f\x8b\x08", b"NGSP", b"(\xb5/\xfd", b"\x03\0\xbe\xad")),),
-    "splat": (Seeds("splat", splat_scenes),),
-    "ksplat": (Seeds("ksplat", ksplat_scenes, (b"\0\1\0\0",)),),
-    "sog": (
+    "SPZ scene": (Seeds("spz", spz_scenes, (b"\x1f\x8b\x08", b"NGSP", b"(\xb5/\xfd", b"\x03\0\xbe\xad")),),
+    ".splat scene": (Seeds("splat", splat_scenes),),
+    ".ksplat scene": (Seeds("ksplat", ksplat_scenes, (b"\0\1\0\0",)),),
+    "SOG scene": (
         Seeds("sog", sog_bundles, SOG),
         Seeds("sog-folder", sog_folders, SOG, "meta.json", SOG_PICTURES),
     ),
-    "streamed": (
+    "streamed SOG scene": (
         Seeds(
             "streamed",
             streamed_scenes,
@@ -638,18 +638,20 @@ SCENES = {
             tuple(f"0_0/{name}" for name in ("meta.json", *SOG_PICTURES)),
         ),
     ),
-    "gltf": (
+    "glTF model": (
         Seeds("glb", lambda folder: gltf_models(folder, ".glb"), GLTF, "scene.glb"),
         Seeds("gltf", lambda folder: gltf_models(folder, ".gltf"), GLTF, "scene.gltf"),
     ),
 }
-SCENES["usd"] = (Seeds("usd", usd_scenes, USD),)
+SCENES["USD stage"] = (Seeds("usd", usd_scenes, USD),)
 MOVING = {
-    "splatv": (Seeds("splatv", splatv_clips, (b"Kg\0\0", b'"size":', b'"type":"splat"', b"[{", b"\0\x7c")),),
-    "dynamic3d": (Seeds("npz", npz_clips, NPZ),),
-    "spacetime": (Seeds("spacetime", spacetime_clips, (*PLY, b"property float f_dc_3\n")),),
-    "four_dgs": (Seeds("4dgs", four_dgs_clips, (b"\x894DGS1\r\n", b"\xff" * 8)),),
-    "freetime": (
+    "splaTV clip": (
+        Seeds("splatv", splatv_clips, (b"Kg\0\0", b'"size":', b'"type":"splat"', b"[{", b"\0\x7c")),
+    ),
+    "params.npz of Dynamic3DGaussians": (Seeds("npz", npz_clips, NPZ),),
+    "SpaceTimeGaussian PLY": (Seeds("spacetime", spacetime_clips, (*PLY, b"property float f_dc_3\n")),),
+    ".4dgs scene": (Seeds("4dgs", four_dgs_clips, (b"\x894DGS1\r\n", b"\xff" * 8)),),
+    "FreeTimeGS PLY": (
         Seeds(
             "freetime",
             freetime_clips,
@@ -658,22 +660,28 @@ MOVING = {
     ),
 }
 CAMERAS = {
-    "views:read_trained": (Seeds("cameras", inria_cameras, JSON),),
-    "views:read_transforms": (Seeds("cameras", transforms, JSON),),
-    "views:read_path": (Seeds("cameras", camera_paths, JSON),),
-    "gltf": (
+    "cameras.json of a 3DGS training": (Seeds("cameras", inria_cameras, JSON),),
+    "transforms.json of NeRF and nerfstudio": (Seeds("cameras", transforms, JSON),),
+    "camera_path.json of the nerfstudio viewer": (Seeds("cameras", camera_paths, JSON),),
+    "glTF (.glb, .gltf)": (
         Seeds("glb-cameras", lambda folder: gltf_cameras(folder, ".glb"), GLTF_CAMERAS, "cameras.glb"),
         Seeds("gltf-cameras", lambda folder: gltf_cameras(folder, ".gltf"), GLTF_CAMERAS, "cameras.gltf"),
     ),
-    "usd": (Seeds("usd-cameras", usd_cameras, USD, "cameras.usd"),),
-    "colmap": (
+    "USD (.usd, .usda, .usdc, .usdz; needs the package usd-core)": (
+        Seeds("usd-cameras", usd_cameras, USD, "cameras.usd"),
+    ),
+    "a COLMAP sparse model": (
         Seeds("colmap", lambda folder: colmap_models(folder, "bin"), COLMAP, "images.bin"),
         Seeds("colmap-text", lambda folder: colmap_models(folder, "txt"), COLMAP, "images.txt"),
     ),
 }
 GUIDES = {
-    "obj": (Seeds("guides", guide_lines, (b"v ", b"l ", b"-1", b"/", b"# reach ", b"nan", b"1e400", b"\r")),),
-    "lists": (Seeds("guide-lists", guide_lists, (*JSON, b'"guides":', b'"reach":')),),
+    "OBJ with lines, as Blender exports them": (
+        Seeds("guides", guide_lines, (b"v ", b"l ", b"-1", b"/", b"# reach ", b"nan", b"1e400", b"\r")),
+    ),
+    "JSON, a list of lists of points [x, y, z]": (
+        Seeds("guide-lists", guide_lists, (*JSON, b'"guides":', b'"reach":')),
+    ),
 }
 # By the name of the format.
 PICTURES = {

@@ -3,15 +3,12 @@
 A format that is added to a table is fuzzed as soon as `corpus` has seeds of it.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
-from brushgs.formats.cameras.formats import CAMERA_FORMATS
-from brushgs.formats.guides.formats import GUIDE_FORMATS
-from brushgs.formats.moving.formats import MOVING_FORMATS
-from brushgs.formats.pictures.formats import PICTURE_FORMATS
-from brushgs.formats.scenes.formats import SCENE_FORMATS
+from brushgs.formats.format import Kind
+from brushgs.formats.registry import formats_of
 from tests.fuzz import corpus
 from tests.fuzz.reader import Reader
 
@@ -94,12 +91,13 @@ def _manifest(path: Path) -> object:
     return None
 
 
-def _readers(
-    formats: Iterable[tuple[str, str]], corpora: Mapping[str, tuple[corpus.Seeds, ...]], read: Read
-) -> list[Reader]:
-    """The readers of some formats, given by key in the corpora and by name of a file."""
+def _readers(kind: Kind, corpora: Mapping[str, tuple[corpus.Seeds, ...]], read: Read) -> list[Reader]:
+    """The readers of the formats of a kind; what a package decodes is fuzzed where it is installed."""
     readers: dict[str, Reader] = {}
-    for key, file in formats:
+    for row in formats_of(kind, is_read=True):
+        if row.package and not find_spec(row.package):
+            continue
+        key, file = row.name, row.file or f"{kind}{row.suffixes[0]}"
         assert key in corpora, f"{key} has no seeds in tests/fuzz/corpus.py: every format must be fuzzed"
         for seeds in corpora[key]:
             reader = Reader(seeds.reader, seeds.file or file, seeds.make, read, seeds.tokens, seeds.others)
@@ -107,18 +105,14 @@ def _readers(
     return list(readers.values())
 
 
-PICTURE_READERS = _readers(
-    [(row.name, f"a{row.suffixes[0]}") for row in PICTURE_FORMATS], corpus.PICTURES, _picture
-)
-# What a package decodes is fuzzed where it is installed.
-CLIPS = [row for row in MOVING_FORMATS if not row.package or find_spec(row.package)]
+PICTURE_READERS = _readers("picture", corpus.PICTURES, _picture)
 READERS = {
     reader.name: reader
     for reader in (
-        *_readers([(row.reader, f"scene{row.suffixes[0]}") for row in SCENE_FORMATS], corpus.SCENES, _scene),
-        *_readers([(row.reader, f"clip{row.suffixes[0]}") for row in CLIPS], corpus.MOVING, _clip),
-        *_readers([(row.reader, row.file) for row in CAMERA_FORMATS], corpus.CAMERAS, _cameras),
-        *_readers([(row.reader, row.file) for row in GUIDE_FORMATS], corpus.GUIDES, _guides),
+        *_readers("scene", corpus.SCENES, _scene),
+        *_readers("clip", corpus.MOVING, _clip),
+        *_readers("camera", corpus.CAMERAS, _cameras),
+        *_readers("guides", corpus.GUIDES, _guides),
         Reader("npz-arrays", "arrays.npz", corpus.npz_arrays, _arrays, corpus.NPZ),
         Reader("style", "a.style", corpus.styles, _style, corpus.STYLE),
         Reader("manifest", ".%05d.png.json", corpus.manifests, _manifest, corpus.JSON),

@@ -1,5 +1,4 @@
 import json
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -8,8 +7,8 @@ import pytest
 
 from brushgs import Camera, SceneError, SceneWarning
 from brushgs.formats import load_cameras
-from brushgs.formats.cameras.formats import CAMERA_FORMATS, CAMERAS_READ
 from brushgs.formats.cameras.read import read_cameras
+from brushgs.formats.registry import CAMERAS_READ, formats_of, function_of
 
 # A camera at (1, 2, 3) that looks along world +x; its picture has world +z up.
 FORWARD, RIGHT, UP = np.array([1.0, 0, 0]), np.array([0, -1.0, 0]), np.array([0, 0, 1.0])
@@ -290,7 +289,6 @@ def test_a_field_of_a_camera_path_at_fault_is_named(
 
 
 def test_every_format_of_the_table_has_its_module() -> None:
-    for row in CAMERA_FORMATS:
-        module, _, function = row.reader.partition(":")
-        assert callable(getattr(import_module(f"brushgs.formats.cameras.{module}"), function or "read"))
+    for row in formats_of("camera", is_read=True):
+        assert callable(function_of(row.read))
         assert row.name in CAMERAS_READ

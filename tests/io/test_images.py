@@ -1,7 +1,6 @@
 import re
 import struct
 import zlib
-from importlib import import_module
 from pathlib import Path
 from typing import get_args
 
@@ -13,10 +12,12 @@ from hypothesis import strategies as st
 
 import brushgs as bg
 from brushgs import Frame, SceneError
-from brushgs.formats.formats import begins_with
-from brushgs.formats.pictures import formats, identify
+from brushgs.formats import registry
+from brushgs.formats.format import Format, begins_with
 from brushgs.formats.pictures.images import read_bytes, read_image, write_frame
 from brushgs.formats.pictures.oiio import quantise
+from brushgs.formats.registry import function_of, holds_depth
+from brushgs.formats.table import FORMATS, VIDEO_CODECS
 from brushgs.options.choices import Codec
 from brushgs.values.colors import linear_from_srgb, srgb_from_linear
 
@@ -379,20 +380,18 @@ def test_a_line_in_the_table_is_enough_to_read_a_format(
     (tmp_path / "a.png").write_bytes(b"P6 2 1 255\n" + bytes([255, 0, 0, 0, 255, 0]))
     with pytest.raises(SceneError, match=r"it is not PNG, .* or Radiance HDR\); convert it to PNG"):
         read_image(tmp_path / "a.png")
-    row = formats.PictureFormat("PPM", (".ppm",), begins_with(b"P6"))
-    monkeypatch.setattr(identify, "PICTURE_FORMATS", (*formats.PICTURE_FORMATS, row))
+    row = Format("PPM", "picture", (".ppm",), begins_with(b"P6"), read="")
+    monkeypatch.setattr(registry, "_plugged", lambda: (row,))
     assert read_image(tmp_path / "a.png").tolist() == [[[1, 0, 0], [0, 1, 0]]]
 
 
 def test_every_format_of_the_tables_has_its_modules() -> None:
-    for row in (*formats.PICTURE_FORMATS, *formats.WRITTEN_ONLY):
-        for module, function in ((row.precheck, "check_file"), (row.writer, "write")):
-            assert module is None or callable(
-                getattr(import_module(f"brushgs.formats.pictures.{module}"), function)
-            )
-    for codec in formats.VIDEO_CODECS.values():
-        assert callable(import_module(f"brushgs.formats.pictures.{codec.writer}").open_writer)
-    assert {name for row in formats.VIDEO_FORMATS for name in row.codecs} == set(formats.VIDEO_CODECS)
-    assert {*get_args(Codec), "gif"} == set(formats.VIDEO_CODECS)
-    assert formats.holds_depth("a.EXR")
-    assert not formats.holds_depth("a.png")
+    for row in FORMATS:
+        for reference in (row.read, row.write):
+            assert not reference or callable(function_of(reference))
+    for codec in VIDEO_CODECS.values():
+        assert callable(function_of(codec.write))
+    assert {name for row in FORMATS for name in row.codecs} == set(VIDEO_CODECS)
+    assert {*get_args(Codec), "gif"} == set(VIDEO_CODECS)
+    assert holds_depth("a.EXR")
+    assert not holds_depth("a.png")

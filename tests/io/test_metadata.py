@@ -8,14 +8,13 @@ import pytest
 
 import brushgs as bg
 from brushgs.errors import SceneError
-from brushgs.formats.formats import find_by_suffix
 from brushgs.formats.pictures.encoding import choose_encoding
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES, VIDEO_FORMATS, VIDEO_SUFFIXES, WRITTEN_PICTURES
 from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.formats.pictures.metadata import Metadata, is_painted_by, metadata_text, read_metadata
 from brushgs.formats.pictures.pixels import video_pixels
 from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.pictures.video import open_video
+from brushgs.formats.registry import PICTURE_SUFFIXES, VIDEO_SUFFIXES, find_written
 from brushgs.values.frame import Frame
 from brushgs.values.layers import DeepSamples
 from brushgs.version import __version__
@@ -49,7 +48,7 @@ def test_a_file_says_how_it_was_painted_and_stays_the_same(tmp_path: Path, suffi
     path, again = write(tmp_path / f"a{suffix}", SHOT), write(tmp_path / f"b{suffix}", SHOT)
     plain = write(tmp_path / f"c{suffix}", replace(SHOT, origin=None))
     assert path.read_bytes() == again.read_bytes()
-    row = find_by_suffix((*WRITTEN_PICTURES, *VIDEO_FORMATS), path)
+    row = find_written("picture", path) or find_written("video", path)
     assert row is not None
     assert b"brushgs render" not in plain.read_bytes()
     if not row.holds_metadata:

@@ -3,17 +3,14 @@
 import subprocess
 import sys
 from contextlib import nullcontext
-from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.formats import read_scene
-from brushgs.formats.formats import begins_with, has_suffix
-from brushgs.formats.scenes import formats, identify, write
+from brushgs.formats import read_scene, registry
+from brushgs.formats.format import Format, begins_with, has_suffix
 from brushgs.formats.scenes.columns import Columns
 from brushgs.formats.scenes.dropped import Dropped
 from brushgs.formats.scenes.encoding import Encoding
@@ -23,53 +20,46 @@ from brushgs.formats.scenes.stored import Stored
 from tests.scenes import still_life_of
 
 
-def toy_module() -> ModuleType:
+def open_toy(path: Path) -> SceneFile:
     """A format of its own: "TOY" and one byte a Gaussian; the first Gaussian has a NaN."""
+    stored = path / "toy" if path.is_dir() else path
+    count = len(stored.read_bytes()) - 3
 
-    def open_scene(path: Path) -> SceneFile:
-        stored = path / "toy" if path.is_dir() else path
-        count = len(stored.read_bytes()) - 3
+    def decode(start: int, stop: int, out: Columns) -> None:
+        for column in vars(out).values():
+            if column is not None:
+                column[:] = 0
+        out.means[:, 0], out.quats[:, 0] = np.arange(start, stop), 1
+        out.means[: start == 0, 1] = np.nan
 
-        def decode(start: int, stop: int, out: Columns) -> None:
-            for column in vars(out).values():
-                if column is not None:
-                    column[:] = 0
-            out.means[:, 0], out.quats[:, 0] = np.arange(start, stop), 1
-            out.means[: start == 0, 1] = np.nan
+    def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
+        return fill(
+            Columns.empty(count, 1),
+            lambda: nullcontext(decode),
+            block_rows=10,
+            num_rest=0,
+            is_sequential=False,
+            is_logit=True,
+            encoding=encoding,
+            is_raw=is_raw,
+        )
 
-        def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
-            return fill(
-                Columns.empty(count, 1),
-                lambda: nullcontext(decode),
-                block_rows=10,
-                num_rest=0,
-                is_sequential=False,
-                is_logit=True,
-                encoding=encoding,
-                is_raw=is_raw,
-            )
+    return SceneFile(path, "toy", count, 1, read_columns)
 
-        return SceneFile(path, "toy", count, 1, read_columns)
 
-    def write_scene(gaussians: bg.Gaussians, path: Path, known: Stored) -> None:
-        Path(path).write_bytes(b"TOY" + b"." * len(gaussians))
-
-    module = ModuleType("brushgs.formats.scenes.toy")
-    module.open_scene, module.write_scene = open_scene, write_scene
-    return module
+def write_toy(gaussians: bg.Gaussians, path: Path, known: Stored) -> None:
+    Path(path).write_bytes(b"TOY" + b"." * len(gaussians))
 
 
 @pytest.fixture
 def toy(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One more line in the table, and its module."""
+    """One more format."""
 
     def matches(path: Path, begin: bytes) -> bool:
         return begin.startswith(b"TOY") or (path / "toy").is_file()
 
-    row = formats.SceneFormat("toy scene", (".toy",), matches, reader="toy", writer="toy")
-    monkeypatch.setitem(sys.modules, "brushgs.formats.scenes.toy", toy_module())
-    monkeypatch.setattr(identify, "SCENE_FORMATS", (*formats.SCENE_FORMATS, row))
-    monkeypatch.setattr(write, "WRITTEN_SCENES", (*formats.WRITTEN_SCENES, row))
+    row = Format("toy scene", "scene", (".toy",), matches, open_toy, write_toy)
+    monkeypatch.setattr(registry, "_plugged", lambda: (row,))
 
 
 @pytest.mark.usefixtures("toy")
@@ -107,16 +97,8 @@ def test_a_format_is_recognised_by_first_bytes_or_by_suffix() -> None:
     assert has_suffix(".splat")(Path("a.SPLAT"), b"anything")
 
 
-def test_every_format_has_its_modules() -> None:
-    for row in formats.SCENE_FORMATS:
-        assert callable(import_module(f"brushgs.formats.scenes.{row.reader}").open_scene)
-    for row in formats.WRITTEN_SCENES:
-        assert callable(import_module(f"brushgs.formats.scenes.{row.writer}").write_scene)
-
-
-@pytest.mark.parametrize("table", ["scenes", "cameras", "pictures"])
-def test_a_table_loads_nothing_heavy(table: str) -> None:
-    """Help texts read the tables before anything else is loaded."""
-    code = f"import brushgs.formats.{table}.formats, sys; print(*sys.modules)"
+def test_the_table_loads_nothing_heavy() -> None:
+    """Help texts read it before anything else is loaded."""
+    code = "import brushgs.formats.registry, sys; print(*sys.modules)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert not {"numpy", "dataclasses", "OpenImageIO", "av", "hashlib"} & set(found.split())

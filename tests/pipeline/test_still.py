@@ -8,8 +8,8 @@ from PIL import Image
 
 import brushgs as bg
 from brushgs.doctor.describe import describe
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES
 from brushgs.formats.pictures.images import read_image
+from brushgs.formats.registry import PICTURE_SUFFIXES
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,

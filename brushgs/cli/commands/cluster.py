@@ -6,7 +6,7 @@ from brushgs.cli import flags
 from brushgs.cli.clips import open_clip
 from brushgs.cli.configs import paint_config, scene_source, where_config
 from brushgs.cli.console import output_beside, reported
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.registry import SCENE_SUFFIXES
 
 
 def add_flags(parser: ArgumentParser) -> None:

@@ -9,7 +9,7 @@ from brushgs.cli import flags
 from brushgs.cli.configs import paint_config, painting_name, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.cli.words import NOT_PAINTED, words_of
-from brushgs.formats.scenes.formats import STROKE_SUFFIXES
+from brushgs.formats.registry import STROKE_SUFFIXES
 from brushgs.options.page import PAGE_SUFFIXES, QUAD_SUFFIXES
 from brushgs.options.table import Options, option
 

@@ -10,7 +10,7 @@ from brushgs.cli.configs import scene_source, where_config
 from brushgs.cli.fitting_words import table_of_words
 from brushgs.errors import SceneWarning
 from brushgs.formats.files import is_dir
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES, VIDEO_SUFFIXES
+from brushgs.formats.registry import PICTURE_SUFFIXES, VIDEO_SUFFIXES
 from brushgs.options.table import Options, option
 
 

@@ -7,7 +7,7 @@ from brushgs.cli import flags
 from brushgs.cli.clips import open_clip
 from brushgs.cli.configs import paint_config, scene_source, where_config
 from brushgs.cli.console import output_beside, reported
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.registry import SCENE_SUFFIXES
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.table import Options, option
 

@@ -16,7 +16,7 @@ from brushgs.cli.configs import (
 )
 from brushgs.cli.console import output_beside, reported
 from brushgs.cli.passes import ShowPasses
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES, VIDEO_SUFFIXES
+from brushgs.formats.registry import PICTURE_SUFFIXES, VIDEO_SUFFIXES
 from brushgs.options.choices import PRESETS
 from brushgs.options.output import OutputConfig
 from brushgs.options.table import OF_FILES, Options, option, share

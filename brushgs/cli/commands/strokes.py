@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 from brushgs.cli import flags
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES
+from brushgs.formats.registry import PICTURE_SUFFIXES
 from brushgs.options.table import Options, option
 
 DEFAULT_SHEET = f"strokes{PICTURE_SUFFIXES[0]}"

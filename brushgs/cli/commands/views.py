@@ -7,7 +7,7 @@ from typing import Annotated
 from brushgs.cli import flags
 from brushgs.cli.configs import paint_config, scene_source
 from brushgs.cli.console import output_beside, reported
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES
+from brushgs.formats.registry import PICTURE_SUFFIXES
 from brushgs.options.table import Options, option
 
 

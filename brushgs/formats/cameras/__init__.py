@@ -1,1 +1,1 @@
-"""Camera files become a list of `Camera`: one module per format, listed in `formats.py`."""
+"""Camera files become a list of `Camera`."""

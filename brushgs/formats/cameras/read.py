@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 
 import msgspec
@@ -11,16 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.formats.cameras.formats import (
-    CAMERA_FORMATS,
-    CAMERAS_READ,
-    FILES_BESIDE,
-    MODEL_BESIDE,
-    UNREAD_CAMERAS,
-    CameraFormat,
-)
 from brushgs.formats.files import is_dir, is_plain, read_whole
+from brushgs.formats.format import Format
 from brushgs.formats.json_file import MAX_BYTES, check_memory, parse_checked, shown
+from brushgs.formats.registry import CAMERAS_READ, FILES_BESIDE, MODEL_BESIDE, added, formats_of, function_of
 from brushgs.options.choices import size_rule
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
@@ -107,19 +100,20 @@ def read_cameras(path: str | Path) -> CameraFile:
     """
     path = Path(path)
     camera_format, content = _identify(path)
-    module, _, function = camera_format.reader.partition(":")
-    reader = getattr(import_module(f"brushgs.formats.cameras.{module}"), function or "read")
-    file: CameraFile = reader(path, content)
+    file: CameraFile = function_of(camera_format.read)(path, content)
     return file
 
 
-def _identify(path: Path) -> tuple[CameraFormat, bytes | None]:
+def _identify(path: Path) -> tuple[Format, bytes | None]:
     """The format of a file, and its bytes; None where the path shows the format."""
-    for camera_format in CAMERA_FORMATS:
-        if camera_format.matches_path is not None and camera_format.matches_path(path):
-            return camera_format, None
-    if (what := UNREAD_CAMERAS.get(path.suffix.lower())) is not None:
-        raise SceneError(path, f"is {what}, which is not read; export its cameras as glTF (.glb) or USD")
+    known = formats_of("camera")
+    by_path = next((row for row in known if row.matches(path, b"")), None)
+    if by_path is None and path.suffix.lower() != ".json":
+        by_path = next((row for row in added("camera") if row.matches(path, b"")), None)
+    if by_path is not None:
+        if by_path.read is None:
+            raise SceneError(path, f"is {by_path.name}, which is not read; {by_path.cure}")
+        return by_path, None
     cure = f"give {CAMERAS_READ}"
     content = read_whole(path, MAX_BYTES)
     check_memory(path, content)
@@ -127,7 +121,7 @@ def _identify(path: Path) -> tuple[CameraFormat, bytes | None]:
         value = msgspec.json.decode(content, type=list[msgspec.Raw] | dict[str, msgspec.Raw])
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         value = parse_checked(path, content, cure)
-    for camera_format in CAMERA_FORMATS:
+    for camera_format in known:
         key = camera_format.key
         if (key in value) if key and isinstance(value, dict) else (key == "" and isinstance(value, list)):
             return camera_format, content

@@ -12,8 +12,8 @@ from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import read_whole
-from brushgs.formats.guides.formats import GUIDE_FORMATS, GUIDES_READ
 from brushgs.formats.json_file import SMALL_OBJECT, shown
+from brushgs.formats.registry import GUIDES_READ, added, by_suffix, formats_of, function_of
 from brushgs.formats.schema import decode
 from brushgs.values.arrays import F64, Rows
 
@@ -82,7 +82,7 @@ class _File(Struct, forbid_unknown_fields=True):
     reach: float | None = None
 
 
-def _of_json(path: Path, content: bytes) -> Guides:
+def read_lists(path: Path, content: bytes) -> Guides:
     """Of JSON: a list of lines, each a list of points [x, y, z]; or an object with "guides" and "reach".
 
     {"reach": 0.5, "guides": [[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 2, 0], [0, 2, 1]]]}
@@ -101,7 +101,7 @@ def _of_json(path: Path, content: bytes) -> Guides:
     return guides_of(path, points, segments, file.reach)
 
 
-def _of_obj(path: Path, content: bytes) -> Guides:
+def read_obj(path: Path, content: bytes) -> Guides:
     """Of Wavefront OBJ: points `v x y z` and lines `l 1 2 3`; everything else in the file is skipped.
 
     A comment `# reach 0.5` states how far the guides reach. Blender writes edges without faces as lines; its
@@ -186,8 +186,8 @@ def read_guides(path: str | Path) -> Guides:
             holds no line, or a number that is not finite.
     """
     path = Path(path)
-    guide_format = next((row for row in GUIDE_FORMATS if path.suffix.lower() in row.suffixes), None)
+    guide_format = by_suffix(formats_of("guides"), path) or by_suffix(added("guides"), path)
     if guide_format is None:
         raise SceneError(path, f"is no file of guides of a known format; give {GUIDES_READ}")
-    read = {"obj": _of_obj, "lists": _of_json}[guide_format.reader]
-    return read(path, read_whole(path, MAX_BYTES, "guides file"))
+    guides: Guides = function_of(guide_format.read)(path, read_whole(path, MAX_BYTES, "guides file"))
+    return guides

@@ -1,4 +1,4 @@
-"""Files become moving scenes: one module per format, listed in `formats.py`.
+"""Files become moving scenes: one module per format, listed in `table.py`.
 
 Imports nothing heavy before a file is read.
 """

@@ -5,7 +5,6 @@ from math import nextafter
 
 import numpy as np
 
-from brushgs.formats.moving.formats import NOMINAL_FRAMES, NOMINAL_RATE
 from brushgs.formats.moving.formula import Formula, path_faults
 from brushgs.formats.scenes.columns import Columns
 from brushgs.formats.scenes.dropped import Dropped, Faults, find_faults
@@ -13,10 +12,13 @@ from brushgs.formats.scenes.encoding import Encoding
 from brushgs.formats.scenes.notes import join_notes
 from brushgs.formats.scenes.scene_file import SceneFile
 from brushgs.formats.scenes.used_terms import drop_zero_bands
+from brushgs.options.choices import CLIP_FPS
 from brushgs.values.arrays import F32, F64, Mask
 from brushgs.values.gaussians import SH_TERMS
 from brushgs.values.moving import MovingScene
 
+NOMINAL_RATE = CLIP_FPS  # moments a second where a format does not say
+NOMINAL_FRAMES = 50  # from time 0 to 1, where a format does not say: SpaceTimeGaussian trains so many at once
 NOMINAL_DURATION = NOMINAL_FRAMES / NOMINAL_RATE  # seconds
 
 

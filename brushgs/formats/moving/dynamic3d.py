@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.formats.moving.formats import NOMINAL_RATE
+from brushgs.formats.moving.clip import NOMINAL_RATE
 from brushgs.formats.moving.kept_moments import Moments
 from brushgs.formats.moving.kept_rows import Kept, keep_rows
 from brushgs.formats.moving.npz import StoredArray, open_npz

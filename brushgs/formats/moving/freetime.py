@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.formats.moving.clip import NOMINAL_DURATION, RawRows, clip_of
-from brushgs.formats.moving.formats import NOMINAL_RATE
+from brushgs.formats.moving.clip import NOMINAL_DURATION, NOMINAL_RATE, RawRows, clip_of
 from brushgs.formats.moving.ply_columns import TimedPly, read_timed
 from brushgs.values.moving import MovingScene
 

@@ -2,14 +2,14 @@
 
 import warnings
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.formats.files import is_plain
-from brushgs.formats.moving.formats import MovingFormat, find_moving
+from brushgs.formats.files import is_dir, is_plain
+from brushgs.formats.format import NUM_FIRST_BYTES, Format
+from brushgs.formats.registry import SCENE_FORMATS, added, formats_of, function_of
 from brushgs.options.scene_source import SceneSource
 from brushgs.values.moving import MovingScene
 
@@ -23,7 +23,7 @@ def open_formula(source: SceneSource) -> MovingScene | None:
         _warn_of_networks(source.paths)
         return None
     path, row = found
-    if row.reader is None:
+    if row.read is None:
         raise SceneError(path, f"is a {row.name}, {row.cure}")
     if len(source.paths) > 1:
         raise SceneError(path, f"is a {row.name}, which moves by itself; name it alone")
@@ -32,19 +32,42 @@ def open_formula(source: SceneSource) -> MovingScene | None:
     if source.moments_per_second is not None:
         what = f"is a {row.name}, one file that moves, not numbered moments"
         raise SceneError(path, f"{what}; omit their rate (--moments-per-second)")
-    reader = import_module(f"brushgs.formats.moving.{row.reader}")
+    open_moving = function_of(row.read)
     # Values beyond float32 become infinite and NaN stays NaN: the readers drop both.
     with np.errstate(all="ignore"):
-        moving: MovingScene = reader.open_moving(path)
+        moving: MovingScene = open_moving(path)
     return moving
 
 
-def _find(paths: Sequence[Path]) -> tuple[Path, MovingFormat] | None:
+def _find(paths: Sequence[Path]) -> tuple[Path, Format] | None:
     """The first path that is a moving scene of itself."""
     for path in paths[:_NUM_INSPECTED]:
         if (row := find_moving(path)) is not None:
             return path, row
     return None
+
+
+def find_moving(path: Path) -> Format | None:
+    """The format of a moving scene that a path is of, also of one that is not read; None if of none.
+
+    None too for what is not there or may not be read: the reader of still scenes says so. Formats of other
+    packages are asked of files that are no still scene either.
+    """
+    begin = b""
+    if not is_dir(path):
+        try:
+            if not is_plain(path):
+                return None
+            with path.open("rb", buffering=0) as file:
+                begin = file.read(NUM_FIRST_BYTES)
+        except OSError:
+            return None
+        if not begin:
+            return None
+    own = next((row for row in formats_of("clip") if row.matches(path, begin)), None)
+    if own is not None or not begin or any(row.matches(path, begin) for row in SCENE_FORMATS):
+        return own
+    return next((row for row in added("clip") if row.matches(path, begin)), None)
 
 
 def _warn_of_networks(paths: Sequence[Path]) -> None:

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.formats import suffixes_of
-from brushgs.formats.scenes.formats import KNOWN_SCENES
+from brushgs.formats.registry import formats_of, suffixes_of
 
 # Last words before the number. The first are said of nothing but moments; the second of other things that one
 # finds numbered: parts of one scene, its levels of detail, versions, and states of training.
@@ -25,7 +24,7 @@ _OF_OTHERS = {
     *("room", "floor", "layer", "object", "obj", "cluster", "lod", "level", "degree", "sh"),
     *("v", "ver", "version", "iter", "iteration", "iterations", "step", "steps", "epoch", "checkpoint"),
 }
-_SUFFIXES = {suffix for suffix in suffixes_of(KNOWN_SCENES) if suffix != ".json"}
+_SUFFIXES = {suffix for suffix in suffixes_of(formats_of("scene")) if suffix != ".json"}
 _MOST_DIGITS = 15  # of a number, so that it is exact
 # Numbers count moments where at least half of those between the first and the last are there.
 _LEAST_FILLED = 0.5

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import filling, is_dir, is_plain
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES
+from brushgs.formats.registry import SCENE_SUFFIXES
 from brushgs.formats.scenes.ply_header import STROKES
 from brushgs.formats.scenes.write import write_scene
 from brushgs.values.camera import FirstView

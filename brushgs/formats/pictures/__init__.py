@@ -1,1 +1,1 @@
-"""Pictures are read and written, videos written; the formats are listed in `formats.py`."""
+"""Pictures are read and written, videos written."""

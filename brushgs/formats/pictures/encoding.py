@@ -3,16 +3,9 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from brushgs.formats.formats import find_by_suffix
-from brushgs.formats.pictures.formats import (
-    VIDEO_CODECS,
-    VIDEO_FORMATS,
-    VIDEO_SUFFIXES,
-    WRITTEN_PICTURES,
-    PictureFormat,
-    VideoCodec,
-    VideoFormat,
-)
+from brushgs.formats.format import Format, VideoCodec
+from brushgs.formats.registry import VIDEO_FORMATS, VIDEO_SUFFIXES, by_suffix, find_written
+from brushgs.formats.table import VIDEO_CODECS
 from brushgs.options.table import listed
 
 
@@ -35,7 +28,7 @@ def check_bits(path: str | Path, bits: int | None) -> int:
     Raises:
         ValueError: if the format does not offer so many.
     """
-    picture_format = find_by_suffix(WRITTEN_PICTURES, path)
+    picture_format = find_written("picture", path)
     assert picture_format is not None, "the suffix was checked"
     return _bits(path, picture_format, bits)
 
@@ -54,7 +47,7 @@ def choose_encoding(
     Raises:
         ValueError: if the format does not offer what is asked for.
     """
-    picture_format = find_by_suffix(WRITTEN_PICTURES, path)
+    picture_format = find_written("picture", path)
     if picture_format is not None and codec is not None:
         raise ValueError(f"codec must be omitted for {_suffix(path)}, which is no video, got {codec!r}")
     offer = codec_of(path, codec) if picture_format is None else picture_format
@@ -66,9 +59,9 @@ def choose_encoding(
     return Encoding(_bits(path, offer, bits), transparent)
 
 
-def video_format_of(path: str | Path) -> VideoFormat:
+def video_format_of(path: str | Path) -> Format:
     """The format of a video by its suffix. Raises ValueError."""
-    video_format = find_by_suffix(VIDEO_FORMATS, path)
+    video_format = by_suffix(VIDEO_FORMATS, path)
     if video_format is None:
         raise ValueError(f"path of a video must end in {', '.join(VIDEO_SUFFIXES)}, got {str(path)!r}")
     return video_format
@@ -89,10 +82,10 @@ def _elsewhere(codec: str) -> str:
     return f"; {listed(suffixes)} takes that" if suffixes else ""
 
 
-def _bits(path: str | Path, offer: PictureFormat | VideoCodec, bits: int | None) -> int:
+def _bits(path: str | Path, offer: Format | VideoCodec, bits: int | None) -> int:
     if bits is not None and bits not in offer.bits:
         known = listed([str(number) for number in sorted(offer.bits)])
-        name = "" if isinstance(offer, PictureFormat) else f" with {offer.name}"
+        name = "" if isinstance(offer, Format) else f" with {offer.name}"
         raise ValueError(f"bits must be {known} for {_suffix(path)}{name}, got {bits}")
     return bits or offer.bits[0]
 

@@ -7,16 +7,15 @@ the table, chosen by content.
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, scratch_folder
-from brushgs.formats.formats import NUM_FIRST_BYTES
-from brushgs.formats.pictures.formats import PICTURE_FORMATS, PICTURES_READ, PictureFormat
+from brushgs.formats.format import NUM_FIRST_BYTES, Format
+from brushgs.formats.registry import PICTURES_READ, find_read, function_of
 
 
-def find_format(path: Path, max_pixels: int) -> PictureFormat:
+def find_format(path: Path, max_pixels: int) -> Format:
     """The format of a picture, checked as far as is needed before a decoder opens it.
 
     Raises:
@@ -25,20 +24,17 @@ def find_format(path: Path, max_pixels: int) -> PictureFormat:
     """
     with open_plain(path, "picture") as file:
         begin = file.read(NUM_FIRST_BYTES)
-        for picture_format in PICTURE_FORMATS:
-            if picture_format.matches(path, begin):
-                break
-        else:
+        picture_format = find_read("picture", path, begin)
+        if picture_format is None:
             fact = f"cannot be read as a picture (it is not {PICTURES_READ})"
             raise SceneError(path, f"{fact}; convert it to PNG")
-        if picture_format.precheck is not None:
-            module = import_module(f"brushgs.formats.pictures.{picture_format.precheck}")
-            module.check_file(path, file, max_pixels)
+        if picture_format.read:
+            function_of(picture_format.read)(path, file, max_pixels)
     return picture_format
 
 
 @contextmanager
-def suffixed(path: Path, picture_format: PictureFormat) -> Iterator[Path]:
+def suffixed(path: Path, picture_format: Format) -> Iterator[Path]:
     """A path to the file with a suffix of its format, so that no other decoder is tried first."""
     if path.suffix.lower() in picture_format.suffixes:
         yield path

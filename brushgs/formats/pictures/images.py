@@ -1,4 +1,4 @@
-"""Pictures are read and written through OpenImageIO, in the formats of the table in `formats.py`.
+"""Pictures are read and written through OpenImageIO, in the formats of `table.py`.
 
 Inside brushgs pictures are display-encoded float32 in 0 to 1. Files that hold linear light (EXR) are
 converted here. By default OpenImageIO multiplies colour by alpha on reading, in 8 bits; here it is set not
@@ -7,7 +7,6 @@ to, so that straight colours are read bit for bit.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +15,13 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import scratch_folder
-from brushgs.formats.formats import find_by_suffix
+from brushgs.formats.format import Format
 from brushgs.formats.pictures.encoding import check_bits
-from brushgs.formats.pictures.formats import PICTURE_SUFFIXES, WRITTEN_PICTURES, PictureFormat
 from brushgs.formats.pictures.identify import find_format, suffixed
 from brushgs.formats.pictures.limits import MAX_PIXELS, check_pixels
 from brushgs.formats.pictures.oiio import Background, first_line
 from brushgs.formats.pictures.shot import Shot
+from brushgs.formats.registry import PICTURE_SUFFIXES, find_written, function_of
 from brushgs.values.arrays import F32
 from brushgs.values.colors import srgb_from_linear
 from brushgs.values.frame import Frame
@@ -84,7 +83,7 @@ def read_bytes(path: Path, max_pixels: int) -> NDArray[np.uint8]:
 
 
 @contextmanager
-def _opened(path: Path, max_pixels: int) -> Iterator[tuple["OpenImageIO.ImageInput", PictureFormat]]:
+def _opened(path: Path, max_pixels: int) -> Iterator[tuple["OpenImageIO.ImageInput", Format]]:
     """A picture whose header was checked, and its format. Raises SceneError as `read_image` does."""
     import OpenImageIO
 
@@ -218,7 +217,7 @@ def write_frame(
             JPEG or an AVIF, which hold no transparency; or if the format has not so many bits.
         SceneError: if the file cannot be written.
     """
-    picture_format = find_by_suffix(WRITTEN_PICTURES, path)
+    picture_format = find_written("picture", path)
     if picture_format is None:
         suffixes = ", ".join(PICTURE_SUFFIXES)
         raise ValueError(
@@ -228,9 +227,7 @@ def write_frame(
     options: dict[str, Any] = {"bits": bits} if len(picture_format.bits) > 1 else {}
     if picture_format.holds_metadata:
         options["shot"] = shot
-    import_module(f"brushgs.formats.pictures.{picture_format.writer}").write(
-        frame, path, background, **options
-    )
+    function_of(picture_format.write)(frame, path, background, **options)
 
 
 def encode_frame(

@@ -12,11 +12,11 @@ import msgspec
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import check_plain, exists
-from brushgs.formats.formats import find_by_suffix
-from brushgs.formats.pictures.formats import VIDEO_FORMATS
 from brushgs.formats.pictures.identify import find_format, suffixed
 from brushgs.formats.pictures.limits import MAX_PIXELS
 from brushgs.formats.pictures.shot import Origin, Shot
+from brushgs.formats.registry import VIDEO_FORMATS
+from brushgs.formats.registry import by_suffix as by_suffix
 from brushgs.values.camera import Camera
 from brushgs.version import __version__
 
@@ -77,7 +77,7 @@ def read_metadata(path: Path) -> Metadata | None:
     Raises:
         SceneError: if there is no such file, or it is no picture or video that can be read.
     """
-    text = _comment(path) if find_by_suffix(VIDEO_FORMATS, path) else _description(path)
+    text = _comment(path) if by_suffix(VIDEO_FORMATS, path) else _description(path)
     try:
         return msgspec.json.decode(text, type=Metadata)
     except (msgspec.DecodeError, RecursionError):
@@ -103,7 +103,7 @@ def _camera(camera: Camera) -> CameraMetadata:
 def _comment(path: Path) -> str:
     import av
 
-    video_format = find_by_suffix(VIDEO_FORMATS, path)
+    video_format = by_suffix(VIDEO_FORMATS, path)
     assert video_format is not None, "the suffix was checked"
     check_plain(path, "video")
     try:

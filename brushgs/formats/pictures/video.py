@@ -1,4 +1,4 @@
-"""Frames become a video: .mp4, .mov, .webm, .mkv or .gif, see the tables in `formats.py`.
+"""Frames become a video: .mp4, .mov, .webm, .mkv or .gif, see `table.py`.
 
 A video appears when it is complete.
 """
@@ -6,16 +6,15 @@ A video appears when it is complete.
 import contextlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from importlib import import_module
 from itertools import chain
 from pathlib import Path
 
 from brushgs.formats.files import replacing
 from brushgs.formats.pictures.encoding import choose_encoding, codec_of, video_format_of
-from brushgs.formats.pictures.formats import VIDEO_SUFFIXES
 from brushgs.formats.pictures.libav import Film, VideoWriter, as_scene_error
 from brushgs.formats.pictures.pixels import video_pixels
 from brushgs.formats.pictures.rate import frame_rate
+from brushgs.formats.registry import VIDEO_SUFFIXES, function_of
 from brushgs.values.arrays import Array
 from brushgs.values.colors import rgb_of
 from brushgs.values.frame import Frame
@@ -165,10 +164,10 @@ def open_video(
     encoding = choose_encoding(path, codec=codec, bits=bits, transparent=transparent)
     check_rate(path, fps)
     check_size(path, width, height, codec)
-    module = import_module(f"brushgs.formats.pictures.{codec_of(path, codec).writer}")
+    open_writer = function_of(codec_of(path, codec).write)
     rate, size = frame_rate(fps), padded_size(path, width, height, codec)
     with replacing(path) as temporary, as_scene_error(path), contextlib.ExitStack() as stack:
         film = Film(temporary, video_format_of(path).container, size, rate, encoding, loops)
-        writer: VideoWriter = module.open_writer(stack, film)
+        writer: VideoWriter = open_writer(stack, film)
         yield writer
         writer.finish()

@@ -1,1 +1,1 @@
-"""Scene files become Gaussians and Gaussians scene files: one module per format, listed in `formats.py`."""
+"""Scene files become Gaussians, and Gaussians scene files."""

@@ -7,16 +7,13 @@ from pathlib import Path
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import is_dir
-from brushgs.formats.formats import suffixes_of
-from brushgs.formats.scenes.formats import SCENE_FORMATS
+from brushgs.formats.registry import SCENE_FORMATS, suffixes_of
 from brushgs.formats.scenes.identify import match_format
 from brushgs.options.scene_source import expand
 from brushgs.options.table import listed
 
 _DEEP, _FAR = 3, 1000  # folders and entries in which a scene is searched, for the cure in a message
-_OWN_SUFFIXES = {
-    suffix for suffix in suffixes_of(SCENE_FORMATS) if suffix != ".json"
-}  # of nothing but scenes
+_OWN_SUFFIXES = {s for s in suffixes_of(SCENE_FORMATS) if s != ".json"}  # of nothing but scenes
 
 
 def find_parts(paths: Iterable[Path]) -> list[Path]:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import check_plain, is_dir, open_plain
-from brushgs.formats.formats import BYTE_ORDER_MARK, NUM_FIRST_BYTES, ZIP_BEGINNINGS
-from brushgs.formats.scenes.formats import KNOWN_SCENES, SCENE_FORMATS, SCENES_READ, SceneFormat
+from brushgs.formats.format import BYTE_ORDER_MARK, NUM_FIRST_BYTES, ZIP_BEGINNINGS, Format
+from brushgs.formats.registry import SCENES_READ, find_read, formats_of
 
 # First bytes of files that are no scenes -> what they are, and the cure.
 _NO_SCENES = {
@@ -16,7 +16,7 @@ _NO_SCENES = {
 }
 
 
-def find_format(path: Path) -> SceneFormat:
+def find_format(path: Path) -> Format:
     """The format of a scene file or of a folder that holds a scene.
 
     Raises:
@@ -31,7 +31,7 @@ def find_format(path: Path) -> SceneFormat:
     return scene_format
 
 
-def match_format(path: Path) -> SceneFormat | None:
+def match_format(path: Path) -> Format | None:
     """`find_format`, but None for what is of no format that is read, such as a folder of scene files.
 
     Raises:
@@ -47,10 +47,10 @@ def _first_bytes(path: Path) -> bytes:
         return file.read(NUM_FIRST_BYTES)
 
 
-def _match(path: Path, begin: bytes) -> SceneFormat | None:
+def _match(path: Path, begin: bytes) -> Format | None:
     if not begin and not is_dir(path):
         return None
-    return next((row for row in SCENE_FORMATS if row.matches(path, begin)), None)
+    return find_read("scene", path, begin)
 
 
 def _what_it_is(path: Path, begin: bytes) -> str:
@@ -66,8 +66,7 @@ def _what_it_is(path: Path, begin: bytes) -> str:
 
         with open_files(path):  # raises: it says what the archive holds
             pass
-    for known in KNOWN_SCENES:
+    for known in formats_of("scene"):
         if known.matches(path, begin):
-            cure = "convert it to .ply first, for example with SuperSplat or splat-transform"
-            return f"is a {known.name}, which is not read; {cure}"
+            return f"is a {known.name}, which is not read; {known.cure}"
     return f"is of no scene format that is read: it begins with {begin[:8]!r}; export it as {SCENES_READ}"

@@ -1,10 +1,10 @@
 """One scene file of any format is opened, and what it holds looked over."""
 
 import warnings
-from importlib import import_module
 from pathlib import Path
 
 from brushgs.errors import SceneError, SceneWarning
+from brushgs.formats.registry import function_of
 from brushgs.formats.scenes.columns import Columns
 from brushgs.formats.scenes.identify import find_format
 from brushgs.formats.scenes.scene_file import SceneFile
@@ -25,12 +25,12 @@ def open_file(path: Path, lod: int | None) -> SceneFile:
         SceneError: if it is of no known format or damaged, or has no levels of detail and one is asked for.
     """
     scene_format = find_format(path)
-    reader = import_module(f"brushgs.formats.scenes.{scene_format.reader}")
+    open_scene = function_of(scene_format.read)
     if lod is not None and not scene_format.has_levels:
         raise SceneError(
             path, f"is a {scene_format.name}, which has no levels of detail; omit the level (lod)"
         )
-    file: SceneFile = reader.open_scene(path, lod) if scene_format.has_levels else reader.open_scene(path)
+    file: SceneFile = open_scene(path, lod) if scene_format.has_levels else open_scene(path)
     return file
 
 

@@ -16,12 +16,12 @@ import numpy as np
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, read_exactly
+from brushgs.formats.format import SPLAT_ROW_SIZE
 from brushgs.formats.scenes.columns import Columns, check_decoded_size
 from brushgs.formats.scenes.dropped import Dropped
 from brushgs.formats.scenes.encoding import Encoding
 from brushgs.formats.scenes.fill import Decoder, RowSource
 from brushgs.formats.scenes.scene_file import SceneFile
-from brushgs.formats.scenes.unmarked import SPLAT_ROW_SIZE
 
 QUAT_ZERO = 128  # the byte that stands for 0, and the steps from there to 1
 _BLOCK_ROWS = 4096

@@ -11,11 +11,11 @@ import numpy as np
 
 from brushgs.errors import SceneWarning
 from brushgs.formats.files import replacing
+from brushgs.formats.format import SPLAT_ROW_SIZE
 from brushgs.formats.scenes.finite_logs import finite_scales, unit_quats
 from brushgs.formats.scenes.rounding import rounded
 from brushgs.formats.scenes.splat import QUAT_ZERO
 from brushgs.formats.scenes.stored import NOTHING, Stored
-from brushgs.formats.scenes.unmarked import SPLAT_ROW_SIZE
 from brushgs.options.table import listed
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0

@@ -1,14 +1,12 @@
 """Gaussians become a scene file; its suffix decides the format."""
 
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.formats.formats import find_by_suffix
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES, WRITTEN_SCENES
+from brushgs.formats.registry import SCENE_SUFFIXES, find_written, function_of
 from brushgs.formats.scenes.stored import Stored
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
@@ -46,15 +44,14 @@ def write_scene(
         ValueError: if the suffix is of no format, there are no Gaussians, or a value does not fit the format.
         SceneError: if the file cannot be written.
     """
-    scene_format = find_by_suffix(WRITTEN_SCENES, path)
+    scene_format = find_written("scene", path)
     if scene_format is None:
         known = ", ".join(SCENE_SUFFIXES)
         raise ValueError(f"save: Gaussians must go to a {known} file, got {str(path)!r}; change the suffix")
     _check(gaussians, brushes)
-    writer = import_module(f"brushgs.formats.scenes.{scene_format.writer}")
     named = () if gaussians.brushes is None else tuple(brushes)
     stored = Stored(scene, first_view, named, is_strokes=is_strokes, antialiased=gaussians.antialiased)
-    order = writer.write_scene(gaussians, path, stored)
+    order = function_of(scene_format.write)(gaussians, path, stored)
     if not (measures and scene_format.rounds):
         return None
     from brushgs.formats.scenes.losses import measure_losses

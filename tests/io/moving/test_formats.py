@@ -10,7 +10,7 @@ import pytest
 import brushgs as bg
 from brushgs import SceneError, SceneWarning
 from brushgs.formats.moving import load_moving, open_moving
-from brushgs.formats.moving.formats import KNOWN_MOVING, MOVING_FORMATS, MOVING_READ
+from brushgs.formats.registry import MOVING_FORMATS, MOVING_READ, formats_of
 from tests.io.moving import clips
 from tests.io.ply_maker import scene_columns, write_scene
 
@@ -90,9 +90,9 @@ def test_what_needs_a_network_or_a_pickle_is_refused_with_the_export_that_works(
 
 
 def test_every_format_has_a_reader_or_a_cure() -> None:
-    for row in KNOWN_MOVING:
-        assert bool(row.reader) != bool(row.cure)
-        assert bool(row.reader) == bool(row.note)
+    for row in formats_of("clip"):
+        assert bool(row.read) != bool(row.cure)
+        assert bool(row.read) == bool(row.note)
     assert all(row.note in MOVING_READ for row in MOVING_FORMATS)
 
 

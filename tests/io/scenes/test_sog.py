@@ -10,10 +10,10 @@ import pytest
 
 import brushgs as bg
 from brushgs.formats import read_scene
-from brushgs.formats.formats import NUM_FIRST_BYTES
+from brushgs.formats.format import NUM_FIRST_BYTES
+from brushgs.formats.registry import SCENE_FORMATS
 from brushgs.formats.scenes import sog
 from brushgs.formats.scenes.encoding import STANDARD
-from brushgs.formats.scenes.formats import SCENE_FORMATS
 from tests.io.scenes.sog_maker import decode_row, files_of, make, webp, write_bundle, write_folder, zipped
 from tests.scenes import real_scene
 
@@ -364,8 +364,8 @@ def test_only_archives_that_hold_a_scene_are_of_the_format(tmp_path: Path) -> No
     for name, is_scene in (("photos.zip", False), ("scene.zip", True), ("damaged.sog", True)):
         path = tmp_path / name
         begin = path.read_bytes()[:NUM_FIRST_BYTES]
-        matching = [row.reader for row in SCENE_FORMATS if row.matches(path, begin)]
-        assert matching == (["sog"] if is_scene else [])
+        matching = [row.name for row in SCENE_FORMATS if row.matches(path, begin)]
+        assert matching == (["SOG scene"] if is_scene else [])
 
 
 def test_a_damaged_archive_is_refused(tmp_path: Path) -> None:

@@ -136,7 +136,7 @@ def test_a_real_scene_is_known_by_its_content(name: str, num_rows: int, tmp_path
 
 
 def test_no_other_real_file_is_taken_for_a_splat_scene() -> None:
-    from brushgs.formats.scenes.unmarked import is_ksplat, is_splat
+    from brushgs.formats.format import is_ksplat, is_splat
 
     others = [path for path in SCENES_FOLDER.rglob("*") if path.is_file() and "splat" not in path.suffix]
     if not others:

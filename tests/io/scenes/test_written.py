@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 import brushgs as bg
 from brushgs import Gaussians
 from brushgs.formats import read_scene
+from brushgs.formats.registry import SCENE_SUFFIXES
 from brushgs.formats.scenes.columns import Columns
-from brushgs.formats.scenes.formats import SCENE_SUFFIXES
 from brushgs.formats.scenes.stored import Stored
 from brushgs.formats.scenes.write import write_scene
 from brushgs.pipeline.report import Report

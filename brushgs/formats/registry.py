@@ -1,0 +1,142 @@
+"""Which format a file is of, and how formats are listed in a sentence.
+
+Other packages add formats by entry points of the group `brushgs.formats`, each a `Format` or a tuple of them;
+see `examples/format_plugin`. They are asked where no format of our own table fits.
+"""
+
+import warnings
+from collections.abc import Callable, Iterable
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any, get_args
+
+from brushgs.errors import SceneWarning
+from brushgs.formats.format import Format, Function, Kind
+from brushgs.formats.table import FORMATS, VIDEO_CODECS
+from brushgs.options.page import QUAD_SUFFIXES
+from brushgs.options.table import listed
+
+GROUP = "brushgs.formats"  # of entry points
+
+
+def formats_of(kind: Kind, *, is_read: bool = False, is_written: bool = False) -> tuple[Format, ...]:
+    """The formats of this table that hold such things; of those that are written, with these suffixes."""
+    rows = (row for row in FORMATS if row.kind == kind)
+    if is_written:
+        rows = (row._replace(suffixes=row.written or row.suffixes) for row in rows if row.write)
+    return tuple(row for row in rows if row.read is not None or not is_read)
+
+
+def suffixes_of(formats: Iterable[Format]) -> tuple[str, ...]:
+    """All suffixes, in the order of the table."""
+    return tuple(suffix for row in formats for suffix in row.suffixes)
+
+
+def by_suffix(formats: Iterable[Format], path: str | Path) -> Format | None:
+    """The format that a name is of; of several suffixes that it ends with, the longest decides."""
+    name = Path(path).name.lower()
+    found = [(len(s), row) for row in formats for s in row.suffixes if name.endswith(s) and name != s]
+    return max(found, key=lambda pair: pair[0])[1] if found else None
+
+
+def find_read(kind: Kind, path: Path, begin: bytes) -> Format | None:
+    """The format that a path with these first bytes is of, and that is read; None if there is none."""
+    own = next((row for row in _READ[kind] if row.matches(path, begin)), None)
+    return own or next(
+        (row for row in added(kind) if row.read is not None and row.matches(path, begin)), None
+    )
+
+
+def find_written(kind: Kind, path: str | Path) -> Format | None:
+    """The format that a file is to be written in; None if none has its suffix.
+
+    Of several suffixes that the name ends with, the longest decides: ".compressed.ply" before ".ply".
+    """
+    return by_suffix(_WRITTEN[kind], path) or by_suffix((row for row in added(kind) if row.write), path)
+
+
+def function_of(reference: Function) -> Callable[..., Any]:
+    """The function that reads or writes a format, imported if it is named."""
+    if callable(reference):
+        return reference
+    assert reference, "the caller knows that there is one"
+    module, _, name = reference.partition(":")
+    found: Callable[..., Any] = getattr(import_module(f"brushgs.formats.{module}"), name)
+    return found
+
+
+def added(kind: Kind) -> tuple[Format, ...]:
+    """The formats that other packages add."""
+    return tuple(row for row in _plugged() if row.kind == kind)
+
+
+@cache
+def _plugged() -> tuple[Format, ...]:
+    """All formats of other packages; a SceneWarning names a package whose formats cannot be used."""
+    from importlib.metadata import entry_points  # takes as long as the help: not needed for our own
+
+    rows: list[Format] = []
+    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
+        try:
+            found = point.load()
+            given = (found,) if isinstance(found, Format) else tuple(found)
+            if fault := next((fault for row in given if (fault := _fault(row))), None):
+                raise TypeError(fault)
+        except Exception as error:
+            why = str(error).splitlines()[0] if str(error) else type(error).__name__
+            message = f"entry point {point.name!r} of {GROUP} cannot be used ({why}); update its package"
+            warnings.warn(SceneWarning(message), stacklevel=2)
+        else:
+            rows += given
+    return tuple(rows)
+
+
+def _fault(row: object) -> str | None:
+    """Why a row of another package cannot be used."""
+    if not isinstance(row, Format):
+        return f"it must be a Format, got {type(row).__name__}"
+    if row.kind not in get_args(Kind):
+        return f"the kind of {row.name!r} must be {listed(get_args(Kind), 'or')}, got {row.kind!r}"
+    if not all(s.startswith(".") and s == s.lower() for s in row.suffixes):
+        return f"the suffixes of {row.name!r} must begin with a dot, in lower case"
+    return None
+
+
+_READ = {kind: formats_of(kind, is_read=True) for kind in get_args(Kind)}
+_WRITTEN = {kind: formats_of(kind, is_written=True) for kind in get_args(Kind)}
+SCENE_FORMATS, MOVING_FORMATS, PICTURE_FORMATS = _READ["scene"], _READ["clip"], _READ["picture"]
+SCENE_SUFFIXES = suffixes_of(_WRITTEN["scene"])  # that a scene may be written to
+# That the strokes of a painting are exported to; a .glb has them as textured rectangles.
+STROKE_SUFFIXES = tuple(suffix for suffix in SCENE_SUFFIXES if suffix not in QUAD_SUFFIXES)
+PICTURE_SUFFIXES = suffixes_of(_WRITTEN["picture"])
+VIDEO_FORMATS = _WRITTEN["video"]
+VIDEO_SUFFIXES = suffixes_of(VIDEO_FORMATS)
+# What may lie beside a scene, where trainers and captures keep cameras: files, and the folder of a model.
+FILES_BESIDE, MODEL_BESIDE = ("cameras.json", "transforms.json", "transforms_train.json"), "sparse/0"
+BESIDE_READ = listed([*FILES_BESIDE, MODEL_BESIDE])
+# For help and error texts, such as ".ply (as 3DGS trainers write it, ...)" and ".mp4 (H.264 ...)".
+SCENES_READ = listed([f"{row.suffixes[0]} ({row.note})" for row in SCENE_FORMATS])
+MOVING_READ = listed([row.note for row in MOVING_FORMATS])
+CAMERAS_READ = listed([row.name for row in _READ["camera"]])
+GUIDES_READ = listed([f"{row.name} ({', '.join(row.suffixes)})" for row in _READ["guides"]])
+PICTURES_READ = listed([row.name for row in PICTURE_FORMATS])
+PICTURES_WRITTEN = listed([f"{row.suffixes[0]} ({row.note})" for row in _WRITTEN["picture"]])
+VIDEOS_WRITTEN = listed(
+    [
+        f"{row.suffixes[0]} ({listed([VIDEO_CODECS[name].name for name in row.codecs])})"
+        for row in VIDEO_FORMATS
+    ]
+)
+
+
+def holds_depth(path: str | Path) -> bool:
+    """Whether a picture that is written to this path holds the depth of the frame."""
+    picture_format = find_written("picture", path)
+    return picture_format is not None and picture_format.holds_depth
+
+
+def holds_alpha(path: str | Path) -> bool:
+    """Whether a picture that is written to this path holds the transparency of the frame."""
+    picture_format = find_written("picture", path)
+    return picture_format is not None and picture_format.holds_alpha

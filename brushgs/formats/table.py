@@ -1,0 +1,397 @@
+"""The table of file formats. To add one: a module beside this one, and its line here.
+
+What a file holds decides its format, where the format allows that, and not its name; the suffix of an output
+decides how it is written. Help and error texts, `brushgs info --formats`, the table in README.md, the tests
+and the fuzzer read this through `registry`. It imports nothing heavy: a function that reads or writes is
+named as "module:function" of this package, and imported when it is used.
+"""
+
+from collections.abc import Mapping
+
+from brushgs.formats.format import (
+    PICKLE_SUFFIXES,
+    Format,
+    VideoCodec,
+    any_of,
+    begins_with,
+    has_suffix,
+    holds,
+    is_colmap,
+    is_json_with,
+    is_ksplat,
+    is_pickle,
+    is_ply_with,
+    is_splat,
+    is_zip_with,
+)
+
+_SCENES = (
+    Format(
+        "PLY file",
+        "scene",
+        (".ply",),
+        begins_with(b"ply\n", b"ply\r"),
+        read="scenes.ply:open_scene",
+        write="scenes.ply_write:write_scene",
+        note="as 3DGS trainers write it, or compressed by PlayCanvas or SuperSplat",
+    ),
+    # Read as any other PLY file: only its name tells what is to be written.
+    Format(
+        "compressed PLY file",
+        "scene",
+        (".compressed.ply",),
+        write="scenes.ply_compressed_write:write_scene",
+        rounds=True,
+    ),
+    Format(
+        "SPZ scene",
+        "scene",
+        (".spz",),
+        begins_with(b"\x1f\x8b", b"NGSP"),
+        read="scenes.spz:open_scene",
+        write="scenes.spz_write:write_scene",
+        note="versions 1 to 4",
+        rounds=True,
+    ),
+    Format(
+        "streamed SOG scene",
+        "scene",
+        (".json",),
+        is_json_with("lodLevels", "filenames", file="lod-meta.json"),
+        read="scenes.streamed:open_scene",
+        note="lod-meta.json of a streamed SOG, one level of it",
+        has_levels=True,
+    ),
+    Format(
+        "SOG scene",
+        "scene",
+        (".sog",),
+        any_of(is_zip_with("meta.json", ".sog"), is_json_with("means", "files", file="meta.json")),
+        read="scenes.sog:open_scene",
+        write="scenes.sog_write:write_scene",
+        note="version 1 or 2: the archive, its folder or its meta.json",
+        rounds=True,
+    ),
+    Format(
+        "glTF model",
+        "scene",
+        (".glb", ".gltf"),
+        any_of(begins_with(b"glTF"), is_json_with("asset", "meshes"), has_suffix(".gltf")),
+        read="scenes.gltf:open_scene",
+        write="scenes.gltf_write:write_scene",
+        note="or .gltf, with KHR_gaussian_splatting",
+        written=(".glb",),
+    ),
+    Format(
+        "USD stage",
+        "scene",
+        (".usd", ".usda", ".usdc", ".usdz"),
+        any_of(begins_with(b"PXR-USDC", b"#usda "), is_zip_with(".usdc", ".usdz")),
+        read="scenes.usd:open_scene",
+        write="scenes.usd_write:write_scene",
+        note="with ParticleField3DGaussianSplat, by the package usd-core",
+    ),
+    Format(
+        ".ksplat scene",
+        "scene",
+        (".ksplat",),
+        is_ksplat,
+        read="scenes.ksplat:open_scene",
+        note="compression levels 0 to 2",
+    ),
+    # The last of those that are read: it has no mark of its own.
+    Format(
+        ".splat scene",
+        "scene",
+        (".splat",),
+        is_splat,
+        read="scenes.splat:open_scene",
+        write="scenes.splat_write:write_scene",
+        note="32 bytes a Gaussian",
+        rounds=True,
+    ),
+    Format(
+        ".lcc scene",
+        "scene",
+        (".lcc",),
+        has_suffix(".lcc"),
+        cure="convert it to .ply first, for example with SuperSplat or splat-transform",
+    ),
+)
+_NETWORK = "whose motion is a network"
+_SCENE_SUFFIXES = tuple(s for row in _SCENES if row.write for s in row.written or row.suffixes)
+# Lists and folders of scene files, one a moment, are no line of this table.
+_CLIPS = (
+    # What is refused stands before what it could be taken for.
+    Format(
+        "4DGaussians model",
+        "clip",
+        (".pth",),
+        holds(
+            *("deformation.pth", "iteration_*/deformation.pth", "point_cloud/iteration_*/deformation.pth"),
+            *("deformation_table.pth", "deformation_accum.pth"),
+        ),
+        cure=f"{_NETWORK}; write its moments with export_perframe_3DGS.py of 4DGaussians, and name the folder"
+        " gaussian_pertimestamp",
+    ),
+    Format(
+        "Deformable-3DGS or SC-GS model",
+        "clip",
+        (".pth",),
+        holds("deform.pth", "iteration_*/deform.pth", "deform/iteration_*/deform.pth"),
+        cure=f"{_NETWORK}; write its deformed Gaussians with save_ply of its own code, a PLY file a moment,"
+        " and name their folder",
+    ),
+    Format(
+        "QUEEN model",
+        "clip",
+        (".pkl",),
+        holds(
+            *("compressed/point_cloud.pkl", "[0-9]*/compressed/point_cloud.pkl"),
+            "frames/[0-9]*/compressed/point_cloud.pkl",
+        ),
+        cure="which needs its decoders; train it with --log_ply, and name the PLY files of its frames",
+    ),
+    Format(
+        "GIFStream model",
+        "clip",
+        (),
+        is_json_with("anchors", "time_features", file="meta.json"),
+        cure=f"{_NETWORK}; write the Gaussians of each moment with its own code, a PLY file each, and name"
+        " their folder",
+    ),
+    Format(
+        "SpaceTimeGaussian PLY of the full model",
+        "clip",
+        (".ply",),
+        any_of(is_ply_with("trbf_center", "f_t_0"), is_ply_with("trbf_center", "f_dc_3")),
+        cure="whose colours are a network; train the model ours_lite, whose PLY files are read",
+    ),
+    Format(
+        "SpaceTimeGaussian PLY",
+        "clip",
+        (".ply",),
+        is_ply_with("trbf_center", "trbf_scale"),
+        read="moving.spacetime:open_moving",
+        note=".ply of SpaceTimeGaussian lite",
+    ),
+    Format(
+        "FreeTimeGS PLY",
+        "clip",
+        (".ftgs.ply",),
+        is_ply_with("time", "log_duration", "velocity_0"),
+        read="moving.freetime:open_moving",
+        note=".ftgs.ply of FreeTimeGS",
+    ),
+    Format(
+        "splaTV clip",
+        "clip",
+        (".splatv",),
+        begins_with(b"Kg\0\0"),
+        read="moving.splatv:open_moving",
+        note=".splatv of splaTV",
+    ),
+    Format(
+        "params.npz of Dynamic3DGaussians",
+        "clip",
+        (".npz",),
+        is_zip_with("means3D.npy", ".npz"),
+        read="moving.dynamic3d:open_moving",
+        note="params.npz of Dynamic3DGaussians",
+    ),
+    Format(
+        ".4dgs scene",
+        "clip",
+        (".4dgs",),
+        begins_with(b"\x894DGS1\r\n"),
+        read="moving.four_dgs:open_moving",
+        note=".4dgs, with the package fourdgs",
+        package="fourdgs",
+    ),
+    Format(
+        "pickle",
+        "clip",
+        PICKLE_SUFFIXES,
+        is_pickle(*_SCENE_SUFFIXES),
+        cure="as PyTorch saves checkpoints: it could run any code, and is not opened; write the scene with"
+        " the code that trained it, as one PLY file or one a moment",
+    ),
+)
+_CAMERA_CURE = "export its cameras as glTF (.glb) or USD"
+_CAMERAS = (
+    # JSON is recognised by its fields, any other format by its path.
+    Format(
+        "cameras.json of a 3DGS training",
+        "camera",
+        (".json",),
+        read="cameras.views:read_trained",
+        key="",
+        file="cameras.json",
+    ),
+    Format(
+        "camera_path.json of the nerfstudio viewer",
+        "camera",
+        (".json",),
+        read="cameras.views:read_path",
+        key="camera_path",
+        file="camera_path.json",
+    ),
+    Format(
+        "transforms.json of NeRF and nerfstudio",
+        "camera",
+        (".json",),
+        read="cameras.views:read_transforms",
+        key="frames",
+        file="transforms.json",
+    ),
+    Format(
+        "glTF (.glb, .gltf)",
+        "camera",
+        (".glb", ".gltf"),
+        has_suffix(".glb", ".gltf"),
+        read="cameras.gltf:read",
+        file="cameras.glb",
+    ),
+    Format(
+        "USD (.usd, .usda, .usdc, .usdz; needs the package usd-core)",
+        "camera",
+        (".usda", ".usd", ".usdc", ".usdz"),
+        has_suffix(".usd", ".usda", ".usdc", ".usdz"),
+        read="cameras.usd:read",
+        file="cameras.usda",
+    ),
+    Format(
+        "a COLMAP sparse model",
+        "camera",
+        (".bin", ".txt"),
+        is_colmap,
+        read="cameras.colmap:read",
+        file="images.bin",
+    ),
+    Format("an Alembic scene", "camera", (".abc",), has_suffix(".abc"), cure=_CAMERA_CURE),
+    Format("a Blender file", "camera", (".blend",), has_suffix(".blend"), cure=_CAMERA_CURE),
+    Format("a Collada scene", "camera", (".dae",), has_suffix(".dae"), cure=_CAMERA_CURE),
+    Format("an FBX scene", "camera", (".fbx",), has_suffix(".fbx"), cure=_CAMERA_CURE),
+)
+_GUIDES = (
+    Format("OBJ with lines, as Blender exports them", "guides", (".obj",), read="guides.read:read_obj"),
+    Format("JSON, a list of lists of points [x, y, z]", "guides", (".json",), read="guides.read:read_lists"),
+)
+_PICTURES = (
+    Format(
+        "PNG",
+        "picture",
+        (".png",),
+        begins_with(b"\x89PNG\r\n\x1a\n"),
+        read="",
+        write="pictures.png:write",
+        bits=(8, 16),
+        note="8 or 16 bit",
+    ),
+    Format(
+        "JPEG",
+        "picture",
+        (".jpg", ".jpeg"),
+        begins_with(b"\xff\xd8\xff"),
+        read="pictures.jpeg:check_file",
+        write="pictures.jpeg:write",
+        note="8 bit, quality 95",
+        holds_alpha=False,
+    ),
+    Format(
+        "TIFF",
+        "picture",
+        (".tif", ".tiff"),
+        begins_with(b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
+        read="",
+        write="pictures.tiff:write",
+        bits=(16, 8),
+        note="16 or 8 bit",
+    ),
+    Format(
+        "OpenEXR",
+        "picture",
+        (".exr",),
+        begins_with(b"\x76\x2f\x31\x01"),
+        read="",
+        write="pictures.exr:write",
+        bits=(16,),
+        note="half float, linear light, depth, layers",
+        is_linear=True,
+        holds_depth=True,
+    ),
+    Format(
+        "WebP",
+        "picture",
+        (".webp",),
+        lambda path, begin: begin.startswith(b"RIFF") and begin[8:12] == b"WEBP",
+        read="pictures.webp:check_file",
+        write="pictures.webp:write",
+        note="8 bit, lossless",
+    ),
+    Format("BMP", "picture", (".bmp",), begins_with(b"BM"), read=""),
+    Format(
+        "Radiance HDR", "picture", (".hdr",), begins_with(b"#?RADIANCE", b"#?RGBE"), read="", is_linear=True
+    ),
+    # Without transparency: so it is with the encoder in the wheels of PyAV, which takes none.
+    Format(
+        "AVIF",
+        "picture",
+        (".avif",),
+        write="pictures.avif:write",
+        bits=(8, 10),
+        note="8 or 10 bit",
+        holds_alpha=False,
+        holds_metadata=False,
+    ),
+)
+VIDEO_CODECS: Mapping[str, VideoCodec] = {
+    # One chroma sample for each 2 x 2 pixels, so sides are even; x264 refuses longer ones.
+    "h264": VideoCodec("H.264", "pictures.h264:open_writer", max_side=16384, has_even_sides=True),
+    # x265 refuses shorter sides, and hangs where one is twice as long.
+    "h265": VideoCodec(
+        "H.265", "pictures.h265:open_writer", bits=(10, 8), min_side=16, max_side=8192, has_even_sides=True
+    ),
+    # libav takes 10 of the 12 bits that the format has.
+    "prores": VideoCodec("ProRes 4444", "pictures.prores:open_writer", bits=(10,), holds_alpha=True),
+    "vp9": VideoCodec("VP9", "pictures.vp9:open_writer", holds_alpha=True),
+    "gif": VideoCodec("GIF", "pictures.gif:open_writer"),
+}
+_VIDEO_WRITER = "pictures.video:save_video"
+_VIDEOS = (
+    Format("MP4", "video", (".mp4",), write=_VIDEO_WRITER, container="mp4", codecs=("h264", "h265")),
+    Format(
+        "QuickTime",
+        "video",
+        (".mov",),
+        write=_VIDEO_WRITER,
+        container="mov",
+        codecs=("prores", "h265", "h264"),
+    ),
+    Format("WebM", "video", (".webm",), write=_VIDEO_WRITER, container="webm", codecs=("vp9",)),
+    Format(
+        "Matroska", "video", (".mkv",), write=_VIDEO_WRITER, container="matroska", codecs=("h264", "h265")
+    ),
+    # Delays count in hundredths of a second, and viewers take a delay of 1 for 10.
+    Format(
+        "GIF",
+        "video",
+        (".gif",),
+        write=_VIDEO_WRITER,
+        container="gif",
+        codecs=("gif",),
+        max_fps=50,
+        holds_metadata=False,
+    ),
+)
+_STYLES = (
+    Format(
+        "style",
+        "style",
+        (".style",),
+        read="styles.read:read_style",
+        write="styles.write:write_style",
+        note="what was learnt of a painting",
+    ),
+)
+FORMATS: tuple[Format, ...] = (*_SCENES, *_CLIPS, *_CAMERAS, *_GUIDES, *_PICTURES, *_VIDEOS, *_STYLES)
