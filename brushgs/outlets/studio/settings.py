@@ -4,28 +4,30 @@ A message names the field. Ranges are those of the options that the values becom
 """
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import degrees, isfinite
+from math import degrees
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, TypeVar
 
 import msgspec
 import numpy as np
 
+from brushgs.formats.schema import fault
 from brushgs.options.choices import LOOKS, color_code
 from brushgs.options.look_parts import USUAL_LAMP
 from brushgs.options.painting import STEPS, StrokeSizeFlag
 from brushgs.options.sequence import DEFAULT_FPS
-from brushgs.options.table import Row, Struct, number_text, row_of
+from brushgs.options.table import LARGEST, Row, Struct, number_text, row_of
 from brushgs.options.viewer import MAX_KEYS, FilmConfig, check_picture
 from brushgs.values.camera import Camera
 
 GROUNDS = ("none", "toned", "canvas", "paper")
-MAX_NAME = 200  # characters of what is a name
-_CAMERA = ("viewmat", "K", "width", "height", "near")
 
 Json = Mapping[str, Any]
+T = TypeVar("T")
+Number = Annotated[float, msgspec.Meta(ge=-LARGEST, le=LARGEST, description="a number")]
+Count = Annotated[int, msgspec.Meta(ge=1, lt=2**31, description="a whole number of 1 or more")]
 
 
 def _row(step: str, field: str) -> Row:
@@ -52,7 +54,7 @@ def schema() -> dict[str, Any]:
     return {camel(name): row.schema() for name, (_, row) in SETTINGS.items() if row is not None}
 
 
-class Settings(Struct, frozen=True):
+class Settings(Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
     """What was changed in the page; None for what is as on the command line, or in the look.
 
     A `stroke_size`, the typical length of strokes in pixels of the first view, is given in place of a number
@@ -61,15 +63,15 @@ class Settings(Struct, frozen=True):
     """
 
     look: str | None = None
-    strokes: int | None = None
-    stroke_size: float | None = None
-    keep: float | None = None
+    strokes: Count | None = None
+    stroke_size: Number | None = None
+    keep: Number | None = None
     stroke: str | None = None
-    relief: float | None = None
-    lamp: tuple[float, float] | None = None
+    relief: Number | None = None
+    lamp: tuple[Number, Number] | None = None
     ground: str | None = None
     palette: str | None = None
-    palette_strength: float | None = None
+    palette_strength: Number | None = None
 
     @property
     def given(self) -> dict[str, Any]:
@@ -111,27 +113,21 @@ def read_settings(value: Json, known: Known) -> Settings:
     Raises:
         ValueError: if there is an unknown field, or a value of another type, or an unknown name.
     """
-    names = {camel(name): name for name in SETTINGS}
-    _check_names(value, names)
-    read: dict[str, Callable[[str, Any], Any]] = {
-        "look": _one_of(known.looks),
-        "stroke": _one_of((*known.strokes, *known.files)),
-        "palette": _one_of(("none", *known.files)),
-        "strokes": _count,
-        "strokeSize": _number,
-        "lamp": _pair,
-        "ground": _ground,
+    settings = _request(value, Settings)
+    offered = {
+        "look": known.looks,
+        "stroke": (*known.strokes, *known.files),
+        "palette": ("none", *known.files),
     }
-    of = {}
-    for name, given in value.items():
-        if given is None:
-            continue
-        row = SETTINGS[names[name]][1]
-        reader: Callable[[str, Any], Any] = read.get(name, _number)
-        of[names[name]] = found = reader(name, given)
+    for name, given in settings.given.items():
+        if given not in offered.get(name, (given,)):
+            raise ValueError(f"{name} must be one that the page offers, got {given[:60]!r}; reload the page")
+        row = SETTINGS[name][1]
         if row is not None and row.kinds[0] is float:
-            row.check(found)
-    settings = Settings(**of)
+            row.check(given)
+    ground = settings.ground
+    if ground is not None and not (ground in GROUNDS or (ground.startswith("#") and color_code(ground))):
+        raise ValueError(f"ground must be {', '.join(GROUNDS)} or #rrggbb, got {ground[:60]!r}")
     if settings.strokes is not None and settings.stroke_size is not None:
         raise ValueError("strokes cannot be combined with strokeSize; send one of them")
     return settings
@@ -168,6 +164,52 @@ def flags_of(settings: Settings, names: Mapping[str, str]) -> list[str]:
     return words
 
 
+class CameraRequest(Struct, frozen=True, forbid_unknown_fields=True):
+    """A camera of the page; see `Camera`, whose matrices are in rows."""
+
+    viewmat: Annotated[list[Number], msgspec.Meta(min_length=16, max_length=16)]
+    K: Annotated[list[Number], msgspec.Meta(min_length=9, max_length=9)]
+    width: Count
+    height: Count
+    near: Number
+
+    def camera(self, place: str) -> Camera:
+        """The camera. Raises ValueError, with its place in the request."""
+        try:
+            check_picture(self.width, self.height)
+            viewmat, K = np.array(self.viewmat).reshape(4, 4), np.array(self.K).reshape(3, 3)
+            return Camera(viewmat, K, self.width, self.height, self.near)
+        except ValueError as error:
+            raise ValueError(f"{place}: {str(error).removeprefix('Camera: ')}") from None
+
+
+class ShotRequest(Struct, frozen=True, forbid_unknown_fields=True):
+    """A picture that is asked for."""
+
+    camera: CameraRequest
+    width: Count
+    height: Count
+
+
+class FilmRequest(Struct, frozen=True, forbid_unknown_fields=True):
+    """A video that is asked for; a turn has one camera and a center."""
+
+    kind: Literal["turn", "path"]
+    cameras: Annotated[list[CameraRequest], msgspec.Meta(min_length=1, max_length=MAX_KEYS)]
+    seconds: Number
+    width: Count
+    height: Count
+    fps: Number = DEFAULT_FPS
+    loop: bool = False
+    center: tuple[Number, Number, Number] | None = None
+
+
+class PartRequest(Struct, frozen=True, forbid_unknown_fields=True):
+    """A part of the scene that was typed."""
+
+    where: Any
+
+
 @dataclass(frozen=True)
 class Shot:
     """A picture that is asked for: the camera in the size of the picture."""
@@ -191,46 +233,27 @@ class Film:
 
 
 def read_shot(value: Json) -> Shot:
-    """A picture, {camera, width, height}. Raises ValueError."""
-    _check_names(value, ("camera", "width", "height"), needs_all=True)
-    width, height = _count("width", value["width"]), _count("height", value["height"])
-    check_picture(width, height)
-    return Shot(_camera("camera", value["camera"]).resized(width, height))
+    """A picture of a `ShotRequest`. Raises ValueError."""
+    asked = _request(value, ShotRequest)
+    check_picture(asked.width, asked.height)
+    return Shot(asked.camera.camera("camera").resized(asked.width, asked.height))
 
 
 def read_film(value: Json) -> Film:
-    """A video, {kind, cameras, seconds, width, height} and maybe {fps, loop, center}. Raises ValueError."""
-    needed = ("kind", "cameras", "seconds", "width", "height")
-    _check_names(value, (*needed, "fps", "loop", "center"))
-    _check_names({name: None for name in value if name in needed}, needed, needs_all=True)
-    if not isinstance(value.get("loop", False), bool):
-        raise ValueError("loop must be true or false")
-    config = FilmConfig(
-        value["kind"],
-        _number("seconds", value["seconds"]),
-        _count("width", value["width"]),
-        _count("height", value["height"]),
-        _number("fps", value.get("fps", DEFAULT_FPS)),
-        value.get("loop", False),
-    )
-    views = value["cameras"]
-    if not isinstance(views, list) or not 1 <= len(views) <= MAX_KEYS:
-        raise ValueError(f"cameras must be a list of 1 to {MAX_KEYS} cameras")
-    center = None
-    if config.kind == "turn":
-        if len(views) != 1 or "center" not in value:
-            raise ValueError("a turn must have one camera and a center")
-        center = tuple(_numbers("center", value["center"], 3))
-    elif "center" in value:
+    """A video of a `FilmRequest`. Raises ValueError."""
+    asked = _request(value, FilmRequest)
+    config = FilmConfig(asked.kind, asked.seconds, asked.width, asked.height, asked.fps, asked.loop)
+    if asked.kind == "turn" and (len(asked.cameras) != 1 or asked.center is None):
+        raise ValueError("a turn must have one camera and a center")
+    if asked.kind == "path" and asked.center is not None:
         raise ValueError("center belongs to a turn; a path has none")
-    cameras = [_camera(f"cameras[{index}]", view) for index, view in enumerate(views)]
-    return Film(config, [camera.resized(config.width, config.height) for camera in cameras], center)
+    cameras = [view.camera(f"cameras[{index}]") for index, view in enumerate(asked.cameras)]
+    return Film(config, [camera.resized(config.width, config.height) for camera in cameras], asked.center)
 
 
 def read_part(value: Json) -> Any:
-    """What was typed for a part of the scene, {where}. Raises ValueError."""
-    _check_names(value, ("where",), needs_all=True)
-    return value["where"]
+    """What was typed for a part of the scene. Raises ValueError."""
+    return _request(value, PartRequest).where
 
 
 def shown_lamp(lamp: tuple[float, float] | None) -> list[float]:
@@ -244,68 +267,12 @@ def camel(name: str) -> str:
     return first + "".join(word.capitalize() for word in rest)
 
 
-def _check_names(value: Any, known: Sequence[str] | Mapping[str, Any], *, needs_all: bool = False) -> None:
-    if not isinstance(value, dict):
-        raise ValueError("the request must be a JSON object")
-    for name in value:
-        if name not in known:
-            raise ValueError(f"there is no field {str(name)[:60]!r}, only {', '.join(known)}")
-    if needs_all and (missing := [name for name in known if name not in value]):
-        raise ValueError(f"there is no {missing[0]}, which the request must have")
-
-
-def _number(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > 1e300:
-        raise ValueError(f"{name} must be a number")
-    if not isfinite(value):
-        raise ValueError(f"{name} must be finite")
-    return float(value)
-
-
-def _count(name: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value < 2**31:
-        raise ValueError(f"{name} must be a whole number of 1 or more")
-    return value
-
-
-def _numbers(name: str, value: Any, count: int) -> list[float]:
-    if not isinstance(value, list) or len(value) != count:
-        raise ValueError(f"{name} must be a list of {count} numbers")
-    return [_number(name, number) for number in value]
-
-
-def _pair(name: str, value: Any) -> tuple[float, float]:
-    first, second = _numbers(name, value, 2)
-    return first, second
-
-
-def _one_of(known: Sequence[str]) -> Callable[[str, Any], str]:
-    def read(name: str, value: Any) -> str:
-        if not isinstance(value, str) or value not in known:
-            shown = str(value)[:60]
-            raise ValueError(f"{name} must be one that the page offers, got {shown!r}; reload the page")
-        return value
-
-    return read
-
-
-def _ground(name: str, value: Any) -> str:
-    is_known = isinstance(value, str) and len(value) < MAX_NAME
-    if not is_known or not (value in GROUNDS or (value.startswith("#") and color_code(value))):
-        raise ValueError(f"{name} must be {', '.join(GROUNDS)} or #rrggbb")
-    return str(value)
-
-
-def _camera(name: str, value: Any) -> Camera:
+def _request(value: Json, kind: type[T]) -> T:
+    """A request as a struct. Raises ValueError, with a sentence that names the field."""
     try:
-        _check_names(value, _CAMERA, needs_all=True)
-        viewmat = np.array(_numbers("viewmat", value["viewmat"], 16)).reshape(4, 4)
-        K = np.array(_numbers("K", value["K"], 9)).reshape(3, 3)
-        width, height = _count("width", value["width"]), _count("height", value["height"])
-        check_picture(width, height)
-        return Camera(viewmat, K, width, height, _number("near", value["near"]))
-    except ValueError as error:
-        raise ValueError(f"{name}: {str(error).removeprefix('Camera: ')}") from None
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
+        raise ValueError(fault(error, value, kind)) from None
 
 
 def _no_constant(text: str) -> None:

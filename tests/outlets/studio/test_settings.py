@@ -1,6 +1,7 @@
 """What the page asks for is read strictly, and means what the same flags mean."""
 
 import json
+import re
 from math import radians
 from pathlib import Path
 
@@ -65,7 +66,7 @@ def test_a_length_takes_the_place_of_a_number_and_no_palette_that_of_a_palette()
 @pytest.mark.parametrize(
     ("value", "sentence"),
     [
-        ({"reliff": 1}, "there is no field 'reliff', only look, strokes"),
+        ({"reliff": 1}, "reliff is no known field, the nearest is 'relief'"),
         ({"relief": "1"}, "relief must be a number"),
         ({"relief": True}, "relief must be a number"),
         ({"relief": 1e308 * 10}, "relief must be"),
@@ -73,17 +74,17 @@ def test_a_length_takes_the_place_of_a_number_and_no_palette_that_of_a_palette()
         ({"strokes": 0}, "strokes must be a whole number of 1 or more"),
         ({"strokes": 10**30}, "strokes must be a whole number of 1 or more"),
         ({"strokes": 10, "strokeSize": 20}, "strokes cannot be combined with strokeSize"),
-        ({"lamp": [1]}, "lamp must be a list of 2 numbers"),
+        ({"lamp": [1]}, "lamp must be 2 numbers, got [1]"),
         ({"look": "/etc/passwd"}, "look must be one that the page offers, got '/etc/passwd'"),
         ({"stroke": "../secret.png"}, "stroke must be one that the page offers"),
-        ({"stroke": ["dab"]}, "stroke must be one that the page offers"),
+        ({"stroke": ["dab"]}, 'stroke must be text, got ["dab"]'),
         ({"palette": "/etc/passwd"}, "palette must be one that the page offers"),
         ({"ground": "photo.png"}, "ground must be none, toned, canvas, paper or #rrggbb"),
         ({"ground": {}}, "ground must be"),
     ],
 )
 def test_what_no_page_would_send_is_refused(value, sentence):
-    with pytest.raises(ValueError, match="^" + sentence.replace("(", r"\(")):
+    with pytest.raises(ValueError, match="^" + re.escape(sentence)):
         read_settings(value, KNOWN)
 
 
@@ -107,16 +108,19 @@ def test_a_shot_has_its_camera_in_the_size_of_the_picture():
         ({"width": 10**9, "height": 10}, "size must"),
         ({"width": 20000, "height": 20000}, "size must"),
         ({"camera": {**CAMERA, "viewmat": [0] * 16}}, "camera: viewmat must be a rotation"),
-        ({"camera": {**CAMERA, "viewmat": [1e400] * 16}}, "camera: viewmat must be"),
+        ({"camera": {**CAMERA, "viewmat": [1e400] * 16}}, "camera.viewmat[0] must be a number, got"),
         ({"camera": {**CAMERA, "near": 0}}, "camera: near must be > 0"),
-        ({"camera": {**CAMERA, "K": [1] * 8}}, "camera: K must be a list of 9 numbers"),
-        ({"camera": {**CAMERA, "more": 1}}, "camera: there is no field 'more'"),
-        ({"camera": 7}, "camera: the request must be a JSON object"),
-        ({"more": 1}, "there is no field 'more'"),
+        ({"camera": {**CAMERA, "K": [1] * 8}}, "camera.K must be a list of 9"),
+        (
+            {"camera": {**CAMERA, "more": 1}},
+            "camera.more is no known field among viewmat, K, width",
+        ),
+        ({"camera": 7}, "camera must be an object, got 7"),
+        ({"more": 1}, "more is no known field among camera, width, height"),
     ],
 )
 def test_a_shot_that_cannot_be_painted_is_refused(change, sentence):
-    with pytest.raises(ValueError, match="^" + sentence):
+    with pytest.raises(ValueError, match="^" + re.escape(sentence)):
         read_shot(json.loads(json.dumps({**SHOT, **change})))
 
 
@@ -131,25 +135,25 @@ def test_a_film_of_a_path_has_cameras_in_its_size():
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"kind": "zoom"}, "kind must be turn or path"),
-        ({"kind": ["turn"]}, "kind must be turn or path"),
+        ({"kind": "zoom"}, 'kind must be "path" or "turn", got "zoom"'),
+        ({"kind": ["turn"]}, 'kind must be "path" or "turn", got ["turn"]'),
         ({"seconds": 0}, "seconds must be above 0"),
         ({"seconds": 1e9}, "seconds must be above 0 and at most"),
         ({"fps": 0}, "fps must be above 0"),
         ({"cameras": []}, "cameras must be a list of 1 to"),
         ({"cameras": [CAMERA] * 501}, "cameras must be a list of 1 to"),
         ({"cameras": [CAMERA] * 2}, "a turn must have one camera and a center"),
-        ({"center": [1, 2]}, "center must be a list of 3 numbers"),
+        ({"center": [1, 2]}, "center must be 3 numbers, got [1, 2]"),
         ({"kind": "path"}, "center belongs to a turn"),
         ({"loop": 1}, "loop must be true or false"),
         ({"height": -4}, "height must be a whole number"),
     ],
 )
 def test_a_film_that_cannot_be_painted_is_refused(change, sentence):
-    with pytest.raises(ValueError, match="^" + sentence):
+    with pytest.raises(ValueError, match="^" + re.escape(sentence)):
         read_film({**FILM, **change})
 
 
 def test_a_field_that_is_missing_is_named():
-    with pytest.raises(ValueError, match=r"^there is no seconds, which the request must have"):
+    with pytest.raises(ValueError, match=r"^seconds is missing, it must be a number"):
         read_film({name: value for name, value in FILM.items() if name != "seconds"})
