@@ -49,7 +49,16 @@ def _write_page(request: Request, report: "Report") -> None:
 
     scene, output, config, args = request
     options = words_of(_parser(), args.words, _paints)
-    export_file(scene, output, config, title=args.title, options=options, report=report)
+    export_file(
+        scene,
+        output,
+        config,
+        title=args.title,
+        options=options,
+        caption=args.caption or "",
+        address=args.address or "",
+        report=report,
+    )
 
 
 def _write_quads(request: Request, report: "Report") -> None:
@@ -67,10 +76,17 @@ def _write_strokes(request: Request, report: "Report") -> None:
 
 # To add an export: its line here. The first one is written where no file is named.
 EXPORTS = (
-    Export("a page", PAGE_SUFFIXES, ("title",), _write_page),
+    Export("a page", PAGE_SUFFIXES, ("title", "caption", "address"), _write_page),
     Export("textured rectangles for 3D programs", QUAD_SUFFIXES, ("title", "for_view"), _write_quads),
     Export("the strokes as Gaussians", STROKE_SUFFIXES, (), _write_strokes),
 )
+
+
+def web_address(text: str) -> str:
+    """An address that begins with https:// or http://."""
+    if not text.startswith(("https://", "http://")) or any(letter <= " " for letter in text):
+        raise ValueError(f"must begin with https:// or http://, got {text!r:.80}")
+    return text
 
 
 class Own(Options, frozen=True):
@@ -83,13 +99,18 @@ class Own(Options, frozen=True):
         f"SCENE-STROKE{EXPORTS[0].suffixes[0]} where a stroke is named")] = None
     title: Annotated[str | None, option("of the page or model", default="the name of the scene",
         metavar="TEXT")] = None
+    caption: Annotated[str | None, option("a line over the picture of a page", default="none",
+        metavar="TEXT")] = None
+    address: Annotated[str | None, option("where the page will lie on the web, such as "
+        "https://example.org/truck.html: links to it show a picture, which is written beside it as .jpg "
+        "#preview #share", default="none", read=web_address, metavar="URL")] = None
     for_view: Annotated[bool, option(f"make the rectangles ({QUAD_SUFFIXES[0]}) for the camera of the "
         "picture: seen from there they are the boxes that are painted; default: in the plane of each "
         "stroke's two longest axes")] = False
     # fmt: on
 
 
-OWN_FLAGS = ("title", "for_view")  # which some exports take
+OWN_FLAGS = ("title", "caption", "address", "for_view")  # which some exports take
 
 
 def add_flags(parser: ArgumentParser) -> None:

@@ -27,6 +27,8 @@ def export_file(
     *,
     title: str | None = None,
     options: Sequence[str] = (),
+    caption: str = "",
+    address: str = "",
     report: Report | None = None,
 ) -> Report:
     """Paint a scene file to a page, whose first view is the picture that `paint_file` paints.
@@ -38,6 +40,8 @@ def export_file(
         title: of the page, any text; None for the name of the scene.
         options: the words after `brushgs render SCENE` that paint this, but for the view: the page offers
             them with the view that it shows.
+        caption: see `write_page`, like `address`.
+        address: of the page.
         report: gets the stages; a new one if None.
 
     Returns:
@@ -60,6 +64,8 @@ def export_file(
         command=command_of(source, options, prepared.notes),
         background=prepared.background,
         regions=prepared.region_names,
+        caption=caption,
+        address=address,
         report=report,
     )
     report.output = str(output)

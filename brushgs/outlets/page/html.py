@@ -10,6 +10,7 @@ import html
 import json
 import re
 import unicodedata
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
 
@@ -34,6 +35,7 @@ SCRIPTS = (
     "pick.js",
     "controls.js",
     "camera_file.js",
+    "link.js",
     "panel.js",
     "pace.js",
     "xr.js",
@@ -53,7 +55,48 @@ _SLOT = re.compile(r"\{\{(\w+)\}\}")
 STILL_TYPES = {b"\xff\xd8\xff": "image/jpeg", b"RIFF": "image/webp", b"\x89PNG": "image/png"}
 
 
-def page_html(contents: bytes | None, *, title: str, still: bytes | None = None, live: bool = False) -> str:
+@dataclass(frozen=True)
+class Preview:
+    """What a page tells of itself beside its painting: to people, link previews and browser tabs.
+
+    Attributes:
+        caption: a line over the picture, any text; "" for none.
+        address: where the page will lie; "" if that is not known.
+        picture: address of a picture of it; "" for none.
+        icon: a small JPEG; None for none.
+    """
+
+    caption: str = ""
+    address: str = ""
+    picture: str = ""
+    icon: bytes | None = None
+
+    def tags(self, title: str) -> str:
+        """The elements of the head, in the terms of the Open Graph protocol."""
+        texts = {
+            "og:type": "website",
+            "og:title": title,
+            "og:description": plain_text(self.caption) or f"{title}, painted with brush strokes",
+            "og:url": self.address,
+            "og:image": self.picture,
+        }
+        told = {name: html.escape(text) for name, text in texts.items() if text}
+        lines = [f'<meta property="{name}" content="{text}">\n' for name, text in told.items()]
+        if self.picture:
+            lines.append('<meta name="twitter:card" content="summary_large_image">\n')
+        if self.icon is not None:
+            lines.append(f'<link rel="icon" href="{_data_url(self.icon)}">\n')
+        return "".join(lines)
+
+
+def page_html(
+    contents: bytes | None,
+    *,
+    title: str,
+    still: bytes | None = None,
+    live: bool = False,
+    preview: Preview | None = None,
+) -> str:
     """The text of a page, to be stored as UTF-8.
 
     Args:
@@ -61,7 +104,9 @@ def page_html(contents: bytes | None, *, title: str, still: bytes | None = None,
         title: any text.
         still: a picture, JPEG, WebP or PNG, for a browser that cannot paint; None for none.
         live: whether the page talks to its server: then it may, and has the studio of `live.js`.
+        preview: see `Preview`.
     """
+    preview = preview or Preview()
     script, style = page_script(live=live), web_text("style.css") + (web_text("live.css") if live else "")
     own = " 'self'" if live else ""
     policy = "; ".join(
@@ -76,13 +121,16 @@ def page_html(contents: bytes | None, *, title: str, still: bytes | None = None,
             "form-action 'none'",
         ]
     )
-    name = html.escape(plain_text(title) or "painting")
+    plain = plain_text(title) or "painting"
+    name, caption = html.escape(plain), html.escape(plain_text(preview.caption))
     return fill(
         web_text("page.html"),
         {
             "policy": html.escape(policy, quote=False),
             "generator": html.escape(f"brushgs {__version__}"),
             "title": name,
+            "meta": preview.tags(plain),
+            "caption": f'<p id="caption">{caption}</p>\n' if caption else "",
             "style": style,
             "still": "" if still is None else _still(still, name),
             "script": script,
@@ -174,11 +222,15 @@ def _contents(contents: bytes) -> str:
 
 
 def _still(still: bytes, name: str) -> str:
-    kind = next((kind for begin, kind in STILL_TYPES.items() if still.startswith(begin)), None)
+    return f'<img id="still" alt="{name}" src="{_data_url(still)}">'
+
+
+def _data_url(picture: bytes) -> str:
+    kind = next((kind for begin, kind in STILL_TYPES.items() if picture.startswith(begin)), None)
     if kind is None:
         raise ValueError("page_html: still must be a JPEG, a WebP or a PNG")
-    text = base64.b64encode(still).decode("ascii")
-    return f'<img id="still" alt="{name}" src="data:{kind};base64,{text}">'
+    text = base64.b64encode(picture).decode("ascii")
+    return f"data:{kind};base64,{text}"
 
 
 def _hash(text: str) -> str:

@@ -16,6 +16,7 @@ from brushgs.values.frame import Frame
 
 STILL_SIDE = 640  # px
 MOST_BYTES = 80_000
+ICON_SIDE = 64  # px
 QUALITIES = (85, 75, 60, 45, 30)  # of JPEG, tried in turn
 
 
@@ -39,6 +40,16 @@ def paint_first_view(painting: Painting, camera: Camera) -> tuple[Frame, Weight]
         warn_if_blank(coat, boxes, camera, painted)
     weight = Weight(vertices, areas + behind, areas, int(is_painted.sum()), is_painted.size)
     return canvas.finish(painting.lamp), weight
+
+
+def icon_of(frame: Frame, background: Background) -> bytes:
+    """The middle of the picture as a small square JPEG."""
+    pixels = frame.bytes_over((1.0, 1.0, 1.0) if background is None else background)
+    height, width = pixels.shape[:2]
+    side = min(height, width)
+    top, left = (height - side) // 2, (width - side) // 2
+    square = reduced(pixels[top : top + side, left : left + side], ICON_SIDE)
+    return encode_jpeg(np.rint(square).astype(np.uint8), QUALITIES[1])
 
 
 def still_of(frame: Frame, background: Background) -> bytes:

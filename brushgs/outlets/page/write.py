@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from urllib.parse import quote, urljoin
 
 import numpy as np
 
@@ -9,8 +10,8 @@ from brushgs.formats.files import replacing
 from brushgs.formats.pictures.oiio import Background
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import page_contents
-from brushgs.outlets.page.html import page_html
-from brushgs.outlets.page.still import paint_first_view, still_of
+from brushgs.outlets.page.html import Preview, page_html
+from brushgs.outlets.page.still import icon_of, paint_first_view, still_of
 from brushgs.outlets.page.view import PageView
 from brushgs.outlets.page.weight import Weight, warnings_of
 from brushgs.pipeline.report import Report
@@ -28,6 +29,8 @@ def write_page(
     command: tuple[str, Sequence[str]],
     background: Background = None,
     regions: Sequence[str] = (),
+    caption: str = "",
+    address: str = "",
     report: Report | None = None,
 ) -> Weight:
     """Write a page; the file appears when it is complete.
@@ -41,6 +44,9 @@ def write_page(
         command: the scene and the options of `brushgs render`.
         background: one RGB colour, a picture [H, W, 3], or None for transparent.
         regions: the names of the regions of the strokes from 1 on.
+        caption: a line over the picture, any text; "" for none.
+        address: where the page will lie, for link previews: their picture is written beside the page, as
+            .jpg; "" for neither.
         report: gets the stages "first view" and "page", and notes where a device would suffer.
 
     Raises:
@@ -71,7 +77,13 @@ def write_page(
             background=None if background is None else np.asarray(background),
             regions=regions,
         )
-        text = page_html(write_container(contents), title=title, still=still)
+        picture = Path(output).with_suffix(".jpg")
+        shown_at = urljoin(address, quote(picture.name)) if address else ""
+        preview = Preview(caption, address, shown_at, icon_of(frame, background))
+        text = page_html(write_container(contents), title=title, still=still, preview=preview)
+        if address:
+            with replacing(picture) as temporary:
+                temporary.write_bytes(still)
         with replacing(output) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="\n")
         num_bytes = Path(output).stat().st_size

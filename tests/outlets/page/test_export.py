@@ -158,10 +158,21 @@ def test_the_command_paints_the_same_strokes_without_the_view(scene, capsys):
     }
 
 
+def test_a_preview_of_a_page_lies_beside_it(scene, capsys):
+    words = ["-o", "a b.html", "--look", "plain", "--caption", "Three <pears>"]
+    assert run(capsys, "export", scene, *words, "--address", "https://example.org/x/", *SMALL)[0] == 0
+    text = Path("a b.html").read_text()
+    assert '<meta property="og:image" content="https://example.org/x/a%20b.jpg">' in text
+    assert '<p id="caption">Three &lt;pears&gt;</p>' in text
+    assert Path("a b.jpg").read_bytes().startswith(b"\xff\xd8\xff")
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["-o", "a.htm"], "output must end in .html"),
+        (["-o", "a.html", "--address", "example.org"], "--address must begin with https:// or http://"),
+        (["-o", "a.glb", "--caption", "x"], "--caption needs -o FILE.html"),
         (["-o", "a.html", "--look", "nothing"], "nothing"),
         (["-o", "a.html", "--zoom", "0"], "zoom"),
         (["-o", "a.html", "--lock", "track"], "lock"),

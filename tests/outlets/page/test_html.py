@@ -8,7 +8,7 @@ import pytest
 
 from brushgs.outlets.page import html
 from brushgs.outlets.page.container import write_container
-from brushgs.outlets.page.html import fill, page_html, page_script, plain_text, shaders
+from brushgs.outlets.page.html import Preview, fill, page_html, page_script, plain_text, shaders
 from brushgs.outlets.page.write import write_page
 from brushgs.rendering.canvas import Painting
 from tests.outlets.page.paintings import CAMERA, VIEW, contents_of, some_coat, some_strokes
@@ -191,3 +191,19 @@ def test_chromium_shows_a_hostile_name_as_text(open_page, tmp_path, name):
     assert page.evaluate("[...document.scripts].filter((s) => !s.type).length") == 1
     assert page.get_attribute("#still", "alt") == plain_text(name)
     assert markup.escape(plain_text(name)) in path.read_text(encoding="utf-8")
+
+
+def test_a_preview_is_in_the_head_and_its_texts_are_no_markup():
+    preview = Preview('a "b" <c>', "https://example.org/a.html", "https://example.org/a.jpg", JPEG)
+    found = Elements(page_html(None, title="t", preview=preview))
+    told = {one["property"]: one["content"] for one in found.named("meta") if "property" in one}
+    assert told == {
+        "og:type": "website",
+        "og:title": "t",
+        "og:description": 'a "b" <c>',
+        "og:url": "https://example.org/a.html",
+        "og:image": "https://example.org/a.jpg",
+    }
+    [icon] = found.named("link")
+    assert icon["href"].startswith("data:image/jpeg;base64,")
+    assert found.text["p#caption"].strip() == 'a "b" <c>'

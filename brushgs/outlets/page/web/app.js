@@ -60,12 +60,13 @@ class App {
     this._describe();
     this._listen();
     this._fit();
+    const isLinked = openLink(this, window.location.hash);
     await new Promise((resolve) => {
       this._onSharp = resolve;
       this.invalidate();
     });
     if (this.painter?.notes.length) this.panel.say(this.painter.notes.join(" "));
-    if (!isCalm && this.painter) this.controls.setTurning(true, { isAutomatic: true });
+    if (!isCalm && !isLinked && this.painter) this.controls.setTurning(true, { isAutomatic: true });
   }
 
   /** Show other contents in place of those before, in the same view where it is the same scene. */
@@ -162,6 +163,7 @@ class App {
       this.invalidate();
     });
     document.addEventListener("keydown", (event) => this._onKey(event));
+    window.addEventListener("hashchange", () => openLink(this, window.location.hash));
   }
 
   /** Offer the headsets that there are. */

@@ -59,9 +59,22 @@ class Controls {
     return this.orbit.aim(this._camera, this._shown());
   }
 
+  /** The state where all has come to rest. */
+  get resting() {
+    return this.isTurning ? this._shown() : this.target;
+  }
+
   /** The camera where all has come to rest, for a picture of so many pixels. */
   restingCamera(width, height) {
-    return this.orbit.aim(this._newCamera(width, height), this.isTurning ? this._shown() : this.target);
+    return this.orbit.aim(this._newCamera(width, height), this.resting);
+  }
+
+  /** Show a state at once. */
+  jump(state) {
+    this.setTurning(false);
+    this.target.set(state);
+    this.state.set(state);
+    this._onChange();
   }
 
   /** Let time pass, in seconds; whether the view changed, so that a further frame is needed. */

@@ -188,6 +188,31 @@ class Orbit {
     return camera;
   }
 
+  /**
+   * A state as numbers that are the same in a window of any size: azimuth and elevation in degrees, the
+   * distance in that of the first view, and the place from the first one in radii of the subject.
+   */
+  numbersOf(state) {
+    const place = [0, 1, 2].map((k) => (state[PLACE + k] - this.first[PLACE + k]) / this.radius);
+    const degrees = [state[AZIMUTH], state[ELEVATION]].map((angle) => (angle * 180) / Math.PI);
+    return [...degrees, Math.exp(state[LOG_DISTANCE]) / this.firstDistance, ...place];
+  }
+
+  /** The state of such numbers, within its limits; null where they are none. */
+  stateOf(numbers) {
+    const isFit = numbers.length === STATE_SIZE && numbers.every((value) => Math.abs(value) < 1e6) && numbers[2] > 0;
+    if (!isFit) return null;
+    const state = this.first.slice(), [azimuth, elevation, distance, ...place] = numbers;
+    for (let k = 0; k < 3; k++) state[PLACE + k] += place[k] * this.radius;
+    this._limitPlace(state);
+    const away = Math.min(this.maxDistance, Math.max(this.minDistance, distance * this.firstDistance));
+    state[LOG_DISTANCE] = Math.log(away);
+    state[AZIMUTH] = (azimuth * Math.PI) / 180;
+    state[ELEVATION] = 0;
+    this._go(state, 0, (elevation * Math.PI) / 180);
+    return state;
+  }
+
   /** By how many pixels at most a point in the middle moves between two states, roughly. */
   pixelsBetween(a, b, camera) {
     const distance = Math.exp(a[LOG_DISTANCE]);

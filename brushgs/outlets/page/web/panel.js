@@ -22,6 +22,7 @@ class Panel {
     this._region = byId("region");
     this._notice = byId("notice");
     this._help = byId("help");
+    this._links = byId("links");
     this._isChoosing = false; // a list is open: the browser draws it, so the bar must stay
     this._isPointedAt = false;
     this._bar.hidden = false;
@@ -87,6 +88,54 @@ class Panel {
     document.getElementById("turn").setAttribute("aria-pressed", String(isTurning));
   }
 
+  /** The ground that is chosen: a name, or "#rrggbb". */
+  get groundChoice() {
+    return this._ground.value === "color" ? this._color.value : this._ground.value;
+  }
+
+  /** Choose a ground, see `groundChoice`. */
+  chooseGround(choice) {
+    const isColor = choice.startsWith("#");
+    if (isColor) this._color.value = choice;
+    this._ground.value = isColor ? "color" : choice;
+    this._onGround();
+  }
+
+  /** Choose a brush by its number, where there are so many. */
+  chooseBrush(number) {
+    if (number >= this.app.contents.header.brushes.length) return;
+    this._brush.value = String(number);
+    this.app.setLook({ brush: number });
+  }
+
+  /** Choose the share of the strokes, per cent. */
+  chooseShare(percent) {
+    this._share.value = String(percent);
+    this._onShare();
+  }
+
+  /** Show the link of this view, and the code that embeds it. */
+  openLinks() {
+    const { href, protocol } = window.location;
+    const address = `${href.split("#", 1)[0]}#${linkText(this.app)}`;
+    document.getElementById("linkText").value = address;
+    document.getElementById("embedText").value = embedCode(address, this.app.contents.header.title);
+    document.getElementById("linksHint").hidden = protocol !== "file:";
+    this._links.showModal();
+  }
+
+  /** Copy a field; where the browser refuses, it is selected. */
+  async copyField(id, words) {
+    const field = document.getElementById(id);
+    try {
+      await navigator.clipboard.writeText(field.value);
+      this._links.close();
+      this.say(words);
+    } catch {
+      field.select();
+    }
+  }
+
   /** Show or close the list of keys. */
   toggleHelp() {
     if (this._help.open) this._help.close();
@@ -105,6 +154,7 @@ class Panel {
 
   /** Copy the command of this view; where flags cannot say it, its camera file is saved too. */
   async copyCommand() {
+    this._links.close();
     const { header } = this.app.contents;
     const camera = this.app.pictureCamera();
     const line = commandLine(header, camera);
@@ -121,6 +171,7 @@ class Panel {
 
   /** Save the camera of this view. */
   saveCamera() {
+    this._links.close();
     const text = cameraFile(this.app.contents.header, this.app.pictureCamera());
     download(new Blob([text], { type: "application/json" }), CAMERA_FILE);
     this.say(`Camera saved: brushgs render … --camera-file ${CAMERA_FILE}`);
@@ -142,6 +193,9 @@ class Panel {
     const { controls } = this.app;
     onClick("turn", () => controls.setTurning(!controls.isTurning));
     onClick("home", () => controls.home());
+    onClick("link", () => this.openLinks());
+    onClick("copyLink", () => this.copyField("linkText", "Link copied"));
+    onClick("copyEmbed", () => this.copyField("embedText", "Code copied"));
     onClick("copy", () => this.copyCommand());
     onClick("saveCamera", () => this.saveCamera());
     onClick("savePicture", () => this.savePicture());
@@ -235,7 +289,7 @@ class Panel {
   }
 
   _isInUse() {
-    return this._isChoosing || this._isPointedAt || this._help.open
+    return this._isChoosing || this._isPointedAt || this._help.open || this._links.open
       || this._bar.querySelector(":focus-visible") !== null;
   }
 }

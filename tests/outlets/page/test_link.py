@@ -1,0 +1,110 @@
+"""The link of a page: it shows what was shown, and nothing that a link says breaks a page."""
+
+import numpy as np
+import pytest
+
+from tests.outlets.page.page_file import seen, settle, shown, wait_until, write_page
+
+CALM = {"reduced_motion": "reduce"}
+COPY = {"permissions": ["clipboard-read", "clipboard-write"]}
+LINK = "#view=40,10,0.8,0.1,0,-0.2&share=60&ground=c9b89a"
+
+
+@pytest.fixture(scope="module")
+def contents():
+    return shown(title="pears & <b>")
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory, contents):
+    return write_page(tmp_path_factory.mktemp("page") / "pears.html", contents)
+
+
+@pytest.fixture(scope="module")
+def page(open_shared_page, path):
+    tab = open_shared_page(path, **CALM, **COPY)
+    tab.evaluate("brushgs.ready")
+    return tab
+
+
+def follow(page, link):
+    page.evaluate("link => { location.hash = link; }", link)
+    settle(page)
+
+
+def test_a_link_shows_what_was_shown(page, contents):
+    page.locator("#share").fill("40")
+    page.locator("#ground").select_option("Black")
+    for key in ("ArrowLeft", "ArrowUp", "+", "Shift+ArrowRight"):
+        page.locator("#painting").press(key)
+    settle(page)
+    before = seen(page, contents.header).viewmat
+    page.locator("#link").click()
+    link = page.locator("#linkText").input_value()
+    assert link.startswith(page.url.split("#")[0] + "#view=")
+    page.locator("#copyLink").click()
+    assert page.evaluate("navigator.clipboard.readText()") == link
+    wait_until(page, "document.getElementById('notice').textContent === 'Link copied'")
+    page.evaluate("brushgs.controls.home()")
+    page.locator("#share").fill("100")
+    page.locator("#ground").select_option("As painted")
+    settle(page)
+    follow(page, link.split("#")[1])
+    assert np.abs(seen(page, contents.header).viewmat - before).max() < 1e-3
+    assert page.evaluate("[brushgs.look.share, brushgs.panel.groundChoice]") == [0.4, "black"]
+
+
+def test_code_for_another_page_holds_no_markup_of_a_title(page):
+    page.locator("#link").click()
+    code = page.locator("#embedText").input_value()
+    page.keyboard.press("Escape")
+    assert code.startswith('<iframe src="file://')
+    assert 'title="pears &#38; &#60;b&#62;"' in code
+    assert page.locator("#linksHint").count() == 1
+
+
+def test_a_page_opens_with_its_link_and_does_not_turn(open_page, path):
+    page = open_page(path)
+    page.goto(page.url + LINK)
+    page.reload()
+    page.evaluate("brushgs.ready")
+    numbers = page.evaluate("[...brushgs.controls.orbit.numbersOf(brushgs.controls.resting)]")
+    assert numbers == pytest.approx([40, 10, 0.8, 0.1, 0, -0.2], abs=1e-9)
+    assert page.evaluate("[brushgs.look.share, brushgs.panel.groundChoice]") == [0.6, "#c9b89a"]
+    assert page.evaluate("brushgs.controls.isTurning") is False
+
+
+@pytest.mark.parametrize(
+    "link",
+    [
+        "view=",
+        "view=1,2,3",
+        "view=a,b,c,d,e,f",
+        "view=0,0,0,0,0,0",
+        "view=0,0,-1,0,0,0",
+        "view=NaN,0,1,0,0,0",
+        "view=1e999,0,1,0,0,0",
+        "share=0&brush=99&ground=<b>",
+        "share=1e9&brush=-1&ground=%00",
+        "%E0%A4%A&=&&",
+    ],
+)
+def test_a_link_that_says_nothing_changes_nothing(page, contents, link):
+    page.evaluate("brushgs.controls.home()")
+    follow(page, "view=0,0,1,0,0,0")
+    before = page.evaluate("[[...brushgs.controls.target], brushgs.look.share, brushgs.panel.groundChoice]")
+    follow(page, link)
+    assert (
+        page.evaluate("[[...brushgs.controls.target], brushgs.look.share, brushgs.panel.groundChoice]")
+        == before
+    )
+
+
+def test_a_link_far_away_ends_at_the_limits(page):
+    follow(page, "view=720,400,99999,900,900,900")
+    orbit = page.evaluate(
+        "({ max: brushgs.controls.orbit.maxDistance, state: [...brushgs.controls.target], "
+        "up: brushgs.controls.orbit.maxElevation })"
+    )
+    assert np.exp(orbit["state"][3]) == pytest.approx(orbit["max"])
+    assert orbit["state"][5] == pytest.approx(orbit["up"])
