@@ -46,17 +46,26 @@ class Export(NamedTuple):
 
 def _write_page(request: Request, report: "Report") -> None:
     from brushgs.outlets.page.export import export_file
+    from brushgs.outlets.page.html import Preview
 
     scene, output, config, args = request
     options = words_of(_parser(), args.words, _paints)
-    export_file(
+    preview = Preview(args.caption or "", args.address or "")
+    export_file(scene, output, config, title=args.title, options=options, preview=preview, report=report)
+
+
+def _write_gallery(request: Request, report: "Report") -> None:
+    from brushgs.outlets.page.gallery import export_gallery
+
+    scene, output, config, args = request
+    export_gallery(
         scene,
         output,
         config,
         title=args.title,
-        options=options,
         caption=args.caption or "",
         address=args.address or "",
+        options=words_of(_parser(), args.words, _paints),
         report=report,
     )
 
@@ -89,6 +98,9 @@ def web_address(text: str) -> str:
     return text
 
 
+GALLERY = Export("a gallery", ("/",), ("title", "caption", "address", "gallery"), _write_gallery)
+
+
 class Own(Options, frozen=True):
     """The options of this command alone."""
 
@@ -104,13 +116,15 @@ class Own(Options, frozen=True):
     address: Annotated[str | None, option("where the page will lie on the web, such as "
         "https://example.org/truck.html: links to it show a picture, which is written beside it as .jpg "
         "#preview #share", default="none", read=web_address, metavar="URL")] = None
+    gallery: Annotated[bool, option("a page for each of several scenes, in a folder, and an index.html that "
+        "shows their pictures; -o names the folder #several #portfolio")] = False
     for_view: Annotated[bool, option(f"make the rectangles ({QUAD_SUFFIXES[0]}) for the camera of the "
         "picture: seen from there they are the boxes that are painted; default: in the plane of each "
         "stroke's two longest axes")] = False
     # fmt: on
 
 
-OWN_FLAGS = ("title", "caption", "address", "for_view")  # which some exports take
+OWN_FLAGS = ("title", "caption", "address", "gallery", "for_view")  # which some exports take
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -128,7 +142,10 @@ def run(args: Namespace) -> None:
     from brushgs.cli.origin import output_of
 
     default = output_beside(scene, painting_name(args, config), EXPORTS[0].suffixes[0])
-    kind = _export_of(args.output or default, args)
+    kind = GALLERY if args.gallery else _export_of(args.output or default, args)
+    if args.gallery:
+        default = Path("gallery")
+        _refuse_others(kind, args, "--gallery")
     with reported(args) as report:
         output = output_of(args, default)
         kind.write(Request(scene, output, config, args), report)
@@ -143,12 +160,17 @@ def _export_of(output: Path, args: Namespace) -> Export:
         raise ValueError(
             f"output must end in {known}, got {str(output)!r}; the suffix decides what is written"
         )
+    _refuse_others(kind, args, repr(str(output)))
+    return kind
+
+
+def _refuse_others(kind: Export, args: Namespace, got: str) -> None:
+    """Raise ValueError for a flag of other exports."""
     for name in OWN_FLAGS:
         if getattr(args, name) and name not in kind.takes:
             suits = " or ".join(other.suffixes[0] for other in EXPORTS if name in other.takes)
             flag = "--" + name.replace("_", "-")
-            raise ValueError(f"{flag} needs -o FILE{suits}, got {str(output)!r}")
-    return kind
+            raise ValueError(f"{flag} needs -o FILE{suits}, got {got}")
 
 
 def _parser() -> ArgumentParser:

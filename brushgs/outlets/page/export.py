@@ -9,6 +9,7 @@ from brushgs.options.moment import Moment
 from brushgs.options.page import PAGE_SUFFIXES
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.outlets.page.html import Preview
 from brushgs.outlets.page.view import PageView
 from brushgs.outlets.page.write import write_page
 from brushgs.pipeline.outputs import check_output, input_files
@@ -27,8 +28,7 @@ def export_file(
     *,
     title: str | None = None,
     options: Sequence[str] = (),
-    caption: str = "",
-    address: str = "",
+    preview: Preview | None = None,
     report: Report | None = None,
 ) -> Report:
     """Paint a scene file to a page, whose first view is the picture that `paint_file` paints.
@@ -40,8 +40,7 @@ def export_file(
         title: of the page, any text; None for the name of the scene.
         options: the words after `brushgs render SCENE` that paint this, but for the view: the page offers
             them with the view that it shows.
-        caption: see `write_page`, like `address`.
-        address: of the page.
+        preview: see `write_page`.
         report: gets the stages; a new one if None.
 
     Returns:
@@ -64,8 +63,7 @@ def export_file(
         command=command_of(source, options, prepared.notes),
         background=prepared.background,
         regions=prepared.region_names,
-        caption=caption,
-        address=address,
+        preview=preview,
         report=report,
     )
     report.output = str(output)

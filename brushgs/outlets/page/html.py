@@ -13,6 +13,7 @@ import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
+from urllib.parse import quote, urljoin
 
 from brushgs.outlets.page.shared import SHARED, shared_glsl
 from brushgs.version import __version__
@@ -62,7 +63,7 @@ class Preview:
     Attributes:
         caption: a line over the picture, any text; "" for none.
         address: where the page will lie; "" if that is not known.
-        picture: address of a picture of it; "" for none.
+        picture: name of a picture of it, which lies beside it; "" for none.
         icon: a small JPEG; None for none.
     """
 
@@ -71,6 +72,11 @@ class Preview:
     picture: str = ""
     icon: bytes | None = None
 
+    @property
+    def is_shown(self) -> bool:
+        """Whether link previews can show its picture: they take whole addresses only."""
+        return bool(self.address and self.picture)
+
     def tags(self, title: str) -> str:
         """The elements of the head, in the terms of the Open Graph protocol."""
         texts = {
@@ -78,11 +84,11 @@ class Preview:
             "og:title": title,
             "og:description": plain_text(self.caption) or f"{title}, painted with brush strokes",
             "og:url": self.address,
-            "og:image": self.picture,
+            "og:image": urljoin(self.address, quote(self.picture)) if self.is_shown else "",
         }
         told = {name: html.escape(text) for name, text in texts.items() if text}
         lines = [f'<meta property="{name}" content="{text}">\n' for name, text in told.items()]
-        if self.picture:
+        if self.is_shown:
             lines.append('<meta name="twitter:card" content="summary_large_image">\n')
         if self.icon is not None:
             lines.append(f'<link rel="icon" href="{_data_url(self.icon)}">\n')
@@ -112,8 +118,8 @@ def page_html(
     policy = "; ".join(
         [
             "default-src 'none'",
-            f"script-src {_hash(script)}",
-            f"style-src {_hash(style)}",
+            f"script-src {content_hash(script)}",
+            f"style-src {content_hash(style)}",
             f"img-src data: blob:{own}",
             f"connect-src data: blob:{own}",
             *(["media-src blob: 'self'"] if live else []),
@@ -233,7 +239,8 @@ def _data_url(picture: bytes) -> str:
     return f"data:{kind};base64,{text}"
 
 
-def _hash(text: str) -> str:
+def content_hash(text: str) -> str:
+    """The hash of a script or a style, as a content security policy names it."""
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
     return f"'sha256-{digest}'"
 

@@ -1,8 +1,8 @@
 """A painting becomes the file of a page."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from urllib.parse import quote, urljoin
 
 import numpy as np
 
@@ -29,8 +29,7 @@ def write_page(
     command: tuple[str, Sequence[str]],
     background: Background = None,
     regions: Sequence[str] = (),
-    caption: str = "",
-    address: str = "",
+    preview: Preview | None = None,
     report: Report | None = None,
 ) -> Weight:
     """Write a page; the file appears when it is complete.
@@ -44,9 +43,8 @@ def write_page(
         command: the scene and the options of `brushgs render`.
         background: one RGB colour, a picture [H, W, 3], or None for transparent.
         regions: the names of the regions of the strokes from 1 on.
-        caption: a line over the picture, any text; "" for none.
-        address: where the page will lie, for link previews: their picture is written beside the page, as
-            .jpg; "" for neither.
+        preview: what the page tells of itself. A picture that it names is written beside the page; one that
+            has an address has a picture in any case. Its icon is made here.
         report: gets the stages "first view" and "page", and notes where a device would suffer.
 
     Raises:
@@ -77,12 +75,12 @@ def write_page(
             background=None if background is None else np.asarray(background),
             regions=regions,
         )
-        picture = Path(output).with_suffix(".jpg")
-        shown_at = urljoin(address, quote(picture.name)) if address else ""
-        preview = Preview(caption, address, shown_at, icon_of(frame, background))
-        text = page_html(write_container(contents), title=title, still=still, preview=preview)
-        if address:
-            with replacing(picture) as temporary:
+        told = preview or Preview()
+        picture = told.picture or (Path(output).with_suffix(".jpg").name if told.address else "")
+        told = replace(told, picture=picture, icon=icon_of(frame, background))
+        text = page_html(write_container(contents), title=title, still=still, preview=told)
+        if picture:
+            with replacing(Path(output).with_name(picture)) as temporary:
                 temporary.write_bytes(still)
         with replacing(output) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="\n")

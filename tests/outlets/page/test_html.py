@@ -194,7 +194,7 @@ def test_chromium_shows_a_hostile_name_as_text(open_page, tmp_path, name):
 
 
 def test_a_preview_is_in_the_head_and_its_texts_are_no_markup():
-    preview = Preview('a "b" <c>', "https://example.org/a.html", "https://example.org/a.jpg", JPEG)
+    preview = Preview('a "b" <c>', "https://example.org/a.html", "a.jpg", JPEG)
     found = Elements(page_html(None, title="t", preview=preview))
     told = {one["property"]: one["content"] for one in found.named("meta") if "property" in one}
     assert told == {
