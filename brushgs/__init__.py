@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from brushgs.formats import load_cameras as load_cameras
     from brushgs.formats.moving import load_moving as load_moving
     from brushgs.formats.pictures.video import save_video as save_video
-    from brushgs.formats.scenes.encoding import Encoding as Encoding
-    from brushgs.formats.scenes.encoding import Reading as Reading
+    from brushgs.formats.scenes.columns import Encoding as Encoding
+    from brushgs.formats.scenes.columns import Reading as Reading
     from brushgs.formats.styles import load_style as load_style
     from brushgs.formats.styles import save_style as save_style
     from brushgs.options.clip import ClipConfig as ClipConfig
@@ -71,7 +71,7 @@ _MODULES = {
     "formats": "load load_cameras",
     "formats.moving": "load_moving",
     "formats.pictures.video": "save_video",
-    "formats.scenes.encoding": "Encoding Reading",
+    "formats.scenes.columns": "Encoding Reading",
     "formats.styles": "load_style save_style",
     "options.clip": "ClipConfig",
     "options.look": "Look",

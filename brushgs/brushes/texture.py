@@ -228,7 +228,7 @@ class StrokeTexture:
 
     @classmethod
     def _from_style(cls, path: Path, number: int | None, size: int) -> "StrokeTexture":
-        from brushgs.formats.styles.read import read_style
+        from brushgs.formats.styles import read_style
 
         style = read_style(path)
         brushes = () if style.marks is None else style.marks.brushes

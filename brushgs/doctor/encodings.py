@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.doctor.findings import Finding
-from brushgs.formats.scenes.columns import Columns
-from brushgs.formats.scenes.encoding import Encoding
+from brushgs.formats.scenes.columns import Columns, Encoding
 from brushgs.passes.neighbours import NUM_NEIGHBOURS, nearest
 from brushgs.passes.reduce.equal_rows import equal_rows
 from brushgs.values.arrays import Array

@@ -12,13 +12,11 @@ from brushgs.doctor.findings import SEVERITIES, Finding
 from brushgs.doctor.row_checks import check_bands, check_copies, check_dropped, check_quats
 from brushgs.doctor.scene_checks import check_digits, check_far, check_filling, check_light, check_needles
 from brushgs.errors import SceneError
-from brushgs.formats.scenes.columns import Columns
+from brushgs.formats.scenes.columns import Columns, Encoding
 from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.encoding import Encoding
-from brushgs.formats.scenes.fill import activate_rows
-from brushgs.formats.scenes.notes import join_notes
+from brushgs.formats.scenes.open_file import join_notes
 from brushgs.formats.scenes.read import read_raw_parts
-from brushgs.formats.scenes.scene_file import SceneFile
+from brushgs.formats.scenes.rows import SceneFile, activate_rows
 from brushgs.options.choices import Clean
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.passes.reduce.clean import find_floaters

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from brushgs.formats.scenes.encoding import Encoding
+    from brushgs.formats.scenes.columns import Encoding
     from brushgs.options.scene_source import SceneFiles
     from brushgs.values.camera import Camera
     from brushgs.values.frame import Frame

@@ -40,7 +40,7 @@ _SCENES = (
         "compressed PLY file",
         "scene",
         (".compressed.ply",),
-        write="scenes.ply_compressed_write:write_scene",
+        write="scenes.ply_write:write_compressed",
         rounds=True,
     ),
     Format(
@@ -88,7 +88,7 @@ _SCENES = (
         (".usd", ".usda", ".usdc", ".usdz"),
         any_of(begins_with(b"PXR-USDC", b"#usda "), is_zip_with(".usdc", ".usdz")),
         read="scenes.usd:open_scene",
-        write="scenes.usd_write:write_scene",
+        write="scenes.usd:write_scene",
         note="with ParticleField3DGaussianSplat, by the package usd-core",
     ),
     Format(
@@ -106,7 +106,7 @@ _SCENES = (
         (".splat",),
         is_splat,
         read="scenes.splat:open_scene",
-        write="scenes.splat_write:write_scene",
+        write="scenes.splat:write_scene",
         note="32 bytes a Gaussian",
         rounds=True,
     ),
@@ -172,7 +172,7 @@ _CLIPS = (
         "clip",
         (".ply",),
         is_ply_with("trbf_center", "trbf_scale"),
-        read="moving.spacetime:open_moving",
+        read="moving.ply_clips:open_spacetime",
         note=".ply of SpaceTimeGaussian lite",
     ),
     Format(
@@ -180,7 +180,7 @@ _CLIPS = (
         "clip",
         (".ftgs.ply",),
         is_ply_with("time", "log_duration", "velocity_0"),
-        read="moving.freetime:open_moving",
+        read="moving.ply_clips:open_freetime",
         note=".ftgs.ply of FreeTimeGS",
     ),
     Format(
@@ -274,8 +274,8 @@ _CAMERAS = (
     Format("an FBX scene", "camera", (".fbx",), has_suffix(".fbx"), cure=_CAMERA_CURE),
 )
 _GUIDES = (
-    Format("OBJ with lines, as Blender exports them", "guides", (".obj",), read="guides.read:read_obj"),
-    Format("JSON, a list of lists of points [x, y, z]", "guides", (".json",), read="guides.read:read_lists"),
+    Format("OBJ with lines, as Blender exports them", "guides", (".obj",), read="guides:read_obj"),
+    Format("JSON, a list of lists of points [x, y, z]", "guides", (".json",), read="guides:read_lists"),
 )
 _PICTURES = (
     Format(
@@ -284,7 +284,7 @@ _PICTURES = (
         (".png",),
         begins_with(b"\x89PNG\r\n\x1a\n"),
         read="",
-        write="pictures.png:write",
+        write="pictures.still:write_png",
         bits=(8, 16),
         note="8 or 16 bit",
     ),
@@ -293,8 +293,8 @@ _PICTURES = (
         "picture",
         (".jpg", ".jpeg"),
         begins_with(b"\xff\xd8\xff"),
-        read="pictures.jpeg:check_file",
-        write="pictures.jpeg:write",
+        read="pictures.still:check_jpeg",
+        write="pictures.still:write_jpeg",
         note="8 bit, quality 95",
         holds_alpha=False,
     ),
@@ -304,7 +304,7 @@ _PICTURES = (
         (".tif", ".tiff"),
         begins_with(b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
         read="",
-        write="pictures.tiff:write",
+        write="pictures.still:write_tiff",
         bits=(16, 8),
         note="16 or 8 bit",
     ),
@@ -325,8 +325,8 @@ _PICTURES = (
         "picture",
         (".webp",),
         lambda path, begin: begin.startswith(b"RIFF") and begin[8:12] == b"WEBP",
-        read="pictures.webp:check_file",
-        write="pictures.webp:write",
+        read="pictures.still:check_webp",
+        write="pictures.still:write_webp",
         note="8 bit, lossless",
     ),
     Format("BMP", "picture", (".bmp",), begins_with(b"BM"), read=""),
@@ -338,7 +338,7 @@ _PICTURES = (
         "AVIF",
         "picture",
         (".avif",),
-        write="pictures.avif:write",
+        write="pictures.libav:write_avif",
         bits=(8, 10),
         note="8 or 10 bit",
         holds_alpha=False,
@@ -347,14 +347,14 @@ _PICTURES = (
 )
 VIDEO_CODECS: Mapping[str, VideoCodec] = {
     # One chroma sample for each 2 x 2 pixels, so sides are even; x264 refuses longer ones.
-    "h264": VideoCodec("H.264", "pictures.h264:open_writer", max_side=16384, has_even_sides=True),
+    "h264": VideoCodec("H.264", "pictures.libav:open_h264", max_side=16384, has_even_sides=True),
     # x265 refuses shorter sides, and hangs where one is twice as long.
     "h265": VideoCodec(
-        "H.265", "pictures.h265:open_writer", bits=(10, 8), min_side=16, max_side=8192, has_even_sides=True
+        "H.265", "pictures.libav:open_h265", bits=(10, 8), min_side=16, max_side=8192, has_even_sides=True
     ),
     # libav takes 10 of the 12 bits that the format has.
-    "prores": VideoCodec("ProRes 4444", "pictures.prores:open_writer", bits=(10,), holds_alpha=True),
-    "vp9": VideoCodec("VP9", "pictures.vp9:open_writer", holds_alpha=True),
+    "prores": VideoCodec("ProRes 4444", "pictures.libav:open_prores", bits=(10,), holds_alpha=True),
+    "vp9": VideoCodec("VP9", "pictures.libav:open_vp9", holds_alpha=True),
     "gif": VideoCodec("GIF", "pictures.gif:open_writer"),
 }
 _VIDEO_WRITER = "pictures.video:save_video"
@@ -389,8 +389,8 @@ _STYLES = (
         "style",
         "style",
         (".style",),
-        read="styles.read:read_style",
-        write="styles.write:write_style",
+        read="styles:read_style",
+        write="styles:write_style",
         note="what was learnt of a painting",
     ),
 )

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.formats.files import is_plain
-from brushgs.formats.pictures.resize import resize
+from brushgs.formats.pictures.images import resize
 from brushgs.options.choices import COLORS, color_code
 from brushgs.values.colors import flatten, rgb_of
 

@@ -16,7 +16,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 
 if TYPE_CHECKING:
-    from brushgs.formats.pictures.pixels import Pixels
+    from brushgs.formats.pictures.oiio import Pixels
     from brushgs.rendering.canvas import Painting
     from brushgs.rendering.growing import GrowingPainting
     from brushgs.rendering.motion import Pose
@@ -120,7 +120,7 @@ class FramePainter:
         """
         frame, kind = self.frame(view), self.kind
         if kind.suffix is None:
-            from brushgs.formats.pictures.pixels import video_pixels
+            from brushgs.formats.pictures.oiio import video_pixels
 
             return video_pixels(frame, self.background, kind.output.bits or 8)
         from brushgs.formats.pictures.images import encode_frame

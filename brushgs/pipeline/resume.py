@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.json_file import shown
 from brushgs.formats.pictures.numbered import Manifest, NumberedFiles
+from brushgs.formats.schema import shown
 from brushgs.options.clip import ClipConfig
 from brushgs.options.media import Medium
 from brushgs.options.painting import PaintConfig, UsualCount

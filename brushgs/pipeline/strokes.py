@@ -289,7 +289,7 @@ def open_palette(config: PaletteConfig | None, report: Report) -> "Palette | Non
 
 
 def _palette_of_style(config: PaletteConfig, stage: Stage) -> "Palette":
-    from brushgs.formats.styles.read import read_style
+    from brushgs.formats.styles import read_style
     from brushgs.passes.color.recolor import Palette
 
     style = read_style(config.file)

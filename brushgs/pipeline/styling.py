@@ -55,7 +55,7 @@ def open_styles(config: StyleConfig | None, report: Report) -> Styles | None:
     if config is None:
         return None
     with report.stage("style") as stage:
-        from brushgs.formats.styles.read import read_style
+        from brushgs.formats.styles import read_style
 
         styles = [(one, read_style(one.file)) for one in config.styles]
         stage.did = ", ".join(f"{style.name} {one.share:.0%}" for one, style in styles)

@@ -54,7 +54,7 @@ def open_style(path: Path) -> PaintingStyle:
     if not is_style(path):
         painting = read_image(path)
         return PaintingStyle(_learnt(painting, path), painting)
-    from brushgs.formats.styles.read import read_style
+    from brushgs.formats.styles import read_style
 
     style = read_style(path)
     if style.palette is None:

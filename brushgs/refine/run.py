@@ -296,7 +296,7 @@ def _in_style(
     beside = style_beside(output)
     is_input = config.style is not None and beside.exists() and beside.samefile(config.style)
     if marks.brushes and not is_input:
-        from brushgs.formats.styles.write import write_style
+        from brushgs.formats.styles import write_style
 
         write_style(learnt.style, beside)
     return laid.prepared, None if moves is None else laid.moves, True

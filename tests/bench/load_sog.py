@@ -18,8 +18,7 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.core.threads import num_threads_or_default
-from brushgs.formats.pictures.images import read_bytes
-from brushgs.formats.pictures.limits import MAX_PIXELS
+from brushgs.formats.pictures.images import MAX_PIXELS, read_bytes
 from tests.bench import machine
 from tests.io.scenes.sog_maker import decode_row, files_of, make, zipped
 

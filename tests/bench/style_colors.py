@@ -37,7 +37,7 @@ from skimage.metrics import structural_similarity
 
 import brushgs as bg
 from brushgs.formats.pictures.images import read_image
-from brushgs.formats.styles.write import write_style
+from brushgs.formats.styles import write_style
 from brushgs.measure.likeness import psnr
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig

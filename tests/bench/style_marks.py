@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 import brushgs as bg
-from brushgs.formats.styles.write import write_style
+from brushgs.formats.styles import write_style
 from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource

@@ -26,7 +26,7 @@ import numpy as np
 import brushgs as bg
 from brushgs.cameras.framing import frame_scene
 from brushgs.first_view import find_first_view
-from brushgs.formats.styles.write import write_style
+from brushgs.formats.styles import write_style
 from brushgs.passes.color.color_map import difference_slopes, map_colors
 from brushgs.passes.style.edit import apply_edit, needed_features
 from brushgs.passes.style.features import StrokeFeatures, stroke_features

@@ -57,7 +57,7 @@ def _picture(path: Path) -> object:
 
 
 def _guides(path: Path) -> object:
-    from brushgs.formats.guides.read import MAX_COORDINATE, read_guides
+    from brushgs.formats.guides import MAX_COORDINATE, read_guides
 
     guides = read_guides(path)
     # Judged like a picture: finite, and 0 to 1.
@@ -66,7 +66,7 @@ def _guides(path: Path) -> object:
 
 def _style(path: Path) -> object:
     """Its arrays, scaled to be judged like a picture: finite, and 0 to 1."""
-    from brushgs.formats.styles.read import MOST, read_style
+    from brushgs.formats.styles import MOST, read_style
 
     style, arrays = read_style(path), []
     if style.palette is not None:

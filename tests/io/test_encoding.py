@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.formats.scenes.encoding import Encoding
+from brushgs.formats.scenes.columns import Encoding
 from tests.doctor import plant
 from tests.doctor.scenes import ball
 

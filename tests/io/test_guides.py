@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from brushgs import SceneError
-from brushgs.formats.guides.read import MAX_LINE, MAX_POINTS, read_guides
+from brushgs.formats.guides import MAX_LINE, MAX_POINTS, read_guides
 from brushgs.formats.registry import GUIDES_READ
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 1 2 0\n"

@@ -11,7 +11,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.pictures.encoding import choose_encoding
 from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.formats.pictures.metadata import Metadata, is_painted_by, metadata_text, read_metadata
-from brushgs.formats.pictures.pixels import video_pixels
+from brushgs.formats.pictures.oiio import video_pixels
 from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.pictures.video import open_video
 from brushgs.formats.registry import PICTURE_SUFFIXES, VIDEO_SUFFIXES, find_written

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-import brushgs.formats.scenes.fill
 import brushgs.formats.scenes.ply_inria
+import brushgs.formats.scenes.rows
 from brushgs import Gaussians, SceneError, SceneWarning
 from brushgs.formats import load, read_scene
 from tests.io.ply_maker import decoded, element_bytes, scene_columns, write_ply_file, write_scene
@@ -269,7 +269,7 @@ def test_blocks_and_threads_do_not_change_what_is_read(
         columns[f"rot_{index}"][bad[100:]] = 0
     path = write_scene(tmp_path / "a.ply", columns)
     monkeypatch.setattr(brushgs.formats.scenes.ply_inria, "_BLOCK_BYTES", 41 * 37)
-    monkeypatch.setattr(brushgs.formats.scenes.fill, "_count_threads", lambda num_rows: num_threads)
+    monkeypatch.setattr(brushgs.formats.scenes.rows, "_count_threads", lambda num_rows: num_threads)
     first = min(bad[:100])
     with pytest.warns(
         SceneWarning, match=rf"300 of 1000 rows .* 100 hold .* \(first: row {first}, x = nan\)"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from skimage.transform import resize as expected_resize
 
-from brushgs.formats.pictures.resize import resize
+from brushgs.formats.pictures.images import resize
 
 NAMES = {"mirror": "reflect", "nearest": "edge"}  # in scikit-image
 

@@ -11,11 +11,9 @@ import pytest
 import brushgs as bg
 from brushgs.formats import read_scene, registry
 from brushgs.formats.format import Format, begins_with, has_suffix
-from brushgs.formats.scenes.columns import Columns
+from brushgs.formats.scenes.columns import Columns, Encoding
 from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.encoding import Encoding
-from brushgs.formats.scenes.fill import fill
-from brushgs.formats.scenes.scene_file import SceneFile
+from brushgs.formats.scenes.rows import SceneFile, fill
 from brushgs.formats.scenes.stored import Stored
 from tests.scenes import still_life_of
 

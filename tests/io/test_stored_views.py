@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import brushgs as bg
 from brushgs.errors import SceneWarning
 from brushgs.formats import read_scene
+from brushgs.formats.scenes.ply_header import PREFIX, comment_lines, read_comments
 from brushgs.formats.scenes.stored import Stored
-from brushgs.formats.scenes.view_comments import PREFIX, comment_lines, read_comments
 from brushgs.formats.scenes.write import write_scene
 from brushgs.values.camera import FirstView
 from tests.io.test_write_ply import make

@@ -140,7 +140,7 @@ def test_a_line_of_text_without_end_is_refused(tmp_path):
 
 
 def test_text_is_read_piece_by_piece(tmp_path, monkeypatch):
-    monkeypatch.setattr("brushgs.formats.scenes.ply_rows._PIECE", 100)
+    monkeypatch.setattr("brushgs.formats.scenes.ply_header._PIECE", 100)
     columns = scene_columns(50)
     np.testing.assert_array_equal(
         load(write_scene(tmp_path / "a.ply", columns, "ascii")).means[:, 0], columns["x"]

@@ -12,8 +12,8 @@ from scipy.ndimage import gaussian_filter
 import brushgs as bg
 from brushgs import SceneError
 from brushgs.formats.pictures.encoding import codec_of
-from brushgs.formats.pictures.gif_colors import ColorCounts
-from brushgs.formats.pictures.pixels import spread_colors
+from brushgs.formats.pictures.gif import ColorCounts
+from brushgs.formats.pictures.oiio import spread_colors
 from brushgs.formats.pictures.video import open_video, padded_size
 from brushgs.formats.registry import VIDEO_FORMATS, VIDEO_SUFFIXES
 from brushgs.formats.table import VIDEO_CODECS

@@ -11,7 +11,7 @@ import brushgs as bg
 from brushgs.cameras.framing import plain_first_view
 from brushgs.cli import main
 from brushgs.formats.pictures.images import read_image
-from brushgs.formats.styles.read import read_style
+from brushgs.formats.styles import read_style
 from brushgs.passes.color.color_map import Affine, map_colors
 from brushgs.passes.style.edit import apply_edit, needed_features
 from brushgs.passes.style.features import stroke_features

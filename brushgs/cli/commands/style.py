@@ -129,7 +129,7 @@ def _learn_edit(args: Namespace) -> None:
 
 
 def _show(path: Path, *, as_json: bool) -> None:
-    from brushgs.formats.styles.read import read_style
+    from brushgs.formats.styles import read_style
 
     style = read_style(path)
     facts = _facts(style)

@@ -15,7 +15,7 @@ import numpy as np
 
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.cameras.read import MAX_DISTANCE, CameraFile, Motion, lens_rule
-from brushgs.formats.scene_node import SCENE_NODE
+from brushgs.formats.gltf_file import SCENE_NODE
 from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.options.sequence import DEFAULT_FPS
 from brushgs.values.arrays import F64

@@ -27,12 +27,12 @@ from brushgs.formats.gltf_file import (
     Index,
     Model,
     PlacedNode,
+    is_scene_name,
     local_matrix,
     node_at,
     node_part,
     placed_nodes,
 )
-from brushgs.formats.scene_node import is_scene_name
 from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.values.arrays import F64
 from brushgs.values.quats import rotation_matrices

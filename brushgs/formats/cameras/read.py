@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.files import is_dir, is_plain, read_whole
 from brushgs.formats.format import Format
-from brushgs.formats.json_file import MAX_BYTES, check_memory, parse_checked, shown
 from brushgs.formats.registry import CAMERAS_READ, FILES_BESIDE, MODEL_BESIDE, added, formats_of, function_of
+from brushgs.formats.schema import MAX_BYTES, check_memory, parse_checked, shown
 from brushgs.options.choices import size_rule
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera

@@ -18,8 +18,7 @@ from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
 from brushgs.formats.cameras.read import MAX_DISTANCE, CameraFile, lens_rule, warn_of_distortion
-from brushgs.formats.json_file import shown
-from brushgs.formats.schema import Numbers, decode, missing, refused, shaped
+from brushgs.formats.schema import Numbers, decode, missing, refused, shaped, shown
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 

@@ -31,9 +31,19 @@ def load_moving(scene: "SceneFiles", *, moments_per_second: float | None = None)
         >>> bg.load_moving(["frame_000.ply", "frame_001.ply", "frame_002.ply"])
         MovingScene(...)
     """
-    from brushgs.formats.moving import read
+    import numpy as np
 
-    return read.load_moving(scene, moments_per_second)
+    from brushgs.formats.scenes.read import read_scene
+    from brushgs.options.scene_source import SceneSource
+    from brushgs.values.moving import MovingScene
+
+    source = SceneSource.of(scene, moments_per_second=moments_per_second)
+    moving = open_moving(source)
+    if moving is not None:
+        return moving
+    gaussians, notes = read_scene(source)
+    resting = np.ones(len(gaussians), np.bool_)
+    return MovingScene(0.0, True, lambda time: gaussians, resting=resting, notes=notes)
 
 
 def open_moving(scene: "SceneFiles") -> "MovingScene | None":
@@ -42,6 +52,9 @@ def open_moving(scene: "SceneFiles") -> "MovingScene | None":
     Raises:
         SceneError: see `load_moving`; not for what only the reader of still scenes can judge.
     """
-    from brushgs.formats.moving import read
+    from brushgs.formats.moving.frames import open_frames
+    from brushgs.formats.moving.moment import open_formula
+    from brushgs.options.scene_source import SceneSource
 
-    return read.open_moving(scene)
+    source = SceneSource.of(scene)
+    return open_formula(source) or open_frames(source)

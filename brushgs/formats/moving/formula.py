@@ -1,7 +1,8 @@
 """Gaussians whose place, rotation and opacity are formulas of time: what most moving formats store.
 
 Each row has a moment of its own. With d the time since it, the mean is moved by a polynomial of d, the
-quaternion changes by a constant rate, and the opacity fades as exp(-(d / width)^2) before and after.
+quaternion changes by a constant rate, and the opacity fades as exp(-(d / width)^2) before and after. Readers
+give raw rows (`RawRows`); these are checked, and become a moving scene (`clip_of`).
 Sources: Li et al. 2024, Spacetime Gaussian Feature Splatting, sections 3.1 and 3.2; Wang et al. 2025,
 FreeTimeGS, equations 1 and 4.
 """
@@ -9,12 +10,18 @@ FreeTimeGS, equations 1 and 4.
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import nextafter
 
 import numpy as np
 
-from brushgs.formats.scenes.dropped import Faults
+from brushgs.formats.scenes.columns import Columns, Encoding, drop_zero_bands
+from brushgs.formats.scenes.dropped import Dropped, Faults, find_faults
+from brushgs.formats.scenes.open_file import join_notes
+from brushgs.formats.scenes.rows import SceneFile
+from brushgs.options.choices import CLIP_FPS
 from brushgs.values.arrays import F32, F64, Mask, Rows
-from brushgs.values.gaussians import Gaussians
+from brushgs.values.gaussians import SH_TERMS, Gaussians
+from brushgs.values.moving import MovingScene
 
 _RESTS = 1e-3  # an opacity that changes by no more than this over the clip is at rest
 _NARROWEST = 1e-150  # of a width of 0, so that a row shines at its own moment and no product is 0 x infinity
@@ -165,3 +172,115 @@ def _turned(quats: F32, spin: F32, since: F64) -> F32:
     gone = ~turned.any(axis=1)
     turned[gone] = quats[gone]
     return turned
+
+
+NOMINAL_RATE = CLIP_FPS  # moments a second where a format does not say
+NOMINAL_FRAMES = 50  # from time 0 to 1, where a format does not say: SpaceTimeGaussian trains so many at once
+NOMINAL_DURATION = NOMINAL_FRAMES / NOMINAL_RATE  # seconds
+
+
+@dataclass(frozen=True)
+class RawRows:
+    """All rows of a file, not yet checked.
+
+    Attributes:
+        columns: log-scales, and logits or opacities.
+        stored: name of each column of the formula -> its values as stored: all must be finite.
+        centers: [N] see `Formula`.
+        widths: [N] see `Formula`; NaN is a fault of the row.
+        width_name: of the column of widths.
+        motion: [N, p, 3] see `Formula`.
+        spin: [N, 4] see `Formula`.
+        scales: [N, 3] world units, where the file holds them as such: a logarithm would lose digits.
+        is_logit: whether opacities are logits.
+        windows: [N, 2] see `Formula`.
+    """
+
+    columns: Columns
+    stored: dict[str, F32]
+    centers: F32
+    widths: F64
+    width_name: str
+    motion: F32
+    spin: F32 | None = None
+    scales: F32 | None = None
+    is_logit: bool = True
+    windows: F64 | None = None
+
+    def faults(self, clock: tuple[float, float]) -> Faults:
+        """Rows whose formula cannot be computed."""
+        yield from ((name, values, ~np.isfinite(values)) for name, values in self.stored.items())
+        yield self.width_name, self.widths, np.isnan(self.widths)
+        columns = self.columns
+        centers = self.centers.astype(np.float64)
+        yield from path_faults(columns.means, columns.quats, centers, self.motion, self.spin, clock)
+
+    def take(self, keep: Mask) -> "RawRows":
+        """The rows of a mask; the columns are moved in place."""
+        self.columns.move(keep, 0)
+        return RawRows(
+            self.columns.part(0, int(np.count_nonzero(keep))),
+            {},
+            self.centers[keep],
+            self.widths[keep],
+            self.width_name,
+            self.motion[keep],
+            None if self.spin is None else self.spin[keep],
+            None if self.scales is None else self.scales[keep],
+            self.is_logit,
+            None if self.windows is None else self.windows[keep],
+        )
+
+
+def clip_of(
+    file: SceneFile,
+    rows: RawRows,
+    *,
+    duration: float = NOMINAL_DURATION,
+    clock: tuple[float, float] = (0.0, 1.0),
+    is_open: bool = False,
+    cutoff: float = 0.0,
+    is_timed: bool = False,
+) -> MovingScene:
+    """The moving scene of a file of formulas.
+
+    Args:
+        file: what its header states.
+        rows: its rows; overwritten.
+        duration: seconds.
+        clock: what the clock of the formulas shows at the beginning and at the end.
+        is_open: whether the last moment is the one just before the end, where windows end.
+        cutoff: see `Formula`.
+        is_timed: whether the seconds come from the file.
+
+    Raises:
+        SceneError: if no row of it can be drawn; a SceneWarning says of rows that were dropped.
+    """
+    keep, dropped = find_faults(rows.columns, 0, file.num_terms - 1, rows.faults(clock))
+    dropped.report(file.path, file.num_rows)
+    rows = rows if keep is None else rows.take(keep)
+    columns = rows.columns
+    columns.activate(is_logit=rows.is_logit)
+    if rows.scales is not None:
+        columns.scales = rows.scales
+    drop_zero_bands(columns)
+    still = columns.gaussians(antialiased=file.training == "antialiased")
+    centers = rows.centers.astype(np.float64)
+    formula = Formula(still, centers, rows.widths, rows.motion, rows.spin, rows.windows, cutoff)
+    degree = SH_TERMS[columns.sh.shape[1]]
+    notes = join_notes([file], rows_dropped=dropped.num_rows, sh_degree_used=degree)
+    start, end = clock
+    rate = (end - start) / duration if duration else 0.0
+    last = (nextafter(end, start) if is_open else end) if duration else start
+    return MovingScene(
+        duration,
+        True,
+        lambda time: formula.at(min(start + rate * time, last)),
+        resting=formula.resting(start, last),
+        notes=replace(notes, is_timed=is_timed),
+    )
+
+
+def read_nothing(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
+    """A `ColumnReader` for files without rows at rest."""
+    raise AssertionError("a moving scene is read as a whole")

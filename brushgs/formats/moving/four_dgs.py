@@ -16,10 +16,9 @@ import numpy as np
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain
-from brushgs.formats.moving.clip import RawRows, clip_of, read_nothing
-from brushgs.formats.scenes.columns import Columns
-from brushgs.formats.scenes.encoding import Encoding
-from brushgs.formats.scenes.scene_file import SceneFile
+from brushgs.formats.moving.formula import RawRows, clip_of, read_nothing
+from brushgs.formats.scenes.columns import Columns, Encoding
+from brushgs.formats.scenes.rows import SceneFile
 from brushgs.values.arrays import F32
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene

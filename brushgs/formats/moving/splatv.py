@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, read_exactly
-from brushgs.formats.json_file import shown
-from brushgs.formats.moving.clip import RawRows, clip_of, read_nothing
-from brushgs.formats.scenes.columns import Columns
-from brushgs.formats.scenes.encoding import Encoding
-from brushgs.formats.scenes.scene_file import SceneFile
-from brushgs.formats.schema import decode
+from brushgs.formats.moving.formula import RawRows, clip_of, read_nothing
+from brushgs.formats.scenes.columns import Columns, Encoding
+from brushgs.formats.scenes.rows import SceneFile
+from brushgs.formats.schema import decode, shown
 from brushgs.values.moving import MovingScene
 
 _MAX_HEADER = 1 << 24  # bytes of the JSON; that of a file with one camera has 452

@@ -1,33 +1,79 @@
 """Pictures are read and written through OpenImageIO, in the formats of `table.py`.
 
+OpenImageIO has decoders for some twenty-five formats and chooses by the suffix; brushgs lets it use those of
+the table, chosen by content, and refuses costly pictures before they are decoded.
+
 Inside brushgs pictures are display-encoded float32 in 0 to 1. Files that hold linear light (EXR) are
 converted here. By default OpenImageIO multiplies colour by alpha on reading, in 8 bits; here it is set not
 to, so that straight colours are read bit for bit.
 """
 
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import scratch_folder
-from brushgs.formats.format import Format
+from brushgs.formats.files import open_plain, scratch_folder
+from brushgs.formats.format import NUM_FIRST_BYTES, Format
 from brushgs.formats.pictures.encoding import check_bits
-from brushgs.formats.pictures.identify import find_format, suffixed
-from brushgs.formats.pictures.limits import MAX_PIXELS, check_pixels
 from brushgs.formats.pictures.oiio import Background, first_line
 from brushgs.formats.pictures.shot import Shot
-from brushgs.formats.registry import PICTURE_SUFFIXES, find_written, function_of
-from brushgs.values.arrays import F32
+from brushgs.formats.registry import PICTURE_SUFFIXES, PICTURES_READ, find_read, find_written, function_of
+from brushgs.values.arrays import F32, Array, check
 from brushgs.values.colors import srgb_from_linear
 from brushgs.values.frame import Frame
 
 if TYPE_CHECKING:
     import OpenImageIO
+
+
+MAX_PIXELS = 1 << 25  # 7680 x 4320 and a little more: as float RGBA they take half a gigabyte
+
+
+def check_pixels(path: Path, width: int, height: int, max_pixels: int) -> None:
+    """Refuse a picture of more than `max_pixels` pixels. Raises SceneError."""
+    if width * height > max_pixels:
+        size = f"{width}x{height}"
+        raise SceneError(path, f"must have at most {max_pixels} pixels, got {size}; scale it down")
+
+
+def find_format(path: Path, max_pixels: int) -> Format:
+    """The format of a picture, checked as far as is needed before a decoder opens it.
+
+    Raises:
+        SceneError: if there is no such plain file, it is of no known format, or would take too much memory
+            or time.
+    """
+    with open_plain(path, "picture") as file:
+        begin = file.read(NUM_FIRST_BYTES)
+        picture_format = find_read("picture", path, begin)
+        if picture_format is None:
+            fact = f"cannot be read as a picture (it is not {PICTURES_READ})"
+            raise SceneError(path, f"{fact}; convert it to PNG")
+        if picture_format.read:
+            function_of(picture_format.read)(path, file, max_pixels)
+    return picture_format
+
+
+@contextmanager
+def suffixed(path: Path, picture_format: Format) -> Iterator[Path]:
+    """A path to the file with a suffix of its format, so that no other decoder is tried first."""
+    if path.suffix.lower() in picture_format.suffixes:
+        yield path
+        return
+    with scratch_folder() as folder:
+        link = folder / f"picture{picture_format.suffixes[0]}"
+        try:
+            link.symlink_to(path.resolve())
+        except OSError:  # Windows makes links only for whom it trusts
+            shutil.copyfile(path, link)
+        yield link
+
 
 _MAX_CHANNELS = 4  # that are decoded at once, at MAX_PIXELS; smaller pictures may have more
 _MAX_LAYERED = 64  # the same of all channels of a picture whose decoder takes few rows at a time
@@ -256,3 +302,33 @@ def encode_frame(
         path = folder / f"frame{suffix}"
         write_frame(frame, path, background=background, bits=bits, shot=shot)
         return path.read_bytes()
+
+
+Edges = Literal["mirror", "nearest"]  # what lies beyond a picture, as SciPy calls it
+
+
+def resize(picture: Array, width: int, height: int, *, edges: Edges = "mirror") -> Array:
+    """Interpolate between the four nearest pixels, after smoothing a side that becomes smaller.
+
+    A side that becomes smaller by a factor f is smoothed by a Gaussian of (f - 1) / 2 pixels. The numbers are
+    those of scikit-image's `transform.resize`, which is made of the same functions of SciPy, bit for bit.
+
+    Args:
+        picture: [H, W, C] finite, H, W and C >= 1.
+        width: pixels, >= 1.
+        height: pixels, >= 1.
+        edges: "mirror": the picture reflected about its outermost pixels; "nearest": these pixels again.
+
+    Returns:
+        [height, width, C] in the dtype and within the range of the picture.
+
+    Raises:
+        ValueError: if the shape is not [H, W, C].
+    """
+    from scipy.ndimage import gaussian_filter, zoom
+
+    sizes = check("resize", picture=(picture, "H W C"))
+    factors = np.divide(picture.shape, (height, width, sizes["C"]))
+    smooth = gaussian_filter(picture, np.maximum(0, (factors - 1) / 2), mode=edges)
+    resized: Array = zoom(smooth, [1 / factor for factor in factors], order=1, mode=edges, grid_mode=True)
+    return np.clip(resized, picture.min(), picture.max(), out=resized)

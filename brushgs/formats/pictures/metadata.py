@@ -12,8 +12,7 @@ import msgspec
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import check_plain, exists
-from brushgs.formats.pictures.identify import find_format, suffixed
-from brushgs.formats.pictures.limits import MAX_PIXELS
+from brushgs.formats.pictures.images import MAX_PIXELS, find_format, suffixed
 from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.registry import VIDEO_FORMATS
 from brushgs.formats.registry import by_suffix as by_suffix
@@ -120,7 +119,7 @@ def _description(path: Path) -> str:
 
     picture_format = find_format(path, MAX_PIXELS)
     if picture_format.name == "WebP":  # OpenImageIO passes over its Exif data
-        from brushgs.formats.pictures.webp import read_description
+        from brushgs.formats.pictures.still import read_description
 
         return read_description(path)
     with suffixed(path, picture_format) as named:

@@ -10,10 +10,9 @@ from itertools import chain
 from pathlib import Path
 
 from brushgs.formats.files import replacing
-from brushgs.formats.pictures.encoding import choose_encoding, codec_of, video_format_of
+from brushgs.formats.pictures.encoding import choose_encoding, codec_of, frame_rate, video_format_of
 from brushgs.formats.pictures.libav import Film, VideoWriter, as_scene_error
-from brushgs.formats.pictures.pixels import video_pixels
-from brushgs.formats.pictures.rate import frame_rate
+from brushgs.formats.pictures.oiio import video_pixels
 from brushgs.formats.registry import VIDEO_SUFFIXES, function_of
 from brushgs.values.arrays import Array
 from brushgs.values.colors import rgb_of

@@ -1,17 +1,65 @@
-"""The columns of a scene while a file is read into them."""
+"""The columns of a scene while a file is read into them, and what its numbers mean.
 
+Some exporters store scales and opacities directly in place of their logarithms and logits, rotations as
+x, y, z, w, or plain RGB in place of spherical harmonics. The file does not state it: the caller must, or
+`brushgs doctor`, which detects it from the numbers. Bands of spherical harmonics that are zero in every row
+are not loaded, which changes no picture.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.scenes.encoding import Encoding
 from brushgs.values.arrays import F32
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
+
+Scales = Literal["log", "linear"]
+Opacities = Literal["logit", "linear", "byte"]
+Quats = Literal["wxyz", "xyzw"]
+Colors = Literal["sh", "rgb", "byte"]
+_WORDS = {"scales": Scales, "opacities": Opacities, "quats": Quats, "colors": Colors}
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """What the columns of a file hold. The defaults are the standard layout, which trainers write.
+
+    Attributes:
+        scales: "log" for natural logarithms, "linear" for standard deviations in world units.
+        opacities: "logit", "linear" for 0 to 1, "byte" for 0 to 255.
+        quats: the order of rot_0 to rot_3.
+        colors: what f_dc holds: "sh" for coefficients, "rgb" for display-encoded 0 to 1, "byte" for 0 to 255.
+
+    Raises:
+        ValueError: if a word is none of these.
+    """
+
+    scales: Scales = "log"
+    opacities: Opacities = "logit"
+    quats: Quats = "wxyz"
+    colors: Colors = "sh"
+
+    def __post_init__(self) -> None:
+        for name, words in _WORDS.items():
+            value, known = getattr(self, name), get_args(words)
+            if value not in known:
+                raise ValueError(f"Encoding: {name} must be one of {', '.join(known)}, got {value!r}")
+
+    @property
+    def is_standard(self) -> bool:
+        """Whether this is the standard layout."""
+        return self == STANDARD
+
+
+STANDARD = Encoding()
+Reading = Encoding  # the former public name, kept for callers
+
 
 # An opacity of 1 that passed through other arithmetic may lie this far above 1; more is no opacity.
 OPACITY_SLACK = 1e-3
@@ -144,3 +192,35 @@ def check_decoded_size(
     if decoded > max_growth * size + _SMALL_SCENE:
         fact = f"{num_rows} Gaussians take {decoded >> 20} MiB in memory and {size >> 20} MiB in the file"
         raise SceneError(path, f"{fact}, too little for numbers of a scene; export it with floats")
+
+
+_SEARCHED_ROWS = 1 << 14
+
+
+def find_used_terms(num_terms: int, num_rows: int, is_used: Callable[[int, int, slice], bool]) -> int:
+    """The number of terms up to the highest band that is not zero in every row.
+
+    Args:
+        num_terms: terms that are stored, 1, 4, 9 or 16.
+        num_rows: rows that are stored.
+        is_used: whether any of the terms `start` to `stop` is not zero in some rows; asked for blocks of rows
+            until the answer is known, for most scenes once.
+    """
+    for degree in (3, 2, 1):
+        start, stop = degree**2, (degree + 1) ** 2
+        if stop <= num_terms and any(
+            is_used(start, stop, slice(first, first + _SEARCHED_ROWS))
+            for first in range(0, num_rows, _SEARCHED_ROWS)
+        ):
+            return stop
+    return 1
+
+
+def drop_zero_bands(columns: Columns) -> None:
+    """Drop the highest bands that are zero in every row, for formats where only decoding shows it."""
+    used = find_used_terms(
+        columns.sh.shape[1],
+        len(columns.sh),
+        lambda start, stop, rows: bool(columns.sh[rows, start:stop].any()),
+    )
+    columns.sh = np.ascontiguousarray(columns.sh[:, :used])

@@ -13,13 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.formats.files import replacing
-from brushgs.formats.glb import GlbWriter
-from brushgs.formats.scene_node import SCENE_NODE
-from brushgs.formats.scenes.finite_logs import finite_scales, unit_quats
+from brushgs.formats.gltf_file import SCENE_NODE, GlbWriter
 from brushgs.formats.scenes.gltf import EXTENSION
-from brushgs.formats.scenes.order import brush_order
+from brushgs.formats.scenes.placed import NOTES, notes_of
 from brushgs.formats.scenes.stored import NOTHING, Stored
-from brushgs.formats.scenes.upright_notes import NOTES, notes_of
+from brushgs.formats.scenes.write import brush_order, finite_scales, unit_quats
 from brushgs.values.gaussians import Gaussians
 
 POINTS = 0  # the mode of a primitive

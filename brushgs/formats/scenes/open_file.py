@@ -1,13 +1,251 @@
-"""One scene file of any format is opened, and what it holds looked over."""
+"""Which files a scene lies in, which format each has, and what they state together.
 
+The content of a file decides its format, and what is no scene is refused by name. In place of a folder stand
+the scenes in it.
+"""
+
+import os
+import re
 import warnings
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.formats.registry import function_of
+from brushgs.formats.files import check_plain, is_dir, open_plain
+from brushgs.formats.format import BYTE_ORDER_MARK, NUM_FIRST_BYTES, ZIP_BEGINNINGS, Format
+from brushgs.formats.registry import (
+    SCENE_FORMATS,
+    SCENES_READ,
+    find_read,
+    formats_of,
+    function_of,
+    suffixes_of,
+)
 from brushgs.formats.scenes.columns import Columns
-from brushgs.formats.scenes.identify import find_format
-from brushgs.formats.scenes.scene_file import SceneFile
+from brushgs.formats.scenes.rows import SceneFile
+from brushgs.options.scene_source import expand
+from brushgs.options.table import listed
+from brushgs.values.gaussians import SH_TERMS
+from brushgs.values.notes import LoadNotes, Training
+
+# First bytes of files that are no scenes -> what they are, and the cure.
+_NO_SCENES = {
+    b"version https://git-lfs": "is a git-LFS pointer, not the scene itself; run 'git lfs pull'",
+    b"{": "is JSON, but of no SOG scene (meta.json, lod-meta.json) and no glTF model; name the scene itself",
+    b"[": "is JSON, as lists of cameras are, not a scene; name the scene itself",
+    b"<": "is a web page or XML, not a scene: the download went wrong; download the file itself",
+}
+
+
+def find_format(path: Path) -> Format:
+    """The format of a scene file or of a folder that holds a scene.
+
+    Raises:
+        SceneError: if there is no such file, it may not be read, or it is of no format that is read; says
+            what it is and the cure.
+    """
+    begin = _first_bytes(path)
+    scene_format = _match(path, begin)
+    if scene_format is None:
+        check_plain(path, "scene file")  # refuses folders
+        raise SceneError(path, _what_it_is(path, begin))
+    return scene_format
+
+
+def match_format(path: Path) -> Format | None:
+    """`find_format`, but None for what is of no format that is read, such as a folder of scene files.
+
+    Raises:
+        SceneError: if there is no such file or it may not be read.
+    """
+    return _match(path, _first_bytes(path))
+
+
+def _first_bytes(path: Path) -> bytes:
+    if is_dir(path):
+        return b""
+    with open_plain(path, "scene file", buffering=0) as file:
+        return file.read(NUM_FIRST_BYTES)
+
+
+def _match(path: Path, begin: bytes) -> Format | None:
+    if not begin and not is_dir(path):
+        return None
+    return find_read("scene", path, begin)
+
+
+def _what_it_is(path: Path, begin: bytes) -> str:
+    """One clause: what a file is that is not read, and the cure."""
+    if not begin:
+        return "is empty; copy or download it again"
+    text = begin.removeprefix(BYTE_ORDER_MARK).lstrip()
+    for first_bytes, message in _NO_SCENES.items():
+        if text.startswith(first_bytes):
+            return message
+    if begin.startswith(ZIP_BEGINNINGS):
+        from brushgs.formats.scenes.sog_meta import open_files
+
+        with open_files(path):  # raises: it says what the archive holds
+            pass
+    for known in formats_of("scene"):
+        if known.matches(path, begin):
+            return f"is a {known.name}, which is not read; {known.cure}"
+    return f"is of no scene format that is read: it begins with {begin[:8]!r}; export it as {SCENES_READ}"
+
+
+_DEEP, _FAR = 3, 1000  # folders and entries in which a scene is searched, for the cure in a message
+_OWN_SUFFIXES = {s for s in suffixes_of(SCENE_FORMATS) if s != ".json"}  # of nothing but scenes
+
+
+def find_parts(paths: Iterable[Path]) -> list[Path]:
+    """The files and folders that are each of a scene format, in order.
+
+    A pattern such as tiles/*.ply stands for what matches it, by name, see `expand`. A folder that is a scene
+    of itself, as those of .sog are, stands for itself. Any other stands for the scenes directly in it, by
+    name: numbers by value, so that tile_10 follows tile_9. Hidden files and those that neither are scenes nor
+    called so are passed over.
+
+    Raises:
+        SceneError: if a folder holds no scene; says what was looked for. Files are not checked here.
+    """
+    found = (sorted(expand(path), key=lambda entry: natural_key(str(entry))) for path in paths)
+    return [part for expanded in found for path in expanded for part in _parts_of(path)]
+
+
+def natural_key(name: str) -> tuple[list[str | int], str]:
+    """Sorts names with the numbers in them by value, whatever the case; equal ones by character."""
+    pieces = re.split("([0-9]+)", name)
+    return [int(piece) if index % 2 else piece.casefold() for index, piece in enumerate(pieces)], name
+
+
+def _parts_of(path: Path) -> list[Path]:
+    if not is_dir(path) or match_format(path) is not None:
+        return [path]
+    entries = _entries(path)
+    parts = [Path(entry) for entry in entries if _is_part(entry)]
+    if not parts:
+        raise SceneError(path, _nothing_found(path, entries))
+    return parts
+
+
+def _is_part(entry: "os.DirEntry[str]") -> bool:
+    """Whether an entry of a folder is a scene, or called one: an empty tile is refused, not passed over."""
+    try:
+        if entry.is_dir():
+            return match_format(Path(entry)) is not None
+        if not entry.is_file():  # also links to what is not there
+            return False
+    except OSError:
+        return False
+    suffix = f".{entry.name.rpartition('.')[2].lower()}"
+    return suffix in _OWN_SUFFIXES or match_format(Path(entry)) is not None
+
+
+def _entries(folder: Path) -> "list[os.DirEntry[str]]":
+    """What lies in a folder and is not hidden, in natural order.
+
+    Entries of a folder know what they are: 100,000 frames are not asked one by one.
+    """
+    try:
+        with os.scandir(folder) as listed:
+            entries = [entry for entry in listed if not entry.name.startswith(".")]
+    except OSError as error:
+        raise SceneError(folder, f"cannot be read ({error.strerror}); check its permissions") from None
+    return sorted(entries, key=lambda entry: natural_key(entry.name))
+
+
+def _nothing_found(path: Path, entries: "Sequence[os.DirEntry[str]]") -> str:
+    """One clause: what was looked for, and the cure."""
+    looked_for = listed(suffixes_of(SCENE_FORMATS))
+    found = f"none of the {len(entries)} entries of the folder is" if entries else "is an empty folder:"
+    deeper = _scene_below(path)
+    cure = "name the scene file" if deeper is None else f"did you mean {deeper}?"
+    rule = f"{found} {looked_for}" if entries else f"{found} it should hold {looked_for}"
+    return f"{rule}; {cure}"
+
+
+def _scene_below(path: Path) -> Path | None:
+    """The last file by name in the folders below that is a scene by its content, as trainers nest them."""
+    found: list[Path] = []
+    num_seen = 0
+    for folder, folders, files in os.walk(path):
+        num_seen += len(folders) + len(files)
+        if len(Path(folder).relative_to(path).parts) >= _DEEP or num_seen > _FAR:
+            folders.clear()
+        suffixes = suffixes_of(SCENE_FORMATS)
+        found += [Path(folder, name) for name in files if Path(name).suffix.lower() in suffixes]
+    found.sort(key=lambda file: natural_key(str(file)), reverse=True)
+    return next((file for file in found if match_format(file) is not None), None)
+
+
+_LONGEST_NAME = 40  # of a column, characters
+
+
+def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used: int) -> LoadNotes:
+    """What the files of one scene state together.
+
+    Where they disagree, a SceneWarning says so, and what is done.
+    """
+    formats = list(dict.fromkeys(file.format for file in files))
+    is_one = len(files) == 1
+    return LoadNotes(
+        format=formats[0] if is_one else f"{len(files)} files: {'; '.join(formats)}",
+        rows_read=sum(file.num_rows for file in files),
+        rows_dropped=rows_dropped,
+        sh_degree_stored=SH_TERMS[max(file.num_terms for file in files)],
+        sh_degree_used=sh_degree_used,
+        up=_common_up(files),
+        is_strokes=_are_strokes(files),
+        training=_common_training(files),
+        unknown=tuple(dict.fromkeys(_printable(name) for file in files for name in file.unknown)),
+        files=() if is_one else tuple(f"{f.path.name}: {f.num_rows:,} rows, {f.format}" for f in files),
+        scene=files[0].scene if is_one else None,
+        first_view=files[0].first_view if is_one else None,
+        brushes=files[0].brushes if is_one else (),
+        moment=files[0].moment if is_one else None,
+    )
+
+
+def _common_up(files: Sequence[SceneFile]) -> str | None:
+    """The axis that all those files name which name one."""
+    named = {file.up: file.path.name for file in files if file.up is not None}
+    if len(named) > 1:
+        axes = listed([f"{up} ({name})" for up, name in named.items()], "and")
+        _warn(files, f"the files name different axes as up, {axes}, and none is taken; state --up")
+        return None
+    return next(iter(named), None)
+
+
+def _are_strokes(files: Sequence[SceneFile]) -> bool:
+    """Whether all files are strokes."""
+    strokes = [file.path.name for file in files if file.is_strokes]
+    if strokes and len(strokes) < len(files):
+        what = f"{strokes[0]} holds strokes of brushgs and other files do not"
+        _warn(files, f"{what}; all are painted as one scene that is no strokes yet")
+    return len(strokes) == len(files)
+
+
+def _common_training(files: Sequence[SceneFile]) -> Training:
+    """That of most Gaussians, the first of equals."""
+    rows: Counter[Training] = Counter()
+    for file in files:
+        rows[file.training] += file.num_rows
+    most = max(rows, key=lambda training: rows[training])
+    if len(rows) > 1 and "antialiased" in rows:
+        words = listed([f"{training} ({count:,} Gaussians)" for training, count in rows.items()], "and")
+        _warn(files, f"the files were trained differently, {words}; all are drawn as {most}")
+    return most
+
+
+def _printable(name: str) -> str:
+    """A name from a file, which is not trusted to be text nor to be short."""
+    return "".join(c if c.isprintable() else "?" for c in name[:_LONGEST_NAME])
+
+
+def _warn(files: Sequence[SceneFile], message: str) -> None:
+    warnings.warn(SceneWarning(f"{files[0].path} and {len(files) - 1} more: {message}"), stacklevel=4)
+
 
 # Limits for `warn_of_other_encoding`.
 _MIN_ROWS = 10

@@ -1,41 +1,245 @@
 """Trained 3D Gaussian scenes in PLY files, in any of their layouts.
 
-Two layouts are read: Inria's (properties in any order and of any scalar type, spherical harmonics of degree
-0 to 3, with or without normals, ASCII or binary of either byte order), and the compressed one of PlayCanvas
-and SuperSplat.
+Two layouts are read: Inria's, see `ply_inria`, and the compressed one of PlayCanvas and SuperSplat: 16 bytes
+a Gaussian, in chunks of 256. A chunk stores the smallest and largest position, log-scale and (in later files)
+colour of its Gaussians; each Gaussian stores its place between them, in 11 + 10 + 11 bits (position and
+log-scale) or 8 bits (colour), its opacity in 8 bits and its rotation as the three smaller components of the
+quaternion in 10 bits each. An optional element `sh` holds f_rest in 8 bits. The layout is defined by the
+PlayCanvas engine and splat-transform.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from brushgs.errors import NoGaussiansError, SceneError
 from brushgs.formats.files import open_plain
-from brushgs.formats.scenes.columns import Columns
+from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.encoding import Encoding
-from brushgs.formats.scenes.fill import RowSource
-from brushgs.formats.scenes.ply_compressed import (
-    PACKED,
-    check_compressed,
-    is_compressed,
-    open_compressed,
-    read_compressed,
+from brushgs.formats.scenes.ply_header import (
+    BRUSH,
+    Element,
+    Header,
+    check_size,
+    open_rows,
+    parse_header,
+    read_comments,
+    warn_of_surplus,
 )
-from brushgs.formats.scenes.ply_header import BRUSH, Element, Header, parse_header
 from brushgs.formats.scenes.ply_inria import (
     FILTER_3D,
     check_inria,
+    count_terms,
     has_brushes,
     is_flat,
     open_inria,
     read_columns_of,
     read_inria,
 )
-from brushgs.formats.scenes.ply_rows import warn_of_surplus
-from brushgs.formats.scenes.scene_file import SceneFile
-from brushgs.formats.scenes.stored import read_stored
-from brushgs.formats.scenes.view_comments import read_comments
+from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
+from brushgs.formats.scenes.stored import Stored, read_stored
+from brushgs.values.arrays import F32, U32
 from brushgs.values.notes import Training
+from brushgs.values.sh import C0
+
+PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
+# What a chunk has the smallest and largest value of, by axis.
+AXES = {"position": ("x", "y", "z"), "scale": ("scale_x", "scale_y", "scale_z"), "color": ("r", "g", "b")}
+CHUNK_ROWS = 256
+_BLOCK_ROWS = 16 * CHUNK_ROWS
+THREE, FOUR = (11, 10, 11), (8, 8, 8, 8)  # bits of a packed vector and of a packed colour, from the highest
+SMALL_BITS = (10, 10, 10)  # of the three smaller components of a rotation
+SH_RANGE = 8.0  # f_rest is stored in -4 to 4
+
+
+def is_compressed(header: Header) -> bool:
+    """Whether a header describes this layout."""
+    vertex = header.find("vertex")
+    return header.find("chunk") is not None and vertex is not None and PACKED[0] in vertex.names
+
+
+def check_compressed(path: Path, header: Header, vertex: Element) -> int:
+    """Refuse a scene for which `is_compressed` holds, but that lacks a property.
+
+    Returns:
+        The number of spherical-harmonic terms of each row.
+
+    Raises:
+        SceneError: names the property that is missing.
+    """
+    for name in PACKED:
+        if name not in vertex.names:
+            raise SceneError(path, f"no property {name!r} among {len(vertex.names)} read; export it again")
+    rest = header.find("sh")
+    return 1 if rest is None else count_terms(path, rest)
+
+
+def read_compressed(
+    path: Path, header: Header, vertex: Element, num_terms: int, size: int, stored: Stored, *, is_raw: bool
+) -> tuple[Columns, Dropped]:
+    """Read and decode the rows of element `vertex` with their chunks.
+
+    Args:
+        path: the file.
+        header: its header.
+        vertex: an element that passed `check_compressed`.
+        num_terms: the spherical-harmonic terms that this returned.
+        size: bytes of the whole file.
+        stored: what its comments record.
+        is_raw: whether to return all rows with log-scales and logits, neither checked nor activated.
+
+    Returns:
+        The columns, and the dropped rows.
+
+    Raises:
+        SceneError: if the file is cut off or chunks do not match the rows.
+    """
+    rows = open_compressed(path, header, vertex, num_terms, size)
+    empty = Columns.empty(vertex.count, num_terms)
+    empty.brushes = stored.rows_of_brushes(vertex.count)
+    columns, dropped = rows.read(empty, is_raw=is_raw)
+    if is_raw:
+        columns.standardize(Encoding(opacities="linear"))
+    return stored.in_order(columns), dropped
+
+
+def open_compressed(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> RowSource:
+    """The rows, not yet in the order of strokes. Takes and raises the same."""
+    rest = header.find("sh") if num_terms > 1 else None
+    for element in (vertex,) if rest is None else (vertex, rest):
+        check_size(path, header, element, size)
+        if element.count != vertex.count:
+            raise SceneError(
+                path,
+                f"element 'sh' must have {vertex.count} rows, got {element.count}; export it again",
+            )
+    check_decoded_size(path, vertex.count, num_terms, size)
+    ranges = _read_ranges(path, header, vertex.count, size)
+
+    @contextmanager
+    def open_decoder() -> Iterator[Decoder]:
+        with ExitStack() as stack:
+            packed = stack.enter_context(open_rows(path, header, vertex, _BLOCK_ROWS))
+            if rest is not None:
+                rest_rows = stack.enter_context(open_rows(path, header, rest, _BLOCK_ROWS))
+
+            def decode(start: int, stop: int, out: Columns) -> None:
+                _decode(packed.read(start, stop), ranges, start, out)
+                if header.training == "2dgs":
+                    out.scales[:, 2] = -np.inf  # flat discs
+                if rest is not None:
+                    _decode_rest(rest_rows.read(start, stop), out.sh)
+
+            yield decode
+
+    return RowSource(
+        vertex.count,
+        num_terms,
+        open_decoder,
+        block_rows=_BLOCK_ROWS,
+        num_rest=num_terms - 1,
+        is_sequential=header.is_ascii,
+        is_logit=False,
+        encoding=STANDARD,
+    )
+
+
+def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[str, tuple[F32, F32]]:
+    """Smallest and largest value of each chunk, by name: position, scale, color; [chunks, 3] each."""
+    chunk = header.find("chunk")
+    assert chunk is not None
+    if chunk.count * CHUNK_ROWS < num_rows:
+        raise SceneError(
+            path,
+            f"must have a chunk for {CHUNK_ROWS} Gaussians, got {chunk.count} for {num_rows}; export again",
+        )
+    check_size(path, header, chunk, size)
+    has_colors = "min_r" in chunk.names  # earlier files have none: colours in 0 to 1
+    for axes in AXES.values() if has_colors else (AXES["position"], AXES["scale"]):
+        for name in (f"{end}_{axis}" for end in ("min", "max") for axis in axes):
+            if name not in chunk.names:
+                raise SceneError(path, f"no property {name!r} in element 'chunk'; export it again")
+    num_used = -(-num_rows // CHUNK_ROWS)
+    with open_rows(path, header, chunk, num_used) as reader:
+        rows = reader.read(0, num_used)
+    zeros = np.zeros((num_used, 3), np.float32)
+    ranges = {"color": (zeros, zeros + 1)}
+    for name, axes in AXES.items():
+        if name != "color" or has_colors:
+            low, high = (_column(rows, tuple(f"{end}_{axis}" for axis in axes)) for end in ("min", "max"))
+            ranges[name] = low, high
+    return ranges
+
+
+def _column(rows: NDArray[np.void], names: tuple[str, ...]) -> F32:
+    """[rows, names]; numbers beyond float32 become infinity, which is found when rows are checked."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.stack([rows[name].astype(np.float32) for name in names], axis=1)
+
+
+def _decode(rows: NDArray[np.void], ranges: dict[str, tuple[F32, F32]], start: int, out: Columns) -> None:
+    """Unpack some rows; the first is row `start` of the file."""
+    position, rotation, scale, color = (rows[name].astype(np.uint32) for name in PACKED)
+    chunks = np.arange(start, start + len(rows)) // CHUNK_ROWS
+    out.means[:] = _between(ranges["position"], chunks, _unpack(position, THREE))
+    out.scales[:] = _between(ranges["scale"], chunks, _unpack(scale, THREE))
+    rgba = _unpack(color, FOUR)
+    out.sh[:, 0] = (_between(ranges["color"], chunks, rgba[:, :3]) - 0.5) / C0
+    out.opacities[:] = rgba[:, 3]
+    out.quats[:] = _unpack_quats(rotation)
+
+
+def _unpack(packed: NDArray[np.integer[Any]], bits: tuple[int, ...]) -> F32:
+    """[n] words -> [n, len(bits)] fractions, 0 to 1, from the highest bits down."""
+    fractions = np.empty((len(packed), len(bits)), np.float32)
+    shift = sum(bits)
+    for index, width in enumerate(bits):
+        shift -= width
+        largest = (1 << width) - 1
+        fractions[:, index] = (packed >> shift & largest) / np.float32(largest)
+    return fractions
+
+
+def _between(limits: tuple[F32, F32], chunks: NDArray[np.integer[Any]], fractions: F32) -> F32:
+    """Linear interpolation between the smallest and largest value of each chunk."""
+    low, high = (end[chunks] for end in limits)
+    return np.asarray(low * (1 - fractions) + high * fractions)
+
+
+def _unpack_quats(packed: U32) -> F32:
+    """[n] words -> [n, 4] unit quaternions, w x y z.
+
+    Smallest-three encoding: the upper two bits name the largest component, which follows from the unit
+    length; the others are stored in order, each as a fraction of -1/sqrt(2) to 1/sqrt(2).
+    """
+    largest = packed >> 30
+    small = (_unpack(packed & 0x3FFFFFFF, SMALL_BITS) - 0.5) * np.float32(np.sqrt(2))
+    quats = np.empty((len(packed), 4), np.float32)
+    for index in range(4):
+        is_here = largest == index
+        others = [other for other in range(4) if other != index]
+        quats[np.ix_(is_here, others)] = small[is_here]
+        quats[is_here, index] = np.sqrt(np.maximum(1 - np.square(small[is_here]).sum(axis=1), 0))
+    return quats
+
+
+def _decode_rest(rows: NDArray[np.void], sh: F32) -> None:
+    """f_rest of some rows, stored channel by channel.
+
+    A byte decodes to the middle of its 256th of the range; 0 and 255 to the exact ends.
+    """
+    values = (np.arange(256, dtype=np.float32) + 0.5) / 256
+    values[[0, 255]] = 0, 1
+    values = (values - 0.5) * SH_RANGE
+    num_rest = sh.shape[1] - 1
+    for channel in range(3):
+        for term in range(num_rest):
+            sh[:, 1 + term, channel] = values[rows[f"f_rest_{channel * num_rest + term}"].astype(np.uint8)]
+
 
 _MEANINGLESS = ("nx", "ny", "nz")  # Gaussians have no normals: trainers write zeros for viewers of points
 _ENCODINGS = {

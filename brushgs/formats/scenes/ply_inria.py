@@ -16,12 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.scenes.columns import Columns, check_decoded_size
+from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.encoding import STANDARD, Encoding
-from brushgs.formats.scenes.fill import Decoder, RowSource
-from brushgs.formats.scenes.ply_header import BRUSH, Element, Header
-from brushgs.formats.scenes.ply_rows import check_size, open_rows
+from brushgs.formats.scenes.ply_header import BRUSH, Element, Header, check_size, open_rows
+from brushgs.formats.scenes.rows import Decoder, RowSource
 
 _MEANS = ("x", "y", "z")
 _COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")

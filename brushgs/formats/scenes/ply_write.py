@@ -1,16 +1,24 @@
-"""Gaussians become a PLY file of the standard layout, which every 3DGS viewer and trainer reads."""
+"""Gaussians become a PLY file: of the standard layout, which every 3DGS program reads, or compressed.
+
+The compressed layout of PlayCanvas and SuperSplat takes 16 bytes a Gaussian, in chunks of 256; its constants
+and its source are those of `ply`. Its rows are sorted along a curve in space, so that those of a chunk are
+near each other.
+"""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgs.formats.files import replacing
-from brushgs.formats.scenes.finite_logs import logits_of, logs_of
-from brushgs.formats.scenes.ply_header import BRUSH, MIP, STROKES
+from brushgs.formats.scenes.ply import AXES, CHUNK_ROWS, FOUR, PACKED, SH_RANGE, SMALL_BITS, THREE
+from brushgs.formats.scenes.ply_header import BRUSH, MIP, STROKES, comment_lines
 from brushgs.formats.scenes.stored import NOTHING, Stored
-from brushgs.formats.scenes.view_comments import comment_lines
-from brushgs.values.arrays import Array
+from brushgs.formats.scenes.write import fractions_of, logits_of, logs_of, rounded, spatial_order, unit_quats
+from brushgs.values.arrays import F32, U32, Array
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
 
 _BLOCK_ROWS = 1 << 14
 
@@ -81,3 +89,101 @@ def _encode(gaussians: Gaussians, width: int) -> bytes:
 def _representable(quats: Array) -> Array:
     """Quaternions scaled to what float32 can hold; their length has no meaning."""
     return quats if quats.dtype == np.float32 else quats / np.abs(quats).max(axis=1, keepdims=True)
+
+
+_LARGEST_LOG = 20.0  # of a scale: some readers clip there
+_ENDS = "min", "max"
+
+
+def write_compressed(
+    gaussians: Gaussians,
+    path: str | Path,
+    known: Stored = NOTHING,
+) -> NDArray[np.int64] | None:
+    """Write chunks, packed rows and spherical harmonics of 8 bits, with comments as in a PLY.
+
+    `known` is what is recorded. Scales are clipped to exp(-20) to exp(20) units,
+    harmonics to -4 to 4.
+
+    Returns:
+        The rows in the order of the file; None if that is recorded.
+
+    Raises:
+        ValueError: if the names of brushes are too long.
+        SceneError: if the file cannot be written.
+    """
+    order = spatial_order(gaussians)
+    rows = gaussians.take(order)
+    known = known.sorted_by(rows, order)
+    comment = header_comments(known)
+    columns = {
+        "position": rows.means.astype(np.float32),
+        "scale": np.clip(logs_of(rows.scales), -_LARGEST_LOG, _LARGEST_LOG).astype(np.float32),
+        "color": (rows.sh[:, 0] * C0 + 0.5).astype(np.float32),
+    }
+    ranges = {name: _ranges(column) for name, column in columns.items()}
+    inside = {name: _fractions(column, *ranges[name]) for name, column in columns.items()}
+    packed = np.empty(len(rows), [(name, "<u4") for name in PACKED])
+    packed["packed_position"] = _pack(inside["position"], THREE)
+    packed["packed_rotation"] = _pack_quats(rows.quats)
+    packed["packed_scale"] = _pack(inside["scale"], THREE)
+    packed["packed_color"] = _pack(np.column_stack([inside["color"], rows.opacities]), FOUR)
+    chunks = np.concatenate([end for name in AXES for end in ranges[name]], axis=1).astype("<f4")
+    ends = [f"{end}_{axis}" for axes in AXES.values() for end in _ENDS for axis in axes]
+    elements: list[tuple[str, str, list[str], NDArray[Any]]] = [
+        ("chunk", "float", ends, chunks),
+        ("vertex", "uint", list(PACKED), packed),
+    ]
+    num_rest = 3 * (rows.sh.shape[1] - 1)
+    if num_rest:
+        elements.append(
+            ("sh", "uchar", [f"f_rest_{index}" for index in range(num_rest)], _pack_rest(rows.sh))
+        )
+    header = f"ply\nformat binary_little_endian 1.0\n{comment}"
+    for name, kind, properties, values in elements:
+        header += f"element {name} {len(values)}\n"
+        header += "".join(f"property {kind} {column}\n" for column in properties)
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        file.write(f"{header}end_header\n".encode("ascii"))
+        for _, _, _, values in elements:
+            file.write(values.tobytes())
+    return order if known.order is None else None
+
+
+def _ranges(column: F32) -> tuple[F32, F32]:
+    """Smallest and largest value of each chunk, [chunks, 3] each."""
+    starts = np.arange(0, len(column), CHUNK_ROWS)
+    return np.minimum.reduceat(column, starts), np.maximum.reduceat(column, starts)
+
+
+def _fractions(column: F32, low: F32, high: F32) -> NDArray[np.float64]:
+    """[N, 3] where values lie in the range of their chunk, 0 to 1."""
+    chunks = np.arange(len(column)) // CHUNK_ROWS
+    return fractions_of(column, low[chunks], high[chunks])
+
+
+def _pack(fractions: NDArray[np.floating], bits: tuple[int, ...]) -> U32:
+    """[n, len(bits)] fractions, 0 to 1 -> [n] words, from the highest bits down."""
+    words = np.zeros(len(fractions), np.int64)
+    for index, width in enumerate(bits):
+        largest = (1 << width) - 1
+        words = words << width | rounded(fractions[:, index] * largest, largest)
+    return words.astype(np.uint32)
+
+
+def _pack_quats(quats: NDArray[np.floating]) -> U32:
+    """The index of the largest component of w, x, y, z in the upper two bits, then the others in order."""
+    units = unit_quats(quats)
+    largest = np.abs(units).argmax(axis=1)
+    rows = np.arange(len(units))
+    units *= np.where(units[rows, largest] < 0, -1, 1)[
+        :, None
+    ]  # it follows from the unit length, so it is > 0
+    others = units[np.arange(4) != largest[:, None]].reshape(-1, 3)
+    return np.asarray(largest.astype(np.uint32) << 30 | _pack(others * np.sqrt(0.5) + 0.5, SMALL_BITS))
+
+
+def _pack_rest(sh: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """[n, 3 x terms] f_rest channel by channel: the 256th of the range that each value lies in."""
+    rest = sh[:, 1:].transpose(0, 2, 1).reshape(len(sh), -1)
+    return np.asarray(np.clip(np.floor((rest / SH_RANGE + 0.5) * 256), 0, 255)).astype(np.uint8)

@@ -7,12 +7,15 @@ from pathlib import Path
 
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.moving.moment import open_moment
-from brushgs.formats.scenes.columns import Columns
-from brushgs.formats.scenes.encoding import STANDARD, Encoding
-from brushgs.formats.scenes.folders import find_parts
-from brushgs.formats.scenes.notes import join_notes
-from brushgs.formats.scenes.open_file import drop_unnamed_brushes, open_file, warn_of_other_encoding
-from brushgs.formats.scenes.scene_file import SceneFile
+from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding
+from brushgs.formats.scenes.open_file import (
+    drop_unnamed_brushes,
+    find_parts,
+    join_notes,
+    open_file,
+    warn_of_other_encoding,
+)
+from brushgs.formats.scenes.rows import SceneFile
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.values.gaussians import SH_TERMS, Gaussians
 from brushgs.values.notes import LoadNotes

@@ -16,17 +16,13 @@ from numpy.typing import NDArray
 
 from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError
-from brushgs.formats.json_file import MAX_BYTES
 from brushgs.formats.pictures.images import read_bytes
-from brushgs.formats.pictures.webp import stated_size
-from brushgs.formats.scenes.columns import Columns, check_decoded_size
+from brushgs.formats.pictures.still import stated_size
+from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size, drop_zero_bands
 from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.encoding import STANDARD, Encoding
-from brushgs.formats.scenes.fill import Decoder, fill
-from brushgs.formats.scenes.scene_file import SceneFile
-from brushgs.formats.scenes.sog_files import SceneFiles, open_files
-from brushgs.formats.scenes.sog_meta import Meta, Palette, count_palette, parse_meta
-from brushgs.formats.scenes.used_terms import drop_zero_bands
+from brushgs.formats.scenes.rows import Decoder, SceneFile, fill
+from brushgs.formats.scenes.sog_meta import Meta, Palette, SceneFiles, count_palette, open_files, parse_meta
+from brushgs.formats.schema import MAX_BYTES
 from brushgs.values.arrays import F32
 
 U8 = NDArray[np.uint8]

@@ -2,10 +2,12 @@
 
 Rotations are bytes, and readers differ in what they mean: (b - 128) / 128 or b / 127.5 - 1. The first is read
 here: it is what the format's own viewer reads, it has an exact zero, and in two of three files at hand it
-leaves the lengths of the quaternions nearest to 1. The other differs by at most 0.3 degrees.
+leaves the lengths of the quaternions nearest to 1. The other differs by at most 0.3 degrees. In a file that
+is written nothing is recorded beside the rows, which keep their order.
 Source: https://github.com/antimatter15/splat.
 """
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -14,14 +16,17 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.errors import SceneError
-from brushgs.formats.files import open_plain, read_exactly
+from brushgs.errors import SceneError, SceneWarning
+from brushgs.formats.files import open_plain, read_exactly, replacing
 from brushgs.formats.format import SPLAT_ROW_SIZE
-from brushgs.formats.scenes.columns import Columns, check_decoded_size
+from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.encoding import Encoding
-from brushgs.formats.scenes.fill import Decoder, RowSource
-from brushgs.formats.scenes.scene_file import SceneFile
+from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
+from brushgs.formats.scenes.stored import NOTHING, Stored
+from brushgs.formats.scenes.write import finite_scales, rounded, unit_quats
+from brushgs.options.table import listed
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
 
 QUAT_ZERO = 128  # the byte that stands for 0, and the steps from there to 1
 _BLOCK_ROWS = 4096
@@ -91,3 +96,45 @@ def _open_rows(path: Path, num_rows: int) -> RowSource:
         is_logit=False,
         encoding=_ENCODING,
     )
+
+
+_ROW = np.dtype([("means", "<f4", 3), ("scales", "<f4", 3), ("rgba", "u1", 4), ("quats", "u1", 4)])
+_WRITTEN_ROWS = 1 << 16
+
+
+def write_scene(
+    gaussians: Gaussians,
+    path: str | Path,
+    known: Stored = NOTHING,
+) -> None:
+    """Write rows of 32 bytes; nothing that is `known` of the scene is recorded.
+
+    A SceneWarning names what is lost and matters to a painting. Colours outside 0 to 1 are clipped.
+
+    Raises:
+        SceneError: if the file cannot be written.
+    """
+    assert _ROW.itemsize == SPLAT_ROW_SIZE
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        for start in range(0, len(gaussians), _WRITTEN_ROWS):
+            file.write(_encode(gaussians.take(slice(start, start + _WRITTEN_ROWS))))
+    lost = [
+        *(["colours that change with the view"] if gaussians.sh.shape[1] > 1 else []),
+        *(["that they are strokes"] if known.is_strokes else []),
+        *(["brushes"] if gaussians.brushes is not None else []),
+        *(["that they are antialiased"] if gaussians.antialiased else []),
+    ]
+    if lost:
+        message = f"a .splat file does not hold {listed(lost)}, which are lost; .ply, .spz and .sog do"
+        warnings.warn(SceneWarning(f"{path}: {message}"), stacklevel=3)
+
+
+def _encode(gaussians: Gaussians) -> bytes:
+    """Rows of the file."""
+    rows = np.empty(len(gaussians), _ROW)
+    rows["means"] = gaussians.means
+    rows["scales"] = finite_scales(gaussians.scales)
+    rows["rgba"][:, :3] = rounded((gaussians.sh[:, 0] * C0 + 0.5) * 255, 255)
+    rows["rgba"][:, 3] = rounded(gaussians.opacities * 255, 255)
+    rows["quats"] = rounded(unit_quats(gaussians.quats) * QUAT_ZERO + QUAT_ZERO, 255)
+    return rows.tobytes()

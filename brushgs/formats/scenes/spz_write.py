@@ -13,13 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.formats.files import replacing
-from brushgs.formats.scenes.finite_logs import logs_of, unit_quats
-from brushgs.formats.scenes.order import brush_order
-from brushgs.formats.scenes.rounding import rounded
-from brushgs.formats.scenes.spz_container import MAX_FRACTIONAL_BITS, Header, pack_stream
-from brushgs.formats.scenes.spz_decode import COLOR_SCALE, LOG_SCALE_STEPS, LOWEST_LOG_SCALE, SH_ZERO
-from brushgs.formats.scenes.spz_extensions import notes_record
+from brushgs.formats.scenes.spz import COLOR_SCALE, LOG_SCALE_STEPS, LOWEST_LOG_SCALE, SH_ZERO
+from brushgs.formats.scenes.spz_container import MAX_FRACTIONAL_BITS, Header, notes_record, pack_stream
 from brushgs.formats.scenes.stored import NOTHING, Stored, content_of, text_of
+from brushgs.formats.scenes.write import brush_order, logs_of, rounded, unit_quats
 from brushgs.values.gaussians import Gaussians
 
 _VERSION = 3

@@ -14,16 +14,12 @@ from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import find_within, is_dir, read_whole
-from brushgs.formats.json_file import MAX_BYTES, SMALL_OBJECT, as_count, shown
-from brushgs.formats.pictures.limits import MAX_PIXELS
-from brushgs.formats.scenes.columns import Columns, check_decoded_size
+from brushgs.formats.pictures.images import MAX_PIXELS
+from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size, drop_zero_bands
 from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.encoding import Encoding
-from brushgs.formats.scenes.parts import fill_parts
-from brushgs.formats.scenes.scene_file import SceneFile
+from brushgs.formats.scenes.rows import SceneFile, fill_parts
 from brushgs.formats.scenes.sog import MAX_GROWTH, Sog, open_sog, read_rows
-from brushgs.formats.scenes.used_terms import drop_zero_bands
-from brushgs.formats.schema import decode
+from brushgs.formats.schema import MAX_BYTES, SMALL_OBJECT, as_count, decode, shown
 
 INDEX = "lod-meta.json"
 # The default is the finest level of at most so many Gaussians: 470 MB with harmonics of degree 3, and far

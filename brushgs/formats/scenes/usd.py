@@ -1,7 +1,9 @@
 """Gaussians in USD stages: prims of the type ParticleField3DGaussianSplat, of USD 26.03 and newer.
 
 Scales and opacities are linear, of float32 or of float16. Every prim is placed by its xform; of what changes
-in time the first moment is read. Source: OpenUSD, UsdVol.
+in time the first moment is read. What is written is one prim, all numbers as float32. Its stage has +y up,
+and scenes do not: where the first view of a scene is known, the prim turns it upright, as the node of a .glb
+does. Rows keep their order, but for strokes with brushes, which are sorted by these. Source: OpenUSD, UsdVol.
 """
 
 import json
@@ -9,25 +11,25 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.json_file import parse_json
-from brushgs.formats.scenes.columns import Columns, check_decoded_size
+from brushgs.formats.files import replacing
+from brushgs.formats.gltf_file import SCENE_NODE
+from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size, drop_zero_bands
 from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.encoding import STANDARD, Encoding
-from brushgs.formats.scenes.fill import Decoder, fill
-from brushgs.formats.scenes.gltf_placed import Placement
-from brushgs.formats.scenes.parts import fill_parts
-from brushgs.formats.scenes.scene_file import SceneFile
-from brushgs.formats.scenes.stored import MAX_TEXT
-from brushgs.formats.scenes.upright_notes import is_turned_by, read_notes
-from brushgs.formats.scenes.used_terms import drop_zero_bands
-from brushgs.formats.usd.process import Answer, reading
+from brushgs.formats.scenes.placed import NOTES, Placement, is_turned_by, notes_of, read_notes
+from brushgs.formats.scenes.rows import Decoder, SceneFile, fill, fill_parts
+from brushgs.formats.scenes.stored import MAX_TEXT, NOTHING, Stored, text_of
+from brushgs.formats.scenes.write import brush_order, finite_scales, unit_quats
+from brushgs.formats.schema import parse_json
+from brushgs.formats.usd.process import INSTALL, Answer, is_usd_here, reading
 from brushgs.values.arrays import F64
+from brushgs.values.gaussians import Gaussians
 
 _BLOCK_ROWS = 1 << 13
 _ENCODING = Encoding("linear", "linear", "xyzw", "sh")
@@ -134,3 +136,88 @@ def _parsed(notes: str | None) -> object:
         return None if notes is None or len(notes) > MAX_TEXT else parse_json(notes)
     except (json.JSONDecodeError, RecursionError):
         return None
+
+
+# Bytes that a number takes at most, where not four: text, and an archive with its member. OpenUSD raises an
+# error of its own where the disk is full.
+_BYTES = {".usda": 16, ".usdz": 8}
+_ROOM = 1 << 16  # of notes and the rest
+_REACH = 3  # standard deviations that the extent of the prim includes
+
+
+def write_scene(
+    gaussians: Gaussians,
+    path: str | Path,
+    known: Stored = NOTHING,
+) -> NDArray[np.int64] | None:
+    """Write one prim of splats, and what is recorded as its `customData`.
+
+    `known` is what is recorded; the suffix decides between text (.usda), binary and
+    an archive (.usdz). Rotations are written with length 1.
+
+    Returns:
+        The rows in the order of the file; None if it is theirs, or recorded.
+
+    Raises:
+        ValueError: if the names of brushes are too long.
+        SceneError: if the package usd-core is missing, or the file cannot be written.
+    """
+    if not is_usd_here():
+        raise SceneError(path, f"is a USD file, which the package usd-core writes; install it with {INSTALL}")
+    order = brush_order(gaussians)
+    rows = gaussians if order is None else gaussians.take(order)
+    stored = known.sorted_by(rows, order)
+    stage = _stage(rows, stored)
+    most = _ROOM + _BYTES.get(Path(path).suffix.lower(), 4) * len(rows) * (11 + rows.sh[0].size)
+    with replacing(path, most=most) as temporary:
+        if temporary.suffix.lower() == ".usdz":
+            _pack(stage, temporary)
+        else:
+            stage.GetRootLayer().Export(str(temporary))
+    return order if stored.order is None else None
+
+
+def _stage(rows: Gaussians, stored: Stored) -> Any:
+    """The whole stage in memory."""
+    from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)  # unknown: trained scenes have a scale of their own
+    prim = stage.DefinePrim(f"/{SCENE_NODE}", "ParticleField3DGaussianSplat")
+    stage.SetDefaultPrim(prim)
+    notes = notes_of(stored)
+    prim.SetCustomDataByKey(NOTES, text_of(notes))
+    x, y, z, w = notes["turn"]
+    UsdGeom.Xformable(prim).AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(w, x, y, z))
+    far = _REACH * rows.scales.max(axis=1, keepdims=True).astype(np.float64)
+    extent = np.array([(rows.means - far).min(axis=0), (rows.means + far).max(axis=0)])
+    quats = unit_quats(rows.quats)[:, [1, 2, 3, 0]]
+    kinds = Sdf.ValueTypeNames
+    for name, kind, array, values in (
+        ("positions", kinds.Point3fArray, Vt.Vec3fArray, rows.means),
+        ("orientations", kinds.QuatfArray, Vt.QuatfArray, quats),
+        ("scales", kinds.Float3Array, Vt.Vec3fArray, finite_scales(rows.scales)),
+        ("opacities", kinds.FloatArray, Vt.FloatArray, rows.opacities),
+        ("radiance:sphericalHarmonicsCoefficients", kinds.Float3Array, Vt.Vec3fArray, rows.sh.reshape(-1, 3)),
+        ("extent", kinds.Float3Array, Vt.Vec3fArray, np.clip(extent, -3e38, 3e38)),
+    ):
+        numbers = np.ascontiguousarray(values, np.float32)
+        prim.CreateAttribute(name, kind, custom=False).Set(array.FromNumpy(numbers))
+    degree = prim.CreateAttribute(
+        "radiance:sphericalHarmonicsDegree", kinds.Int, custom=False, variability=Sdf.VariabilityUniform
+    )
+    degree.Set(rows.sh_degree)
+    return stage
+
+
+def _pack(stage: Any, path: Path) -> None:
+    """Write a stage as the only file of an archive."""
+    from pxr import Sdf
+
+    with TemporaryDirectory(dir=path.parent, prefix=".unfinished-") as folder:
+        inner = Path(folder) / "scene.usdc"
+        stage.GetRootLayer().Export(str(inner))
+        writer = Sdf.ZipFileWriter.CreateNew(str(path))
+        writer.AddFile(str(inner), inner.name)
+        writer.Save()

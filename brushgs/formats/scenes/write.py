@@ -1,18 +1,203 @@
-"""Gaussians become a scene file; its suffix decides the format."""
+"""Gaussians become a scene file; its suffix decides the format. What the writers share stands here too.
+
+Most formats store whole numbers of a few bits, with finite values in place of infinite logs and logits; in
+files that are packed, rows stand in an order in which neighbours in space are beside each other. A file that
+was written can be read back, to say how far it is from what was written to it.
+"""
 
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgs.formats.registry import SCENE_SUFFIXES, find_written, function_of
+from brushgs.formats.scenes.read import read_scene
 from brushgs.formats.scenes.stored import Stored
+from brushgs.values.arrays import Array
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
 
-if TYPE_CHECKING:
-    from brushgs.formats.scenes.losses import Losses
+
+def rounded(values: NDArray[Any], largest: int) -> NDArray[np.int64]:
+    """The nearest whole numbers of 0 to `largest`; what lies beyond is clipped, halves go up."""
+    return np.asarray(np.floor(np.clip(values, 0, largest) + 0.5)).astype(np.int64)
+
+
+def fractions_of(values: NDArray[Any], low: NDArray[Any], high: NDArray[Any]) -> NDArray[np.float64]:
+    """Where values lie between `low` (0) and `high` (1), in float64; 0 where these are equal."""
+    extent = high.astype(np.float64) - low
+    above = values - low.astype(np.float64)
+    return np.asarray(np.divide(above, extent, out=np.zeros(above.shape), where=extent > 0))
+
+
+_BITS = 21  # of each axis: three of them fill 63 bits
+
+
+def spatial_order(gaussians: Gaussians) -> NDArray[np.int64]:
+    """[N] rows along a Morton curve; where strokes have brushes, those of each brush by themselves.
+
+    Far centres make no room for the others: places count in the logarithm of the distance from the middle.
+    """
+    means = gaussians.means.astype(np.float64)
+    middle, spread = np.median(means, axis=0), np.ptp(np.percentile(means, (5, 95), axis=0), axis=0).max()
+    logs = np.arcsinh((means - middle) / (spread or 1.0))
+    places = rounded(fractions_of(logs, logs.min(axis=0), logs.max(axis=0)) * (2**_BITS - 1), 2**_BITS - 1)
+    x, y, z = (_spread_bits(places[:, axis].astype(np.uint64)) for axis in range(3))
+    codes = x | y << np.uint64(1) | z << np.uint64(2)
+    return np.lexsort((codes,) if gaussians.brushes is None else (codes, gaussians.brushes))
+
+
+def brush_order(gaussians: Gaussians) -> NDArray[np.int64] | None:
+    """[N] rows in the order of their brushes, else as they are; None if that is their order."""
+    return None if gaussians.brushes is None else np.argsort(gaussians.brushes, kind="stable")
+
+
+def _spread_bits(values: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    """Two zero bits before each of 21 bits."""
+    for shift, mask in (
+        (32, 0x1F00000000FFFF),
+        (16, 0x1F0000FF0000FF),
+        (8, 0x100F00F00F00F00F),
+        (4, 0x10C30C30C30C30C3),
+        (2, 0x1249249249249249),
+    ):
+        values = (values | values << np.uint64(shift)) & np.uint64(mask)
+    return values
+
+
+# exp(-104) is 0 in float32 and 1 / (1 + exp(-+104)) is 1 or 0: finite values in place of infinite logs.
+_INFINITE_LOG = 104.0
+_LARGEST_LOG = 88.722  # just below the log of the largest float32, so that exp of it is finite
+
+
+def logs_of(values: Array) -> NDArray[np.float64]:
+    """Natural logarithms of values >= 0."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.clip(np.log(values, dtype=np.float64), -_INFINITE_LOG, _LARGEST_LOG))
+
+
+def logits_of(values: Array) -> NDArray[np.float64]:
+    """log(p / (1 - p)) of values of 0 to 1."""
+    wide = values.astype(np.float64)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.clip(np.log(wide) - np.log1p(-wide), -_INFINITE_LOG, _INFINITE_LOG))
+
+
+def finite_scales(scales: Array) -> NDArray[np.float32]:
+    """Scales as float32 whose logarithms are finite, or zero: for formats that store them as they are."""
+    return np.minimum(scales, np.exp(_LARGEST_LOG)).astype(np.float32)
+
+
+def unit_quats(quats: Array) -> NDArray[np.float64]:
+    """Quaternions of length 1, also of lengths whose squares vanish or overflow."""
+    wide = quats.astype(np.float64)
+    wide /= np.abs(wide).max(axis=1, keepdims=True)
+    return np.asarray(wide / np.linalg.norm(wide, axis=1, keepdims=True))
+
+
+_MIDDLE = 1, 99  # per cent of the centres: few far ones do not make a scene large
+_FLAT = 1e-6  # of the extent: smaller standard deviations are no lengths, and all are alike
+_SMALLEST = 1e-37  # the same where there is no extent, world units
+_VISIBLE = 0.5 / 255  # opacity: less is 0 in most formats, and its colour and shape are not seen
+
+
+@dataclass(frozen=True)
+class Losses:
+    """Differences between Gaussians and their file. Pairs are the median and the largest.
+
+    Attributes:
+        extent: diagonal of the box of 98 % of the centres along each axis, world units.
+        means: distance between centres, world units.
+        scales: the larger of two standard deviations above the smaller, relative to this.
+        quats: angle between rotations, degrees.
+        opacities: difference, 0 to 1.
+        colors: of the channels of degree 0, levels of 255.
+        harmonics: of the higher degrees, root mean square over all directions, levels of 255; 0 without them.
+    """
+
+    extent: float
+    means: tuple[float, float]
+    scales: tuple[float, float]
+    quats: tuple[float, float]
+    opacities: tuple[float, float]
+    colors: tuple[float, float]
+    harmonics: tuple[float, float]
+
+    def counts(self) -> dict[str, float]:
+        """For a report: "means_error" (median), "means_error_most" and so on."""
+        pairs = {name: value for name, value in asdict(self).items() if name != "extent"}
+        found = {"extent": self.extent}
+        for name, (median, most) in pairs.items():
+            found |= {f"{name}_error": median, f"{name}_error_most": most}
+        return {name: float(f"{value:.4g}") for name, value in found.items()}
+
+    def words(self) -> list[str]:
+        """For a person: a line for each kind of number, the median and the largest error."""
+        share = [f"{value / self.extent:.1e}" if self.extent else "0" for value in self.means]
+        lines = [
+            f"centres are off by {_pair(self.means)} units, {share[0]} (at most {share[1]}) of the extent",
+            f"sizes are off by {_pair(self.scales, 100)} %, rotations by {_pair(self.quats)} degrees",
+            f"opacities are off by {_pair(self.opacities, 255)}, colours by {_pair(self.colors)} of 255",
+        ]
+        if self.harmonics[1]:
+            lines.append(
+                f"colours that change with the view are off by {_pair(self.harmonics)} levels of 255"
+            )
+        return lines
+
+
+def measure_losses(given: Gaussians, path: str | Path, order: NDArray[np.integer] | None = None) -> Losses:
+    """Read a file and compare it with what was written to it.
+
+    Args:
+        given: the Gaussians.
+        path: their file.
+        order: the rows of `given` in the order of the file; None if it is theirs.
+
+    Raises:
+        SceneError: if the file cannot be read.
+    """
+    found = read_scene(Path(path))[0]
+    given = given if order is None else given.take(order)
+    assert len(found) == len(given), "every row that is written can be drawn"
+    seen = given.opacities >= _VISIBLE
+    means = given.means.astype(np.float64)
+    extent = float(np.linalg.norm(np.ptp(np.percentile(means, _MIDDLE, axis=0), axis=0)))
+    smallest = max(_FLAT * extent, _SMALLEST)
+    logs = [np.log(np.maximum(some.scales.astype(np.float64), smallest)) for some in (given, found)]
+    cosines = np.abs((unit_quats(given.quats) * unit_quats(found.quats)).sum(axis=1))
+    colors = (found.sh[:, 0] - given.sh[:, 0].astype(np.float64)) * (C0 * 255)
+    with np.errstate(over="ignore"):
+        return Losses(
+            extent=extent,
+            means=_ends(np.linalg.norm(found.means - means, axis=1)),
+            scales=_ends(np.expm1(np.abs(logs[1] - logs[0]))[seen]),
+            quats=_ends(np.degrees(2 * np.arccos(np.minimum(cosines, 1)))[seen]),
+            opacities=_ends(np.abs(found.opacities - given.opacities.astype(np.float64))),
+            colors=_ends(np.abs(colors)[seen]),
+            harmonics=_ends(_harmonics(given, found)[seen]),
+        )
+
+
+def _harmonics(given: Gaussians, found: Gaussians) -> NDArray[np.float64]:
+    """[N] the basis is orthonormal on the sphere, so its coefficients add up squared."""
+    rest = np.zeros((len(given), max(given.sh.shape[1], found.sh.shape[1]), 3))
+    rest[:, : found.sh.shape[1]] += found.sh
+    rest[:, : given.sh.shape[1]] -= given.sh
+    return np.asarray(255 * np.sqrt(np.square(rest[:, 1:]).sum(axis=1).mean(axis=1) / (4 * np.pi)))
+
+
+def _ends(errors: NDArray[np.float64]) -> tuple[float, float]:
+    """Median and largest; 0 of none."""
+    return (float(np.median(errors)), float(errors.max())) if errors.size else (0.0, 0.0)
+
+
+def _pair(pair: tuple[float, float], factor: float = 1) -> str:
+    return f"{pair[0] * factor:.2g} (at most {pair[1] * factor:.2g})"
 
 
 def write_scene(
@@ -54,7 +239,6 @@ def write_scene(
     order = function_of(scene_format.write)(gaussians, path, stored)
     if not (measures and scene_format.rounds):
         return None
-    from brushgs.formats.scenes.losses import measure_losses
 
     return measure_losses(gaussians, path, order)
 

@@ -4,7 +4,6 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from importlib import import_module
 from importlib.util import find_spec
 from math import ceil
 from pathlib import Path
@@ -17,7 +16,11 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain
-from brushgs.formats.usd.refused import RefusedError
+
+
+class RefusedError(ValueError):
+    """A file cannot be used; the text is a clause that follows its name, with the cure."""
+
 
 PACKAGE = "pxr"  # of usd-core
 INSTALL = "pip install 'brushgs[usd]'"
@@ -103,7 +106,10 @@ def _read_file(item: tuple[str, Path, Path, tuple[int, int]]) -> dict[str, Any]:
     kind, path, folder, bounds = item
     _bound(*bounds)
     try:
-        header: dict[str, Any] = import_module(f"brushgs.formats.usd.{kind}").read(path, folder)
+        from brushgs.formats.usd import child  # imports the package
+
+        read = {"cameras": child.read_cameras, "splats": child.read_splats}[kind]
+        header: dict[str, Any] = read(path, folder)
     except RefusedError:
         raise
     except MemoryError:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from brushgs.cameras.around import HELD_OUT, Ring
-from brushgs.formats.pictures.resize import resize
+from brushgs.formats.pictures.images import resize
 from brushgs.measure.bench.figures import Verified
 from brushgs.measure.bench.subject import OnBackground, views_around, with_size
 from brushgs.measure.bench.verify import check_close

@@ -14,8 +14,7 @@ from math import atan
 
 import numpy as np
 
-from brushgs.formats.glb import GlbWriter
-from brushgs.formats.scene_node import SCENE_NODE
+from brushgs.formats.gltf_file import SCENE_NODE, GlbWriter
 from brushgs.outlets.glb.atlas import Atlas
 from brushgs.outlets.glb.shape import Quads
 from brushgs.values.arrays import F64

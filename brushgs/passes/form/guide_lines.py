@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.formats.guides.read import Guides
+from brushgs.formats.guides import Guides
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.form.planes import Planes, Wish, pairs_of
 from brushgs.passes.neighbours import nearest

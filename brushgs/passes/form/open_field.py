@@ -1,7 +1,7 @@
 """A `Direction` as options have it -> what `orient` takes: files are read and checked here."""
 
 from brushgs.errors import SceneError
-from brushgs.formats.guides.read import Guides
+from brushgs.formats.guides import Guides
 from brushgs.options.direction import Direction, FieldName
 from brushgs.passes.form.mark_directions import Marks
 from brushgs.values.camera import Camera
@@ -19,7 +19,7 @@ def open_field(direction: Direction, camera: Camera | None = None) -> FieldName 
         SceneError: if the file cannot be used.
     """
     if direction.kind == "guides":
-        from brushgs.formats.guides.read import read_guides
+        from brushgs.formats.guides import read_guides
 
         assert direction.file is not None
         return read_guides(direction.file)

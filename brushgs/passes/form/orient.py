@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.formats.guides.read import Guides
+from brushgs.formats.guides import Guides
 from brushgs.options.direction import Direction
 from brushgs.passes.form.guide_lines import guide_wish
 from brushgs.passes.form.mark_directions import Marks, mark_wish

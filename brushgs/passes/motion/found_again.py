@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.formats.moving.between import between
-from brushgs.formats.moving.compare import unmoved
+from brushgs.formats.moving.kept import between, unmoved
 from brushgs.passes.motion.appearance import Appearance, among, mutual_nearest
 from brushgs.passes.motion.match import COARSE, LOOKS_WEIGHT, Match, match
 from brushgs.passes.motion.matter import Matter

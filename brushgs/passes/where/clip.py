@@ -18,8 +18,7 @@ from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import exists, is_dir, is_plain, read_whole
-from brushgs.formats.json_file import MAX_BYTES, shown
-from brushgs.formats.schema import decode
+from brushgs.formats.schema import MAX_BYTES, decode, shown
 from brushgs.values.arrays import F32, F64
 
 T = TypeVar("T")

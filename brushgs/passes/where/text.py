@@ -21,7 +21,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from brushgs.cameras.around import ring_views
-from brushgs.formats.pictures.resize import resize
+from brushgs.formats.pictures.images import resize
 from brushgs.passes.color.picture_votes import votes
 from brushgs.rendering.plain import plain_views
 from brushgs.values.arrays import F32, F64

@@ -9,7 +9,7 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.options.memory_size import memory_words
 
 if TYPE_CHECKING:
-    from brushgs.formats.scenes.scene_file import SceneFile
+    from brushgs.formats.scenes.rows import SceneFile
 
 # Bytes that a painting takes at its peak, measured on landscapes of one and two million Gaussians: 550 each
 # without spherical harmonics, 1000 with those of degree 3.

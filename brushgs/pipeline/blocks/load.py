@@ -6,11 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brushgs.formats.scenes.blocks import SAMPLE_ROWS, sample_rows
 from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.notes import join_notes
-from brushgs.formats.scenes.open_file import warn_of_other_encoding
-from brushgs.formats.scenes.scene_file import SceneFile
+from brushgs.formats.scenes.open_file import join_notes, warn_of_other_encoding
+from brushgs.formats.scenes.rows import SAMPLE_ROWS, SceneFile, sample_rows
 from brushgs.options.sequence import SequenceConfig
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.reduce.block_merge import merged_of

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from brushgs.formats.scenes.blocks import BLOCK_ROWS, open_rows, read_blocks
+from brushgs.formats.scenes.columns import drop_zero_bands
 from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.fill import RowSource
 from brushgs.formats.scenes.open_file import open_file
-from brushgs.formats.scenes.used_terms import drop_zero_bands
+from brushgs.formats.scenes.rows import BLOCK_ROWS, RowSource, open_rows, read_blocks
 from brushgs.passes.reduce.block_merge import CellSums, cell_sums
 from brushgs.passes.reduce.block_table import CellTable
 from brushgs.passes.reduce.features import SceneFrame

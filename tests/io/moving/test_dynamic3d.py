@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.formats.moving import load_moving, npz
+from brushgs.formats.moving import dynamic3d as npz
+from brushgs.formats.moving import load_moving
 from tests.io.moving.params_maker import C0, params
 
 

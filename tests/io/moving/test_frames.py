@@ -11,9 +11,8 @@ import pytest
 import brushgs as bg
 from brushgs.formats import read_scene
 from brushgs.formats.moving import load_moving, open_moving
-from brushgs.formats.moving.compare import are_in_one_place, have_same_rows
 from brushgs.formats.moving.frames import Frames, find_frames
-from brushgs.formats.moving.kept_moments import Moments
+from brushgs.formats.moving.kept import Moments, are_in_one_place, have_same_rows
 from brushgs.formats.scenes.write import write_scene as save_scene
 from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
@@ -385,7 +384,7 @@ def test_a_moment_is_read_once_by_those_around_it(tmp_path: Path) -> None:
     read = []
 
     def reader(index: int):
-        from brushgs.formats.moving.kept_rows import Kept
+        from brushgs.formats.moving.kept import Kept
 
         read.append(index)
         return Kept(still(1000))

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import brushgs as bg
-from brushgs.formats.moving.series import find_series
+from brushgs.formats.moving.frames import find_series
 
 
 def series(*names: str):

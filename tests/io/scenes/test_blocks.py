@@ -9,10 +9,10 @@ import pytest
 
 import brushgs as bg
 from brushgs.errors import SceneError
-from brushgs.formats.scenes.blocks import open_rows, read_blocks, sample_rows
 from brushgs.formats.scenes.columns import Columns
 from brushgs.formats.scenes.dropped import Dropped
 from brushgs.formats.scenes.open_file import open_file
+from brushgs.formats.scenes.rows import open_rows, read_blocks, sample_rows
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import ksplat_format

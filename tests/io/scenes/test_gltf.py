@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import brushgs as bg
 from brushgs.formats import read_scene
 from brushgs.formats.scenes import gltf
-from brushgs.formats.scenes.encoding import STANDARD
+from brushgs.formats.scenes.columns import STANDARD
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0, sh_basis
 from tests.io.scenes import spz_format

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import brushgs.formats.scenes.fill
+import brushgs.formats.scenes.rows
 from brushgs import SceneError
 from brushgs.formats import load, read_scene
 from brushgs.formats.scenes.read import read_raw
@@ -104,9 +104,9 @@ def test_rows_read_raw_are_logits_and_log_scales(tmp_path: Path) -> None:
 def test_threads_do_not_change_what_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenes = [ksplat.make(count, 1, seed=count) for count in (5000, 3000, 700)]
     path = write(tmp_path / "a.ksplat", ksplat.encode(scenes, 1))
-    monkeypatch.setattr(brushgs.formats.scenes.fill, "_count_threads", lambda num_rows: 1)
+    monkeypatch.setattr(brushgs.formats.scenes.rows, "_count_threads", lambda num_rows: 1)
     one = load(path)
-    monkeypatch.setattr(brushgs.formats.scenes.fill, "_count_threads", lambda num_rows: 3)
+    monkeypatch.setattr(brushgs.formats.scenes.rows, "_count_threads", lambda num_rows: 3)
     for name in NAMES:
         np.testing.assert_array_equal(getattr(one, name), getattr(load(path), name))
 

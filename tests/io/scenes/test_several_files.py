@@ -11,7 +11,7 @@ from brushgs.doctor import run_doctor
 from brushgs.doctor.describe import describe
 from brushgs.formats import read_scene
 from brushgs.formats.scenes.columns import Columns
-from brushgs.formats.scenes.folders import find_parts, natural_key
+from brushgs.formats.scenes.open_file import find_parts, natural_key
 from brushgs.options.scene_source import SceneSource
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import scene_columns, write_scene

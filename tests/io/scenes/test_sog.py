@@ -13,7 +13,7 @@ from brushgs.formats import read_scene
 from brushgs.formats.format import NUM_FIRST_BYTES
 from brushgs.formats.registry import SCENE_FORMATS
 from brushgs.formats.scenes import sog
-from brushgs.formats.scenes.encoding import STANDARD
+from brushgs.formats.scenes.columns import STANDARD
 from tests.io.scenes.sog_maker import decode_row, files_of, make, webp, write_bundle, write_folder, zipped
 from tests.scenes import real_scene
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from brushgs.formats.scenes.sog_codebook import levels_of, nearest_levels, palette_of
+from brushgs.formats.scenes.sog_write import levels_of, nearest_levels, palette_of
 
 
 def test_few_values_are_levels_themselves() -> None:
@@ -60,7 +60,7 @@ def test_a_palette_does_not_depend_on_the_number_of_threads(monkeypatch: pytest.
     for number in ("1", "3"):
         monkeypatch.setenv("OMP_NUM_THREADS", number)
         monkeypatch.setattr(
-            "brushgs.formats.scenes.sog_codebook.num_threads_or_default", lambda _, n=number: int(n)
+            "brushgs.formats.scenes.sog_write.num_threads_or_default", lambda _, n=number: int(n)
         )
         found.append(palette_of(rows, 2500))
     for first, second in zip(*found, strict=True):

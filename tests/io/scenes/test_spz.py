@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import zstandard
 
-import brushgs.formats.scenes.fill
+import brushgs.formats.scenes.rows
 from brushgs import Gaussians, SceneError, SceneWarning
 from brushgs.formats import load, read_scene
-from brushgs.formats.scenes.encoding import STANDARD
+from brushgs.formats.scenes.columns import STANDARD
 from brushgs.formats.scenes.read import read_raw
 from brushgs.formats.scenes.spz import open_data
 from brushgs.values.sh import sh_basis
@@ -182,9 +182,9 @@ def test_a_scene_within_another_file_is_read_from_its_bytes(tmp_path: Path, vers
 def test_threads_do_not_change_what_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = spz.make(10_000)
     path = write(tmp_path / "a.spz", spz.encode(scene, 4))
-    monkeypatch.setattr(brushgs.formats.scenes.fill, "_count_threads", lambda num_rows: 1)
+    monkeypatch.setattr(brushgs.formats.scenes.rows, "_count_threads", lambda num_rows: 1)
     one = load(path)
-    monkeypatch.setattr(brushgs.formats.scenes.fill, "_count_threads", lambda num_rows: 3)
+    monkeypatch.setattr(brushgs.formats.scenes.rows, "_count_threads", lambda num_rows: 3)
     assert_equal(one, load(path))
 
 

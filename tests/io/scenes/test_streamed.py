@@ -9,7 +9,7 @@ import pytest
 import brushgs as bg
 from brushgs.formats import read_scene
 from brushgs.formats.scenes import streamed
-from brushgs.formats.scenes.encoding import STANDARD
+from brushgs.formats.scenes.columns import STANDARD
 from tests.io.scenes.sog_maker import decode_row, make, write_folder
 from tests.scenes import real_scene
 

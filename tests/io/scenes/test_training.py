@@ -9,7 +9,7 @@ import pytest
 import brushgs as bg
 from brushgs.doctor import cure, examine_file, run_doctor
 from brushgs.formats import read_scene
-from brushgs.formats.scenes.encoding import Encoding
+from brushgs.formats.scenes.columns import Encoding
 from brushgs.formats.scenes.read import read_raw
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import decoded, scene_columns, write_scene

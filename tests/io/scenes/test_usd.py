@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import brushgs as bg
 from brushgs import SceneError
 from brushgs.formats import load_cameras, read_scene
-from brushgs.formats.scenes import usd_write
+from brushgs.formats.scenes import usd as usd_write
 from brushgs.formats.scenes.write import write_scene
 from brushgs.formats.usd import process
 from brushgs.values.camera import FirstView

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from brushgs.errors import SceneError
-from brushgs.formats.styles.read import MAX_BYTES, read_style
-from brushgs.formats.styles.write import pack, write_style
+from brushgs.formats.styles import MAX_BYTES, pack, read_style, write_style
 from brushgs.values.style import Style
 from tests.io.styles import example
 

@@ -265,7 +265,7 @@ def test_what_cannot_be_written_is_one_sentence_and_no_file():
 
 
 def test_a_file_that_fails_leaves_the_earlier_one(monkeypatch):
-    from brushgs.formats.glb import GlbWriter
+    from brushgs.formats.gltf_file import GlbWriter
 
     Path("s.glb").write_text("earlier")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.formats.guides.read import Guides
+from brushgs.formats.guides import Guides
 from brushgs.options.direction import Direction
 from tests.passes.form.planks import aspects, long_axes, planks, surface
 from tests.passes.scenes import assert_same, covariances, replaced

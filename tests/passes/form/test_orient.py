@@ -5,7 +5,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.core.threads import at_most
-from brushgs.formats.guides.read import Guides
+from brushgs.formats.guides import Guides
 from brushgs.passes.form import planes
 from brushgs.passes.form.mark_directions import Marks
 from brushgs.passes.form.orient import ASPECT

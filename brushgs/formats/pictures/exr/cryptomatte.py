@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.formats.files import replacing
-from brushgs.formats.pictures.exr.attributes import Attribute
-from brushgs.formats.pictures.exr.planes import Plane, Rows
+from brushgs.formats.pictures.exr.planes import Attribute, Plane, Rows
 from brushgs.formats.pictures.shot import Shot
 from brushgs.values.arrays import F32, Array
 from brushgs.values.frame import Frame

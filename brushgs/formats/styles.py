@@ -1,4 +1,4 @@
-"""A style file becomes a `Style`.
+"""A style file becomes a `Style`, and a `Style` a file that people can read and edit.
 
     {
       "brushgs": "style", "version": 1, "name": "monet",
@@ -8,27 +8,35 @@
       "edit": {"affine": [[1, 0, 0, 0], ...], "log_size": 0, "residual": {...}}
     }
 
-Of palette, marks and edit at least one is there. The fields are those of `Style`. An array is a list, of
-lists, of numbers, or packed: {"type": "float16", "shape": [128, 3], "data": base64}, little endian, where
-int8 stands for -1 to 1 in steps of 1/127 and uint8 for 0 to 1 in steps of 1/255. A picture is {"type": "png",
-"data": base64}, 8 bits of grey. What an artist may write too: shares that do not add up to 1 (they are scaled
-so that they do), and a colour without offsets (it alone).
+Of palette, marks and edit at least one is there. The fields are those of `Style`. Colours are "#rrggbb",
+numbers plain; only arrays are base64. The offsets of a colour are relative to it: who edits one colour moves
+all that is around it. An array is a list, of lists, of numbers, or packed: {"type": "float16", "shape":
+[128, 3], "data": base64}, little endian, where int8 stands for -1 to 1 in steps of 1/127 and uint8 for 0 to 1
+in steps of 1/255. A picture is {"type": "png", "data": base64}, 8 bits of grey. What an artist may write too:
+shares that do not add up to 1 (they are scaled so that they do), and a colour without offsets (it alone).
 """
 
+import base64
+import json
 from math import prod
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from msgspec import Meta, Struct
+from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import open_plain, scratch_folder
-from brushgs.formats.json_file import as_count, shown
-from brushgs.formats.schema import Numbers, decode, refused
+from brushgs.formats.files import open_plain, replacing, scratch_folder
+from brushgs.formats.schema import Numbers, as_count, decode, refused, shown
+from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.values.arrays import F64, U8
 from brushgs.values.colors import rgb_of
 from brushgs.values.style import NamedColor, Residual, Style, StyleEdit, StyleMarks, StylePalette
+
+if TYPE_CHECKING:
+    from brushgs.values.style import Style
+
 
 MARK, VERSION = "style", 1
 MAX_BYTES = 200_000
@@ -286,3 +294,161 @@ def _texels(path: Path, place: str, data: bytes) -> U8:
     if channels != 1 or max(height, width) > MAX_TEXELS:
         raise SceneError(path, f"{rule}, got {channels} channels in {width}x{height}; {_LEARN}")
     return np.ascontiguousarray(texels[..., 0])
+
+
+_PNG_ATTRIBUTES = {"png:compressionLevel": 9}
+
+
+def write_style(style: Style, path: str | Path) -> None:
+    """Write a style; the file appears when it is complete, and equal styles give equal bytes.
+
+    Args:
+        style: has a palette, marks or an edit.
+        path: ends in .style.
+
+    Raises:
+        ValueError: if the suffix is another one, the style would take more than 200 kB, or a value is out of
+            the range that `brushgs.values.style` states; then nothing is written.
+        SceneError: if the file cannot be written.
+    """
+    path = Path(path)
+    if path.suffix.lower() != STYLE_SUFFIX:
+        raise ValueError(
+            f"a style must be written to a file *{STYLE_SUFFIX}, got {str(path)!r}; change the suffix"
+        )
+    content = content_of(style, path)
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def content_of(style: Style, path: Path) -> bytes:
+    """The bytes of a style file, which can be read again. `path` is for messages; raises ValueError."""
+    value: dict[str, Any] = {"brushgs": MARK, "version": VERSION, "name": style.name}
+    if style.palette is not None:
+        value["palette"] = [_color(color) for color in style.palette.colors]
+    if style.marks is not None:
+        value["marks"] = _marks_content(style.marks)
+    if style.edit is not None:
+        value["edit"] = _edit_content(style.edit)
+    content = (_laid_out(value) + "\n").encode()
+    if len(content) > MAX_BYTES:
+        cure = "learn a smaller residual" if style.edit is not None else "keep fewer or smaller brushes"
+        rule = f"a style must take at most {MAX_BYTES // 1000} kB, got {len(content) / 1000:.0f}"
+        raise ValueError(f"{path}: {rule}; {cure}")
+    try:
+        style_of(path, content)
+    except SceneError as error:
+        raise ValueError(f"the style cannot be written: {error}") from None
+    return content
+
+
+def _hex(rgb: NDArray[Any]) -> tuple[str, NDArray[Any]]:
+    """A colour as text, and as 0 to 255."""
+    code = np.rint(255 * np.clip(rgb, 0, 1)).astype(int)
+    return "#{:02x}{:02x}{:02x}".format(*code), code
+
+
+def _color(color: NamedColor) -> dict[str, Any]:
+    """One of a palette; offsets in half precision, relative to the colour as written."""
+    text, code = _hex(color.rgb)
+    offsets = color.offsets + (color.rgb - code / 255)
+    share = round(float(color.share), 6)
+    return {"name": color.name, "color": text, "share": share, "offsets": pack(offsets, "float16")}
+
+
+def _marks_content(marks: StyleMarks) -> dict[str, Any]:
+    """Directions are in steps of 1/127."""
+    return {
+        "length": float(marks.length),
+        "aspect": float(marks.aspect),
+        "broken_lightness": float(marks.broken_lightness),
+        "broken_chroma": float(marks.broken_chroma),
+        "ground": None if marks.ground is None else _hex(marks.ground)[0],
+        "relief": float(marks.relief),
+        "directions": pack(marks.directions, "int8"),
+        "brushes": [_picture(brush) for brush in marks.brushes],
+    }
+
+
+def _edit_content(edit: StyleEdit) -> dict[str, Any]:
+    """The residual is in single precision."""
+    return {
+        "affine": [[float(number) for number in row] for row in edit.affine],
+        "log_size": float(edit.log_size),
+        "residual": None if edit.residual is None else _residual(edit.residual),
+    }
+
+
+def _residual(residual: Residual) -> dict[str, Any]:
+    arrays = {name: getattr(residual, name) for name in ("offset", "scale", "centers", "weights", "slopes")}
+    return {"features": list(residual.features), "width": float(residual.width)} | {
+        name: None if array is None else pack(array, "float32") for name, array in arrays.items()
+    }
+
+
+def pack(values: NDArray[Any], type: str) -> dict[str, Any]:
+    """An array as JSON, of a type of `DTYPES`. Values beyond the range of an integer type are clipped."""
+    if type in ONE:
+        limits = np.iinfo(DTYPES[type])
+        values = np.clip(np.rint(values.astype(np.float64) * ONE[type]), limits.min, limits.max)
+    data = np.ascontiguousarray(values).astype(DTYPES[type]).tobytes()
+    return {"type": type, "shape": list(values.shape), "data": base64.b64encode(data).decode()}
+
+
+def _picture(texels: U8) -> dict[str, Any]:
+    """A grey picture [h, w] as JSON."""
+    from brushgs.formats.pictures.oiio import write_pixels
+
+    with scratch_folder() as folder:
+        path = folder / "brush.png"
+        write_pixels(path, "png", texels[..., None], ("Y",), _PNG_ATTRIBUTES)
+        return {"type": "png", "data": base64.b64encode(path.read_bytes()).decode()}
+
+
+def _laid_out(value: Any, indent: str = "") -> str:
+    """JSON in which only objects that people read, and lists of these, take several lines."""
+    inner = indent + "  "
+    if isinstance(value, dict) and "data" not in value:
+        rows = [f"{json.dumps(name)}: {_laid_out(part, inner)}" for name, part in value.items()]
+    elif isinstance(value, list) and any(isinstance(part, dict | list) for part in value):
+        rows = [_laid_out(part, inner) for part in value]
+    else:
+        return json.dumps(value, ensure_ascii=False)
+    begin, end = "{}" if isinstance(value, dict) else "[]"
+    return begin + ",".join(f"\n{inner}{row}" for row in rows) + f"\n{indent}{end}"
+
+
+__all__ = ["load_style", "save_style"]
+
+
+def load_style(path: str | Path) -> "Style":
+    """Read a style from a file that `save_style` or `brushgs style learn` wrote, edited by hand or not.
+
+    Raises:
+        SceneError: if there is no such regular file, it is larger than 200 kB, no style, of a later version,
+            or a field is missing, unknown or wrong; names the field.
+
+    Example:
+        >>> from brushgs.values.style import StyleEdit
+        >>> darker = StyleEdit(0.6 * np.eye(3, 4))
+        >>> bg.save_style(bg.Style("dusk", edit=darker), "dusk.style")
+        >>> bg.load_style("dusk.style")
+        Style('dusk', an edit)
+    """
+    return read_style(path)
+
+
+def save_style(style: "Style", path: str | Path) -> None:
+    """Write a style to a file *.style, which appears when it is complete.
+
+    Raises:
+        ValueError: if the suffix is another one, the style would take more than 200 kB, or a value is out of
+            its range; then nothing is written.
+        SceneError: if the file cannot be written.
+
+    Example:
+        >>> from brushgs.values.style import StyleEdit
+        >>> darker = StyleEdit(0.6 * np.eye(3, 4))
+        >>> bg.save_style(bg.Style("dusk", edit=darker), "dusk.style")
+    """
+    write_style(style, path)

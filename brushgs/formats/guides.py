@@ -1,4 +1,4 @@
-"""A file of guides of any format becomes `Guides`."""
+"""A file of guides, lines in space that strokes run along, becomes `Guides`."""
 
 from array import array
 from collections.abc import Iterator
@@ -12,9 +12,8 @@ from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import read_whole
-from brushgs.formats.json_file import SMALL_OBJECT, shown
 from brushgs.formats.registry import GUIDES_READ, added, by_suffix, formats_of, function_of
-from brushgs.formats.schema import decode
+from brushgs.formats.schema import SMALL_OBJECT, decode, shown
 from brushgs.values.arrays import F64, Rows
 
 MAX_BYTES = 1 << 24  # of a file; 16 MiB are some 500,000 points, more than strokes

@@ -1,1 +1,0 @@
-"""Files of guides: lines in space that strokes run along; see `formats.py`."""

@@ -1,0 +1,162 @@
+"""Moving scenes in PLY files, with columns for time beside those of a still scene. Time runs from 0 to 1.
+
+SpaceTimeGaussian "lite" has motion of degree 3 and plain colours: f_dc holds display-encoded RGB, not a
+coefficient. In the .ftgs.ply files of FreeTimeGS each Gaussian has a moment, a duration and a velocity; there
+are `n_frames` moments where a comment counts them, and more comments of FreeTimeGsVanilla say a floor of
+durations (`min_duration`) and whether velocities are used (`use_velocity`). Its floor of opacity, 0.0001,
+only saves time, and is not applied.
+Sources: Li et al. 2024, Spacetime Gaussian Feature Splatting, layout of the reference implementation; Wang et
+al. 2025, FreeTimeGS, equations 1 and 4; version 1 of the layout of FreeTimeGsVanilla.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite, sqrt
+from pathlib import Path
+
+import numpy as np
+
+from brushgs.errors import SceneError
+from brushgs.formats.files import open_plain
+from brushgs.formats.moving.formula import NOMINAL_DURATION, NOMINAL_RATE, RawRows, clip_of
+from brushgs.formats.scenes import ply
+from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding
+from brushgs.formats.scenes.ply_header import open_rows, parse_header
+from brushgs.formats.scenes.rows import SceneFile
+from brushgs.values.arrays import F32
+from brushgs.values.moving import MovingScene
+
+_BLOCK_BYTES = 1 << 21
+
+
+@dataclass(frozen=True)
+class TimedPly:
+    """All rows of a PLY file, not yet checked.
+
+    Attributes:
+        file: what its header states.
+        columns: of the still layout, as stored.
+        more: the other columns that were asked for, [N] each, by name.
+        comments: of its header, first word -> the others.
+    """
+
+    file: SceneFile
+    columns: Columns
+    more: dict[str, F32]
+    comments: dict[str, str]
+
+    def stack(self, *names: str) -> F32:
+        """[N, number of names] some of the other columns."""
+        return np.stack([self.more[name] for name in names], axis=1)
+
+
+def read_timed(path: Path, what: str, names: Sequence[str]) -> TimedPly:
+    """Read a PLY file that has columns for time.
+
+    Args:
+        path: the file.
+        what: name of its format, for messages and notes.
+        names: of the columns beside the still ones; those that it does not have are refused.
+
+    Raises:
+        SceneError: if the file is damaged or lacks a column.
+    """
+    file = ply.open_scene(path)
+    with open_plain(path, "PLY file", buffering=0) as opened:
+        header = parse_header(opened, path)
+    vertex = header.find("vertex")
+    assert vertex is not None, "open_scene refuses files without"
+    for name in names:
+        if name not in vertex.names:
+            rule = f"no property {name!r} among {len(vertex.names)} read, which a {what} has"
+            raise SceneError(path, f"{rule}; export it with all of its columns")
+    columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
+    more = np.empty((len(names), vertex.count), np.float32)
+    block_rows = max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
+    with open_rows(path, header, vertex, block_rows) as rows:
+        for start in range(0, vertex.count, block_rows):
+            stop = min(start + block_rows, vertex.count)
+            block = rows.read(start, stop)
+            for index, name in enumerate(names):
+                more[index, start:stop] = block[name]
+    layout = file.format.removeprefix("PLY, ")
+    source = SceneFile(
+        path=path,
+        format=f"{what}, {layout}",
+        num_rows=file.num_rows,
+        num_terms=file.num_terms,
+        read_columns=file.read_columns,
+        up=file.up,
+        training=file.training,
+        unknown=tuple(name for name in file.unknown if name not in names),
+    )
+    comments = dict(line.partition(" ")[::2] for line in header.comments)
+    return TimedPly(source, columns, dict(zip(names, more, strict=True)), comments)
+
+
+_MOTION = tuple(f"motion_{index}" for index in range(9))  # three of d, three of d^2, three of d^3
+_SPIN = tuple(f"omega_{index}" for index in range(4))
+
+
+def open_spacetime(path: Path) -> MovingScene:
+    """Read a SpaceTimeGaussian lite PLY.
+
+    Raises:
+        SceneError: if it is damaged, lacks a column, or no row of it can be drawn.
+    """
+    rows = read_timed(path, "SpaceTimeGaussian PLY", ("trbf_center", "trbf_scale", *_MOTION, *_SPIN))
+    widths = np.exp(rows.more["trbf_scale"].astype(np.float64))  # infinite: a row that never fades
+    rows.columns.standardize(Encoding(colors="rgb"))
+    stored = {name: rows.more[name] for name in ("trbf_center", *_MOTION, *_SPIN)}
+    motion = rows.stack(*_MOTION).reshape(-1, 3, 3)
+    raw = RawRows(
+        rows.columns, stored, rows.more["trbf_center"], widths, "trbf_scale", motion, rows.stack(*_SPIN)
+    )
+    return clip_of(rows.file, raw)
+
+
+_VELOCITY = tuple(f"velocity_{index}" for index in range(3))
+_MAX_FRAMES = 10_000_000  # 90 hours
+
+
+def open_freetime(path: Path) -> MovingScene:
+    """Read a FreeTimeGS PLY.
+
+    Raises:
+        SceneError: if it is damaged, lacks a column, counts time in other units, or no row of it can be
+            drawn.
+    """
+    rows = read_timed(path, "FreeTimeGS PLY", ("time", "log_duration", *_VELOCITY))
+    units = rows.comments.get("time_units", "normalized")
+    if units != "normalized":
+        rule = f"its header says 'time_units {units[:40]}', and time from 0 to 1 ('normalized') is read"
+        raise SceneError(path, f"{rule}; export it so")
+    shortest = _number(rows, "min_duration", 0.0)
+    durations = np.maximum(np.exp(rows.more["log_duration"].astype(np.float64)), shortest)
+    motion = rows.stack(*_VELOCITY)[:, None]
+    if rows.comments.get("use_velocity") == "0":
+        motion = np.zeros_like(motion)
+    stored = {name: rows.more[name] for name in ("time", *_VELOCITY)}
+    # Its bell is exp(-(d / duration)^2 / 2).
+    widths = sqrt(2) * durations
+    raw = RawRows(rows.columns, stored, rows.more["time"], widths, "log_duration", motion)
+    frames = _number(rows, "n_frames", 0.0)
+    if frames > _MAX_FRAMES or frames != int(frames):
+        rule = f"n_frames must be a whole number of at most {_MAX_FRAMES}, got {frames:g}"
+        raise SceneError(path, f"{rule}; export it again")
+    return clip_of(rows.file, raw, duration=(frames - 1) / NOMINAL_RATE if frames >= 1 else NOMINAL_DURATION)
+
+
+def _number(rows: TimedPly, name: str, otherwise: float) -> float:
+    """A number >= 0 that a comment states; `otherwise` if none does."""
+    text = rows.comments.get(name)
+    if text is None:
+        return otherwise
+    try:
+        number = float(text)
+    except ValueError:
+        number = -1.0
+    if not (isfinite(number) and number >= 0):
+        rule = f"its header says '{name} {text[:40]}', which must be a number of 0 or more"
+        raise SceneError(rows.file.path, f"{rule}; export it again")
+    return number
