@@ -12,8 +12,7 @@ import brushgs as bg
 from brushgs.formats import read_scene, registry
 from brushgs.formats.format import Format, begins_with, has_suffix
 from brushgs.formats.scenes.columns import Columns, Encoding
-from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.rows import SceneFile, fill
+from brushgs.formats.scenes.rows import RowSource, SceneFile
 from brushgs.formats.scenes.stored import Stored
 from tests.scenes import still_life_of
 
@@ -30,19 +29,8 @@ def open_toy(path: Path) -> SceneFile:
         out.means[:, 0], out.quats[:, 0] = np.arange(start, stop), 1
         out.means[: start == 0, 1] = np.nan
 
-    def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
-        return fill(
-            Columns.empty(count, 1),
-            lambda: nullcontext(decode),
-            block_rows=10,
-            num_rest=0,
-            is_sequential=False,
-            is_logit=True,
-            encoding=encoding,
-            is_raw=is_raw,
-        )
-
-    return SceneFile(path, "toy", count, 1, read_columns)
+    rows = RowSource(count, 1, lambda: nullcontext(decode), block_rows=10, is_logit=True)
+    return SceneFile(path, "toy", count, 1, lambda: rows)
 
 
 def write_toy(gaussians: bg.Gaussians, path: Path, known: Stored) -> None:

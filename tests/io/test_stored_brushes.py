@@ -8,7 +8,7 @@ import pytest
 import brushgs as bg
 from brushgs.errors import SceneWarning
 from brushgs.formats import read_scene
-from brushgs.formats.scenes.read import read_raw
+from brushgs.formats.scenes.read import read_raw_parts
 from brushgs.formats.scenes.write import write_scene
 from tests.io.test_write_ply import assert_same, make
 
@@ -34,7 +34,7 @@ def test_brushes_and_their_names_read_back(tmp_path, num, dtype):
     if dtype == np.float32:
         assert_same(read, strokes)
     assert (notes.brushes, notes.scene, notes.unknown) == (NAMES, "koala", ())
-    raw, _ = read_raw(tmp_path / "a.ply")
+    ((raw, _),) = read_raw_parts(tmp_path / "a.ply")
     np.testing.assert_array_equal(raw.brushes, strokes.brushes)
 
 

@@ -14,10 +14,10 @@ from math import nextafter
 
 import numpy as np
 
-from brushgs.formats.scenes.columns import Columns, Encoding, drop_zero_bands
-from brushgs.formats.scenes.dropped import Dropped, Faults, find_faults
+from brushgs.formats.scenes.columns import Columns, drop_zero_bands
+from brushgs.formats.scenes.dropped import Faults, find_faults
 from brushgs.formats.scenes.open_file import join_notes
-from brushgs.formats.scenes.rows import SceneFile
+from brushgs.formats.scenes.rows import RowSource, SceneFile
 from brushgs.options.choices import CLIP_FPS
 from brushgs.values.arrays import F32, F64, Mask, Rows
 from brushgs.values.gaussians import SH_TERMS, Gaussians
@@ -281,6 +281,6 @@ def clip_of(
     )
 
 
-def read_nothing(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
-    """A `ColumnReader` for files without rows at rest."""
+def open_nothing() -> RowSource:
+    """The `open_rows` of files without rows at rest."""
     raise AssertionError("a moving scene is read as a whole")

@@ -16,7 +16,7 @@ import numpy as np
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain
-from brushgs.formats.moving.formula import RawRows, clip_of, read_nothing
+from brushgs.formats.moving.formula import RawRows, clip_of, open_nothing
 from brushgs.formats.scenes.columns import Columns, Encoding
 from brushgs.formats.scenes.rows import SceneFile
 from brushgs.values.arrays import F32
@@ -62,7 +62,7 @@ def open_moving(path: Path) -> MovingScene:
         is_logit=False,
         windows=np.stack([stored.win_lo, stored.win_hi], axis=1).astype(np.float64),
     )
-    file = SceneFile(path, "4dgs", num_rows, columns.sh.shape[1], read_nothing)
+    file = SceneFile(path, "4dgs", num_rows, columns.sh.shape[1], open_nothing)
     clock = 0.0, duration
     moving = clip_of(file, raw, duration=duration, clock=clock, is_open=True, cutoff=cutoff, is_timed=True)
     return _on_tracks(path, scene, moving)

@@ -321,7 +321,7 @@ class Frames:
         if file.has_fixed_encoding and not self.encoding.is_standard:
             raise SceneError(file.path, f"is a {file.format}, whose encoding is fixed; omit the encoding")
         antialiased = file.training == "antialiased"
-        columns, dropped = file.read_columns(encoding=self.encoding, is_raw=False)
+        columns, dropped = file.read_columns(self.encoding)
         if not dropped.num_rows:
             if self.encoding.is_standard and not file.has_fixed_encoding and self._is_first("encoding"):
                 warn_of_other_encoding(file.path, columns)
@@ -330,7 +330,7 @@ class Frames:
         del columns
         if self._is_first("rows") or dropped.num_rows == file.num_rows:
             dropped.report(file.path, file.num_rows)
-        columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
+        columns, _ = file.read_columns(is_raw=True)
         self._check_brushes(file, columns)
         encoding = STANDARD if file.has_fixed_encoding else self.encoding
         return keep_rows(columns, encoding, antialiased=antialiased)[0]

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,11 +14,10 @@ from brushgs.formats.format import NUM_FIRST_BYTES, Format
 from brushgs.formats.moving.frames import Frames, find_frames
 from brushgs.formats.registry import SCENE_FORMATS, added, formats_of, function_of
 from brushgs.formats.scenes.columns import Columns, Encoding
-from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.rows import SceneFile
+from brushgs.formats.scenes.rows import RowSource, SceneFile
+from brushgs.formats.scenes.stored import Stored
 from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
-from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 
 _NUM_INSPECTED = 16  # of many paths: a clip of 100,000 files is not opened file by file
@@ -162,38 +162,36 @@ def _made(moving: MovingScene, path: Path, time: float) -> SceneFile:
     if len(gaussians) == 0:
         raise SceneError(path, f"holds no Gaussians {time:.3g} s after its start; {_CURE}")
 
-    def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
-        return _columns(gaussians, is_raw=is_raw), Dropped(num_broken=notes.rows_dropped)
+    def decode(start: int, stop: int, out: Columns) -> None:
+        for name, column in gaussians.columns().items():
+            getattr(out, name)[...] = column[start:stop]
+        if out.brushes is not None and gaussians.brushes is not None:
+            out.brushes[:] = gaussians.brushes[start:stop]
 
+    rows = RowSource(
+        len(gaussians),
+        gaussians.sh.shape[1],
+        lambda: nullcontext(decode),
+        block_rows=max(len(gaussians), 1),
+        encoding=Encoding(scales="linear"),
+        has_brushes=gaussians.brushes is not None,
+        count_used=lambda: int(gaussians.sh.shape[1]),
+        is_active=True,
+        num_dropped=notes.rows_dropped,
+    )
     return SceneFile(
         path=path,
         format=f"{notes.format}, {_in_words(time, moving.duration)}",
         num_rows=len(gaussians) + notes.rows_dropped,
         num_terms=gaussians.sh.shape[1],
-        read_columns=read_columns,
+        open_rows=lambda: rows,
         up=notes.up,
-        is_strokes=notes.is_strokes,
         training=notes.training,
         unknown=notes.unknown,
-        scene=notes.scene,
-        first_view=notes.first_view,
-        brushes=notes.brushes,
+        stored=Stored(notes.scene, notes.first_view, notes.brushes, is_strokes=notes.is_strokes),
         moment=time,
     )
 
 
 def _in_words(time: float, duration: float) -> str:
     return f"moment {time:.2f} s of {duration:.2f} s"
-
-
-def _columns(gaussians: Gaussians, *, is_raw: bool) -> Columns:
-    """Columns of their own, which may be written to."""
-    columns = Columns.empty(len(gaussians), gaussians.sh.shape[1])
-    for name, column in gaussians.columns().items():
-        getattr(columns, name)[...] = column
-    columns.brushes = None if gaussians.brushes is None else gaussians.brushes.copy()
-    if is_raw:
-        with np.errstate(divide="ignore"):
-            np.log(columns.scales, out=columns.scales)
-            columns.opacities[:] = np.log(columns.opacities) - np.log1p(-columns.opacities)
-    return columns

@@ -20,7 +20,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain
 from brushgs.formats.moving.formula import NOMINAL_DURATION, NOMINAL_RATE, RawRows, clip_of
 from brushgs.formats.scenes import ply
-from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding
+from brushgs.formats.scenes.columns import Columns, Encoding
 from brushgs.formats.scenes.ply_header import open_rows, parse_header
 from brushgs.formats.scenes.rows import SceneFile
 from brushgs.values.arrays import F32
@@ -70,7 +70,7 @@ def read_timed(path: Path, what: str, names: Sequence[str]) -> TimedPly:
         if name not in vertex.names:
             rule = f"no property {name!r} among {len(vertex.names)} read, which a {what} has"
             raise SceneError(path, f"{rule}; export it with all of its columns")
-    columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
+    columns, _ = file.read_columns(is_raw=True)
     more = np.empty((len(names), vertex.count), np.float32)
     block_rows = max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
     with open_rows(path, header, vertex, block_rows) as rows:
@@ -85,7 +85,7 @@ def read_timed(path: Path, what: str, names: Sequence[str]) -> TimedPly:
         format=f"{what}, {layout}",
         num_rows=file.num_rows,
         num_terms=file.num_terms,
-        read_columns=file.read_columns,
+        open_rows=file.open_rows,
         up=file.up,
         training=file.training,
         unknown=tuple(name for name in file.unknown if name not in names),

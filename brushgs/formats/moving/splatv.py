@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, read_exactly
-from brushgs.formats.moving.formula import RawRows, clip_of, read_nothing
+from brushgs.formats.moving.formula import RawRows, clip_of, open_nothing
 from brushgs.formats.scenes.columns import Columns, Encoding
 from brushgs.formats.scenes.rows import SceneFile
 from brushgs.formats.schema import decode, shown
@@ -66,7 +66,7 @@ def open_moving(path: Path) -> MovingScene:
     centers, widths = rows["center"].astype(np.float32), np.abs(rows["width"].astype(np.float64))
     stored = {f"motion_{index}": motion[:, index // 3, index % 3] for index in range(9)}
     stored |= {f"omega_{index}": spin[:, index] for index in range(4)} | {"trbf_center": centers}
-    source = SceneFile(path, "splaTV", len(rows), 1, read_nothing)
+    source = SceneFile(path, "splaTV", len(rows), 1, open_nothing)
     raw = RawRows(
         columns,
         stored,

@@ -10,9 +10,7 @@ Sources: Khronos, KHR_gaussian_splatting (release candidate); Cesium's drafts of
 
 import warnings
 from collections.abc import Iterator
-from contextlib import nullcontext
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,16 +20,13 @@ from msgspec import Struct
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.gltf_file import CURE, Extensions, GltfArray, GltfFile, Model, placed_nodes
 from brushgs.formats.scenes.columns import (
-    STANDARD,
     Columns,
     Encoding,
     Scales,
     check_decoded_size,
-    drop_zero_bands,
 )
-from brushgs.formats.scenes.dropped import Dropped
 from brushgs.formats.scenes.placed import NOTES, Placement, is_turned_by, read_notes
-from brushgs.formats.scenes.rows import Decoder, SceneFile, activate_rows, fill, fill_parts
+from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile, decoder_of_parts
 from brushgs.formats.scenes.spz import open_data
 from brushgs.formats.scenes.stored import Stored
 from brushgs.formats.schema import shown
@@ -68,18 +63,22 @@ class PackedSplats:
         """Spherical-harmonic terms of each."""
         return self.scene.num_terms
 
-    def read(self, columns: Columns, *, is_raw: bool) -> tuple[Columns, Dropped]:
-        """Decode into columns of as many rows; see `ColumnReader`."""
-        found, _ = self.scene.read_columns(encoding=STANDARD, is_raw=True)
-        for name in ("means", "quats", "scales", "opacities"):
-            getattr(columns, name)[:] = getattr(found, name)
-        columns.sh[:, : self.num_terms] = found.sh
-        columns.sh[:, self.num_terms :] = 0
-        self.placement.apply(columns, self.num_terms)
-        if is_raw:
-            return columns, Dropped()
-        num_rest = columns.sh.shape[1] - 1
-        return activate_rows(columns, STANDARD, first_row=0, num_rest=num_rest, is_logit=True)
+    def decoder(self) -> Decoder:
+        """Decodes rows to the standard layout, placed in the world."""
+        with self.scene.open_rows().open_decoder() as unpack:  # of bytes in memory: nothing is closed
+            pass
+
+        def decode(start: int, stop: int, out: Columns) -> None:
+            found = Columns.empty(stop - start, self.num_terms)
+            unpack(start, stop, found)
+            found.standardize(Encoding(opacities="linear"))
+            for name in ("means", "quats", "scales", "opacities"):
+                getattr(out, name)[:] = getattr(found, name)
+            out.sh[:, : self.num_terms] = found.sh
+            out.sh[:, self.num_terms :] = 0
+            self.placement.apply(out, self.num_terms)
+
+        return decode
 
 
 def open_packed(
@@ -184,18 +183,22 @@ class _Splats:
         scales: Scales = "log" if self.are_scales_logs else "linear"
         return Encoding(scales, "linear", "xyzw", "rgb" if self.are_colors_rgb else "sh")
 
-    def read(self, columns: Columns, *, is_raw: bool) -> tuple[Columns, Dropped]:
-        """Decode into columns of as many rows; see `ColumnReader`."""
-        return fill(
-            columns,
-            lambda: nullcontext(_decoder(self)),
-            block_rows=_BLOCK_ROWS,
-            num_rest=columns.sh.shape[1] - 1,
-            is_sequential=False,
-            is_logit=True,
-            encoding=STANDARD,
-            is_raw=is_raw,
-        )
+    def decoder(self) -> Decoder:
+        """Decodes rows to the standard layout, placed in the world."""
+
+        def decode(start: int, stop: int, out: Columns) -> None:
+            out.means[:] = self.means.read(start, stop)
+            out.quats[:] = self.quats.read(start, stop)
+            out.scales[:] = self.scales.read(start, stop)
+            out.opacities[:] = self.opacities.read(start, stop)[:, -1]
+            out.sh[:, 0] = self.colors.read(start, stop)[:, :3]
+            for term, array in enumerate(self.rest, start=1):
+                out.sh[:, term] = array.read(start, stop)
+            out.sh[:, self.num_terms :] = 0
+            out.standardize(self.encoding)
+            self.placement.apply(out, self.num_terms)
+
+        return decode
 
 
 def open_scene(path: Path) -> SceneFile:
@@ -223,25 +226,20 @@ def open_scene(path: Path) -> SceneFile:
         path, num_rows, num_terms, file.size, max_growth=MAX_GROWTH if packed else _MAX_PLAIN_GROWTH
     )
 
-    def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
-        parts = [(some.num_rows, partial(some.read, is_raw=is_raw)) for some in splats]
-        columns, dropped = fill_parts(parts, num_terms, stored.rows_of_brushes(num_rows))
-        if not is_raw:
-            drop_zero_bands(columns)
-        return stored.in_order(columns), dropped
+    def open_rows() -> RowSource:
+        open_decoder = decoder_of_parts([(some.num_rows, some.decoder) for some in splats])
+        is_whole = bool(packed)
+        return RowSource(num_rows, num_terms, open_decoder, _BLOCK_ROWS, is_logit=True, is_whole=is_whole)
 
     return SceneFile(
         path=path,
         format=_format(splats),
         num_rows=num_rows,
         num_terms=num_terms,
-        read_columns=read_columns,
+        open_rows=open_rows,
         up=None if is_ours else "+y",  # by the standard of glTF, which every viewer follows
-        is_strokes=stored.is_strokes,
         training=_training(stored, packed, is_packed=len(packed) == len(splats)),
-        scene=stored.scene,
-        first_view=stored.first_view,
-        brushes=stored.brushes,
+        stored=stored,
         unknown=tuple(dict.fromkeys([*unknown, *(name for scene in packed for name in scene.unknown)])),
     )
 
@@ -428,21 +426,3 @@ def _check_extensions(file: _File, primitive: _Primitive, unknown: dict[str, Non
         if own.get("colorSpace") == "lin_rec709_display":
             message = "was trained in linear colours (lin_rec709_display), which are painted too dark"
             warnings.warn(SceneWarning(f"{file.path}: {message}; lighten it, or train in sRGB"), stacklevel=2)
-
-
-def _decoder(splats: _Splats) -> Decoder:
-    """Decodes rows to the standard layout, placed in the world."""
-
-    def decode(start: int, stop: int, out: Columns) -> None:
-        out.means[:] = splats.means.read(start, stop)
-        out.quats[:] = splats.quats.read(start, stop)
-        out.scales[:] = splats.scales.read(start, stop)
-        out.opacities[:] = splats.opacities.read(start, stop)[:, -1]
-        out.sh[:, 0] = splats.colors.read(start, stop)[:, :3]
-        for term, array in enumerate(splats.rest, start=1):
-            out.sh[:, term] = array.read(start, stop)
-        out.sh[:, 1 + len(splats.rest) :] = 0
-        out.standardize(splats.encoding)
-        splats.placement.apply(out, 1 + len(splats.rest))
-
-    return decode

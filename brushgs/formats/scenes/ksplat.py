@@ -11,7 +11,7 @@ import struct
 from bisect import bisect_right
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import accumulate
 from pathlib import Path
@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import NoGaussiansError, SceneError
 from brushgs.formats.files import open_plain, read_exactly
-from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size, drop_zero_bands
-from brushgs.formats.scenes.dropped import Dropped
+from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
 
 _HEADER_SIZE, _SECTION_SIZE = 4096, 1024
@@ -199,22 +198,8 @@ def open_scene(path: Path) -> SceneFile:
         format=f".ksplat, compression level {header.level}",
         num_rows=num_rows,
         num_terms=num_terms,
-        read_columns=partial(_read_columns, path, header, num_rows, num_terms),
         open_rows=partial(_open_rows, path, header, num_rows, num_terms),
     )
-
-
-def _read_columns(
-    path: Path, header: Header, num_rows: int, num_terms: int, *, encoding: Encoding, is_raw: bool
-) -> tuple[Columns, Dropped]:
-    """See `ColumnReader`."""
-    rows = _open_rows(path, header, num_rows, num_terms)
-    columns, dropped = rows.read(Columns.empty(num_rows, num_terms), is_raw=is_raw)
-    if is_raw:
-        columns.standardize(replace(_ENCODING, opacities="linear"))
-    else:
-        drop_zero_bands(columns)
-    return columns, dropped
 
 
 def _open_rows(path: Path, header: Header, num_rows: int, num_terms: int) -> RowSource:
@@ -244,9 +229,6 @@ def _open_rows(path: Path, header: Header, num_rows: int, num_terms: int) -> Row
         num_terms,
         open_decoder,
         block_rows=_BLOCK_ROWS,
-        num_rest=num_terms - 1,
-        is_sequential=False,
-        is_logit=False,
         encoding=_ENCODING,
     )
 

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from brushgs.errors import NoGaussiansError, SceneError
 from brushgs.formats.files import open_plain
 from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size
-from brushgs.formats.scenes.dropped import Dropped
 from brushgs.formats.scenes.ply_header import (
     BRUSH,
     Element,
@@ -38,10 +37,9 @@ from brushgs.formats.scenes.ply_inria import (
     is_flat,
     open_inria,
     read_columns_of,
-    read_inria,
 )
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
-from brushgs.formats.scenes.stored import Stored, read_stored
+from brushgs.formats.scenes.stored import read_stored
 from brushgs.values.arrays import F32, U32
 from brushgs.values.notes import Training
 from brushgs.values.sh import C0
@@ -78,10 +76,8 @@ def check_compressed(path: Path, header: Header, vertex: Element) -> int:
     return 1 if rest is None else count_terms(path, rest)
 
 
-def read_compressed(
-    path: Path, header: Header, vertex: Element, num_terms: int, size: int, stored: Stored, *, is_raw: bool
-) -> tuple[Columns, Dropped]:
-    """Read and decode the rows of element `vertex` with their chunks.
+def open_compressed(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> RowSource:
+    """The rows of element `vertex` with their chunks.
 
     Args:
         path: the file.
@@ -89,26 +85,10 @@ def read_compressed(
         vertex: an element that passed `check_compressed`.
         num_terms: the spherical-harmonic terms that this returned.
         size: bytes of the whole file.
-        stored: what its comments record.
-        is_raw: whether to return all rows with log-scales and logits, neither checked nor activated.
-
-    Returns:
-        The columns, and the dropped rows.
 
     Raises:
         SceneError: if the file is cut off or chunks do not match the rows.
     """
-    rows = open_compressed(path, header, vertex, num_terms, size)
-    empty = Columns.empty(vertex.count, num_terms)
-    empty.brushes = stored.rows_of_brushes(vertex.count)
-    columns, dropped = rows.read(empty, is_raw=is_raw)
-    if is_raw:
-        columns.standardize(Encoding(opacities="linear"))
-    return stored.in_order(columns), dropped
-
-
-def open_compressed(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> RowSource:
-    """The rows, not yet in the order of strokes. Takes and raises the same."""
     rest = header.find("sh") if num_terms > 1 else None
     for element in (vertex,) if rest is None else (vertex, rest):
         check_size(path, header, element, size)
@@ -141,10 +121,7 @@ def open_compressed(path: Path, header: Header, vertex: Element, num_terms: int,
         num_terms,
         open_decoder,
         block_rows=_BLOCK_ROWS,
-        num_rest=num_terms - 1,
         is_sequential=header.is_ascii,
-        is_logit=False,
-        encoding=STANDARD,
     )
 
 
@@ -270,20 +247,14 @@ def open_scene(path: Path) -> SceneFile:
     check = check_compressed if has_chunks else check_inria
     num_terms = check(path, header, vertex)
 
-    def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
+    def open_rows(encoding: Encoding = STANDARD) -> RowSource:
+        warn_of_surplus(path, header, size)
         source = path, header, vertex, num_terms, size
-        if has_chunks:
-            columns, dropped = read_compressed(*source, stored, is_raw=is_raw)
-        else:
-            columns, dropped = read_inria(*source, encoding=encoding, is_raw=is_raw)
-        warn_of_surplus(path, header, size)
-        return columns, dropped
-
-    def open_rows() -> RowSource:
-        warn_of_surplus(path, header, size)
-        return (open_compressed if has_chunks else open_inria)(path, header, vertex, num_terms, size)
+        return open_compressed(*source) if has_chunks else open_inria(*source, encoding)
 
     stored = read_stored(path, lambda: read_comments(header.view_text))
+    if not has_chunks:  # rows lie in order, and have a column of brushes
+        stored = stored._replace(counts=None, order=None)
     known = PACKED if has_chunks else read_columns_of(num_terms) | ({BRUSH} if has_brushes(vertex) else set())
     layout = "compressed PLY" if has_chunks else "PLY"
     return SceneFile(
@@ -291,15 +262,11 @@ def open_scene(path: Path) -> SceneFile:
         format=f"{layout}, {_ENCODINGS[header.encoding]}",
         num_rows=vertex.count,
         num_terms=num_terms,
-        read_columns=read_columns,
         has_fixed_encoding=has_chunks,
         up=header.up,
-        is_strokes=header.is_strokes,
         training=_training(header, vertex),
         unknown=_unknown(vertex, known),
-        scene=stored.scene,
-        first_view=stored.first_view,
-        brushes=stored.brushes,
+        stored=stored._replace(is_strokes=header.is_strokes),
         open_rows=open_rows,
     )
 

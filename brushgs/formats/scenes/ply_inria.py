@@ -9,6 +9,7 @@ Source: Kerbl et al. 2023, Yu et al. 2024, Huang et al. 2024, layouts of the ref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,6 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size
-from brushgs.formats.scenes.dropped import Dropped
 from brushgs.formats.scenes.ply_header import BRUSH, Element, Header, check_size, open_rows
 from brushgs.formats.scenes.rows import Decoder, RowSource
 
@@ -99,17 +99,10 @@ def count_terms(path: Path, element: Element) -> int:
     return _NUM_REST[len(rest)]
 
 
-def read_inria(
-    path: Path,
-    header: Header,
-    vertex: Element,
-    num_terms: int,
-    size: int,
-    *,
-    encoding: Encoding,
-    is_raw: bool,
-) -> tuple[Columns, Dropped]:
-    """Read and decode the rows of element `vertex`.
+def open_inria(
+    path: Path, header: Header, vertex: Element, num_terms: int, size: int, encoding: Encoding
+) -> RowSource:
+    """The rows of element `vertex`.
 
     Args:
         path: the file.
@@ -118,45 +111,22 @@ def read_inria(
         num_terms: the spherical-harmonic terms that this returned.
         size: bytes of the whole file.
         encoding: what the numbers mean.
-        is_raw: whether to return all rows and bands as stored, neither checked nor activated.
-
-    Returns:
-        The columns without bands of spherical harmonics that are zero throughout, and the dropped rows.
 
     Raises:
         SceneError: if the file is cut off or a value is no number.
     """
-    _check_sizes(path, header, vertex, num_terms, size)
-    num_used = num_terms if is_raw else _count_used_terms(path, header, vertex, num_terms)
-    rows = _rows_of(path, header, vertex, num_terms, num_used, encoding)
-    empty = Columns.empty(vertex.count, num_used, has_brushes=has_brushes(vertex))
-    return rows.read(empty, is_raw=is_raw)
-
-
-def open_inria(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> RowSource:
-    """The rows, in the standard encoding, with all bands. Takes and raises the same as `read_inria`."""
-    _check_sizes(path, header, vertex, num_terms, size)
-    return _rows_of(path, header, vertex, num_terms, num_terms, STANDARD)
-
-
-def _check_sizes(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> None:
     check_size(path, header, vertex, size)
     check_decoded_size(path, vertex.count, num_terms, size)
+    has_filter, has_brush = FILTER_3D in vertex.names, has_brushes(vertex)
 
-
-def _block_rows(vertex: Element) -> int:
-    return max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
-
-
-def _rows_of(
-    path: Path, header: Header, vertex: Element, num_terms: int, num_used: int, encoding: Encoding
-) -> RowSource:
-    layout = _RowLayout(vertex.dtype, num_terms, num_used, is_flat=is_flat(header, vertex))
-    has_filter = FILTER_3D in vertex.names
+    @cache
+    def layout_of(num_used: int) -> _RowLayout:
+        return _RowLayout(vertex.dtype, num_terms, num_used, is_flat=is_flat(header, vertex))
 
     def decode(rows: NDArray[np.void], out: Columns) -> None:
         if out.brushes is not None:
             out.brushes[:] = rows[BRUSH]
+        layout = layout_of(out.sh.shape[1])
         layout.decode(rows, out, flat=0 if encoding.scales == "linear" else -np.inf)
         if has_filter:  # its formula is one of standard values
             out.standardize(encoding)
@@ -169,14 +139,19 @@ def _rows_of(
 
     return RowSource(
         vertex.count,
-        num_used,
+        num_terms,
         open_decoder,
         block_rows=_block_rows(vertex),
-        num_rest=num_terms - 1,
-        is_sequential=header.is_ascii,
-        is_logit=True,
         encoding=STANDARD if has_filter else encoding,
+        is_logit=True,
+        is_sequential=header.is_ascii,
+        has_brushes=has_brush,
+        count_used=lambda: _count_used_terms(path, header, vertex, num_terms),
     )
+
+
+def _block_rows(vertex: Element) -> int:
+    return max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
 
 
 def _smooth(out: Columns, widths: NDArray[Any]) -> None:

@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.moving.moment import open_moment
@@ -57,7 +56,7 @@ def read_files(files: Sequence[SceneFile], encoding: Encoding = STANDARD) -> tup
             raise SceneError(file.path, f"is a {file.format}, whose encoding is fixed; omit the encoding")
     parts, rows_dropped = [], 0
     for file in files:
-        columns, dropped = file.read_columns(encoding=encoding, is_raw=False)
+        columns, dropped = file.read_columns(encoding)
         dropped.report(file.path, file.num_rows)
         rows_dropped += dropped.num_rows
         if encoding.is_standard and not file.has_fixed_encoding:
@@ -75,12 +74,6 @@ def read_files(files: Sequence[SceneFile], encoding: Encoding = STANDARD) -> tup
     return columns.gaussians(antialiased=notes.training == "antialiased"), notes
 
 
-def read_raw(path: str | Path, lod: int | None = None) -> tuple[Columns, SceneFile]:
-    """`read_raw_parts` of a scene in one file."""
-    ((columns, file),) = read_raw_parts(path, lod)
-    return columns, file
-
-
 def read_raw_parts(scene: SceneFiles, lod: int | None = None) -> list[tuple[Columns, SceneFile]]:
     """Read all rows of a scene as stored, neither checked nor decoded.
 
@@ -95,7 +88,7 @@ def read_raw_parts(scene: SceneFiles, lod: int | None = None) -> list[tuple[Colu
     Raises:
         SceneError: if a file is of no known format or is damaged.
     """
-    return [(file.read_columns(encoding=STANDARD, is_raw=True)[0], file) for file in open_files(scene, lod)]
+    return [(file.read_columns(is_raw=True)[0], file) for file in open_files(scene, lod)]
 
 
 def open_files(scene: SceneFiles, lod: int | None, encoding: Encoding = STANDARD) -> list[SceneFile]:

@@ -1,133 +1,126 @@
 """The contract of all scene formats: a `SceneFile` with its header read, whose rows can then be read.
 
-Rows are read into columns block by block, by several threads for large files. Each block is decoded at its
-place in the finished columns and checked while it is in the cache. Rows that cannot be drawn leave gaps,
-which are closed in place at the end, so that a scene is never in memory twice.
+A format decodes rows `start` to `stop` of its file into columns (`Decoder`); all else is done here. Rows are
+read block by block, by several threads for large files. Each block is decoded at its place in the finished
+columns and checked while it is in the cache. Rows that cannot be drawn leave gaps, which are closed in place
+at the end, so that a scene is never in memory twice.
 
-Scenes that are larger than memory are read a block at a time. Binary PLY of both layouts, .splat and .ksplat
-are read as they lie in the file, and ASCII PLY in order. Of SPZ the decompressed bytes are in memory, 19 to
-64 a Gaussian; of SOG, glTF and USD all numbers of one file, 56 to 236 bytes a Gaussian: a large scene in
-these is best in several files.
+Scenes that are larger than memory are read a block at a time. Binary PLY of both layouts, .splat, .ksplat,
+glTF and USD are read as they lie in the file, and ASCII PLY in order. Of SPZ the decompressed bytes are in
+memory, 19 to 64 a Gaussian, and of SOG the decoded pictures, 20 to 24.
 """
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
+from itertools import accumulate
 from pathlib import Path
-from typing import Protocol
+from threading import Lock
+from weakref import WeakValueDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgs.core.threads import num_threads_or_default
-from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding
+from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, drop_zero_bands
 from brushgs.formats.scenes.dropped import Dropped, drop_faults
+from brushgs.formats.scenes.stored import NOTHING, Stored
 from brushgs.values.camera import FirstView
 from brushgs.values.notes import Training
 
 _ROWS_PER_THREAD = 100_000  # below this, a thread costs more than it saves
 _MAX_THREADS = 4  # more only wait for memory
+BLOCK_ROWS = 1 << 18  # of a scene without spherical harmonics 15 MB, and some 100 MB of work on them
+SAMPLE_ROWS = 1 << 18  # of a whole scene, about
+_RUN = 1 << 12  # rows of a sample that lie together: a page of the file is not read for one of them
 
 Decoder = Callable[[int, int, Columns], None]  # (start, stop, where to write raw values)
 
 
-def fill(
-    columns: Columns,
-    open_decoder: Callable[[], AbstractContextManager[Decoder]],
-    *,
-    block_rows: int,
-    num_rest: int,
-    is_sequential: bool,
-    is_logit: bool,
-    encoding: Encoding,
-    is_raw: bool,
-    first_row: int = 0,
-) -> tuple[Columns, Dropped]:
-    """Fill columns block by block; the result does not depend on the number of threads.
-
-    Args:
-        columns: as many rows as the file has, or as are wanted of it.
-        open_decoder: context that gives a function which decodes rows `start` to `stop` of the file into the
-            columns handed to it; entered once per thread, with floating-point warnings off.
-        block_rows: rows decoded at a time.
-        num_rest: f_rest coefficients per channel in the file, for the names of columns in messages.
-        is_sequential: whether rows must be decoded in order, so by one thread.
-        is_logit: whether opacities are decoded to logits; else they are 0 to 1.
-        encoding: what the decoded values mean.
-        is_raw: whether to keep all rows as decoded: nothing is checked, dropped or activated.
-        first_row: of the file, that the columns begin with.
-
-    Returns:
-        The rows that can be drawn, in order, as views of `columns`; and the dropped ones.
-    """
-    from concurrent.futures import ThreadPoolExecutor
-
-    num_rows = len(columns.means)
-    num_threads = 1 if is_sequential else _count_threads(num_rows)
-    blocks_per_thread = -(-num_rows // (num_threads * block_rows))
-
-    def work(part: int) -> list[tuple[int, int, Dropped]]:
-        first = part * blocks_per_thread * block_rows
-        last = min(first + blocks_per_thread * block_rows, num_rows)
-        done = []
-        # Values beyond float32 become infinity and NaN stays NaN: both are found below.
-        with np.errstate(all="ignore"), open_decoder() as decode:
-            for start in range(first, last, block_rows):
-                stop = min(start + block_rows, last)
-                block, dropped = columns.part(start, stop), Dropped()
-                row = first_row + start
-                decode(row, first_row + stop, block)
-                if not is_raw:
-                    block, dropped = activate_rows(
-                        block, encoding, first_row=row, num_rest=num_rest, is_logit=is_logit
-                    )
-                done.append((start, len(block.means), dropped))
-        return done
-
-    with ThreadPoolExecutor(num_threads) as pool:
-        parts = list(pool.map(work, range(num_threads)))
-    return _close_gaps(columns, (block for part in parts for block in part))
-
-
 @dataclass(frozen=True)
 class RowSource:
-    """The rows of a file, of which any can be read: what `fill` takes, but for the columns.
+    """The rows of a file, of which any can be read.
 
     Attributes:
         num_rows: that the file has.
-        num_terms: spherical-harmonic terms that are decoded.
-        open_decoder: see `fill`, as all that follow.
+        num_terms: spherical-harmonic terms of each: 1, 4, 9 or 16.
+        open_decoder: context that gives a function which decodes rows `start` to `stop` of the file into the
+            columns handed to it; entered once per thread, with floating-point warnings off. The columns have
+            `num_terms` terms; where the format counts the terms that are used, they may have only these.
         block_rows: rows decoded at a time.
-        num_rest: f_rest coefficients per channel in the file.
-        is_sequential: whether rows must be decoded in order.
-        is_logit: whether opacities are decoded to logits.
         encoding: what the decoded values mean.
+        is_logit: whether opacities are decoded to logits once `encoding` is applied; else they are 0 to 1.
+        is_sequential: whether rows must be decoded in order, so by one thread.
         is_whole: whether all of the file is in memory, since its rows cannot be read apart.
+        has_brushes: whether the brush of each row is decoded.
+        count_used: terms up to the highest band that is not zero in every row, of formats that can tell
+            before rows are decoded; None for others, whose zero bands are dropped afterwards.
+        is_active: whether values are decoded to those of Gaussians, which need no check.
+        num_dropped: rows that cannot be drawn and are not among these.
     """
 
     num_rows: int
     num_terms: int
     open_decoder: Callable[[], AbstractContextManager[Decoder]]
     block_rows: int
-    num_rest: int
-    is_sequential: bool
-    is_logit: bool
-    encoding: Encoding
+    encoding: Encoding = STANDARD
+    is_logit: bool = False
+    is_sequential: bool = False
     is_whole: bool = False
+    has_brushes: bool = False
+    count_used: Callable[[], int] | None = None
+    is_active: bool = False
+    num_dropped: int = 0
 
     def read(self, columns: Columns, *, first_row: int = 0, is_raw: bool = False) -> tuple[Columns, Dropped]:
-        """`fill` columns with rows from `first_row` on."""
-        return fill(
-            columns,
-            self.open_decoder,
-            block_rows=self.block_rows,
-            num_rest=self.num_rest,
-            is_sequential=self.is_sequential,
-            is_logit=self.is_logit,
-            encoding=self.encoding,
-            is_raw=is_raw,
-            first_row=first_row,
-        )
+        """Fill columns block by block; the result does not depend on the number of threads.
+
+        Args:
+            columns: as many rows as are wanted.
+            first_row: that they begin with.
+            is_raw: whether to keep all rows as log-scales and logits, neither checked nor activated.
+
+        Returns:
+            The rows that can be drawn, in order, as views of `columns`; and the dropped ones.
+
+        Raises:
+            SceneError: if the file is damaged.
+        """
+        from concurrent.futures import ThreadPoolExecutor
+
+        num_rows, block_rows = len(columns.means), self.block_rows
+        num_threads = 1 if self.is_sequential else _count_threads(num_rows)
+        blocks_per_thread = -(-num_rows // (num_threads * block_rows))
+
+        def work(part: int) -> list[tuple[int, int, Dropped]]:
+            first = part * blocks_per_thread * block_rows
+            last = min(first + blocks_per_thread * block_rows, num_rows)
+            done = []
+            # Values beyond float32 become infinity and NaN stays NaN: both are found below.
+            with np.errstate(all="ignore"), self.open_decoder() as decode:
+                for start in range(first, last, block_rows):
+                    stop = min(start + block_rows, last)
+                    block, dropped = columns.part(start, stop), Dropped()
+                    decode(first_row + start, first_row + stop, block)
+                    if not (is_raw or self.is_active):
+                        block, dropped = activate_rows(
+                            block,
+                            self.encoding,
+                            first_row=first_row + start,
+                            num_rest=self.num_terms - 1,
+                            is_logit=self.is_logit,
+                        )
+                    done.append((start, len(block.means), dropped))
+            return done
+
+        with ThreadPoolExecutor(num_threads) as pool:
+            parts = list(pool.map(work, range(num_threads)))
+        kept, dropped = _close_gaps(columns, (block for part in parts for block in part))
+        encoding = self.encoding if self.is_logit else replace(self.encoding, opacities="linear")
+        if is_raw and not encoding.is_standard:
+            kept.standardize(encoding)
+        dropped.num_broken += self.num_dropped
+        return kept, dropped
 
 
 def activate_rows(
@@ -168,63 +161,48 @@ def _close_gaps(columns: Columns, blocks: Iterator[tuple[int, int, Dropped]]) ->
     return columns.part(0, total), dropped
 
 
-PartReader = Callable[[Columns], tuple[Columns, Dropped]]
-
-
-def fill_parts(
-    parts: Sequence[tuple[int, PartReader]], num_terms: int, brushes: NDArray[np.uint8] | None = None
-) -> tuple[Columns, Dropped]:
-    """Read parts into the columns of one scene.
+def decoder_of_parts(
+    parts: Sequence[tuple[int, Callable[[], Decoder]]],
+) -> Callable[[], AbstractContextManager[Decoder]]:
+    """The `open_decoder` of rows that lie in several parts, one after the other.
 
     Args:
-        parts: of each the number of rows and a function that fills columns of so many rows, as `fill` does.
-        num_terms: spherical-harmonic terms of the scene; a part without the last of them sets these to 0.
-        brushes: [rows of all parts] of strokes; None if there are none.
-
-    Returns:
-        The rows that can be drawn, in order, as views of one set of columns; and the dropped ones.
+        parts: of each the number of rows and a function that opens it. A part is opened where a row of it is
+            wanted, and in memory until another is; threads share it.
     """
-    columns = Columns.empty(sum(num_rows for num_rows, _ in parts), num_terms)
-    columns.brushes = brushes
-    start, total, dropped = 0, 0, Dropped()
-    for num_rows, read in parts:
-        kept, part_dropped = read(columns.part(start, start + num_rows))
-        if total < start:
-            columns.move(slice(start, start + len(kept.means)), total)
-        total += len(kept.means)
-        dropped.add(_shifted(part_dropped, start))
-        start += num_rows
-    return columns.part(0, total), dropped
+    ends = list(accumulate(num_rows for num_rows, _ in parts))
+    shared: WeakValueDictionary[int, Decoder] = WeakValueDictionary()
+    latest: list[Decoder] = []
+    lock = Lock()
 
+    def opened(number: int) -> Decoder:
+        with lock:
+            decode = shared.get(number)
+            if decode is None:
+                latest.clear()  # before another takes its memory
+                decode = shared[number] = parts[number][1]()
+                latest.append(decode)
+            return decode
 
-def _shifted(dropped: Dropped, start: int) -> Dropped:
-    """The same rows, counted from the start of the scene."""
-    broken, unrotated = dropped.broken, dropped.unrotated
-    return replace(
-        dropped,
-        broken=None if broken is None else (broken[0] + start, *broken[1:]),
-        unrotated=None if unrotated is None else unrotated + start,
-    )
+    @contextmanager
+    def open_decoder() -> Iterator[Decoder]:
+        current: tuple[int, Decoder] | None = None
 
+        def decode(start: int, stop: int, out: Columns) -> None:
+            nonlocal current
+            first = start
+            while first < stop:
+                number = bisect_right(ends, first)
+                begin, last = ends[number] - parts[number][0], min(stop, ends[number])
+                if current is None or current[0] != number:
+                    current = None
+                    current = number, opened(number)
+                current[1](first - begin, last - begin, out.part(first - start, last - start))
+                first = last
 
-class ColumnReader(Protocol):
-    """Reads all rows of one scene file."""
+        yield decode
 
-    def __call__(self, *, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
-        """Read the rows, most simply through `fill`.
-
-        Args:
-            encoding: what the numbers mean; always the standard one if the format has a fixed encoding.
-            is_raw: whether to return all rows and all terms as they would be in the standard layout
-                (log-scales and logits), neither checked nor activated.
-
-        Returns:
-            The rows that can be drawn, activated, without bands of spherical harmonics that are zero
-            throughout; and the dropped rows.
-
-        Raises:
-            SceneError: if the file is damaged.
-        """
+    return open_decoder
 
 
 @dataclass(frozen=True)
@@ -236,71 +214,73 @@ class SceneFile:
         format: layout and encoding in words, such as "PLY, binary little-endian".
         num_rows: Gaussians that it holds, >= 1.
         num_terms: spherical-harmonic terms stored of each: 1, 4, 9 or 16.
-        read_columns: reads the rows.
+        open_rows: opens the rows, as they lie in the file; raises a SceneError if it is damaged. Of a format
+            without a fixed encoding it takes the encoding, the standard one if it is not given.
         has_fixed_encoding: whether the format leaves no doubt what its numbers mean.
         up: axis that the file names as up, "+x" to "-z"; None if it names none.
-        is_strokes: whether the file states that its Gaussians are strokes that brushgs made.
-        training: how they were trained, as far as the file states it.
+        training: how its Gaussians were trained, as far as the file states it.
         unknown: columns or extensions of the file that are not read, by name.
-        scene: name of the scene that strokes were made of; None if the file names none.
-        first_view: how that scene is seen; None if the file does not say.
-        brushes: names or paths of the brushes that strokes have rows of, as far as the file states them.
+        stored: what the file records of strokes that brushgs made, and of the scene that they were made of.
         moment: of a moving scene, whose moment this is: seconds from its start; None for a scene at rest.
-        open_rows: gives rows in the standard encoding one block at a time, without what `read_columns` does
-            to all of them: bands that are zero are decoded too, and strokes are in no order; raises a
-            SceneError where that does. None for formats whose rows can only be decoded all at once.
     """
 
     path: Path
     format: str
     num_rows: int
     num_terms: int
-    read_columns: ColumnReader
+    open_rows: Callable[..., RowSource]
     has_fixed_encoding: bool = True
     up: str | None = None
-    is_strokes: bool = False
     training: Training = "default"
     unknown: tuple[str, ...] = ()
-    scene: str | None = None
-    first_view: FirstView | None = None
-    brushes: tuple[str, ...] = ()
+    stored: Stored = NOTHING
     moment: float | None = None
-    open_rows: Callable[[], RowSource] | None = None
 
+    @property
+    def is_strokes(self) -> bool:
+        """Whether the file states that its Gaussians are strokes that brushgs made."""
+        return self.stored.is_strokes
 
-BLOCK_ROWS = 1 << 18  # of a scene without spherical harmonics 15 MB, and some 100 MB of work on them
-SAMPLE_ROWS = 1 << 18  # of a whole scene, about
-_RUN = 1 << 12  # rows of a sample that lie together: a page of the file is not read for one of them
+    @property
+    def scene(self) -> str | None:
+        """Name of the scene that strokes were made of; None if the file names none."""
+        return self.stored.scene
 
+    @property
+    def first_view(self) -> FirstView | None:
+        """How that scene is seen; None if the file does not say."""
+        return self.stored.first_view
 
-def open_rows(file: SceneFile) -> RowSource:
-    """The rows of a file of any format.
+    @property
+    def brushes(self) -> tuple[str, ...]:
+        """Names or paths of the brushes that strokes have rows of, as far as the file states them."""
+        return self.stored.brushes
 
-    Raises:
-        SceneError: if it is damaged.
-    """
-    if file.open_rows is not None:
-        return file.open_rows()
-    whole, _ = file.read_columns(encoding=STANDARD, is_raw=True)
+    def read_columns(self, encoding: Encoding = STANDARD, *, is_raw: bool = False) -> tuple[Columns, Dropped]:
+        """Read all rows.
 
-    def decode(start: int, stop: int, out: Columns) -> None:
-        part = whole.part(start, stop)
-        for field in fields(Columns):
-            if (column := getattr(out, field.name)) is not None:
-                column[:] = getattr(part, field.name)
+        Args:
+            encoding: what the numbers mean; that of the format where it is fixed.
+            is_raw: whether to return all rows and all terms as they would be in the standard layout
+                (log-scales and logits), neither checked nor activated.
 
-    num_terms = whole.sh.shape[1]
-    return RowSource(
-        len(whole.means),
-        num_terms,
-        lambda: nullcontext(decode),
-        block_rows=_RUN,
-        num_rest=num_terms - 1,
-        is_sequential=False,
-        is_logit=True,
-        encoding=STANDARD,
-        is_whole=True,
-    )
+        Returns:
+            The rows that can be drawn, activated, without bands of spherical harmonics that are zero
+            throughout; and the dropped rows.
+
+        Raises:
+            SceneError: if the file is damaged.
+        """
+        rows = self.open_rows() if self.has_fixed_encoding else self.open_rows(encoding)
+        is_counted = rows.count_used is not None and not is_raw
+        num_terms = rows.count_used() if rows.count_used is not None and is_counted else rows.num_terms
+        columns = Columns.empty(rows.num_rows, num_terms, has_brushes=rows.has_brushes)
+        if not rows.has_brushes:
+            columns.brushes = self.stored.rows_of_brushes(rows.num_rows)
+        columns, dropped = rows.read(columns, is_raw=is_raw)
+        if not (is_raw or is_counted):
+            drop_zero_bands(columns)
+        return self.stored.in_order(columns), dropped
 
 
 def read_blocks(

@@ -4,8 +4,8 @@ A pixel of each picture belongs to one Gaussian, in rows from the top left. A sc
 `meta.json`, or a zip archive of the same files.
 """
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from math import prod
@@ -18,9 +18,8 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_bytes
 from brushgs.formats.pictures.still import stated_size
-from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size, drop_zero_bands
-from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.rows import Decoder, SceneFile, fill
+from brushgs.formats.scenes.columns import Columns, check_decoded_size
+from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile, decoder_of_parts
 from brushgs.formats.scenes.sog_meta import Meta, Palette, SceneFiles, count_palette, open_files, parse_meta
 from brushgs.formats.schema import MAX_BYTES
 from brushgs.values.arrays import F32
@@ -68,27 +67,14 @@ def open_scene(path: Path) -> SceneFile:
         SceneError: if something is missing or does not fit.
     """
     sog = open_sog(path)
-    stored = sog.meta.stored
-
-    def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
-        columns = Columns.empty(sog.meta.num_rows, sog.num_terms)
-        columns.brushes = stored.rows_of_brushes(sog.meta.num_rows)
-        columns, dropped = read_rows(sog, columns, is_raw=is_raw)
-        if not is_raw:
-            drop_zero_bands(columns)
-        return stored.in_order(columns), dropped
-
     return SceneFile(
         path=path,
         format=f"SOG version {sog.meta.version}",
         num_rows=sog.meta.num_rows,
         num_terms=sog.num_terms,
-        read_columns=read_columns,
+        open_rows=lambda: rows_of([(sog, [(0, sog.meta.num_rows)])], sog.num_terms),
         training=sog.meta.training,
-        is_strokes=stored.is_strokes,
-        scene=stored.scene,
-        first_view=stored.first_view,
-        brushes=stored.brushes,
+        stored=sog.meta.stored,
     )
 
 
@@ -110,26 +96,33 @@ def open_sog(path: Path) -> Sog:
     return Sog(path, meta, num_entries, num_terms, size)
 
 
-def read_rows(
-    sog: Sog, columns: Columns, *, is_raw: bool, runs: list[tuple[int, int]] | None = None
-) -> tuple[Columns, Dropped]:
-    """Decode the pictures of a scene.
+def rows_of(parts: Sequence[tuple[Sog, list[tuple[int, int]]]], num_terms: int) -> RowSource:
+    """The rows of scenes one after the other, whose pictures are decoded where a row of them is wanted.
 
     Args:
-        sog: the scene.
-        columns: where to; with at least as many terms as the scene has, the others are set to 0.
-        is_raw: whether to keep all rows, as log-scales and logits, neither checked nor activated.
-        runs: first row and the row after the last of each part that is wanted; None for all rows. They add
-            up to the rows of `columns`.
+        parts: each scene, and of it the first row and the row after the last of each run that is wanted.
+        num_terms: spherical-harmonic terms; a scene without the last of them sets these to 0.
+    """
+    counts = [sum(stop - start for start, stop in runs) for _, runs in parts]
+    is_logit = all(sog.meta.version == 1 for sog, _ in parts)
+    openers = [partial(_open_decoder, sog, runs, is_logit=is_logit) for sog, runs in parts]
+    return RowSource(
+        sum(counts),
+        num_terms,
+        decoder_of_parts(list(zip(counts, openers, strict=True))),
+        block_rows=_BLOCK_ROWS,
+        is_logit=is_logit,
+        is_whole=True,
+    )
 
-    Returns:
-        The rows that can be drawn, as views of `columns`, and the dropped ones.
+
+def _open_decoder(sog: Sog, runs: list[tuple[int, int]], *, is_logit: bool) -> Decoder:
+    """Decode the pictures of a scene.
 
     Raises:
         SceneError: if a picture is damaged.
     """
     meta = sog.meta
-    runs = [(0, meta.num_rows)] if runs is None else runs
     with open_files(sog.path) as files:
         names = list(meta.pictures)
         if meta.palette is not None:
@@ -148,19 +141,10 @@ def read_rows(
         pictures = [np.concatenate([picture[start:stop] for start, stop in runs]) for picture in pictures]
     else:
         pictures = [picture[slice(*runs[0])] for picture in pictures]
-    filled, dropped = fill(
-        columns,
-        lambda: nullcontext(_decoder(meta, pictures, palette)),
-        block_rows=_BLOCK_ROWS,
-        num_rest=columns.sh.shape[1] - 1,
-        is_sequential=False,
-        is_logit=meta.version == 1,
-        encoding=STANDARD,
-        is_raw=is_raw,
-    )
-    if is_raw and meta.version == 2:
-        filled.standardize(Encoding(opacities="linear"))
-    return filled, dropped
+    opacities = meta.opacities
+    if meta.version == 1 and not is_logit:  # beside scenes of version 2
+        opacities = 1 / (1 + np.exp(-opacities))
+    return _decoder(meta, pictures, palette, opacities)
 
 
 def _size_of(files: SceneFiles, name: str) -> tuple[int, int]:
@@ -219,7 +203,7 @@ def _words(low: U8, high: U8) -> NDArray[np.uint16]:
     return np.asarray(high.astype(np.uint16) << 8 | low)
 
 
-def _decoder(meta: Meta, pictures: list[U8], palette: F32 | None) -> Decoder:
+def _decoder(meta: Meta, pictures: list[U8], palette: F32 | None, opacities: F32) -> Decoder:
     """Decodes rows of the pictures: low and high bytes of means, quats, scales, colours and any labels."""
 
     def decode(start: int, stop: int, out: Columns) -> None:
@@ -237,7 +221,7 @@ def _decoder(meta: Meta, pictures: list[U8], palette: F32 | None) -> Decoder:
             out.means[:, index] = meta.means[index][_words(low[:, index], high[:, index])]
             out.scales[:, index] = meta.log_scales[index][scales[:, index]]
             out.sh[:, 0, index] = meta.colors[index][colors[:, index]]
-        out.opacities[:] = meta.opacities[colors[:, 3]]
+        out.opacities[:] = opacities[colors[:, 3]]
         _unpack_quats(quats, out.quats)
 
     return decode

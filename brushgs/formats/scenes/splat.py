@@ -10,7 +10,6 @@ Source: https://github.com/antimatter15/splat.
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -20,7 +19,6 @@ from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.files import open_plain, read_exactly, replacing
 from brushgs.formats.format import SPLAT_ROW_SIZE
 from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
-from brushgs.formats.scenes.dropped import Dropped
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
 from brushgs.formats.scenes.stored import NOTHING, Stored
 from brushgs.formats.scenes.write import finite_scales, rounded, unit_quats
@@ -51,17 +49,8 @@ def open_scene(path: Path) -> SceneFile:
         format=".splat",
         num_rows=size // SPLAT_ROW_SIZE,
         num_terms=1,
-        read_columns=partial(_read_columns, path, size // SPLAT_ROW_SIZE),
         open_rows=partial(_open_rows, path, size // SPLAT_ROW_SIZE),
     )
-
-
-def _read_columns(path: Path, num_rows: int, *, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
-    """See `ColumnReader`."""
-    columns, dropped = _open_rows(path, num_rows).read(Columns.empty(num_rows, 1), is_raw=is_raw)
-    if is_raw:
-        columns.standardize(replace(_ENCODING, opacities="linear"))
-    return columns, dropped
 
 
 def _open_rows(path: Path, num_rows: int) -> RowSource:
@@ -91,9 +80,6 @@ def _open_rows(path: Path, num_rows: int) -> RowSource:
         1,
         open_decoder,
         block_rows=_BLOCK_ROWS,
-        num_rest=0,
-        is_sequential=False,
-        is_logit=False,
         encoding=_ENCODING,
     )
 

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneWarning
 from brushgs.formats.files import open_plain
-from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size, find_used_terms
-from brushgs.formats.scenes.dropped import Dropped
+from brushgs.formats.scenes.columns import Columns, check_decoded_size, find_used_terms
 from brushgs.formats.scenes.rows import RowSource, SceneFile
 from brushgs.formats.scenes.spz_container import (
     NUM_HEADER_BYTES,
@@ -29,7 +28,7 @@ from brushgs.formats.scenes.spz_container import (
     read_extensions,
     read_header,
 )
-from brushgs.formats.scenes.stored import Stored, parse_text, read_stored
+from brushgs.formats.scenes.stored import parse_text, read_stored
 from brushgs.values.arrays import F32, U32
 from brushgs.values.sh import sh_basis
 
@@ -156,60 +155,26 @@ def open_data(path: Path, data: bytes) -> SceneFile:
         format=f"SPZ, version {header.version}",
         num_rows=header.num_rows,
         num_terms=header.num_terms,
-        read_columns=partial(_read_columns, path, data, header, extensions, stored),
         up=extensions.up,
         training="antialiased" if header.is_antialiased else "default",
         unknown=unknown,
-        is_strokes=stored.is_strokes,
-        scene=stored.scene,
-        first_view=stored.first_view,
-        brushes=stored.brushes,
+        stored=stored,
         open_rows=partial(_open_rows, path, data, header, extensions),
     )
 
 
-def _read_columns(
-    path: Path,
-    data: bytes,
-    header: Header,
-    extensions: Extensions,
-    stored: Stored,
-    *,
-    encoding: Encoding,
-    is_raw: bool,
-) -> tuple[Columns, Dropped]:
-    """See `ColumnReader`."""
-    blocks, surplus = read_blocks(path, data, header)
-    num_terms = header.num_terms if is_raw else count_used_terms(blocks.sh, header.num_terms)
-    empty = Columns.empty(header.num_rows, num_terms)
-    empty.brushes = stored.rows_of_brushes(header.num_rows)
-    columns, dropped = _rows_of(blocks, header, extensions).read(empty, is_raw=is_raw)
-    if is_raw:
-        columns.standardize(Encoding(opacities="linear"))
-    if surplus:
-        _warn_of_surplus(path, surplus)
-    return stored.in_order(columns), dropped
-
-
 def _open_rows(path: Path, data: bytes, header: Header, extensions: Extensions) -> RowSource:
-    """See `SceneFile`: the bytes of the whole file are decompressed, 19 to 64 a Gaussian."""
+    """The bytes of the whole file are decompressed, 19 to 64 a Gaussian."""
     blocks, surplus = read_blocks(path, data, header)
     if surplus:
         _warn_of_surplus(path, surplus)
-    return _rows_of(blocks, header, extensions)
-
-
-def _rows_of(blocks: Blocks, header: Header, extensions: Extensions) -> RowSource:
     return RowSource(
         header.num_rows,
         header.num_terms,
         lambda: nullcontext(partial(decode, blocks, header, extensions.is_mirrored)),
         block_rows=_BLOCK_ROWS,
-        num_rest=header.num_terms - 1,
-        is_sequential=False,
-        is_logit=False,
-        encoding=STANDARD,
         is_whole=True,
+        count_used=lambda: count_used_terms(blocks.sh, header.num_terms),
     )
 
 

@@ -6,7 +6,6 @@ so one is read; 0 is the finest. The format is defined by splat-transform and th
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,10 +14,9 @@ from msgspec import Meta, Struct
 from brushgs.errors import SceneError
 from brushgs.formats.files import find_within, is_dir, read_whole
 from brushgs.formats.pictures.images import MAX_PIXELS
-from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size, drop_zero_bands
-from brushgs.formats.scenes.dropped import Dropped
-from brushgs.formats.scenes.rows import SceneFile, fill_parts
-from brushgs.formats.scenes.sog import MAX_GROWTH, Sog, open_sog, read_rows
+from brushgs.formats.scenes.columns import check_decoded_size
+from brushgs.formats.scenes.rows import SceneFile
+from brushgs.formats.scenes.sog import MAX_GROWTH, Sog, open_sog, rows_of
 from brushgs.formats.schema import MAX_BYTES, SMALL_OBJECT, as_count, decode, shown
 
 INDEX = "lod-meta.json"
@@ -70,17 +68,6 @@ def open_scene(path: Path, lod: int | None = None) -> SceneFile:
     size = sum(sog.size for sog, _ in parts)
     check_decoded_size(index, totals[level], num_terms, size, max_growth=MAX_GROWTH)
     trainings = {sog.meta.training for sog, _ in parts}
-
-    def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
-        readers = [
-            (sum(stop - start for start, stop in runs), partial(read_rows, sog, is_raw=is_raw, runs=runs))
-            for sog, runs in parts
-        ]
-        columns, dropped = fill_parts(readers, num_terms)
-        if not is_raw:
-            drop_zero_bands(columns)
-        return columns, dropped
-
     counts = ", ".join(f"{total:,}" for total in totals)
     environment = ", its environment not read" if value.environment else ""
     return SceneFile(
@@ -88,7 +75,7 @@ def open_scene(path: Path, lod: int | None = None) -> SceneFile:
         format=f"streamed SOG, level {level} of 0 to {len(totals) - 1} ({counts} Gaussians){environment}",
         num_rows=totals[level],
         num_terms=num_terms,
-        read_columns=read_columns,
+        open_rows=lambda: rows_of(parts, num_terms),
         training=trainings.pop() if len(trainings) == 1 else "default",
     )
 

@@ -7,9 +7,7 @@ does. Rows keep their order, but for strokes with brushes, which are sorted by t
 """
 
 import json
-from contextlib import nullcontext
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -20,10 +18,9 @@ from numpy.typing import NDArray
 from brushgs.errors import SceneError
 from brushgs.formats.files import replacing
 from brushgs.formats.gltf_file import SCENE_NODE
-from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size, drop_zero_bands
-from brushgs.formats.scenes.dropped import Dropped
+from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.placed import NOTES, Placement, is_turned_by, notes_of, read_notes
-from brushgs.formats.scenes.rows import Decoder, SceneFile, fill, fill_parts
+from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile, decoder_of_parts
 from brushgs.formats.scenes.stored import MAX_TEXT, NOTHING, Stored, text_of
 from brushgs.formats.scenes.write import brush_order, finite_scales, unit_quats
 from brushgs.formats.schema import parse_json
@@ -53,20 +50,8 @@ class _Part:
     def num_terms(self) -> int:
         return int(self.columns["sh"].shape[1])
 
-    def read(self, columns: Columns, *, is_raw: bool) -> tuple[Columns, Dropped]:
-        """Decode into columns of as many rows; see `ColumnReader`."""
-        return fill(
-            columns,
-            lambda: nullcontext(self._decoder()),
-            block_rows=_BLOCK_ROWS,
-            num_rest=columns.sh.shape[1] - 1,
-            is_sequential=False,
-            is_logit=True,
-            encoding=STANDARD,
-            is_raw=is_raw,
-        )
-
-    def _decoder(self) -> Decoder:
+    def decoder(self) -> Decoder:
+        """Decodes rows to the standard layout, placed in the world."""
         placement = Placement(self.matrix)
 
         def decode(start: int, stop: int, out: Columns) -> None:
@@ -101,25 +86,19 @@ def open_scene(path: Path) -> SceneFile:
     num_rows, num_terms = sum(part.num_rows for part in parts), max(part.num_terms for part in parts)
     check_decoded_size(path, num_rows, num_terms, path.stat().st_size, max_growth=_MAX_GROWTH)
 
-    def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
-        readers = [(part.num_rows, partial(part.read, is_raw=is_raw)) for part in parts]
-        columns, dropped = fill_parts(readers, num_terms, stored.rows_of_brushes(num_rows))
-        if not is_raw:
-            drop_zero_bands(columns)
-        return stored.in_order(columns), dropped
+    def open_rows() -> RowSource:
+        open_decoder = decoder_of_parts([(part.num_rows, part.decoder) for part in parts])
+        return RowSource(num_rows, num_terms, open_decoder, _BLOCK_ROWS, is_logit=True)
 
     return SceneFile(
         path=path,
         format="USD with ParticleField3DGaussianSplat",
         num_rows=num_rows,
         num_terms=num_terms,
-        read_columns=read_columns,
+        open_rows=open_rows,
         up=None if is_ours or up is None else f"+{up.lower()}",
-        is_strokes=stored.is_strokes,
         training="antialiased" if stored.antialiased else "default",
-        scene=stored.scene,
-        first_view=stored.first_view,
-        brushes=stored.brushes,
+        stored=stored,
     )
 
 

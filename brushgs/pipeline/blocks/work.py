@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from brushgs.formats.scenes.columns import drop_zero_bands
 from brushgs.formats.scenes.dropped import Dropped
 from brushgs.formats.scenes.open_file import open_file
-from brushgs.formats.scenes.rows import BLOCK_ROWS, RowSource, open_rows, read_blocks
+from brushgs.formats.scenes.rows import BLOCK_ROWS, RowSource, read_blocks
 from brushgs.passes.reduce.block_merge import CellSums, cell_sums
 from brushgs.passes.reduce.block_table import CellTable
 from brushgs.passes.reduce.features import SceneFrame
@@ -43,7 +43,7 @@ class OpenFiles:
         """The rows of a file."""
         if self._rows is None or self._rows[0] != number:
             self._rows = None  # before another takes its memory
-            self._rows = number, open_rows(open_file(self._paths[number], self._lod))
+            self._rows = number, open_file(self._paths[number], self._lod).open_rows()
         return self._rows[1]
 
 

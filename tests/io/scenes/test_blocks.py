@@ -12,7 +12,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.scenes.columns import Columns
 from brushgs.formats.scenes.dropped import Dropped
 from brushgs.formats.scenes.open_file import open_file
-from brushgs.formats.scenes.rows import open_rows, read_blocks, sample_rows
+from brushgs.formats.scenes.rows import read_blocks, sample_rows
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import ksplat_format
@@ -51,7 +51,7 @@ def joined(path: Path, block_rows: int) -> tuple[Columns, Dropped]:
     """All blocks of a file behind each other."""
     file = open_file(path, None)
     parts, dropped = [], Dropped()
-    for columns, some in read_blocks(open_rows(file), 0, file.num_rows, block_rows):
+    for columns, some in read_blocks(file.open_rows(), 0, file.num_rows, block_rows):
         assert len(columns.means) + some.num_rows <= block_rows
         parts.append(columns)
         dropped.add(some)
@@ -94,15 +94,15 @@ def test_a_file_that_is_cut_off_is_refused_before_the_first_block(tmp_path: Path
     file = open_file(path, None)
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(SceneError, match="cut off"):
-        open_rows(open_file(path, None))
+        open_file(path, None).open_rows()
     with pytest.raises(SceneError, match="became shorter while it was read"):
-        list(read_blocks(open_rows(file), 0, NUM))
+        list(read_blocks(file.open_rows(), 0, NUM))
 
 
 def test_a_sample_is_spread_over_the_whole_file(tmp_path: Path) -> None:
     columns = scene_columns(20_000)
     columns["x"][:] = np.arange(20_000)
-    rows = open_rows(open_file(write_scene(tmp_path / "a.ply", columns), None))
+    rows = open_file(write_scene(tmp_path / "a.ply", columns), None).open_rows()
     sample = sample_rows(rows, 8192).means[:, 0]
     assert len(sample) == 8192
     assert (sample[0], sample[-1]) == (0, 19_999)

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 import brushgs as bg
 from brushgs.formats import read_scene
 from brushgs.formats.scenes import gltf
-from brushgs.formats.scenes.columns import STANDARD
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0, sh_basis
 from tests.io.scenes import spz_format
@@ -101,7 +100,7 @@ def test_names_and_colours_of_the_first_draft_are_read(tmp_path: Path) -> None:
 def test_raw_rows_are_in_the_standard_layout(tmp_path: Path) -> None:
     attributes = make(20, 1)
     file = gltf.open_scene(model_of(attributes).write(tmp_path / "a.glb"))
-    columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
+    columns, _ = file.read_columns(is_raw=True)
     np.testing.assert_allclose(columns.scales, np.log(attributes[f"{PREFIX}SCALE"]), rtol=1e-6)
     assert columns.opacities[:2].tolist() == [-np.inf, np.inf]
 

@@ -7,7 +7,7 @@ import pytest
 import brushgs.formats.scenes.rows
 from brushgs import SceneError
 from brushgs.formats import load, read_scene
-from brushgs.formats.scenes.read import read_raw
+from brushgs.formats.scenes.read import read_raw_parts
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import ksplat_format as ksplat
 from tests.io.scenes.witness import NAMES, as_gaussforge_reads, assert_alike, convert
@@ -88,12 +88,12 @@ def test_bands_that_are_zero_are_dropped(tmp_path: Path, level: int) -> None:
     scene["rest"][:, :, 3:] = 0
     gaussians, notes = read_scene(write(tmp_path / "a.ksplat", ksplat.encode([scene], level)))
     assert (gaussians.sh_degree, notes.sh_degree_stored, notes.sh_degree_used) == (1, 3, 1)
-    assert read_raw(tmp_path / "a.ksplat")[0].sh.shape == (400, 16, 3)
+    assert read_raw_parts(tmp_path / "a.ksplat")[0][0].sh.shape == (400, 16, 3)
 
 
 def test_rows_read_raw_are_logits_and_log_scales(tmp_path: Path) -> None:
     data = ksplat.encode([ksplat.make(50)], 1)
-    columns = read_raw(write(tmp_path / "a.ksplat", data))[0]
+    columns = read_raw_parts(write(tmp_path / "a.ksplat", data))[0][0]
     plain = ksplat.decode(data)
     np.testing.assert_allclose(columns.scales, np.log(plain["scales"]), rtol=1e-6)
     with np.errstate(divide="ignore"):

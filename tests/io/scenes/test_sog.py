@@ -13,7 +13,6 @@ from brushgs.formats import read_scene
 from brushgs.formats.format import NUM_FIRST_BYTES
 from brushgs.formats.registry import SCENE_FORMATS
 from brushgs.formats.scenes import sog
-from brushgs.formats.scenes.columns import STANDARD
 from tests.io.scenes.sog_maker import decode_row, files_of, make, webp, write_bundle, write_folder, zipped
 from tests.scenes import real_scene
 
@@ -60,7 +59,7 @@ def test_folder_meta_and_archive_are_one_scene(tmp_path: Path, version: int) -> 
 def test_raw_rows_hold_log_scales_and_logits(tmp_path: Path, version: int) -> None:
     scene = make(60, 2, version)
     file = sog.open_scene(write_bundle(tmp_path / "a.sog", scene))
-    columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
+    columns, _ = file.read_columns(is_raw=True)
     expected = [decode_row(scene, row) for row in range(60)]
     np.testing.assert_allclose(columns.scales, np.log([row["scales"] for row in expected]), rtol=1e-6)
     with np.errstate(divide="ignore"):
@@ -135,7 +134,7 @@ def test_bands_that_are_zero_throughout_are_dropped(tmp_path: Path) -> None:
     gaussians, notes = read_scene(path)
     assert (notes.sh_degree_stored, notes.sh_degree_used) == (2, 1)
     assert gaussians.sh.shape == (30, 4, 3)
-    columns, _ = sog.open_scene(path).read_columns(encoding=STANDARD, is_raw=True)
+    columns, _ = sog.open_scene(path).read_columns(is_raw=True)
     assert columns.sh.shape == (30, 9, 3)
 
 

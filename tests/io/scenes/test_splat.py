@@ -7,7 +7,7 @@ import pytest
 import brushgs.formats.scenes.rows
 from brushgs import SceneError, SceneWarning
 from brushgs.formats import load, read_scene
-from brushgs.formats.scenes.read import read_raw
+from brushgs.formats.scenes.read import read_raw_parts
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import splat_format as splat
 from tests.io.scenes.witness import NAMES, as_gaussforge_reads, assert_alike, convert
@@ -51,7 +51,7 @@ def test_the_ends_of_opacities_and_the_identity_are_exact(tmp_path: Path) -> Non
 
 def test_rows_read_raw_are_logits_and_log_scales(tmp_path: Path) -> None:
     data = splat.encode(splat.make(50))
-    columns = read_raw(write(tmp_path / "a.splat", data))[0]
+    columns = read_raw_parts(write(tmp_path / "a.splat", data))[0][0]
     plain = splat.decode(data)
     np.testing.assert_allclose(columns.scales, np.log(plain["scales"]), rtol=1e-6)
     with np.errstate(divide="ignore"):

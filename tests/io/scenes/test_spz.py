@@ -11,8 +11,7 @@ import zstandard
 import brushgs.formats.scenes.rows
 from brushgs import Gaussians, SceneError, SceneWarning
 from brushgs.formats import load, read_scene
-from brushgs.formats.scenes.columns import STANDARD
-from brushgs.formats.scenes.read import read_raw
+from brushgs.formats.scenes.read import read_raw_parts
 from brushgs.formats.scenes.spz import open_data
 from brushgs.values.sh import sh_basis
 from tests.io.ply_maker import scene_columns, write_scene
@@ -139,7 +138,7 @@ def test_bands_that_are_zero_are_dropped(tmp_path: Path, version: int) -> None:
     path = write(tmp_path / "a.spz", spz.encode(scene, version))
     gaussians, notes = read_scene(path)
     assert (gaussians.sh_degree, notes.sh_degree_stored, notes.sh_degree_used) == (1, 3, 1)
-    assert read_raw(path)[0].sh.shape == (400, 16, 3)
+    assert read_raw_parts(path)[0][0].sh.shape == (400, 16, 3)
 
 
 @pytest.mark.parametrize("version", [2, 3, 4])
@@ -159,7 +158,7 @@ def test_an_antialiased_scene_is_told_by_its_flag(tmp_path: Path, version: int) 
 
 def test_rows_read_raw_are_logits_and_log_scales(tmp_path: Path) -> None:
     scene = spz.make(100, 1)
-    columns, file = read_raw(write(tmp_path / "a.spz", spz.encode(scene, 4)))
+    ((columns, file),) = read_raw_parts(write(tmp_path / "a.spz", spz.encode(scene, 4)))
     plain = spz.decode(spz.encode(scene, 4))
     np.testing.assert_allclose(columns.scales, plain["log_scales"], atol=0)
     opacities = np.array(plain["opacities"])
@@ -171,7 +170,7 @@ def test_rows_read_raw_are_logits_and_log_scales(tmp_path: Path) -> None:
 @pytest.mark.parametrize("version", VERSIONS)
 def test_a_scene_within_another_file_is_read_from_its_bytes(tmp_path: Path, version: int) -> None:
     data = spz.encode(spz.make(40, 1), version)
-    columns, _ = open_data(Path("a.glb"), data).read_columns(encoding=STANDARD, is_raw=False)
+    columns, _ = open_data(Path("a.glb"), data).read_columns()
     assert_equal(columns.gaussians(), load(write(tmp_path / "a.spz", data)))
     with pytest.raises(
         SceneError, match=r"a\.glb: holds no SPZ scene: it begins with b'other'; export it again"

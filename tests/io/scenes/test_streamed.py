@@ -9,7 +9,6 @@ import pytest
 import brushgs as bg
 from brushgs.formats import read_scene
 from brushgs.formats.scenes import streamed
-from brushgs.formats.scenes.columns import STANDARD
 from tests.io.scenes.sog_maker import decode_row, make, write_folder
 from tests.scenes import real_scene
 
@@ -96,7 +95,7 @@ def test_only_the_rows_that_a_leaf_names_are_read(tmp_path: Path) -> None:
     tree = node(leaf({0: (0, 90, 10)}), leaf({0: (0, 20, 30)}))
     index = write_set(tmp_path, {"x/y": scene}, tree, 1)
     assert_rows(bg.load(index), [decode_row(scene, row) for row in (*range(20, 50), *range(90, 100))])
-    columns, _ = streamed.open_scene(index).read_columns(encoding=STANDARD, is_raw=True)
+    columns, _ = streamed.open_scene(index).read_columns(is_raw=True)
     assert len(columns.means) == 40
 
 

@@ -10,7 +10,7 @@ import brushgs as bg
 from brushgs.doctor import cure, examine_file, run_doctor
 from brushgs.formats import read_scene
 from brushgs.formats.scenes.columns import Encoding
-from brushgs.formats.scenes.read import read_raw
+from brushgs.formats.scenes.read import read_raw_parts
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import decoded, scene_columns, write_scene
 from tests.scenes import still_life_of
@@ -208,7 +208,7 @@ def test_columns_that_are_not_read_are_named(tmp_path: Path) -> None:
 def test_reading_raw_gives_the_standard_values_of_a_filter(tmp_path: Path) -> None:
     columns, widths = scene_columns(30), np.full(30, 0.05, np.float32)
     path = write_scene(tmp_path / "a.ply", columns | {"filter_3D": widths})
-    raw, file = read_raw(path)
+    ((raw, file),) = read_raw_parts(path)
     expected = filtered(columns, widths)
     np.testing.assert_allclose(raw.scales, np.log(expected["scales"]), rtol=1e-6, atol=1e-6)
     assert file.training == "antialiased"
