@@ -118,11 +118,6 @@ def unpainted(alpha: Array, plain_alpha: Array) -> float:
     return _beyond(plain_alpha, alpha) / _total(plain_alpha)
 
 
-def spilt(alpha: Array, plain_alpha: Array) -> float:
-    """Alpha of a painting beyond that of the plain picture, as a share of the latter, >= 0."""
-    return _beyond(alpha, plain_alpha) / _total(plain_alpha)
-
-
 def _beyond(more: Array, less: Array) -> float:
     check("likeness", alpha=(more, "H W"), plain_alpha=(less, "H W"))
     return float(np.maximum(more - less, 0).sum(dtype=np.float64))

@@ -9,9 +9,7 @@ The painted area of a mark, by which everything is weighted, is the area of its 
 its opacity.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import chain, repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +26,7 @@ POP = 0.2  # of the area of a mark: a larger change of its painted area in one s
 
 @dataclass(frozen=True)
 class MarkFigures:
-    """What happened to the marks of a clip; 0 is the best of each, and `mark_figures` defines them.
+    """What happened to the marks of a clip; 0 is the best of each, and `MarkMeter` defines them.
 
     Attributes:
         size_drift: octaves, flatness: by how much sizes on the picture differ from those of the first frame.
@@ -48,57 +46,6 @@ class MarkFigures:
     births: float
     deaths: float
     pops: float
-
-
-def mark_figures(
-    boxes: Iterable[Boxes],
-    flows: Iterable[SceneFlow],
-    *,
-    width: int,
-    height: int,
-    fps: float,
-    in_space: bool = True,
-) -> MarkFigures:
-    """Measure the marks of a clip. Marks are matched by id from each frame to the next.
-
-    *Flatness*: do the sizes and directions of marks on the picture stay what they were, whatever comes
-    nearer? The size of a mark is log2 of the geometric mean of its two sides in pixels, its direction its
-    angle modulo half a turn. The distribution of each in a frame, weighted by painted area, is compared with
-    that of the first frame by the earth mover's distance, for directions on the circle (Rabin, Delon and
-    Gousseau 2011): how far paint has to be moved, on average. The drift is the mean over the frames after
-    the first. 1 octave is twice the size.
-
-    *Motion coherence*: do marks move as what they show? For each mark in both frames of a step that shows
-    the scene (`SceneFlow.at`), its own motion minus the flow of the scene at it, from the later frame. The
-    slip is the root of the mean square, weighted by the mean painted area of both frames, in pixels and in
-    sizes of the mark in the later frame.
-
-    *Temporal continuity*: does paint come and go by degrees? Births are marks of the later frame without a
-    box in the earlier one, deaths the reverse, pops marks of both whose painted area changes by more than
-    0.2 of the larger of their two areas. Each is weighted by its painted area, of a pop the mean of both, so
-    a mark that fades in over several frames is hardly born at all; marks that do not lie within the inner
-    part of the picture (a tenth of the smaller side from the border) do not count, since they may have come
-    over the border. The sum over all steps is divided by the mean painted area of a frame and by the seconds
-    of the clip.
-
-    Args:
-        boxes: the marks of each frame, in the order of the frames, at least one frame.
-        flows: of each step, from a frame to the next.
-        width: of the picture, pixels.
-        height: of the picture, pixels.
-        fps: frames a second, > 0.
-        in_space: whether the depths of the marks are those of the scene; where they lie on the picture they
-            are only an order.
-
-    Raises:
-        ValueError: if there is no frame, a step has no flow, or `fps` or the size is not positive.
-    """
-    if width < 1 or height < 1 or not fps > 0:
-        raise ValueError(f"mark_figures: size and fps must be > 0, got {width}x{height} at {fps:g}")
-    meter = MarkMeter(width=width, height=height, in_space=in_space)
-    for found, flow in zip(boxes, chain([None], flows, repeat(None)), strict=False):
-        meter.add(found, flow)
-    return meter.figures(fps)
 
 
 def earth_movers(values: F64, weights: F64, others: F64, other_weights: F64) -> float:
@@ -168,15 +115,38 @@ class _Marks(NamedTuple):
 
 
 class MarkMeter:
-    """Measures the marks of a clip frame by frame, see `mark_figures`.
+    """Measures the marks of a clip frame by frame. Marks are matched by id from each frame to the next.
+
+    *Flatness*: do the sizes and directions of marks on the picture stay what they were, whatever comes
+    nearer? The size of a mark is log2 of the geometric mean of its two sides in pixels, its direction its
+    angle modulo half a turn. The distribution of each in a frame, weighted by painted area, is compared with
+    that of the first frame by the earth mover's distance, for directions on the circle (Rabin, Delon and
+    Gousseau 2011): how far paint has to be moved, on average. The drift is the mean over the frames after
+    the first. 1 octave is twice the size.
+
+    *Motion coherence*: do marks move as what they show? For each mark in both frames of a step that shows
+    the scene (`SceneFlow.at`), its own motion minus the flow of the scene at it, from the later frame. The
+    slip is the root of the mean square, weighted by the mean painted area of both frames, in pixels and in
+    sizes of the mark in the later frame.
+
+    *Temporal continuity*: does paint come and go by degrees? Births are marks of the later frame without a
+    box in the earlier one, deaths the reverse, pops marks of both whose painted area changes by more than
+    0.2 of the larger of their two areas. Each is weighted by its painted area, of a pop the mean of both, so
+    a mark that fades in over several frames is hardly born at all; marks that do not lie within the inner
+    part of the picture (a tenth of the smaller side from the border) do not count, since they may have come
+    over the border. The sum over all steps is divided by the mean painted area of a frame and by the seconds
+    of the clip.
 
     Args:
         width: of the picture, pixels.
         height: of the picture, pixels.
-        in_space: see `mark_figures`.
+        in_space: whether the depths of the marks are those of the scene; where they lie on the picture they
+            are only an order.
     """
 
     def __init__(self, *, width: int, height: int, in_space: bool = True) -> None:
+        if width < 1 or height < 1:
+            raise ValueError(f"MarkMeter: the size must be > 0, got {width}x{height}")
         self._width, self._height, self._in_space = width, height, in_space
         self._first: _Marks | None = None
         self._before: _Marks | None = None
@@ -204,7 +174,7 @@ class MarkMeter:
         if before is None:
             return
         if flow is None:
-            raise ValueError(f"mark_figures: {self._frames} frames need as many flows less one")
+            raise ValueError(f"MarkMeter: {self._frames} frames need as many flows less one")
         self._sizes.append(earth_movers(first.sizes, first.weights, now.sizes, now.weights))
         angles = first.angles, first.weights, now.angles, now.weights
         self._directions.append(circular_earth_movers(*angles, period=np.pi))
@@ -231,10 +201,12 @@ class MarkMeter:
         """Of all frames so far; `fps` frames a second, > 0.
 
         Raises:
-            ValueError: if there is no frame.
+            ValueError: if there is no frame, or `fps` is not above 0.
         """
+        if not fps > 0:
+            raise ValueError(f"MarkMeter: fps must be > 0, got {fps:g}")
         if not self._frames:
-            raise ValueError("mark_figures: there must be a frame, got none")
+            raise ValueError("MarkMeter: there must be a frame, got none")
         rate = fps * self._frames / (max(1, self._frames - 1) * (self._area or 1.0))
         known = self._slip_weight
         return MarkFigures(

@@ -60,38 +60,6 @@ class WarpError:
     squared_error: NDArray[np.float32] | None = None
 
 
-def warp_error(
-    first: View, second: View, *, displacement: Array | None = None, keep_map: bool = False
-) -> WarpError:
-    """Flicker between two views: the second picture against the first one, moved to the second view.
-
-    The centre of each pixel of the second view is unprojected with its plain depth and projected by the
-    first camera; there the first picture is sampled bilinearly. A pixel is valid if
-    - the plain alpha is above 0.5 there and at all four pixels of the first view that are sampled,
-    - these four lie inside the first picture,
-    - the point is not hidden in the first view: the plain depth of each of the four differs from the depth
-      of the point by at most 1 %.
-    So outlines, surfaces that only one view sees, and paint beyond an outline are not measured. Bilinear
-    sampling blurs, so even the plain picture has an error above zero. What strokes add is the "excess": the
-    `rmse` of the painting minus that of the plain picture for the same pair of views (per pair first, then
-    the mean over a sequence). At gap g of a sequence the pairs are the frames (k, k + g). Source: Lai et al.
-    2018 (warping error), with exact depth and pose in place of estimated optical flow.
-
-    Args:
-        first: the earlier view.
-        second: the later view, of any size.
-        displacement: [H, W, 3] of a scene that moves: from where the surface of each pixel of the second view
-            is to where it was at the time of the first, world units, see `displacements` in
-            `brushgs.measure.flow`; the point of a pixel is moved by it before it is projected. None for a
-            scene that rests.
-        keep_map: whether the error of each pixel is returned.
-
-    To compare several paintings of one pair of views, call `match_views` once.
-    """
-    match = match_views(first, second, displacement)
-    return match.error(first.rgb, second.rgb, keep_map=keep_map)
-
-
 @dataclass(frozen=True, eq=False)
 class ViewMatch:
     """Where each valid pixel of a second view lies in a first one, see `match_views`.
@@ -123,7 +91,7 @@ class ViewMatch:
         return np.asarray(above + (below - above) * down)
 
     def error(self, first: Array, second: Array, *, keep_map: bool = False) -> WarpError:
-        """The `warp_error` of any two pictures [H, W, 3] of these views."""
+        """Flicker between two pictures [H, W, 3] of these views; with `keep_map` that of each pixel too."""
         height, width = self.second_size
         check("error", second=(second, f"{height} {width} 3"))
         difference = self.moved(first) - second.reshape(-1, 3).take(self.pixels, axis=0)
@@ -141,7 +109,28 @@ class ViewMatch:
 
 
 def match_views(first: View, second: View, displacement: Array | None = None) -> ViewMatch:
-    """Find the valid pixels of a pair of views by plain depth and alpha; takes what `warp_error` does."""
+    """Find the valid pixels of a pair of views by plain depth and alpha, to compare pictures of them.
+
+    The centre of each pixel of the second view is unprojected with its plain depth and projected by the
+    first camera; there the first picture is sampled bilinearly. A pixel is valid if
+    - the plain alpha is above 0.5 there and at all four pixels of the first view that are sampled,
+    - these four lie inside the first picture,
+    - the point is not hidden in the first view: the plain depth of each of the four differs from the depth
+      of the point by at most 1 %.
+    So outlines, surfaces that only one view sees, and paint beyond an outline are not measured. Bilinear
+    sampling blurs, so even the plain picture has an error above zero. What strokes add is the "excess": the
+    `rmse` of the painting minus that of the plain picture for the same pair of views (per pair first, then
+    the mean over a sequence). At gap g of a sequence the pairs are the frames (k, k + g). Source: Lai et al.
+    2018 (warping error), with exact depth and pose in place of estimated optical flow.
+
+    Args:
+        first: the earlier view.
+        second: the later view, of any size.
+        displacement: [H, W, 3] of a scene that moves: from where the surface of each pixel of the second view
+            is to where it was at the time of the first, world units, see `displacements` in
+            `brushgs.measure.flow`; the point of a pixel is moved by it before it is projected. None for a
+            scene that rests.
+    """
     height, width = first.depth.shape
     pixels = np.flatnonzero((second.alpha > PLAIN_ALPHA) & (second.depth > 0))
     steps = None

@@ -265,11 +265,6 @@ def project_by(gaussians: Gaussians, camera: Camera, options: ProjectOptions) ->
     return Boxes(**columns, brushes=brushes), ProjectCounts(**culled)
 
 
-def project_counted(gaussians: Gaussians, camera: Camera, **options: Any) -> tuple[Boxes, ProjectCounts]:
-    """`project_by`, its options by name."""
-    return project_by(gaussians, camera, ProjectOptions(**options))
-
-
 def view_of(camera: Camera) -> _core.View:
     """A camera as the core takes it."""
     return _core.View(

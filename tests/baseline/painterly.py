@@ -26,7 +26,7 @@ from brushgs.values.frame import Frame
 
 # The numbers below were chosen by eye and PSNR on four scenes. Flicker hardly depends on them: with 2000
 # strokes on orbits of koala and chair in steps of 1.5 degrees, eight other choices have an excess error
-# (`warp.warp_error`) of 5.5 to 6.6 and 4.4 to 5.0 of 255.
+# (`warp.match_views`) of 5.5 to 6.6 and 4.4 to 5.0 of 255.
 # Share of the strokes that each layer may use; the next one gets what is left. The cells of a layer are half
 # as wide as those of the one before.
 LAYER_SHARES = (0.03, 0.07, 0.15, 0.30, 0.45)

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import brushgs as bg
-from brushgs.measure.likeness import psnr, spilt, unpainted
+from brushgs.measure.likeness import psnr, unpainted
 from brushgs.passes.extent import robust_frame
 from brushgs.still_life import still_life, still_life_camera
 from tests.bench.machine import describe
@@ -46,6 +46,11 @@ REAL_SCENES = {
     "biker": ("biker.compressed.ply", "-y"),
 }
 AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
+
+
+def _spilt(alpha: np.ndarray, plain_alpha: np.ndarray) -> float:
+    """Alpha of a painting beyond that of the plain picture, as a share of the latter, >= 0."""
+    return float(np.maximum(alpha - plain_alpha, 0).sum() / (plain_alpha.sum() or 1))
 
 
 @dataclass(frozen=True)
@@ -83,7 +88,7 @@ class Truth:
         ]
         picture, plain = (np.concatenate([on_white(f) for f in side]) for side in (frames, self.frames))
         alpha, plain_alpha = (np.concatenate([f.alpha for f in side]) for side in (frames, self.frames))
-        return Quality(psnr(picture, plain), unpainted(alpha, plain_alpha), spilt(alpha, plain_alpha))
+        return Quality(psnr(picture, plain), unpainted(alpha, plain_alpha), _spilt(alpha, plain_alpha))
 
 
 def on_white(frame: bg.Frame) -> NDArray[np.floating]:

@@ -4,7 +4,7 @@
                                   [--places 6] [--step-deg 1.5] [--size 500] [--json FILE]
 
 At `--places` places of an orbit around the framed view two pictures are painted `--step-deg` apart, and
-`warp.warp_error` compares them on white. Strokes are those of the default pipeline (prune 0.7, cluster,
+`warp.match_views` compares them on white. Strokes are those of the default pipeline (prune 0.7, cluster,
 fitted extents, `mip`). The first table has the RMSE, its excess over that of the plain picture, the RMSE of
 the worst 1 % of pixels, the same inside boxes that flip or spin when unlocked, and PSNR to the plain picture:
 - published: extents of 2 sigma, bilinear, with and without half extents in whole pixels;

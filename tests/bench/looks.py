@@ -33,7 +33,7 @@ import numpy as np
 import brushgs as bg
 from brushgs.measure.box_events import orientation_events
 from brushgs.measure.likeness import psnr, ssim
-from brushgs.measure.warp import View, warp_error
+from brushgs.measure.warp import View
 from brushgs.options.choices import LOOKS, PLAIN_LOOK
 from brushgs.options.look import Look
 from brushgs.options.look_parts import BrushesConfig
@@ -49,6 +49,7 @@ from brushgs.values.arrays import Array
 from tests.bench.curves import placed
 from tests.bench.machine import describe
 from tests.bench.strokes import SCENES, markdown
+from tests.measure.warped import warp_error
 
 SIZE = 1280, 720
 FACE = ViewConfig(size=SIZE, look_at="part", zoom=1.9, pan=(0.0, 0.1))

@@ -81,7 +81,7 @@ def views() -> PlainViews:
 
 
 def made_labels() -> np.ndarray:
-    return clustering.cluster_labels(scene(), NUM_STROKES, seed=1).astype(np.int16)
+    return clustering.group(scene(), NUM_STROKES, seed=1).labels.astype(np.int16)
 
 
 def steps(golden: dict[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray]]:

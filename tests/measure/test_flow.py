@@ -7,10 +7,11 @@ import pytest
 
 import brushgs as bg
 from brushgs.measure.flow import SceneFlow, displacements
-from brushgs.measure.warp import View, match_views, warp_error
+from brushgs.measure.warp import View, match_views
 from brushgs.still_life import still_life_camera
 from brushgs.still_life.surfaces import turn
 from brushgs.values.quats import quat_products, quats_of
+from tests.measure.warped import warp_error
 from tests.scenes import still_life_of
 
 KERNEL = bg.StrokeTexture.open("gaussian")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from brushgs.measure.likeness import Likeness, compare, flip, psnr, rmse, spilt, ssim, unpainted
+from brushgs.measure.likeness import Likeness, compare, flip, psnr, rmse, ssim, unpainted
 
 G = np.random.default_rng(3)
 PICTURE = np.clip(G.uniform(0, 1, (40, 50, 3)), 0, 1)
@@ -90,8 +90,7 @@ def test_unpainted_and_spilt_are_shares_of_the_plain_alpha():
     painted[0] = 0.5  # half of four of them,
     painted[3] = 0.25  # and a quarter of four others
     assert unpainted(painted, plain) == pytest.approx((4 * 0.5 + 4) / 8)
-    assert spilt(painted, plain) == pytest.approx(4 * 0.25 / 8)
-    assert unpainted(plain, plain) == spilt(plain, plain) == 0
+    assert unpainted(plain, plain) == 0
     nothing = np.zeros_like(plain)
     assert unpainted(painted, nothing) == 0
     with pytest.raises(ValueError, match="plain_alpha"):

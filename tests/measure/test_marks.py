@@ -1,13 +1,14 @@
 """Flatness, coherence and continuity of marks: 0 without a defect, and more with each put in on purpose."""
 
 from dataclasses import replace
+from itertools import chain, repeat
 
 import numpy as np
 import pytest
 
 import brushgs as bg
 from brushgs.measure.flow import SceneFlow, displacements
-from brushgs.measure.marks import circular_earth_movers, earth_movers, mark_figures
+from brushgs.measure.marks import MarkMeter, circular_earth_movers, earth_movers
 from brushgs.measure.warp import View
 
 WIDTH, HEIGHT, FPS = 160, 120, 30.0
@@ -71,7 +72,10 @@ def drift():
 
 
 def measure(boxes, flows, **options):
-    return mark_figures(boxes, flows, width=WIDTH, height=HEIGHT, fps=FPS, **options)
+    meter = MarkMeter(width=WIDTH, height=HEIGHT, **options)
+    for found, flow in zip(boxes, chain([None], flows, repeat(None)), strict=False):
+        meter.add(found, flow)
+    return meter.figures(FPS)
 
 
 def renumbered(boxes, ids):
@@ -217,6 +221,8 @@ def test_what_cannot_be_measured_is_refused(drift):
     with pytest.raises(ValueError, match="there must be a frame"):
         measure([], [])
     with pytest.raises(ValueError, match="must be > 0"):
-        mark_figures(boxes, flows, width=0, height=3, fps=30)
+        MarkMeter(width=0, height=3)
+    with pytest.raises(ValueError, match="must be > 0"):
+        MarkMeter(width=9, height=9).figures(0)
     alone = measure(boxes[:1], [])
     assert (alone.size_drift, alone.slip, alone.births) == (0, None, 0)

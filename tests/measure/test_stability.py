@@ -16,10 +16,11 @@ from brushgs.measure.stability.advice import advice
 from brushgs.measure.stability.painters import all_painters
 from brushgs.measure.stability.plot import write_plot
 from brushgs.measure.stability.table import stability_table
-from brushgs.measure.warp import View, warp_error
+from brushgs.measure.warp import View
 from brushgs.options.experiments import StabilityConfig
 from brushgs.rendering.options import RenderOptions
 from tests.baseline.painterly import painterly_painters
+from tests.measure.warped import warp_error
 from tests.scenes import save_upright, still_life_of
 
 WHITE = (1.0, 1.0, 1.0)

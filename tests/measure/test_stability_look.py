@@ -12,7 +12,7 @@ from brushgs import cli
 from brushgs.formats.pictures.images import read_image
 from brushgs.measure.stability import report_stability
 from brushgs.measure.stability.look_painters import behind, is_bare, main_coat
-from brushgs.measure.warp import View, warp_error
+from brushgs.measure.warp import View
 from brushgs.options.clip import ClipConfig
 from brushgs.options.experiments import StabilityConfig
 from brushgs.options.look import Look
@@ -24,6 +24,7 @@ from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.still_life.moving import still_life_moving
+from tests.measure.warped import warp_error
 from tests.scenes import save_upright, still_life_of
 
 FEW = StabilityConfig(gaps=(1,), pairs=3, alone=1)

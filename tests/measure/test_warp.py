@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.measure.warp import View, match_views, warp_error
+from brushgs.measure.warp import View, match_views
+from tests.measure.warped import warp_error
 
 
 def camera_at(x, *, towards=0.0, size=(96, 80)):

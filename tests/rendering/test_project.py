@@ -17,7 +17,8 @@ from scipy.spatial.transform import Rotation
 from brushgs import _core
 from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering import reference
-from brushgs.rendering.project import Directions, ProjectCounts, project, project_counted
+from brushgs.rendering.options import ProjectOptions
+from brushgs.rendering.project import Directions, ProjectCounts, project, project_by
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
@@ -189,7 +190,7 @@ def test_an_antialiased_disc_vanishes_edge_on_and_stays_face_on():
     disc = antialiased(single(scale=(1, 1, 0)))
     assert project(disc, FRONT).opacities[0] > 0.999
     side = Camera.look_at((-4, 0, 0), (0, 0, 0), **SIZE)
-    boxes, culled = project_counted(disc, side)
+    boxes, culled = project_by(disc, side, ProjectOptions())
     assert (len(boxes), culled.faint) == (0, 1)
     assert project(replace(disc, antialiased=False), side).opacities[0] == 1
 
@@ -313,7 +314,7 @@ def test_a_needle_through_the_near_plane_has_a_finite_box():
 def test_what_lies_at_the_near_plane_is_left_out_and_beyond_it_stays():
     camera = Camera(np.eye(4), FRONT.K, **SIZE, near=0.5)
     for z, is_kept in ((0.5, False), (np.nextafter(0.5, 1), True), (-1.0, False), (0.0, False)):
-        boxes, counts = project_counted(single(mean=(0, 0, z)), camera)
+        boxes, counts = project_by(single(mean=(0, 0, z)), camera, ProjectOptions())
         assert len(boxes) == is_kept
         assert counts == ProjectCounts(behind_near=1 - is_kept, not_finite=0, faint=0, outside=0)
 
@@ -397,7 +398,7 @@ def test_boxes_come_by_depth_over_the_whole_range(dtype):
 
 @pytest.mark.parametrize("n", [0, 1])
 def test_scenes_of_no_and_of_one_gaussian(n):
-    boxes, counts = project_counted(random_scene(10, seed=3).take(slice(0, n)), FRONT)
+    boxes, counts = project_by(random_scene(10, seed=3).take(slice(0, n)), FRONT, ProjectOptions())
     assert len(boxes) + counts.total == n
     assert boxes.centers.shape[1:] == (2,)
     assert boxes.ids.dtype == np.int32
@@ -549,7 +550,7 @@ def test_everything_left_out_is_counted_under_its_reason(dtype):
         np.tile(np.array(shade, dtype=float)[:, None, None], (1, 16, 3)),
     )
     camera = replace(FRONT, K=FRONT.K * [[100, 1, 1], [1, 100, 1], [1, 1, 1]])
-    boxes, counts = project_counted(Gaussians(*(c.astype(dtype) for c in columns)), camera)
+    boxes, counts = project_by(Gaussians(*(c.astype(dtype) for c in columns)), camera, ProjectOptions())
     assert [list(rows)[i] for i in boxes.ids] == ["kept", "barely"]
     assert counts == ProjectCounts(behind_near=1, not_finite=2, faint=2, outside=2)
     assert counts.total == 7

@@ -5,7 +5,8 @@ import pytest
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
-from brushgs.rendering.project import project, project_counted
+from brushgs.rendering.options import ProjectOptions
+from brushgs.rendering.project import project, project_by
 from brushgs.rendering.render import render, render_sequence
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
@@ -64,7 +65,9 @@ def test_what_is_not_drawn_is_counted(name, dtype):
     stiff = SCENES[name]
     for camera in stiff.cameras:
         for lock in ("anchor", "off"):
-            boxes, counts = project_counted(stiff.scene.astype(dtype), camera, lock=lock, fade=True)
+            boxes, counts = project_by(
+                stiff.scene.astype(dtype), camera, ProjectOptions(lock=lock, fade=True)
+            )
             assert_boxes_sound(boxes)
             assert len(boxes) + counts.total == len(stiff.scene)
             assert not (stiff.outcome == "dropped" and len(boxes))

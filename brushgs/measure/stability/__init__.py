@@ -25,7 +25,7 @@ The protocol, complete, so that others can repeat it:
    cover its ellipse, as a share of its reach (`worst_shortfall`). Only strokes in space have these figures.
 4. **Flicker.** Pairs of frames (k, k + g) at the gaps g = 1, 7, 10. At most `pairs` pairs of a gap are
    compared: k = 0, s, 2 s, ... with the stride s = ceil((n - 1) / pairs). For each pair the earlier picture
-   is moved to the later view by plain depth and pose (`warp.warp_error` defines the valid pixels and the
+   is moved to the later view by plain depth and pose (`warp.match_views` defines the valid pixels and the
    sampling) and compared over valid pixels and three channels, on the background. A figure is the mean over
    the pairs that have valid pixels: RMSE, RMSE over the worst 1 % of pixels, share of valid pixels.
    What moves is followed: each pixel of the later view is moved by the displacement of the Gaussians that
@@ -45,7 +45,7 @@ The protocol, complete, so that others can repeat it:
    sequence, last first, in one thread, with directions tracked anew: how many have the same bytes, colour and
    alpha.
 8. **Animation**, from the boxes of every frame and the exact flow of the scene in every step: flatness,
-   motion coherence and temporal continuity, as `marks.mark_figures` defines them.
+   motion coherence and temporal continuity, as `marks.MarkMeter` defines them.
 9. **Pictures**: SSIM to the plain picture and UIQM (`likeness.ssim`, `uiqm.uiqm`), the means over at most 12
    of the painted frames. Codes for UIQM differ: compare with other figures of this report only.
 10. **Seconds** per frame, wall clock: tracking, over the frames of the path; projecting and drawing, over the

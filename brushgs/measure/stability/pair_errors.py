@@ -57,7 +57,7 @@ class PairErrors:
             first: the earlier frame.
             second: the later frame.
             weights: [H, W] of the pixels of the second view for `turning`; None adds nothing to it.
-            displacement: see `warp_error`.
+            displacement: see `match_views`.
         """
         match = match_views(first.view, second.view, displacement)
         if not len(match.pixels):

@@ -127,18 +127,6 @@ def cluster(
     return grouping.merged(merge)
 
 
-def cluster_labels(
-    gaussians: Gaussians,
-    num_strokes: int,
-    *,
-    features: Features = "balanced",
-    method: Method = "auto",
-    seed: int = 0,
-) -> NDArray[np.int32]:
-    """The labels of `group`, [N]."""
-    return group(gaussians, num_strokes, features=features, method=method, seed=seed).labels
-
-
 def group(
     gaussians: Gaussians,
     num_strokes: int,

@@ -60,33 +60,6 @@ class Encoder(Protocol):
         ...
 
 
-def text_relevance(
-    gaussians: Gaussians,
-    words: str,
-    model_folder: str | Path,
-    first_view: FirstView,
-    *,
-    num_threads: int | None = None,
-) -> F64:
-    """How well each Gaussian fits words, by CLIP from a folder of the user.
-
-    Args:
-        gaussians: N >= 1 Gaussians.
-        words: such as "the truck".
-        model_folder: see `brushgs.passes.where.clip.ClipEncoder`.
-        first_view: of the scene: the views are a ring that begins with it.
-        num_threads: None takes the processors available to this process.
-
-    Returns:
-        [N] 0 to 1. 1/2 is as well as the best of `CANONICAL`, which fit anything: what is above it fits.
-
-    Raises:
-        SceneError: if the model cannot be used, or a library that it needs is missing.
-        ValueError: if there are more words than the model takes.
-    """
-    return word_finder(gaussians, model_folder, first_view, num_threads=num_threads).relevance(words)
-
-
 def word_finder(
     gaussians: Gaussians,
     model_folder: str | Path,
@@ -94,7 +67,17 @@ def word_finder(
     *,
     num_threads: int | None = None,
 ) -> "WordFinder":
-    """What `text_relevance` asks; for several words, since nearly all of the time is spent before them."""
+    """What asks CLIP, from a folder of the user, how well Gaussians fit words, one after the other.
+
+    Args:
+        gaussians: N >= 1 Gaussians.
+        model_folder: see `brushgs.passes.where.clip.ClipEncoder`.
+        first_view: of the scene: the views are a ring that begins with it.
+        num_threads: None takes the processors available to this process.
+
+    Raises:
+        SceneError: if the model cannot be used, or a library that it needs is missing.
+    """
     from brushgs.passes.where.clip import ClipEncoder
 
     encoder = ClipEncoder(model_folder)
@@ -127,7 +110,13 @@ class WordFinder:
         self._grids = [patch_grids(encoder, frame.over((BACKGROUND,) * 3)) for frame in frames]
 
     def relevance(self, words: str) -> F64:
-        """[N] how well each Gaussian fits words, see `text_relevance`."""
+        """[N] how well each Gaussian fits words such as "the truck", 0 to 1.
+
+        1/2 is as well as the best of `CANONICAL`, which fit anything: what is above it fits.
+
+        Raises:
+            ValueError: if there are more words than the model takes.
+        """
         phrases = self._encoder.of_words((words, *CANONICAL))
         pictures = [
             similarities(grids, phrases, *alpha.shape)

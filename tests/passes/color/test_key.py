@@ -16,7 +16,7 @@ from brushgs.passes.color.key_light import KeyLight
 from brushgs.passes.color.key_normals import stroke_normals
 from brushgs.passes.color.key_shadow import lamp_axes
 from brushgs.passes.neighbours import nearest
-from brushgs.passes.reduce.cluster import cluster_labels
+from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.contribution import paint_of
 from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.passes.seen import shown_areas
@@ -155,7 +155,7 @@ def test_fur_is_a_mass():
 def lit():
     lamps = [TO_LAMP, *(lamp_at(*angles) for angles in LAMPS)]
     scenes = [lit_scene(lamp) for lamp in lamps]
-    labels = cluster_labels(scenes[0], 2000)
+    labels = group(scenes[0], 2000).labels
     strokes = [merge_clusters(scene, labels) for scene in scenes]
     return lamps, [replace(one, sh=one.sh[:, :1]) for one in strokes]
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from brushgs.options import choices
 from brushgs.passes.reduce import lloyd as lloyd_module
 from brushgs.passes.reduce.cluster import METHODS as METHODS_RUN
-from brushgs.passes.reduce.cluster import choose_method, cluster, cluster_labels, group
+from brushgs.passes.reduce.cluster import choose_method, cluster, group
 from brushgs.passes.reduce.features import COLOR_WEIGHT, cluster_features
 from brushgs.passes.reduce.lloyd import assign, lloyd
 from brushgs.passes.reduce.morton import morton_order
@@ -69,7 +69,7 @@ def test_equal_seeds_give_equal_strokes(method):
 @pytest.mark.parametrize("method", METHODS)
 def test_another_seed_gives_other_clusters(method):
     scene = random_gaussians(800)
-    one, other = (cluster_labels(scene, 50, method=method, seed=seed) for seed in (0, 1))
+    one, other = (group(scene, 50, method=method, seed=seed).labels for seed in (0, 1))
     assert partition(one) != partition(other)
 
 
@@ -78,7 +78,7 @@ def test_the_number_of_threads_does_not_matter(monkeypatch):
     labels = []
     for workers in (1, 2, 5):
         monkeypatch.setattr(lloyd_module, "num_threads_or_default", lambda _, w=workers: w)
-        labels.append(cluster_labels(scene, 300))
+        labels.append(group(scene, 300).labels)
     np.testing.assert_array_equal(labels[0], labels[1])
     np.testing.assert_array_equal(labels[0], labels[2])
 
@@ -86,7 +86,7 @@ def test_the_number_of_threads_does_not_matter(monkeypatch):
 @pytest.mark.parametrize("method", METHODS)
 def test_islands_are_found(method):
     scene = islands()
-    assert partition(cluster_labels(scene, 8, method=method)) == partition(np.arange(200) % 8)
+    assert partition(group(scene, 8, method=method).labels) == partition(np.arange(200) % 8)
 
 
 def test_shuffled_rows_give_the_same_clusters_under_other_names():
@@ -95,15 +95,15 @@ def test_shuffled_rows_give_the_same_clusters_under_other_names():
         scene = random_gaussians(400, seed)
         shuffle = np.random.default_rng(seed).permutation(400)
         labels = np.empty(400, dtype=int)
-        labels[shuffle] = cluster_labels(scene.take(shuffle), 30)
-        assert partition(labels) == partition(cluster_labels(scene, 30))
+        labels[shuffle] = group(scene.take(shuffle), 30).labels
+        assert partition(labels) == partition(group(scene, 30).labels)
 
 
 @pytest.mark.parametrize("factor", [1e-4, 1e4])
 def test_balanced_features_do_not_depend_on_the_unit(factor):
     scene = random_gaussians(600)
     other = replaced(scene, means=scene.means * factor, scales=scene.scales * factor)
-    np.testing.assert_array_equal(cluster_labels(scene, 40), cluster_labels(other, 40))
+    np.testing.assert_array_equal(group(scene, 40).labels, group(other, 40).labels)
 
 
 def test_equal_gaussians_become_one():
@@ -183,7 +183,7 @@ def test_minibatch_weighs_like_lloyd():
     faint = np.where(np.arange(200) % 8 < 4, 1e-8, 1.0)
     scene = replaced(scene, opacities=faint)
     for method in METHODS:
-        labels = cluster_labels(scene, 4, method=method)
+        labels = group(scene, 4, method=method).labels
         heavy = partition(labels[np.arange(200) % 8 >= 4])
         assert len(heavy) >= 3, method
 

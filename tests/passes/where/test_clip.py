@@ -13,7 +13,7 @@ pytest.importorskip("transformers", reason="the extra `text` is not installed")
 from brushgs.errors import SceneError
 from brushgs.first_view import find_first_view
 from brushgs.passes.where.clip import ClipEncoder
-from brushgs.passes.where.text import text_relevance
+from brushgs.passes.where.text import word_finder
 from tests.passes.where.tiny_clip import PATCH, SIDE, save_tiny_clip
 from tests.scenes import still_life_of
 
@@ -105,12 +105,12 @@ def test_a_tokenizer_in_one_file_says_the_same(folder, own):
 def test_relevance_of_a_scene_by_random_weights_repeats(folder, no_network):
     gaussians = still_life_of(1000)
     view = find_first_view(gaussians)
-    found = text_relevance(gaussians, "the red jug", folder, view)
+    found = word_finder(gaussians, folder, view).relevance("the red jug")
     assert found.shape == (len(gaussians),)
     assert found.dtype == np.float64
     assert ((found > 0) & (found < 1)).all()
     assert np.ptp(found) > 1e-3
-    np.testing.assert_array_equal(found, text_relevance(gaussians, "the red jug", folder, view))
+    np.testing.assert_array_equal(found, word_finder(gaussians, folder, view).relevance("the red jug"))
 
 
 def test_too_many_words_are_refused(folder):

@@ -120,7 +120,7 @@ def test_the_jug_of_the_still_life_is_found_by_its_colour(monkeypatch):
     gaussians, is_jug = blue_jug(12_000)
     monkeypatch.setattr(ColorEncoder, "side", 24)  # as the larger CLIP at 336 pixels; with 14 patches 0.80
     monkeypatch.setattr("brushgs.passes.where.clip.ClipEncoder", lambda folder: ColorEncoder())
-    found = text.text_relevance(gaussians, "blue", "no folder", find_first_view(gaussians)) >= 0.5
+    found = text.word_finder(gaussians, "no folder", find_first_view(gaussians)).relevance("blue") >= 0.5
     assert overlap(found, is_jug) > 0.83  # 0.85: patches are coarse, and some of the jug no view shows
 
 
