@@ -158,7 +158,26 @@ class Append(argparse._AppendAction):
         setattr(namespace, self.dest, (*getattr(namespace, self.dest, ()), *more))
 
 
-ACTIONS: Mapping[str, type[Action]] = {"fields": Fields, "camera file": CameraFile, "append": Append}
+class ShowFormats(Action):
+    """A flag that prints the formats, and ends the program, as --version does."""
+
+    def __init__(self, option_strings: Any, dest: str, **what: Any) -> None:
+        super().__init__(option_strings, dest, nargs=0, **what)
+
+    def __call__(self, parser: Any, namespace: Namespace, values: Any, option_string: Any = None) -> None:
+        """Print the table."""
+        from brushgs.formats.registry import format_lines
+
+        print("\n".join(format_lines()))
+        parser.exit()
+
+
+ACTIONS: Mapping[str, type[Action]] = {
+    "fields": Fields,
+    "camera file": CameraFile,
+    "append": Append,
+    "formats": ShowFormats,
+}
 
 
 def given(args: Namespace, step: str) -> dict[str, Any]:
@@ -241,7 +260,7 @@ def _add_row(container: Any, row: Row, step: str, default: str | None, *, requir
         if required:
             what["required"] = True
     if row.is_switch:
-        what["action"] = told.action or "store_true"
+        what["action"] = ACTIONS.get(told.action, told.action) or "store_true"
     else:
         action = ACTIONS.get(told.action, told.action)
         what |= {name: x for name, x in (("action", action), ("nargs", told.nargs)) if x is not None}

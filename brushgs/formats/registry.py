@@ -5,7 +5,7 @@ see `examples/format_plugin`. They are asked where no format of our own table fi
 """
 
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -53,7 +53,10 @@ def find_written(kind: Kind, path: str | Path) -> Format | None:
 
     Of several suffixes that the name ends with, the longest decides: ".compressed.ply" before ".ply".
     """
-    return by_suffix(_WRITTEN[kind], path) or by_suffix((row for row in added(kind) if row.write), path)
+    own = by_suffix(_WRITTEN[kind], path)
+    if own is not None or by_suffix(FORMATS, path):
+        return own
+    return by_suffix((row for row in added(kind) if row.write), path)
 
 
 def function_of(reference: Function) -> Callable[..., Any]:
@@ -64,6 +67,25 @@ def function_of(reference: Function) -> Callable[..., Any]:
     module, _, name = reference.partition(":")
     found: Callable[..., Any] = getattr(import_module(f"brushgs.formats.{module}"), name)
     return found
+
+
+def is_written(path: Path, suffixes: tuple[str, ...]) -> bool:
+    """Whether a file has one of these suffixes, or one that another package adds to them."""
+    if path.suffix.lower() in suffixes:
+        return True
+    kinds: tuple[Kind, ...] = ("scene", "picture")
+    return any(suffixes_of(_WRITTEN[kind]) == suffixes and find_written(kind, path) for kind in kinds)
+
+
+def format_lines() -> Iterator[str]:
+    """The formats as a table: what a file is, its suffixes, what is done with it, and more in words."""
+    for kind in get_args(Kind):
+        for row in (*formats_of(kind), *added(kind)):
+            done = [word for word, way in (("read", row.read), ("written", row.write)) if way is not None]
+            does = ", ".join(done) or "refused"
+            note = row.note or " or ".join(VIDEO_CODECS[name].name for name in row.codecs)
+            about = f"{row.name}: {note}" if note else row.name
+            yield f"{kind:8}{does:15}{' '.join(row.suffixes) or '(folder)':28}{about}"
 
 
 def added(kind: Kind) -> tuple[Format, ...]:

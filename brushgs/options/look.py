@@ -12,12 +12,14 @@ degrees, and files lie beside the look or are named from the current folder.
     lamp = [160, 30]
 """
 
+import os
+import warnings
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, get_args
 
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
 from brushgs.options.choices import DEFAULT_LOOK, LOOKS, PLAIN_LOOK, Knee, StepValues
 from brushgs.options.media import MEDIA, ROWS
 from brushgs.options.painting import STEPS, PaintConfig, UsualCount
@@ -60,7 +62,7 @@ class Look(Struct, frozen=True):
         """Read a look.
 
         Args:
-            name: of a look that comes with the program (`LOOKS`), or a TOML file.
+            name: of a look that comes with the program (`LOOKS`) or that a package adds, or a TOML file.
 
         Raises:
             SceneError: if there is neither, or the file cannot be read, or holds a table, a field or a value
@@ -79,8 +81,9 @@ class Look(Struct, frozen=True):
 
     @classmethod
     def _open(cls, name: str | Path, based: tuple[Path, ...]) -> Self:
-        is_known = name in LOOKS
-        path = looks_folder() / f"{name}{SUFFIX}" if is_known else Path(name)
+        path = _known(name)
+        is_known = path is not None
+        path = path or Path(name)
         text = _read(path)
         return cls._parse(text, path, str(name) if is_known else path.stem, based)
 
@@ -122,12 +125,39 @@ def looks_folder() -> Path:
     return Path(__file__).resolve().parent.parent / "looks"
 
 
+@cache
+def added_looks() -> Mapping[str, Path]:
+    """The looks that other packages add by entry points of the group `brushgs.looks`: name -> TOML file.
+
+    A SceneWarning names a package whose look cannot be used.
+    """
+    from importlib.metadata import entry_points  # takes as long as the help: not needed for our own
+
+    found: dict[str, Path] = {}
+    for point in sorted(entry_points(group="brushgs.looks"), key=lambda point: point.name):
+        try:
+            found[point.name] = Path(point.load())
+        except Exception as error:
+            message = f"entry point {point.name!r} of brushgs.looks cannot be used ({error})"
+            warnings.warn(SceneWarning(f"{message}; update its package"), stacklevel=2)
+    return found
+
+
+def _known(name: str | Path) -> Path | None:
+    """The file of a look that is known by name."""
+    if name in LOOKS:
+        return looks_folder() / f"{name}{SUFFIX}"
+    is_file = Path(name).suffix or os.path.lexists(name)  # files come first: they need no other package
+    return None if is_file else added_looks().get(str(name))
+
+
 def _read(path: Path) -> str:
     if path.is_dir():
         raise SceneError(path, f"is a folder, not a look; name a {SUFFIX} file in it")
     if not path.is_file():
-        hint = hint_for(str(path), LOOKS)
-        raise SceneError(path, f"neither a file nor a look, which are {', '.join(LOOKS)}{hint}")
+        known = (*LOOKS, *added_looks())
+        hint = hint_for(str(path), known)
+        raise SceneError(path, f"neither a file nor a look, which are {', '.join(known)}{hint}")
     return read_text(path, "a look", MAX_BYTES)
 
 
@@ -135,15 +165,16 @@ def _base_values(path: Path, base: str | None, based: tuple[Path, ...]) -> dict[
     """The values that a file starts from."""
     if base is None or base == PLAIN_LOOK:
         return {}
-    beside: str | Path = base if base in LOOKS else path.parent / base
-    if base not in LOOKS and Path(beside).resolve() in based:
+    is_known = base in LOOKS or (not (path.parent / base).is_file() and _known(base) is not None)
+    beside: str | Path = base if is_known else path.parent / base
+    if not is_known and Path(beside).resolve() in based:
         raise SceneError(path, f"base must not be {base!r}, which starts from this file")
     if len(based) > MAX_BASES:
         raise SceneError(path, f"base must not have more than {MAX_BASES} others before it")
     try:
         look = Look._open(beside, based)
     except SceneError as error:
-        if Path(beside).is_file() or base in LOOKS:
+        if Path(beside).is_file() or is_known:
             raise
         raise SceneError(path, f"base {str(error).removeprefix(f'{path.parent}/')}") from None
     return {step: dict(fields) for step, fields in look.values.items()}

@@ -14,7 +14,7 @@ from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.files import exists, is_dir, is_plain, open_plain
 from brushgs.formats.pictures.encoding import choose_encoding
 from brushgs.formats.pictures.shot import Origin
-from brushgs.formats.registry import PICTURE_SUFFIXES, holds_depth
+from brushgs.formats.registry import PICTURE_SUFFIXES, holds_depth, is_written
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.pipeline.background import TRANSPARENT
@@ -106,7 +106,7 @@ def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...]
         ValueError: if the suffix is none of `suffixes`.
         SceneError: if the folder is read-only or a file, or the output is one of the inputs.
     """
-    if path.suffix.lower() not in suffixes:
+    if not is_written(path, suffixes):
         raise ValueError(
             f"output must end in {', '.join(suffixes)}, got {str(path)!r}; the suffix decides the format"
         )

@@ -88,3 +88,11 @@ def test_the_table_loads_nothing_heavy() -> None:
     code = "import brushgs.formats.registry, sys; print(*sys.modules)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert not {"numpy", "dataclasses", "OpenImageIO", "av", "hashlib"} & set(found.split())
+
+
+def test_the_readme_names_every_format_of_scenes() -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    for row in (*registry.SCENE_FORMATS, *registry.MOVING_FORMATS):
+        own = [suffix for suffix in row.suffixes if suffix not in (".json", ".ftgs.ply")]
+        for suffix in own:
+            assert f"`{suffix}`" in readme or f"{suffix}`" in readme, f"{row.name}: {suffix}"

@@ -104,11 +104,12 @@ def _with_scene(args: Namespace) -> Namespace:
 
 
 def _print(args: Namespace) -> None:
-    from brushgs.options.look import Look
+    from brushgs.options.look import Look, added_looks
 
     if len(args.looks) > 1:
         raise ValueError(f"looks prints one look at a time, got {len(args.looks)}; add -o to paint them all")
-    looks = [Look.open(name) for name in args.looks or LOOKS]
+    names = args.looks or (*LOOKS, *added_looks())
+    looks = [Look.open(name) for name in names]
     if args.json:
         import json
 
@@ -120,7 +121,7 @@ def _print(args: Namespace) -> None:
     elif args.looks:
         sys.stdout.write(looks[0].text)
     else:
-        width = max(map(len, LOOKS))
+        width = max(map(len, names))
         for look in looks:
             count = look.config.cluster.strokes
             strokes = "strokes counted for it" if isinstance(count, str) else f"{count} strokes"
