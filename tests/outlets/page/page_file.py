@@ -78,6 +78,14 @@ def camera_of(facts, header):
     return Camera(viewmat, K, int(facts["width"]), int(facts["height"]), facts["near"])
 
 
+def violations(page):
+    """What axe-core finds wrong for people who use screen readers or keys: [(rule, elements)]."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    found = Axe().run(page).response["violations"]
+    return [(one["id"], [node["html"] for node in one["nodes"]]) for one in found]
+
+
 def wait_until(page, condition, argument=None):
     """Wait until an expression of a page is true; its policy forbids what Playwright does for this."""
     for _ in range(500):

@@ -202,7 +202,10 @@ def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page
     page.keyboard.press("ArrowDown")
     wait_until(page, "brushgs.look.highlight !== null")
     assert page.evaluate("brushgs.look.highlight.name") == "pear"
-    assert page.get_by_role("img", name="pears: a painting of 1,131 strokes, pear highlighted").count() == 1
+    assert (
+        page.get_by_role("application", name="pears: a painting of 1,131 strokes, pear highlighted").count()
+        == 1
+    )
     settle(page)
     veiled = screen(page)
     changed = (veiled != usual).any(axis=2).mean()

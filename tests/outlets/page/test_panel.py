@@ -9,7 +9,16 @@ import pytest
 
 import brushgs as bg
 from brushgs.outlets.page.html import web_text
-from tests.outlets.page.page_file import pixels, scene, seen, settle, shown, wait_until, write_page
+from tests.outlets.page.page_file import (
+    pixels,
+    scene,
+    seen,
+    settle,
+    shown,
+    violations,
+    wait_until,
+    write_page,
+)
 
 CALM = {"reduced_motion": "reduce"}
 DESKTOP = {"width": 1100, "height": 500}
@@ -76,11 +85,35 @@ def test_all_that_can_be_used_has_a_name_and_is_large_enough_to_touch(page):
     for role, name in (("slider", "Strokes"), ("combobox", "Brush"), ("combobox", "Ground")):
         box = page.get_by_role(role, name=name).bounding_box()
         assert box["height"] >= 40
-    picture = page.get_by_role("img", name=f"{TITLE}: a painting of 1,131 strokes", exact=True)
+    picture = page.get_by_role("application", name=f"{TITLE}: a painting of 1,131 strokes", exact=True)
     assert picture.get_attribute("id") == "painting"
     snapshot = page.locator("body").aria_snapshot()
     assert 'region "Controls"' in snapshot or "region: Controls" in snapshot
     assert not re.search(r"- (button|slider|combobox|textbox)(:|$)", snapshot), "something has no name"
+
+
+@pytest.mark.parametrize("dialog", [None, "link", "keys"])
+def test_axe_finds_nothing(page, dialog):
+    if dialog:
+        page.locator(f"#{dialog}").click()
+    found = violations(page)
+    if dialog:
+        page.keyboard.press("Escape")
+    assert found == []
+
+
+def test_what_a_control_did_is_told_to_screen_readers(page):
+    told = page.locator("#announced")
+    page.locator("#ground").select_option("Black")
+    assert told.inner_text() == "Ground: Black"
+    page.locator("#ground").select_option("As painted")
+    page.locator("#turn").click()
+    assert told.inner_text() == "Turning"
+    page.locator("#turn").click()
+    assert told.inner_text() == "At rest"
+    page.locator("#home").click()
+    assert told.inner_text() == "First view"
+    assert page.get_by_role("heading", level=1).inner_text() == TITLE
 
 
 def test_a_hostile_name_is_text(page):

@@ -10,6 +10,7 @@ from brushgs.cli.commands.view import session_of
 from brushgs.cli.parser import parse
 from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.page.html import page_script, web_files
+from tests.outlets.page.page_file import violations
 from tests.outlets.studio.conftest import FEW, SECONDS, serving
 
 
@@ -167,6 +168,7 @@ def test_a_dropped_picture_paints(viewed, tmp_path):
 
 
 def test_every_field_has_a_name_for_screen_readers_and_keys_reach_it(viewed):
+    assert violations(viewed) == []
     page = viewed
     nameless = page.evaluate(
         """() => Array.from(document.querySelectorAll("#studio input, #studio select, #studio button"))

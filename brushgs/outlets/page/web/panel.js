@@ -51,6 +51,11 @@ class Panel {
     this._saying = setTimeout(() => { this._notice.textContent = ""; }, NOTICE_FOR);
   }
 
+  /** Tell screen readers what a control did, where the picture shows it to others. */
+  announce(text) {
+    document.getElementById("announced").textContent = text;
+  }
+
   /**
    * Add a button.
    *
@@ -85,6 +90,7 @@ class Panel {
 
   /** Show whether the picture turns by itself. */
   showTurning(isTurning) {
+    this.announce(isTurning ? "Turning" : "At rest");
     document.getElementById("turn").setAttribute("aria-pressed", String(isTurning));
   }
 
@@ -192,7 +198,10 @@ class Panel {
     const onClick = (id, action) => document.getElementById(id).addEventListener("click", action);
     const { controls } = this.app;
     onClick("turn", () => controls.setTurning(!controls.isTurning));
-    onClick("home", () => controls.home());
+    onClick("home", () => {
+      controls.home();
+      this.announce("First view");
+    });
     onClick("link", () => this.openLinks());
     onClick("copyLink", () => this.copyField("linkText", "Link copied"));
     onClick("copyEmbed", () => this.copyField("embedText", "Code copied"));
@@ -276,6 +285,7 @@ class Panel {
     const choice = this._ground.value;
     this._color.hidden = choice !== "color";
     this.app.setLook({ ground: choice === "color" ? colorOf(this._color.value) : GROUNDS[choice]() });
+    this.announce(`Ground: ${this._ground.selectedOptions[0].textContent}`);
   }
 
   /** Show the bar, and let it fade when nothing happens for a while. */
