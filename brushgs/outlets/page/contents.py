@@ -134,10 +134,10 @@ def page_contents(
 
     Returns:
         The header has the keys version, title, generator, command, camera (first view, world axes), origin
-        (means are relative to it), up, center, radius, isInside, surface, background, isTransparent, lamp,
-        brushes and coats; and regions, their names, where a coat has a column of them. Rows of a coat are
-        sorted by `coarse_to_fine`; what belongs to a row of the strokes was computed before. Strokes of an
-        opacity under 1/255, which no renderer paints, are left out.
+        (means are relative to it), up, center, radius, isInside, subject, surface, background, isTransparent,
+        lamp, brushes and coats; and regions, their names, where a coat has a column of them. Rows of a coat
+        are sorted by `coarse_to_fine`; what belongs to a row of the strokes was computed before. Strokes of
+        an opacity under 1/255, which no renderer paints, are left out.
     """
     collected = _Collected()
     coats = [_coat(number, coat, view.center, collected) for number, coat in enumerate(painting.coats)]
@@ -162,6 +162,7 @@ def page_contents(
         "center": view.center.tolist(),
         "radius": view.radius,
         "isInside": view.is_inside,
+        "subject": None if view.subject is None else list(view.subject),
         "surface": surface,
         "background": None if behind is None else behind.tolist(),
         "isTransparent": painting.is_transparent,

@@ -94,42 +94,50 @@ def header_of(camera, *, is_inside=False):
     return shown(camera, view=view).header
 
 
+def first_camera(tab, header, width, height):
+    """The camera of the first picture in a window."""
+    facts = tab.evaluate(
+        """([header, width, height]) => {
+          const orbit = new kit.Orbit(header);
+          return kit.facts(orbit.aim(new kit.PageCamera({ ...orbit.lens, width, height }), orbit.first));
+        }""",
+        [header, width, height],
+    )
+    return camera_of(facts, header)
+
+
 @pytest.mark.parametrize("name", CAMERAS)
 def test_the_first_picture_is_that_of_render_in_a_window_of_any_shape(tab, name):
     camera = CAMERAS[name]
     for is_inside in (False, True):
         header = dict(header_of(camera, is_inside=is_inside))
         for width, height in ((320, 240), (640, 480), (500, 200), (390, 844)):
-            facts = tab.evaluate(
-                """([header, width, height]) => {
-                  const orbit = new kit.Orbit(header);
-                  const [w, h] = orbit.shape(width, height).map(Math.round);
-                  const camera = new kit.PageCamera({ ...orbit.lens, width: w, height: h });
-                  return kit.facts(orbit.aim(camera, orbit.first));
-                }""",
-                [header, width, height],
-            )
-            shown_camera = camera_of(facts, header)
-            scale = min(shown_camera.width / 320, shown_camera.height / 240)
-            shift = 0.5 * np.array([shown_camera.width - 320 * scale, shown_camera.height - 240 * scale])
+            shown_camera = first_camera(tab, header, width, height)
+            scale = shown_camera.K[0, 0] / camera.K[0, 0]
+            sides = (width / 320, height / 240)
+            assert min(sides) - 1e-9 <= scale <= max(sides) + 1e-9  # the whole picture, or a filled window
+            shift = 0.5 * np.array([width - 320 * scale, height - 240 * scale])
             np.testing.assert_allclose(
                 pixels(shown_camera, POINTS), pixels(camera, POINTS) * scale + shift, atol=1e-6
             )
-            assert shift.min() >= 0, "a part of the picture is outside of the window"
             assert shown_camera.near == pytest.approx(camera.near, rel=1e-12)
 
 
-def test_a_tall_window_shows_no_more_than_a_lens_can_show_well(tab):
-    code = "([header, w, h]) => new kit.Orbit(header).shape(w, h)"
-    header = dict(header_of(PLAIN))
-    assert tab.evaluate(code, [header, 320, 240]) == [320, 240]
-    width, height = tab.evaluate(code, [header, 390, 844])
-    assert width == 390
-    assert 390 * 240 / 320 < height < 844
-    focal = PLAIN.K[0, 0] * 390 / 320
-    assert height / 2 / focal == pytest.approx(0.85)
-    narrow = dict(header_of(CAMERAS["narrow"]))
-    assert tab.evaluate(code, [narrow, 390, 844]) == [390, 844]
+@pytest.mark.parametrize("reach", [(0.2, 0.8), (0.45, 0.8), (0.8, 0.35), (0.8, 0.8)])
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390), (280, 653), (1280, 720), (2560, 1440)])
+def test_the_subject_fills_the_side_that_binds(tab, width, height, reach):
+    subject = (reach[0] * 160, reach[1] * 120)
+    header = header_of(PLAIN) | {"subject": list(subject)}
+    scale = first_camera(tab, header, width, height).K[0, 0] / PLAIN.K[0, 0]
+    share = scale * max(2 * subject[0] / width, 2 * subject[1] / height)
+    assert 0.55 <= share <= 0.9 or scale == pytest.approx(max(width / 320, height / 240))
+
+
+def test_the_reach_of_the_subject_is_that_of_its_points():
+    view = PageView.of(FIRST, PLAIN)
+    places = np.abs(pixels(PLAIN, FIRST.points) - (160, 120))
+    assert np.all(np.array(view.subject) <= np.minimum(places.max(axis=0), (160, 120)) + 1e-9)
+    assert np.all(np.mean(places <= np.array(view.subject) + 1e-9, axis=0) >= 0.95)
 
 
 @pytest.mark.parametrize("up", [(0, -1, 0), (0, 0, 1), (1, 0, 0), (0.2, -0.9, 0.3)])

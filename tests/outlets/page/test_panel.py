@@ -29,7 +29,7 @@ BUTTONS = {
     "link": "Share this view",
     "savePicture": "Save picture",
     "full": "Full screen",
-    "keys": "Keys and gestures",
+    "keys": "Help: keys and gestures",
 }
 IS_SHOWN = "!document.getElementById('bar').classList.contains('is-faded')"
 TITLE = "pears & <b>apples</b>"
@@ -238,10 +238,18 @@ def test_the_bar_fades_when_untouched_and_comes_back(open_page, path):
     assert not is_faded(), "faded under the pointer"
 
 
-@pytest.mark.parametrize(("width", "height"), [(320, 568), (390, 844), (700, 500), (1280, 720)])
+@pytest.mark.parametrize(("width", "height"), [(320, 568), (390, 844), (844, 390), (1280, 720)])
 def test_the_bar_fits_and_its_parts_do_not_overlap(page, width, height):
     page.set_viewport_size({"width": width, "height": height})
+    bar, is_compact = page.locator("#bar"), width < 1020
+    if is_compact:
+        closed = bar.bounding_box()
+        assert closed["width"] * closed["height"] <= 0.15 * width * height
+        page.get_by_role("button", name="Paint: strokes, brush and ground").click()
     boxes = [page.locator(f"#{id_}").bounding_box() for id_ in ("share", "brush", "ground", *BUTTONS)]
+    if is_compact:
+        page.locator("#more").click()
+        assert not page.locator("#share").is_visible()
     page.set_viewport_size(DESKTOP)
     for box in boxes:
         assert box["x"] >= 0

@@ -1,6 +1,8 @@
 // The page: reads the painting in it, paints it when something has changed, and says what goes wrong.
 
-const MAX_PIXEL_RATIO = 1.5; // strokes are large: more pixels cost time and show nothing
+const PIXEL_RATIO = 1.5; // of a picture that moves: strokes are large
+const MAX_PIXEL_RATIO = 2.5; // of one at rest, where the device is fast enough
+const RESTING_MS = 400; // that a picture at rest may take
 const FIRST_SHARE = 0.5; // of the pixels along a side, for the first picture: it is there sooner
 const CONTEXT = { antialias: false, alpha: true, premultipliedAlpha: true, depth: false };
 const NO_WEBGL = "This browser cannot paint: it has no WebGL 2.";
@@ -19,6 +21,8 @@ class App {
     this.isPaused = false; // while something else paints, such as a headset
     this.contents = this.gl = this.painter = this.controls = this.panel = null;
     this._pace = new Pace();
+    this._restingRatio = PIXEL_RATIO;
+    this._isSharpest = null; // not known yet
     this._request = 0;
     this._drawnAt = null; // ms, of the frame before in a movement
     this._onFrame = this._onFrame.bind(this);
@@ -113,10 +117,10 @@ class App {
   async picture() {
     if (!this.painter) return null;
     const { highlight } = this.look;
-    this._paint(1, { ...this.look, highlight: null });
+    this._paint(atMost(this._restingRatio), { ...this.look, highlight: null });
     // Before the page is composed.
     const picture = new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
-    if (highlight) this._paint(1);
+    if (highlight) this._paint(atMost(this._restingRatio));
     return picture;
   }
 
@@ -181,12 +185,11 @@ class App {
     this.panel.offerHeadset(await this.headset.modes(), this.headset);
   }
 
-  /** Give the canvas the shape that the window has room for. */
+  /** Paint anew where the window has changed. */
   _fit() {
     const { clientWidth, clientHeight } = document.getElementById("stage");
-    const [width, height] = this.controls.orbit.shape(clientWidth, clientHeight).map(Math.round);
-    if (this.canvas.clientWidth === width && this.canvas.clientHeight === height) return;
-    Object.assign(this.canvas.style, { width: `${width}px`, height: `${height}px` });
+    if (this._size?.[0] === clientWidth && this._size[1] === clientHeight) return;
+    this._size = [clientWidth, clientHeight];
     this.invalidate();
   }
 
@@ -209,9 +212,11 @@ class App {
     if (this._drawnAt !== null) this._pace.tell(seconds);
     const isMoving = this.controls.advance(seconds);
     const isFirst = this.firstPictureMs === null;
+    const isResting = !isFirst && !isMoving;
     const share = isFirst ? FIRST_SHARE : isMoving ? this._pace.share : 1;
     try {
-      this._paint(share);
+      if (isResting && this._isSharpest === null) this._findSharpest();
+      else this._paint(share * atMost(isResting ? this._restingRatio : PIXEL_RATIO));
     } catch (error) {
       this.painter = null; // the next frame would fail as well
       this.fail(error);
@@ -224,6 +229,20 @@ class App {
     else this._onSharp();
   }
 
+  /** Paint at rest, and see whether the device is fast enough for all of its pixels. */
+  _findSharpest() {
+    const start = performance.now();
+    this._paint(atMost(PIXEL_RATIO));
+    this._isSharpest = true;
+    if (window.devicePixelRatio <= PIXEL_RATIO) return;
+    const { gl } = this;
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); // waits, which finish() does not
+    const wanted = atMost(MAX_PIXEL_RATIO);
+    if ((performance.now() - start) * (wanted / PIXEL_RATIO) ** 2 > RESTING_MS) return;
+    this._restingRatio = wanted;
+    this.invalidate();
+  }
+
   _shown() {
     this.gl.finish();
     this.firstPictureMs = performance.now();
@@ -231,10 +250,9 @@ class App {
     this.tell("");
   }
 
-  /** Paint, with a share of the pixels along a side. */
-  _paint(share, look = this.look) {
+  /** Paint, with so many pixels along one of CSS. */
+  _paint(ratio, look = this.look) {
     const { canvas } = this;
-    const ratio = Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO) * share;
     const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
     const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== width) canvas.width = width;
@@ -242,6 +260,11 @@ class App {
     this.painter.paint(this.controls.camera(width, height), look);
     this.framesDrawn += 1;
   }
+}
+
+/** The pixels of the device along one of CSS, up to a limit. */
+function atMost(ratio) {
+  return Math.min(window.devicePixelRatio, ratio);
 }
 
 /** The painting in the page. Throws a sentence where it is cut short. */

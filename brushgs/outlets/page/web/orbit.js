@@ -4,9 +4,11 @@ const MAX_ELEVATION = (89 / 180) * Math.PI; // at a pole the next turn would be 
 const NEAREST = 0.02; // of the radius of the subject: least distance to what the camera turns around
 const FARTHEST = 6; // of the radius: greatest distance
 const CENTER_REACH = 3; // of the radius: how far the center may be moved
-// A window of another shape shows more than the first picture, up to this slope (x / z, 81 degrees across) or
-// that of the picture: strokes far beside the middle are drawn long and would hide what they stand beside.
+// A window of another shape shows more than the first picture. Up to this slope (x / z, 81 degrees across), or that
+// of the picture, it does so as it is: strokes farther from the middle are drawn long and hide what is beside them.
 const MAX_SLOPE = 0.85;
+const LEAST_SUBJECT = 0.7; // of the side of the window that binds: a smaller subject is brought nearer
+const MOST_SUBJECT = 0.9;
 const INSIDE_REACH = 0.5; // of the distance to what is ahead: how far a camera inside a scene may walk
 const SWAY = 0.05; // radians: a camera inside a scene sways on a small circle in place of a turn
 const PLACE = 0, LOG_DISTANCE = 3, AZIMUTH = 4, ELEVATION = 5, STATE_SIZE = 6;
@@ -76,6 +78,7 @@ class Orbit {
     this.horizon = horizonOf(normalized3(header.up));
     this.isInside = header.isInside;
     this.radius = header.radius;
+    this.subject = header.subject ?? [first.width / 2, first.height / 2];
     const axes = Float64Array.from([0, 1, 2, 4, 5, 6, 8, 9, 10], (k) => first.viewmat[k]);
     const { azimuth, elevation, roll } = anglesOfAxes(this.horizon, axes);
     this.roll = roll;
@@ -158,18 +161,25 @@ class Orbit {
     return [0, 1, 2].map((k) => state[PLACE + k] - back * axes[6 + k]);
   }
 
-  /** [width, height] of the largest picture in a window: all that the first picture shows fits in. */
-  shape(width, height) {
-    const { lens } = this;
-    const scale = Math.min(width / lens.width, height / lens.height);
+  /**
+   * Pixels of a window of this size for one of the first picture. The window is filled. All of the first picture is
+   * seen where its subject is large enough so; in a window of another shape the sides without a subject are cut.
+   */
+  scale(width, height) {
+    const { lens, subject } = this;
+    const sides = [width / lens.width, height / lens.height];
+    const whole = Math.min(...sides), filled = Math.max(...sides);
+    const fit = Math.min(width / (2 * subject[0]), height / (2 * subject[1])); // the subject touches the border
     const slope = Math.max(MAX_SLOPE, lens.width / (2 * lens.fx), lens.height / (2 * lens.fy));
-    return [Math.min(width, 2 * slope * lens.fx * scale), Math.min(height, 2 * slope * lens.fy * scale)];
+    const natural = Math.max(width / (2 * slope * lens.fx), height / (2 * slope * lens.fy));
+    const wanted = Math.max(Math.min(natural, MOST_SUBJECT * fit), LEAST_SUBJECT * fit);
+    return Math.max(whole, Math.min(wanted, filled));
   }
 
-  /** Make a camera show a state, in its own width and height: all that the first picture shows fits in. */
+  /** Make a camera show a state, in its own width and height, see `scale`. */
   aim(camera, state) {
     const { lens } = this, { width, height } = camera;
-    const scale = Math.min(width / lens.width, height / lens.height);
+    const scale = this.scale(width, height);
     camera.fx = lens.fx * scale;
     camera.fy = lens.fy * scale;
     camera.cx = width / 2 + (lens.cx - lens.width / 2) * scale;

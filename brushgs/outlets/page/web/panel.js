@@ -202,6 +202,7 @@ class Panel {
       controls.home();
       this.announce("First view");
     });
+    onClick("more", () => this._toggleFields());
     onClick("link", () => this.openLinks());
     onClick("copyLink", () => this.copyField("linkText", "Link copied"));
     onClick("copyEmbed", () => this.copyField("embedText", "Code copied"));
@@ -272,6 +273,12 @@ class Panel {
     const { value } = this._region;
     if (value === "typed") this.app.highlight(this._typed);
     else this.app.highlight(value === "" ? null : partOfRegion(this.app.contents, Number(value)));
+  }
+
+  /** Show or hide the fields, in a window that has no room for them beside the buttons. */
+  _toggleFields() {
+    const isOpen = this._bar.classList.toggle("is-open");
+    document.getElementById("more").setAttribute("aria-expanded", String(isOpen));
   }
 
   _onShare() {
