@@ -54,7 +54,7 @@ def find_written(kind: Kind, path: str | Path) -> Format | None:
     Of several suffixes that the name ends with, the longest decides: ".compressed.ply" before ".ply".
     """
     own = by_suffix(_WRITTEN[kind], path)
-    if own is not None or by_suffix(FORMATS, path):
+    if own is not None or any(by_suffix(rows, path) for rows in _WRITTEN.values()):
         return own
     return by_suffix((row for row in added(kind) if row.write), path)
 

@@ -50,7 +50,10 @@ class ColorCounts:
 def _centers(
     points: NDArray[np.float64], weights: NDArray[np.float64], num_centers: int
 ) -> NDArray[np.float64]:
-    """[n, 3] cluster centres: the widest group is split until there are enough, then Lloyd steps follow."""
+    """[n, 3] cluster centres: the widest group is split until there are enough, then Lloyd steps follow.
+
+    There is no chance in it, as in the start of library k-means: equal frames have equal palettes.
+    """
     from scipy.spatial import KDTree
 
     groups = np.zeros(len(points), np.int64)

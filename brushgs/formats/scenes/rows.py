@@ -5,9 +5,9 @@ read block by block, by several threads for large files. Each block is decoded a
 columns and checked while it is in the cache. Rows that cannot be drawn leave gaps, which are closed in place
 at the end, so that a scene is never in memory twice.
 
-Scenes that are larger than memory are read a block at a time. Binary PLY of both layouts, .splat, .ksplat,
-glTF and USD are read as they lie in the file, and ASCII PLY in order. Of SPZ the decompressed bytes are in
-memory, 19 to 64 a Gaussian, and of SOG the decoded pictures, 20 to 24.
+Scenes that are larger than memory are read a block at a time. Binary PLY of both layouts, .splat, .ksplat
+and glTF are read as they lie in the file, and ASCII PLY in order; USD is unpacked to arrays on the disk.
+Of SPZ the decompressed bytes are in memory, 19 to 64 a Gaussian, and of SOG the decoded pictures, 20 to 24.
 """
 
 from bisect import bisect_right
@@ -51,7 +51,8 @@ class RowSource:
         encoding: what the decoded values mean.
         is_logit: whether opacities are decoded to logits once `encoding` is applied; else they are 0 to 1.
         is_sequential: whether rows must be decoded in order, so by one thread.
-        is_whole: whether all of the file is in memory, since its rows cannot be read apart.
+        is_whole: whether all of the file is read where it is opened, so that no other process should do so
+            too.
         has_brushes: whether the brush of each row is decoded.
         count_used: terms up to the highest band that is not zero in every row, of formats that can tell
             before rows are decoded; None for others, whose zero bands are dropped afterwards.

@@ -168,6 +168,7 @@ def _cluster(rows: F32, num_entries: int) -> tuple[F32, NDArray[np.int64]]:
 
 
 def _k_means(num_clusters: int) -> "KMeans":
+    # The k-means of `passes.reduce.lloyd` takes at most 16 columns, and these are up to 45.
     from sklearn.cluster import KMeans
 
     return KMeans(num_clusters, init="random", n_init=1, max_iter=_ROW_ROUNDS, tol=0, random_state=_SEED)

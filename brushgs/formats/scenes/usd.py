@@ -88,7 +88,7 @@ def open_scene(path: Path) -> SceneFile:
 
     def open_rows() -> RowSource:
         open_decoder = decoder_of_parts([(part.num_rows, part.decoder) for part in parts])
-        return RowSource(num_rows, num_terms, open_decoder, _BLOCK_ROWS, is_logit=True)
+        return RowSource(num_rows, num_terms, open_decoder, _BLOCK_ROWS, is_logit=True, is_whole=True)
 
     return SceneFile(
         path=path,
