@@ -153,6 +153,13 @@ class FilmKeywords(TypedDict, total=False):
     scheduler: str | None
     workers_timeout: float | str | None
     resume: bool | None
+    hold: int | str | None
+    hold_camera: bool | None
+    boil: float | str | None
+    boil_every: int | str | None
+    redraw: float | str | None
+    redraw_from: PathLike[str] | str | None
+    smear: float | str | None
     start: float | str | None
     end: float | str | None
     speed: float | str | None

@@ -244,7 +244,7 @@ def path_config(
             path["orbit"] = default_orbit
         check_given(vars(args), flag_of, PATH_RULES)
         return PathConfig(**path)
-    for dest in [name for name in vars(args) if name.startswith(("path.", "sequence."))]:
+    for dest in [name for name in vars(args) if name.startswith(("path.", "sequence.", "hand."))]:
         if is_moving and (dest in OF_FILMS or not dest.startswith("path.")):
             continue
         needed = "--orbit or --path" if is_moving or dest in OF_PATHS else "--orbit, --path or --grow"

@@ -39,6 +39,7 @@ from brushgs.options.choices import (
 )
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
+from brushgs.options.hand import STEADY, HandConfig, Pace
 from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig, LightConfig
 from brushgs.options.media import Medium, Paint, medium_of
 from brushgs.options.output import OutputConfig
@@ -554,6 +555,7 @@ class PaintConfig(Options, frozen=True):
     adjust: AdjustConfig = AdjustConfig()
     rules: Rules | None = None
     painted: WhereConfig | None = None
+    hand: HandConfig = HandConfig()
     output: OutputConfig = OutputConfig()
 
     @classmethod
@@ -564,6 +566,18 @@ class PaintConfig(Options, frozen=True):
             ValueError: if a value is out of range.
         """
         return cls(**{step: _make(STEPS[step], of_step) for step, of_step in values.items() if of_step})
+
+    @property
+    def paces(self) -> tuple[Pace, ...]:
+        """How a film is made by hand: what is in no part, then the parts of its rules from label 1 on."""
+        of_film = Pace(self.hand.hold, self.hand.boil, self.hand.redraw)
+        rules = () if self.rules is None else self.rules.rules
+        return (of_film, *(rule.pace(of_film) for rule in rules))
+
+    @property
+    def is_by_hand(self) -> bool:
+        """Whether a film is made by hand in any part."""
+        return self.hand.smear > 0 or any(pace != STEADY for pace in self.paces)
 
 
 def _make(kind: type[Options], values: Mapping[str, Any]) -> Any:

@@ -25,6 +25,7 @@ from msgspec.structs import replace
 
 from brushgs.errors import SceneError
 from brushgs.options.direction import Direction
+from brushgs.options.hand import MAX_HOLD, MAX_REDRAW, Pace
 from brushgs.options.look_parts import MAX_BRUSHES
 from brushgs.options.renamed import FLAGS
 from brushgs.options.styling import AdjustConfig, StyleConfig
@@ -72,6 +73,11 @@ class Rule(Options, frozen=True):
     direction: Annotated[Direction | None, in_files("which way strokes run", read=Direction.of)] = None
     opacity: Annotated[float, in_files("factor on the opacity of strokes", ge=0, le=1)] = 1.0
     soft: Annotated[float, in_files("width of its edge, of the subject's size", ge=0, le=MAX_SOFT)] = 0.0
+    hold: Annotated[int | None, in_files("of a film: frames for which its drawings are held", ge=1,
+        le=MAX_HOLD)] = None
+    boil: Annotated[float | None, in_files("of a film: by how much it is drawn anew", ge=0, le=1)] = None
+    redraw: Annotated[float | None, in_files("of a film: share of it laid anew in a second", ge=0,
+        le=MAX_REDRAW)] = None
     # fmt: on
 
     def __post_init__(self) -> None:
@@ -82,6 +88,11 @@ class Rule(Options, frozen=True):
             raise ValueError(f"brushes must be at most {MAX_BRUSHES}, got {len(self.brushes)}")
         if self.palette is None and self.palette_strength != 1:
             raise ValueError("palette_strength needs palette, the picture whose colours are taken; add it")
+
+    def pace(self, of_film: Pace) -> Pace:
+        """That of the part in a film of another."""
+        given = {name: getattr(self, name) for name in ("hold", "boil", "redraw")}
+        return replace(of_film, **{name: value for name, value in given.items() if value is not None})
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -111,7 +122,7 @@ class Rules(Options, frozen=True):
     file: Annotated[Path | None, option(
         'TOML file of tables [[region]], each with where = "subject" (any EXPR of `brushgs refine '
         "--where`) and any of brushes, size, share, palette, palette_strength, style, adjust, "
-        "direction, opacity, soft #region #part #different", flag="--rules")] = None
+        "direction, opacity, soft, hold, boil, redraw #region #part #different", flag="--rules")] = None
     # fmt: on
     camera_file: Path | None = None
     clip: Path | None = None

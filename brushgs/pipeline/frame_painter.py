@@ -1,6 +1,9 @@
 """The painter of single frames of a sequence: picklable, so that it runs in any process of any machine."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
+from itertools import zip_longest
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +21,11 @@ from brushgs.values.frame import Frame
 if TYPE_CHECKING:
     from brushgs.formats.pictures.oiio import Pixels
     from brushgs.rendering.canvas import Painting
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.growing import GrowingPainting
+    from brushgs.rendering.hand import Hand
     from brushgs.rendering.motion import Pose
+    from brushgs.values.boxes import Boxes
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +43,7 @@ class FrameView:
         share: how far it has faded, 0 to 1.
         following: the frame after this one, for the motion of what both show; None where it is not wanted.
         sign: -1 where `following` is the frame before: then paint goes on as it came.
+        held: of a film made by hand the frames whose drawings are held in this one, by their index.
     """
 
     index: int
@@ -49,6 +56,7 @@ class FrameView:
     share: float = 0.0
     following: "FrameView | None" = None
     sign: int = 1
+    held: "Mapping[int, FrameView]" = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +90,7 @@ class FramePainter:
         growth: how the painting comes into being; None for one that is finished in all frames.
         fade: the time in which a stroke comes, see `GrowingPainting.at`.
         takes_light: see `Moving`.
+        hand: how far the film is made by hand; None for a steady one.
     """
 
     painting: "Painting"
@@ -90,19 +99,38 @@ class FramePainter:
     growth: "GrowingPainting | None" = None
     fade: float = 0.0
     takes_light: bool = True
+    hand: "Hand | None" = None
 
     def frame(self, view: FrameView) -> Frame:
         """Paint the frame, with depth if its file holds it, and the layers that are asked for."""
         suffix, output = self.kind.suffix, self.kind.output
         has_depth = suffix is not None and holds_depth(f"a{suffix}")
-        painting = self._painting(view).with_depth(has_depth)
+        start = view if self.hand is None else view.held.get(self.hand.starts(view.index)[0], view)
+        painting = self._painting(start).with_depth(has_depth)
         following = None
         if view.following is not None:
             other = view.following
             following = Following(self._painting(other).coats, other.camera, other.directions, view.sign)
         wanted = Wanted(output.all_layers, output.deep, following)
-        frame = painting.frame(view.camera, view.directions, wanted=wanted)
+        boxes = None if self.hand is None else self._by_hand(self.hand, view, painting)
+        frame = painting.frame(view.camera, view.directions, boxes=boxes, wanted=wanted)
         return frame if view.into is None else _faded(frame, self.frame(view.into), view.share)
+
+    def _by_hand(self, hand: "Hand", view: FrameView, painting: "Painting") -> "Callable[[Coat], Boxes]":
+        """The boxes of each coat of a frame that is made by hand."""
+        from brushgs.rendering.hand import Seen
+
+        @cache
+        def coats_at(index: int) -> "Mapping[str, Seen]":
+            at = view.held.get(index, view)
+            coats = self._painting(at).coats
+            found = zip_longest(coats, at.directions[: len(coats)])
+            return {coat.name: Seen(coat, at.camera, of_coat) for coat, of_coat in found}
+
+        def boxes(coat: "Coat") -> "Boxes":
+            return hand.boxes(view.index, lambda index: coats_at(index)[coat.name])
+
+        return boxes
 
     def _painting(self, view: FrameView) -> "Painting":
         """The painting at the time of a frame."""

@@ -43,6 +43,7 @@ def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ..
         *(() if config.rules is None else config.rules.files),
         *(() if config.painted is None else config.painted.files),
         *config.strokes.files,
+        *config.hand.files,
     )
 
 

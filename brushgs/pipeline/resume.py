@@ -20,6 +20,7 @@ from brushgs.options.media import Medium
 from brushgs.options.painting import PaintConfig, UsualCount
 from brushgs.options.sequence import GrowConfig
 from brushgs.options.table import Options, changed, values_of
+from brushgs.pipeline.outputs import digest_of
 from brushgs.pipeline.prepare import Prepared
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
@@ -37,6 +38,7 @@ _OF_LOOKS = (
     "media",
     "adjust",
     "output",
+    "hand",
 )  # steps that plain paintings do nothing in
 
 
@@ -93,9 +95,13 @@ def describe_painting(
     strokes, path, background = prepared.strokes, prepared.path, prepared.background
     plain = prepared.plain
     assert path is not None
+    hand = {"frames a second": path.fps} if any(pace.redraw for pace in config.paces) else {}
+    waves = {"redraw from": digest_of(config.hand.files)} if config.hand.files else {}
     moving = {} if prepared.moving is None else {"motion": motion_digest(prepared.moving)}
     return (
         describe_options(config, grow, clip)
+        | hand
+        | waves
         | moving
         | {
             "scene": digest(*content_of(strokes), *([] if plain is None else content_of(plain))),

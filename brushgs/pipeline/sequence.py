@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import groupby
 from math import degrees, radians
 from pathlib import Path, PurePath
@@ -35,6 +36,7 @@ from brushgs.pipeline.clip import Clip, files_of
 from brushgs.pipeline.drawing import why_nothing_is_seen
 from brushgs.pipeline.film_track import FilmTrack, track_film
 from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
+from brushgs.pipeline.hand import describe_hand, open_hand
 from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.outputs import check_output, input_files
 from brushgs.pipeline.parallel import parallel_map
@@ -47,11 +49,13 @@ from brushgs.pipeline.sequence_outputs import check_target, plan_output
 from brushgs.pipeline.strokes import file_size, name_of
 from brushgs.pipeline.views_sheet import write_sheet_of
 from brushgs.rendering.knots import MOST_TURN, MOST_WIDE_TURN, WIDE_STEP
+from brushgs.values.arrays import Array
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
+    from brushgs.rendering.hand import Hand
     from brushgs.rendering.track import Track
 
     AnyTrack = Track | FilmTrack
@@ -126,6 +130,7 @@ def paint_sequence(
     tracks = _track(prepared, config.draw, report) if grow is None else []
     _check_seen(prepared)
     frames = _Frames(prepared, config, tracks, sequence, grow, clip, origin)
+    describe_hand(frames.hand, frames.small, report)
     if isinstance(target, Path):
         _paint_video(frames, target, report)
         report.output = str(target)
@@ -175,6 +180,7 @@ def paint_prepared(
     check_rate(target, prepared.path.fps)
     check_size(target, prepared.camera.width, prepared.camera.height, config.output.codec)
     frames = _Frames(prepared, config, _track(prepared, config.draw, report), SequenceConfig(), origin=origin)
+    describe_hand(frames.hand, frames.small, report)
     _paint_video(frames, target, report)
     report.output = str(target)
     return report
@@ -251,6 +257,13 @@ class _Frames:
     clip: ClipConfig | None = None
     origin: Origin | None = None
 
+    @cached_property
+    def hand(self) -> "Hand | None":
+        """How far the film is made by hand."""
+        growth = self.prepared.growth
+        coats = self.prepared.painting.coats if growth is None else [one.coat for one in growth.coats]
+        return open_hand(self.config, self.path, coats)
+
     @property
     def path(self) -> "CameraPath":
         """The path of the camera."""
@@ -262,15 +275,35 @@ class _Frames:
         painting, background = self.prepared.painting, self.prepared.background
         fade = 0.0 if self.grow is None else self.grow.fade
         takes_light = self.prepared.moving is None or self.prepared.moving.takes_light
-        return FramePainter(painting, background, kind, self.prepared.growth, fade, takes_light)
+        return FramePainter(painting, background, kind, self.prepared.growth, fade, takes_light, self.hand)
+
+    def small(self, side: int) -> Iterator[Array]:
+        """The frames, small and flat, on the mean color of what lies behind them: painted as asked for."""
+        painting, background = self.prepared.painting, self.prepared.background
+        behind = background if painting.surface is None else painting.surface.rgb
+        color = np.asarray(1.0 if behind is None else behind).reshape(-1, 3).mean(axis=0)
+        flat = replace(painting, surface=None, lamp=None)
+        painter = replace(self.painter(FrameKind(None)), painting=flat, growth=None)
+        for index in range(len(self.path.cameras)):
+            view = self.view(index)
+            held = {start: replace(one, camera=one.camera.in_side(side)) for start, one in view.held.items()}
+            small = replace(view, camera=view.camera.in_side(side), held=held, into=None, following=None)
+            yield painter.frame(small).over(color)
 
     def view(self, index: int) -> FrameView:
         """What is special to one frame."""
+        index = self._shown(index)
         view = self._alone(index)
+        if self.hand is not None:
+            view = replace(view, held={other: self._alone(other) for other in self.hand.needed(index)})
         if not self._has_motion:
             return view
         other, sign = self._neighbour(index)
-        return replace(view, following=self._alone(other), sign=sign)
+        return replace(view, following=self._alone(self._shown(other)), sign=sign)
+
+    def _shown(self, index: int) -> int:
+        """The frame whose camera and scene one has."""
+        return index if self.hand is None else self.hand.shown(index)
 
     @property
     def _has_motion(self) -> bool:
@@ -303,10 +336,16 @@ class _Frames:
 
     def identity(self, index: int) -> tuple[object, ...]:
         """Equal for frames whose pictures are equal, bit for bit: nothing moves between them."""
-        if not self._has_motion:
-            return self._seen(index)
-        other, sign = self._neighbour(index)
-        return *self._seen(index), *self._seen(other), sign
+        index = self._shown(index)
+        found = self._seen(index)
+        if self._has_motion:
+            other, sign = self._neighbour(index)
+            found = *found, *self._seen(self._shown(other)), sign
+        if self.hand is None:
+            return found
+        others = *self.hand.starts(index), *sorted(self.hand.needed(index))
+        held = (part for other in others for part in self._seen(other))
+        return *found, *held, self.hand.state(index)
 
     def _seen(self, index: int) -> tuple[object, ...]:
         """What decides the colours of a frame."""

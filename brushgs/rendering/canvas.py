@@ -4,7 +4,7 @@ A later coat sees of an earlier one only what is on the canvas: what it covers, 
 away that is.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
@@ -226,6 +226,7 @@ class Painting:
         camera: Camera,
         directions: Sequence[Directions | None] = (),
         *,
+        boxes: Callable[[Coat], Boxes] | None = None,
         wanted: Wanted = NOTHING,
     ) -> Frame:
         """Paint one view.
@@ -233,12 +234,13 @@ class Painting:
         Args:
             camera: the view.
             directions: of the strokes of each coat where they are tracked, see `track_directions`.
+            boxes: gives those of a coat in place of its own, see `Hand`.
             wanted: what the frame is to hold beside its colours: its `layers` and `deep`.
         """
         painting = self.with_depth(True) if "depth" in wanted.layers else self
         canvas = painting.canvas(camera, wanted)
         for coat, of_coat in zip_longest(painting.coats, directions):
-            canvas.lay(coat, coat.boxes(camera, of_coat)[0])
+            canvas.lay(coat, coat.boxes(camera, of_coat)[0] if boxes is None else boxes(coat))
         frame = canvas.finish(self.lamp)
         return canvas.layered() if wanted.is_any else frame
 

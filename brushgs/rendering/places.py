@@ -69,7 +69,7 @@ def motion_maps(marks: Marks, following: "Following") -> F64:
     def of_coat(_: int, laid: LaidCoat) -> F64:
         coat, i = laid.coat, places.get(laid.coat.name)
         if i is None:  # it is not laid there: what it was goes on with the camera
-            centers = _projected(coat, laid.boxes.ids, following.camera)
+            centers = projected(coat, laid.boxes.ids, following.camera)
             return _shifts(centers - laid.boxes.centers)
         directions = following.directions[i] if i < len(following.directions) else None
         coat = following.coats[i]
@@ -87,7 +87,7 @@ def _motion_of(laid: LaidCoat, coat: "Coat", boxes: Boxes, camera: Camera) -> F6
     is_there = rows >= 0
     maps = np.empty((len(rows), 2, 3))
     gone = laid.boxes.ids[~is_there]
-    maps[~is_there] = _shifts(_projected(coat, gone, camera) - laid.boxes.centers[~is_there])
+    maps[~is_there] = _shifts(projected(coat, gone, camera) - laid.boxes.centers[~is_there])
     before = laid.boxes.take(is_there)
     to_box = maps_to(before)
     is_round = laid.is_plain[is_there] | (not BrushSet.of(coat.texture).is_directed)
@@ -133,7 +133,7 @@ def _shifts(shifts: F64) -> F64:
     return maps
 
 
-def _projected(coat: "Coat", ids: NDArray[np.int32], camera: Camera) -> F64:
+def projected(coat: "Coat", ids: NDArray[np.int32], camera: Camera) -> F64:
     """[M, 2] where centres of rows of a coat are in the picture, pixels; no nearer than the near plane."""
     means = np.concatenate([coat.strokes.means, *([] if coat.plain is None else [coat.plain.means])])[ids]
     at = means.astype(np.float64) @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]

@@ -148,6 +148,8 @@ def run(args: Namespace) -> None:
         _refuse_others(kind, args, "--gallery")
     with reported(args) as report:
         output = output_of(args, default)
+        if config.is_by_hand:
+            report.tell("hold, boil and redraw belong to films, and this file leaves them out")
         kind.write(Request(scene, output, config, args), report)
 
 

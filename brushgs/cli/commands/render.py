@@ -81,6 +81,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add(parser, "path")
     flags.add(parser, "draw", "lock", group=("path", ""))
     flags.add(parser, "grow")
+    flags.add(parser, "hand")
     flags.add(parser, First)
     flags.add(parser, "sequence")
     flags.add(parser, "clip")

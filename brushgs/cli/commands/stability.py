@@ -30,6 +30,7 @@ def add_flags(parser: ArgumentParser) -> None:
     default = f"--orbit {ORBIT}, before a moving scene a camera that stands still"
     group = ("path", f"the frames, default {default}")
     flags.add(parser, "path", group=group, defaults={"orbit": str(ORBIT)})
+    flags.add(parser, "hand")
     flags.add(parser, "clip")
     flags.add(parser, flags.ReportFlags)
 

@@ -14,6 +14,8 @@ The protocol, complete, so that others can repeat it:
    - `published`: off, bilinear filter, boxes of 2 standard deviations, by depth, no fading (extents are not
      rounded to whole pixels as in the published code: that would add a defect of its own);
    - `plain`: the whole scene as loaded, with the kernel it was trained with. It gives depth and alpha.
+   - `hand`, where a film is made by hand (`--hold`, `--boil`, `--redraw`): `track` with its drawings. The
+     directions of step 3 are those before drawings change them: what turns more than was asked for.
    `measure_stability` takes further painters, which get the plain picture of each frame.
    Of a scene that moves the strokes are made once and followed, and `published` gives way to
    - `alone`: strokes made of each moment alone, by the same options, and drawn as a still, so with `anchor`.

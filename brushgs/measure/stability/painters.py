@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from brushgs.passes.motion.estimate import EstimatedMotion
     from brushgs.pipeline.prepare import Prepared
     from brushgs.rendering.canvas import Painting
+    from brushgs.rendering.hand import Hand
 
 PLAIN = "plain"
 LOCKED: Mapping[Lock, str] = {  # configurations that differ by their lock alone
@@ -242,6 +243,7 @@ class Comparison:
             configuration `alone`, which still scenes do not have.
         painting: along the path, of a look: `strokes`, `texture` and `options` are then those of its main
             coat; None where strokes are painted bare.
+        by_hand: how a film of these strokes is made by hand, and the painting; None for a steady one.
     """
 
     scene: Gaussians
@@ -256,6 +258,7 @@ class Comparison:
     is_loop: bool = False
     remake: "Callable[[Gaussians, Camera], Prepared] | None" = None
     painting: "Painting | None" = None
+    by_hand: "tuple[Hand, Painting] | None" = None
 
     def scene_at(self, index: int) -> Gaussians:
         """The plain scene in a frame."""
@@ -276,6 +279,14 @@ class Comparison:
 
     def stroke_painters(self, num_threads: int | None) -> list[StrokePainter]:
         """The configurations that paint the strokes, in the order of the table, with timers at zero."""
+        painters = self._steady_painters(num_threads)
+        if self.by_hand is not None:
+            from brushgs.measure.stability.hand_painter import hand_painter
+
+            painters.append(hand_painter(self, *self.by_hand, self._options("track"), num_threads))
+        return painters
+
+    def _steady_painters(self, num_threads: int | None) -> list[StrokePainter]:
         if self.painting is not None:
             return self._look_painters(self.painting, num_threads)
         texture = self.texture

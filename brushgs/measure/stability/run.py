@@ -28,6 +28,7 @@ from brushgs.options.painting import CleanConfig, PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.clip import Clip
+from brushgs.pipeline.hand import open_hand
 from brushgs.pipeline.outputs import input_files
 from brushgs.pipeline.prepare import PICTURE, STROKES, prepare
 from brushgs.pipeline.report import Report
@@ -146,6 +147,7 @@ def _compared(
         whole = replace(whole, ids=None)  # they are no rows of the truth
 
     painting = None if is_bare(prepared.painting) else prepared.painting
+    hand = open_hand(paint, planned, prepared.painting.coats)
 
     def remake(gaussians: Gaussians, camera: Camera) -> "Prepared":
         alone = replace(paint, clean=CleanConfig("off"))
@@ -166,6 +168,7 @@ def _compared(
         is_loop=planned.is_loop,
         remake=remake if has_alone else None,
         painting=painting,
+        by_hand=None if hand is None else (hand, prepared.painting),
     )
     if painting is None:
         return comparison

@@ -1,0 +1,415 @@
+"""Films made by hand: what happens to boxes after the lock chose them, and before they are painted.
+
+Three things, each by part of the scene (a `Pace`), and a fourth in the whole film:
+
+- A drawing is **held** for some frames: boxes are those of its first frame, moved to where their strokes are.
+- Strokes **boil**: every few frames each is drawn anew, a little aside, turned, of another size, and maybe
+  with another image of its brush.
+- Strokes are **laid again**, each in its rhythm, large ones seldom: the new one grows along its direction
+  over the old one, which goes as it is covered.
+- What moves fast in the picture is **smeared**: thinner strokes trail behind each.
+
+All of it is a function of the stroke and the number of the frame, so that frames do not depend on each other.
+Numbers are hashes of stroke and drawing: drawings do not come back, except that a loop begins again.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.brushes.brush_set import Brushes, BrushSet
+from brushgs.brushes.texture import without_number
+from brushgs.options.hand import STEADY, Pace
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.places import projected
+from brushgs.rendering.project import Directions
+from brushgs.values.arrays import F32, F64, Rows
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.hashing import GOLDEN_32, hash_32
+
+# Of a stroke that boils with strength 1; the change of a picture grows with the root of the strength, which
+# therefore is the square of what is asked for.
+OFFSET = 0.5  # of its width,
+MOST_OFFSET = 0.02  # and of the root of the picture's area
+TURN = np.radians(15.0)
+SIZE = 0.25  # of the logarithm
+BEHIND = 0.25  # of the strength for what stands around the subject, whose strokes are large
+HELD_WITHIN = 0.75  # of the picture from its middle, the centers of strokes that are held
+LAID_ASIDE = 0.25  # strength with which a stroke that is laid again differs from the one before
+LAYING = 0.25  # seconds in which a stroke is laid
+MOST_LAYING = 0.7  # of the time until it is laid again
+LARGEST = 6  # times more seldom the largest strokes are laid again
+# Of what is smeared: how far it moves in a frame before it is, of the root of the picture's area; how far it
+# trails behind at most, in lengths; and the places on that way of the strokes that do, with their sizes.
+SLOW = 0.012
+MOST_TRAIL = 2.0
+TRAIL = ((0.5, 0.8), (1.0, 0.55))
+_BOILS, _LIES, _WAITS = np.uint32(0x5BD1E995), np.uint32(0x27D4EB2F), np.uint32(0x165667B1)  # streams
+
+
+@dataclass(frozen=True, eq=False)
+class Rhythm:
+    """When the strokes of a coat are laid again, at a pace of 1; a pace of r is r times as fast.
+
+    Attributes:
+        rarity: [N] every how many waves each is laid again, whole numbers from 1.
+        waves: waves a second in which all of the painted area is laid once a second.
+        places: [N] where each lies on the way of the wave, 0 to 1; None: each has its own time.
+    """
+
+    rarity: NDArray[np.int64]
+    waves: float
+    places: F64 | None = None
+
+    @classmethod
+    def of(cls, coat: Coat, places: F64 | None) -> "Rhythm":
+        """Of the strokes of a coat."""
+        scales = np.sort(coat.strokes.scales.astype(np.float64), axis=1)
+        areas = scales[:, 1] * scales[:, 2]
+        rarity = np.ones(len(areas), np.int64)
+        if len(areas) and (median := float(np.median(areas))) > 0:
+            rarity = np.clip(np.rint(np.sqrt(areas / median)), 1, LARGEST).astype(np.int64)
+        paint = areas * coat.strokes.opacities
+        laid = float((paint / rarity).sum())
+        return cls(rarity, float(paint.sum()) / laid if laid > 0 else 1.0, places)
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A coat in one frame: what its boxes are made of."""
+
+    coat: Coat
+    camera: Camera
+    directions: Directions | None
+
+    @cached_property
+    def boxes(self) -> Boxes:
+        """As the lock has them."""
+        return self.coat.boxes(self.camera, self.directions)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Hand:
+    """How far a film is made by hand.
+
+    Attributes:
+        paces: of what is in no part, then of the parts from label 1 on.
+        every: frames from one drawing of what boils to the next.
+        holds_camera: whether camera and scene are held with the drawings.
+        fps: frames a second.
+        num_frames: of the film.
+        is_loop: whether it begins again after its last frame: then strokes are laid again so that it closes.
+        rhythms: of the coats, by name; strokes of others are never laid again.
+        backdrop: name of the coat that boils less.
+        smear: how far strokes trail behind, 0 to 1.
+    """
+
+    paces: tuple[Pace, ...]
+    every: int
+    holds_camera: bool
+    fps: float
+    num_frames: int
+    is_loop: bool
+    rhythms: Mapping[str, Rhythm]
+    backdrop: str = ""
+    smear: float = 0.0
+
+    @property
+    def changes(self) -> bool:
+        """Whether pictures change by more than the scene and the camera do."""
+        return any(pace.boil or pace.redraw for pace in self.paces)
+
+    def shown(self, index: int) -> int:
+        """The frame whose camera, and scene, a frame has."""
+        return _start(index, self.paces[0].hold) if self.holds_camera else index
+
+    def before(self, index: int) -> tuple[int, int]:
+        """The frame that is shown before another, and 1; of the first one that after it, and -1."""
+        step = self.paces[0].hold if self.holds_camera else 1
+        if index >= step:
+            return index - step, 1
+        if self.is_loop:
+            return self.shown(self.num_frames - 1), 1
+        return min(step, self.num_frames - 1), -1
+
+    def needed(self, index: int) -> set[int]:
+        """The other frames that a frame is made of."""
+        return {*self.starts(index), *([self.before(index)[0]] if self.smear else [])} - {index}
+
+    def starts(self, index: int) -> tuple[int, ...]:
+        """The first frame of what is held in a frame, for each part."""
+        return tuple(_start(index, pace.hold) for pace in self.paces)
+
+    def drawing(self, start: int, pace: Pace) -> int:
+        """The number of the drawing of what boils, in a frame at which something held begins."""
+        holds = -(-self.every // pace.hold)  # for which a drawing lasts
+        block = start // pace.hold
+        if not self.is_loop:
+            return block // holds
+        num_blocks = -(-self.num_frames // pace.hold)
+        return block * max(round(num_blocks / holds), 1) // num_blocks
+
+    def state(self, index: int) -> tuple[tuple[int, ...], ...]:
+        """Equal for frames that differ only by what is seen of the scene at the `starts`."""
+        found = zip(self.starts(index), self.paces, strict=True)
+        return tuple(
+            (self.drawing(start, pace) if pace.boil else 0, start if pace.redraw else 0)
+            for start, pace in found
+        )
+
+    def boxes(self, index: int, seen: Callable[[int], Seen]) -> Boxes:
+        """The boxes of a coat in a frame.
+
+        Args:
+            index: of the frame whose camera it has, see `shown`.
+            seen: gives the coat in one frame of the film.
+        """
+        coat, camera = seen(index).coat, seen(index).camera
+        labels = _labels(coat, len(self.paces))
+        boxes = self._held(index, seen, labels)
+        texture = coat.texture
+        if not (texture.is_directed and len(boxes)):
+            return boxes
+        starts = (*self.starts(index), index)
+        paces = (*self.paces, STEADY)
+        most = MOST_OFFSET * float(np.sqrt(camera.width * camera.height))
+        if any(pace.redraw for pace in paces) and coat.name in self.rhythms:
+            boxes = self._laid(boxes, self.rhythms[coat.name], labels, (starts, paces), most)
+        strengths = np.array([pace.boil**2 for pace in paces], np.float32)
+        strengths *= np.float32(BEHIND if coat.name == self.backdrop else 1)
+        if strengths.any():
+            drawings = [self.drawing(start, pace) for start, pace in zip(starts, paces, strict=True)]
+            of_boxes = labels[boxes.ids]
+            drawn = np.array(drawings, np.uint32)[of_boxes]
+            words = _words(boxes.ids, drawn, _BOILS)
+            boxes = _aside(boxes, strengths[of_boxes], words, most)
+            boxes = _in_other_images(boxes, strengths[of_boxes], words, texture, coat.options)
+        if self.smear:
+            other, sign = self.before(index)
+            boxes = _smeared(boxes, seen(index), seen(other), sign * self.smear)
+        return boxes
+
+    def _held(self, index: int, seen: Callable[[int], Seen], labels: NDArray[np.intp]) -> Boxes:
+        """The boxes of the drawings that are held, where their strokes are now."""
+        now, starts = seen(index), (*self.starts(index), index)
+        found = sorted({starts[label] for label in np.unique(labels).tolist()})
+        if found in ([], [index]):
+            return now.boxes
+        start_of = np.array(starts)[labels]
+        parts = list(_parts(now, found, index, seen, start_of))
+        if len(parts) == 1:
+            return parts[0]
+        columns = {
+            one.name: np.concatenate([getattr(part, one.name) for part in parts])
+            for one in fields(Boxes)
+            if getattr(parts[0], one.name) is not None
+        }
+        order = np.argsort(columns["depths"], kind="stable")
+        return Boxes(**{name: column[order] for name, column in columns.items()})
+
+    def _laid(
+        self,
+        boxes: Boxes,
+        rhythm: Rhythm,
+        labels: NDArray[np.intp],
+        parts: tuple[Sequence[int], Sequence[Pace]],
+        most: float,
+    ) -> Boxes:
+        """The boxes as they lie, those that are being laid, and below these the ones before.
+
+        Args:
+            boxes: of a coat.
+            rhythm: of its strokes.
+            labels: [N] of the part of each row.
+            parts: since when each is held, and its pace.
+            most: pixels by which strokes lie aside.
+        """
+        (starts, paces), ids, of_boxes = parts, boxes.ids, labels[boxes.ids]
+        rates = np.array([pace.redraw for pace in paces])[of_boxes]
+        seconds = (np.array(starts) / self.fps)[of_boxes]
+        is_stroke = ids < len(rhythm.rarity)
+        rows = np.where(is_stroke, ids, 0)
+        periods, phases, counts = self._periods(rhythm, rows, np.where(is_stroke, rates, 0.0))
+        turns = seconds * periods + phases
+        keys = np.floor(turns)
+        share_laid = (turns - keys) / np.minimum(LAYING * periods, MOST_LAYING).clip(1e-9)
+        is_laid = (share_laid < 1) & (periods > 0)
+        twice = np.repeat(np.arange(len(ids)), 1 + is_laid)
+        is_old = np.zeros(len(twice), np.bool_)
+        is_old[1:] = twice[1:] == twice[:-1]
+        keys = (keys[twice] - is_old) % counts[twice]
+        strengths = np.where(rates > 0, np.float32(LAID_ASIDE), np.float32(0))[twice]
+        words = _words(ids[twice], keys.astype(np.int64).astype(np.uint32), _LIES)
+        boxes = _aside(boxes.take(twice), strengths, words, most)
+        laid = np.where(is_laid, share_laid, 1.0)[twice].astype(np.float32)
+        covered = np.maximum(2 * laid - 1, 0)  # of the old one: never ahead of the new one
+        begins = np.where(is_old, covered, 0)
+        ends = np.where(is_old, 1, laid)
+        boxes = _between(boxes, begins, ends)
+        return boxes.take(ends > begins)
+
+    def _periods(self, rhythm: Rhythm, rows: Rows, rates: F64) -> tuple[F64, F64, F64]:
+        """How often a second these strokes are laid again, in which phase, and after how many they repeat."""
+        rarity, waves = rhythm.rarity[rows], rhythm.waves * rates
+        chance = hash_32(rows.astype(np.uint32) * np.uint32(GOLDEN_32) + _WAITS) * 2.0**-32
+        duration = self.num_frames / self.fps
+        if rhythm.places is None:
+            periods, phases = waves / rarity, chance
+            if self.is_loop:
+                counts = np.floor(duration * periods + (chance * 4096) % 1)
+                return counts / duration, phases, np.maximum(counts, 1)
+            return periods, phases, np.full(len(rows), 2.0**31)
+        counts = np.full(len(rows), 2.0**31)
+        if self.is_loop:
+            whole = np.where(rates > 0, np.maximum(np.rint(duration * waves), 1), 0).astype(np.int64)
+            rarity = _largest_divisors(whole, rarity)
+            waves, counts = whole / duration, np.maximum(whole // rarity, 1).astype(np.float64)
+        phases = (np.floor(chance * rarity) + 1 - rhythm.places[rows]) / rarity
+        return waves / rarity, phases, counts
+
+
+def _start(index: int, hold: int) -> int:
+    return index - index % hold
+
+
+def _labels(coat: Coat, num_labels: int) -> NDArray[np.intp]:
+    """[N] of the part of each row of a coat; what is shown as it is has the last one."""
+    strokes, plain = coat.strokes, coat.plain
+    own = np.zeros(len(strokes), np.intp) if strokes.regions is None else strokes.regions.astype(np.intp)
+    return own if plain is None else np.concatenate([own, np.full(len(plain), num_labels)])
+
+
+def _parts(
+    now: Seen, starts: Sequence[int], index: int, seen: Callable[[int], Seen], start_of: NDArray[np.intp]
+) -> Iterator[Boxes]:
+    """The boxes of what is held since each of these frames, and those that came into view since then.
+
+    What lies far outside is not held: there the center of a large stroke moves otherwise than the part of it
+    that is seen.
+    """
+    for start in starts:
+        here = now.boxes[start_of[now.boxes.ids] == start]
+        if start == index:
+            yield here
+            continue
+        then = seen(start)
+        middle = 0.5 * np.array([then.camera.width, then.camera.height])
+        is_near = (np.abs(then.boxes.centers - middle) < 2 * HELD_WITHIN * middle).all(axis=1)
+        held = then.boxes[is_near & (start_of[then.boxes.ids] == start)]
+        moved = projected(now.coat, held.ids, now.camera) - projected(then.coat, held.ids, then.camera)
+        centers = held.centers + moved.astype(held.centers.dtype)
+        yield replace(held, centers=centers)
+        is_known = np.zeros(len(start_of), np.bool_)
+        is_known[held.ids] = True
+        if not is_known[here.ids].all():
+            yield here[~is_known[here.ids]]
+
+
+def _words(ids: NDArray[np.int32], keys: NDArray[np.uint32], stream: np.uint32) -> NDArray[np.uint32]:
+    """[M, 3] bits of each stroke and drawing."""
+    golden = np.uint32(GOLDEN_32)
+    first = hash_32(hash_32(keys * golden + stream) + ids.astype(np.uint32) * golden)
+    second = hash_32(first + golden)
+    return np.stack([first, second, hash_32(second + golden)], axis=1)
+
+
+def _halves(words: NDArray[np.uint32]) -> F32:
+    """[..., 2] numbers from -1 to 1 of words."""
+    halves = np.stack([words & np.uint32(0xFFFF), words >> np.uint32(16)], axis=-1)
+    numbers: F32 = halves.astype(np.float32)
+    numbers *= np.float32(2 / 65535)
+    numbers -= np.float32(1)
+    return numbers
+
+
+def _aside(boxes: Boxes, strengths: F32, words: NDArray[np.uint32], most: float) -> Boxes:
+    """Boxes a little aside, at most so many pixels, turned and of another size."""
+    dtype, half = boxes.centers.dtype, boxes.half_extents
+    numbers = _halves(words[:, :2])  # [M, 2, 2]
+    reach = (strengths * np.minimum(np.float32(2 * OFFSET) * half.min(axis=1), np.float32(most)))[:, None]
+    turns = np.float32(TURN) * strengths * numbers[:, 1, 0]
+    sizes = np.exp(np.float32(SIZE) * strengths * numbers[:, 1, 1])[:, None]
+    return replace(
+        boxes,
+        centers=(boxes.centers + reach * numbers[:, 0]).astype(dtype, copy=False),
+        half_extents=(half * sizes).astype(dtype, copy=False),
+        angles=(boxes.angles + turns).astype(dtype, copy=False),
+    )
+
+
+def _in_other_images(
+    boxes: Boxes, strengths: F32, words: NDArray[np.uint32], texture: Brushes, options: RenderOptions
+) -> Boxes:
+    """Boxes that are painted with another image of their brush, as many as the strength says."""
+    siblings, counts = _siblings(BrushSet.of(texture).names)
+    if boxes.brushes is None or counts.max() == 1:
+        return boxes
+    numbers = 0.5 * _halves(words[:, 2]) + 0.5
+    others = (numbers[:, 1] * counts[boxes.brushes]).astype(np.intp)
+    others = siblings[boxes.brushes, np.minimum(others, counts[boxes.brushes] - 1)]
+    brushes = np.where(numbers[:, 0] < strengths, others, boxes.brushes)
+    half, sigmas = boxes.half_extents, options.num_sigmas
+    if isinstance(sigmas, tuple):
+        of_brush = np.array(sigmas, half.dtype)
+        half = half * (of_brush[brushes] / of_brush[boxes.brushes])[:, None]
+    return replace(boxes, brushes=brushes, half_extents=half)
+
+
+def _siblings(names: Sequence[str]) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
+    """[B, V] rows of the images of the brush that each image belongs to, and [B] how many these are."""
+    bases = [without_number(name) for name in names]
+    rows = [[row for row, other in enumerate(bases) if other == base] for base in bases]
+    counts = np.array([len(row) for row in rows])
+    table = np.zeros((len(rows), counts.max()), np.uint8)
+    for row, found in enumerate(rows):
+        table[row, : len(found)] = found
+    return table, counts
+
+
+def _between(boxes: Boxes, begins: Any, ends: Any) -> Boxes:
+    """The boxes from one place along their directions to another, shares of their lengths."""
+    half, dtype = boxes.half_extents, boxes.centers.dtype
+    along = np.stack([np.cos(boxes.angles), np.sin(boxes.angles)], axis=1)
+    shift = ((begins + ends - 1) * half[:, 0])[:, None]
+    lengths = (ends - begins) * half[:, 0]
+    return replace(
+        boxes,
+        centers=(boxes.centers + shift * along).astype(dtype, copy=False),
+        half_extents=np.stack([lengths, half[:, 1]], axis=1).astype(dtype, copy=False),
+    )
+
+
+def _smeared(boxes: Boxes, now: Seen, before: Seen, share: float) -> Boxes:
+    """Boxes with thinner ones that trail behind where they move fast; what is shown as it is has none."""
+    moved = projected(now.coat, boxes.ids, now.camera) - projected(before.coat, boxes.ids, before.camera)
+    distance = np.hypot(*moved.T)
+    slow = SLOW * float(np.sqrt(now.camera.width * now.camera.height))
+    length = 2 * boxes.half_extents[:, 0]
+    trail = np.minimum(abs(share) * np.maximum(distance - slow, 0), MOST_TRAIL * length)
+    trail[boxes.ids >= len(now.coat.strokes)] = 0
+    if not trail.any():
+        return boxes
+    way = -np.sign(share) * (trail / np.maximum(distance, 1e-9))[:, None] * moved
+    row = np.repeat(np.arange(len(boxes)), np.where(trail > 0, 1 + len(TRAIL), 1))
+    number = np.arange(len(row)) - np.searchsorted(row, row)  # 0 for the stroke itself
+    places, sizes = np.array([(0.0, 1.0), *TRAIL])[number].T
+    taken, dtype = boxes.take(row), boxes.centers.dtype
+    return replace(
+        taken,
+        centers=(taken.centers + places[:, None] * way[row]).astype(dtype),
+        half_extents=(taken.half_extents * sizes[:, None]).astype(dtype),
+    )
+
+
+def _largest_divisors(whole: NDArray[np.int64], most: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The largest divisor of each number that is at most another."""
+    found = np.ones_like(most)
+    for divisor in range(2, LARGEST + 1):
+        found[(divisor <= most) & (whole % divisor == 0) & (whole > 0)] = divisor
+    return found

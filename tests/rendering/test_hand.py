@@ -1,0 +1,164 @@
+"""Boxes of films that are made by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.options.hand import Pace
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.hand import Hand, Rhythm, Seen
+from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.track import track_directions
+from tests.scenes import still_life_of
+
+NUM_FRAMES, FPS = 24, 12
+BRUSHES = bg.BrushSet.open(["flat", "flat_2", "dab"])
+COLUMNS = ("centers", "half_extents", "angles", "depths", "colors", "opacities", "ids", "brushes")
+
+
+@pytest.fixture(scope="module")
+def coat():
+    strokes = bg.cluster(still_life_of(2000), 120)
+    g = np.random.default_rng(0)
+    strokes = replace(
+        strokes,
+        brushes=g.integers(0, len(BRUSHES), len(strokes)).astype(np.uint8),
+        regions=(strokes.means[:, 0] > 0).astype(np.uint8),
+    )
+    return Coat("strokes", strokes, BRUSHES, RenderOptions.of(BRUSHES, order="soft", lock="track"))
+
+
+@pytest.fixture(scope="module")
+def seen(coat):
+    cameras = bg.orbit(coat.strokes, NUM_FRAMES, width=64, height=48)
+    track = track_directions(coat.strokes, [*cameras, cameras[0]])
+    frames = [Seen(coat, camera, track.directions(index)) for index, camera in enumerate(cameras)]
+    return frames.__getitem__
+
+
+def hand(coat, *paces, every=3, is_loop=False, places=None, **options):
+    """A film of these paces: of what is in no part, then of the parts."""
+    rhythms = {coat.name: Rhythm.of(coat, places)}
+    return Hand(paces, every, False, FPS, NUM_FRAMES, is_loop, rhythms, **options)
+
+
+def same(boxes, others, columns=COLUMNS):
+    return all(np.array_equal(getattr(boxes, name), getattr(others, name)) for name in columns)
+
+
+def paired(boxes, others):
+    """Rows of the strokes that both have."""
+    return np.intersect1d(boxes.ids, others.ids, return_indices=True)[1:]
+
+
+def test_steady_paces_change_nothing(coat, seen):
+    film = hand(coat, Pace(), Pace())
+    assert all(film.boxes(index, seen) is seen(index).boxes for index in range(5))
+
+
+@pytest.mark.parametrize("hold", [2, 3])
+def test_held_strokes_keep_their_drawing_and_move_with_the_scene(coat, seen, hold):
+    film = hand(coat, Pace(hold), Pace(hold))
+    for index in range(hold):
+        held, now = film.boxes(index, seen), seen(index).boxes
+        first, i = paired(seen(0).boxes, held)
+        kept = ("half_extents", "angles", "colors", "opacities", "brushes", "depths")
+        assert all(
+            np.array_equal(getattr(held, name)[i], getattr(seen(0).boxes, name)[first]) for name in kept
+        )
+        i, j = paired(held, now)
+        assert np.abs(held.centers[i] - now.centers[j]).max() < 1e-3
+    assert same(film.boxes(hold, seen), seen(hold).boxes)
+
+
+def test_held_strokes_stand_still_before_a_camera_that_rests(coat, seen):
+    film = hand(coat, Pace(2), Pace(2))
+    assert same(film.boxes(1, lambda _: seen(0)), seen(0).boxes)
+
+
+def test_parts_are_held_at_their_own_rates_and_none_leaves_its_place(coat, seen):
+    film = hand(coat, Pace(), Pace(3))
+    boxes, now = film.boxes(2, seen), seen(2).boxes
+    assert np.all(np.diff(boxes.depths) >= 0)
+    assert len(np.unique(boxes.ids)) == len(boxes) >= len(now)
+    i, j = paired(boxes, now)
+    assert np.abs(boxes.centers[i] - now.centers[j]).max() < 1e-3
+    is_held = coat.strokes.regions[boxes.ids[i]] == 1
+    assert np.array_equal(boxes.angles[i][~is_held], now.angles[j][~is_held])
+    assert not np.array_equal(boxes.angles[i][is_held], now.angles[j][is_held])
+
+
+@pytest.mark.parametrize(("hold", "every", "numbers"), [(1, 3, [0, 0, 0, 1]), (2, 3, [0, 0, 0, 0, 1, 1])])
+def test_what_boils_is_drawn_anew_at_whole_holds(coat, hold, every, numbers):
+    pace = Pace(hold, 0.5)
+    film = hand(coat, pace, every=every)
+    assert [film.drawing(film.starts(index)[0], pace) for index in range(len(numbers))] == numbers
+
+
+def test_boil_of_a_part_leaves_the_others(coat, seen):
+    film = hand(coat, Pace(), Pace(boil=0.6))
+    boxes, now = film.boxes(4, seen), seen(4).boxes
+    of_part = coat.strokes.regions[now.ids] == 1
+    assert same(boxes.take(~of_part), now.take(~of_part))
+    assert (boxes.angles[of_part] != now.angles[of_part]).mean() > 0.9
+
+
+def test_boil_changes_by_its_drawing_alone_and_never_repeats(coat, seen):
+    film = hand(coat, Pace(boil=0.5), Pace(boil=0.5))
+    drawings = [film.boxes(index, lambda _: seen(0)) for index in range(NUM_FRAMES)]
+    assert all(same(drawings[3 * k], drawings[3 * k + 2]) for k in range(8))
+    angles = {drawing.angles.tobytes() for drawing in drawings}
+    assert len(angles) == NUM_FRAMES // 3
+
+
+def test_boil_keeps_the_brush_and_takes_another_of_its_images(coat, seen):
+    boxes = hand(coat, Pace(boil=1), Pace(boil=1)).boxes(0, seen)
+    before = seen(0).boxes.brushes
+    assert np.array_equal(boxes.brushes == 2, before == 2)
+    assert (boxes.brushes != before)[before < 2].any()
+
+
+def test_strokes_are_laid_over_the_old_ones_along_their_direction(coat, seen):
+    film = hand(coat, Pace(redraw=2), Pace(redraw=2))
+    boxes = film.boxes(5, seen)
+    ids, counts = np.unique(boxes.ids, return_counts=True)
+    assert counts.max() == 2
+    assert set(ids) == set(seen(5).boxes.ids)
+    new = np.flatnonzero(boxes.ids[1:] == boxes.ids[:-1])
+    assert len(new) == (counts == 2).sum()
+    assert np.all(boxes.depths[new] == boxes.depths[new + 1])
+    assert np.all(boxes.half_extents[new, 0] > 0)
+
+
+@pytest.mark.parametrize("wave", [False, True])
+@pytest.mark.parametrize("rate", [0.5, 2.0])
+def test_a_loop_closes_and_lays_as_much_as_was_asked_for(coat, seen, rate, wave):
+    places = np.linspace(0, 1, len(coat.strokes)) if wave else None
+    film = hand(coat, Pace(redraw=rate), Pace(redraw=rate), is_loop=True, places=places)
+    again = replace(film, num_frames=NUM_FRAMES)
+    for index in (0, 3):
+        assert same(film.boxes(index, lambda _: seen(0)), again.boxes(index + NUM_FRAMES, lambda _: seen(0)))
+    # Strokes laid in the film, by area.
+    scales = np.sort(coat.strokes.scales, axis=1)
+    paint = scales[:, 1] * scales[:, 2] * coat.strokes.opacities
+    rows = np.arange(len(paint))
+    periods, _, _ = film._periods(film.rhythms["strokes"], rows, np.full(len(paint), rate))
+    assert (periods * paint).sum() / paint.sum() == pytest.approx(rate, rel=0.35)
+
+
+def test_large_strokes_are_laid_seldom(coat):
+    rarity = Rhythm.of(coat, None).rarity
+    areas = np.sort(coat.strokes.scales, axis=1)[:, 1:].prod(axis=1)
+    assert rarity[np.argmax(areas)] > rarity[np.argmin(areas)] == 1
+
+
+def test_what_moves_fast_trails_thinner_strokes_behind_it(coat, seen):
+    film = hand(coat, Pace(), Pace(), smear=1.0)
+    boxes, now = film.boxes(4, seen), seen(4).boxes
+    assert set(boxes.ids) == set(now.ids)
+    assert len(boxes) > len(now)
+    i, j = paired(boxes, now)  # the first of each stroke is itself
+    assert np.array_equal(boxes.centers[i], now.centers[j])
+    assert same(film.boxes(4, lambda _: seen(4)), now)
