@@ -67,10 +67,10 @@ def paint_config(
     flags = {step: given(args, step) for step in STEPS}
     if painted := where_config(args, "painted"):
         flags["painted"] = values_of(painted)
-    if flags["style"]:
-        flags["style"]["has_brushes"] = not is_plain and "stroke" not in flags["draw"]
     below = _layered([defaults, look, preset, plain])
-    values = _layered([_styled(below, flags["style"]), flags])
+    if flags["style"] or below["style"]:
+        flags["style"] |= {"has_brushes": not is_plain and "stroke" not in flags["draw"]}
+    values = _layered([_styled(below, below["style"] | flags["style"]), flags])
     values["ground"] |= _backdrop(given(args, "ground").get("backdrop"), whole)
     if look_values is None and look_is_default(args) and "stroke" not in flags["draw"] and not has_method:
         values["brushes"]["are_usual"] = True

@@ -5,15 +5,18 @@
       "palette": [{"name": "deep blue", "color": "#1f3a6b", "share": 0.31, "offsets": ARRAY [m, 3]}, ...],
       "marks": {"length": 0.04, "aspect": 4.1, "broken_lightness": 0.02, "broken_chroma": 0.01,
                 "ground": "#8a5420", "relief": 0.4, "directions": ARRAY [h, w, 2], "brushes": [PNG, ...]},
+      "stage": {"colors": ARRAY [h, w, 3], "directions": ARRAY [h, w, 2]},
+      "lines": {"share": 0.2, "width": 0.008, "color": "#141a24"},
       "edit": {"affine": [[1, 0, 0, 0], ...], "log_size": 0, "residual": {...}}
     }
 
-Of palette, marks and edit at least one is there. The fields are those of `Style`. Colours are "#rrggbb",
-numbers plain; only arrays are base64. The offsets of a colour are relative to it: who edits one colour moves
-all that is around it. An array is a list, of lists, of numbers, or packed: {"type": "float16", "shape":
-[128, 3], "data": base64}, little endian, where int8 stands for -1 to 1 in steps of 1/127 and uint8 for 0 to 1
-in steps of 1/255. A picture is {"type": "png", "data": base64}, 8 bits of grey. What an artist may write too:
-shares that do not add up to 1 (they are scaled so that they do), and a colour without offsets (it alone).
+Of palette, marks and edit at least one is there; stage and lines may be there beside these. The fields are
+those of `Style`. Colours are "#rrggbb", numbers plain; only arrays are base64. The offsets of a colour are
+relative to it: who edits one colour moves all that is around it. An array is a list, of lists, of numbers, or
+packed: {"type": "float16", "shape": [128, 3], "data": base64}, little endian, where int8 stands for -1 to 1 in
+steps of 1/127 and uint8 for 0 to 1 in steps of 1/255. A picture is {"type": "png", "data": base64}, 8 bits of
+grey. What an artist may write too: shares that do not add up to 1 (they are scaled so that they do), and a
+colour without offsets (it alone).
 """
 
 import base64
@@ -32,17 +35,27 @@ from brushgs.formats.schema import Numbers, as_count, decode, refused, shown
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.values.arrays import F64, U8
 from brushgs.values.colors import rgb_of
-from brushgs.values.style import NamedColor, Residual, Style, StyleEdit, StyleMarks, StylePalette
+from brushgs.values.style import (
+    NamedColor,
+    Residual,
+    Style,
+    StyleEdit,
+    StyleLines,
+    StyleMarks,
+    StylePalette,
+    StyleStage,
+)
 
 if TYPE_CHECKING:
     from brushgs.values.style import Style
 
 
 MARK, VERSION = "style", 1
-MAX_BYTES = 200_000
+MAX_BYTES = 3_000_000
 MAX_NAME = 80  # characters
 MAX_COLORS, MAX_BRUSHES, MAX_FEATURES = 64, 64, 64
 MAX_TEXELS = 256  # a side of a brush, and of the field of directions
+MAX_CELLS = 512  # a side of the map of a stage
 FARTHEST = 2.0  # of an offset, in a channel: colours lie in 0 to 1, and offsets within 1
 MOST_FACTOR = 1e3  # of the affine map
 MOST = 1e9  # of a number of the residual
@@ -107,6 +120,17 @@ class _Marks(Struct, forbid_unknown_fields=True):
     brushes: Annotated[list[_Brush], Meta(max_length=MAX_BRUSHES)] | None = None
 
 
+class _Stage(Struct, forbid_unknown_fields=True):
+    colors: _Array
+    directions: _Array
+
+
+class _Lines(Struct, forbid_unknown_fields=True):
+    share: Annotated[float, Meta(ge=0, le=1)]
+    width: Annotated[float, Meta(gt=0, le=0.2)]
+    color: _Color
+
+
 class _Residual(Struct, forbid_unknown_fields=True):
     features: Annotated[list[_Name], Meta(min_length=1, max_length=MAX_FEATURES)]
     width: Annotated[float, Meta(gt=0, le=MOST)]
@@ -138,6 +162,8 @@ class _File(Struct, forbid_unknown_fields=True):
     palette: Annotated[list[_Named], Meta(min_length=1, max_length=MAX_COLORS)] | None = None
     marks: _Marks | None = None
     edit: _Edit | None = None
+    stage: _Stage | None = None
+    lines: _Lines | None = None
 
     def __post_init__(self) -> None:
         _check_names(".name", self.name)
@@ -158,7 +184,7 @@ def read_style(path: str | Path) -> Style:
         path: the file; its content decides, not its name.
 
     Raises:
-        SceneError: if there is no such regular file, it is larger than 200 kB, no style, of a later version,
+        SceneError: if there is no such regular file, it is larger than 3 MB, no style, of a later version,
             or a field is missing, unknown or wrong; names the field.
     """
     path = Path(path)
@@ -172,7 +198,9 @@ def read_style(path: str | Path) -> Style:
             path, f"is no style file; where it is a painting, `brushgs style learn {path}` makes one"
         )
     if len(content) > MAX_BYTES:
-        raise SceneError(path, f"a style file must have at most {MAX_BYTES // 1000} kB, got more; {CURE}")
+        raise SceneError(
+            path, f"a style file must have at most {MAX_BYTES // 1_000_000} MB, got more; {CURE}"
+        )
     return style_of(path, content)
 
 
@@ -195,6 +223,10 @@ def style_of(path: Path, content: bytes) -> Style:
         None if file.palette is None else _palette(path, file.palette),
         None if file.marks is None else _marks(path, file.marks),
         None if file.edit is None else _edit(path, file.edit),
+        None if file.stage is None else _stage(path, file.stage),
+        None
+        if file.lines is None
+        else StyleLines(file.lines.share, file.lines.width, np.array(rgb_of(file.lines.color))),
     )
 
 
@@ -232,6 +264,18 @@ def _marks(path: Path, marks: _Marks) -> StyleMarks:
             for index, brush in enumerate(marks.brushes or [])
         ),
     )
+
+
+def _stage(path: Path, stage: _Stage) -> StyleStage:
+    colors = _array(path, "stage.colors", stage.colors, (None, None, 3), 1.0)
+    if max(colors.shape) > MAX_CELLS or min(colors.shape[:2]) < 2:
+        rule = f"2 to {MAX_CELLS} a side"
+        raise refused(path, "stage.colors", rule, list(colors.shape), _CURE)
+    if colors.min() < 0:
+        raise refused(path, "stage.colors", "0 to 1", float(colors.min()), _CURE)
+    directions = _array(path, "stage.directions", stage.directions, (*colors.shape[:2], 2), 1.01)
+    lengths = np.linalg.norm(directions, axis=2, keepdims=True)
+    return StyleStage(colors.astype(np.float32), (directions / np.maximum(lengths, 1)).astype(np.float32))
 
 
 def _edit(path: Path, edit: _Edit) -> StyleEdit:
@@ -307,7 +351,7 @@ def write_style(style: Style, path: str | Path) -> None:
         path: ends in .style.
 
     Raises:
-        ValueError: if the suffix is another one, the style would take more than 200 kB, or a value is out of
+        ValueError: if the suffix is another one, the style would take more than 3 MB, or a value is out of
             the range that `brushgs.values.style` states; then nothing is written.
         SceneError: if the file cannot be written.
     """
@@ -328,12 +372,25 @@ def content_of(style: Style, path: Path) -> bytes:
         value["palette"] = [_color(color) for color in style.palette.colors]
     if style.marks is not None:
         value["marks"] = _marks_content(style.marks)
+    if style.stage is not None:
+        stage = style.stage
+        value["stage"] = {
+            "colors": pack(stage.colors, "uint8"),
+            "directions": pack(stage.directions, "int8"),
+        }
+    if style.lines is not None:
+        lines = style.lines
+        value["lines"] = {
+            "share": float(lines.share),
+            "width": float(lines.width),
+            "color": _hex(lines.rgb)[0],
+        }
     if style.edit is not None:
         value["edit"] = _edit_content(style.edit)
     content = (_laid_out(value) + "\n").encode()
     if len(content) > MAX_BYTES:
         cure = "learn a smaller residual" if style.edit is not None else "keep fewer or smaller brushes"
-        rule = f"a style must take at most {MAX_BYTES // 1000} kB, got {len(content) / 1000:.0f}"
+        rule = f"a style must take at most {MAX_BYTES // 1_000_000} MB, got {len(content) / 1e6:.1f}"
         raise ValueError(f"{path}: {rule}; {cure}")
     try:
         style_of(path, content)
@@ -425,7 +482,7 @@ def load_style(path: str | Path) -> "Style":
     """Read a style from a file that `save_style` or `brushgs style learn` wrote, edited by hand or not.
 
     Raises:
-        SceneError: if there is no such regular file, it is larger than 200 kB, no style, of a later version,
+        SceneError: if there is no such regular file, it is larger than 3 MB, no style, of a later version,
             or a field is missing, unknown or wrong; names the field.
 
     Example:
@@ -442,7 +499,7 @@ def save_style(style: "Style", path: str | Path) -> None:
     """Write a style to a file *.style, which appears when it is complete.
 
     Raises:
-        ValueError: if the suffix is another one, the style would take more than 200 kB, or a value is out of
+        ValueError: if the suffix is another one, the style would take more than 3 MB, or a value is out of
             its range; then nothing is written.
         SceneError: if the file cannot be written.
 

@@ -19,10 +19,13 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, get_args
 
+from msgspec.structs import replace
+
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.options.choices import DEFAULT_LOOK, LOOKS, PLAIN_LOOK, Knee, StepValues
 from brushgs.options.media import MEDIA, ROWS
 from brushgs.options.painting import STEPS, PaintConfig, UsualCount
+from brushgs.options.styling import StyleShare
 from brushgs.options.table import Row, Struct, hint_for, in_files, read_table, rows_of, shown
 from brushgs.options.toml_values import located, read_text, read_toml
 
@@ -32,7 +35,7 @@ MAX_BYTES = (
 )
 MAX_BASES = 8  # looks that one is based on, one after the other
 TEXTS = ("title", "good_for", "base")  # what a file says above its tables
-NOT_OF_LOOKS = {"output", "painted", "palette", "rules", "style", "view"}  # steps that belong to one picture
+NOT_OF_LOOKS = {"output", "painted", "palette", "rules", "view"}  # steps that belong to one picture
 # Of one machine, of the command line, and of one scene.
 NOT_IN_LOOKS = {"draw": {"threads"}, "brushes": {"are_usual"}, "light": {"sun"}}
 
@@ -226,4 +229,11 @@ def _step_values(path: Path, step: str, table: Mapping[str, Any]) -> dict[str, A
         values = read_table(table, rows[step], f"[{step}] ")
     except ValueError as error:
         raise SceneError(path, str(error)) from None
-    return {name: located(value, path.parent) for name, value in values.items()}
+    return {name: _located(value, path.parent) for name, value in values.items()}
+
+
+def _located(value: Any, folder: Path) -> Any:
+    """The same with files that lie beside the look."""
+    if isinstance(value, tuple) and value and isinstance(value[0], StyleShare):
+        return tuple(replace(one, file=Path(located(str(one.file), folder))) for one in value)
+    return located(value, folder)

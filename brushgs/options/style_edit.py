@@ -9,15 +9,15 @@ from brushgs.options.table import Options
 class EditSource(Options, frozen=True):
     """What an edit is learnt from.
 
-    From a scene `before` and `after`, or with `camera_file` pictures of a `scene`: a folder each, or a
-    single one. `up` is that of the scene before, an axis or a direction; None for as its file says, or an
-    estimate.
+    From a scene `before` and `after`, or with `camera_file` pictures of a `scene`: a folder each, or a single
+    one. Without `before` they are paint-overs, and the scene itself is what was before. `up` is that of the
+    scene before, an axis or a direction; None for as its file says, or an estimate.
 
     Raises:
-        ValueError: if only one of `scene` and `camera_file` is given.
+        ValueError: if only one of `scene` and `camera_file` is given, or neither of these nor `before`.
     """
 
-    before: Path
+    before: Path | None
     after: Path
     scene: Path | None = None
     camera_file: Path | None = None
@@ -29,6 +29,11 @@ class EditSource(Options, frozen=True):
             lost, given = ("scene", "camera-file") if self.scene is None else ("camera-file", "scene")
             raise ValueError(
                 f"--{given} needs --{lost}: to learn from pictures both are given, to learn from scenes none"
+            )
+        if self.before is None and self.scene is None:
+            raise ValueError(
+                "style learn needs --before too, the scene before the edit; or --scene and --camera-file, "
+                "where --after is a picture of the scene that was painted over"
             )
 
     @property

@@ -1,26 +1,86 @@
 """Styles by name and share, and changes of colour that need no style: what an artist turns."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from brushgs.options.choices import STYLE_SUFFIX
-from brushgs.options.table import NestedError, Options, in_files, option, read_table, rows_of, shown
+from brushgs.options.table import (
+    NestedError,
+    Options,
+    hint_for,
+    in_files,
+    option,
+    read_table,
+    rows_of,
+    shown,
+)
 
 MAX_STYLES = 8  # of one painting
 FORM = "FILE:SHARE, several with commas between them, such as " + ",".join(
     (f"monet{STYLE_SUFFIX}:0.7", f"dusk{STYLE_SUFFIX}:0.3")
 )
 ROUNDING = 1e-9
+DIALS = ("color", "marks", "direction", "line", "stage")  # properties of a style, each with its share
 NUMBERS = ("brightness", "contrast", "saturation", "temperature")
 
 
 class StyleShare(Options, frozen=True):
-    """One style of a mix."""
+    """One style of a mix, and how far the painting takes each of its properties, of that share.
+
+    They are its colors; size, shape and brushes of its marks; their directions; its contours; and what
+    surrounds its subject.
+    """
 
     file: Path
     share: float
+    color: float = 1.0
+    marks: float = 1.0
+    direction: float = 1.0
+    line: float = 1.0
+    stage: float = 1.0
+
+    @classmethod
+    def parse(cls, text: str) -> "StyleShare":
+        """Parse a text such as "monet.style:0.8;marks=0.7;line=0"."""
+        start, *dials = (part.strip() for part in text.split(";"))
+        name, colon, share = start.rpartition(":")
+        if not colon or not _is_number(share):
+            name, share = start, "1"
+        if not name:
+            raise ValueError(f"style must be {FORM}, got {text!r}")
+        return cls(Path(name), _number(share), **dict(_dial(dial) for dial in dials))
+
+    @property
+    def dials(self) -> dict[str, float]:
+        """Its properties that are not taken wholly."""
+        return {name: getattr(self, name) for name in DIALS if getattr(self, name) != 1}
+
+    def __str__(self) -> str:
+        """The text that `parse` takes."""
+        return ";".join(
+            [f"{self.file}:{self.share:g}", *(f"{name}={at:g}" for name, at in self.dials.items())]
+        )
+
+
+def _check_dials(names: Iterable[str], known: tuple[str, ...]) -> None:
+    for name in names:
+        if name not in known:
+            rule = f"style must have properties among {', '.join(known)}"
+            raise ValueError(f"{rule}, got {shown(name)}{hint_for(name, known)}")
+
+
+def _dial(text: str) -> tuple[str, float]:
+    name, equals, number = (part.strip() for part in text.partition("="))
+    _check_dials([name], DIALS)
+    if not equals or not _is_number(number):
+        raise ValueError(f"style must have properties such as {name}=0.7, got {text!r}")
+    return name, _number(number)
+
+
+def _number(text: str) -> float:
+    return float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
 
 
 def _styles(text: str) -> tuple[StyleShare, ...]:
@@ -30,10 +90,20 @@ def _styles(text: str) -> tuple[StyleShare, ...]:
 def _styles_value(given: Any) -> tuple[StyleShare, ...]:
     """Styles of a table of files with their shares."""
     if isinstance(given, Mapping) and given:
-        return tuple(StyleShare(Path(file), float(share)) for file, share in given.items())
+        return tuple(_share_of(Path(file), share) for file, share in given.items())
     if isinstance(given, Path):
         return (StyleShare(given, 1.0),)
+    if isinstance(given, str):
+        return _styles(given)
     raise ValueError(f"must be {FORM}, got {shown(given)}")
+
+
+def _share_of(file: Path, given: Any) -> StyleShare:
+    """One style of a table: its share, or a table of that and of its properties."""
+    if not isinstance(given, Mapping):
+        return StyleShare(file, float(given))
+    _check_dials(given, ("share", *DIALS))
+    return StyleShare(file, **{"share": 1.0, **{name: float(number) for name, number in given.items()}})
 
 
 class StyleConfig(Options, frozen=True):
@@ -49,7 +119,8 @@ class StyleConfig(Options, frozen=True):
     # fmt: off
     styles: Annotated[tuple[StyleShare, ...], option("style, or several with commas: "
         f"monet{STYLE_SUFFIX}:0.7,dusk{STYLE_SUFFIX}:0.3; shares add up to at most 1, what is missing is "
-        "the painting without style #learned #artist #transfer", flag="--style",
+        f"the painting without style; behind semicolons how far it takes {', '.join(DIALS)}, such as "
+        f"monet{STYLE_SUFFIX}:0.8;marks=0.7;line=0 #learned #artist #transfer", flag="--style",
         default="none, without a share 1", metavar="FILE:SHARE", read=_styles, make=_styles_value,
         written=(",", ":"), example="monet.style:0.7")]
     # fmt: on
@@ -60,10 +131,12 @@ class StyleConfig(Options, frozen=True):
         if not 1 <= len(self.styles) <= MAX_STYLES:
             raise ValueError(f"style must be 1 to {MAX_STYLES} styles, got {len(self.styles)}")
         for style in self.styles:
-            if not 0 <= style.share <= 1:
-                found = f"{style.share:g}"
-                cure = f"; for {found} % write {style.share / 100:g}" if 1 < style.share <= 100 else ""
-                raise ValueError(f"style must have shares of 0 to 1, got {found}{cure}")
+            for name in ("share", *DIALS):
+                number = getattr(style, name)
+                if not 0 <= number <= 1:
+                    what = "shares" if name == "share" else name
+                    cure = f"; for {number:g} % write {number / 100:g}" if 1 < number <= 100 else ""
+                    raise ValueError(f"style must have {what} of 0 to 1, got {number:g}{cure}")
         if self.share > 1 + ROUNDING:
             raise ValueError(f"style must have shares that add up to at most 1, got {self.share:g}")
 
@@ -84,20 +157,11 @@ class StyleConfig(Options, frozen=True):
         Raises:
             ValueError: if it has no such form, or a share is out of range.
         """
-        styles = []
-        for word in text.split(","):
-            name, colon, share = word.strip().rpartition(":")
-            if not colon or not _is_number(share):
-                name, share = word.strip(), "1"
-            if not name:
-                raise ValueError(f"style must be {FORM}, got {text!r}")
-            number = float(share.removesuffix("%")) / (100 if share.endswith("%") else 1)
-            styles.append(StyleShare(Path(name), number))
-        return cls(tuple(styles))
+        return cls(tuple(StyleShare.parse(word) for word in text.split(",")))
 
     def __str__(self) -> str:
         """The text that `parse` takes."""
-        return ",".join(f"{style.file}:{style.share:g}" for style in self.styles)
+        return ",".join(map(str, self.styles))
 
 
 def _is_number(text: str) -> bool:

@@ -1,7 +1,9 @@
 """Two states of a scene become a style: scenes before and after an edit, or pictures of one before and after.
 
 Of pictures the Gaussians take up the colours that they show, before and after alike, by how much of each
-pixel each makes up: so an edit that was made to pictures is learnt as one of the scene.
+pixel each makes up: so an edit that was made to pictures is learnt as one of the scene. A picture of the
+scene that was painted over needs none before it, and has marks too: their size, direction and contours are
+learnt where it shows the scene.
 """
 
 from dataclasses import replace
@@ -21,10 +23,11 @@ from brushgs.pipeline.outputs import check_output
 from brushgs.pipeline.report import Report, Stage
 from brushgs.pipeline.strokes import load_scene
 from brushgs.pipeline.views import default_first_view
+from brushgs.rendering.plain import plain_views
 from brushgs.values.arrays import F64, Array
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.style import Style
+from brushgs.values.style import Style, StyleLines, StyleMarks
 
 MOST_SIDE = 512  # pixels of a picture: larger ones are averaged down, which an affine map does not notice
 FULLY = 0.995  # shares above it are not worth a word
@@ -45,15 +48,20 @@ def learn_edit_file(source: EditSource, output: Path, name: str | None, report: 
         SceneError: if a file cannot be read, or before and after do not belong together.
     """
     check_output(output, (STYLE_SUFFIX,), inputs=source.inputs)
+    marks, lines = None, None
     if source.scene is None:
         learnt = _of_scenes(source, report)
     else:
         assert source.camera_file is not None, "see EditSource"
         learnt = _of_pictures(source, source.scene, source.camera_file, report)
-    return write_learnt(Style(printable(name or source.after.stem), edit=learnt.edit), output, report)
+        if source.before is None:
+            marks, lines = _marks_over(source, source.scene, source.camera_file, report)
+    style = Style(printable(name or source.after.stem), None, marks, learnt.edit, lines=lines)
+    return write_learnt(style, output, report)
 
 
 def _of_scenes(source: EditSource, report: Report) -> LearntEdit:
+    assert source.before is not None, "see EditSource"
     before, notes = load_scene(SceneSource((source.before,), seeks_cameras=False), report)
     after, _ = load_scene(source.after, report)
     view = default_first_view(before, notes, report, up=source.up)
@@ -71,18 +79,25 @@ def _of_pictures(source: EditSource, scene: Path, camera_file: Path, report: Rep
     view = default_first_view(gaussians, notes, report, up=source.up)
     opener = MaskOpener(camera_file, "picture")
     with report.stage("pictures") as stage:
-        sides = [opener.pairs(path) for path in (source.before, source.after)]
-        if len(sides[0]) != len(sides[1]):
-            numbers = f"holds {len(sides[1])} pictures after the edit for {len(sides[0])} before it"
+        after = opener.pairs(source.after)
+        before = after if source.before is None else opener.pairs(source.before)
+        if len(before) != len(after):
+            numbers = f"holds {len(after)} pictures after the edit for {len(before)} before it"
             raise SceneError(source.after, f"{numbers}; give each picture before one after, of the same name")
-        colors, weights = zip(*(_seen_colors(gaussians, side) for side in sides), strict=True)
+        sides = (
+            _seen_colors(gaussians, before, is_own=source.before is None),
+            _seen_colors(gaussians, after),
+        )
+        colors, weights = zip(*sides, strict=True)
         seen = np.flatnonzero(np.minimum(*weights) >= LEAST_SEEN)
         if not len(seen):
             raise SceneError(
-                source.before, f"shows nothing of {scene.name}; give the cameras that the pictures are of"
+                source.before or source.after,
+                f"shows nothing of {scene.name}; give the cameras that the pictures are of",
             )
-        stage.did = f"{len(sides[0])} before and after, which show {len(seen)} of {len(gaussians)} Gaussians"
-        stage.counts = {"pictures": len(sides[0]), "seen": len(seen)}
+        what = "painted over" if source.before is None else "before and after"
+        stage.did = f"{len(after)} {what}, which show {len(seen)} of {len(gaussians)} Gaussians"
+        stage.counts = {"pictures": len(after), "seen": len(seen)}
     with report.stage("edit") as stage:
         chosen, says = sampled(np.minimum(*weights)[seen])
         rows = seen[chosen]
@@ -91,13 +106,48 @@ def _of_pictures(source: EditSource, scene: Path, camera_file: Path, report: Rep
     return learnt
 
 
-def _seen_colors(gaussians: Gaussians, pictures: list[tuple[Path, Camera]]) -> tuple[F64, F64]:
-    """[N, 3] the mean colour in which pictures show each Gaussian, and [N] by how many pixels."""
+def _marks_over(
+    source: EditSource, scene: Path, camera_file: Path, report: Report
+) -> tuple[StyleMarks | None, StyleLines | None]:
+    """The marks and contours of the first picture that was painted over, where it shows the scene."""
+    from brushgs.passes.style.contours import learn_lines
+    from brushgs.passes.style.marks import learn_marks
+
+    with report.stage("marks") as stage:
+        gaussians, _ = load_scene(SceneSource((scene,), seeks_cameras=False), Report())
+        file, camera = MaskOpener(camera_file, "picture").pairs(source.after)[0]
+        rgb, alpha, own = open_with_camera(file, camera, "give the pictures that the cameras are of")
+        small = own.in_side(MOST_SIDE)
+        shown = plain_views(gaussians, [small]).frames[0].alpha
+        rows = (np.arange(alpha.shape[0]) * small.height // alpha.shape[0])[:, None]
+        columns = np.arange(alpha.shape[1]) * small.width // alpha.shape[1]
+        covered = alpha * shown[rows, columns]
+        try:
+            marks = learn_marks(np.concatenate([rgb, covered[..., None]], axis=-1))
+        except ValueError as error:
+            stage.skipped.append(f"marks: {str(error).removeprefix('learn_marks: ')}")
+            return None, None
+        lines = learn_lines(rgb, marks)
+        stage.did = f"{marks.length:.1%} of the shorter side long, {marks.aspect:.1f} times their width"
+        stage.counts = {"length": marks.length, "aspect": marks.aspect, "lines": lines is not None}
+    return marks, lines
+
+
+def _seen_colors(
+    gaussians: Gaussians, pictures: list[tuple[Path, Camera]], *, is_own: bool = False
+) -> tuple[F64, F64]:
+    """[N, 3] the mean colour in which pictures show each Gaussian, and [N] by how many pixels.
+
+    Where they are `is_own`, the scene itself stands for what the pictures show.
+    """
     sums, weights = np.zeros((len(gaussians), 3)), np.zeros(len(gaussians))
     for file, camera in pictures:  # one at a time: those of a capture need not lie in memory together
         rgb, alpha, own = _reduced(
             *open_with_camera(file, camera, "give the pictures that the cameras are of")
         )
+        if is_own:
+            frame = plain_views(gaussians, [own]).frames[0]
+            rgb = frame.rgb / np.maximum(frame.alpha, 1e-6)[..., None]
         found, shares = votes(gaussians, [own], [rgb], pixel_weights=[alpha])
         sums += found
         weights += shares

@@ -56,7 +56,18 @@ def learn_painting(painting: Path, name: str | None, report: Report) -> Style:
         if marks is not None:
             stage.did = f"{marks.length:.1%} of the shorter side long, {marks.aspect:.1f} times their width"
             stage.counts = {"length": marks.length, "aspect": marks.aspect, "brushes": len(marks.brushes)}
-    return Style(printable(name or painting.stem), palette, marks)
+    if marks is None:
+        return Style(printable(name or painting.stem), palette)
+    with report.stage("surroundings") as stage:
+        from brushgs.passes.style.contours import learn_lines
+        from brushgs.passes.style.quilt import learn_stage
+
+        around, lines = learn_stage(image), learn_lines(image, marks)
+        height, width = around.colors.shape[:2]
+        stage.did = f"a map of {width}x{height}"
+        stage.did += "" if lines is None else f", and contours of {lines.width:.1%} of the shorter side"
+        stage.counts = {"width": width, "height": height, "lines": 0.0 if lines is None else lines.share}
+    return Style(printable(name or painting.stem), palette, marks, stage=around, lines=lines)
 
 
 def learn_file(painting: Path, output: Path, name: str | None, report: Report) -> Report:

@@ -14,14 +14,14 @@ from brushgs.pipeline.color_changes import Changes
 from brushgs.pipeline.media.materials import ACCENTS, BACKDROP, CUT_IN, Materials
 from brushgs.pipeline.report import Report, Stage
 from brushgs.pipeline.stroke_changes import style_brush_passes
-from brushgs.pipeline.styling import Styles
+from brushgs.pipeline.styling import Styles, manner_of
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.values.arrays import F32, F64
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.colors import rgb_of
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.sh import base_colors, in_colors
+from brushgs.values.sh import base_colors, in_colors, shift_base_colors
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
@@ -140,11 +140,15 @@ def _stage(
     ground, strokes, seed = config.ground, materials.strokes, config.cluster.seed
     suns = [] if setting.suns is None else list(setting.suns[1:])
     tone, values = _tone_of(ground), config.color.values
-    stage = open_stage(site, strokes, setting.cameras, tone, suns, values=values)
+    manner = (
+        manner_of(setting.styles) if config.media.kind == "paint" and ground.stage_colors is None else None
+    )
+    stage = open_stage(site, strokes, setting.cameras, tone, suns, values=values, manner=manner)
     least, most = SIZES
     size = min(max((USUAL_STROKES / len(strokes)) ** 0.5, least), most) * ground.stage_size
-    hand = Hand(size, ground.stage_aspect, ground.stage_jitter, ground.shadow)
-    finished = partial(_finished, setting=setting, has_colors=ground.stage_colors is not None, seed=seed)
+    hand = Hand(size, ground.stage_aspect, ground.stage_jitter, ground.shadow, manner)
+    has_colors = ground.stage_colors is not None or manner is not None
+    finished = partial(_finished, setting=setting, has_colors=has_colors, seed=seed)
     coat = stage_of(materials, Staging(stage, hand, setting.cameras, finished, seed))
     shifts = None
     if stage.others and config.media.kind == "paint":  # marks of a drawing would have to move
@@ -157,7 +161,19 @@ def _stage(
     if stage.ground is not None:
         table = stage.tones.table if config.media.kind == "paint" else None
         materials = replace(materials, strokes=dissolved(strokes, stage.ground, table))
+    if step := stage.tones.set_off[1]:
+        materials = replace(materials, strokes=_lightened(materials.strokes, step))
     return coat, materials, shifts
+
+
+def _lightened(strokes: Gaussians, step: float) -> Gaussians:
+    """Strokes with a step of OKLab lightness."""
+    from brushgs.values.colors import oklab_of, rgb_of_oklab
+
+    rgb = base_colors(strokes.sh).astype(np.float64)
+    lab = oklab_of(np.clip(rgb, 0, 1))
+    lab[:, 0] = np.clip(lab[:, 0] + step, 0, 1)
+    return shift_base_colors(strokes, np.clip(rgb_of_oklab(lab), 0, 1) - rgb)
 
 
 def _finished(strokes: Gaussians, *, setting: Setting, has_colors: bool, seed: int) -> Gaussians:
@@ -168,6 +184,8 @@ def _finished(strokes: Gaussians, *, setting: Setting, has_colors: bool, seed: i
         strokes = choose_brushes(strokes, setting.kit, seed=seed)
         for change in style_brush_passes(setting.styles, setting.kit, seed=seed):
             strokes = change(strokes)
+    if manner_of(setting.styles) is not None:
+        return setting.colors.adjusted(strokes)
     return _recolored(strokes, setting.colors) if setting.colors.are_any and not has_colors else strokes
 
 

@@ -117,12 +117,13 @@ def style_change(styles: Styles, first_view: FirstView | None, cameras: Sequence
             return edit_map(style.edit)
         if style.palette is None:
             return UNCHANGED
-        from brushgs.passes.style.transport import palette_map
+        from brushgs.passes.style.transport import ChromaLimit, most_chroma, palette_map
 
-        return palette_map(style.palette, base_colors(strokes.sh), _shown(strokes, cameras))
+        found = palette_map(style.palette, base_colors(strokes.sh), _shown(strokes, cameras))
+        return Chain([found, ChromaLimit(most_chroma(style.palette))])
 
     def fit(strokes: Gaussians) -> ColorMap:
-        return Blend([(map_of(style, strokes), share) for style, share in styles.parts])
+        return Blend([(map_of(style, strokes), share) for style, share in styles.taken("color")])
 
     from brushgs.passes.style.edit import needed_features
 
@@ -208,6 +209,12 @@ class Changes:
     def backdrop(self, strokes: Gaussians) -> Gaussians:
         """Strokes of a backdrop, after the stages ran."""
         return in_colors(strokes, self._behind(base_colors(strokes.sh), has_grounds=False))
+
+    def adjusted(self, strokes: Gaussians) -> Gaussians:
+        """Strokes in the colours of styles already, with what `--adjust` does."""
+        if self._adjust is None:
+            return strokes
+        return in_colors(strokes, self._adjust.colors(base_colors(strokes.sh)))
 
     def ground(self, rgb: Array) -> Array:
         """A ground [3] or [H, W, 3], after the stages ran."""

@@ -62,7 +62,8 @@ class Region:
     def direction(self) -> Direction | None:
         """Which way its strokes run; None for that of the painting."""
         if self.rule.direction is None and self.styles is not None:
-            has_marks = any(style.marks is not None for style, _ in self.styles.parts)
+            turned = self.styles.taken("direction")
+            has_marks = any(style.marks is not None and share > 0 for style, share in turned)
             return Direction("style") if has_marks else None
         return self.rule.direction
 

@@ -265,7 +265,7 @@ def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> 
     row_of = {image: row for row, image in enumerate(kit.images)}
     choices = [
         (np.array([row_of[name] for name in names], np.uint8), share)
-        for names, (_, share) in zip(styles.brushes, styles.parts, strict=True)
+        for names, (_, share) in zip(styles.brushes, styles.taken("marks"), strict=True)
         if names
     ]
 

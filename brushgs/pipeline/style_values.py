@@ -13,6 +13,7 @@ import numpy as np
 from brushgs.options.choices import StepValues, color_code
 from brushgs.options.painting import STEPS, UsualCount
 from brushgs.options.table import row_of
+from brushgs.passes.style.transport import is_grey
 from brushgs.pipeline.look import BOUGHT
 from brushgs.values.colors import oklab_of, rgb_of
 from brushgs.values.style import Style, StyleMarks
@@ -47,7 +48,11 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
         return values
     found: dict[str, dict[str, Any]] = {step: dict(of_step) for step, of_step in values.items()}
 
-    broken = [(min(marks.broken_lightness, MOST_BROKEN), share) for marks, share in marked]
+    broken = [
+        (0.0 if is_grey(style.palette) else min(style.marks.broken_lightness, MOST_BROKEN), share)
+        for style, share in styles
+        if style.marks is not None and share > 0
+    ]
     lit = [(marks.relief, share) for marks, share in marked if marks.relief > 0]
     for step, field, wanted in (("strokes", "broken_color", broken), ("light", "relief", lit)):
         start = _of_look(values, step, field)

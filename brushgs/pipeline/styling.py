@@ -1,9 +1,11 @@
 """The styles of a painting: opened, and what of their marks strokes take: numbers, directions and brushes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from brushgs.options.choices import StepValues
 from brushgs.options.direction import Direction
@@ -15,8 +17,30 @@ from brushgs.pipeline.report import Report
 from brushgs.values.camera import Camera
 
 if TYPE_CHECKING:
+    from brushgs.passes.add.stage_map import Manner
     from brushgs.passes.form.mark_directions import Marks
     from brushgs.values.style import Style, StyleEdit
+
+
+CONTOUR_SHARES = (0.1, 0.16)  # of a painting, that contours are, between which they come to be drawn fully
+CONTOUR_OPACITY = 0.9
+LINE_SIDE = 600  # pixels of the shorter side of a picture in which lines have their width
+LINE_WIDTH = 0.6  # of the contours of a painting, with which lines are seen as wide
+
+
+@dataclass(frozen=True)
+class Contour:
+    """How the contours of styles look.
+
+    Attributes:
+        width: px of the strongest, in a picture of 800x600.
+        color: RGB, display-encoded.
+        opacity: 0 to 1.
+    """
+
+    width: float
+    color: tuple[float, float, float]
+    opacity: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +51,20 @@ class Styles:
         parts: with their shares, each above 0.
         names: of these and their shares, for reports.
         brushes: names of the brushes of each; none where a painting keeps its own.
+        dials: how far it takes each property of each, by name; those missing wholly.
     """
 
     parts: "Sequence[tuple[Style, float]]"
     names: Sequence[str]
     brushes: Sequence[tuple[str, ...]]
+    dials: "Sequence[Mapping[str, float]]" = ()
+
+    def taken(self, name: str) -> "list[tuple[Style, float]]":
+        """The styles with the shares in which a painting takes one of their properties, see `StyleShare`."""
+        dials = self.dials or [{}] * len(self.parts)
+        return [
+            (style, share * at.get(name, 1.0)) for (style, share), at in zip(self.parts, dials, strict=True)
+        ]
 
     @property
     def edits(self) -> "list[tuple[StyleEdit, float]]":
@@ -66,7 +99,8 @@ def open_styles(config: StyleConfig | None, report: Report) -> Styles | None:
             return None
         brushes = [_brushes_of(style, one.file) if config.has_brushes else () for one, style in styles]
     names = [f"{style.name} {one.share:.0%}" for one, style in styles]
-    return Styles([(style, one.share) for one, style in styles], names, brushes)
+    parts = [(style, one.share) for one, style in styles]
+    return Styles(parts, names, brushes, [one.dials for one, _ in styles])
 
 
 def _brushes_of(style: "Style", file: Path) -> tuple[str, ...]:
@@ -81,12 +115,14 @@ def styled_values(values: StepValues, config: StyleConfig) -> StepValues:
         SceneError: if a file is no style.
     """
     styles = open_styles(config, Report())
-    marked = [] if styles is None else [one for one in styles.parts if one[0].marks is not None]
-    if not marked:
+    marked = [] if styles is None else [one for one in styles.taken("marks") if one[0].marks is not None]
+    if styles is None or not marked:
         return values
     from brushgs.pipeline.style_values import style_values
 
     values = style_values(marked, values)
+    if not any(share for style, share in styles.taken("direction") if style.marks is not None):
+        return values
     return {**values, "strokes": {**values.get("strokes", {}), "direction": Direction("style")}}
 
 
@@ -125,4 +161,61 @@ def directions_of(styles: Styles | None, camera: Camera | None) -> "Marks":
     from brushgs.passes.style.directions import direction_field
 
     assert camera is not None, "marks lie over a picture"
-    return direction_field(styles.parts, camera)
+    return direction_field(styles.taken("direction"), camera)
+
+
+def manner_of(styles: Styles | None) -> "Manner | None":
+    """How styles have a stage painted; None where none of them says anything of it."""
+    if styles is None:
+        return None
+    staged = [(one, share) for one, share in styles.taken("stage") if one.stage is not None and share > 0]
+    if not staged:
+        return None
+    from brushgs.passes.add.stage_map import Manner, Part
+
+    shares = {name: dict(_by_style(styles, name)) for name in ("color", "direction", "marks")}
+    whole = dict(_by_style(styles, ""))
+    parts, size, aspect, marked, jitter = [], 0.0, 0.0, 0.0, np.zeros(2)
+    for style, share in staged:
+        assert style.stage is not None
+        of = {name: share * found[id(style)] / whole[id(style)] for name, found in shares.items()}
+        parts.append(Part(style.stage, of["color"], of["direction"]))
+        if (marks := style.marks) is not None:
+            size += of["marks"] * np.log(marks.length / np.sqrt(marks.aspect))
+            aspect += of["marks"] * np.log(marks.aspect)
+            marked += of["marks"]
+            jitter += of["marks"] * np.array(broken_of(style))
+    total = max(marked, 1e-9)
+    lightness, chroma = (jitter / total).tolist()
+    return Manner(
+        parts, float(np.exp(size / total)), float(np.exp(aspect / total)), marked, (lightness, chroma)
+    )
+
+
+def _by_style(styles: Styles, name: str) -> "list[tuple[int, float]]":
+    return [(id(style), share) for style, share in styles.taken(name)]
+
+
+def broken_of(style: "Style") -> tuple[float, float]:
+    """How far marks of a style differ in lightness, and in chroma: a black and white painting has none."""
+    assert style.marks is not None
+    from brushgs.passes.style.transport import is_grey
+    from brushgs.pipeline.style_values import MOST_BROKEN
+
+    lightness, chroma = style.marks.broken_lightness, style.marks.broken_chroma
+    if is_grey(style.palette):
+        chroma = 0.0
+    return min(lightness, 0.7 * MOST_BROKEN), min(chroma, 0.25 * MOST_BROKEN)
+
+
+def contour_of(styles: Styles) -> Contour | None:
+    """The contours of the style that has most of them; None where none has some."""
+    found: list[Contour] = []
+    for style, share in styles.taken("line"):
+        if style.lines is not None and share > 0:
+            low, high = CONTOUR_SHARES
+            full = min(0.3 + 0.7 * (style.lines.share - low) / (high - low), 1.0)
+            red, green, blue = (float(channel) for channel in style.lines.rgb)
+            opacity = CONTOUR_OPACITY * share * max(full, 0.0)
+            found.append(Contour(LINE_WIDTH * style.lines.width * LINE_SIDE, (red, green, blue), opacity))
+    return max(found, key=lambda one: one.opacity, default=None)

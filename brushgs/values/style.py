@@ -84,6 +84,36 @@ class StyleMarks:
 
 
 @dataclass(frozen=True, eq=False)
+class StyleStage:
+    """What surrounds the subject of a painting, continued all around: the surroundings of any other subject.
+
+    Rows go from the top of the wall to the foot of the subject; columns around it, the last beside the first.
+
+    Attributes:
+        colors: [h, w, 3] of about the size of marks; nothing larger is copied from the painting.
+        directions: [h, w, 2] of marks, as those of `StyleMarks`.
+    """
+
+    colors: F32
+    directions: F32
+
+
+@dataclass(frozen=True, eq=False)
+class StyleLines:
+    """The dark contours of a painting.
+
+    Attributes:
+        share: of the painting that such lines are, 0 to 1.
+        width: of a typical line, a share of the shorter side, above 0.
+        rgb: [3] their colour.
+    """
+
+    share: float
+    width: float
+    rgb: F64
+
+
+@dataclass(frozen=True, eq=False)
 class Residual:
     """What an edit does beyond its affine map: a sum of Gaussian bumps of the features of a stroke.
 
@@ -132,12 +162,16 @@ class Style:
         palette: of a painting; else None.
         marks: of a painting; None for colours alone, and of an edit.
         edit: of an edit; else None.
+        stage: of a painting; None for what a look has around a subject.
+        lines: of a painting; None where it has no contours.
     """
 
     name: str
     palette: StylePalette | None = None
     marks: StyleMarks | None = None
     edit: StyleEdit | None = None
+    stage: StyleStage | None = None
+    lines: StyleLines | None = None
 
     def __repr__(self) -> str:
         facts = [] if self.palette is None else [f"{len(self.palette.colors)} colours"]

@@ -90,6 +90,24 @@ def test_the_edit_of_pictures_is_learnt_by_the_gaussians_that_they_show(folder):
     np.testing.assert_allclose(style.edit.affine, np.column_stack([MATRIX, OFFSET]), atol=0.02)
 
 
+def test_a_picture_that_was_painted_over_needs_none_before_it_and_has_marks(folder):
+    scene = bg.load("scene.ply")
+    save_pictures(scene, "plain", (0.0,))
+    Path("over").mkdir()
+    file = next(Path("plain").iterdir())
+    picture = read_image(file)[..., :3] @ MATRIX.T + OFFSET
+    y, x = np.mgrid[: picture.shape[0], : picture.shape[1]]
+    hatched = np.clip(picture + 0.12 * np.sign(np.sin(x + 0.5 * y))[..., None], 0, 1)
+    save_opaque(hatched, f"over/{file.name}")
+    words = ["--scene", "scene.ply", "--camera-file", "cameras.json", "-o", "mine.style"]
+    assert learn("--after", f"over/{file.name}", *words) == 0
+    style = read_style("mine.style")
+    np.testing.assert_allclose(style.edit.affine, np.column_stack([MATRIX, OFFSET]), atol=0.1)
+    pairs = style.marks.directions.reshape(-1, 2).sum(axis=0)
+    angle = np.degrees(0.5 * np.arctan2(pairs[1], pairs[0]))
+    assert abs((angle - np.degrees(np.arctan2(-1, 0.5)) + 90) % 180 - 90) < 15
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

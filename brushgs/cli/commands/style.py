@@ -33,7 +33,8 @@ class Learn(Options, frozen=True):
     ABOUT: ClassVar = "from a painting, or from what was done to a scene"
     # fmt: off
     before: Annotated[Path | None, option("the scene before an edit; with --camera-file pictures of it, a "
-        "folder or one", default="", metavar="PATH")] = None
+        "folder or one; without, the scene itself is what was painted over", default="", metavar="PATH"
+    )] = None
     after: Annotated[Path | None, option("the same scene after it; with --camera-file pictures of it, a "
         "folder or one", default="", metavar="PATH")] = None
     scene: Annotated[Path | None, option("that the pictures of an edit show", default="", metavar="SCENE"
@@ -111,11 +112,8 @@ def _learn(args: Namespace) -> None:
 def _learn_edit(args: Namespace) -> None:
     if args.file is not None:
         raise ValueError("style learn takes a painting, or --before and --after; omit one")
-    for name, other in (("before", "after"), ("after", "before")):
-        if getattr(args, name) is None:
-            raise ValueError(
-                f"style learn needs --{name} too, the scene {name} the edit beside that {other} it"
-            )
+    if args.after is None:
+        raise ValueError("style learn needs --after too, the scene after the edit beside that before it")
     from brushgs.options.style_edit import EditSource
 
     up = flags.given(args, "view").get("up")

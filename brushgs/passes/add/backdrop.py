@@ -208,7 +208,7 @@ def backdrop(
     size = look.size / 4 * spacing * np.exp(g.normal(0, SIZE_JITTER, (count, 1)))
     scales = size * (np.sqrt(look.aspect), 1 / np.sqrt(look.aspect), THICKNESS)
     means = center + radius * (outward @ axes)
-    kept = _seen_by_any(means, REACH * scales[:, 0], cameras)
+    kept = seen_by_any(means, REACH * scales[:, 0], cameras)
     frames = np.stack([along @ axes, np.cross(outward, along) @ axes, outward @ axes], axis=2)[kept]
     frames[:, :, 2] *= np.sign(np.linalg.det(frames))[:, None]
     return Gaussians(
@@ -243,7 +243,7 @@ def _zoom(camera: Camera) -> float:
     return max(float(camera.K[1, 1]) / (0.5 * camera.height) * tan(0.5 * DEFAULT_FOV_Y), 1.0)
 
 
-def _seen_by_any(means: F64, reaches: F64, cameras: Sequence[Camera]) -> Mask:
+def seen_by_any(means: F64, reaches: F64, cameras: Sequence[Camera]) -> Mask:
     """Mask of the balls, of radius `reaches`, that may show in some camera."""
     seen = np.zeros(len(means), bool)
     for camera in cameras:

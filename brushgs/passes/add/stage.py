@@ -14,6 +14,7 @@ from brushgs.options.choices import StageTone
 from brushgs.passes.add.backdrop import mean_lab
 from brushgs.passes.add.stage_ground import Ground, find_ground
 from brushgs.passes.add.stage_lamp import found_lamp
+from brushgs.passes.add.stage_map import Manner, set_off
 from brushgs.passes.add.stage_paint import Hand, stage_strokes
 from brushgs.passes.add.stage_place import Place, above_ground, find_place
 from brushgs.passes.add.stage_shadow import Shadow, cast_shadow
@@ -120,6 +121,7 @@ def open_stage(
     suns: Sequence[F64] = (),
     *,
     values: float = 0.0,
+    manner: Manner | None = None,
 ) -> Stage:
     """The stage of a scene.
 
@@ -130,6 +132,7 @@ def open_stage(
         tone: see `choose_tones`.
         suns: [3] unit vectors toward the lamp at other times of a day, world axes.
         values: see `choose_tones`.
+        manner: of paintings, whose colors are set off from the subject; None for none.
     """
     place, ground = site.place, site.ground
     table = 0.0 if ground is None else 1.15 * ground.extent
@@ -140,6 +143,8 @@ def open_stage(
     outline = outline_of(subject, cameras, place, surface, own=own)
     own_tone = None if ground is None else ground.tone
     tones = choose_tones(mean_lab(subject), outline, tone, ground=own_tone, values=values)
+    if manner is not None:
+        tones = replace(tones, set_off=set_off(manner, outline))
     places = [place, *(replace(place, lamp=above_ground(place.axes @ sun)) for sun in suns)]
     shadow, *others = (cast_shadow(site.gaussians, one, site.weights) for one in places)
     return Stage(place, ground, surface, shadow, tones, site.follows_light, tuple(others))

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from brushgs.passes.add.backdrop import seen_by_any
 from brushgs.passes.add.stage_ground import Ground
+from brushgs.passes.add.stage_map import Layout, Manner, layout_of, map_colors, map_directions
 from brushgs.passes.add.stage_place import Place
 from brushgs.passes.add.stage_shadow import REACH, Shadow
 from brushgs.passes.add.stage_surface import Spots, Surface, spots_on
@@ -35,6 +37,10 @@ REFLECTED = 0.5  # share of the color of what stands near
 UPPER, FAR_TABLE, FRONT = 0.10, 0.04, 0.03  # by which the wall darkens upward, the table away and in front
 LEVEL_UP_TO = 0.7  # of the table's radius, from which strokes turn along its edge
 BLEND = (0.02, 0.6)  # slope of the cove between which the table becomes wall, radians
+# In the manner of a painting: strokes that cover a place, how many are seen at most, and how far one reaches.
+MARKED_OVERLAP, MOST_SEEN, SEEN_REACH = 5.0, 20_000, 3.0
+MOST_LIGHTER = 4.0  # factor of a stage that is set off from its subject
+PROBES = 2000  # places by which it is found how much of a stage is seen
 
 
 @dataclass(frozen=True)
@@ -46,12 +52,14 @@ class Hand:
         aspect: length over width, >= 1.
         jitter: standard deviations of OKLab lightness, and of a and b, from stroke to stroke.
         shadow: strength of shadow, contact and reflected color, 0 to 1.
+        manner: of paintings; None for none.
     """
 
     size: float = 1.0
     aspect: float = 2.4
     jitter: tuple[float, float] = (0.008, 0.004)
     shadow: float = 0.6
+    manner: Manner | None = None
 
 
 def stage_strokes(
@@ -81,6 +89,8 @@ def stage_strokes(
     """
     g, of_broad, of_fine = np.random.default_rng([seed, 7]).spawn(3)
     usual = _sizes(surface, place, cameras)
+    if hand.manner is not None:
+        return _in_manner(hand.manner, place, surface, (shadow, tones, ground), hand, cameras, usual, g)
     broad, broad_sizes = _laid(surface, usual * hand.size, of_broad)
     # However large the strokes, a shadow keeps its shape.
     fine_usual = usual * FINE * min(hand.size, 1.0)
@@ -95,13 +105,79 @@ def stage_strokes(
     frames = _frames(spots, place, surface, len(cameras) == 1, g)
     root = np.sqrt(hand.aspect)
     scales = sizes[:, None] / SIGMAS * (root, 1 / root, THICKNESS)
+    return _strokes(place, spots, frames, scales, lab)
+
+
+def _strokes(place: Place, spots: Spots, frames: F64, scales: F64, lab: F64) -> Gaussians:
     return Gaussians(
         place.world(spots.points),
         place.quats(frames),
         scales,
-        np.full(len(sizes), OPACITY),
+        np.full(len(scales), OPACITY),
         ((np.clip(rgb_of_oklab(lab), 0, 1) - 0.5) / C0)[:, None],
     )
+
+
+def _in_manner(
+    manner: Manner,
+    place: Place,
+    surface: Surface,
+    paint: tuple[Shadow, Tones, Ground | None],
+    hand: Hand,
+    cameras: Sequence[Camera],
+    usual: F64,
+    g: np.random.Generator,
+) -> Gaussians:
+    """The strokes of a stage as paintings have it: as large as their marks, those that some camera sees."""
+    shadow, tones, ground = paint
+    height, width = manner.parts[0].stage.colors.shape[:2]
+    layout = layout_of(surface, place, cameras, width / height)
+    root = np.sqrt(manner.aspect**manner.marks * hand.aspect ** (1 - manner.marks))
+    sizes = _marked_sizes(manner, place, surface, hand, cameras, usual)
+
+    def seen(spots: Spots, sizes: F64) -> Mask:
+        return seen_by_any(place.world(spots.points), SEEN_REACH * root * sizes / SIGMAS, cameras)
+
+    probe_sizes = sizes * np.sqrt(_count(surface, sizes) / PROBES)
+    probes = _laid(surface, probe_sizes * np.sqrt(MARKED_OVERLAP), g.spawn(1)[0], MARKED_OVERLAP)
+    share = float(seen(*probes).mean())
+    sizes = sizes * max(np.sqrt(share * _count(surface, sizes) / MOST_SEEN), 1.0)
+    spots, of_spots = _laid(surface, sizes, g.spawn(1)[0], MARKED_OVERLAP)
+    kept = seen(spots, of_spots)
+    spots, of_spots = Spots(*(column[kept] for column in spots)), of_spots[kept]
+    of_spots = of_spots * np.exp(SIZE_JITTER * spots.noise[:, 0])
+    lab = _colors(spots, surface, shadow, tones, hand, ground, layout)
+    share = manner.color
+    jitter = [
+        (1 - share) * own + share * of_style for own, of_style in zip(hand.jitter, manner.jitter, strict=True)
+    ]
+    lab += spots.noise[:, 1:4] * (jitter[0], jitter[1], jitter[1])
+    frames = _frames(spots, place, surface, len(cameras) == 1, g)
+    slope, (cos, sin) = surface.slope(spots.along), (np.cos(spots.around), np.sin(spots.around))
+    around = np.stack([-sin, np.zeros(len(cos)), cos], axis=1)
+    rise = np.stack([np.cos(slope) * cos, np.sin(slope), np.cos(slope) * sin], axis=1)
+    along, stretch = map_directions(manner, layout, surface, spots, frames[:, :, 0], (around, rise))
+    frames = np.stack([along, np.cross(frames[:, :, 2], along), frames[:, :, 2]], axis=2)
+    ones = np.ones(len(spots.points))
+    scales = of_spots[:, None] / SIGMAS * np.stack([root * stretch, ones / root, THICKNESS * ones], axis=1)
+    return _strokes(place, spots, frames, scales, lab)
+
+
+def _marked_sizes(
+    manner: Manner, place: Place, surface: Surface, hand: Hand, cameras: Sequence[Camera], usual: F64
+) -> F64:
+    """[STEPS] size of strokes along the profile on the way to that of the marks of paintings, world units."""
+    distance = float(np.median([np.linalg.norm(place.local(c.position[None])[0]) for c in cameras]))
+    shorter = float(np.median([min(c.width, c.height) / c.width for c in cameras]))
+    marks = (
+        manner.size * shorter * place.seen_width(cameras) * np.hypot(1, surface.rho / max(distance, 1e-300))
+    )
+    return np.asarray((usual * hand.size) ** (1 - manner.marks) * marks**manner.marks)
+
+
+def _count(surface: Surface, sizes: F64) -> float:
+    """How many strokes of these sizes there are on all of a stage."""
+    return float((2 * np.pi * surface.rho * np.gradient(surface.length) * MARKED_OVERLAP / sizes**2).sum())
 
 
 def _sizes(surface: Surface, place: Place, cameras: Sequence[Camera]) -> F64:
@@ -114,10 +190,10 @@ def _sizes(surface: Surface, place: Place, cameras: Sequence[Camera]) -> F64:
 
 
 def _laid(
-    surface: Surface, sizes: F64, g: np.random.Generator, *, until: float = np.inf
+    surface: Surface, sizes: F64, g: np.random.Generator, overlap: float = OVERLAP, *, until: float = np.inf
 ) -> tuple[Spots, F64]:
     """Places of strokes of these sizes, [STEPS] along the profile, and the size of each."""
-    spots = spots_on(surface, sizes**2 / OVERLAP, PLACE_JITTER, g, until=until)
+    spots = spots_on(surface, sizes**2 / overlap, PLACE_JITTER, g, until=until)
     return spots, np.interp(spots.along, surface.length, sizes)
 
 
@@ -136,13 +212,18 @@ def _colors(
     tones: Tones,
     hand: Hand,
     ground: Ground | None,
+    layout: Layout | None = None,
 ) -> F64:
-    """[n, 3] OKLab of table and wall, in light and shadow."""
+    """[n, 3] OKLab of table and wall, in light and shadow; with a layout in the manner of paintings."""
     covered = np.zeros(len(spots.points)) if ground is None else ground.at(spots.points)[0]
     low, high = BLEND
     wall = smoothstep((surface.slope(spots.along) - low) / (high - low))[:, None]
     table = _table(spots.points, surface, tones, ground)
     lab = table + wall * (_wall(spots.points, surface, tones) - table)
+    if layout is not None and hand.manner is not None:
+        lab = map_colors(hand.manner, layout, surface, spots, lab)
+        lighter = np.clip(lab[:, :1] + tones.set_off[0], 0, 1) / np.maximum(lab[:, :1], 1e-3)
+        lab *= np.clip(lighter, 0, MOST_LIGHTER)
     if hand.shadow == 0:
         return lab
     shade, contact, reflected = shadow.at(spots.points)

@@ -41,6 +41,9 @@ SLENDER = (4.0, 6.0)  # likewise, where the user says how strokes run: ropes and
 OWN_COUNTS = (1.1, 1.6)  # aspects between which the own direction comes to count for the neighbours
 UNSURE = 0.05  # weight of having no direction: beside it, noise on a surface of one colour is nothing
 WISH = 4.0  # weight of what the user says, where it counts wholly; a field has up to 4.2
+# Lengths of the own field between which it comes to count more than the marks of a style, and how much of
+# these it then replaces: smooth places take the flow of a painting, form keeps its own.
+FORMED, FORM = (0.3, 1.5), 0.7
 ROUNDING = 1e-9  # of a ratio of scales
 # Signs that have nothing else to follow: any direction that no axis of a scene is at right angles to.
 HEADING = np.array([0.61, 0.53, 0.59])
@@ -121,8 +124,11 @@ def orient(
     aspects, marked = np.full(len(planes), ASPECT), np.zeros(len(planes))
     if not isinstance(opened, str):
         wish = guide_wish(opened, planes) if isinstance(opened, Guides) else mark_wish(opened, planes)
-        say = np.hypot(wish.pairs[:, 0], wish.pairs[:, 1])
-        pairs = (1 - say)[:, None] * pairs + WISH * wish.pairs
+        wished = wish.pairs
+        if isinstance(opened, Marks) and opened.aspect is not None:
+            wished = wished * (1 - FORM * ramp(np.hypot(pairs[:, 0], pairs[:, 1]), *FORMED))[:, None]
+        say = np.hypot(wished[:, 0], wished[:, 1])
+        pairs = (1 - say)[:, None] * pairs + WISH * wished
         weights = (1 - say) * weights + WISH * say
         turnable = np.maximum(turnable, say * (1 - ramp(planes.aspects, *SLENDER)))
         if isinstance(opened, Marks) and opened.aspect is not None:

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from brushgs.passes.color.color_map import Affine, ColorMap
+from brushgs.passes.color.color_map import Affine, ColorMap, difference_slopes
 from brushgs.passes.style.features import StrokeFeatures
 from brushgs.values.arrays import F64, Array, check
-from brushgs.values.colors import LUMINANCE
+from brushgs.values.colors import LUMINANCE, oklab_of, rgb_of_oklab
 from brushgs.values.style import StylePalette
 
 NUM_SAMPLES = 1024  # of the scene's paint and of the painting, equally weighted
@@ -33,6 +33,9 @@ WIDTHS = 0.20, 0.10  # of the bumps: luma, chroma
 # colours at most so much. More would turn the noise of a grey scene into confetti.
 RIDGES = 0.004, 0.016, 0.064, 0.25, 1.0
 MOST_STRETCH = 9.0
+PURE = 0.95  # share of a painting that is less pure than its limit of chroma
+LEAST_CHROMA = 0.012  # OKLab: limit of chroma, about 4 of CIE, below which a painting is black and white
+KNEE = 0.7  # of a limit of chroma, from which on it is approached
 AFFINE_RIDGE = 1e-4  # of the slopes of chroma, and the largest of them, for the same reason
 MOST_SLOPE = 3.0
 _SEED = 20161
@@ -94,6 +97,49 @@ class PaletteMap:
         value = one + t * (m + t * (3 * (other - one) - 2 * m - n + t * (2 * (one - other) + m + n)))
         slope = (m + t * (2 * (3 * (other - one) - 2 * m - n) + 3 * t * (2 * (one - other) + m + n))) / step
         return value + slope * (luma - within), slope
+
+
+def is_grey(palette: StylePalette | None) -> bool:
+    """Whether a painting is black and white."""
+    return palette is not None and most_chroma(palette) < LEAST_CHROMA
+
+
+@dataclass(frozen=True, eq=False)
+class ChromaLimit:
+    """A limit of chroma that is approached smoothly, a `ColorMap`; lightness and hue stay.
+
+    Attributes:
+        most: OKLab chroma; 0 gives greys.
+    """
+
+    most: float
+
+    def colors(self, rgb: F64, features: StrokeFeatures | None = None) -> F64:
+        """See `ColorMap`."""
+        lab = oklab_of(rgb)
+        chroma = np.hypot(lab[:, 1], lab[:, 2])
+        knee, rest = KNEE * self.most, (1 - KNEE) * self.most
+        over = np.maximum(chroma - knee, 0)
+        limited = knee + rest * over / (rest + over) if self.most > 0 else np.zeros(len(lab))
+        is_over = chroma > knee
+        if not is_over.any():
+            return rgb
+        lab[is_over, 1:] *= (limited[is_over] / np.maximum(chroma[is_over], 1e-12))[:, None]
+        found = np.array(rgb)
+        found[is_over] = rgb_of_oklab(lab[is_over])
+        return found
+
+    def slopes(self, rgb: F64, after: F64, features: StrokeFeatures | None = None) -> F64:
+        """See `ColorMap`."""
+        return difference_slopes(self, rgb)
+
+
+def most_chroma(palette: StylePalette) -> float:
+    """The 95th percentile of the chroma of a painting, OKLab."""
+    chroma = np.hypot(*oklab_of(np.clip(palette.samples, 0, 1))[:, 1:].T)
+    order = np.argsort(chroma)
+    sums = np.cumsum(palette.weights[order])
+    return float(chroma[order][min(np.searchsorted(sums, PURE * sums[-1]), len(order) - 1)])
 
 
 def palette_map(palette: StylePalette, rgb: Array, weights: Array) -> ColorMap:

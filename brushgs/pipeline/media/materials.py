@@ -11,6 +11,7 @@ from brushgs.options.look_parts import ColorConfig
 from brushgs.options.media import DrawingMedium, Medium
 from brushgs.pipeline.background import Background
 from brushgs.pipeline.stroke_pass import nearest_regions
+from brushgs.pipeline.styling import Contour
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.arrays import Array
@@ -27,6 +28,7 @@ BACKDROP = "backdrop"  # name of the coat of whatever stands around the strokes 
 CUT_IN = "cutting in"  # of strokes of a stage along the outline of its subject, in one view
 ACCENTS = "accents"  # of pure lights and darks, which are laid last
 Color = tuple[float, float, float]
+CONTOUR_STRENGTH = 0.35  # of edges from which styles have contours
 LINE_TOLERANCE = (
     20.0  # times that of marks: a line is thin, and its own size says little about what it lies on
 )
@@ -45,6 +47,7 @@ class Materials:
         ground: what is seen where nothing is painted, RGB [3] or [H, W, 3]; None for nothing.
         lines: along edges of the scene; None where the medium has none.
         line_texture: their stroke image, or images.
+        contour: how the lines of styles look; None without.
     """
 
     strokes: Gaussians
@@ -55,6 +58,7 @@ class Materials:
     ground: Background
     lines: "Lines | None" = None
     line_texture: "StrokeTexture | BrushSet | None" = None
+    contour: Contour | None = None
 
     @cached_property
     def paper(self) -> Color:
@@ -93,13 +97,24 @@ class Materials:
         options = RenderOptions.of(kernel, num_threads=self.options.num_threads)
         return Coat(name, strokes, kernel, options)
 
-    def line_coat(self, color: Color, *, opacity: float, dry: float) -> list[Coat]:
-        """A coat of lines along edges; none where there are no lines."""
+    def contours(self) -> list[Coat]:
+        """The coat of contours of styles; none where they have none."""
+        contour = self.contour
+        if contour is None:
+            return []
+        return self.line_coat(contour.color, opacity=contour.opacity, dry=0.0, strength=CONTOUR_STRENGTH)
+
+    def line_coat(
+        self, color: Color, *, opacity: float, dry: float, strength: float | None = None
+    ) -> list[Coat]:
+        """A coat of lines along edges, of at least a strength; none where there are no lines."""
         from brushgs.values.sh import in_colors
 
         if self.lines is None or self.line_texture is None or opacity == 0:
             return []
-        shown = self.lines.stronger_than(numbers_of(DrawingMedium, self).line_strength)
+        if strength is None:
+            strength = numbers_of(DrawingMedium, self).line_strength
+        shown = self.lines.stronger_than(strength)
         if len(shown) == 0:
             return []
         strokes = in_colors(

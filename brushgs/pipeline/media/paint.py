@@ -1,4 +1,4 @@
-"""Opaque paint: strokes in their own colours, in one coat."""
+"""Opaque paint: strokes in their own colours, in one coat, and the contours of styles."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -13,8 +13,9 @@ QUIET = 0.5  # height of the paint of a stage, in that of the subject
 
 
 def paint(materials: Materials) -> list[Coat]:
-    """The coat of a painting."""
-    return [Coat("strokes", materials.strokes, materials.texture, materials.options)]
+    """The coat of a painting, and that of its contours if its styles have some."""
+    strokes = Coat("strokes", materials.strokes, materials.texture, materials.options)
+    return [strokes, *materials.contours()]
 
 
 def stage(materials: Materials, staging: "Staging") -> Coat:

@@ -26,7 +26,7 @@ from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import anew, makes, unless
 from brushgs.pipeline.stroke_changes import StrokeChanges
-from brushgs.pipeline.styling import Styles
+from brushgs.pipeline.styling import Contour, Styles
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.motion import StrokeMotion
@@ -113,10 +113,13 @@ def materials(
     colored_ground: "Surface | None",
     lines: "Lines | None",
     line_brushes: "BrushSet | None",
+    contour: Contour | None,
 ) -> Materials:
     """What the medium makes its coats of."""
     behind, config = shown_ground(colored_ground, background), painted_with
-    return Materials(strokes, texture, options, config.media, config.color, behind, lines, line_brushes)
+    return Materials(
+        strokes, texture, options, config.media, config.color, behind, lines, line_brushes, contour
+    )
 
 
 @anew

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import GroundConfig, LightConfig
-from brushgs.options.media import DrawingMedium, Medium
+from brushgs.options.media import Medium
 from brushgs.options.painting import ClusterConfig, PruneConfig, ViewConfig
 from brushgs.options.rules import Rules
 from brushgs.options.sequence import PathConfig
@@ -25,6 +25,7 @@ from brushgs.pipeline.steps.opening import Views
 from brushgs.pipeline.stroke_changes import StrokeChanges
 from brushgs.pipeline.stroke_pass import ALREADY_STROKES
 from brushgs.pipeline.strokes import cluster_scene, cut_scene, prune_scene
+from brushgs.pipeline.styling import Contour, Styles, contour_of
 from brushgs.pipeline.views import choose_first_view
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
@@ -81,9 +82,19 @@ def guide(
 
 
 @makes("has_lines", "has_paint")
-def of_media(media_config: Medium) -> tuple[bool, bool]:
-    """Whether the medium draws lines, and whether it is opaque paint."""
-    return media_config.draws_lines, media_config.kind == "paint"
+def of_media(media_config: Medium, contour: Contour | None) -> tuple[bool, bool]:
+    """Whether the medium draws lines, or a style has contours in it, and whether it is opaque paint."""
+    return media_config.draws_lines or contour is not None, media_config.kind == "paint"
+
+
+def _no_contour(media_config: Medium, styles: "Styles | None") -> str | None:
+    return None if styles is not None and media_config.kind == "paint" else "no style of opaque paint"
+
+
+@unless(_no_contour)
+def contour(styles: Styles) -> Contour | None:
+    """The contours of styles; None where they have none."""
+    return contour_of(styles)
 
 
 def is_path(views: Views) -> bool:
@@ -131,14 +142,16 @@ def finest(subject: Gaussians, plain_views: "PlainViews") -> Gaussians:
 @unless(lambda skip, has_lines: skip or (None if has_lines else "the medium draws no lines"))
 def drawn_lines(
     finest: Gaussians,
-    media_config: DrawingMedium,
+    media_config: Medium,
+    contour: Contour | None,
     plain_views: "PlainViews | None",
     cameras: Sequence[Camera],
     threads: int | None,
     report: Report,
 ) -> "tuple[Lines, BrushSet] | tuple[None, None]":
-    """The lines of a drawing, and their brushes."""
-    return open_lines(media_config.line_width, finest, plain_views, cameras, threads, report)
+    """The lines of a drawing, or the contours of a painting, and their brushes."""
+    width = contour.width if contour is not None else media_config.line_width  # type: ignore[attr-defined]
+    return open_lines(width, finest, plain_views, cameras, threads, report)
 
 
 @unless(lambda is_for_view: None if is_for_view else "strokes are for the whole scene", "finest")

@@ -2,7 +2,16 @@
 
 import numpy as np
 
-from brushgs.values.style import NamedColor, Residual, Style, StyleEdit, StyleMarks, StylePalette
+from brushgs.values.style import (
+    NamedColor,
+    Residual,
+    Style,
+    StyleEdit,
+    StyleLines,
+    StyleMarks,
+    StylePalette,
+    StyleStage,
+)
 
 
 def painting(num_brushes=2, side=24) -> Style:
@@ -25,7 +34,11 @@ def painting(num_brushes=2, side=24) -> Style:
     )
     brushes = tuple(rng.integers(0, 256, (side // 2, side), np.uint8) for _ in range(num_brushes))
     marks = StyleMarks(0.043, 4.25, directions, 0.02, 0.01, np.array([138, 84, 32]) / 255, 0.4, brushes)
-    return Style("evening", palette, marks)
+    stage = StyleStage(
+        rng.random((6, 15, 3), np.float32), 0.7 * rng.uniform(-1, 1, (6, 15, 2)).astype(np.float32)
+    )
+    lines = StyleLines(0.2, 0.008, np.array([20, 26, 36]) / 255)
+    return Style("evening", palette, marks, stage=stage, lines=lines)
 
 
 def edit(num_bumps=7) -> Style:

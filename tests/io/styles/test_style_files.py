@@ -9,7 +9,7 @@ import pytest
 
 from brushgs.errors import SceneError
 from brushgs.formats.styles import MAX_BYTES, pack, read_style, write_style
-from brushgs.values.style import Style
+from brushgs.values.style import Style, StyleStage
 from tests.io.styles import example
 
 HALF = 2.0**-11  # relative rounding of float16
@@ -46,6 +46,20 @@ def test_a_painting_survives_writing_and_reading(path):
     assert len(read.marks.brushes) == 2
     for brush, other in zip(read.marks.brushes, style.marks.brushes, strict=True):
         np.testing.assert_array_equal(brush, other)
+    np.testing.assert_allclose(read.stage.colors, style.stage.colors, atol=0.5 / 255 + 1e-6)
+    np.testing.assert_allclose(read.stage.directions, style.stage.directions, atol=0.5 / 127 + 1e-6)
+    assert (read.lines.share, read.lines.width) == (style.lines.share, style.lines.width)
+    np.testing.assert_allclose(read.lines.rgb, style.lines.rgb)
+
+
+def test_a_file_without_surroundings_is_read_as_before(path):
+    def older(value):
+        del value["stage"], value["lines"]
+
+    read = read_style(edited(path, older))
+    assert (read.stage, read.lines) == (None, None)
+    assert read.palette is not None
+    assert read.marks is not None
 
 
 def test_a_file_read_and_written_again_is_the_same_file(path, tmp_path):
@@ -108,7 +122,7 @@ def test_people_can_read_the_file(path):
     assert '      "color": "#1f3a6b",' in lines
     assert '      "share": 0.5,' in lines
     assert '    "ground": "#8a5420",' in lines
-    assert sum("data" in line for line in lines) == 3 + 1 + 2
+    assert sum("data" in line for line in lines) == 3 + 1 + 2 + 2
 
 
 def test_arrays_may_be_lists(path):
@@ -143,7 +157,7 @@ BAD = [
     (_set("name", ...), "name is missing, it must be text of 1 to 80"),
     (
         _set("colour", 1),
-        "colour is no known field among brushgs, version, name, palette, marks, edit;",
+        "colour is no known field among brushgs, version, name, palette, marks, edit, stage, lines;",
     ),
     (_set("palette", []), "palette must be a list of 1 to 64, got \\[\\]"),
     (_set("palette", {}), "palette must be a list of 1 to 64, got {}"),
@@ -169,9 +183,18 @@ BAD = [
     (_set("palette", 0, "offsets", "shape", [20, 4]), "must be 80 numbers of 2 bytes, .* got 120 bytes"),
     (
         _set("palette", 0, "offsets", "shape", [1e9, 1e9, 3]),
-        r"shape\[0\] must be a whole number 0 to 200000",
+        r"shape\[0\] must be a whole number 0 to 3000000",
     ),
     (_set("palette", 0, "offsets", "data", "&"), r"palette\[0\]\.offsets\.data must be base64"),
+    (_set("stage", 3), "stage must be an object, got 3"),
+    (_set("stage", "colors", ...), "stage.colors is missing"),
+    (_set("stage", "colors", pack(np.zeros((3, 600, 3)), "uint8")), "must be 2 to 512 a side"),
+    (_set("stage", "colors", pack(np.zeros((1, 1, 3)), "uint8")), "must be 2 to 512 a side"),
+    (_set("stage", "colors", [[[0, 0, -0.5]] * 2] * 2), "stage.colors must be 0 to 1, got -0.5"),
+    (_set("stage", "colors", [[[0, 0, 1.5]] * 2] * 2), "at most 1, got 1.5"),
+    (_set("stage", "directions", pack(np.zeros((6, 14, 2)), "int8")), r"shape \[6, 15, 2\], got shape"),
+    (_set("lines", "width", 0.5), "lines.width must be a number above 0 to 0.2"),
+    (_set("lines", "color", "ink"), "lines.color must be a colour"),
     (_set("marks", 3), "marks must be an object, got 3"),
     (_set("marks", "length", 0), "marks.length must be a number above 0 to 1, got 0"),
     (_set("marks", "aspect", 21), "marks.aspect must be a number 1 to 20"),
@@ -248,17 +271,18 @@ def test_what_is_no_json_or_too_large_is_refused(path):
     with pytest.raises(SceneError, match="surrogates not allowed"):
         read_style(path)
     path.write_bytes(b"{" + b" " * MAX_BYTES)
-    with pytest.raises(SceneError, match="at most 200 kB"):
+    with pytest.raises(SceneError, match="at most 3 MB"):
         read_style(path)
     with pytest.raises(SceneError, match="there is no such file"):
         read_style(path.with_stem("missing"))
 
 
 def test_a_style_too_large_or_wrong_is_not_written(path):
-    with pytest.raises(ValueError, match=r"at most 200 kB, got .*; keep fewer or smaller brushes"):
-        write_style(example.painting(8, side=250), path)
-    with pytest.raises(ValueError, match=r"at most 200 kB, got .*; learn a smaller residual"):
-        write_style(example.edit(8000), path)
+    with pytest.raises(ValueError, match=r"at most 3 MB, got .*; keep fewer or smaller brushes"):
+        wide = StyleStage(np.zeros((512, 512, 3), np.float32), np.zeros((512, 512, 2), np.float32))
+        write_style(replace(example.painting(64, side=250), stage=wide), path)
+    with pytest.raises(ValueError, match=r"at most 3 MB, got .*; learn a smaller residual"):
+        write_style(example.edit(40_000), path)
     style = example.painting()
     with pytest.raises(ValueError, match=r"cannot be written: .*marks.aspect must be .* 1 to 20, got 30"):
         write_style(replace(style, marks=replace(style.marks, aspect=30.0)), path)

@@ -1,0 +1,195 @@
+"""A stage in the hand of paintings: its strokes take colors and directions from maps of their surroundings.
+
+A map lies around the subject: its rows go from the foot of the subject to the top of the pictures of a job,
+as the views see it, its columns around the axis, as often as it takes for its marks to keep their shape. So
+it turns with the camera as the stage does.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+from brushgs.passes.add.stage_place import Place
+from brushgs.passes.add.stage_surface import Spots, Surface
+from brushgs.passes.add.stage_tones import Outline
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
+from brushgs.values.colors import oklab_of
+from brushgs.values.style import StyleStage
+
+GAP = 0.17  # OKLab lightness between subject and stage; 15 of L* are 0.12 to 0.16
+OF_STAGE = 0.5  # share of what lacks that the stage gives; the subject gives the rest
+DARKEST, LIGHTEST = 0.08, 0.94  # that either becomes for it, in the mean
+TABLE = 0.3  # of the height of a map, that lies on the table
+LEAST_SIZE = 0.6  # of the table, from whose distance inward columns do not get narrower
+MOST_STRETCH = 1.5  # of strokes that run away from the eye, whose pictures are shorter
+LOOSE = 0.08  # radians: standard deviation of directions
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The map of one style, and how far a stage takes it.
+
+    Attributes:
+        stage: the map.
+        color: share of its colors, 0 to 1.
+        direction: share of its directions, 0 to 1.
+    """
+
+    stage: StyleStage
+    color: float
+    direction: float
+
+
+@dataclass(frozen=True, eq=False)
+class Manner:
+    """How paintings have what surrounds their subjects painted.
+
+    Attributes:
+        parts: their maps.
+        size: of marks, the root of length times width, in shorter sides of the picture.
+        aspect: length over width.
+        marks: how far strokes take size and aspect, 0 to 1.
+        jitter: standard deviations of OKLab lightness, and of a and b, from mark to mark.
+    """
+
+    parts: Sequence[Part]
+    size: float
+    aspect: float
+    marks: float
+    jitter: tuple[float, float]
+
+    @property
+    def color(self) -> float:
+        """The share of colors that comes from maps."""
+        return float(min(sum(part.color for part in self.parts), 1.0))
+
+
+class Layout(NamedTuple):
+    """How a map lies on a stage.
+
+    [STEPS] height in the map along the profile, from 0 at the foot to 1 at the top of the pictures and above
+    mirrored; how often the map goes around; [STEPS] world units along the profile, and around, that are one
+    height of the map.
+    """
+
+    heights: F64
+    repeats: int
+    upward: F64
+    around: F64
+
+
+def layout_of(surface: Surface, place: Place, cameras: Sequence[Camera], aspect: float) -> Layout:
+    """How a map of an aspect, width over height, lies on a stage as these cameras see it."""
+    eyes = np.stack([place.local(camera.position[None])[0] for camera in cameras])
+    away, eye = float(np.median(np.hypot(eyes[:, 0], eyes[:, 2]))), float(np.median(eyes[:, 1]))
+    tops = [_top(camera, place) for camera in cameras]
+    angles = np.arctan2(surface.height - eye, away + surface.rho)
+    edge = float(np.interp(surface.table, surface.rho, np.maximum.accumulate(angles)))
+    span = max(max(tops) - edge, 0.1)
+    on_table = TABLE * np.minimum(surface.length / surface.table, 1)
+    places = on_table + (1 - TABLE) * np.maximum(np.maximum.accumulate(angles) - edge, 0) / span
+    radius = np.maximum(surface.rho, LEAST_SIZE * surface.table)
+    # A height of the map is so wide at the wall, as it is seen.
+    wide = span / (1 - TABLE) * np.hypot(away + surface.wall, surface.height[-1] * 0.25)
+    repeats = max(round(2 * np.pi * surface.wall / (aspect * wide)), 1)
+    upward = np.gradient(surface.length) / np.maximum(np.gradient(places), 1e-6)
+    around = 2 * np.pi * radius / (repeats * aspect)
+    return Layout(1 - np.abs((places % 2) - 1), repeats, upward, around)
+
+
+def _top(camera: Camera, place: Place) -> float:
+    """Elevation of the upper border of a picture, radians."""
+    upper = np.array([0.0, -camera.K[1, 2] / camera.K[1, 1], 1.0]) @ camera.viewmat[:3, :3] @ place.axes.T
+    return float(np.arctan2(upper[1], np.hypot(upper[0], upper[2])))
+
+
+def map_colors(manner: Manner, layout: Layout, surface: Surface, spots: Spots, own: F64) -> F64:
+    """[n, 3] OKLab: that of maps in their shares, and of `own` [n, 3] what is missing of 1."""
+    found = (1 - manner.color) * own
+    for part in manner.parts:
+        found += part.color * _sampled(oklab_field(part.stage), layout, surface, spots)
+    return found
+
+
+def oklab_field(stage: StyleStage) -> F64:
+    """[h, w, 3] its colors, OKLab."""
+    rgb = stage.colors.astype(np.float64)
+    return np.asarray(oklab_of(rgb.reshape(-1, 3)).reshape(rgb.shape))
+
+
+def map_directions(
+    manner: Manner, layout: Layout, surface: Surface, spots: Spots, along: F64, frames: tuple[F64, F64]
+) -> tuple[F64, F64]:
+    """[n, 3] local axes of strokes, [n] how much longer they are, toward what maps say.
+
+    Args:
+        manner: of the stage.
+        layout: of its maps.
+        surface: of the stage.
+        spots: where strokes lie.
+        along: [n, 3] their axes without maps.
+        frames: [n, 3] units around the axis, and up along the profile.
+    """
+    around, rise = frames
+    pairs = np.zeros((len(along), 2))
+    for part in manner.parts:
+        pairs += part.direction * _sampled(part.stage.directions.astype(np.float64), layout, surface, spots)
+    angles = 0.5 * np.arctan2(pairs[:, 1], pairs[:, 0]) + LOOSE * spots.noise[:, 4]
+    clear = np.clip(2 * np.hypot(pairs[:, 0], pairs[:, 1]), 0, 1)[:, None]
+    ratio = np.interp(spots.along, surface.length, layout.upward / layout.around)
+    across, up = np.cos(angles), -np.sin(angles) * np.clip(ratio, 1 / MOST_STRETCH, MOST_STRETCH)
+    lengths = np.hypot(across, up)
+    wanted = (-across[:, None] * around + up[:, None] * rise) / lengths[:, None]
+    wanted *= np.where((wanted * along).sum(axis=1, keepdims=True) < 0, -1, 1)
+    mixed = clear * wanted + (1 - clear) * along
+    norms = np.linalg.norm(mixed, axis=1, keepdims=True)
+    stretch = 1 + clear[:, 0] * (np.maximum(lengths, 1) - 1)
+    return np.where(norms > 1e-6, mixed / np.maximum(norms, 1e-6), along), stretch
+
+
+def _sampled(field: F64, layout: Layout, surface: Surface, spots: Spots) -> F64:
+    """[n, k] a field [h, w, k] of a map at spots."""
+    height, width = field.shape[:2]
+    v = (1 - np.interp(spots.along, surface.length, layout.heights)) * (height - 1)
+    u = (-spots.around * layout.repeats / (2 * np.pi) % 1) * width
+    closed = np.concatenate([field, field[:, :1]], axis=1)
+    return np.stack(
+        [map_coordinates(closed[..., k], [v, u], order=1) for k in range(field.shape[-1])], axis=1
+    )
+
+
+def set_off(manner: Manner, outline: Outline) -> tuple[float, float]:
+    """What is added to the lightness of a stage and of its subject so that they stand out from each other.
+
+    Args:
+        manner: of the stage.
+        outline: of the subject.
+    """
+    if not len(outline.lightness) or manner.color == 0:
+        return 0.0, 0.0
+    subject = float(outline.lightness.mean())
+    fields = [(oklab_field(part.stage)[..., 0], part.color) for part in manner.parts]
+    stage = sum(share * float(field[len(field) // 4 :].mean()) for field, share in fields) / manner.color
+    lacking = GAP - abs(subject - stage)
+    if lacking <= 0:
+        return 0.0, 0.0
+    ways = []
+    for sign in (1.0, -1.0):  # the subject lighter, or darker
+        need = max(GAP - sign * (subject - stage), 0.0)
+        ways.append(
+            (
+                sign * need,
+                _room(stage, -sign * OF_STAGE * need) + _room(subject, sign * need * (1 - OF_STAGE)),
+            )
+        )
+    step, _ = min(ways, key=lambda way: abs(way[0]) + 10 * way[1])
+    return -OF_STAGE * step, (1 - OF_STAGE) * step
+
+
+def _room(lightness: float, step: float) -> float:
+    """How far a mean lightness would leave its range by a step."""
+    return max(DARKEST - lightness - step, lightness + step - LIGHTEST, 0.0)

@@ -1,0 +1,72 @@
+"""A painting -> what surrounds its subject: its calm parts, without anything that stands in them.
+
+A color is calm where more than half of the painting's width and a side of it have it at about the same
+height, and where it is connected to the border. A tree, a moon, a figure or a face has colors that few places
+of the width have, or none of the sides, or is cut off from the border. Its place is filled from what is
+around it, so no color of it is left.
+"""
+
+import numpy as np
+from scipy.ndimage import binary_dilation, binary_opening, gaussian_filter, label
+from scipy.spatial import cKDTree
+
+from brushgs.values.arrays import F64, Mask
+
+PARTS, LEAST_PARTS = 10, 6  # upright parts of a painting, and in how many of them a calm color is
+HEIGHT = 0.25  # OKLab: how much a color differs from the same a whole height of the painting away
+NEIGHBORS = 5  # cells of a part that must have a color
+SIDE = 0.12  # of the width: what counts as a side
+EDGE = 0.04  # of the width and the height: what counts as border
+# OKLab distances up to which a color is the same: the first by which enough of the painting is calm.
+TOLERANCES = (0.04, 0.05, 0.065, 0.085, 0.11)
+ENOUGH = 0.3
+SMOOTH = 1.0  # cells
+OUTLINE = 2  # cells beside a figure that have something of it
+FILLS = (1.5, 3.0, 6.0, 12.0, 24.0, 48.0)  # cells: blurs by which gaps are filled, the narrowest that reaches
+REACHES = 0.02  # weight from which a blur reaches a place
+
+
+def calm_cells(lab: F64) -> Mask:
+    """[h, w] the cells of a painting [h, w, 3], OKLab, that belong to its surroundings."""
+    height, width = lab.shape[:2]
+    smooth = np.stack([gaussian_filter(lab[..., k], SMOOTH) for k in range(3)], axis=-1)
+    rows = np.broadcast_to(HEIGHT * np.arange(height)[:, None] / height, (height, width))
+    points = np.concatenate([smooth, rows[..., None]], axis=-1)
+    away = []
+    for part in np.array_split(points, PARTS, axis=1):
+        tree = cKDTree(part.reshape(-1, 4))
+        away.append(tree.query(points.reshape(-1, 4), k=[NEIGHBORS])[0].reshape(height, width))
+    side = max(round(SIDE * width), 1)
+    sides = cKDTree(np.concatenate([points[:, :side], points[:, -side:]], axis=1).reshape(-1, 4))
+    beside = sides.query(points.reshape(-1, 4), k=[NEIGHBORS])[0].reshape(height, width)
+    distance = np.maximum(np.sort(away, axis=0)[LEAST_PARTS - 1], beside)
+    border = np.ones((height, width), bool)
+    down, right = max(round(EDGE * height), 1), max(round(EDGE * width), 1)
+    border[down:-down, right:-right] = False
+    found = np.zeros((height, width), bool)
+    for tolerance in TOLERANCES:
+        labels, _ = label(distance < tolerance)
+        kept = np.unique(labels[border])
+        found = np.isin(labels, kept[kept > 0])
+        if found.mean() >= ENOUGH:
+            break
+    figure = binary_opening(~found, iterations=1)  # single cells are marks, not figures
+    calm = ~binary_dilation(figure, iterations=OUTLINE) & found
+    return np.asarray(calm if calm.any() else found if found.any() else border)
+
+
+def filled(values: F64, known: Mask) -> F64:
+    """Fields [h, w, k] that are kept where they are known, and elsewhere go on smoothly from there."""
+    found, is_open = np.where(known[..., None], values, 0.0), ~known
+    weights = known.astype(np.float64)
+    start = found.copy()
+    for blur in FILLS:
+        if not is_open.any():
+            break
+        reached = gaussian_filter(weights, blur)
+        rows = is_open & ((reached > REACHES) | (blur == FILLS[-1]))
+        for k in range(values.shape[-1]):
+            smooth = gaussian_filter(start[..., k], blur)
+            found[rows, k] = smooth[rows] / np.maximum(reached[rows], 1e-12)
+        is_open &= ~rows
+    return found

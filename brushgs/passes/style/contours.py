@@ -1,0 +1,68 @@
+"""A painting -> its dark contours: how wide they are, in which color, and how much of it they are.
+
+A contour is what a closing of the lightness by a disc fills, and is long: a dark ridge, not a spot.
+"""
+
+import numpy as np
+from scipy.ndimage import gaussian_filter, grey_closing, label
+
+from brushgs.passes.color.color_space import oklab_planes
+from brushgs.passes.style.averages import averaged
+from brushgs.values.arrays import F64, Array
+from brushgs.values.colors import rgb_of_oklab
+from brushgs.values.style import StyleLines, StyleMarks
+
+MOST_SIDE = 768  # pixels of a painting
+WIDTHS = (1.0, 1.7, 3.0)  # of a mark, of the disc
+LEAST_DISC, MOST_DISC = 3, 31  # pixels
+DARKER = 0.1  # OKLab lightness by which a contour is darker than both of its sides
+LEAST_SHARE = 0.1  # of the painting
+LONG = 6.0  # lengths over widths of a ridge
+DARKEST = 0.4  # share of the ridges that counts for their color: what is between is paint of both sides
+MOST_LIGHT = 0.55  # OKLab lightness of contours
+
+
+def learn_lines(image: Array, marks: StyleMarks) -> StyleLines | None:
+    """The contours of a painting [H, W, C]; None where it has none."""
+    lab = oklab_planes(averaged(image, MOST_SIDE)).astype(np.float64)
+    short = min(lab.shape[1:])
+    light = gaussian_filter(lab[0], 0.7)
+    best: StyleLines | None = None
+    for factor in WIDTHS:
+        disc = int(np.clip(round(factor * marks.length / marks.aspect * short), LEAST_DISC, MOST_DISC)) | 1
+        found = _of_disc(lab, light, disc, short)
+        if found is not None and (best is None or found.share > best.share):
+            best = found
+    return best if best is not None and best.share >= LEAST_SHARE else None
+
+
+def _of_disc(lab: F64, light: F64, disc: int, short: int) -> StyleLines | None:
+    y, x = np.mgrid[:disc, :disc] - disc // 2
+    hat = grey_closing(light, footprint=x * x + y * y <= (0.5 * disc) ** 2) - light
+    ridges = hat > DARKER
+    labels, count = label(ridges, np.ones((3, 3)))
+    if count == 0:
+        return None
+    # A ridge of width w and length l has area l w, and an outline of about 2 l pixels.
+    inner = (
+        ridges
+        & np.roll(ridges, 1, 0)
+        & np.roll(ridges, -1, 0)
+        & np.roll(ridges, 1, 1)
+        & np.roll(ridges, -1, 1)
+    )
+    areas = np.bincount(labels.ravel(), minlength=count + 1)[1:].astype(np.float64)
+    outlines = areas - np.bincount(labels[inner].ravel(), minlength=count + 1)[1:]
+    lengths = np.maximum(0.5 * outlines, 1)
+    widths = areas / lengths
+    is_long = lengths > LONG * widths
+    if not is_long.any():
+        return None
+    rows = np.isin(labels, 1 + np.flatnonzero(is_long))
+    dark = lab[:, rows]
+    dark = dark[:, dark[0] <= np.quantile(dark[0], DARKEST)].mean(axis=1)
+    if dark[0] > MOST_LIGHT:
+        return None
+    width = float(np.average(widths[is_long], weights=areas[is_long]))
+    rgb = np.clip(rgb_of_oklab(dark[None])[0], 0, 1)
+    return StyleLines(float(rows.mean()), width / short, rgb)

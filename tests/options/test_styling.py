@@ -1,0 +1,59 @@
+"""Styles by name, share and property."""
+
+from pathlib import Path
+
+import pytest
+
+from brushgs.errors import SceneError
+from brushgs.options.look import Look
+from brushgs.options.rules import Rules
+from brushgs.options.styling import DIALS, StyleConfig, StyleShare
+
+TEXT = "monet.style:0.8;color=1;marks=0.7;direction=0.5;line=0,dusk.style:0.2"
+
+
+def test_commas_part_styles_and_semicolons_their_properties():
+    first, second = StyleConfig.parse(TEXT).styles
+    assert first == StyleShare(Path("monet.style"), 0.8, marks=0.7, direction=0.5, line=0.0)
+    assert second == StyleShare(Path("dusk.style"), 0.2)
+    assert StyleConfig.parse("a.style;line=50%").styles[0] == StyleShare(Path("a.style"), 1.0, line=0.5)
+
+
+@pytest.mark.parametrize("text", [TEXT, "a.style:0.5", "a b.style:1;stage=0,c.style:0"])
+def test_a_config_is_read_again_from_its_text(text):
+    config = StyleConfig.parse(text)
+    assert StyleConfig.parse(str(config)) == config
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("a.style:1;colour=1", "style must have properties among .*, got 'colour'; did you mean 'color'"),
+        ("a.style:1;size=1", f"style must have properties among {', '.join(DIALS)}, got 'size'"),
+        ("a.style:1;line", "style must have properties such as line=0.7, got 'line'"),
+        ("a.style:1;line=x", "style must have properties such as line=0.7, got 'line=x'"),
+        ("a.style:1;marks=70", "style must have marks of 0 to 1, got 70; for 70 % write 0.7"),
+        ("a.style:0.7,b.style:0.7", "style must have shares that add up to at most 1, got 1.4"),
+        (";line=0", "style must be FILE:SHARE"),
+    ],
+)
+def test_what_is_wrong_with_a_style_is_said_in_one_sentence(text, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        StyleConfig.parse(text)
+
+
+def test_a_look_and_rules_take_styles_as_the_flag_does(tmp_path):
+    (tmp_path / "monet.style").touch()
+    look = tmp_path / "mine.toml"
+    look.write_text('base = "oil"\n[style]\nstyles = "monet.style:0.8;marks=0.7,other.style:0.1"\n')
+    first, second = Look.open(look).values["style"]["styles"]
+    assert first == StyleShare(tmp_path / "monet.style", 0.8, marks=0.7)
+    assert second == StyleShare(Path("other.style"), 0.1)
+    look.write_text('[style]\nstyles = "monet.style;lines=0"\n')
+    with pytest.raises(SceneError, match="got 'lines'; did you mean 'line'"):
+        Look.open(look)
+    rules = tmp_path / "parts.toml"
+    rules.write_text('[[region]]\nwhere = "subject"\nstyle = "monet.style:0.8;line=0"\n')
+    style = Rules.of(rules).rules[0].style
+    assert style is not None
+    assert style.styles == (StyleShare(tmp_path / "monet.style", 0.8, line=0.0),)

@@ -1,0 +1,115 @@
+"""A stage in the hand of paintings: where its map lies, how marks run on it, how its subject stands out."""
+
+import numpy as np
+import pytest
+
+from brushgs.cameras.framing import frame_scene, plain_first_view
+from brushgs.cameras.orbit import orbit
+from brushgs.passes.add.stage import painted_stage
+from brushgs.passes.add.stage_map import GAP, Manner, Part, layout_of, set_off
+from brushgs.passes.add.stage_paint import Hand
+from brushgs.passes.add.stage_tones import Outline
+from brushgs.rendering.plain import plain_views
+from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.quats import rotation_matrices
+from brushgs.values.sh import base_colors
+from brushgs.values.style import StyleStage
+from tests.passes.add.test_stage import SIZE, crate, stage_of
+
+COLUMNS = 60
+
+
+def manner(color=1.0, *, top=(0.2, 0.3, 0.7), low=(0.6, 0.5, 0.2), angle=0.0, marks=1.0, size=0.02):
+    """Two colors, one above the other, and marks of one direction."""
+    colors = np.empty((20, COLUMNS, 3), np.float32)
+    colors[:12], colors[12:] = top, low
+    pair = np.array([np.cos(2 * angle), np.sin(2 * angle)], np.float32)
+    stage = StyleStage(colors, np.broadcast_to(pair, (20, COLUMNS, 2)).copy())
+    return Manner([Part(stage, color, 1.0)], size, 4.0, marks, (0.0, 0.0))
+
+
+def painted(cameras, one, scene=None):
+    scene = crate() if scene is None else scene
+    stage = stage_of(scene, cameras, manner=one)
+    return stage, painted_stage(stage, Hand(manner=one, jitter=(0.0, 0.0)), cameras)
+
+
+def test_the_map_lies_on_the_stage_with_its_top_at_the_top_of_the_picture():
+    camera = frame_scene(plain_first_view(crate()), **SIZE)
+    _, strokes = painted([camera], manner())
+    frame = plain_views(strokes, [camera]).frames[0]
+    picture = frame.rgb / np.maximum(frame.alpha, 1e-6)[..., None]
+    assert frame.alpha.min() > 0.8
+    blue = picture[..., 2] > picture[..., 0]
+    assert blue[: SIZE["height"] // 5].mean() > 0.95
+    assert blue[-SIZE["height"] // 8 :].mean() < 0.05
+
+
+def test_every_pixel_of_an_orbit_is_covered_and_strokes_are_as_large_as_marks():
+    cameras = orbit(plain_first_view(crate()), 5, **SIZE)
+    _, strokes = painted(cameras, manner(size=0.04))
+    for frame in plain_views(strokes, cameras).frames:
+        assert frame.alpha.min() > 0.6
+        assert frame.alpha.mean() > 0.95
+
+
+def test_strokes_that_no_camera_sees_are_left_out():
+    camera = frame_scene(plain_first_view(crate()), **SIZE)
+    stage, strokes = painted([camera], manner())
+    _, around = painted(orbit(plain_first_view(crate()), 8, **SIZE), manner())
+    assert len(strokes) < 20_500
+    assert np.ptp(stage.place.local(around.means)[:, 2]) > 1.3 * np.ptp(
+        stage.place.local(strokes.means)[:, 2]
+    )
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 90, 150])
+def test_marks_run_on_the_wall_as_they_appear_in_the_painting(degrees):
+    camera = frame_scene(plain_first_view(crate()), **SIZE)
+    stage, strokes = painted([camera], manner(angle=np.radians(degrees)))
+    local = stage.place.local(strokes.means)
+    rows = (local[:, 1] > 0.6 * stage.surface.wall) & (np.abs(local[:, 0]) < 0.3 * stage.surface.wall)
+    assert rows.sum() > 20
+    ends = strokes.means[rows] + 0.01 * rotation_matrices(strokes.quats[rows])[:, :, 0]
+
+    def seen(points):
+        x, y, z = (points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).T
+        return np.stack([x / z, y / z], axis=1)
+
+    ways = seen(ends) - seen(strokes.means[rows])
+    pairs = np.exp(2j * np.arctan2(ways[:, 1], ways[:, 0])).mean()
+    away = (0.5 * np.angle(pairs) - np.radians(degrees) + np.pi / 2) % np.pi - np.pi / 2
+    assert abs(np.degrees(away)) < 14
+    assert abs(pairs) > 0.7
+
+
+def test_without_a_share_of_colors_the_stage_keeps_its_own():
+    camera = frame_scene(plain_first_view(crate()), **SIZE)
+    own = painted_stage(stage_of(crate(), [camera]), Hand(), [camera])
+    _, strokes = painted([camera], manner(color=0.0))
+    means = [oklab_of(base_colors(one.sh).astype(float)).mean(axis=0) for one in (own, strokes)]
+    np.testing.assert_allclose(means[1], means[0], atol=0.03)
+
+
+def test_columns_go_around_a_whole_number_of_times():
+    cameras = orbit(plain_first_view(crate()), 3, **SIZE)
+    stage = stage_of(crate(), cameras)
+    for aspect in (0.7, 3.0, 20.0):
+        layout = layout_of(stage.surface, stage.place, cameras, aspect)
+        assert layout.repeats >= 1
+        assert layout.heights.min() >= 0
+        assert layout.heights.max() <= 1
+
+
+@pytest.mark.parametrize("subject", [0.05, 0.25, 0.5, 0.75, 0.97])
+@pytest.mark.parametrize("stage", [0.05, 0.3, 0.5, 0.7, 0.97])
+def test_a_subject_stands_out_by_its_lightness(subject, stage):
+    rgb = tuple(np.clip(rgb_of_oklab(np.array([[stage, 0.0, 0.0]]))[0], 0, 1))
+    outline = Outline(np.full(9, subject), np.zeros(9, bool), np.zeros(9))
+    of_stage, of_subject = set_off(manner(top=rgb, low=rgb), outline)
+    after = stage + of_stage, subject + of_subject
+    assert abs(after[0] - after[1]) >= GAP - 1e-6
+    assert min(after) > 0
+    assert max(after) < 1
+    if abs(stage - subject) >= GAP:
+        assert (of_stage, of_subject) == (0, 0)

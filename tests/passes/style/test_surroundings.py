@@ -1,0 +1,107 @@
+"""What surrounds the subject of a painting: calm parts alone, closed around, and its contours."""
+
+import numpy as np
+import pytest
+
+from brushgs.passes.style.calm import calm_cells, filled
+from brushgs.passes.style.contours import learn_lines
+from brushgs.passes.style.quilt import COLUMNS, ROWS, learn_stage
+from brushgs.values.colors import oklab_of
+from brushgs.values.style import StyleMarks
+
+SKY, GROUND, TREE, SKIN, EYE = (
+    (0.35, 0.5, 0.8),
+    (0.5, 0.45, 0.2),
+    (0.05, 0.15, 0.08),
+    (0.9, 0.65, 0.5),
+    (0.9, 0.1, 0.6),
+)
+MARKS = StyleMarks(0.05, 4.0, np.zeros((2, 2, 2), np.float32))
+
+
+def landscape(height=240, width=320):
+    """Sky over ground, streaked; in it a tree, a face with an eye, and a moon."""
+    g = np.random.default_rng(0)
+    y, x = np.mgrid[:height, :width]
+    picture = np.where((y < 0.6 * height)[..., None], SKY, GROUND) * np.ones((height, width, 3))
+    picture += 0.04 * np.sin(0.4 * y + 0.1 * x)[..., None] + g.normal(0, 0.01, (height, width, 3))
+    figures = [
+        ((np.abs(x - 0.2 * width) < 18) & (y > 0.2 * height), TREE),
+        (np.hypot(x - 0.6 * width, y - 0.45 * height) < 40, SKIN),
+        (np.hypot(x - 0.62 * width, y - 0.42 * height) < 9, EYE),
+        (np.hypot(x - 0.97 * width, y - 0.12 * height) < 20, SKIN),
+    ]
+    is_figure = np.zeros((height, width), bool)
+    for place, color in figures:
+        picture[place] = color
+        is_figure |= place
+    return np.clip(picture, 0, 1), is_figure
+
+
+def nearest(colors, color):
+    """The least OKLab distance of any of the colors [..., 3] to one."""
+    return float(
+        np.linalg.norm(
+            oklab_of(np.reshape(colors, (-1, 3)).astype(float)) - oklab_of(np.array([color])), axis=1
+        ).min()
+    )
+
+
+def test_no_figure_is_left_in_the_map_of_a_painting():
+    stage = learn_stage(landscape()[0])
+    assert stage.colors.shape == (ROWS, COLUMNS, 3)
+    for color in (TREE, SKIN, EYE):
+        assert nearest(stage.colors, color) > 0.12
+    assert nearest(stage.colors, SKY) < 0.05
+    assert nearest(stage.colors, GROUND) < 0.05
+
+
+def test_the_map_has_the_heights_of_the_painting():
+    colors = learn_stage(landscape()[0]).colors
+    assert nearest(colors[ROWS // 6].mean(axis=0), SKY) < 0.05
+    assert nearest(colors[-ROWS // 8].mean(axis=0), GROUND) < 0.05
+
+
+def test_the_map_closes_without_a_seam():
+    stage = learn_stage(landscape()[0])
+    for field in (stage.colors, stage.directions):
+        steps = np.abs(np.diff(field, axis=1, append=field[:, :1])).mean(axis=(0, 2))
+        assert steps[-1] < 2.5 * np.median(steps) + 1e-3
+
+
+def test_equal_paintings_have_equal_maps_and_even_ones_have_one_color():
+    first, second = (learn_stage(landscape()[0]) for _ in range(2))
+    np.testing.assert_array_equal(first.colors, second.colors)
+    even = learn_stage(np.full((64, 48, 3), 0.4))
+    np.testing.assert_allclose(even.colors, 0.4, atol=0.01)
+    assert not np.abs(even.directions).max() > 1e-3
+
+
+def test_what_is_known_stays_and_gaps_are_filled_from_around():
+    field = np.zeros((40, 60, 1))
+    field[:, 30:] = 1.0
+    known = np.ones((40, 60), bool)
+    known[10:30, 40:55] = False
+    found = filled(np.where(known[..., None], field, 9.0), known)
+    np.testing.assert_array_equal(found[known], field[known])
+    np.testing.assert_allclose(found[~known], 1.0, atol=0.05)
+
+
+def test_a_painting_without_calm_parts_has_a_map_all_the_same():
+    g = np.random.default_rng(1)
+    cells = oklab_of(g.random((96 * 120, 3))).reshape(96, 120, 3)
+    assert calm_cells(cells).any()
+    assert np.isfinite(learn_stage(g.random((96, 120, 3))).colors).all()
+
+
+@pytest.mark.parametrize(("width", "spacing", "has_lines"), [(6, 40, True), (6, 400, False), (0, 40, False)])
+def test_contours_are_dark_ridges_of_their_width(width, spacing, has_lines):
+    _y, x = np.mgrid[:400, :500]
+    picture = np.full((400, 500, 3), 0.8)
+    picture[(x + 20) % spacing < width] = (0.1, 0.12, 0.2)
+    picture += np.random.default_rng(2).normal(0, 0.01, picture.shape)
+    lines = learn_lines(np.clip(picture, 0, 1), MARKS)
+    assert (lines is not None) == has_lines
+    if lines is not None:
+        assert lines.width * 400 == pytest.approx(width, rel=0.35)
+        assert nearest(lines.rgb, (0.1, 0.12, 0.2)) < 0.06
