@@ -174,22 +174,16 @@ def set_off(manner: Manner, outline: Outline) -> tuple[float, float]:
     subject = float(outline.lightness.mean())
     fields = [(oklab_field(part.stage)[..., 0], part.color) for part in manner.parts]
     stage = sum(share * float(field[len(field) // 4 :].mean()) for field, share in fields) / manner.color
-    lacking = GAP - abs(subject - stage)
-    if lacking <= 0:
+    if abs(subject - stage) >= GAP:
         return 0.0, 0.0
-    ways = []
-    for sign in (1.0, -1.0):  # the subject lighter, or darker
-        need = max(GAP - sign * (subject - stage), 0.0)
-        ways.append(
-            (
-                sign * need,
-                _room(stage, -sign * OF_STAGE * need) + _room(subject, sign * need * (1 - OF_STAGE)),
-            )
-        )
-    step, _ = min(ways, key=lambda way: abs(way[0]) + 10 * way[1])
-    return -OF_STAGE * step, (1 - OF_STAGE) * step
+    ways = [_parted(stage, subject, sign) for sign in (1.0, -1.0)]
+    return min(ways, key=lambda way: abs(way[0]) + abs(way[1]))
 
 
-def _room(lightness: float, step: float) -> float:
-    """How far a mean lightness would leave its range by a step."""
-    return max(DARKEST - lightness - step, lightness + step - LIGHTEST, 0.0)
+def _parted(stage: float, subject: float, sign: float) -> tuple[float, float]:
+    """What is added to both so that the subject is lighter, with a sign of 1, or darker, with -1."""
+    need = GAP - sign * (subject - stage)
+    steps = -sign * OF_STAGE * need, sign * (1 - OF_STAGE) * need
+    low, high = sorted((stage + steps[0], subject + steps[1]))
+    shift = max(DARKEST - low, 0.0) - max(high - LIGHTEST, 0.0)
+    return steps[0] + shift, steps[1] + shift

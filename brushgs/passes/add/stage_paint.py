@@ -38,7 +38,7 @@ UPPER, FAR_TABLE, FRONT = 0.10, 0.04, 0.03  # by which the wall darkens upward, 
 LEVEL_UP_TO = 0.7  # of the table's radius, from which strokes turn along its edge
 BLEND = (0.02, 0.6)  # slope of the cove between which the table becomes wall, radians
 # In the manner of a painting: strokes that cover a place, how many are seen at most, and how far one reaches.
-MARKED_OVERLAP, MOST_SEEN, SEEN_REACH = 5.0, 20_000, 3.0
+MARKED_OVERLAP, MOST_SEEN, SEEN_REACH = 6.0, 20_000, 3.0
 MOST_LIGHTER = 4.0  # factor of a stage that is set off from its subject
 PROBES = 2000  # places by which it is found how much of a stage is seen
 

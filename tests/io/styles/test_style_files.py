@@ -278,8 +278,8 @@ def test_what_is_no_json_or_too_large_is_refused(path):
 
 
 def test_a_style_too_large_or_wrong_is_not_written(path):
+    wide = StyleStage(np.zeros((512, 512, 3), np.float32), np.zeros((512, 512, 2), np.float32))
     with pytest.raises(ValueError, match=r"at most 3 MB, got .*; keep fewer or smaller brushes"):
-        wide = StyleStage(np.zeros((512, 512, 3), np.float32), np.zeros((512, 512, 2), np.float32))
         write_style(replace(example.painting(64, side=250), stage=wide), path)
     with pytest.raises(ValueError, match=r"at most 3 MB, got .*; learn a smaller residual"):
         write_style(example.edit(40_000), path)

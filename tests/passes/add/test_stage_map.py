@@ -39,7 +39,7 @@ def test_the_map_lies_on_the_stage_with_its_top_at_the_top_of_the_picture():
     _, strokes = painted([camera], manner())
     frame = plain_views(strokes, [camera]).frames[0]
     picture = frame.rgb / np.maximum(frame.alpha, 1e-6)[..., None]
-    assert frame.alpha.min() > 0.8
+    assert frame.alpha.min() > 0.6
     blue = picture[..., 2] > picture[..., 0]
     assert blue[: SIZE["height"] // 5].mean() > 0.95
     assert blue[-SIZE["height"] // 8 :].mean() < 0.05
@@ -68,7 +68,7 @@ def test_marks_run_on_the_wall_as_they_appear_in_the_painting(degrees):
     camera = frame_scene(plain_first_view(crate()), **SIZE)
     stage, strokes = painted([camera], manner(angle=np.radians(degrees)))
     local = stage.place.local(strokes.means)
-    rows = (local[:, 1] > 0.6 * stage.surface.wall) & (np.abs(local[:, 0]) < 0.3 * stage.surface.wall)
+    rows = (local[:, 1] > 0.25 * stage.surface.wall) & (np.abs(local[:, 0]) < 0.2 * stage.surface.wall)
     assert rows.sum() > 20
     ends = strokes.means[rows] + 0.01 * rotation_matrices(strokes.quats[rows])[:, :, 0]
 
