@@ -9,6 +9,7 @@ on ridges could not be told from what is painted. The skewness of slopes, which 
 
 import numpy as np
 
+from brushgs.passes.color.broken_color import MOST
 from brushgs.passes.color.color_space import oklab_planes
 from brushgs.passes.form.mark_directions import marks_in
 from brushgs.passes.style.averages import averaged
@@ -41,8 +42,8 @@ def learn_marks(image: Array) -> StyleMarks:
         length=measured.length,
         aspect=measured.aspect,
         directions=_grid(pairs),
-        broken_lightness=measured.lightness,
-        broken_chroma=measured.chroma,
+        broken_lightness=min(measured.lightness, MOST),
+        broken_chroma=min(measured.chroma, MOST),
         ground=find_ground(rgb),
         brushes=cut_marks(rgb, measured),
     )
