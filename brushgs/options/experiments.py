@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, get_args
 
 from brushgs.options.choices import BenchFamily, Method, Params, size_rule
 from brushgs.options.painting import picture_size
+from brushgs.options.styling import StyleConfig, style_config
 from brushgs.options.table import Options, in_files, option
 from brushgs.options.where import WhereConfig
 
@@ -111,8 +112,10 @@ class RefineConfig(Options, frozen=True):
     GROUP: ClassVar = "refinement"
     ABOUT: ClassVar = "needs PyTorch: pip install torch"
     # fmt: off
-    style: Annotated[Path | None, option("painting, or style file that was learnt from one (`brushgs style "
-        "learn`): strokes become its marks, with brushes cut out of it, in its colours")] = None
+    style: Annotated[StyleConfig | None, option("painting, or style file that was learnt from one (`brushgs "
+        "style learn`): strokes become its marks, with brushes cut out of it, in its colours; several with "
+        "shares and dials as for `brushgs render --style`", metavar="FILE:SHARE", read=StyleConfig.parse,
+        make=style_config)] = None
     params: Annotated[Params, option("parameters of the strokes that are fitted: 'color' alone, 'free' all "
         "but opacity, 'all'")] = "all"
     where: WhereConfig | None = None

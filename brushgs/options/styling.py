@@ -150,6 +150,12 @@ class StyleConfig(Options, frozen=True):
         """Of the styles."""
         return tuple(style.file for style in self.styles)
 
+    @property
+    def only(self) -> Path | None:
+        """The file of a single style that is taken wholly; None for others."""
+        first = self.styles[0]
+        return first.file if len(self.styles) == 1 and first.share == 1 and not first.dials else None
+
     @classmethod
     def parse(cls, text: str) -> "StyleConfig":
         """Parse a text such as "monet.style:0.7,dusk.style:0.3"; without a share it is 1.
@@ -166,6 +172,11 @@ class StyleConfig(Options, frozen=True):
 
 def _is_number(text: str) -> bool:
     return re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?%?", text.lower()) is not None
+
+
+def style_config(given: Any) -> StyleConfig:
+    """Styles of a text, a file or a table of files with their shares."""
+    return given if isinstance(given, StyleConfig) else StyleConfig(_styles_value(given))
 
 
 def check_swap(text: Any) -> str:

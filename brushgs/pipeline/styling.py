@@ -214,7 +214,7 @@ def contour_of(styles: Styles) -> Contour | None:
     for style, share in styles.taken("line"):
         if style.lines is not None and share > 0:
             low, high = CONTOUR_SHARES
-            full = min(0.3 + 0.7 * (style.lines.share - low) / (high - low), 1.0)
+            full = min(0.15 + 0.85 * (style.lines.share - low) / (high - low), 1.0)
             red, green, blue = (float(channel) for channel in style.lines.rgb)
             opacity = CONTOUR_OPACITY * share * max(full, 0.0)
             found.append(Contour(LINE_WIDTH * style.lines.width * LINE_SIDE, (red, green, blue), opacity))

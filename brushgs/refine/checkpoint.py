@@ -16,6 +16,7 @@ from brushgs.formats.files import is_plain, replacing
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, Up
 from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.options.styling import MAX_STYLES
 from brushgs.pipeline.clip import Clip, files_of
 from brushgs.pipeline.prepare import Prepared
 from brushgs.pipeline.resume import (
@@ -32,6 +33,7 @@ from brushgs.values.gaussians import Gaussians
 SECONDS_BETWEEN_CHECKPOINTS = 20.0
 # Options that a fit does not depend on: it draws in order of depth, on white; and files, which go by their
 # content.
+MORE_STYLES = tuple(f"style image {number}" for number in range(2, MAX_STYLES + 1))
 _NOT_OF_A_FIT = "background", "order", "stroke", "palette file"
 _STROKES, _MOTION = "result of clustering", "motion"  # compared last: they follow from all others
 
@@ -146,7 +148,11 @@ def describe_fit(
     if prepared.moving is not None:
         described[_MOTION] = motion_digest(prepared.moving)
     palette = None if paint.palette is None else paint.palette.file
-    files = {"palette": palette, "style image": config.style, "VGG weights": config.vgg_weights}
+    files = {"palette": palette, "style image": None, "VGG weights": config.vgg_weights}
+    if config.style is not None:
+        files |= {("style image", *MORE_STYLES)[k]: file for k, file in enumerate(config.style.files)}
+        if config.style.only is None:
+            described["style shares"] = str(config.style)
     for name, path in files.items():
         # The step that opens it refuses one that is missing.
         described[name] = None if path is None or not is_plain(path) else named_file_digest(path)

@@ -22,6 +22,7 @@ from brushgs.measure.report import plain_config, plain_paint
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, PaletteConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
+from brushgs.options.styling import StyleConfig
 from brushgs.pipeline.clip import Clip, as_files, files_of
 from brushgs.pipeline.moments import check_strokes_output, write_strokes
 from brushgs.pipeline.outputs import input_files
@@ -30,7 +31,8 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.strokes import name_of, open_palette, recolor_scene
 from brushgs.pipeline.where import rows_where
 from brushgs.refine.checkpoint import Checkpoint, describe_fit
-from brushgs.refine.painting_style import PaintingStyle, at_size, is_style, open_style
+from brushgs.refine.mix_styles import open_styles
+from brushgs.refine.painting_style import PaintingStyle, at_size, is_style
 from brushgs.refine.report import Refinement, RefineReport, write_plot
 from brushgs.values.arrays import Array, Mask
 from brushgs.values.camera import Camera, FirstView
@@ -90,7 +92,7 @@ def refine_file(
     if config.style is not None:
         learnt = _open_style(config.style, report)
         if paint.palette is None:
-            paint = replace(paint, palette=PaletteConfig(config.style))
+            paint = replace(paint, palette=_palette_of(config.style, learnt, output))
     prepared = prepare(
         scene,
         paint if config.where is None else replace(paint, palette=None),  # which is for that part alone
@@ -139,7 +141,8 @@ def refine_file(
 
 def _inputs(files: SceneFiles | None, paint: PaintConfig, config: RefineConfig) -> tuple[Path, ...]:
     """All files that are read."""
-    extras = [path for path in (config.style, config.vgg_weights) if path is not None]
+    extras = [] if config.vgg_weights is None else [config.vgg_weights]
+    extras += () if config.style is None else config.style.files
     extras += () if config.where is None else config.where.files
     return (*input_files(files, paint), *extras)
 
@@ -188,7 +191,7 @@ def refine_strokes(
             from brushgs.refine.style import EVALUATIONS, LAID_RATES, RATES, style_of, stylise
 
             if painting is None:
-                painting = open_style(config.style).painting
+                painting = open_styles(config.style).painting
             shorter = min(training_views[0].alpha.shape)
             style = style_of(at_size(painting, shorter), config.vgg_weights, schedule.seed)
             refined, curve = stylise(
@@ -210,7 +213,7 @@ def refine_strokes(
             stage.did += f"; resumed from step {resumed_from:,}"
         if config.style is not None:
             decrease = 1 - 10 ** (-(max(curve.scores) - curve.scores[0]) / 10)
-            stage.did += f"; the loss to {config.style.name} fell by {decrease:.0%}"
+            stage.did += f"; the loss to {_names(config.style)} fell by {decrease:.0%}"
         report.result = Refinement(
             config.params,
             len(strokes),
@@ -237,12 +240,29 @@ def _counts(result: Refinement) -> dict[str, Any]:
     return counts | {f"curve_{name}": figures[name] for name in ("steps", "seconds", "losses", "scores")}
 
 
-def _open_style(path: Path, report: Report) -> PaintingStyle:
-    """The style of a painting, as one stage."""
+def _names(style: StyleConfig) -> str:
+    return ", ".join(file.name for file in style.files)
+
+
+def _palette_of(style: StyleConfig, learnt: PaintingStyle, output: Path) -> PaletteConfig:
+    """The colours of styles in their shares; those of several are written beside the output."""
+    strength = sum(one.share * one.color for one in style.styles)
+    if len(style.files) == 1:
+        return PaletteConfig(style.files[0], strength)
+    from brushgs.io.styles.write import write_style
+    from brushgs.refine.in_style import style_beside
+
+    write_style(learnt.style, style_beside(output))
+    return PaletteConfig(style_beside(output), strength)
+
+
+def _open_style(style: StyleConfig, report: Report) -> PaintingStyle:
+    """The style of a painting, or the mix of several, as one stage."""
     with report.stage("style") as stage:
-        learnt = open_style(path)
+        learnt, path = open_styles(style), style.only or style
         marks, height, width = learnt.style.marks, *learnt.painting.shape[:2]
-        stage.did = f"{path}, {width}x{height} pixels" if not is_style(path) else f"{path}"
+        is_picture = isinstance(path, Path) and not is_style(path)
+        stage.did = f"{path}, {width}x{height} pixels" if is_picture else f"{path}"
         if marks is None:
             stage.skipped.append("marks: it shows none, so strokes keep their own and take its colours")
         else:
@@ -294,7 +314,8 @@ def _in_style(
     inside = np.ones(len(prepared.strokes), bool) if moves is None else moves
     laid = lay_in_style(prepared, inside, marks, shown_at, paint, config.keeps, output, report, most=most)
     beside = style_beside(output)
-    is_input = config.style is not None and beside.exists() and beside.samefile(config.style)
+    files = () if config.style is None else config.style.files
+    is_input = beside.exists() and any(beside.samefile(file) for file in files)
     if marks.brushes and not is_input:
         from brushgs.formats.styles import write_style
 

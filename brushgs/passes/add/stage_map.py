@@ -21,6 +21,11 @@ from brushgs.values.colors import oklab_of
 from brushgs.values.style import StyleStage
 
 GAP = 0.17  # OKLab lightness between subject and stage; 15 of L* are 0.12 to 0.16
+ON_WALL = 0.3  # share of an outline before the wall, from which on only that is set off
+BEHIND_WALL, BEHIND_ALL = (
+    (0.3, 0.75),
+    (0.25, 1.0),
+)  # heights of a map, from its top, that are behind an outline
 OF_STAGE = 0.5  # share of what lacks that the stage gives; the subject gives the rest
 DARKEST, LIGHTEST = 0.08, 0.94  # that either becomes for it, in the mean
 TABLE = 0.3  # of the height of a map, that lies on the table
@@ -171,9 +176,15 @@ def set_off(manner: Manner, outline: Outline) -> tuple[float, float]:
     """
     if not len(outline.lightness) or manner.color == 0:
         return 0.0, 0.0
-    subject = float(outline.lightness.mean())
-    fields = [(oklab_field(part.stage)[..., 0], part.color) for part in manner.parts]
-    stage = sum(share * float(field[len(field) // 4 :].mean()) for field, share in fields) / manner.color
+    rows, is_behind = BEHIND_ALL, np.ones(len(outline.lightness), bool)
+    if (~outline.is_table).mean() >= ON_WALL:
+        rows, is_behind = BEHIND_WALL, ~outline.is_table
+    subject = float(outline.lightness[is_behind].mean())
+    stage = 0.0
+    for part in manner.parts:
+        field = oklab_field(part.stage)[..., 0]
+        behind = field[int(rows[0] * len(field)) : int(np.ceil(rows[1] * len(field)))]
+        stage += part.color / manner.color * float(behind.mean())
     if abs(subject - stage) >= GAP:
         return 0.0, 0.0
     ways = [_parted(stage, subject, sign) for sign in (1.0, -1.0)]

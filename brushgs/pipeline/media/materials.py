@@ -102,7 +102,8 @@ class Materials:
         contour = self.contour
         if contour is None:
             return []
-        return self.line_coat(contour.color, opacity=contour.opacity, dry=0.0, strength=CONTOUR_STRENGTH)
+        coats = self.line_coat(contour.color, opacity=contour.opacity, dry=0.0, strength=CONTOUR_STRENGTH)
+        return [replace(coat, options=replace(coat.options, relief=None)) for coat in coats]
 
     def line_coat(
         self, color: Color, *, opacity: float, dry: float, strength: float | None = None
