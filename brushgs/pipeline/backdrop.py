@@ -133,6 +133,7 @@ def _stage(
 ) -> tuple[Coat, Materials, F32 | None]:
     from brushgs.passes.add.stage import open_stage
     from brushgs.passes.add.stage_ground import dissolved
+    from brushgs.passes.add.stage_map import table_color
     from brushgs.passes.add.stage_paint import Hand
     from brushgs.pipeline.media.media import stage_of
     from brushgs.pipeline.media.staging import Staging
@@ -160,6 +161,8 @@ def _stage(
     _describe(report, stage, len(coat.strokes))
     if stage.ground is not None:
         table = stage.tones.table if config.media.kind == "paint" else None
+        if manner is not None:
+            table = table_color(manner, stage.tones)
         materials = replace(materials, strokes=dissolved(strokes, stage.ground, table))
     if step := stage.tones.set_off[1]:
         materials = replace(materials, strokes=_lightened(materials.strokes, step))

@@ -14,7 +14,7 @@ from scipy.ndimage import map_coordinates
 
 from brushgs.passes.add.stage_place import Place
 from brushgs.passes.add.stage_surface import Spots, Surface
-from brushgs.passes.add.stage_tones import Outline
+from brushgs.passes.add.stage_tones import Outline, Tones
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of
@@ -29,6 +29,7 @@ BEHIND_WALL, BEHIND_ALL = (
 OF_STAGE = 0.5  # share of what lacks that the stage gives; the subject gives the rest
 DARKEST, LIGHTEST = 0.08, 0.94  # that either becomes for it, in the mean
 TABLE = 0.3  # of the height of a map, that lies on the table
+COVE = 0.3  # of the way from the table to the wall, that counts as table
 LEAST_SIZE = 0.6  # of the table, from whose distance inward columns do not get narrower
 MOST_STRETCH = 1.5  # of strokes that run away from the eye, whose pictures are shorter
 LOOSE = 0.08  # radians: standard deviation of directions
@@ -93,9 +94,10 @@ def layout_of(surface: Surface, place: Place, cameras: Sequence[Camera], aspect:
     away, eye = float(np.median(np.hypot(eyes[:, 0], eyes[:, 2]))), float(np.median(eyes[:, 1]))
     tops = [_top(camera, place) for camera in cameras]
     angles = np.arctan2(surface.height - eye, away + surface.rho)
-    edge = float(np.interp(surface.table, surface.rho, np.maximum.accumulate(angles)))
+    reach = surface.table + COVE * (surface.wall - surface.table)
+    edge = float(np.interp(reach, surface.rho, np.maximum.accumulate(angles)))
     span = max(max(tops) - edge, 0.1)
-    on_table = TABLE * np.minimum(surface.length / surface.table, 1)
+    on_table = TABLE * np.minimum(surface.length / np.interp(reach, surface.rho, surface.length), 1)
     places = on_table + (1 - TABLE) * np.maximum(np.maximum.accumulate(angles) - edge, 0) / span
     radius = np.maximum(surface.rho, LEAST_SIZE * surface.table)
     # A height of the map is so wide at the wall, as it is seen.
@@ -165,6 +167,16 @@ def _sampled(field: F64, layout: Layout, surface: Surface, spots: Spots) -> F64:
     return np.stack(
         [map_coordinates(closed[..., k], [v, u], order=1) for k in range(field.shape[-1])], axis=1
     )
+
+
+def table_color(manner: Manner, tones: Tones) -> F64:
+    """[3] OKLab, the mean color of the table of a stage."""
+    found = (1 - manner.color) * tones.table
+    for part in manner.parts:
+        field = oklab_field(part.stage)
+        found = found + part.color * field[int((1 - TABLE) * len(field)) :].mean(axis=(0, 1))
+    found[0] += tones.set_off[0]
+    return np.asarray(found)
 
 
 def set_off(manner: Manner, outline: Outline) -> tuple[float, float]:

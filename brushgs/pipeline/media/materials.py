@@ -29,6 +29,7 @@ CUT_IN = "cutting in"  # of strokes of a stage along the outline of its subject,
 ACCENTS = "accents"  # of pure lights and darks, which are laid last
 Color = tuple[float, float, float]
 CONTOUR_STRENGTH = 0.35  # of edges from which styles have contours
+CONTOUR_OVERLAP = 1.7  # of their pieces, which are wide: with less the overlaps of their soft ends show
 LINE_TOLERANCE = (
     20.0  # times that of marks: a line is thin, and its own size says little about what it lies on
 )
@@ -102,13 +103,18 @@ class Materials:
         contour = self.contour
         if contour is None:
             return []
-        coats = self.line_coat(contour.color, opacity=contour.opacity, dry=0.0, strength=CONTOUR_STRENGTH)
+        coats = self.line_coat(
+            contour.color, opacity=contour.opacity, dry=0.0, strength=CONTOUR_STRENGTH, along=CONTOUR_OVERLAP
+        )
         return [replace(coat, options=replace(coat.options, relief=None)) for coat in coats]
 
     def line_coat(
-        self, color: Color, *, opacity: float, dry: float, strength: float | None = None
+        self, color: Color, *, opacity: float, dry: float, strength: float | None = None, along: float = 1.0
     ) -> list[Coat]:
-        """A coat of lines along edges, of at least a strength; none where there are no lines."""
+        """A coat of lines along edges, of at least a strength; none where there are no lines.
+
+        Their pieces are `along` times as long.
+        """
         from brushgs.values.sh import in_colors
 
         if self.lines is None or self.line_texture is None or opacity == 0:
@@ -119,7 +125,7 @@ class Materials:
         if len(shown) == 0:
             return []
         strokes = in_colors(
-            scaled(shown.strokes, 1.0, 1.0, opacities=opacity * shown.strokes.opacities), color
+            scaled(shown.strokes, along, 1.0, opacities=opacity * shown.strokes.opacities), color
         )
         strokes = nearest_regions(self.strokes, strokes)
         options = self.options.for_marks(self.line_texture)
