@@ -166,6 +166,11 @@ def _facts(style: "Style") -> dict[str, object]:
             "directions": "{1}x{0}".format(*marks.directions.shape),
             "brushes": len(marks.brushes),
         }
+    if style.stage is not None:
+        facts["surroundings"] = "{1}x{0}".format(*style.stage.colors.shape)
+    if style.lines is not None:
+        lines = style.lines
+        facts["contours"] = {"share": lines.share, "width": lines.width, "color": _code(lines.rgb)}
     if style.edit is not None:
         residual = style.edit.residual
         facts["edit"] = {

@@ -14,7 +14,7 @@ from brushgs.values.style import StyleLines, StyleMarks
 
 MOST_SIDE = 768  # pixels of a painting
 WIDTHS = (1.0, 1.7, 3.0)  # of a mark, of the disc
-LEAST_DISC, MOST_DISC = 3, 31  # pixels
+LEAST_DISC, WIDEST = 3, 0.027  # pixels, and share of the longer side, of the disc
 DARKER = 0.1  # OKLab lightness by which a contour is darker than both of its sides
 LEAST_SHARE = 0.1  # of the painting
 LONG = 6.0  # lengths over widths of a ridge
@@ -25,11 +25,11 @@ MOST_LIGHT = 0.55  # OKLab lightness of contours
 def learn_lines(image: Array, marks: StyleMarks) -> StyleLines | None:
     """The contours of a painting [H, W, C]; None where it has none."""
     lab = oklab_planes(averaged(image, MOST_SIDE)).astype(np.float64)
-    short = min(lab.shape[1:])
+    short, widest = min(lab.shape[1:]), WIDEST * max(lab.shape[1:])
     light = gaussian_filter(lab[0], 0.7)
     best: StyleLines | None = None
     for factor in WIDTHS:
-        disc = int(np.clip(round(factor * marks.length / marks.aspect * short), LEAST_DISC, MOST_DISC)) | 1
+        disc = int(np.clip(round(factor * marks.length / marks.aspect * short), LEAST_DISC, widest)) | 1
         found = _of_disc(lab, light, disc, short)
         if found is not None and (best is None or found.share > best.share):
             best = found
