@@ -21,7 +21,7 @@ from brushgs.values.arrays import F32, F64
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.colors import rgb_of
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.sh import base_colors, in_colors, shift_base_colors
+from brushgs.values.sh import base_colors, in_colors
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
@@ -133,7 +133,6 @@ def _stage(
 ) -> tuple[Coat, Materials, F32 | None]:
     from brushgs.passes.add.stage import open_stage
     from brushgs.passes.add.stage_ground import dissolved
-    from brushgs.passes.add.stage_map import table_color
     from brushgs.passes.add.stage_paint import Hand
     from brushgs.pipeline.media.media import stage_of
     from brushgs.pipeline.media.staging import Staging
@@ -144,7 +143,7 @@ def _stage(
     manner = (
         manner_of(setting.styles) if config.media.kind == "paint" and ground.stage_colors is None else None
     )
-    stage = open_stage(site, strokes, setting.cameras, tone, suns, values=values, manner=manner)
+    stage = open_stage(site, strokes, setting.cameras, tone, suns, values=values)
     least, most = SIZES
     size = min(max((USUAL_STROKES / len(strokes)) ** 0.5, least), most) * ground.stage_size
     hand = Hand(size, ground.stage_aspect, ground.stage_jitter, ground.shadow, manner)
@@ -157,26 +156,19 @@ def _stage(
         laid = [stage_of(materials, Staging(one, hand, setting.cameras, finished, seed)) for one in others]
         colors = [base_colors(one.strokes.sh) for one in (coat, *laid)]
         shifts = (np.stack(colors) - colors[0]).astype(np.float32)
+    if manner is not None:
+        from brushgs.passes.add.set_off import set_off
+
+        behind, strokes = set_off(coat.strokes, strokes, setting.cameras, stage.ground)
+        coat, materials = replace(coat, strokes=behind), replace(materials, strokes=strokes)
     coat = replace(coat, normals=stage.normals_of(coat.strokes), is_one_sided=True)
     _describe(report, stage, len(coat.strokes))
     if stage.ground is not None:
         table = stage.tones.table if config.media.kind == "paint" else None
         if manner is not None:
-            table = table_color(manner, stage.tones)
+            table = stage.table_color(coat.strokes)
         materials = replace(materials, strokes=dissolved(strokes, stage.ground, table))
-    if step := stage.tones.set_off[1]:
-        materials = replace(materials, strokes=_lightened(materials.strokes, step))
     return coat, materials, shifts
-
-
-def _lightened(strokes: Gaussians, step: float) -> Gaussians:
-    """Strokes with a step of OKLab lightness."""
-    from brushgs.values.colors import oklab_of, rgb_of_oklab
-
-    rgb = base_colors(strokes.sh).astype(np.float64)
-    lab = oklab_of(np.clip(rgb, 0, 1))
-    lab[:, 0] = np.clip(lab[:, 0] + step, 0, 1)
-    return shift_base_colors(strokes, np.clip(rgb_of_oklab(lab), 0, 1) - rgb)
 
 
 def _finished(strokes: Gaussians, *, setting: Setting, has_colors: bool, seed: int) -> Gaussians:

@@ -57,7 +57,7 @@ def _marks(styles: Sequence[Style], config: StyleConfig) -> StyleMarks | None:
         return None
     marks, weights, turns = zip(*parts, strict=True)
     shares = np.array(weights) / sum(weights)
-    largest = marks[int(shares.argmax())]
+    largest: StyleMarks = marks[int(shares.argmax())]
     rows, columns = largest.directions.shape[:2]
     directions = sum(
         share * turn * _on_grid(one.directions, rows, columns)
@@ -88,4 +88,4 @@ def _on_grid(directions: F32, rows: int, columns: int) -> F32:
     """Directions [h, w, 2] at the places of another grid, the nearest ones."""
     i = (np.arange(rows) + 0.5) * directions.shape[0] // rows
     j = (np.arange(columns) + 0.5) * directions.shape[1] // columns
-    return directions[i.astype(int)[:, None], j.astype(int)]
+    return np.asarray(directions[i.astype(int)[:, None], j.astype(int)])

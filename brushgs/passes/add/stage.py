@@ -14,7 +14,6 @@ from brushgs.options.choices import StageTone
 from brushgs.passes.add.backdrop import mean_lab
 from brushgs.passes.add.stage_ground import Ground, find_ground
 from brushgs.passes.add.stage_lamp import found_lamp
-from brushgs.passes.add.stage_map import Manner, set_off
 from brushgs.passes.add.stage_paint import Hand, stage_strokes
 from brushgs.passes.add.stage_place import Place, above_ground, find_place
 from brushgs.passes.add.stage_shadow import Shadow, cast_shadow
@@ -23,8 +22,10 @@ from brushgs.passes.add.stage_tones import Tones, choose_tones, outline_of
 from brushgs.passes.reduce.contribution import paint_of
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera, FirstView
+from brushgs.values.colors import oklab_of
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
+from brushgs.values.sh import base_colors
 
 MOST_ROWS = 40_000  # Gaussians of a scene that are looked at: of more every n-th
 FRINGE = 1.5  # radius of a ground with its torn border, in that of what it covers
@@ -64,6 +65,15 @@ class Stage:
         normals *= np.sign(normals @ self.place.axes[1])[:, None]
         heights = self.place.local(strokes.means)[:, 1]
         return np.asarray(normals * (heights < LOW * self.surface.height[-1])[:, None])
+
+    def table_color(self, strokes: Gaussians) -> F64:
+        """[3] OKLab, the mean color of the strokes that lie on the level table; that of the tones without."""
+        right, height, away = self.place.local(strokes.means).T
+        rows = (np.hypot(right, away) < self.surface.table) & (height < 0.01 * self.surface.wall)
+        if not rows.any():
+            return self.tones.table
+        lab = oklab_of(np.clip(base_colors(strokes.sh[rows]).astype(np.float64), 0, 1))
+        return np.asarray(lab.mean(axis=0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +131,6 @@ def open_stage(
     suns: Sequence[F64] = (),
     *,
     values: float = 0.0,
-    manner: Manner | None = None,
 ) -> Stage:
     """The stage of a scene.
 
@@ -132,7 +141,6 @@ def open_stage(
         tone: see `choose_tones`.
         suns: [3] unit vectors toward the lamp at other times of a day, world axes.
         values: see `choose_tones`.
-        manner: of paintings, whose colors are set off from the subject; None for none.
     """
     place, ground = site.place, site.ground
     table = 0.0 if ground is None else 1.15 * ground.extent
@@ -143,8 +151,6 @@ def open_stage(
     outline = outline_of(subject, cameras, place, surface, own=own)
     own_tone = None if ground is None else ground.tone
     tones = choose_tones(mean_lab(subject), outline, tone, ground=own_tone, values=values)
-    if manner is not None:
-        tones = replace(tones, set_off=set_off(manner, outline))
     places = [place, *(replace(place, lamp=above_ground(place.axes @ sun)) for sun in suns)]
     shadow, *others = (cast_shadow(site.gaussians, one, site.weights) for one in places)
     return Stage(place, ground, surface, shadow, tones, site.follows_light, tuple(others))

@@ -14,20 +14,11 @@ from scipy.ndimage import map_coordinates
 
 from brushgs.passes.add.stage_place import Place
 from brushgs.passes.add.stage_surface import Spots, Surface
-from brushgs.passes.add.stage_tones import Outline, Tones
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of
 from brushgs.values.style import StyleStage
 
-GAP = 0.17  # OKLab lightness between subject and stage; 15 of L* are 0.12 to 0.16
-ON_WALL = 0.3  # share of an outline before the wall, from which on only that is set off
-BEHIND_WALL, BEHIND_ALL = (
-    (0.3, 0.75),
-    (0.25, 1.0),
-)  # heights of a map, from its top, that are behind an outline
-OF_STAGE = 0.5  # share of what lacks that the stage gives; the subject gives the rest
-DARKEST, LIGHTEST = 0.08, 0.94  # that either becomes for it, in the mean
 TABLE = 0.3  # of the height of a map, that lies on the table
 COVE = 0.3  # of the way from the table to the wall, that counts as table
 LEAST_SIZE = 0.6  # of the table, from whose distance inward columns do not get narrower
@@ -167,46 +158,3 @@ def _sampled(field: F64, layout: Layout, surface: Surface, spots: Spots) -> F64:
     return np.stack(
         [map_coordinates(closed[..., k], [v, u], order=1) for k in range(field.shape[-1])], axis=1
     )
-
-
-def table_color(manner: Manner, tones: Tones) -> F64:
-    """[3] OKLab, the mean color of the table of a stage."""
-    found = (1 - manner.color) * tones.table
-    for part in manner.parts:
-        field = oklab_field(part.stage)
-        found = found + part.color * field[int((1 - TABLE) * len(field)) :].mean(axis=(0, 1))
-    found[0] += tones.set_off[0]
-    return np.asarray(found)
-
-
-def set_off(manner: Manner, outline: Outline) -> tuple[float, float]:
-    """What is added to the lightness of a stage and of its subject so that they stand out from each other.
-
-    Args:
-        manner: of the stage.
-        outline: of the subject.
-    """
-    if not len(outline.lightness) or manner.color == 0:
-        return 0.0, 0.0
-    rows, is_behind = BEHIND_ALL, np.ones(len(outline.lightness), bool)
-    if (~outline.is_table).mean() >= ON_WALL:
-        rows, is_behind = BEHIND_WALL, ~outline.is_table
-    subject = float(outline.lightness[is_behind].mean())
-    stage = 0.0
-    for part in manner.parts:
-        field = oklab_field(part.stage)[..., 0]
-        behind = field[int(rows[0] * len(field)) : int(np.ceil(rows[1] * len(field)))]
-        stage += part.color / manner.color * float(behind.mean())
-    if abs(subject - stage) >= GAP:
-        return 0.0, 0.0
-    ways = [_parted(stage, subject, sign) for sign in (1.0, -1.0)]
-    return min(ways, key=lambda way: abs(way[0]) + abs(way[1]))
-
-
-def _parted(stage: float, subject: float, sign: float) -> tuple[float, float]:
-    """What is added to both so that the subject is lighter, with a sign of 1, or darker, with -1."""
-    need = GAP - sign * (subject - stage)
-    steps = -sign * OF_STAGE * need, sign * (1 - OF_STAGE) * need
-    low, high = sorted((stage + steps[0], subject + steps[1]))
-    shift = max(DARKEST - low, 0.0) - max(high - LIGHTEST, 0.0)
-    return steps[0] + shift, steps[1] + shift

@@ -39,7 +39,6 @@ LEVEL_UP_TO = 0.7  # of the table's radius, from which strokes turn along its ed
 BLEND = (0.02, 0.6)  # slope of the cove between which the table becomes wall, radians
 # In the manner of a painting: strokes that cover a place, how many are seen at most, and how far one reaches.
 MARKED_OVERLAP, MOST_SEEN, SEEN_REACH = 6.0, 20_000, 3.0
-MOST_LIGHTER = 4.0  # factor of a stage that is set off from its subject
 PROBES = 2000  # places by which it is found how much of a stage is seen
 
 
@@ -222,8 +221,6 @@ def _colors(
     lab = table + wall * (_wall(spots.points, surface, tones) - table)
     if layout is not None and hand.manner is not None:
         lab = map_colors(hand.manner, layout, surface, spots, lab)
-        lighter = np.clip(lab[:, :1] + tones.set_off[0], 0, 1) / np.maximum(lab[:, :1], 1e-3)
-        lab *= np.clip(lighter, 0, MOST_LIGHTER)
     if hand.shadow == 0:
         return lab
     shade, contact, reflected = shadow.at(spots.points)

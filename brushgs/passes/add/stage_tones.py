@@ -59,14 +59,12 @@ class Tones:
         wall: [3] in its middle.
         slope: change of the wall's lightness from its middle to the right.
         reads: share of the outline at which the lightness differs by at least `READS`.
-        set_off: what is added to the lightness of a stage in colors of paintings, and of its subject.
     """
 
     table: F64
     wall: F64
     slope: float
     reads: float
-    set_off: tuple[float, float] = (0.0, 0.0)
 
 
 def outline_of(

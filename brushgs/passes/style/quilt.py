@@ -12,7 +12,7 @@ from brushgs.passes.color.color_space import oklab_planes
 from brushgs.passes.form.mark_directions import mark_pairs, shrunk
 from brushgs.passes.style.averages import averaged
 from brushgs.passes.style.calm import calm_cells, filled
-from brushgs.values.arrays import F64, Array
+from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.colors import rgb_of_oklab
 from brushgs.values.style import StyleStage
 
@@ -95,7 +95,7 @@ def quilted(field: F64, calm: F64, *, seed: int = _SEED) -> F64:
 def _best(
     sources: list[tuple[F64, F64]],
     now: F64,
-    is_laid: Array,
+    is_laid: Mask,
     top: int,
     used: list[tuple[int, int]],
     rng: np.random.Generator,

@@ -5,10 +5,10 @@ import pytest
 
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.cameras.orbit import orbit
+from brushgs.passes.add.set_off import GAP, parted, set_off
 from brushgs.passes.add.stage import painted_stage
-from brushgs.passes.add.stage_map import GAP, Manner, Part, layout_of, set_off
+from brushgs.passes.add.stage_map import Manner, Part, layout_of
 from brushgs.passes.add.stage_paint import Hand
-from brushgs.passes.add.stage_tones import Outline
 from brushgs.rendering.plain import plain_views
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.quats import rotation_matrices
@@ -30,7 +30,7 @@ def manner(color=1.0, *, top=(0.2, 0.3, 0.7), low=(0.6, 0.5, 0.2), angle=0.0, ma
 
 def painted(cameras, one, scene=None):
     scene = crate() if scene is None else scene
-    stage = stage_of(scene, cameras, manner=one)
+    stage = stage_of(scene, cameras)
     return stage, painted_stage(stage, Hand(manner=one, jitter=(0.0, 0.0)), cameras)
 
 
@@ -101,15 +101,28 @@ def test_columns_go_around_a_whole_number_of_times():
         assert layout.heights.max() <= 1
 
 
+@pytest.mark.parametrize("lightness", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("apart", [0.0, 0.06])
+def test_a_subject_stands_out_by_its_lightness(lightness, apart):
+    camera = frame_scene(plain_first_view(crate()), **SIZE)
+    rgb = [
+        tuple(np.clip(rgb_of_oklab(np.array([[at, 0.0, 0.0]]))[0], 0, 1))
+        for at in (lightness, lightness + apart)
+    ]
+    subject = crate(rgb[1])
+    _, behind = painted([camera], manner(top=rgb[0], low=rgb[0]), subject)
+    found = set_off(behind.astype(np.float32), subject, [camera])
+    stage, within = (oklab_of(np.clip(base_colors(one.sh), 0, 1).astype(float))[:, 0].mean() for one in found)
+    assert abs(stage - within) > 0.15
+    assert set_off(*found, [camera]) == found
+
+
 @pytest.mark.parametrize("subject", [0.05, 0.25, 0.5, 0.75, 0.97])
 @pytest.mark.parametrize("stage", [0.05, 0.3, 0.5, 0.7, 0.97])
-def test_a_subject_stands_out_by_its_lightness(subject, stage):
-    rgb = tuple(np.clip(rgb_of_oklab(np.array([[stage, 0.0, 0.0]]))[0], 0, 1))
-    outline = Outline(np.full(9, subject), np.zeros(9, bool), np.zeros(9))
-    of_stage, of_subject = set_off(manner(top=rgb, low=rgb), outline)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_both_keep_their_range_when_they_are_parted(subject, stage, sign):
+    of_stage, of_subject = parted(stage, subject, sign)
     after = stage + of_stage, subject + of_subject
-    assert abs(after[0] - after[1]) >= GAP - 1e-6
+    assert sign * (after[1] - after[0]) >= GAP
     assert min(after) > 0
     assert max(after) < 1
-    if abs(stage - subject) >= GAP:
-        assert (of_stage, of_subject) == (0, 0)
