@@ -13,9 +13,9 @@
 Of palette, marks and edit at least one is there; stage and lines may be there beside these. The fields are
 those of `Style`. Colours are "#rrggbb", numbers plain; only arrays are base64. The offsets of a colour are
 relative to it: who edits one colour moves all that is around it. An array is a list, of lists, of numbers, or
-packed: {"type": "float16", "shape": [128, 3], "data": base64}, little endian, where int8 stands for -1 to 1 in
-steps of 1/127 and uint8 for 0 to 1 in steps of 1/255. A picture is {"type": "png", "data": base64}, 8 bits of
-grey. What an artist may write too: shares that do not add up to 1 (they are scaled so that they do), and a
+packed: {"type": "float16", "shape": [128, 3], "data": base64}, little endian, where int8 stands for -1 to 1
+in steps of 1/127 and uint8 for 0 to 1 in steps of 1/255. A picture is {"type": "png", "data": base64}, 8 bits
+of grey. What an artist may write too: shares that do not add up to 1 (they are scaled so that they do), and a
 colour without offsets (it alone).
 """
 

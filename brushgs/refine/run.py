@@ -249,7 +249,7 @@ def _palette_of(style: StyleConfig, learnt: PaintingStyle, output: Path) -> Pale
     strength = sum(one.share * one.color for one in style.styles)
     if len(style.files) == 1:
         return PaletteConfig(style.files[0], strength)
-    from brushgs.io.styles.write import write_style
+    from brushgs.formats.styles import write_style
     from brushgs.refine.in_style import style_beside
 
     write_style(learnt.style, style_beside(output))
