@@ -8,7 +8,6 @@ give way until they differ.
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.add.stage_ground import Ground
@@ -76,6 +75,8 @@ def _lightness(
     stage: Gaussians, subject: Gaussians, is_own: Array, views: Sequence[Camera]
 ) -> tuple[float, float] | None:
     """The mean lightness behind the outline of a subject, and within; None where none is seen."""
+    from scipy.ndimage import binary_dilation
+
     kernel = StrokeTexture.open("gaussian")
     options = RenderOptions.of(kernel)
     behind, within = [], []

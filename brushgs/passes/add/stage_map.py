@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 from brushgs.passes.add.stage_place import Place
 from brushgs.passes.add.stage_surface import Spots, Surface
@@ -151,6 +150,8 @@ def map_directions(
 
 def _sampled(field: F64, layout: Layout, surface: Surface, spots: Spots) -> F64:
     """[n, k] a field [h, w, k] of a map at spots."""
+    from scipy.ndimage import map_coordinates
+
     height, width = field.shape[:2]
     v = (1 - np.interp(spots.along, surface.length, layout.heights)) * (height - 1)
     u = (-spots.around * layout.repeats / (2 * np.pi) % 1) * width
