@@ -410,7 +410,7 @@ def test_the_page_turns_until_it_is_touched(open_page, path):
             page.mouse.down()
             page.mouse.up()
         else:
-            page.locator("#share").focus()
+            page.locator("#link").focus()
         assert not page.evaluate("brushgs.controls.isTurning")
         assert page.locator("#turn").get_attribute("aria-pressed") == "false"
         page.close()

@@ -7,6 +7,7 @@ from tests.outlets.page.page_file import seen, settle, shown, wait_until, write_
 
 CALM = {"reduced_motion": "reduce"}
 COPY = {"permissions": ["clipboard-read", "clipboard-write"]}
+DESKTOP = {"width": 1100, "height": 500}  # which shows all fields of the bar
 LINK = "#view=40,10,0.8,0.1,0,-0.2&share=60&ground=c9b89a"
 
 
@@ -22,7 +23,7 @@ def path(tmp_path_factory, contents):
 
 @pytest.fixture(scope="module")
 def page(open_shared_page, path):
-    tab = open_shared_page(path, **CALM, **COPY)
+    tab = open_shared_page(path, **CALM, **COPY, **DESKTOP)
     tab.evaluate("brushgs.ready")
     return tab
 
@@ -39,7 +40,7 @@ def test_a_link_shows_what_was_shown(page, contents):
         page.locator("#painting").press(key)
     settle(page)
     before = seen(page, contents.header).viewmat
-    page.locator("#link").click()
+    page.locator("#link").press("Enter")  # which wakes the bar, where it has faded
     link = page.locator("#linkText").input_value()
     assert link.startswith(page.url.split("#")[0] + "#view=")
     page.locator("#copyLink").click()
@@ -55,7 +56,7 @@ def test_a_link_shows_what_was_shown(page, contents):
 
 
 def test_code_for_another_page_holds_no_markup_of_a_title(page):
-    page.locator("#link").click()
+    page.locator("#link").press("Enter")  # which wakes the bar, where it has faded
     code = page.locator("#embedText").input_value()
     page.keyboard.press("Escape")
     assert code.startswith('<iframe src="file://')
