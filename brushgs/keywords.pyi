@@ -23,6 +23,7 @@ class PaintKeywords(TypedDict, total=False):
     gloss: float | str | None
     canvas: Literal["none", "linen", "paper"] | None
     stroke: Sequence[str] | str | None
+    stroke_color: Literal["own", "scene", "mix"] | None
     filter: Literal["mip", "bilinear", "nearest"] | None
     extent: Literal["fitted", "paper"] | None
     background: str | None
@@ -94,6 +95,7 @@ class FilmKeywords(TypedDict, total=False):
     gloss: float | str | None
     canvas: Literal["none", "linen", "paper"] | None
     stroke: Sequence[str] | str | None
+    stroke_color: Literal["own", "scene", "mix"] | None
     filter: Literal["mip", "bilinear", "nearest"] | None
     extent: Literal["fitted", "paper"] | None
     background: str | None

@@ -5,7 +5,7 @@ stroke keeps its brush in every view.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -83,6 +83,17 @@ class BrushSet:
         return tuple(texture.coverage for texture in self.textures)
 
     @property
+    def are_colored(self) -> bool:
+        """Whether a brush has colours of its own."""
+        return any(texture.tint is not None for texture in self.textures)
+
+    def without_colors(self) -> "BrushSet":
+        """The same brushes without colours of their own."""
+        if not self.are_colored:
+            return self
+        return BrushSet(tuple(replace(texture, tint=None) for texture in self.textures), self.name)
+
+    @property
     def num_sigmas(self) -> Sigmas:
         """Half length of a box in standard deviations, of all brushes or of each; see `StrokeTexture`."""
         return _common([texture.num_sigmas for texture in self.textures])
@@ -113,7 +124,9 @@ class BrushSet:
         return np.isin(brushes, smooth) if smooth and brushes is not None else None
 
     @classmethod
-    def open(cls, stroke: str | Path | Sequence[str | Path], *, size: int = LONG_SIDE) -> "BrushSet":
+    def open(
+        cls, stroke: str | Path | Sequence[str | Path], *, size: int = LONG_SIDE, colored: bool = False
+    ) -> "BrushSet":
         """The brush or the brushes that names, files or a folder give.
 
         Args:
@@ -121,6 +134,7 @@ class BrushSet:
                 ("flat,dab", "a.png,b.png"); or a folder, whose images by name are the set. A file whose name
                 has a comma in it is one brush.
             size: longest side kept of each image, texels.
+            colored: whether images with colour in them keep it, see `StrokeTexture.open`.
 
         Raises:
             SceneError: if one cannot be opened, or a folder holds no image.
@@ -132,7 +146,7 @@ class BrushSet:
         """
         paths = paths_of(stroke) if isinstance(stroke, str | Path) else list(stroke)
         check_count(len(paths))  # before they are all read
-        textures = tuple(StrokeTexture.open(path, size=size) for path in paths)
+        textures = tuple(StrokeTexture.open(path, size=size, colored=colored) for path in paths)
         if isinstance(stroke, str | Path) and is_folder(stroke):
             return cls(textures, name_of(stroke))
         return cls(textures)

@@ -88,12 +88,19 @@ class BrushKit:
         names = (name for field in fields(self) for name in getattr(self, field.name))
         return tuple(dict.fromkeys(image for name in names for image in images_of(name)))
 
-    def open(self, *, size: int = LONG_SIDE, known: Mapping[str, StrokeTexture] | None = None) -> BrushSet:
+    def open(
+        self,
+        *,
+        size: int = LONG_SIDE,
+        known: Mapping[str, StrokeTexture] | None = None,
+        colored: bool = False,
+    ) -> BrushSet:
         """All brushes of the kit.
 
         Args:
             size: longest side kept of each image, texels.
             known: images that are open already, by their name or path.
+            colored: whether images with colour in them keep it, see `StrokeTexture.open`.
 
         Raises:
             SceneError: see `BrushSet.open`, as for ValueError.
@@ -101,7 +108,7 @@ class BrushKit:
         opened = {} if known is None else dict(known)
         missing = [image for image in self.images if image not in opened]
         if missing:
-            opened |= zip(missing, BrushSet.open(missing, size=size).textures, strict=True)
+            opened |= zip(missing, BrushSet.open(missing, size=size, colored=colored).textures, strict=True)
         return BrushSet(tuple(opened[image] for image in self.images))
 
     def rows(self) -> dict[str, NDArray[np.uint8]]:

@@ -40,7 +40,43 @@ _OF_STYLE = re.compile(
     rf"(?P<file>.+{re.escape(STYLE_SUFFIX)}):(?P<number>\d{{1,9}})", re.IGNORECASE | re.DOTALL
 )
 BLANK = 0.02  # coverage read from luminance below this is paper grain or JPEG noise
+GREY = 0.04  # difference of channels up to which an image has no colour
 MOST_ON_BORDER = 0.1  # mean coverage along the border of an image, from which on a note is given
+
+
+TINT_ZERO = 128  # of 0 to 255: nothing is added
+
+
+@dataclass(frozen=True, eq=False)
+class Tint:
+    """The colours of a brush, display-encoded RGB: what is added to the colour of a stroke, texel by texel.
+
+    Attributes:
+        mean: [3] colour of the brush itself, 0 to 1, to which its texels are relative.
+        texels: uint8 [h, w, 3] in steps of `step` from `TINT_ZERO`; u runs along the columns.
+        step: 0 or more.
+    """
+
+    mean: NDArray[np.float64]
+    texels: NDArray[np.uint8]
+    step: float
+
+    @classmethod
+    def of(cls, rgb: NDArray[Any], coverage: NDArray[np.uint8], mean: NDArray[Any] | None = None) -> "Tint":
+        """That of an image [h, w, 3], 0 to 1, relative to the mean of its paint or another colour."""
+        weights = coverage.astype(np.float64)[..., None]
+        if mean is None:
+            mean = (weights * rgb).sum(axis=(0, 1)) / max(float(weights.sum()), 1.0)
+        away = np.where(weights > 0, rgb - mean, 0.0)
+        step = float(np.abs(away).max()) / (TINT_ZERO - 1)
+        texels = np.full(away.shape, TINT_ZERO, np.uint8)
+        if step > 0:
+            texels = (np.rint(away / step) + TINT_ZERO).astype(np.uint8)
+        return cls(np.asarray(mean, np.float64), texels, step)
+
+    def scaled(self, amount: float) -> "Tint":
+        """With so much of its differences, 0 (none) to 1."""
+        return Tint(self.mean, self.texels, self.step * amount)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +91,7 @@ class StrokeTexture:
         height: float32 [h, w] relief of the paint, 0 to 1, 0.5 the canvas; None where the image has none.
         num_sigmas: half length of a stroke's box in standard deviations, > 0.
         has_bristles: whether bristles leave streaks in it, see `brushgs.rendering.streaks`.
+        tint: colours of its own; None for a grey brush. Those of bristles are among them: it has no streaks.
 
     Raises:
         TypeError: if an array has another dtype.
@@ -67,6 +104,7 @@ class StrokeTexture:
     height: NDArray[np.float32] | None = None  # [h, w]
     num_sigmas: float = KERNEL_SIGMAS["image"]
     has_bristles: bool = True
+    tint: "Tint | None" = None
 
     def __post_init__(self) -> None:
         if self.kind not in KERNEL_SIGMAS:
@@ -82,6 +120,9 @@ class StrokeTexture:
         if self.height is not None:
             check("StrokeTexture", coverage=(self.coverage, "h w"), height=(self.height, "h w"))
             arrays.append(("height", self.height, np.float32))
+        if self.tint is not None:
+            check("StrokeTexture", coverage=(self.coverage, "h w"), tint=(self.tint.texels, "h w 3"))
+            object.__setattr__(self, "has_bristles", False)
         for field, array, dtype in arrays:
             if array.dtype != dtype:
                 raise TypeError(f"StrokeTexture: {field} must be {dtype.__name__}, got {array.dtype}")
@@ -93,7 +134,8 @@ class StrokeTexture:
         if self.kind != "image":
             return f"StrokeTexture({self.name!r})"
         h, w = self.coverage.shape
-        return f"StrokeTexture({self.name!r}, {w}x{h}{'' if self.height is None else ', height'})"
+        more = ("" if self.height is None else ", height") + ("" if self.tint is None else ", colours")
+        return f"StrokeTexture({self.name!r}, {w}x{h}{more})"
 
     @property
     def is_directed(self) -> bool:
@@ -119,7 +161,9 @@ class StrokeTexture:
         return min(self.num_sigmas, FITTED_REACH * math.sqrt(math.pi / (2 * mean)))
 
     @classmethod
-    def open(cls, name_or_path: str | Path, *, size: int = LONG_SIDE) -> "StrokeTexture":
+    def open(
+        cls, name_or_path: str | Path, *, size: int = LONG_SIDE, colored: bool = False
+    ) -> "StrokeTexture":
         """A built-in stroke by name, or any image file.
 
         A built-in name (`builtin_names()`) may be written with capitals, spaces or hyphens ("Dry Brush"), and
@@ -135,6 +179,7 @@ class StrokeTexture:
         Args:
             name_or_path: name or path.
             size: longest side kept, texels, >= 1.
+            colored: whether an image with colour in it keeps it, see `Tint`; the marks of a style always do.
 
         Raises:
             SceneError: if there is no such name or file, the image has no paint in it, or the style has not
@@ -164,7 +209,7 @@ class StrokeTexture:
                 raise SceneError(path, _unknown(name))
         elif not exists(path) and variants_of(path.stem):
             raise SceneError(text, f"there is no such file; for the built-in stroke write {name}")
-        return cls._from_file(path, path.stem, size)
+        return cls._from_file(path, path.stem, size, colored=colored)
 
     @classmethod
     def of(cls, stroke: "StrokeTexture | str | Path | NDArray[Any]") -> "StrokeTexture":
@@ -228,15 +273,19 @@ class StrokeTexture:
 
     @classmethod
     def _from_style(cls, path: Path, number: int | None, size: int) -> "StrokeTexture":
-        from brushgs.formats.styles import read_style
+        from brushgs.brushes.of_style import mark_texture, marks_of
 
-        style = read_style(path)
-        brushes = () if style.marks is None else style.marks.brushes
-        if not brushes:
+        marks = marks_of(path)
+        brushes = () if marks is None else marks.brushes
+        dictionary = None if marks is None else marks.dictionary
+        if not brushes and dictionary is None:
             raise SceneError(path, "the style has no brushes; choose a stroke that comes with the program")
-        if number is None or not 1 <= number <= len(brushes):
-            have = "1 brush" if len(brushes) == 1 else f"{len(brushes)} brushes"
+        total = len(brushes) + (0 if dictionary is None else len(dictionary))
+        if number is None or not 1 <= number <= total:
+            have = "1 brush" if total == 1 else f"{total} brushes"
             raise SceneError(path, f"the style has {have}; name one of them, such as {path}:1")
+        if dictionary is not None and number > len(brushes):
+            return mark_texture(dictionary, number - len(brushes) - 1, name_in_style(path, number))
         coverage = brushes[number - 1].astype(np.float32) / np.float32(255)
         small = _average(coverage, _shape_within(coverage.shape, size))
         return cls("image", name_in_style(path, number), np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8))
@@ -254,26 +303,30 @@ class StrokeTexture:
         return cls._of_pixels(pixels, Path("picture"), "picture", LONG_SIDE)
 
     @classmethod
-    def _from_file(cls, path: Path, name: str, size: int) -> "StrokeTexture":
+    def _from_file(cls, path: Path, name: str, size: int, *, colored: bool = False) -> "StrokeTexture":
         from brushgs.formats.pictures.images import read_image
 
-        return cls._of_pixels(read_image(path), path, name, size)
+        return cls._of_pixels(read_image(path), path, name, size, colored=colored)
 
     @classmethod
-    def _of_pixels(cls, pixels: NDArray[np.float32], path: Path, name: str, size: int) -> "StrokeTexture":
+    def _of_pixels(
+        cls, pixels: NDArray[np.float32], path: Path, name: str, size: int, *, colored: bool = False
+    ) -> "StrokeTexture":
         coverage, height = _coverage_and_height(pixels, path)
         rows = np.flatnonzero((coverage >= 0.5 / 255).any(axis=1))
         columns = np.flatnonzero((coverage >= 0.5 / 255).any(axis=0))
         if len(rows) == 0:
             raise SceneError(path, "the stroke is fully transparent; give an image with paint in it")
         crop = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
-        coverage = coverage[crop]
+        coverage, pixels = coverage[crop], pixels[crop]
         shape = _shape_within(coverage.shape, size)
         small = _average(coverage, shape)
         if height is not None:  # weighted by coverage
             relief = _average(height[crop] * coverage, shape) / np.maximum(small, 1e-6)
             height = np.where(small > 0, np.clip(relief, 0, 1), np.float32(CANVAS))
-        return cls("image", name, np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8), height)
+        steps = np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8)
+        tint = _tint_of(pixels, coverage, steps) if colored else None
+        return cls("image", name, steps, height, tint=tint)
 
 
 def builtin_names() -> list[str]:
@@ -354,6 +407,21 @@ def _coverage_and_height(
         cure = "leave a margin of one tone around the paint, or cut it out with transparency"
         warnings.warn(SceneWarning(f"{path}: {fact}; {cure}"), stacklevel=4)
     return coverage, None
+
+
+def _tint_of(
+    pixels: NDArray[np.float32], coverage: NDArray[np.float32], small: NDArray[np.uint8]
+) -> Tint | None:
+    """The colours of an image, averaged over its paint to the texels of its coverage; None if grey."""
+    if pixels.shape[2] < 3:
+        return None
+    paint = coverage[..., None]
+    weights = np.maximum(_average(coverage, small.shape), 1e-6)[..., None]
+    rgb = np.stack(
+        [_average((pixels[..., c : c + 1] * paint)[..., 0], small.shape) for c in range(3)], axis=-1
+    )
+    rgb = np.clip(rgb / weights, 0, 1)
+    return Tint.of(rgb, small) if np.ptp(rgb, axis=2)[small > 0].max() > GREY else None
 
 
 def _border(image: NDArray[np.float32]) -> NDArray[np.float32]:

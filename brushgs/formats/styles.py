@@ -4,7 +4,9 @@
       "brushgs": "style", "version": 1, "name": "monet",
       "palette": [{"name": "deep blue", "color": "#1f3a6b", "share": 0.31, "offsets": ARRAY [m, 3]}, ...],
       "marks": {"length": 0.04, "aspect": 4.1, "broken_lightness": 0.02, "broken_chroma": 0.01,
-                "ground": "#8a5420", "relief": 0.4, "directions": ARRAY [h, w, 2], "brushes": [PNG, ...]},
+                "ground": "#8a5420", "relief": 0.4, "directions": ARRAY [h, w, 2], "brushes": [PNG, ...],
+                "coherent": {"share": 0.6, "lengths": [0.02, 0.03, 0.05], "widths": [...]}, "incoherent": ...,
+                "dictionary": {"size": [64, 24], "colors": ARRAY [n, 3], "shares": ARRAY [n], "atlas": PNG}},
       "stage": {"colors": ARRAY [h, w, 3], "directions": ARRAY [h, w, 2]},
       "lines": {"share": 0.2, "width": 0.008, "color": "#141a24"},
       "edit": {"affine": [[1, 0, 0, 0], ...], "log_size": 0, "residual": {...}}
@@ -15,8 +17,9 @@ those of `Style`. Colours are "#rrggbb", numbers plain; only arrays are base64. 
 relative to it: who edits one colour moves all that is around it. An array is a list, of lists, of numbers, or
 packed: {"type": "float16", "shape": [128, 3], "data": base64}, little endian, where int8 stands for -1 to 1
 in steps of 1/127 and uint8 for 0 to 1 in steps of 1/255. A picture is {"type": "png", "data": base64}, 8 bits
-of grey. What an artist may write too: shares that do not add up to 1 (they are scaled so that they do), and a
-colour without offsets (it alone).
+of grey; the atlas of a dictionary has red, green, blue and alpha, and its n marks lie in it row by row, see
+`MarkDictionary`. What an artist may write too: shares that do not add up to 1 (they are scaled so that they
+do), and a colour without offsets (it alone).
 """
 
 import base64
@@ -36,6 +39,8 @@ from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.values.arrays import F64, U8
 from brushgs.values.colors import rgb_of
 from brushgs.values.style import (
+    MarkDictionary,
+    MarkSpectrum,
     NamedColor,
     Residual,
     Style,
@@ -52,6 +57,9 @@ if TYPE_CHECKING:
 
 MARK, VERSION = "style", 1
 MAX_BYTES = 3_000_000
+MAX_ATLAS = 4_000_000  # pixels of the marks of a dictionary
+MAX_MARKS, MOST_MARK_TEXELS = 512, 128  # of a dictionary, and of a side of a mark
+ATLAS_COLUMNS = 16
 MAX_NAME = 80  # characters
 MAX_COLORS, MAX_BRUSHES, MAX_FEATURES = 64, 64, 64
 MAX_TEXELS = 256  # a side of a brush, and of the field of directions
@@ -69,6 +77,8 @@ _NAME = f"text of 1 to {MAX_NAME} printable characters"
 _Name = Annotated[str, Meta(min_length=1, max_length=MAX_NAME, description=_NAME)]
 _Color = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}\Z", description="a colour such as '#3a5f0b'")]
 _Side = Annotated[int, Meta(ge=0, le=MAX_BYTES)]
+_MarkSide = Annotated[int, Meta(ge=1, le=MOST_MARK_TEXELS)]
+_Sizes = Annotated[list[Annotated[float, Meta(gt=0, le=1)]], Meta(min_length=3, max_length=3)]
 _Broken = Annotated[float, Meta(ge=0, le=0.5)]  # as `brushgs.passes.color.broken_color` allows
 
 
@@ -99,6 +109,19 @@ class _Brush(Struct, forbid_unknown_fields=True):
     data: bytes
 
 
+class _Spectrum(Struct, forbid_unknown_fields=True):
+    share: Annotated[float, Meta(ge=0, le=1)]
+    lengths: _Sizes
+    widths: _Sizes
+
+
+class _Dictionary(Struct, forbid_unknown_fields=True):
+    size: Annotated[list[_MarkSide], Meta(min_length=2, max_length=2)]
+    colors: _Array
+    shares: _Array
+    atlas: _Brush
+
+
 class _Named(Struct, forbid_unknown_fields=True):
     name: _Name
     color: _Color
@@ -118,6 +141,9 @@ class _Marks(Struct, forbid_unknown_fields=True):
     ground: _Color | None = None
     relief: Annotated[float, Meta(ge=0, le=1)] | None = None
     brushes: Annotated[list[_Brush], Meta(max_length=MAX_BRUSHES)] | None = None
+    coherent: _Spectrum | None = None
+    incoherent: _Spectrum | None = None
+    dictionary: _Dictionary | None = None
 
 
 class _Stage(Struct, forbid_unknown_fields=True):
@@ -263,6 +289,9 @@ def _marks(path: Path, marks: _Marks) -> StyleMarks:
             _texels(path, f"marks.brushes[{index}].data", brush.data)
             for index, brush in enumerate(marks.brushes or [])
         ),
+        coherent=_spectrum(path, "marks.coherent", marks.coherent),
+        incoherent=_spectrum(path, "marks.incoherent", marks.incoherent),
+        dictionary=None if marks.dictionary is None else _dictionary(path, marks.dictionary),
     )
 
 
@@ -276,6 +305,35 @@ def _stage(path: Path, stage: _Stage) -> StyleStage:
     directions = _array(path, "stage.directions", stage.directions, (*colors.shape[:2], 2), 1.01)
     lengths = np.linalg.norm(directions, axis=2, keepdims=True)
     return StyleStage(colors.astype(np.float32), (directions / np.maximum(lengths, 1)).astype(np.float32))
+
+
+def _spectrum(path: Path, place: str, stored: _Spectrum | None) -> MarkSpectrum | None:
+    if stored is None:
+        return None
+    for name in ("lengths", "widths"):
+        if (sizes := getattr(stored, name)) != sorted(sizes):
+            raise refused(path, f"{place}.{name}", "ascending", sizes, _CURE)
+    return MarkSpectrum(stored.share, tuple(stored.lengths), tuple(stored.widths))
+
+
+def _dictionary(path: Path, stored: _Dictionary) -> MarkDictionary:
+    place = "marks.dictionary"
+    colors = _array(path, f"{place}.colors", stored.colors, (None, 3), FARTHEST)
+    shares = _array(path, f"{place}.shares", stored.shares, (len(colors),), 1.0)
+    if len(colors) > MAX_MARKS:
+        raise refused(path, f"{place}.colors", f"of at most {MAX_MARKS} marks", len(colors), _LEARN)
+    (width, height), rows = stored.size, -(-len(colors) // ATLAS_COLUMNS)
+    wanted = rows * height, ATLAS_COLUMNS * width
+    rule = f"a PNG of 8 bits of red, green, blue and alpha in {wanted[1]}x{wanted[0]} pixels"
+    if wanted[0] * wanted[1] > MAX_ATLAS:
+        raise refused(path, f"{place}.size", f"of at most {MAX_ATLAS} pixels in all", stored.size, _LEARN)
+    pixels = _png(path, f"{place}.atlas.data", stored.atlas.data, rule, MAX_ATLAS)
+    if pixels.shape != (*wanted, 4):
+        found = "{1}x{0} in {2} channels".format(*pixels.shape)
+        raise SceneError(path, f"{place}.atlas.data must be {rule}, got {found}; {_LEARN}")
+    texels = pixels.reshape(rows, height, ATLAS_COLUMNS, width, 4).swapaxes(1, 2)
+    own = np.ascontiguousarray(texels.reshape(-1, height, width, 4)[: len(colors)])
+    return MarkDictionary(colors.astype(np.float32), shares.astype(np.float32), own)
 
 
 def _edit(path: Path, edit: _Edit) -> StyleEdit:
@@ -321,26 +379,33 @@ def _array(path: Path, place: str, value: Any, shape: tuple[int | None, ...], la
 
 def _texels(path: Path, place: str, data: bytes) -> U8:
     """The grey picture [h, w] of a PNG."""
-    from brushgs.formats.pictures.images import read_bytes
-
-    rule = f"{place} must be a PNG of 8 bits of grey and at most {MAX_TEXELS} texels a side"
-    if not data.startswith(_PNG):
-        raise SceneError(path, f"{rule}, got another file; {_LEARN}")
-    with scratch_folder() as folder:
-        picture = folder / "brush.png"
-        picture.write_bytes(data)
-        try:
-            texels = read_bytes(picture, MAX_TEXELS**2)
-        except SceneError as error:
-            reason = str(error).removeprefix(f"{picture}: ").partition(";")[0]
-            raise SceneError(path, f"{rule}, got one that {reason}; {_LEARN}") from None
+    rule = f"a PNG of 8 bits of grey and at most {MAX_TEXELS} texels a side"
+    texels = _png(path, place, data, rule, MAX_TEXELS**2)
     height, width, channels = texels.shape
     if channels != 1 or max(height, width) > MAX_TEXELS:
-        raise SceneError(path, f"{rule}, got {channels} channels in {width}x{height}; {_LEARN}")
+        found = f"{channels} channels in {width}x{height}"
+        raise SceneError(path, f"{place} must be {rule}, got {found}; {_LEARN}")
     return np.ascontiguousarray(texels[..., 0])
 
 
-_PNG_ATTRIBUTES = {"png:compressionLevel": 9}
+def _png(path: Path, place: str, data: bytes, rule: str, max_pixels: int) -> U8:
+    """The pixels of a PNG [h, w, channels]; a larger one is refused by its header."""
+    from brushgs.formats.pictures.images import read_bytes
+
+    if not data.startswith(_PNG):
+        raise SceneError(path, f"{place} must be {rule}, got another file; {_LEARN}")
+    with scratch_folder() as folder:
+        picture = folder / "picture.png"
+        picture.write_bytes(data)
+        try:
+            return read_bytes(picture, max_pixels)
+        except SceneError as error:
+            reason = str(error).removeprefix(f"{picture}: ").partition(";")[0]
+            raise SceneError(path, f"{place} must be {rule}, got one that {reason}; {_LEARN}") from None
+
+
+# Colours beside alpha are stored as they are, also where nothing is covered.
+_PNG_ATTRIBUTES = {"png:compressionLevel": 9, "oiio:UnassociatedAlpha": 1}
 
 
 def write_style(style: Style, path: str | Path) -> None:
@@ -415,7 +480,7 @@ def _color(color: NamedColor) -> dict[str, Any]:
 
 def _marks_content(marks: StyleMarks) -> dict[str, Any]:
     """Directions are in steps of 1/127."""
-    return {
+    value = {
         "length": float(marks.length),
         "aspect": float(marks.aspect),
         "broken_lightness": float(marks.broken_lightness),
@@ -423,7 +488,32 @@ def _marks_content(marks: StyleMarks) -> dict[str, Any]:
         "ground": None if marks.ground is None else _hex(marks.ground)[0],
         "relief": float(marks.relief),
         "directions": pack(marks.directions, "int8"),
-        "brushes": [_picture(brush) for brush in marks.brushes],
+        "brushes": [_picture(brush[..., None], "Y") for brush in marks.brushes],
+    }
+    for name, spectrum in (("coherent", marks.coherent), ("incoherent", marks.incoherent)):
+        if spectrum is not None:
+            value[name] = {
+                "share": spectrum.share,
+                "lengths": list(spectrum.lengths),
+                "widths": list(spectrum.widths),
+            }
+    if marks.dictionary is not None:
+        value["dictionary"] = _dictionary_content(marks.dictionary)
+    return value
+
+
+def _dictionary_content(marks: MarkDictionary) -> dict[str, Any]:
+    """Colours in half precision; the marks row by row in one picture."""
+    num, height, width = marks.texels.shape[:3]
+    rows = -(-num // ATLAS_COLUMNS)
+    atlas = np.zeros((rows * ATLAS_COLUMNS, height, width, 4), np.uint8)
+    atlas[:num] = marks.texels
+    picture = atlas.reshape(rows, ATLAS_COLUMNS, height, width, 4).swapaxes(1, 2)
+    return {
+        "size": [width, height],
+        "colors": pack(marks.colors, "float16"),
+        "shares": pack(marks.shares, "float16"),
+        "atlas": _picture(picture.reshape(rows * height, ATLAS_COLUMNS * width, 4), "RGBA"),
     }
 
 
@@ -452,13 +542,13 @@ def pack(values: NDArray[Any], type: str) -> dict[str, Any]:
     return {"type": type, "shape": list(values.shape), "data": base64.b64encode(data).decode()}
 
 
-def _picture(texels: U8) -> dict[str, Any]:
-    """A grey picture [h, w] as JSON."""
+def _picture(texels: U8, channels: str) -> dict[str, Any]:
+    """A picture [h, w, channels] as JSON."""
     from brushgs.formats.pictures.oiio import write_pixels
 
     with scratch_folder() as folder:
-        path = folder / "brush.png"
-        write_pixels(path, "png", texels[..., None], ("Y",), _PNG_ATTRIBUTES)
+        path = folder / "picture.png"
+        write_pixels(path, "png", texels, tuple(channels), _PNG_ATTRIBUTES)
         return {"type": "png", "data": base64.b64encode(path.read_bytes()).decode()}
 
 

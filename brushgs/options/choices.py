@@ -13,6 +13,7 @@ Method = Literal["auto", "lloyd", "minibatch"]
 StrokesFor = Literal["scene", "view"]  # what strokes are made of: all of a scene, or what is seen of it
 Filter = Literal["mip", "bilinear", "nearest"]
 Extent = Literal["fitted", "paper"]
+StrokeColor = Literal["own", "scene", "mix"]  # whose colour paint has
 ViewLock = Literal["anchor", "off"]  # of a single view
 Lock = Literal["track", "anchor", "off"]  # of a single view or a path
 Order = Literal["depth", "soft"]

@@ -32,6 +32,7 @@ from brushgs.options.choices import (
     See,
     Side,
     StepValues,
+    StrokeColor,
     StrokesFor,
     Target,
     Weight,
@@ -479,6 +480,9 @@ class DrawConfig(Options, frozen=True):
         "take the flat brush, short ones dabs), or a folder of images: any of them; image files: "
         "{pictures} #brush #texture #image #shape", metavar="NAME|FILE|FOLDER", example="my_brush.png"
     )] = DEFAULT_STROKE
+    stroke_color: Annotated[StrokeColor | None, option("colour of paint where a stroke image has colours: "
+        "'scene', that of its stroke; 'mix', that and what differs in the image from its mean; 'own', that "
+        "of the image #brush #texture #colour", default="scene, and mix of the marks of a style")] = None
     filter: Annotated[Filter, option("how the stroke image is sampled: 'mip', small strokes do not shimmer, "
         "'bilinear' as published, 'nearest'")] = "mip"
     extent: Annotated[Extent, option("size of strokes: 'fitted' to what the stroke image covers, 'paper': 2 "

@@ -7,6 +7,7 @@ from brushgs.formats.files import check_plain
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.styles import write_style
 from brushgs.options.choices import STYLE_SUFFIX
+from brushgs.passes.style.dictionary import FEW, MANY
 from brushgs.passes.style.marks import learn_marks
 from brushgs.passes.style.palette import learn_palette
 from brushgs.pipeline.outputs import check_output
@@ -14,12 +15,13 @@ from brushgs.pipeline.report import Report
 from brushgs.values.style import Style
 
 
-def learn_style(painting: str | Path, *, name: str | None = None) -> Style:
+def learn_style(painting: str | Path, *, name: str | None = None, small: bool = False) -> Style:
     """Learn the style of a painting: its palette and its marks.
 
     Args:
         painting: a picture in one of the formats that are read; what is transparent in it does not count.
         name: of the style; None for that of the file.
+        small: whether few of its marks are kept: 64 in place of 192.
 
     Raises:
         SceneError: if the file cannot be read as a picture, or there is nothing to learn from it.
@@ -30,10 +32,10 @@ def learn_style(painting: str | Path, *, name: str | None = None) -> Style:
         >>> bg.learn_style("painting.png")
         Style('painting', ... colours...)
     """
-    return learn_painting(Path(painting), name, Report())
+    return learn_painting(Path(painting), name, Report(), small=small)
 
 
-def learn_painting(painting: Path, name: str | None, report: Report) -> Style:
+def learn_painting(painting: Path, name: str | None, report: Report, *, small: bool) -> Style:
     """`learn_style` in stages."""
     with report.stage("load") as stage:
         image = read_image(painting)
@@ -50,12 +52,19 @@ def learn_painting(painting: Path, name: str | None, report: Report) -> Style:
     with report.stage("marks") as stage:
         marks = None
         try:
-            marks = learn_marks(image)
+            marks = learn_marks(image, FEW if small else MANY)
         except ValueError as error:
             stage.skipped.append(f"marks: {str(error).removeprefix('learn_marks: ')}")
         if marks is not None:
             stage.did = f"{marks.length:.1%} of the shorter side long, {marks.aspect:.1f} times their width"
-            stage.counts = {"length": marks.length, "aspect": marks.aspect, "brushes": len(marks.brushes)}
+            num = 0 if marks.dictionary is None else len(marks.dictionary)
+            stage.did += f"; {num} of them are kept" if num else ""
+            stage.counts = {
+                "length": marks.length,
+                "aspect": marks.aspect,
+                "brushes": len(marks.brushes),
+                "dictionary": num,
+            }
     if marks is None:
         return Style(printable(name or painting.stem), palette)
     with report.stage("surroundings") as stage:
@@ -70,7 +79,9 @@ def learn_painting(painting: Path, name: str | None, report: Report) -> Style:
     return Style(printable(name or painting.stem), palette, marks, stage=around, lines=lines)
 
 
-def learn_file(painting: Path, output: Path, name: str | None, report: Report) -> Report:
+def learn_file(
+    painting: Path, output: Path, name: str | None, report: Report, *, small: bool = False
+) -> Report:
     """Learn the style of a painting and write it.
 
     Raises:
@@ -79,7 +90,7 @@ def learn_file(painting: Path, output: Path, name: str | None, report: Report) -
     """
     check_plain(painting, "picture")
     check_output(output, (STYLE_SUFFIX,), inputs=(painting,))
-    return write_learnt(learn_painting(painting, name, report), output, report)
+    return write_learnt(learn_painting(painting, name, report, small=small), output, report)
 
 
 def write_learnt(style: Style, output: Path, report: Report) -> Report:

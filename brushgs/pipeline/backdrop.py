@@ -172,16 +172,18 @@ def _stage(
 
 
 def _finished(strokes: Gaussians, *, setting: Setting, has_colors: bool, seed: int) -> Gaussians:
-    """Strokes of a stage with the brushes of the subject, and in changed colours if they have none."""
+    """Strokes of a stage in changed colours if they have none, and with the brushes of the subject."""
     from brushgs.passes.form.choose_brushes import choose_brushes
 
+    if manner_of(setting.styles) is not None:
+        strokes = setting.colors.adjusted(strokes)
+    elif setting.colors.are_any and not has_colors:
+        strokes = _recolored(strokes, setting.colors)
     if len(setting.kit.images) > 1:
         strokes = choose_brushes(strokes, setting.kit, seed=seed)
         for change in style_brush_passes(setting.styles, setting.kit, seed=seed):
             strokes = change(strokes)
-    if manner_of(setting.styles) is not None:
-        return setting.colors.adjusted(strokes)
-    return _recolored(strokes, setting.colors) if setting.colors.are_any and not has_colors else strokes
+    return strokes
 
 
 def with_cut_edges(painting: Painting, camera: Camera, edges: "Edges | None" = None) -> Painting:

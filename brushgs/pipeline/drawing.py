@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from brushgs.errors import SceneWarning
+from brushgs.options.choices import StrokeColor
 from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import DEFAULT_SIZE, DrawConfig, PaintConfig
 from brushgs.pipeline.background import Background, open_background
@@ -50,6 +51,7 @@ def open_brushes(
     report: Report,
     *,
     by_material: bool,
+    stroke_color: StrokeColor | None = None,
 ) -> "tuple[BrushSet, BrushKit]":
     """Open the stroke images, or the kernel; and which strokes each of several suits.
 
@@ -60,24 +62,34 @@ def open_brushes(
         styled: names of the brushes of styles, which no kernel is mixed with.
         report: gets the stage.
         by_material: whether smooth and rough surfaces have brushes of their own.
+        stroke_color: whose colour paint has.
     """
     with report.stage("stroke") as stage:
-        from brushgs.brushes.brush_set import BrushSet, paths_of, size_for
+        from brushgs.brushes.brush_set import MOST_BRUSHES, BrushSet, paths_of, size_for
         from brushgs.brushes.kit import BrushKit
+        from brushgs.brushes.of_style import fitting
 
+        colored = stroke_color in ("own", "mix")
         side = size_for(*(size or DEFAULT_SIZE))
         if named.names:
             kit = BrushKit(named.long, named.short, named.other, named.large)
             if by_material:
                 kit = replace(kit, smooth=named.smooth, rough=named.rough)
-            texture = kit.open(size=side)
+            texture = kit.open(size=side, colored=colored)
         else:
             kit = BrushKit.of(stroke)
-            texture = BrushSet.open(stroke, size=side) if len(paths_of(stroke)) == 1 else kit.open(size=side)
+            one = len(paths_of(stroke)) == 1
+            texture = (
+                BrushSet.open(stroke, size=side, colored=colored)
+                if one
+                else kit.open(size=side, colored=colored)
+            )
         if styled and texture.kind == "image":
             known = dict(zip(kit.images, texture.textures, strict=True))
-            kit = replace(kit, styled=tuple(styled))
-            texture = kit.open(size=side, known=known)
+            kit = replace(kit, styled=fitting(styled, MOST_BRUSHES - len(kit.images)))
+            texture = kit.open(size=side, known=known, colored=colored)
+        if stroke_color == "scene":
+            texture = texture.without_colors()
         shapes = [image.coverage.shape for image in texture.textures]
         height, width = (max(sides) for sides in zip(*shapes, strict=True))
         stage.did = f"{texture.name}: {width} x {height} texels"

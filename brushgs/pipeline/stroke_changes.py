@@ -17,8 +17,10 @@ from brushgs.pipeline.stroke_pass import Finish, StrokePass, put, rows_of
 from brushgs.pipeline.styling import Styles, directions_of
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import base_colors, in_colors
 
 if TYPE_CHECKING:
+    from brushgs.brushes.brush_set import BrushSet
     from brushgs.brushes.kit import BrushKit
     from brushgs.rendering.plain import PlainViews
 
@@ -258,21 +260,43 @@ def part_brush_passes(kit: "BrushKit", row_of: Mapping[str, int], *, seed: int) 
     return [StrokePass("brushes", f"of {len(rows)} brushes", chosen)]
 
 
+def brush_color_pass(brushes: "BrushSet") -> StrokePass:
+    """Strokes take the mean colours of their brushes, where these have colours."""
+
+    def colored(strokes: Gaussians) -> Gaussians:
+        rows = np.zeros(len(strokes), np.uint8) if strokes.brushes is None else strokes.brushes
+        rgb = base_colors(strokes.sh)
+        for row, texture in enumerate(brushes.textures):
+            if texture.tint is not None:
+                rgb[rows == row] = texture.tint.mean
+        return in_colors(strokes, rgb)
+
+    return StrokePass("stroke colour", "in the colours of their brushes", colored)
+
+
 def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> list[StrokePass]:
-    """The pass that gives strokes the brushes of styles; none where there are none."""
+    """The passes that give strokes the brushes of styles and the marks of their dictionaries."""
     if styles is None or not any(styles.brushes) or not kit.styled:
         return []
     row_of = {image: row for row, image in enumerate(kit.images)}
-    choices = [
-        (np.array([row_of[name] for name in names], np.uint8), share)
-        for names, (_, share) in zip(styles.brushes, styles.taken("marks"), strict=True)
-        if names
-    ]
+    plain, own = [], []
+    for names, (style, share) in zip(styles.brushes, styles.taken("marks"), strict=True):
+        rows = np.array([row_of[name] for name in names if name in row_of], np.uint8)
+        if len(rows) == 0:
+            continue
+        if style.marks is not None and style.marks.dictionary is not None:
+            own.append((style.marks.dictionary.first(len(rows)), rows, share))
+        else:
+            plain.append((rows, share))
 
     def mixed(strokes: Gaussians) -> Gaussians:
         from brushgs.passes.form.choose_brushes import mix_brushes
+        from brushgs.passes.style.choose_marks import choose_marks
 
-        return mix_brushes(strokes, choices, seed=seed)
+        return choose_marks(mix_brushes(strokes, plain, seed=seed), own, first=by_chance, seed=seed)
 
-    total, num = sum(share for _, share in choices), sum(map(len, styles.brushes))
-    return [StrokePass("style brushes", f"by chance of {num} brushes, {total:.0%}", mixed)]
+    by_chance = sum(share for _, share in plain)
+    total = by_chance + sum(share for _, _, share in own)
+    num = sum(len(rows) for rows, _ in plain) + sum(len(rows) for _, rows, _ in own)
+    how = "by colour and contrast" if own else "by chance"
+    return [StrokePass("style brushes", f"{how} of {num} brushes, {total:.0%}", mixed)]

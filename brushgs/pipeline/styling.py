@@ -97,15 +97,13 @@ def open_styles(config: StyleConfig | None, report: Report) -> Styles | None:
         if not styles:
             stage.skipped.append("style: its share is 0")
             return None
-        brushes = [_brushes_of(style, one.file) if config.has_brushes else () for one, style in styles]
+        from brushgs.brushes.of_style import names_of_style
+
+        has = config.has_brushes
+        brushes = [names_of_style(one.file, style.marks) if has else () for one, style in styles]
     names = [f"{style.name} {one.share:.0%}" for one, style in styles]
     parts = [(style, one.share) for one, style in styles]
     return Styles(parts, names, brushes, [one.dials for one, _ in styles])
-
-
-def _brushes_of(style: "Style", file: Path) -> tuple[str, ...]:
-    count = 0 if style.marks is None else len(style.marks.brushes)
-    return tuple(f"{file}:{number}" for number in range(1, count + 1))
 
 
 def styled_values(values: StepValues, config: StyleConfig) -> StepValues:

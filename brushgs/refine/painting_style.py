@@ -92,7 +92,7 @@ def _learnt(painting: Array, path: Path) -> Style:
     except ValueError as error:
         raise SceneError(path, f"has no colours to take ({error}); choose another picture") from None
     try:
-        marks = learn_marks(painting)
+        marks = learn_marks(painting, 0)  # strokes are fitted to the painting: they take no whole marks
     except ValueError:  # one even colour, or too small
         marks = None
     return Style(name, palette, marks)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import Brushes, BrushSet
 from brushgs.brushes.levels import axis_levels, level_coverage, level_height, level_index
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.texture import TINT_ZERO, StrokeTexture
 from brushgs.options.choices import Blend, Filter
 from brushgs.rendering.constants import GAUSSIAN_SIGMAS, LEAST_LIGHT, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.rendering.depth_test import DepthTest
@@ -214,7 +214,7 @@ def rasterize(
         is_painted = is_open[window] & (alpha >= MIN_ALPHA)
         is_last = is_painted & (transmittance[window] * (1 - alpha) < min_transmittance)
         weight = np.where(is_painted & ~is_last, alpha * transmittance[window], 0)
-        rgb[window] += (weight * layer.shade)[..., None] * boxes.colors[row].astype(np.float64)
+        rgb[window] += weight[..., None] * layer.colors(boxes)
         for name, attribute in boxes.attributes().items():
             sums[name][window] += np.multiply.outer(weight, attribute[row].astype(np.float64))
         paint[window] += weight * layer.height
@@ -317,20 +317,23 @@ def _rasterize_softly(
     rgb, alpha, paint = np.zeros((height, width, 3)), np.zeros((height, width)), np.zeros((height, width))
     means = _no_layers(boxes, height, width)
     rows: dict[tuple[int, int], list[int]] = {}
-    fragments: dict[tuple[int, int], list[tuple[float, float, float, float, float]]] = {}
+    fragments: dict[tuple[int, int], list[tuple[float, float, float, float]]] = {}
+    colors: dict[tuple[int, int], list[F64]] = {}
     for layer in layers:
         window = layer.window
         reach = 0.0 if layer.is_underpaint else float(softness[layer.row])
+        of_layer = layer.colors(boxes)
         for y, x in np.argwhere(layer.alpha >= MIN_ALPHA):
             pixel = window[0].start + int(y), window[1].start + int(x)
             rows.setdefault(pixel, []).append(layer.row)
-            fragment = layer.alpha[y, x], layer.depth, layer.shade[y, x], layer.height[y, x], reach
+            fragment = layer.alpha[y, x], layer.depth, layer.height[y, x], reach
             fragments.setdefault(pixel, []).append(fragment)
+            colors.setdefault(pixel, []).append(of_layer[y, x])
     for pixel, own in rows.items():
-        alphas, z, shades, heights, reaches = np.array(fragments[pixel]).T
+        alphas, z, heights, reaches = np.array(fragments[pixel]).T
         weights, alpha[pixel] = soft_weights(alphas, z, reaches, min_transmittance)
         if alpha[pixel] > 0:
-            rgb[pixel] = (weights * shades) @ boxes.colors[own].astype(np.float64)
+            rgb[pixel] = weights @ np.array(colors[pixel])
             paint[pixel] = weights @ heights
             for name, attribute in boxes.attributes().items():
                 means[name][pixel] = weights @ attribute[own].astype(np.float64) / alpha[pixel]
@@ -385,6 +388,12 @@ class _Layer:
     alpha: F64  # of the window; 0 outside the box
     shade: F64  # of the window: factor of the colour
     height: F64  # of the window: of the paint, pixels; 0 where none is asked for
+    tint: F64 | None = None  # [..., 3] of the window: added to the colour
+
+    def colors(self, boxes: Boxes) -> F64:
+        """[..., 3] of the window."""
+        color = self.shade[..., None] * boxes.colors[self.row].astype(np.float64)
+        return color if self.tint is None else np.maximum(color + self.tint, 0)
 
 
 def _layers(
@@ -410,6 +419,7 @@ def _layers(
     starts, weights = streak_starts(boxes), streak_weights(boxes, streaks, is_smooth)
     copies: _Copies = {}
     heights: _Copies = {}
+    tints: _Copies = {}
     order = [(depth, 0, row) for row, depth in enumerate(depths)]
     if underpaint is not None and is_image:
         assert boxes.setbacks is not None, "only boxes with setbacks have underpaint"
@@ -430,7 +440,7 @@ def _layers(
         s, t = _place_in_box(centers[row], half, angles[row], window)
         is_inside = (np.abs(s) < 1) & (np.abs(t) < 1)
         alpha = np.minimum(MAX_ALPHA, opacity * _sample(filling, coverage, s, t, filter))
-        is_streaked = not is_underpaint and weights[row].any()
+        is_streaked = not is_underpaint and weights[row].any() and filling.tint is None
         shade = _streaks(t * scale[1], int(starts[row]), weights[row]) if is_streaked else np.ones_like(t)
         paint = np.zeros_like(t)
         if relief:
@@ -441,7 +451,8 @@ def _layers(
                 level = _height_of_box(filling, size, filter, heights)
                 paint += gain * (_sample(filling, level, s, t, filter) - 0.5)
         alpha = np.where(is_inside, alpha, 0)
-        yield _Layer(row, bool(is_underpaint), float(depth), window, alpha, shade, paint)
+        tint = None if filling.tint is None else _tint_of_box(filling, size, s, t, filter, tints)
+        yield _Layer(row, bool(is_underpaint), float(depth), window, alpha, shade, paint, tint)
 
 
 def _window(center: F64, half: F64, angle: np.float64, height: int, width: int) -> tuple[slice, slice] | None:
@@ -500,6 +511,22 @@ def _height_of_box(texture: StrokeTexture, half: F64, filter: Filter, copies: "_
     if (id(texture), u, v) not in copies:
         copies[id(texture), u, v] = level_height(paint_height(texture), texture.coverage, u, v)
     return copies[id(texture), u, v]
+
+
+def _tint_of_box(texture: StrokeTexture, half: F64, s: F64, t: F64, filter: Filter, copies: "_Copies") -> F64:
+    """[..., 3] what a coloured brush adds at (s, t) of a box, in the texels that `_coverage_of_box` takes."""
+    assert texture.tint is not None, "only of coloured brushes"
+    channels = []
+    for c in range(3):
+        texels = np.ascontiguousarray(texture.tint.texels[..., c])
+        if filter == "mip":
+            rows, columns = texture.coverage.shape
+            u, v = level_index(half[0], columns), level_index(half[1], rows)
+            if (id(texture) + c, u, v) not in copies:
+                copies[id(texture) + c, u, v] = level_height(texels, texture.coverage, u, v)
+            texels = copies[id(texture) + c, u, v]
+        channels.append(255 * _sample(texture, texels, s, t, filter) - TINT_ZERO)
+    return np.asarray(np.stack(channels, axis=-1) * texture.tint.step)
 
 
 def _sample(texture: StrokeTexture, coverage: NDArray[np.uint8], s: F64, t: F64, filter: Filter) -> F64:

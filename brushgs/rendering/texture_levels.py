@@ -17,7 +17,7 @@ from brushgs.brushes.levels import (
     level_gradient,
     stroke_levels,
 )
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.texture import StrokeTexture, Tint
 from brushgs.core.native import core as _core
 from brushgs.options.choices import Filter
 from brushgs.rendering.relief import paint_height
@@ -85,6 +85,9 @@ def levels_for(
         codes, of_box = _levels_of(boxes.half_extents, brush_set.textures[0], filter)
         chosen.append((0, codes))
     packed: list[_Packed] = []
+    tints: list[NDArray[np.uint32] | None] = []
+    steps: list[float] = []
+    has_tints = any(brush_set.textures[brush].tint is not None for brush, _ in chosen)
     with_heights: list[NDArray[np.uint32]] = []
     reaches = []
     for brush, codes in chosen:
@@ -92,6 +95,10 @@ def levels_for(
         height, width = texture.coverage.shape
         with_heights += _with_heights(texture, codes, num_threads) if heights else []
         packed += _packed_levels(texture, codes, num_threads)
+        if has_tints:
+            tint = texture.tint
+            tints += [None] * len(codes) if tint is None else _packed_tints(texture, codes, num_threads)
+            steps += [0.0 if tint is None else tint.step] * len(codes)
         reaches += [(axis_levels(width)[u].scale, axis_levels(height)[v].scale) for u, v in codes]
     shapes = [shape for _, shape in packed]
     levels = _core.Levels(
@@ -100,6 +107,8 @@ def levels_for(
         reaches=np.array(reaches, np.float64).reshape(-1, 2),
         of_box=of_box,
         pairs_with_height=with_heights,
+        tints=tints,
+        tint_steps=np.array(steps, np.float64),
     )
     brushes = [brush for brush, codes in chosen for _ in codes]
     return TextureLevels(levels, brushes, [code for _, codes in chosen for code in codes], shapes)
@@ -176,6 +185,42 @@ def _with_heights(
         flat[code] = pairs, shape
         of_texture[code] = pairs | heights.astype(np.uint32) << np.uint32(16)
     return [of_texture[code] for code in codes]
+
+
+_tint_cache: WeakKeyDictionary[Tint, dict[Code, NDArray[np.uint32]]] = WeakKeyDictionary()
+
+
+def _packed_tints(
+    texture: StrokeTexture, codes: list[Code], num_threads: int | None
+) -> list[NDArray[np.uint32]]:
+    """Levels of the colours of a brush as the core reads them: a word a texel."""
+    assert texture.tint is not None, "only of coloured brushes"
+    of_tint = _tint_cache.setdefault(texture.tint, {})
+    missing = sorted(code for code in codes if code not in of_tint)
+    for code, channels in zip(missing, tint_levels(texture, missing, num_threads), strict=True):
+        words = np.zeros(channels.shape[:2], np.uint32)
+        for c in range(3):
+            words |= channels[..., c].astype(np.uint32) << np.uint32(8 * c)
+        for axis in (0, 1):  # as of the coverage
+            if words.shape[axis] == 1:
+                words = np.repeat(words, 2, axis)
+        of_tint[code] = np.append(np.concatenate([words, words[-1:]]).ravel(), np.uint32(0))
+    return [of_tint[code] for code in codes]
+
+
+def tint_levels(
+    texture: StrokeTexture, codes: list[Code], num_threads: int | None = None
+) -> list[NDArray[np.uint8]]:
+    """[rows, columns, 3] the colours of a brush in levels: means over the paint, none where there is none."""
+    assert texture.tint is not None, "only of coloured brushes"
+    planes = []
+    for c in range(3):
+        plane = np.ascontiguousarray(texture.tint.texels[..., c])
+        planes.append(stroke_levels(texture.coverage, codes, plane, num_threads=num_threads))
+    return [
+        np.stack([found for _, found in of_code if found is not None], axis=-1)
+        for of_code in zip(*planes, strict=True)
+    ]
 
 
 def _packed(coverage: NDArray[np.uint8]) -> _Packed:

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.values.arrays import F32, F64
+from brushgs.values.arrays import F32, F64, U8
 
 StyleKind = Literal["painting", "edit"]
 
@@ -55,6 +55,69 @@ class StylePalette:
         )
 
 
+@dataclass(frozen=True)
+class MarkSpectrum:
+    """Sizes of the marks in one kind of area: shares of the shorter side at the 20th, 50th, 80th percentile.
+
+    Attributes:
+        share: of the painting that is such an area, 0 to 1.
+        lengths: three, ascending, above 0 to 1.
+        widths: likewise.
+    """
+
+    share: float
+    lengths: tuple[float, ...]
+    widths: tuple[float, ...]
+
+
+RESIDUAL_ZERO = 128  # of 0 to 255: no difference in colour
+RESIDUAL_STEP = 1 / 320  # OKLab: of a residual, which reaches 0.4 either way
+
+
+@dataclass(frozen=True, eq=False)
+class MarkDictionary:
+    """Marks cut out of a painting, with their colours.
+
+    Attributes:
+        colors: [n, 3] OKLab, the mean of each; the most frequent kinds of marks first.
+        shares: [n] of the painting's marks that are of such a kind.
+        texels: [n, h, w, 4] of each mark, along the rows: what its colour differs by from the mean, OKLab in
+            steps of `RESIDUAL_STEP` from `RESIDUAL_ZERO`; and its coverage, 255 is full.
+    """
+
+    colors: F32
+    shares: F32
+    texels: U8
+
+    def __len__(self) -> int:
+        return len(self.colors)
+
+    @classmethod
+    def of_residuals(cls, colors: F64, residuals: F32, coverage: F32, shares: F64) -> "MarkDictionary":
+        """From OKLab means [n, 3], residuals [n, 3, h, w] and coverage [n, h, w], 0 to 1."""
+        steps = np.clip(np.rint(residuals / RESIDUAL_STEP) + RESIDUAL_ZERO, 0, 255)
+        alpha = np.rint(255 * coverage)[:, None]
+        texels = np.concatenate([np.where(alpha > 0, steps, RESIDUAL_ZERO), alpha], axis=1)
+        packed = np.ascontiguousarray(np.moveaxis(texels, 1, 3).astype(np.uint8))
+        return cls(colors.astype(np.float32), shares.astype(np.float32), packed)
+
+    @property
+    def residuals(self) -> F32:
+        """[n, h, w, 3] OKLab."""
+        return (self.texels[..., :3].astype(np.float32) - RESIDUAL_ZERO) * np.float32(RESIDUAL_STEP)
+
+    @property
+    def contrasts(self) -> F64:
+        """[n] deviation of the lightness within each mark, OKLab."""
+        weights = self.texels[..., 3].astype(np.float64)
+        squares = (weights * self.residuals[..., 0].astype(np.float64) ** 2).sum(axis=(1, 2))
+        return np.asarray(np.sqrt(squares / np.maximum(weights.sum(axis=(1, 2)), 1)))
+
+    def first(self, num: int) -> "MarkDictionary":
+        """The `num` most frequent kinds of marks."""
+        return MarkDictionary(self.colors[:num], self.shares[:num], self.texels[:num])
+
+
 @dataclass(frozen=True, eq=False)
 class StyleMarks:
     """The marks of a painting.
@@ -71,6 +134,9 @@ class StyleMarks:
             is not known, and the relief of a look stays.
         brushes: stroke images cut out of the painting, each [h, w] uint8 coverage with its mark along the
             rows; none where no mark stands alone.
+        coherent: sizes where marks run side by side; None where that is nowhere, or not known.
+        incoherent: sizes where they do not; likewise.
+        dictionary: marks with their colours; None where there are none.
     """
 
     length: float
@@ -81,6 +147,9 @@ class StyleMarks:
     ground: F64 | None = None
     relief: float = 0.0
     brushes: tuple[NDArray[np.uint8], ...] = ()
+    coherent: MarkSpectrum | None = None
+    incoherent: MarkSpectrum | None = None
+    dictionary: MarkDictionary | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,6 +247,7 @@ class Style:
         if self.marks is not None:
             facts += ["marks"]
             facts += [f"{len(self.marks.brushes)} brushes"] if self.marks.brushes else []
+            facts += [f"{len(self.marks.dictionary)} marks of its own"] if self.marks.dictionary else []
         facts += [] if self.edit is None else ["an edit"]
         return f"Style({', '.join([repr(self.name), *facts])})"
 

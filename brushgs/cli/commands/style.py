@@ -54,6 +54,8 @@ class Written(Options, frozen=True):
         metavar=f"FILE{STYLE_SUFFIX}")] = None
     name: Annotated[str | None, option("name of the style", default="that of the painting", metavar="TEXT"
     )] = None
+    small: Annotated[bool, option("64 marks cut out of a painting in place of 192: a third of the file, for "
+        "pages")] = False
     # fmt: on
 
 
@@ -77,8 +79,8 @@ def run(args: Namespace) -> None:
         ValueError: if no file is given, or a flag of learning with `show`.
     """
     if args.action == "show":
-        for name in ("output", "name", *OF_EDITS):
-            if getattr(args, name) is not None:
+        for name in ("output", "name", "small", *OF_EDITS):
+            if getattr(args, name):
                 flag = name.replace("_", "-")
                 raise ValueError(f"--{flag} belongs to `brushgs style learn`; remove it")
         _show(_file(args), as_json=args.json)
@@ -106,7 +108,7 @@ def _learn(args: Namespace) -> None:
         from brushgs.outlets.learn_style import learn_file
 
         output = output_of(args, Path(f"{painting.stem}{STYLE_SUFFIX}"))
-        learn_file(painting, output, args.name, report)
+        learn_file(painting, output, args.name, report, small=args.small)
 
 
 def _learn_edit(args: Namespace) -> None:
@@ -165,7 +167,15 @@ def _facts(style: "Style") -> dict[str, object]:
             "relief": marks.relief,
             "directions": "{1}x{0}".format(*marks.directions.shape),
             "brushes": len(marks.brushes),
+            "dictionary": 0 if marks.dictionary is None else len(marks.dictionary),
         }
+        for name, spectrum in (("coherent", marks.coherent), ("incoherent", marks.incoherent)):
+            if spectrum is not None:
+                facts[f"{name} areas"] = {
+                    "share": spectrum.share,
+                    "lengths": list(spectrum.lengths),
+                    "widths": list(spectrum.widths),
+                }
     if style.stage is not None:
         facts["surroundings"] = "{1}x{0}".format(*style.stage.colors.shape)
     if style.lines is not None:

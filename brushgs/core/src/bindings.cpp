@@ -316,23 +316,30 @@ struct Levels {
     std::vector<In<std::uint32_t, 1>> arrays_with_height;
     std::vector<brushgs::Level> levels;
     In<std::uint16_t, 1> of_box;
+    std::vector<std::optional<In<std::uint32_t, 1>>> tints = {};
 };
 
 void def_levels(nb::module_& m) {
     const auto make = [](Levels* self, const std::vector<In<std::uint16_t, 1>>& pairs, In<std::int32_t, 2> sizes,
                          In<double, 2> reaches, In<std::uint16_t, 1> of_box,
-                         const std::vector<In<std::uint32_t, 1>>& pairs_with_height) {
-        auto* levels = new (self) Levels{pairs, pairs_with_height, {}, of_box};
-        for (std::size_t i = 0; i < pairs.size(); ++i)
+                         const std::vector<In<std::uint32_t, 1>>& pairs_with_height,
+                         const std::vector<std::optional<In<std::uint32_t, 1>>>& tints, In<double, 1> tint_steps) {
+        auto* levels = new (self) Levels{pairs, pairs_with_height, {}, of_box, tints};
+        for (std::size_t i = 0; i < pairs.size(); ++i) {
+            const bool has_tints = !tints.empty() && tints[i];
             levels->levels.push_back({pairs[i].data(), sizes(i, 0), sizes(i, 1), reaches(i, 0), reaches(i, 1),
-                                      pairs_with_height.empty() ? nullptr : pairs_with_height[i].data()});
+                                      pairs_with_height.empty() ? nullptr : pairs_with_height[i].data(),
+                                      has_tints ? tints[i]->data() : nullptr, has_tints ? tint_steps(i) : 0});
+        }
     };
     nb::class_<Levels>(m, "Levels", "The L filtered copies of a stroke image that a set of M boxes is painted with.")
         .def("__init__", make, nb::kw_only(), "pairs"_a.noconvert(), "sizes"_a.noconvert(), "reaches"_a.noconvert(),
-             "of_box"_a.noconvert(), "pairs_with_height"_a.noconvert(),
+             "of_box"_a.noconvert(), "pairs_with_height"_a.noconvert(), "tints"_a.noconvert(),
+             "tint_steps"_a.noconvert(),
              "pairs: L arrays of texels, each [rows * columns + 1], see raster.hpp; sizes: [L, 2] columns and rows; "
              "reaches: [L, 2] half extents along u and v in those of the box; of_box: [M] row of these, or [0] where "
-             "all boxes use the first; pairs_with_height: L, or none where pictures have no height.");
+             "all boxes use the first; pairs_with_height: L, or none where pictures have no height; tints: L arrays or "
+             "None, each [(rows + 1) * columns + 1], or none where no brush is coloured; tint_steps: [L] or [0].");
 }
 
 template <class T, class Array>
@@ -417,7 +424,8 @@ brushgs::RasterParams raster_params(brushgs::Kernel kernel, const Levels& levels
             .num_threads = num_threads,
             .min_transmittance = min_transmittance,
             .levels = levels.levels,
-            .level_of_box = {levels.of_box.data(), levels.of_box.size()}};
+            .level_of_box = {levels.of_box.data(), levels.of_box.size()},
+            .has_tints = !levels.tints.empty()};
 }
 
 template <class T>

@@ -77,7 +77,8 @@ void paint_one(const Kernels<T>& kernels, const TileTask<T>& task, const Picture
     thread_local SoftQueues<T> queues;
     const bool has_relief = picture.height != nullptr;
     const BoxView<T>& boxes = task.boxes;
-    keep_shades(queues, has_relief || boxes.streaks.noise != nullptr || boxes.underpaint.setbacks != nullptr);
+    const bool has_layers = has_relief || boxes.streaks.noise != nullptr || boxes.underpaint.setbacks != nullptr;
+    keep_shades(queues, task.params.has_tints ? 3 : (has_layers ? 1 : 0));
     keep_heights(queues, has_relief);
     kernels.paint_tile_softly(task, queues, picture);
 }

@@ -1,11 +1,14 @@
 // The hot loops of the rasteriser's derivative, compiled once per instruction set (see CMakeLists.txt).
 #include "brushgs/raster_backward.hpp"
 
+#include <type_traits>
+
 #include "brushgs/blend_lanes.hpp"
 #include "brushgs/lane_sums.hpp"
 #include "brushgs/sampling.hpp"
 #include "brushgs/streaks.hpp"
 #include "brushgs/tile_state.hpp"
+#include "brushgs/tints.hpp"
 #include "brushgs/underpaint.hpp"
 
 namespace brushgs::BRUSHGS_ISA {
@@ -182,6 +185,38 @@ template <class T>
     };
 }
 
+// The colours of a record at the pixels of a tile and their derivatives by texels along u and v; 0 where a channel is
+// held at 0, and outside its box.
+template <class T>
+struct TintedColors {
+    alignas(64) T color[3][kNumBlocks][kBlockPixels];
+    alignas(64) T by_u[3][kNumBlocks][kBlockPixels];
+    alignas(64) T by_v[3][kNumBlocks][kBlockPixels];
+};
+
+// What `sample_record` calls to fill them.
+template <class T>
+struct TintSlopeShader {
+    using L = Lanes<T>;
+    using Real = typename L::Real;
+    Tints<T> tints;
+    TintedColors<T>& colors;
+
+    [[gnu::always_inline]] inline void operator()(int, int, Real, typename L::Mask) const {}
+    template <class Sampler>
+    [[gnu::always_inline]] inline void tint(int b, int lane, const Sampler& sampler, const typename L::Word* texel,
+                                            const T* fu, const T* fv, typename L::Mask inside) const {
+        const auto samples = sampler.tints_at(texel, fu, fv);
+        for (int c = 0; c < 3; ++c) {
+            const Real color = tints.base[c] + tints.step * samples[c].coverage;
+            const auto is_free = L::less(inside, L::set(0), color);
+            L::store(colors.color[c][b] + lane, L::where(is_free, color));
+            L::store(colors.by_u[c][b] + lane, L::where(is_free, tints.step * samples[c].slope_u));
+            L::store(colors.by_v[c][b] + lane, L::where(is_free, tints.step * samples[c].slope_v));
+        }
+    }
+};
+
 // The blocks of the tile that the record of entry `place` of its list may paint on: as painted, if that was kept.
 template <class T>
 [[gnu::always_inline]] inline std::uint32_t blocks_to_read(const std::uint32_t* painted, std::size_t place,
@@ -190,7 +225,7 @@ template <class T>
 }
 
 // Returns whether the record paints on these blocks of the tile; only then are there sums.
-template <class T, Kernel kernel, bool has_streaks = false, int channels>
+template <class T, Kernel kernel, Shading shading = Shading::none, int channels>
 [[gnu::always_inline]] inline bool differentiate_record(std::uint32_t blocks, const TileTask<T>& task,
                                                         const Record<T>& record,
                                                         const Attributes<T, channels>& attributes, std::uint32_t id,
@@ -201,12 +236,18 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
     using Real = typename L::Real;
     constexpr int W = L::width, num_planes = 3 + channels;
     constexpr bool has_slopes = kernel == Kernel::bilinear || kernel == Kernel::gaussian;
+    constexpr bool has_streaks = shading == Shading::streaks, is_tinted = shading == Shading::tints;
     const int x0 = task.x0, y0 = task.y0;
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
     std::uint16_t pixels[kNumBlocks];
     Slopes<T> slopes;
     Shades<T> shades;
-    if constexpr (has_streaks)
+    std::conditional_t<is_tinted, TintedColors<T>, char> tinted;
+    if constexpr (is_tinted)
+        blocks =
+            sample_blocks<T, kernel, true, has_slopes>(blocks, task.params, record, x0, y0, tile, alphas, pixels,
+                                                       &slopes, TintSlopeShader<T>{Tints<T>(task, record), tinted});
+    else if constexpr (has_streaks)
         blocks = sample_blocks<T, kernel, true, has_slopes>(blocks, task.params, record, x0, y0, tile, alphas, pixels,
                                                             &slopes, streak_shader(task, record, id, shades));
     else
@@ -238,7 +279,10 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
             Real v_color[3];
             for (int c = 0; c < 3; ++c) v_color[c] = L::load(tile.v_color[c][b] + lane);
             Real shade, of_color = weight, v_factor = zero;
-            if constexpr (has_streaks) {
+            if constexpr (is_tinted) {
+                shade = L::load(tile.v_weight[b] + lane);
+                for (int c = 0; c < 3; ++c) shade = shade + v_color[c] * L::load(tinted.color[c][b] + lane);
+            } else if constexpr (has_streaks) {
                 const Real factor = L::load(shades.factor[b] + lane);
                 const Real whole = (v_color[0] * values[0] + v_color[1] * values[1]) + v_color[2] * values[2];
                 shade = whole * factor + L::load(tile.v_weight[b] + lane);
@@ -249,7 +293,14 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
                 shade = (v_color[0] * values[0] + v_color[1] * values[1]) +
                         (v_color[2] * values[2] + L::load(tile.v_weight[b] + lane));
             }
-            for (int c = 0; c < 3; ++c) v_values[c] = v_values[c] + of_color * v_color[c];
+            for (int c = 0; c < 3; ++c) {
+                if constexpr (is_tinted) {
+                    const auto is_free = L::less(L::from_bits(~0u), zero, L::load(tinted.color[c][b] + lane));
+                    v_values[c] = v_values[c] + L::where(is_free, weight * v_color[c]);
+                } else {
+                    v_values[c] = v_values[c] + of_color * v_color[c];
+                }
+            }
             for (int c = 0; c < channels; ++c) {
                 const Real v_sum = L::load(tile.v_sum[c][b] + lane);
                 shade = shade + v_sum * values[3 + c];
@@ -267,8 +318,16 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
                 const Real v_coverage = kernel == Kernel::gaussian ? v_log : v_alpha;
                 Real v_v = zero;
                 if constexpr (has_slopes) {
-                    const Real v_u = v_coverage * L::load(slopes.u[b] + lane);
+                    Real v_u = v_coverage * L::load(slopes.u[b] + lane);
                     v_v = v_coverage * L::load(slopes.v[b] + lane);
+                    if constexpr (is_tinted) {
+                        const Real scaled = weight * per_opacity;
+                        for (int c = 0; c < 3; ++c) {
+                            const Real v_c = scaled * v_color[c];
+                            v_u = v_u + v_c * L::load(tinted.by_u[c][b] + lane);
+                            v_v = v_v + v_c * L::load(tinted.by_v[c][b] + lane);
+                        }
+                    }
                     u = u + v_u;
                     ux = ux + v_u * x;
                     uy = uy + v_u * y;
@@ -332,17 +391,22 @@ void differentiate_all_layers(const TileTask<T> task, GradientTile<T, channels>&
         const Record<T>& record = task.records[id];
         T* const own = sums.strokes.values + width * layer.place;
         const std::uint32_t blocks = blocks_to_read(task.painted.strokes, layer.place, task, record);
-        sums.strokes.is_seen[layer.place] =
-            shows_streaks(task, record, id)
-                ? differentiate_record<T, kernel, true>(blocks, task, record, attributes, id, tile, own, texels)
-                : differentiate_record<T, kernel>(blocks, task, record, attributes, id, tile, own, texels);
+        if (task.params.has_tints && has_tints(task, record))
+            sums.strokes.is_seen[layer.place] = differentiate_record<T, kernel, Shading::tints>(
+                blocks, task, record, attributes, id, tile, own, texels);
+        else if (shows_streaks(task, record, id))
+            sums.strokes.is_seen[layer.place] = differentiate_record<T, kernel, Shading::streaks>(
+                blocks, task, record, attributes, id, tile, own, texels);
+        else
+            sums.strokes.is_seen[layer.place] =
+                differentiate_record<T, kernel>(blocks, task, record, attributes, id, tile, own, texels);
     }
 }
 
 template <class T, Kernel kernel, int channels>
 void differentiate_image(const TileTask<T>& task, GradientTile<T, channels>& tile, const TileSums<T>& sums,
                          double* const* texels) {
-    if (task.underpaints != nullptr || task.boxes.streaks.noise != nullptr)
+    if (task.underpaints != nullptr || task.boxes.streaks.noise != nullptr || task.params.has_tints)
         differentiate_all_layers<T, kernel>(task, tile, sums, texels);
     else
         differentiate_all<T, kernel>(task, tile, sums.strokes, texels);

@@ -14,6 +14,7 @@
 #include "brushgs/soft_order.hpp"
 #include "brushgs/streaks.hpp"
 #include "brushgs/tile_state.hpp"
+#include "brushgs/tints.hpp"
 #include "brushgs/trig.hpp"
 #include "brushgs/underpaint.hpp"
 
@@ -201,18 +202,20 @@ template <class T, class Shades>
     const Streaks<T> streaks(view, task.params.levels[static_cast<std::size_t>(record.level)], id);
     const typename Streaks<T>::Mix mix(1, view.weights + 2 * id);
     return [ streaks, mix, &shades ](int b, int lane, auto v, auto inside) __attribute__((always_inline)) {
-        L::store(shades[b] + lane, L::where(inside, streaks.at(v, inside).mixed(mix)));
+        L::store(shades[0][b] + lane, L::where(inside, streaks.at(v, inside).mixed(mix)));
     };
 }
 
-// What `sample_record` calls for box `id`: streaks, heights, both or neither.
-template <class T, Kernel kernel, bool has_streaks, bool has_relief, class Shades, class Heights>
+// What `sample_record` calls for box `id`: streaks or tints, heights, both or neither.
+template <class T, Kernel kernel, Shading shading, bool has_relief, class Shades, class Heights>
 [[gnu::always_inline]] inline auto shader_of(const TileTask<T>& task, const Record<T>& record, std::uint32_t id,
                                              Shades& shades, Heights& heights) {
     if constexpr (has_relief && is_image<kernel>) {
-        const auto other = shader_of<T, kernel, has_streaks, false>(task, record, id, shades, heights);
+        const auto other = shader_of<T, kernel, shading, false>(task, record, id, shades, heights);
         return HeightShader<T, Heights, std::remove_const_t<decltype(other)>>(task, id, heights, other);
-    } else if constexpr (has_streaks) {
+    } else if constexpr (shading == Shading::tints) {
+        return TintShader<T, Shades>{Tints<T>(task, record), shades};
+    } else if constexpr (shading == Shading::streaks) {
         return streak_shader(task, record, id, shades);
     } else {
         return NoShader{};
@@ -221,7 +224,7 @@ template <class T, Kernel kernel, bool has_streaks, bool has_relief, class Shade
 
 // Returns the blocks that the record paints on. `share` of the thickness is that of a record without a height of its
 // own.
-template <class T, Kernel kernel, bool has_streaks = false, int channels, bool has_relief>
+template <class T, Kernel kernel, Shading shading = Shading::none, int channels, bool has_relief>
 [[gnu::always_inline]] inline std::uint32_t blend_record(const TileTask<T>& task, const Record<T>& record,
                                                          const Attributes<T, channels>& attributes, std::uint32_t id,
                                                          TileState<T, channels, has_relief>& tile, T share = 1) {
@@ -231,11 +234,11 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels, bool h
     if (is_behind(task, id)) return 0;
     // Two passes over the blocks: what a gather makes wait is then only the first, and that has few instructions.
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
-    alignas(64) T shades[kNumBlocks][kBlockPixels];
+    alignas(64) T shades[shading == Shading::tints ? 3 : 1][kNumBlocks][kBlockPixels];
     alignas(64) T heights[kNumBlocks][kBlockPixels];
     std::uint32_t blocks =
         sample_record<T, kernel>(task.params, record, task.x0, task.y0, tile, alphas, nullptr,
-                                 shader_of<T, kernel, has_streaks, has_relief>(task, record, id, shades, heights));
+                                 shader_of<T, kernel, shading, has_relief>(task, record, id, shades, heights));
     if (task.limits != nullptr) fade_behind(task, id, blocks, alphas);
     Real values[num_values];
     for (int c = 0; c < 3; ++c) values[c] = L::set(record.color[c]);
@@ -253,10 +256,15 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels, bool h
             const Blended<T> blended = blend_lanes(L::load(alphas[b] + lane), darkest, tile.light(b) + lane);
             const Real weight = blended.weight;
             Real of_color = weight;
-            if constexpr (has_streaks) of_color = weight * L::load(shades[b] + lane);
+            if constexpr (shading == Shading::streaks) of_color = weight * L::load(shades[0][b] + lane);
             for (int k = 0; k < num_values; ++k) {
                 T* const plane = tile.plane(k, b) + lane;
-                L::store(plane, L::load(plane) + (k < 3 ? of_color : weight) * values[k]);
+                if constexpr (shading == Shading::tints) {
+                    L::store(plane,
+                             L::load(plane) + weight * (k < 3 ? L::load(shades[k < 3 ? k : 0][b] + lane) : values[k]));
+                } else {
+                    L::store(plane, L::load(plane) + (k < 3 ? of_color : weight) * values[k]);
+                }
             }
             if constexpr (has_relief) {
                 T* const plane = tile.plane(num_values, b) + lane;
@@ -284,7 +292,7 @@ void blend_all(const TileTask<T> task, TileState<T, channels, has_relief>& tile)
     }
 }
 
-// Strokes with underpaint, with streaks or with relief. By value, as above.
+// Strokes with underpaint, with streaks, with tints or with relief. By value, as above.
 template <class T, Kernel kernel, int channels, bool has_relief>
 void blend_all_layers(const TileTask<T> task, TileState<T, channels, has_relief>& tile) {
     const Attributes<T, channels> attributes(task.boxes.layers);
@@ -299,28 +307,38 @@ void blend_all_layers(const TileTask<T> task, TileState<T, channels, has_relief>
         }
         prefetch(task, attributes, layer.place);
         const Record<T>& record = task.records[id];
-        const std::uint32_t blocks = shows_streaks(task, record, id)
-                                         ? blend_record<T, kernel, true>(task, record, attributes, id, tile)
-                                         : blend_record<T, kernel>(task, record, attributes, id, tile);
+        std::uint32_t blocks;
+        if (task.params.has_tints && has_tints(task, record))
+            blocks = blend_record<T, kernel, Shading::tints>(task, record, attributes, id, tile);
+        else if (shows_streaks(task, record, id))
+            blocks = blend_record<T, kernel, Shading::streaks>(task, record, attributes, id, tile);
+        else
+            blocks = blend_record<T, kernel>(task, record, attributes, id, tile);
         if (task.painted.strokes != nullptr) task.painted.strokes[layer.place] = blocks;
     }
 }
 
 // `share` as for `blend_record`.
-template <class T, Kernel kernel, bool has_streaks = false, bool has_shades, int channels, bool has_relief>
+template <class T, Kernel kernel, Shading shading = Shading::none, Shading kept, int channels, bool has_relief>
 [[gnu::always_inline]] inline void sample_softly(const TileTask<T>& task, const Record<T>& record,
                                                  const TileState<T, channels, has_relief>& tile,
-                                                 SoftSamples<T, has_shades, has_relief>& samples, T share = 1) {
+                                                 SoftSamples<T, kept, has_relief>& samples, T share = 1) {
     const std::uint32_t id = samples.record.id;
     samples.blocks = sample_record<T, kernel, true>(
         task.params, record, task.x0, task.y0, tile, samples.alphas, samples.pixels,
-        shader_of<T, kernel, has_streaks, has_relief>(task, record, id, samples.shades, samples.heights));
+        shader_of<T, kernel, shading, has_relief>(task, record, id, samples.shades, samples.heights));
     if (task.limits != nullptr) samples.blocks = sift_behind(task, id, samples.blocks, samples.alphas, samples.pixels);
     const auto fill = [&](auto& planes, T value) {
         for (std::uint32_t blocks = samples.blocks; blocks != 0; blocks &= blocks - 1)
             for (T& pixel : planes[__builtin_ctz(blocks)]) pixel = value;
     };
-    if constexpr (has_shades && !has_streaks) fill(samples.shades, 1);
+    if constexpr (kept == Shading::streaks && shading == Shading::none) fill(samples.shades[0], 1);
+    if constexpr (kept == Shading::tints && shading == Shading::none)
+        for (int c = 0; c < 3; ++c) fill(samples.shades[c], record.color[c]);
+    if constexpr (kept == Shading::tints && shading == Shading::streaks)
+        for (std::uint32_t blocks = samples.blocks; blocks != 0; blocks &= blocks - 1)
+            for (int p = 0, b = __builtin_ctz(blocks); p < kBlockPixels; ++p)
+                for (int c = 2; c >= 0; --c) samples.shades[c][b][p] = samples.shades[0][b][p] * record.color[c];
     if constexpr (has_relief && !is_image<kernel>) fill(samples.heights, thickness_of(task, id, share));
 }
 
@@ -339,20 +357,20 @@ const T* find_reaches(const TileTask<T>& task, SoftQueues<T>& queues) {
 // By value, as above. `next` samples a record into its argument, or returns false at the end. A record is sampled
 // before the one in front of it is blended: what blending does next hangs on the samples. Where too many fragments wait
 // this notes that the tile is a crowd and ends; the tile has to be begun anew.
-template <class T, bool has_shades, int channels, bool has_relief, class Next>
+template <class T, Shading kept, int channels, bool has_relief, class Next>
 [[gnu::always_inline]] inline void blend_softly(const TileTask<T>& task, SoftQueues<T>& queues,
                                                 TileState<T, channels, has_relief>& tile, const Next& next) {
     SoftState<T> soft;
-    SoftBlender<T, has_shades, channels, has_relief> blender(task, queues, soft, tile);
-    CrowdBlender<T, has_shades, channels, has_relief> crowd(task, queues.crowd, soft, tile);
-    SoftSamples<T, has_shades, has_relief> samples[2];
+    SoftBlender<T, kept, channels, has_relief> blender(task, queues, soft, tile);
+    CrowdBlender<T, kept, channels, has_relief> crowd(task, queues.crowd, soft, tile);
+    SoftSamples<T, kept, has_relief> samples[2];
     const bool is_crowd = queues.is_crowd;
-    if (is_crowd) clear(queues.crowd, has_shades, has_relief);
+    if (is_crowd) clear(queues.crowd, num_shades(kept), has_relief);
     bool is_end = false;
     for (std::size_t i = 0; !is_end && tile.alive_blocks != 0; ++i) {
         is_end = !next(samples[i % 2]);
         if (i == 0) continue;
-        const SoftSamples<T, has_shades, has_relief>& own = samples[(i - 1) % 2];
+        const SoftSamples<T, kept, has_relief>& own = samples[(i - 1) % 2];
         if (is_crowd) {
             crowd.add(own);
             continue;
@@ -361,8 +379,8 @@ template <class T, bool has_shades, int channels, bool has_relief, class Next>
         blender.begin(own.record);
         for (std::uint32_t blocks = own.blocks; blocks != 0; blocks &= blocks - 1) {
             const int b = __builtin_ctz(blocks);
-            if (!blender.blend({b, own.alphas[b], own.shades[has_shades ? b : 0], own.heights[has_relief ? b : 0],
-                                own.pixels[b]})) {
+            if (!blender.blend({b, own.alphas[b], own.shades[0][kept == Shading::none ? 0 : b],
+                                own.heights[has_relief ? b : 0], own.pixels[b]})) {
                 queues.is_crowd = true;
                 return;
             }
@@ -378,8 +396,8 @@ void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T
     const T* const reaches = find_reaches(task, queues);
     const Attributes<T, channels> attributes(task.boxes.layers);
     std::size_t i = 0;
-    blend_softly<T, false>(
-        task, queues, tile, [&](SoftSamples<T, false, false> & samples) __attribute__((always_inline)) {
+    blend_softly<T, Shading::none>(
+        task, queues, tile, [&](SoftSamples<T, Shading::none, false> & samples) __attribute__((always_inline)) {
             if (i == task.num_ids) return false;
             prefetch(task, attributes, i);
             const std::uint32_t id = task.ids[i];
@@ -391,16 +409,16 @@ void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T
         });
 }
 
-// Strokes with underpaint, with streaks or with relief.
-template <class T, Kernel kernel, int channels, bool has_relief>
+// Strokes with underpaint, with streaks, with tints or with relief.
+template <class T, Kernel kernel, Shading kept, int channels, bool has_relief>
 void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T, channels, has_relief>& tile) {
     clear(queues);
     const T* const reaches = find_reaches(task, queues);
     const Attributes<T, channels> attributes(task.boxes.layers);
     constexpr T largest = std::numeric_limits<T>::max();  // infinite depths would have no gap between them
     LayerOrder<T> order(task);
-    blend_softly<T, true>(
-        task, queues, tile, [&](SoftSamples<T, true, has_relief> & samples) __attribute__((always_inline)) {
+    blend_softly<T, kept>(
+        task, queues, tile, [&](SoftSamples<T, kept, has_relief> & samples) __attribute__((always_inline)) {
             Layer layer;
             if (!order.next(layer)) return false;
             const std::uint32_t id = task.ids[layer.place];
@@ -416,8 +434,14 @@ void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, Tile
             samples.record = {id, task.boxes.depths[id], softness * softness, reaches[layer.place]};
             prefetch(task, attributes, layer.place);
             const Record<T>& record = task.records[id];
+            if constexpr (kept == Shading::tints) {
+                if (has_tints(task, record)) {
+                    sample_softly<T, kernel, Shading::tints>(task, record, tile, samples);
+                    return true;
+                }
+            }
             if (shows_streaks(task, record, id))
-                sample_softly<T, kernel, true>(task, record, tile, samples);
+                sample_softly<T, kernel, Shading::streaks>(task, record, tile, samples);
             else
                 sample_softly<T, kernel>(task, record, tile, samples);
             return true;
@@ -427,7 +451,7 @@ void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, Tile
 // Whether strokes are more than their image.
 template <class T>
 bool has_layers(const TileTask<T>& task) {
-    return task.underpaints != nullptr || task.boxes.streaks.noise != nullptr;
+    return task.underpaints != nullptr || task.boxes.streaks.noise != nullptr || task.params.has_tints;
 }
 
 template <class T, Kernel kernel, int channels, bool has_relief>
@@ -443,7 +467,8 @@ void blend_image_softly(const TileTask<T>& task, SoftQueues<T>& queues, TileStat
     if constexpr (!has_relief) {
         if (!has_layers(task)) return blend_all_softly<T, kernel>(task, queues, tile);
     }
-    blend_all_layers_softly<T, kernel>(task, queues, tile);
+    if (task.params.has_tints) return blend_all_layers_softly<T, kernel, Shading::tints>(task, queues, tile);
+    blend_all_layers_softly<T, kernel, Shading::streaks>(task, queues, tile);
 }
 
 // Calls `work.operator()<channels, has_relief>()` as the picture has them.

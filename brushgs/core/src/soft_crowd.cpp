@@ -228,12 +228,12 @@ private:
 }  // namespace
 
 template <class T>
-void clear(Crowd<T>& crowd, bool keeps_shades, bool keeps_heights) {
+void clear(Crowd<T>& crowd, int num_shades, bool keeps_heights) {
     for (CrowdBlock<T>& block : crowd.blocks) {
         block.count = 0;
-        if (crowd.keeps_shades != keeps_shades || crowd.keeps_heights != keeps_heights) block.capacity = 0;
+        if (crowd.num_shades != num_shades || crowd.keeps_heights != keeps_heights) block.capacity = 0;
     }
-    crowd.keeps_shades = keeps_shades;
+    crowd.num_shades = num_shades;
     crowd.keeps_heights = keeps_heights;
     crowd.depths.clear();
     crowd.softness.clear();
@@ -250,7 +250,7 @@ void grow(const Crowd<T>& crowd, CrowdBlock<T>& block) {
         column = std::move(longer);
     };
     lengthen(block.alphas, kBlockPixels);
-    if (crowd.keeps_shades) lengthen(block.shades, kBlockPixels);
+    if (crowd.num_shades > 0) lengthen(block.shades, static_cast<std::size_t>(crowd.num_shades) * kBlockPixels);
     if (crowd.keeps_heights) lengthen(block.heights, kBlockPixels);
     lengthen(block.rows, 1);
     block.capacity = capacity;
@@ -305,8 +305,8 @@ void find_shares(Crowd<T>& crowd, const CrowdCell& cell) {
     }
 }
 
-template void clear(Crowd<float>&, bool, bool);
-template void clear(Crowd<double>&, bool, bool);
+template void clear(Crowd<float>&, int, bool);
+template void clear(Crowd<double>&, int, bool);
 template void grow(const Crowd<float>&, CrowdBlock<float>&);
 template void grow(const Crowd<double>&, CrowdBlock<double>&);
 template void add_row(Crowd<float>&, std::uint32_t, float, float, float);

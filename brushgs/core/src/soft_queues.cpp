@@ -16,14 +16,15 @@ void add_slots(SoftQueues<T>& queues) {
     std::copy_n(queues.free_slots, queues.num_free, free_slots.get());
     for (std::size_t slot = after; slot > before; --slot)
         free_slots[queues.num_free++] = static_cast<std::uint32_t>(slot - 1);
-    const auto lengthen = [&](std::unique_ptr<T[]>& memory, T*& column) {
-        auto longer = std::make_unique_for_overwrite<T[]>(kSlotPixels * after);
-        std::copy_n(column, kSlotPixels * before, longer.get());
+    const auto lengthen = [&](std::unique_ptr<T[]>& memory, T*& column, int num) {
+        const std::size_t width = kSlotPixels * static_cast<std::size_t>(num);
+        auto longer = std::make_unique_for_overwrite<T[]>(width * after);
+        std::copy_n(column, width * before, longer.get());
         memory = std::move(longer);
         column = memory.get();
     };
-    if (queues.keeps_shades) lengthen(queues.shade_memory, queues.shades);
-    if (queues.keeps_heights) lengthen(queues.height_memory, queues.heights);
+    if (queues.num_shades > 0) lengthen(queues.shade_memory, queues.shades, queues.num_shades);
+    if (queues.keeps_heights) lengthen(queues.height_memory, queues.heights, 1);
     queues.slot_memory = std::move(slots);
     queues.free_memory = std::move(free_slots);
     queues.slots = queues.slot_memory.get();
@@ -32,10 +33,11 @@ void add_slots(SoftQueues<T>& queues) {
 }
 
 template <class T>
-void keep_shades(SoftQueues<T>& queues, bool keeps) {
-    if (queues.keeps_shades == keeps) return;
-    queues.keeps_shades = keeps;
-    queues.shade_memory = keeps ? std::make_unique_for_overwrite<T[]>(kSlotPixels * queues.num_slots) : nullptr;
+void keep_shades(SoftQueues<T>& queues, int num_shades) {
+    if (queues.num_shades == num_shades) return;
+    queues.num_shades = num_shades;
+    const std::size_t values = kSlotPixels * static_cast<std::size_t>(num_shades) * queues.num_slots;
+    queues.shade_memory = num_shades > 0 ? std::make_unique_for_overwrite<T[]>(values) : nullptr;
     queues.shades = queues.shade_memory.get();
 }
 
@@ -114,8 +116,8 @@ template void add_places(SoftQueues<float>&);
 template void add_places(SoftQueues<double>&);
 template void drop_places(SoftQueues<float>&, std::size_t, std::size_t);
 template void drop_places(SoftQueues<double>&, std::size_t, std::size_t);
-template void keep_shades(SoftQueues<float>&, bool);
-template void keep_shades(SoftQueues<double>&, bool);
+template void keep_shades(SoftQueues<float>&, int);
+template void keep_shades(SoftQueues<double>&, int);
 template void keep_heights(SoftQueues<float>&, bool);
 template void keep_heights(SoftQueues<double>&, bool);
 template void make_reaches(SoftQueues<float>&, std::size_t);

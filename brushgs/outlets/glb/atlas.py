@@ -1,5 +1,8 @@
 """Brushes -> one texture: all of them side by side, white paint whose alpha is the coverage.
 
+Coloured brushes have colours there, by which viewers multiply that of a stroke: the renderer adds, and both
+are the same where a stroke has the mean colour of its brush.
+
 One texture and one material, since strokes that lie on each other change brush from one to the next: viewers
 that draw a mesh in the order of its indices keep the order of strokes only within one material.
 """
@@ -12,13 +15,19 @@ from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.soft import soft_brush
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.texture import TINT_ZERO, StrokeTexture
 from brushgs.formats.files import scratch_folder
 from brushgs.values.arrays import F64, U8
+from brushgs.values.colors import linear_from_srgb, srgb_from_linear
 
 # Texels between brushes, all transparent, and what their places are multiples of: the first four halvings of
 # the texture mix no brush with another.
 GAP = 16
+DARK = 0.06  # display-encoded: a darker mean of a brush counts as this, or all in it would shine
+BRIGHT, MOST_GAIN = (
+    0.98,
+    3.0,
+)  # share of texels that are not too bright, and the most that strokes are lightened
 KERNEL_TEXELS = 256  # a side, of a kernel as an image
 
 
@@ -27,61 +36,83 @@ class Atlas:
     """Several brushes in one image.
 
     Attributes:
-        coverage: [h, w] of all brushes, 0 between them; sides are powers of two.
+        pixels: [h, w, 4] colour and coverage of all brushes, white and 0 between them; sides are powers
+            of two.
         places: [B, 4] of each brush the texture coordinates of the middle of its first texel (u, v) and of
             its last; v runs downwards. These are the corners of its box, as in the renderer.
     """
 
-    coverage: U8
+    pixels: U8
     places: F64
 
     @classmethod
     def of(cls, images: Sequence[U8]) -> "Atlas":
-        """The atlas of images [h, w], at least one: rows of them, the highest first.
+        """The atlas of images, coverage [h, w] or [h, w, 4], at least one: rows of them, the highest first.
 
         Of all widths that are powers of two, the one that needs the fewest texels is taken, of these the most
         nearly square.
         """
-        cells = np.array([[-(-(side + GAP) // GAP) * GAP for side in image.shape[::-1]] for image in images])
+        cells = np.array([[-(-(side + GAP) // GAP) * GAP for side in image.shape[1::-1]] for image in images])
         least = _power_of_two(GAP + int(cells[:, 0].max()))
         most = max(least, _power_of_two(GAP + int(cells[:, 0].sum())))
         widths = [least << step for step in range((most // least).bit_length())]
         made = [(width, *_rows_of(cells, width)) for width in widths]
         width, corners, height = min(made, key=lambda one: (one[0] * one[2], max(one[0], one[2])))
-        coverage, places = np.zeros((height, width), np.uint8), np.empty((len(images), 4))
+        pixels, places = np.full((height, width, 4), 255, np.uint8), np.empty((len(images), 4))
+        pixels[..., 3] = 0
         for row, (image, (x, y)) in enumerate(zip(images, corners, strict=True)):
-            h, w = image.shape
-            coverage[y : y + h, x : x + w] = image
+            h, w = image.shape[:2]
+            pixels[y : y + h, x : x + w] = _white(image) if image.ndim == 2 else image
             places[row] = x + 0.5, y + 0.5, x + w - 0.5, y + h - 0.5
-        return cls(coverage, places / (width, height, width, height))
+        return cls(pixels, places / (width, height, width, height))
+
+    @property
+    def coverage(self) -> U8:
+        """[h, w] of all brushes."""
+        return self.pixels[..., 3]
 
     def png(self) -> bytes:
-        """The texture as a PNG of 8 bits: white everywhere, so that no filter darkens an edge.
+        """The texture as a PNG of 8 bits: white between brushes, so that no filter darkens an edge.
 
         Raises:
             SceneError: if the folder for temporary files is full.
         """
         from brushgs.formats.pictures.oiio import write_pixels
 
-        pixels = np.full((*self.coverage.shape, 4), 255, np.uint8)
-        pixels[..., 3] = self.coverage
         attributes = {"oiio:UnassociatedAlpha": 1, "png:compressionLevel": 6}  # 9: 6 % less, 9 times as long
         with scratch_folder() as folder:  # OpenImageIO writes to named files only
             path = folder / "brushes.png"
-            write_pixels(path, "png", pixels, ("R", "G", "B", "A"), attributes)
+            write_pixels(path, "png", self.pixels, ("R", "G", "B", "A"), attributes)
             return path.read_bytes()
 
 
-def images_of(brushes: BrushSet) -> list[U8]:
-    """The coverage of each brush as an image, a kernel's too; last that of the soft kernel of underpaint."""
+def images_of(brushes: BrushSet) -> list[tuple[U8, float]]:
+    """Each brush as an image [h, w, 4], a kernel too; last the soft kernel of underpaint.
+
+    With each the factor, in linear light, on the colours of its strokes: a texture only darkens.
+    """
     soft = soft_brush().coverage
-    return [*(_image_of(texture, soft) for texture in brushes.textures), soft]
+    return [*(_image_of(texture, soft) for texture in brushes.textures), (_white(soft), 1.0)]
 
 
-def _image_of(texture: StrokeTexture, soft: U8) -> U8:
-    if texture.kind == "image":
-        return texture.coverage
-    return soft if texture.kind == "gaussian" else _disc()
+def _image_of(texture: StrokeTexture, soft: U8) -> tuple[U8, float]:
+    if texture.kind != "image":
+        return _white(soft if texture.kind == "gaussian" else _disc()), 1.0
+    image, tint = _white(texture.coverage), texture.tint
+    if tint is None or tint.step == 0:
+        return image, 1.0
+    away = (tint.texels.astype(np.float64) - TINT_ZERO) * tint.step
+    mean = np.maximum(tint.mean, DARK)
+    factors = linear_from_srgb(np.clip(mean + away, 0, 1)) / linear_from_srgb(mean)
+    gain = float(np.clip(np.quantile(factors[texture.coverage > 0], BRIGHT), 1, MOST_GAIN))
+    image[..., :3] = np.rint(255 * srgb_from_linear(np.clip(factors / gain, 0, 1)))
+    return image, gain
+
+
+def _white(coverage: U8) -> U8:
+    image = np.full((*coverage.shape, 4), 255, np.uint8)
+    image[..., 3] = coverage
+    return image
 
 
 def _disc() -> NDArray[np.uint8]:

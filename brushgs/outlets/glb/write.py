@@ -17,6 +17,7 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.project import ProjectCounts
 from brushgs.values.arrays import U8
 from brushgs.values.camera import Camera
+from brushgs.values.colors import linear_from_srgb, srgb_from_linear
 from brushgs.values.sh import used_sh_degree
 
 MIDDLE = 0.5  # px by which the middle of a picture may lie beside the axis of its camera
@@ -120,12 +121,16 @@ def _in_atlas(made: list[tuple[Coat, Quads]]) -> tuple[list[tuple[str, Quads]], 
         own = images_of(BrushSet.of(coat.texture))
         used, columns = np.unique(quads.brushes, return_inverse=True)
         rows = []
+        gains = np.array([own[brush][1] for brush in used])[columns]
         for brush in used:
-            image = own[brush]
+            image, _ = own[brush]
             key = image.shape, image.tobytes()
             if key not in places:
                 places[key] = len(images)
                 images.append(image)
             rows.append(places[key])
-        coats.append((coat.name, Quads(quads.corners, quads.colors, quads.alphas, np.array(rows)[columns])))
+        colors = quads.colors
+        if (gains != 1).any():
+            colors = srgb_from_linear(np.clip(linear_from_srgb(colors) * gains[:, None], 0, 1))
+        coats.append((coat.name, Quads(quads.corners, colors, quads.alphas, np.array(rows)[columns])))
     return coats, Atlas.of(images)

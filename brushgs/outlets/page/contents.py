@@ -93,7 +93,12 @@ class _Collected:
         """The index of a brush image among those of the page; equal ones are stored once."""
         height = None if texture.height is None else paint_height(texture)
         shape = np.array(texture.coverage.shape).tobytes()
-        key = shape + texture.coverage.tobytes(), None if height is None else height.tobytes()
+        tint = texture.tint
+        key = (
+            shape + texture.coverage.tobytes(),
+            None if height is None else height.tobytes(),
+            None if tint is None else (tint.step, tint.texels.tobytes()),
+        )
         if key not in self._known:
             index = self._known[key] = len(self.brushes)
             rows, columns = texture.coverage.shape
@@ -104,6 +109,8 @@ class _Collected:
                     "columns": columns,
                     "coverage": self.add(f"brush{index}.coverage", texture.coverage, np.uint8),
                     "height": None if height is None else self.add(f"brush{index}.height", height, np.uint8),
+                    "tint": None if tint is None else self.add(f"brush{index}.tint", tint.texels, np.uint8),
+                    "tintStep": 0.0 if tint is None else tint.step,
                 }
             )
         return self._known[key]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from brushgs.brushes import levels
-from brushgs.brushes.texture import FITTED_REACH, KERNEL_SIGMAS
+from brushgs.brushes.texture import FITTED_REACH, KERNEL_SIGMAS, TINT_ZERO
 from brushgs.cameras.framing import NEAR_SHARE
 from brushgs.rendering import (
     border,
@@ -56,6 +56,7 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "BRISTLE_FADE": streaks.BRISTLE_FADE,
         "TUFT_FADE": streaks.TUFT_FADE,
         "FITTED_REACH": FITTED_REACH,
+        "TINT_ZERO": TINT_ZERO,
         "IMAGE_SIGMAS": KERNEL_SIGMAS["image"],
         "FIRST_FOOTPRINT": levels.FIRST_FOOTPRINT,
         "LEVELS_PER_OCTAVE": levels.LEVELS_PER_OCTAVE,

@@ -2,7 +2,8 @@
 
 Everything is measured on the picture alone, in a second or two: directions by the structure tensor
 (`mark_directions`), sizes by how fast colours change along and across them (`sizes`), the ground where
-there is evidence of it (`ground`), and images of single marks (`cut`). The relief stays 0, not known: light
+there is evidence of it (`ground`), images of single marks (`cut`), and marks with their colours
+(`dictionary`). The relief stays 0, not known: light
 on ridges could not be told from what is painted. The skewness of slopes, which lit ridges have, differs by
 0.2 to 1 between relief 0 and 1 of a scene, and by 1 and more from scene to scene.
 """
@@ -14,22 +15,25 @@ from brushgs.passes.color.color_space import oklab_planes
 from brushgs.passes.form.mark_directions import marks_in
 from brushgs.passes.style.averages import averaged
 from brushgs.passes.style.cut import cut_marks
+from brushgs.passes.style.dictionary import MANY, cut_dictionary
 from brushgs.passes.style.ground import find_ground
 from brushgs.passes.style.sizes import mark_sizes
 from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.style import StyleMarks
 
 MOST_GRID = 48  # directions along the longer side of a painting
+FINEST_SIDE = 2048  # pixels of a painting out of which marks are cut, likewise
 MOST_SIDE = 1024  # pixels of a painting in which marks are measured; larger ones are averaged
 LEAST_SIDE = 32  # pixels
 
 
-def learn_marks(image: Array) -> StyleMarks:
+def learn_marks(image: Array, num_marks: int = MANY) -> StyleMarks:
     """Learn the marks of a painting.
 
     Args:
         image: [H, W, C] as `read_image` returns it: 1 to 4 channels, 0 to 1, display-encoded. What is
             transparent is white, and has no directions.
+        num_marks: of its dictionary, at most; 0 for none.
 
     Raises:
         TypeError: if `image` is not an array.
@@ -37,7 +41,7 @@ def learn_marks(image: Array) -> StyleMarks:
     """
     pairs = marks_in("learn_marks", image, LEAST_SIDE)
     rgb = averaged(image, MOST_SIDE)
-    measured = mark_sizes(oklab_planes(rgb), pairs)
+    measured = mark_sizes(oklab_planes(rgb))
     return StyleMarks(
         length=measured.length,
         aspect=measured.aspect,
@@ -46,6 +50,9 @@ def learn_marks(image: Array) -> StyleMarks:
         broken_chroma=min(measured.chroma, MOST),
         ground=find_ground(rgb),
         brushes=cut_marks(rgb, measured),
+        coherent=measured.coherent,
+        incoherent=measured.incoherent,
+        dictionary=cut_dictionary(averaged(image, FINEST_SIDE), measured, num_marks) if num_marks else None,
     )
 
 

@@ -1,30 +1,44 @@
 """A painting -> how long and how wide its marks are, and how far they differ in colour.
 
-Two points of a picture differ in colour where they lie in different marks. So the mean squared difference at
-a distance d, its variogram, rises with the share of pairs in different marks, and stays level from the size
-of a mark on. For marks that lie on each other at random this share is 2 u / (1 + u), u = d / size up to 1:
-half of the level is reached at a third of the size, along marks and across them.
-Source: Matheron 1968, dead leaves; Lee, Mumford and Huang 2001, Occlusion models for natural images.
+What a painting depicts is coarser than its marks, and goes on varying at any distance. So the picture is
+high-passed: its blur at 3 % of the shorter side is taken off. Of what is left, the correlation of two points
+falls with their distance as the share of pairs in one mark does. It is measured along and across the marks,
+whose directions the structure tensor gives at their own scale.
+
+For oblong marks that lie on each other at random ("dead leaves") this share is K / (2 A - K), A the area of a
+mark and K what it has in common with itself, shifted. The same high-pass is applied to this model, and the
+length and the width are those for which it falls to half where the picture does. So marks that are not small
+against the high-pass are measured right as well.
+Sources: Matheron 1968, dead leaves; Lee, Mumford and Huang 2001, Occlusion models for natural images; Bigun
+and Granlund 1987, structure tensor.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.values.arrays import F64, Array
+from brushgs.values.arrays import F64, Array, Mask
+from brushgs.values.style import MarkSpectrum
 
-NUM_SAMPLES = 8000  # places of a picture: sizes of four paintings are within 6 % of those of 40,000
-NUM_STEPS = 30  # distances, in equal ratios
-FARTHEST = 0.4  # of the shorter side
-# Slope of the logarithm of the variogram by that of the distance, below which it is level. Where something is
-# depicted it rises on, by 0.1 to 0.2 on paintings; within marks by 0.7 and more.
-LEVEL = 0.25
-HALF_AT = 1 / 3  # of the size of a mark
+HIGH_PASS = 0.03  # of the shorter side: standard deviation of the blur that is taken off
+FINE = 1.2  # pixels: standard deviation of the smoothing before slopes are taken
+AREA = 0.025  # of the shorter side: that of the area over which slopes are compared
+FAINT = 0.2  # of the mean energy of a high-passed picture: that of places without marks
+COHERENT = 0.5  # coherence of slopes from which on marks run side by side
+NUM_SAMPLES = 24_000  # places of a picture
+CLEARNESS = 0.5  # power of the coherence by which places count
+NUM_FAR = 20  # distances beyond 8 pixels, in equal ratios
+LEAST_CLEAR = 0.05  # weight of places where marks have no direction
+FARTHEST = 0.12  # of the shorter side: distances at which points are compared
+CELLS = 10  # along the shorter side: areas in which sizes are measured for the spectrum
+LEAST_OF_CELL = 60  # samples
+PERCENTILES = (20, 50, 80)
 MOST_ASPECT = 20.0
-LEAST_CLEAR = 0.05  # weight of places without a direction, where marks have any
-SURE_OF_DEVIATION = 0.6745 * np.sqrt(
-    2
-)  # median of the difference of two normal numbers, over their deviation
+STEPS = 7  # of fitting the model: by then within 1 %
+GRID = 256  # points of the model, a side
+SCAN = 0.45  # pixels: how far a point of a picture is blurred
+LEAST_WIDTH = 1.0  # pixels
+SURE_OF_DEVIATION = 0.6745 * np.sqrt(2)  # median of the difference of two normal numbers, over the deviation
 
 
 @dataclass(frozen=True)
@@ -36,12 +50,18 @@ class Sizes:
         width: across, likewise.
         lightness: standard deviation by which marks differ from those beside them, OKLab.
         chroma: the same in a and b.
+        coherent: where marks run side by side; None where the painting has no such area.
+        incoherent: where they do not; likewise.
+        flow: [2, H, W] angles of the marks of the picture measured, and how coherent they are, 0 to 1.
     """
 
     length: float
     width: float
     lightness: float
     chroma: float
+    coherent: MarkSpectrum | None = None
+    incoherent: MarkSpectrum | None = None
+    flow: Array | None = None
 
     @property
     def aspect(self) -> float:
@@ -49,106 +69,174 @@ class Sizes:
         return float(np.clip(self.length / self.width, 1.0, MOST_ASPECT))
 
 
-def mark_sizes(lab: Array, pairs: F64) -> Sizes:
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """Places of a picture.
+
+    Attributes:
+        x, y: [n] pixels.
+        angles: [n] of the marks there.
+        coherence: [n] 0 to 1.
+        cells: [n] the area that a place belongs to.
+    """
+
+    x: F64
+    y: F64
+    angles: F64
+    coherence: F64
+    cells: Array
+
+
+def mark_sizes(lab: Array) -> Sizes:
     """Measure marks.
 
     Args:
         lab: [3, H, W] OKLab of a painting.
-        pairs: [h, w, 2] directions of its marks, see `brushgs.passes.form.mark_directions`.
     """
     short = min(lab.shape[1:])
-    distances = np.geomspace(1.0, FARTHEST * short, NUM_STEPS)
-    places, angles, weights = _samples(lab, pairs)
-    here = _colors(lab, places)
+    high_pass = HIGH_PASS * short
+    fine = _high_passed(lab.astype(np.float32), high_pass)
+    flow = _flow(fine, short)
+    samples = _samples(flow, short)
+    distances = np.concatenate([np.arange(0, 8, 0.5), np.geomspace(8, FARTHEST * short + 9, NUM_FAR)])
     along, across = (
-        _variogram(lab, places, here, angles + turn, weights, distances) for turn in (0, np.pi / 2)
+        _correlations(fine, samples, samples.angles + turn, distances) for turn in (0, np.pi / 2)
     )
-    level = _level(distances, across)
-    length, width = (_half_at(distances, rising, level) / HALF_AT for rising in (along, across))
-    beside = _offset(places, angles + np.pi / 2, min(1.5 * width, FARTHEST * short))
-    inside = _inside(lab, beside)
-    differences = np.abs(_colors(lab, beside[:, inside]) - here[:, inside])
-    medians = [_weighted_median(values, weights[inside]) for values in differences]
-    lightness, a, b = (median / SURE_OF_DEVIATION for median in medians)
-    length, width = max(length, width), min(length, width)
-    return Sizes(
-        min(length / short, 1.0), width / short, float(lightness), float(np.hypot(a, b) / np.sqrt(2))
-    )
+    halves = [_half_at(distances, falling @ samples.coherence**CLEARNESS) for falling in (along, across)]
+    length, width = _fitted(*halves, high_pass)
+    is_coherent = samples.coherence > COHERENT
+    spectra = [
+        _spectrum(along, across, distances, high_pass, samples, mask, short)
+        for mask in (is_coherent, ~is_coherent)
+    ]
+    lightness, chroma = _differences(lab, samples, 1.5 * width)
+    return Sizes(min(length / short, 1.0), min(width / short, 1.0), lightness, chroma, *spectra, flow)
 
 
-def _samples(lab: Array, pairs: F64) -> tuple[F64, F64, F64]:
-    """Places [2, n] (x, y) in pixels, angles [n] of the marks there, and how far these are known [n]."""
-    height, width = lab.shape[1:]
+def _high_passed(lab: Array, high_pass: float) -> Array:
+    from scipy.ndimage import gaussian_filter
+
+    fine = np.stack([plane - gaussian_filter(plane, high_pass, mode="nearest") for plane in lab])
+    energy = gaussian_filter((fine**2).sum(axis=0), high_pass, mode="nearest")
+    return fine / np.sqrt(energy + FAINT * energy.mean())
+
+
+def _flow(fine: Array, short: int) -> Array:
+    """[2, H, W] angles of the marks of a high-passed picture at their own scale, and their coherence."""
+    from scipy.ndimage import gaussian_filter
+
+    xx, xy, yy = np.zeros((3, *fine.shape[1:]), fine.dtype)
+    for plane in fine:
+        slope_y, slope_x = np.gradient(gaussian_filter(plane, FINE))
+        xx += slope_x * slope_x
+        xy += slope_x * slope_y
+        yy += slope_y * slope_y
+    xx, xy, yy = (gaussian_filter(product, AREA * short) for product in (xx, xy, yy))
+    angles = 0.5 * np.arctan2(2 * xy, xx - yy) + np.pi / 2
+    return np.stack([angles, np.hypot(xx - yy, 2 * xy) / np.maximum(xx + yy, 1e-12)])
+
+
+def _samples(flow: Array, short: int) -> _Samples:
+    """Places all over a picture."""
+    height, width = flow.shape[1:]
+    angles, coherence = flow
     rng = np.random.default_rng(0)
-    x, y = rng.uniform(0, width - 1, NUM_SAMPLES), rng.uniform(0, height - 1, NUM_SAMPLES)
-    rows, columns = pairs.shape[:2]
-    i = np.minimum((y * rows / height).astype(np.intp), rows - 1)
-    j = np.minimum((x * columns / width).astype(np.intp), columns - 1)
-    found = pairs[i, j]
-    return (
-        np.stack([x, y]),
-        0.5 * np.arctan2(found[:, 1], found[:, 0]),
-        np.hypot(found[:, 0], found[:, 1]) + LEAST_CLEAR,
-    )
+    x, y = rng.integers(0, width, NUM_SAMPLES), rng.integers(0, height, NUM_SAMPLES)
+    side = max(short / CELLS, 1.0)
+    cells = (y // side).astype(np.intp) * int(width // side + 1) + (x // side).astype(np.intp)
+    return _Samples(x.astype(np.float64), y.astype(np.float64), angles[y, x], coherence[y, x], cells)
 
 
-def _variogram(lab: Array, places: F64, here: F64, angles: F64, weights: F64, distances: F64) -> F64:
-    """Half of the mean squared difference of colours, at each distance."""
-    found = np.zeros(len(distances))
-    for k in range(len(distances)):
-        there = _offset(places, angles, distances[k])
-        inside = _inside(lab, there)
-        squares = ((_colors(lab, there[:, inside]) - here[:, inside]) ** 2).sum(axis=0)
-        total = weights[inside].sum()
-        found[k] = 0.5 * (squares @ weights[inside]) / total if total > 0 else found[k - 1]
+def _correlations(fine: Array, samples: _Samples, angles: F64, distances: F64) -> F64:
+    """[K, n] scalar products of the colours at places and at a distance from them, the mean of both ways."""
+    here = _colors(fine, samples.x, samples.y)
+    found = np.empty((len(distances), here.shape[1]))
+    step_x, step_y = np.cos(angles), np.sin(angles)
+    for k, distance in enumerate(distances):
+        ahead, behind = (
+            _colors(fine, samples.x + reach * step_x, samples.y + reach * step_y)
+            for reach in (distance, -distance)
+        )
+        found[k] = 0.5 * np.einsum("cn,cn->n", here, ahead + behind)
     return found
 
 
-def _level(distances: F64, rising: F64) -> float:
-    """The height at which a variogram is first level; without a place where it is, that of least slope."""
-    logs = np.log(np.maximum(rising, 1e-12))
-    slopes = np.convolve(np.gradient(logs, np.log(distances)), np.ones(3) / 3, mode="same")[1:-1]
-    is_level = slopes < LEVEL
-    is_level[: np.argmax(slopes)] = False
-    first = int(np.argmax(is_level)) if is_level.any() else int(np.argmin(slopes))
-    return float(rising[first + 1])
-
-
-def _half_at(distances: F64, rising: F64, level: float) -> float:
-    """The distance at which half of a level is first reached."""
-    above = np.flatnonzero(rising >= 0.5 * level)
-    if len(above) == 0:
-        return float(distances[-1])
-    k = int(above[0])
-    if k == 0:
-        return float(distances[0])
-    share = (0.5 * level - rising[k - 1]) / (rising[k] - rising[k - 1])
-    return float(distances[k - 1] + share * (distances[k] - distances[k - 1]))
-
-
-def _offset(places: F64, angles: F64, distance: float) -> F64:
-    return places + distance * np.stack([np.cos(angles), np.sin(angles)])
-
-
-def _inside(lab: Array, places: F64) -> F64:
+def _colors(lab: Array, x: F64, y: F64) -> F64:
+    """[3, n] between those of the four next pixels: a tenth of the time of `map_coordinates`."""
     height, width = lab.shape[1:]
-    x, y = places
-    return np.asarray((x >= 0) & (x <= width - 1) & (y >= 0) & (y <= height - 1))
-
-
-def _colors(lab: Array, places: F64) -> F64:
-    """[3, n] of places, between those of the four next pixels: a tenth of the time of `map_coordinates`."""
-    height, width = lab.shape[1:]
-    x, y = places
-    j, i = np.minimum(x.astype(np.intp), width - 2), np.minimum(y.astype(np.intp), height - 2)
-    flat, first = lab.reshape(3, -1), i * width + j
+    x, y = np.clip(x, 0, width - 1.001), np.clip(y, 0, height - 1.001)
+    j, i = x.astype(np.intp), y.astype(np.intp)
     right, below = x - j, y - i
+    flat, first = lab.reshape(3, -1), i * width + j
     upper = (1 - right) * flat[:, first] + right * flat[:, first + 1]
     lower = (1 - right) * flat[:, first + width] + right * flat[:, first + width + 1]
     return np.asarray((1 - below) * upper + below * lower)
 
 
+def _fitted(along: float, across: float, high_pass: float) -> tuple[float, float]:
+    """Length and width, pixels, of marks whose correlation falls to half at these distances."""
+    wanted = np.array([max(along, across), min(along, across)])
+    sizes = np.maximum(3 * wanted, LEAST_WIDTH)
+    for _ in range(STEPS):
+        found = np.array(_model_half_at(*sizes, high_pass))
+        sizes = np.clip(sizes * (wanted / found) ** 1.3, LEAST_WIDTH, 20 * high_pass)
+    return float(max(sizes)), float(min(sizes))
+
+
+def _model_half_at(length: float, width: float, high_pass: float) -> tuple[float, float]:
+    """Where the correlation of high-passed dead leaves falls to half, along and across, pixels."""
+    # Either axis has its own step, so that both sides of long marks are seen by enough points.
+    steps = [max(12 * max(size, high_pass) / GRID, size / 40) for size in (length, width)]
+    offsets = [step * np.minimum(np.arange(GRID), GRID - np.arange(GRID)) for step in steps]
+    common = np.maximum(1 - offsets[0] / length, 0)[:, None] * np.maximum(1 - offsets[1] / width, 0)
+    squared = [(2 * np.pi * np.fft.fftfreq(GRID, step)) ** 2 for step in steps]
+    frequencies = squared[0][:, None] + squared[1]
+    passed = (1 - np.exp(-0.5 * high_pass**2 * frequencies)) ** 2 * np.exp(-(SCAN**2) * frequencies)
+    falling = np.fft.ifft2(np.fft.fft2(common / (2 - common)) * passed).real
+    half = GRID // 2
+    return _half_at(offsets[0][:half], falling[:half, 0]), _half_at(offsets[1][:half], falling[0, :half])
+
+
+def _half_at(distances: F64, falling: F64) -> float:
+    """The distance at which half of the first value is reached; the last where it is not."""
+    below = np.flatnonzero(falling < 0.5 * falling[0])
+    if len(below) == 0 or below[0] == 0:
+        return float(distances[-1])
+    k = int(below[0])
+    share = (falling[k - 1] - 0.5 * falling[0]) / (falling[k - 1] - falling[k])
+    return float(distances[k - 1] + share * (distances[k] - distances[k - 1]))
+
+
+def _spectrum(
+    along: F64, across: F64, distances: F64, high_pass: float, samples: _Samples, mask: Mask, short: int
+) -> MarkSpectrum | None:
+    """Of the places of a mask; None where no area has enough."""
+    found = []
+    for cell in np.unique(samples.cells[mask]):
+        own = np.flatnonzero(mask & (samples.cells == cell))
+        if len(own) >= LEAST_OF_CELL:
+            halves = [_half_at(distances, falling[:, own].sum(axis=1)) for falling in (along, across)]
+            found.append((max(halves), min(halves)))
+    if not found:
+        return None
+    # The model is fitted to percentiles, not to each area: it rises evenly, and takes longer than all else.
+    percentiles = np.percentile(np.array(found), PERCENTILES, axis=0)
+    sizes = np.array([_fitted(*halves, high_pass) for halves in percentiles]) / short
+    lengths, widths = np.sort(sizes, axis=0).T.tolist()
+    return MarkSpectrum(float(mask.mean()), tuple(lengths), tuple(widths))
+
+
+def _differences(lab: Array, samples: _Samples, distance: float) -> tuple[float, float]:
+    """Deviation of lightness, and of chroma, between marks that lie beside each other."""
+    turned = samples.angles + np.pi / 2
+    beside = samples.x + distance * np.cos(turned), samples.y + distance * np.sin(turned)
+    differences = np.abs(_colors(lab, *beside) - _colors(lab, samples.x, samples.y))
+    weights = samples.coherence + LEAST_CLEAR
+    lightness, a, b = (_weighted_median(values, weights) / SURE_OF_DEVIATION for values in differences)
+    return float(lightness), float(np.hypot(a, b) / np.sqrt(2))
+
+
 def _weighted_median(values: F64, weights: F64) -> float:
     order = np.argsort(values)
     sums = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(sums, 0.5 * sums[-1])]) if len(sums) else 0.0
+    return float(values[order][np.searchsorted(sums, 0.5 * sums[-1])])

@@ -16,6 +16,7 @@ from brushgs.pipeline.stroke_changes import (
     Field,
     StrokeChanges,
     broken_color_pass,
+    brush_color_pass,
     brush_passes,
     direction_pass,
     grading_passes,
@@ -33,6 +34,7 @@ from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
+    from brushgs.brushes.brush_set import BrushSet
     from brushgs.brushes.kit import BrushKit
     from brushgs.passes.color.recolor import Palette
     from brushgs.rendering.plain import PlainViews
@@ -137,6 +139,12 @@ def coloring(
     ]
 
 
+@unless(lambda stroke_color: None if stroke_color == "own" else "strokes have their own colours")
+def colors_of_brushes(texture: "BrushSet") -> "BrushSet":
+    """The brushes whose colours strokes take."""
+    return texture
+
+
 @anew
 def choosing(
     kit: "BrushKit",
@@ -145,9 +153,10 @@ def choosing(
     parts: Sequence[Region],
     pruned: Gaussians,
     clustering: ClusterConfig,
+    colors_of_brushes: "BrushSet | None",
     skip: str | None,
 ) -> list[StrokePass]:
-    """What chooses a brush for each stroke."""
+    """What chooses a brush for each stroke, and gives strokes the colours of their brushes."""
     seed, row_of = clustering.seed, {image: row for row, image in enumerate(kit.images)}
     has_brushes = skip == ALREADY_STROKES and pruned.brushes is not None  # then strokes keep them
     return [
@@ -163,6 +172,7 @@ def choosing(
             lambda part: part.kit is not None or part.rule.style is not None,
             lambda part: style_brush_passes(part.styles, kit, seed=seed),
         ),
+        *([] if colors_of_brushes is None else [brush_color_pass(colors_of_brushes)]),
     ]
 
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from brushgs.options.choices import StrokeColor
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import BrushesConfig
@@ -48,10 +49,11 @@ def of_strokes(strokes_config: StrokesConfig) -> tuple[bool, Focus | None, Direc
     return config.see == "views", config.focus, config.direction, config.solid, config.economy
 
 
-@makes("stroke", "background_name", "threads")
-def of_draw(draw_config: DrawConfig) -> tuple[str, str, int | None]:
+@makes("stroke", "stroke_color", "background_name", "threads")
+def of_draw(draw_config: DrawConfig) -> tuple[str, StrokeColor | None, str, int | None]:
     """The options of drawing that decide about other steps."""
-    return draw_config.stroke, draw_config.background, draw_config.threads
+    draw = draw_config
+    return draw.stroke, draw.stroke_color, draw.background, draw.threads
 
 
 def asked_size(view_config: ViewConfig) -> tuple[int, int] | None:
@@ -85,13 +87,22 @@ def more_brushes(styles: Styles | None, regions: Regions | None) -> tuple[str, .
 def own_brushes(
     brushes_config: BrushesConfig,
     stroke: str,
+    stroke_color: StrokeColor | None,
     asked_size: tuple[int, int] | None,
     economy: float,
     more_brushes: tuple[str, ...],
     report: Report,
 ) -> "tuple[BrushSet, BrushKit]":
     """The brushes that options name, and which strokes each suits."""
-    return open_brushes(brushes_config, stroke, asked_size, more_brushes, report, by_material=economy > 0)
+    return open_brushes(
+        brushes_config,
+        stroke,
+        asked_size,
+        more_brushes,
+        report,
+        by_material=economy > 0,
+        stroke_color=stroke_color,
+    )
 
 
 @unless(lambda palette_config: "no --palette" if palette_config is None else None)

@@ -12,7 +12,7 @@
 
 namespace brushgs::BRUSHGS_ISA {
 
-template <class T, bool has_shades, int channels, bool has_relief>
+template <class T, Shading stored, int channels, bool has_relief>
 class CrowdBlender {
     using L = Lanes<T>;
     using Real = typename L::Real;
@@ -24,7 +24,7 @@ public:
         : records_(task.records), attributes_(task.boxes.layers), crowd_(crowd), soft_(soft), tile_(tile) {}
 
     // Keeps the fragments of a record.
-    [[gnu::noinline]] void add(const SoftSamples<T, has_shades, has_relief>& samples) {
+    [[gnu::noinline]] void add(const SoftSamples<T, stored, has_relief>& samples) {
         const auto row = static_cast<std::uint32_t>(crowd_.ids.size());
         Real largest[num_parts];
         for (Real& part : largest) part = L::set(0);
@@ -46,8 +46,8 @@ public:
                 const auto all = L::from_bits(~0u);
                 L::store(block.alphas.get() + kBlockPixels * place + lane, alpha);
                 L::store(soft_.light[b] + lane, after);
-                if constexpr (has_shades)
-                    L::store(block.shades.get() + kBlockPixels * place + lane, L::load(samples.shades[b] + lane));
+                for (int c = 0; c < num_shades(stored); ++c)
+                    L::store(shades_of(block, place, c) + lane, L::load(samples.shades[c][b] + lane));
                 if constexpr (has_relief)
                     L::store(block.heights.get() + kBlockPixels * place + lane, L::load(samples.heights[b] + lane));
                 largest[part] = L::select(L::less(all, largest[part], alpha), alpha, largest[part]);
@@ -158,9 +158,15 @@ private:
                 const auto kept = L::at_least(painted, front - front * alpha, L::set(tile_.min_transmittance));
                 const Real weight = L::where(L::less(kept, L::set(0), seen), seen * alpha);
                 Real of_color = weight;
-                if constexpr (has_shades) of_color = weight * L::load(block.shades.get() + kBlockPixels * place + lane);
+                if constexpr (stored == Shading::streaks)
+                    of_color = weight * L::load(shades_of(block, place, 0) + lane);
                 const Record<T>& record = records_[id];
-                for (int c = 0; c < 3; ++c) planes[c] = planes[c] + of_color * L::set(record.color[c]);
+                for (int c = 0; c < 3; ++c) {
+                    if constexpr (stored == Shading::tints)
+                        planes[c] = planes[c] + weight * L::load(shades_of(block, place, c) + lane);
+                    else
+                        planes[c] = planes[c] + of_color * L::set(record.color[c]);
+                }
                 for (int c = 0; c < channels; ++c)
                     planes[3 + c] = planes[3 + c] + weight * L::set(attributes_.of(id, c));
                 if constexpr (has_relief)
@@ -173,6 +179,10 @@ private:
             L::store(soft_.weights[b] + lane, sum);
             L::store(tile_.light(b) + lane, light);
         }
+    }
+
+    [[gnu::always_inline]] static inline T* shades_of(const CrowdBlock<T>& block, std::size_t place, int c) {
+        return block.shades.get() + kBlockPixels * (num_shades(stored) * place + static_cast<std::size_t>(c));
     }
 
     const Record<T>* const records_;

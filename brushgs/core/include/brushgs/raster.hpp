@@ -80,7 +80,12 @@ struct Level {
     double reach_v;
     // For pictures with a height, or null: `pairs`, and in the high half of each entry the pair of the brush's height.
     const std::uint32_t* pairs_with_height = nullptr;  // [rows * columns + 1]
+    // Of a coloured brush, or null: what is added to the colour of the stroke, a word a texel: red, green and blue,
+    // low byte first, in steps of `tint_step` from kTintZero. The last row is there twice, and one more entry.
+    const std::uint32_t* tints = nullptr;  // [(rows + 1) * columns + 1]
+    double tint_step = 0;
 };
+constexpr int kTintZero = 128;
 
 struct RasterParams {
     Kernel kernel;
@@ -93,6 +98,7 @@ struct RasterParams {
     int end_row = 1 << 15;                        // strip of the picture; `rasterize` sets both
     std::span<const Level> levels;                // images only: at least one
     std::span<const std::uint16_t> level_of_box;  // [M] row of `levels`; empty: all use levels[0]
+    bool has_tints = false;                       // whether a level has tints; not for glazes
 };
 
 template <class T>

@@ -38,6 +38,11 @@ struct HeightShader {
     [[gnu::always_inline]] inline void operator()(int b, int lane, Real v, typename L::Mask inside) const {
         other(b, lane, v, inside);
     }
+    template <class... Places>
+        requires requires(const Other& asked, const Places&... places) { asked.tint(places...); }
+    [[gnu::always_inline]] inline void tint(const Places&... places) const {
+        other.tint(places...);
+    }
     [[gnu::always_inline]] inline void raise(int b, int lane, Real height, typename L::Mask inside) const {
         L::store(heights[b] + lane, L::where(inside, base + per_step * height));
     }

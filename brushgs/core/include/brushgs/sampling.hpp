@@ -113,6 +113,8 @@ struct Sampler {
     Real low_u, high_u, low_v, high_v;
     const std::uint16_t* pairs = nullptr;
     const std::uint32_t* pairs_with_height = nullptr;
+    const std::uint32_t* tints = nullptr;
+    int columns = 0;
     Real stride;
 
     [[gnu::always_inline]] inline Sampler(const RasterParams& params, const Record<T>& record) {
@@ -123,6 +125,8 @@ struct Sampler {
             high_v = L::set(static_cast<T>(level.rows - 1));
             pairs = level.pairs;
             pairs_with_height = level.pairs_with_height;
+            tints = level.tints;
+            columns = level.columns;
             stride = L::set(static_cast<T>(level.columns));
         } else {
             low_u = low_v = L::set(-record.limit);
@@ -189,6 +193,24 @@ struct Sampler {
                      .coverage;
         return between(at_u, at_v, L::template raised_byte<0>(quads.first), L::template raised_byte<1>(quads.first),
                        L::template raised_byte<0>(quads.second), L::template raised_byte<1>(quads.second));
+    }
+
+    struct ThreeSamples {
+        Sample of[3];
+        [[gnu::always_inline]] inline const Sample& operator[](int c) const { return of[c]; }
+    };
+
+    // Red, green and blue of a coloured brush there, 0 to 255.
+    [[gnu::always_inline]] inline ThreeSamples tints_at(const typename L::Word* texel, const T* fu, const T* fv) const {
+        const auto upper = L::two_words(tints, texel), lower = L::two_words(tints + columns, texel);
+        const Real at_u = L::load(fu), at_v = L::load(fv);
+        const auto channel = [&]<int c>() __attribute__((always_inline)) {
+            return between(at_u, at_v, L::template raised_byte<c>(upper.first), L::template raised_byte<c>(lower.first),
+                           L::template raised_byte<c>(upper.second), L::template raised_byte<c>(lower.second));
+        };
+        return {
+            {channel.template operator()<0>(), channel.template operator()<1>(), channel.template operator()<2>()}
+        };
     }
 
 private:
@@ -278,7 +300,8 @@ struct Places {
 // returns the blocks that it may touch, of which alone `alphas`, and `slopes` unless null, are written. Sifted:
 // alphas too faint to count are 0, only blocks with others are returned, and `pixels` says which pixels of a block
 // these are. `shader` is called with block, lane, the coordinates v of the lanes and those of them inside the box; of
-// one with `needs_height`, `raise` is called with block, lane, the brush's height there and those inside the box.
+// one with `needs_height`, `raise` is called with block, lane, the brush's height there and those inside the box; of
+// one that has it, `tint` with block, lane, the sampler, the places among the texels and those inside the box.
 template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = false, class Tile, class Shader = NoShader>
 [[gnu::always_inline]] inline std::uint32_t sample_blocks(std::uint32_t blocks, const RasterParams& params,
                                                           const Record<T>& record, int x0, int y0, const Tile& tile,
@@ -343,6 +366,8 @@ template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = fal
                 } else {
                     sample = sampler.sample_at(texel, fu, fv);
                 }
+                if constexpr (requires { shader.tint(b, lane, sampler, texel, fu, fv, inside); })
+                    shader.tint(b, lane, sampler, texel, fu, fv, inside);
             } else {
                 Real u;
                 inside = find_inside(b, part, u, v);

@@ -38,7 +38,7 @@ struct CrowdPoint {
 template <class T>
 struct CrowdBlock {
     Buffer<T> alphas;            // [capacity, 16] 0 in pixels without the fragment
-    Buffer<T> shades;            // [capacity, 16] as in `SoftQueues`
+    Buffer<T> shades;            // [capacity, num_shades, 16] as in `SoftQueues`
     Buffer<T> heights;           // [capacity, 16]
     Buffer<std::uint32_t> rows;  // [capacity] of the crowd
     std::size_t count = 0, capacity = 0;
@@ -48,7 +48,8 @@ struct CrowdBlock {
 template <class T>
 struct Crowd {
     CrowdBlock<T> blocks[kTileWidth * kTileHeight / 16];
-    bool keeps_shades = false, keeps_heights = false;
+    int num_shades = 0;
+    bool keeps_heights = false;
     // By row: a stroke or its underpaint, in stroke order.
     std::vector<double> depths, softness;
     std::vector<double> alphas;  // the largest in the tile
@@ -69,7 +70,7 @@ struct Crowd {
 // These allocate, in soft_crowd.cpp: a kernel's file would compile the library's templates for its instruction set.
 
 template <class T>
-void clear(Crowd<T>& crowd, bool keeps_shades, bool keeps_heights);
+void clear(Crowd<T>& crowd, int num_shades, bool keeps_heights);
 
 // Makes room for more fragments of a block.
 template <class T>

@@ -60,11 +60,11 @@ struct SoftRecord {
 };
 
 // What a record is at the pixels of a tile.
-template <class T, bool has_shades, bool has_relief>
+template <class T, Shading stored, bool has_relief>
 struct SoftSamples {
     SoftRecord<T> record;
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
-    alignas(64) T shades[has_shades ? kNumBlocks : 1][kBlockPixels];
+    alignas(64) T shades[stored == Shading::tints ? 3 : 1][stored == Shading::none ? 1 : kNumBlocks][kBlockPixels];
     alignas(64) T heights[has_relief ? kNumBlocks : 1][kBlockPixels];
     std::uint16_t pixels[kNumBlocks];
     std::uint32_t blocks;
@@ -75,7 +75,7 @@ template <class T>
 struct BlockFragments {
     int b;
     const T* alphas;   // [kBlockPixels]
-    const T* shades;   // [kBlockPixels] factors of the colour, where they are kept
+    const T* shades;   // [kBlockPixels] as `Shading` says, where they are kept; of further channels a tile behind each
     const T* heights;  // [kBlockPixels] heights of the paint, where they are kept
     unsigned pixels;   // bit p: whether pixel p has one
 };
@@ -83,7 +83,7 @@ struct BlockFragments {
 // Blends the records of one tile. All its functions are inlined, so that its fields live in registers: where the
 // columns of the queues lie is copied here because vector stores may touch any memory, and each field behind a
 // reference would be read anew after each of them.
-template <class T, bool has_shades, int channels, bool has_relief>
+template <class T, Shading stored, int channels, bool has_relief>
 class SoftBlender {
     using L = Lanes<T>;
     using Real = typename L::Real;
@@ -251,6 +251,10 @@ private:
     [[gnu::always_inline]] inline FragmentEntry& entry_of(std::size_t place, int b) const {
         return entries_[place * static_cast<std::size_t>(kNumBlocks) + static_cast<std::size_t>(b)];
     }
+    [[gnu::always_inline]] inline T* shades_of(std::uint32_t slot, int c) const {
+        return shades_ +
+               kBlockPixels * (num_shades(stored) * static_cast<std::size_t>(slot) + static_cast<std::size_t>(c));
+    }
     [[gnu::always_inline]] static inline std::size_t count_bits(std::uint64_t bits) {
         return static_cast<std::size_t>(__builtin_popcountll(bits));
     }
@@ -334,8 +338,9 @@ private:
             L::store(slot.alpha + lane, alpha[part]);
             L::store(slot.weight + lane, L::where(kept, seen[part] * alpha[part]));
             L::store(slot.before + lane, before);
-            if constexpr (has_shades)
-                L::store(shades_ + kBlockPixels * slot_id + lane, L::load(fragments.shades + lane));
+            for (int c = 0; c < num_shades(stored); ++c)
+                L::store(shades_of(slot_id, c) + lane,
+                         L::load(fragments.shades + c * kNumBlocks * kBlockPixels + lane));
             if constexpr (has_relief)
                 L::store(heights_ + kBlockPixels * slot_id + lane, L::load(fragments.heights + lane));
             last |= L::bits(L::less(all, after, L::set(static_cast<T>(kLeastLight)))) << lane;
@@ -366,8 +371,13 @@ private:
                 const Record<T>& record = records_[records[k]];
                 const Real weight = L::load(slot.weight + lane);
                 Real of_color = weight;
-                if constexpr (has_shades) of_color = weight * L::load(shades_ + kBlockPixels * slots[k] + lane);
-                for (int c = 0; c < 3; ++c) planes[c] = planes[c] + of_color * L::set(record.color[c]);
+                if constexpr (stored == Shading::streaks) of_color = weight * L::load(shades_of(slots[k], 0) + lane);
+                for (int c = 0; c < 3; ++c) {
+                    if constexpr (stored == Shading::tints)
+                        planes[c] = planes[c] + weight * L::load(shades_of(slots[k], c) + lane);
+                    else
+                        planes[c] = planes[c] + of_color * L::set(record.color[c]);
+                }
                 for (int c = 0; c < channels; ++c)
                     planes[3 + c] = planes[3 + c] + weight * L::set(attributes_.of(records[k], c));
                 if constexpr (has_relief)

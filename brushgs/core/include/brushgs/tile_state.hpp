@@ -11,6 +11,16 @@
 
 namespace brushgs::BRUSHGS_ISA {
 
+// What is known of a record's colour at each pixel of a tile.
+enum class Shading {
+    none,     // nothing: it is that of the record
+    streaks,  // the factor of it
+    tints     // it itself, red, green and blue
+};
+constexpr int num_shades(Shading shading) {
+    return shading == Shading::tints ? 3 : (shading == Shading::streaks ? 1 : 0);
+}
+
 // The first `channels` of a set of channels, read by row.
 template <class T, int channels>
 struct Attributes {

@@ -19,7 +19,8 @@ const MOST_BYTES = 64 << 20; // of the texture: 15 brushes with relief take 25 M
  *
  * `texture`: coverage and height of every brush and level, RG8; R8 where no coat has relief.
  * `table`: RGBA32F, a row for each brush: one texel (columns, rows, levels along u, levels along v), then two
- * for each level u and v: (x, y, columns, rows) of its texels, and (scale u, scale v, 0, 0).
+ * for each level u and v: (x, y, columns, rows) of its texels, and (scale u, scale v, tint step, 0).
+ * `tints`: of coloured brushes, RGB8 in the places of `texture`; one texel where no brush is coloured.
  * A brush is filtered when `need` asks for it first. Where so many are given that an atlas would be too
  * large, the finest levels are left out, and large strokes are blurred. With `onSharper`, fine levels of many
  * brushes are made after the first picture, a little at a time; it is called when they are there.
@@ -36,7 +37,8 @@ class Atlas {
     this._filled = this._sources.map(() => null); // by brush, keys of the levels that are there
     this._hasHeight = hasHeight(header);
     this._width = Math.min(ATLAS_WIDTH, gl.getParameter(gl.MAX_TEXTURE_SIZE));
-    this._numBytesOfRow = (this._hasHeight ? 2 : 1) * this._width;
+    this.hasTints = this._sources.some(({ tint }) => tint !== null);
+    this._numBytesOfRow = ((this._hasHeight ? 2 : 1) + (this.hasTints ? 3 : 0)) * this._width;
     const highest = Math.min(gl.getParameter(gl.MAX_TEXTURE_SIZE), MOST_BYTES / this._numBytesOfRow);
     this._finest = 0;
     for (this._place(); this.height > highest && this._finest < MOST_LEFT_OUT; this._place()) {
@@ -44,6 +46,8 @@ class Atlas {
     }
     this.texture = newTexture(gl, gl.LINEAR);
     gl.texStorage2D(gl.TEXTURE_2D, 1, this._hasHeight ? gl.RG8 : gl.R8, this._width, this.height);
+    this.tints = newTexture(gl, gl.LINEAR);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGB8, ...(this.hasTints ? this.size : [1, 1]));
     this._newTable();
   }
 
@@ -92,7 +96,7 @@ class Atlas {
     this._uploadRow(brush, levels, finest);
   }
 
-  _upload(brush, levelU, { levelV, columns, rows, texels }) {
+  _upload(brush, levelU, { levelV, columns, rows, texels, tints }) {
     const { gl } = this;
     const key = `${levelU} ${levelV}`;
     const { x, y } = this._places[brush].get(key);
@@ -100,6 +104,10 @@ class Atlas {
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, columns, rows, format, gl.UNSIGNED_BYTE, texels);
+    if (tints !== null) {
+      gl.bindTexture(gl.TEXTURE_2D, this.tints);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, columns, rows, gl.RGB, gl.UNSIGNED_BYTE, tints);
+    }
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
     this._filled[brush].add(key);
   }
@@ -118,6 +126,7 @@ class Atlas {
   dispose() {
     clearTimeout(this._timer);
     this.gl.deleteTexture(this.texture);
+    this.gl.deleteTexture(this.tints);
     this.gl.deleteTexture(this.table);
   }
 
@@ -166,7 +175,7 @@ class Atlas {
       for (let levelV = 0; levelV < v.length; levelV++) {
         const [keptU, keptV] = [standIn(levelU, u, finest), standIn(levelV, v, finest)];
         const { x, y, columns, rows } = this._places[brush].get(`${keptU} ${keptV}`);
-        row.push(x, y, columns, rows, u[keptU].scale, v[keptV].scale, 0, 0);
+        row.push(x, y, columns, rows, u[keptU].scale, v[keptV].scale, this._sources[brush].tintStep, 0);
       }
     }
     gl.bindTexture(gl.TEXTURE_2D, this.table);
@@ -208,6 +217,8 @@ function sourcesOf(header, arrays) {
     columns: brush.columns,
     coverage: arrays[brush.coverage],
     height: arrays[brush.height === null ? brush.coverage : brush.height],
+    tint: brush.tint === null ? null : arrays[brush.tint],
+    tintStep: brush.tintStep,
   }));
 }
 
@@ -216,9 +227,10 @@ function hasHeight(header) {
 }
 
 function isSameSource(one, other) {
-  const isSame = (a, b) => a.length === b.length && a.every((texel, i) => texel === b[i]);
+  const isSame = (a, b) => a === b || (a?.length === b?.length && a.every((texel, i) => texel === b[i]));
   return (
     one.rows === other.rows && one.columns === other.columns &&
-    isSame(one.coverage, other.coverage) && isSame(one.height, other.height)
+    isSame(one.coverage, other.coverage) && isSame(one.height, other.height) &&
+    one.tintStep === other.tintStep && isSame(one.tint, other.tint)
   );
 }

@@ -4,7 +4,7 @@ const TEXTURE_WIDTH = 2048;
 const BOX_NUMBERS = 12; // of boxes.vert, a stroke
 const { FITTED_REACH, IMAGE_SIGMAS } = SHARED;
 // By unit.
-const TEXTURES = ["uStrokes", "uSh", "uTable", "uAtlas", "uNoise", "uBelow", "uBelowDetail", "uMembers"];
+const TEXTURES = ["uStrokes", "uSh", "uTable", "uAtlas", "uNoise", "uBelow", "uBelowDetail", "uMembers", "uTints"];
 
 /**
  * Draws a coat.
@@ -72,7 +72,7 @@ class CoatPainter {
     this._setView(at, camera, head, brush, isBare);
     gl.uniform2f(at.uOrigin, x, y);
     const { _strokes: strokes, _sh: sh, _noise: noise, atlas } = this;
-    this._bind([strokes, sh, atlas.table, atlas.texture, noise, below, belowDetail, members]);
+    this._bind([strokes, sh, atlas.table, atlas.texture, noise, below, belowDetail, members, atlas.tints]);
     gl.enable(gl.BLEND);
     gl.blendEquation(gl.FUNC_ADD);
     if (this.header.blend === "glaze" && !members) gl.blendFuncSeparate(gl.ZERO, gl.SRC_COLOR, gl.ZERO, gl.SRC_ALPHA);
@@ -219,6 +219,7 @@ class CoatPainter {
       STREAKS: header.streaks > 0 && this.isImage,
       RELIEF: header.relief !== null,
       GLAZE: header.blend === "glaze",
+      TINTS: this.isImage && this.atlas.hasTints && header.blend !== "glaze",
     };
     const defines = [
       `SH_DEGREE ${header.shDegree}`,

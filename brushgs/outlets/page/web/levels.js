@@ -133,20 +133,25 @@ function hatIntegral(x) {
  * Makes the levels of one brush.
  *
  * `coverage` and `height` are Uint8Array [rows, columns]; where an image has no height, it is its coverage.
- * Without `height` levels are of the coverage alone.
+ * Without `height` levels are of the coverage alone. `tint`, Uint8Array [rows, columns, 3], gives them colours.
  */
 class BrushLevels {
-  constructor({ rows, columns, coverage, height = null }) {
+  constructor({ rows, columns, coverage, height = null, tint = null }) {
     Object.assign(this, { rows, columns });
+    this._numTexels = height ? 2 : 1;
     this.u = axisLevels(columns);
     this.v = axisLevels(rows);
     this._filtersOfV = new Map();
     this._source = interleaved(height ? [coverage, height] : [coverage]);
     this._layers = [transposed(coverage, rows, columns)]; // [columns, rows]
-    if (height) {
-      const raised = Float32Array.from(coverage, (paint, i) => (height[i] - 127.5) * paint);
+    const weigh = (numbers) => {
+      const raised = Float32Array.from(coverage, (paint, i) => (numbers(i) - 127.5) * paint);
       this._layers.push(transposed(raised, rows, columns));
-    }
+    };
+    if (height) weigh((i) => height[i]);
+    if (tint) for (let c = 0; c < 3; c++) weigh((i) => tint[3 * i + c]);
+    this._hasTint = tint !== null;
+    this._sourceTints = tint;
   }
 
   /**
@@ -154,8 +159,8 @@ class BrushLevels {
    *
    * @param {number} levelU
    * @param {number[]} levelsV
-   * @yields {{levelV: number, columns: number, rows: number, texels: Uint8Array}} [rows, columns, 2 or 1]:
-   *     coverage and height
+   * @yields {{levelV: number, columns: number, rows: number, texels: Uint8Array, tints: Uint8Array|null}}
+   *     [rows, columns, 2 or 1]: coverage and height; [rows, columns, 3]: what is added to a colour
    */
   *alongV(levelU, levelsV) {
     const across = levelU === 0 ? null : new AxisFilter(this.columns, levelU);
@@ -167,8 +172,10 @@ class BrushLevels {
       const down = this._filterOfV(levelV);
       const isSource = levelU === 0 && levelV === 0;
       const filtered = layers.map((layer) => (down ? down.rows(layer, columns) : layer));
-      const texels = isSource ? this._source : rounded(filtered);
-      yield { levelV, columns, rows: this.v[levelV].numTexels, texels };
+      const num = this._numTexels;
+      const texels = isSource ? this._source : rounded(filtered.slice(0, num));
+      const tints = isSource || !this._hasTint ? this._sourceTints : meansOf(filtered[0], filtered.slice(num));
+      yield { levelV, columns, rows: this.v[levelV].numTexels, texels, tints };
     }
   }
 
@@ -207,5 +214,16 @@ function rounded([paint, raised = null]) {
     texels[2 * i] = paint[i];
     texels[2 * i + 1] = 127.5 + raised[i] / Math.max(paint[i], FAINT_PAINT);
   }
+  return new Uint8Array(texels.buffer);
+}
+
+/** Planes as means over the paint, 1/2 where there is none, interleaved; in 8 bits. */
+function meansOf(paint, planes) {
+  const texels = new Uint8ClampedArray(planes.length * paint.length);
+  planes.forEach((plane, k) => {
+    for (let i = 0; i < paint.length; i++) {
+      texels[planes.length * i + k] = 127.5 + plane[i] / Math.max(paint[i], FAINT_PAINT);
+    }
+  });
   return new Uint8Array(texels.buffer);
 }

@@ -10,6 +10,10 @@ precision highp sampler2D;
 uniform vec2 uOrigin;  // lower left corner of the picture in the framebuffer, pixels
 uniform vec2 uSize;
 uniform sampler2D uAtlas;
+#ifdef TINTS
+uniform sampler2D uTints;
+flat in float vTintStep;
+#endif
 uniform sampler2D uNoise;  // of bristles: all bands, tufts alone; repeats
 uniform sampler2D uBelow;  // premultiplied colour and alpha of what the coat is tested against
 uniform sampler2D uBelowDetail;  // its .g: depth times alpha
@@ -77,6 +81,12 @@ void main() {
   float bristle = vStreaks.x + 0.5 * BRISTLES * (1.0 + place.y * vStreaks.y);
   vec2 noise = 2.0 * textureLod(uNoise, vec2((bristle + 0.5) / STREAK_PERIOD, 0.5), 0.0).rg - 1.0;
   color *= 1.0 + dot(noise, vStreaks.zw);
+#endif
+#ifdef TINTS
+  if (vTintStep > 0.0) {
+    vec3 tint = textureLod(uTints, vTexels.xy + (0.5 + 0.5 * place) * vTexels.zw, 0.0).rgb;
+    color = max(color + vTintStep * (255.0 * tint - TINT_ZERO), 0.0);
+  }
 #endif
 #ifdef GLAZE
   oColor = vec4(pow(clamp(color, DARKEST, 1.0), vec3(alpha)), 1.0 - alpha);

@@ -26,6 +26,9 @@ flat out vec2 vKind;  // 1 for soft paint, depth from the middle
 #ifdef IMAGE
 flat out vec4 vTexels;  // first texel centre and span in the atlas, in its size
 #endif
+#ifdef TINTS
+flat out float vTintStep;  // of a coloured brush; else 0
+#endif
 #ifdef STREAKS
 flat out vec4 vStreaks;  // start, scale of t, weights
 #endif
@@ -74,6 +77,9 @@ void main() {
   vec2 weights = isSoft ? vec2(0) : uStreaks * vec2(shown.x, shown.y - shown.x);
 #endif
   vec2 scale = vec2(1);
+#ifdef TINTS
+  vTintStep = 0.0;
+#endif
 #ifdef IMAGE
   int row = int(brush.z);
   if (!isSoft) {
@@ -81,7 +87,14 @@ void main() {
     int u = levelOf(halfExtents.x, axes.x, axes.z), v = levelOf(halfExtents.y, axes.y, axes.w);
     int entry = 1 + 2 * (u * int(axes.w) + v);
     vec4 texels = texelFetch(uTable, ivec2(entry, row), 0);
-    scale = texelFetch(uTable, ivec2(entry + 1, row), 0).xy;
+    vec4 level = texelFetch(uTable, ivec2(entry + 1, row), 0);
+    scale = level.xy;
+#ifdef TINTS
+    vTintStep = level.z;
+#ifdef STREAKS
+    if (vTintStep > 0.0) weights = vec2(0);  // its bristles have colours of their own
+#endif
+#endif
     vTexels = vec4(texels.xy + 0.5, texels.zw - 1.0) / uAtlasSize.xyxy;
   }
 #endif

@@ -1,0 +1,149 @@
+"""A painting -> a dictionary of its real marks: cut out along the flow, with their colours and their relief.
+
+From places all over the painting, oblong pieces of about the size of its marks are taken, turned the way that
+marks run there. The middle of each has the colour of its mark; what is like it is paint, what is not is left
+out, with soft and ragged ends. Colours are kept as what they differ by from their mean, in OKLab: so a mark
+can be laid in any colour, and keeps its bristles of two colours or its lit ridge. Some hundreds are kept that
+stand for all: the middles of clusters in colour, change of colour across, contrast and length.
+Source of the seeds of clusters: Arthur and Vassilvitskii 2007, k-means++.
+"""
+
+import numpy as np
+
+from brushgs.passes.color.color_space import oklab_planes
+from brushgs.passes.style.sizes import Sizes
+from brushgs.values.arrays import F32, F64, Array
+from brushgs.values.style import MarkDictionary
+
+MANY, FEW = 192, 64  # marks of a dictionary, and of a small one
+TEXELS = 64, 24  # of a mark, along and across
+NUM_PIECES = 2500
+LONG, WIDE = 1.25, 2.2  # of a piece, in lengths and widths of a mark
+MOST_ASPECT = 4.5  # of a piece: longer ones bend in the painting
+LEAST_PIXELS = 8  # across a piece
+CORE_LONG, CORE_WIDE = 0.6, 0.3  # of a piece: where the mark in its middle is
+LIKE = 0.11  # OKLab: deviation of the colours of one mark
+FAINT = 0.08  # coverage of what is not like it
+WEIGHTS = (1.0, 0.6, 0.6, 0.15)  # of colour, of change across, of contrast and of length, in clustering
+ROUNDS = 12  # of k-means
+
+
+def cut_dictionary(image: Array, sizes: Sizes, num: int = MANY) -> MarkDictionary | None:
+    """The marks of a painting.
+
+    Args:
+        image: [H, W, 3] a painting, 0 to 1.
+        sizes: of its marks.
+        num: marks, at most.
+
+    Returns:
+        The marks, the most frequent kinds first; None where a painting is too small for any.
+    """
+    lab = oklab_planes(image).astype(np.float32)
+    short = min(lab.shape[1:])
+    width = max(WIDE * sizes.width * short, LEAST_PIXELS)
+    length = float(np.clip(LONG * sizes.length * short, 1.5 * width, MOST_ASPECT * width))
+    assert sizes.flow is not None, "sizes are measured with the flow"
+    angles, coherence = (_enlarged(plane, lab.shape[1:]) for plane in sizes.flow)
+    places = _places(coherence, 0.5 * np.hypot(length, width) + 1)
+    if len(places) < num:
+        return None
+    pieces = _cut(lab, places, angles, length, width)
+    coverage = _coverage(pieces)
+    means = np.einsum("nchw,nhw->nc", pieces, coverage) / coverage.sum(axis=(1, 2))[:, None]
+    rows, shares = _representatives(_features(pieces, coverage, means), num)
+    residuals = pieces[rows] - means[rows][:, :, None, None]
+    return MarkDictionary.of_residuals(means[rows], residuals, coverage[rows], shares)
+
+
+def _enlarged(plane: Array, shape: tuple[int, ...]) -> Array:
+    """A plane with the pixels of a larger picture of the same painting, each the nearest."""
+    rows, columns = (np.arange(n) * size // n for n, size in zip(shape, plane.shape, strict=True))
+    return plane[rows[:, None], columns]
+
+
+def _places(coherence: Array, margin: float) -> Array:
+    """[n, 2] (y, x), denser where marks have a clear direction."""
+    height, width = coherence.shape
+    rng = np.random.default_rng(0)
+    away = int(np.ceil(margin))
+    if 2 * away >= min(height, width):
+        return np.empty((0, 2), np.intp)
+    y = rng.integers(away, height - away, 4 * NUM_PIECES)
+    x = rng.integers(away, width - away, 4 * NUM_PIECES)
+    kept = rng.random(len(y)) < coherence[y, x] + 0.05
+    return np.stack([y, x], axis=1)[kept][:NUM_PIECES]
+
+
+def _cut(lab: F32, places: Array, angles: Array, length: float, width: float) -> F32:
+    """[n, 3, h, w] the colours around places, their marks along the rows."""
+    from scipy.ndimage import gaussian_filter
+
+    columns, rows = TEXELS
+    blur = 0.35 * max(length / columns, width / rows)  # where a texel is larger than a pixel
+    planes = lab if blur < 0.4 else np.stack([gaussian_filter(plane, blur) for plane in lab])
+    u = (np.arange(columns) + 0.5 - columns / 2) * (length / columns)
+    v = ((np.arange(rows) + 0.5 - rows / 2) * (width / rows))[:, None]
+    found = np.empty((len(places), 3, rows, columns), np.float32)
+    for i, (y, x) in enumerate(places):
+        cosine, sine = np.cos(angles[y, x]), np.sin(angles[y, x])
+        px, py = x + cosine * u - sine * v, y + sine * u + cosine * v
+        j, k = px.astype(np.intp), py.astype(np.intp)
+        right, below = (px - j).astype(np.float32), (py - k).astype(np.float32)
+        upper = planes[:, k, j] * (1 - right) + planes[:, k, j + 1] * right
+        lower = planes[:, k + 1, j] * (1 - right) + planes[:, k + 1, j + 1] * right
+        found[i] = upper * (1 - below) + lower * below
+    return found
+
+
+def _core(pieces: F32) -> F64:
+    """[n, 3] the colour of the mark in the middle."""
+    rows, columns = pieces.shape[2:]
+    high, long = round(rows * CORE_WIDE / 2), round(columns * CORE_LONG / 2)
+    middle = pieces[:, :, rows // 2 - high : rows // 2 + high, columns // 2 - long : columns // 2 + long]
+    return np.asarray(np.median(middle, axis=(2, 3)), np.float64)
+
+
+def _coverage(pieces: F32) -> F32:
+    """[n, h, w] how much each texel is paint of the mark, 0 to 1."""
+    from scipy.ndimage import gaussian_filter
+
+    rows, columns = pieces.shape[2:]
+    u = np.abs((np.arange(columns) + 0.5) / (columns / 2) - 1)
+    v = np.abs((np.arange(rows) + 0.5) / (rows / 2) - 1)[:, None]
+    lens = np.clip(1.8 * (1 - u**4 - v**3), 0, 1)
+    away = ((pieces - _core(pieces)[:, :, None, None].astype(np.float32)) ** 2).sum(axis=1)
+    like = gaussian_filter(np.exp(-away / (2 * LIKE**2)), (0, 0.8, 1.2))
+    # Ends are ragged: paint runs out where it is least like the mark.
+    ragged = np.clip(1.6 * lens - 0.6 * (1 - like), 0, 1)
+    return (ragged * np.clip(FAINT + 1.1 * like, 0, 1)).astype(np.float32)
+
+
+def _features(pieces: F32, coverage: F32, means: F64) -> F64:
+    """[n, F] what marks are clustered by."""
+    rows = pieces.shape[2]
+    light = pieces[:, 0] - means[:, 0, None, None]
+    weights = coverage / coverage.sum(axis=(1, 2))[:, None, None]
+    across = 2 * (
+        (weights * light)[:, : rows // 2].sum(axis=(1, 2))
+        - (weights * light)[:, rows // 2 :].sum(axis=(1, 2))
+    )
+    contrast = np.sqrt((weights * light**2).sum(axis=(1, 2)))
+    length = coverage.max(axis=1).mean(axis=1)
+    color, change, varied, long = WEIGHTS
+    return np.column_stack([color * means, change * np.abs(across), varied * contrast, long * length])
+
+
+def _representatives(features: F64, num: int) -> tuple[Array, F64]:
+    """Rows nearest to the middles of clusters, the largest cluster first, and the shares of the clusters."""
+    from scipy.cluster.vq import kmeans2
+
+    centers, labels = kmeans2(features, num, iter=ROUNDS, minit="++", seed=0, missing="warn")
+    rows, shares = [], []
+    for k in range(num):
+        own = np.flatnonzero(labels == k)
+        if len(own):
+            rows.append(own[np.argmin(((features[own] - centers[k]) ** 2).sum(axis=1))])
+            shares.append(len(own) / len(features))
+    order = np.argsort(-np.array(shares), kind="stable")
+    return np.array(rows)[order], np.array(shares)[order]

@@ -1,0 +1,123 @@
+"""Marks that are cut out of a painting with their colours, and which strokes take which of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.brushes.of_style import fitting, mark_texture, names_of_style
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.passes.style.choose_marks import choose_marks
+from brushgs.passes.style.marks import learn_marks
+from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.sh import base_colors
+from brushgs.values.style import MarkDictionary
+from tests.bench.mark_paintings import paint
+from tests.passes.scenes import random_gaussians
+from tests.passes.style.dead_leaves import dead_leaves
+
+
+@pytest.fixture(scope="module")
+def marks():
+    return learn_marks(paint("swirls", size=(480, 360)), 48)
+
+
+def test_marks_have_the_colours_of_the_painting(marks):
+    found = marks.dictionary
+    assert 40 <= len(found) <= 48
+    painted = oklab_of(paint("swirls", size=(480, 360)).reshape(-1, 3)[::50].astype(np.float64))
+    away = np.linalg.norm(found.colors[:, None] - painted, axis=2).min(axis=1)
+    assert np.quantile(away, 0.9) < 0.05
+    assert found.shares.sum() == pytest.approx(1, abs=0.01)
+    assert (np.diff(found.shares) <= 0).all()
+
+
+def test_paint_is_in_the_middle_and_its_residual_has_no_mean(marks):
+    found = marks.dictionary
+    coverage = found.texels[..., 3].astype(float)
+    rows, columns = coverage.shape[1:]
+    assert coverage[:, rows // 2, columns // 2].mean() > 150
+    assert coverage[:, [0, 0, -1, -1], [0, -1, 0, -1]].max() < 60
+    weights = coverage / coverage.sum(axis=(1, 2), keepdims=True)
+    assert np.abs((found.residuals * weights[..., None]).sum(axis=(1, 2))).max() < 0.01
+
+
+def test_marks_run_along_the_rows(marks):
+    """Their lightness changes more across than along."""
+    light = marks.dictionary.residuals[..., 0]
+    across, along = (np.abs(np.diff(light[:, 6:-6, 12:-12], axis=axis)).mean() for axis in (1, 2))
+    rows, columns = light.shape[1:]
+    length = marks.length / marks.aspect
+    assert across * rows / length > 1.5 * along * columns / marks.length
+
+
+def test_a_mark_laid_in_its_own_colour_is_the_mark(marks):
+    found = marks.dictionary
+    texture = mark_texture(found, 0, "one")
+    rgb = texture.tint.mean + (texture.tint.texels - 128.0) * texture.tint.step
+    expected = np.clip(
+        rgb_of_oklab((found.colors[0] + found.residuals[0]).reshape(-1, 3).astype(float)), 0, 1
+    )
+    is_paint = texture.coverage > 0
+    away = np.abs(rgb - expected.reshape(rgb.shape))[is_paint]
+    assert away.max() < 0.5 * texture.tint.step + 1e-6
+    assert texture.height is not None
+    assert not texture.has_bristles
+
+
+def test_equal_paintings_give_equal_dictionaries():
+    image = dead_leaves(0.08, 0.02, short=200)
+    one, other = (learn_marks(image, 24).dictionary for _ in range(2))
+    np.testing.assert_array_equal(one.texels, other.texels)
+    np.testing.assert_array_equal(one.colors, other.colors)
+
+
+def dictionary(colors):
+    texels = np.full((len(colors), 4, 8, 4), 128, np.uint8)
+    lab = oklab_of(np.array(colors, np.float64))
+    return MarkDictionary(lab.astype(np.float32), np.full(len(colors), 1 / len(colors), np.float32), texels)
+
+
+def test_strokes_take_marks_of_their_colour_and_keep_them():
+    strokes = random_gaussians(300, seed=2)
+    colors = np.random.default_rng(0).random((40, 3))
+    choice = [(dictionary(colors), np.arange(40, dtype=np.uint8), 1.0)]
+    chosen = choose_marks(strokes, choice)
+    rgb = np.clip(base_colors(strokes.sh), 0, 1)
+    away = np.linalg.norm(oklab_of(rgb)[:, None] - oklab_of(colors), axis=2)
+    ranks = (away < away[np.arange(300), chosen.brushes][:, None]).sum(axis=1)
+    assert np.median(ranks) <= 5
+    order = np.random.default_rng(1).permutation(300)
+    np.testing.assert_array_equal(choose_marks(strokes.take(order), choice).brushes, chosen.brushes[order])
+
+
+def test_as_a_share_grows_strokes_take_marks_and_none_gives_them_back():
+    strokes = random_gaussians(300, seed=2)
+    strokes = replace(strokes, brushes=np.zeros(300, np.uint8))
+    marks = dictionary(np.random.default_rng(0).random((9, 3)))
+    rows = np.arange(1, 10, dtype=np.uint8)
+    none, some, most = (choose_marks(strokes, [(marks, rows, share)]) for share in (0.0, 0.3, 0.8))
+    assert none is strokes
+    taken = some.brushes > 0
+    assert 0.2 < taken.mean() < 0.4
+    np.testing.assert_array_equal(most.brushes[taken], some.brushes[taken])
+
+
+def test_names_fit_into_a_set_evenly(marks):
+    names = names_of_style("a.style", marks)
+    assert names[0] == f"a.style:{len(marks.brushes) + 1}"
+    assert len(names) == len(marks.dictionary)
+    kept = fitting([*names, *(name.replace("a.", "b.") for name in names)], 30)
+    assert len(kept) == 30
+    assert sum(name.startswith("a.") for name in kept) == 15
+    assert kept[:15] == names[:15]
+
+
+def test_a_style_file_opens_as_brushes(tmp_path, marks):
+    import brushgs as bg
+
+    path = tmp_path / "swirls.style"
+    bg.save_style(bg.Style("swirls", marks=marks), path)
+    first = StrokeTexture.open(f"{path}:{len(marks.brushes) + 1}")
+    np.testing.assert_array_equal(first.coverage, marks.dictionary.texels[0, ..., 3])
+    assert first.tint is not None

@@ -1,0 +1,48 @@
+"""Sizes of marks that are known: dead leaves over what a painting may depict."""
+
+import numpy as np
+import pytest
+
+from brushgs.passes.color.color_space import oklab_planes
+from brushgs.passes.style.sizes import mark_sizes
+from tests.passes.style.dead_leaves import dead_leaves
+
+
+def sizes_of(image):
+    return mark_sizes(oklab_planes(image))
+
+
+@pytest.mark.parametrize("kind", ["flat", "gradient", "shapes"])
+@pytest.mark.parametrize(("length", "width"), [(0.03, 0.008), (0.06, 0.014), (0.04, 0.02)])
+def test_length_and_width_are_found_whatever_is_depicted(length, width, kind):
+    found = sizes_of(dead_leaves(length, width, short=512, kind=kind))
+    assert 1 / 1.25 < found.length / length < 1.25
+    assert 1 / 1.25 < found.width / width < 1.25
+
+
+def test_the_resolution_hardly_matters():
+    found = [sizes_of(dead_leaves(0.06, 0.016, short=short, kind="gradient")) for short in (384, 900)]
+    assert found[0].length / found[1].length == pytest.approx(1, abs=0.12)
+    assert found[0].width / found[1].width == pytest.approx(1, abs=0.12)
+
+
+def test_areas_with_and_without_direction_are_told_apart():
+    """Above long marks side by side, below round dabs."""
+    image = dead_leaves(0.05, 0.012, short=512, straight=True)
+    half = len(image) // 2
+    image[half:] = dead_leaves(0.02, 0.0199, short=512, seed=1)[half:]
+    found = sizes_of(image)
+    assert found.coherent is not None
+    assert found.incoherent is not None
+    assert found.coherent.lengths[1] > 1.5 * found.incoherent.lengths[1]
+    for spectrum in (found.coherent, found.incoherent):
+        assert list(spectrum.lengths) == sorted(spectrum.lengths)
+        assert list(spectrum.widths) == sorted(spectrum.widths)
+    assert found.coherent.share + found.incoherent.share == pytest.approx(1)
+
+
+def test_a_picture_of_noise_has_small_marks():
+    noise = np.random.default_rng(0).random((200, 260, 3)).astype(np.float32)
+    found = sizes_of(noise)
+    assert found.width < 0.02
+    assert 1 <= found.aspect < 2.5
