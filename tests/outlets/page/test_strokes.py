@@ -7,6 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.brushes.brush_set import BrushSet
+from brushgs.brushes.texture import Tint
 from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.options import rasterize_with
@@ -71,6 +72,19 @@ def test_brushes(studio, scene, name, width, height):
 def test_several_brushes(studio, options):
     strokes = hard_strokes(500, brushes=3, degree=1)
     assert_same_picture(studio, painting_of(strokes, SET, **options), CAMERAS[0])
+
+
+@pytest.mark.parametrize("options", [{}, {"underpaint": True, "streaks": 0.3}])
+def test_coloured_brushes(studio, options):
+    """Two of three have colours of their own."""
+    textures = list(SET.textures)
+    for row in (0, 2):
+        coverage = textures[row].coverage
+        v, u = np.mgrid[: coverage.shape[0], : coverage.shape[1]] / max(coverage.shape)
+        rgb = 0.5 + 0.5 * np.sin(9 * u[..., None] + 14 * v[..., None] + (0, 2, 4))
+        textures[row] = replace(textures[row], tint=Tint.of(rgb, coverage))
+    strokes = hard_strokes(500, brushes=3, degree=1)
+    assert_same_picture(studio, painting_of(strokes, BrushSet(tuple(textures)), **options), CAMERAS[0])
 
 
 def test_normals_and_border(studio, scene):
