@@ -11,7 +11,7 @@ import numpy as np
 
 from brushgs.brushes.texture import StrokeTexture, Tint, brush_of_style
 from brushgs.values.colors import rgb_of_oklab
-from brushgs.values.style import MarkDictionary, StyleMarks
+from brushgs.values.style import MarkDictionary, StyleMarks, residuals_of
 
 RAISED = 2.5  # height by lightness: a mark that is 0.2 lighter than its mean stands as high as paint does
 
@@ -35,7 +35,8 @@ def _read(path: Path, time: int, size: int) -> StyleMarks | None:
 
 def mark_texture(marks: MarkDictionary, row: int, name: str) -> StrokeTexture:
     """A mark of a dictionary as a brush: its colours are added to that of a stroke, its lights are raised."""
-    residual, coverage = marks.residuals[row], np.ascontiguousarray(marks.texels[row, ..., 3])
+    residual = residuals_of(marks.texels[row])
+    coverage = np.ascontiguousarray(marks.texels[row, ..., 3])
     mean = marks.colors[row].astype(np.float64)
     rgb = np.clip(rgb_of_oklab((mean + residual).reshape(-1, 3)), 0, 1).reshape(residual.shape)
     own = np.clip(rgb_of_oklab(mean[None]), 0, 1)[0]

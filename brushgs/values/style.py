@@ -104,7 +104,7 @@ class MarkDictionary:
     @property
     def residuals(self) -> F32:
         """[n, h, w, 3] OKLab."""
-        return (self.texels[..., :3].astype(np.float32) - RESIDUAL_ZERO) * np.float32(RESIDUAL_STEP)
+        return residuals_of(self.texels)
 
     @property
     def contrasts(self) -> F64:
@@ -116,6 +116,11 @@ class MarkDictionary:
     def first(self, num: int) -> "MarkDictionary":
         """The `num` most frequent kinds of marks."""
         return MarkDictionary(self.colors[:num], self.shares[:num], self.texels[:num])
+
+
+def residuals_of(texels: U8) -> F32:
+    """[..., 3] OKLab of texels [..., 4] of marks."""
+    return (texels[..., :3].astype(np.float32) - RESIDUAL_ZERO) * np.float32(RESIDUAL_STEP)
 
 
 @dataclass(frozen=True, eq=False)

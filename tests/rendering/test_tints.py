@@ -48,7 +48,7 @@ def test_the_kernel_paints_what_the_reference_says(order, filter, more):
     boxes = ORDERS[order](boxes_for(brushes))
     options = {"filter": filter}
     if more == "underpaint":
-        boxes, options["underpaint"] = set_back(boxes), Underpaint()
+        boxes, options["underpaint"] = set_back(boxes, 1.0), Underpaint(0.7, 0.5)
     if more == "streaks":
         options["streaks"] = 0.3
     if more == "relief":
