@@ -394,6 +394,9 @@ def _png(path: Path, place: str, data: bytes, rule: str, max_pixels: int) -> U8:
 
     if not data.startswith(_PNG):
         raise SceneError(path, f"{place} must be {rule}, got another file; {_LEARN}")
+    width, height = (int.from_bytes(data[at : at + 4], "big") for at in (16, 20))
+    if width * height > max_pixels:
+        raise SceneError(path, f"{place} must be {rule}, got one of {width}x{height}; {_LEARN}")
     with scratch_folder() as folder:
         picture = folder / "picture.png"
         picture.write_bytes(data)
