@@ -12,7 +12,7 @@ import numpy as np
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.add.stage_ground import Ground
 from brushgs.rendering.options import RenderOptions, render_with
-from brushgs.values.arrays import Array
+from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.gaussians import Gaussians
@@ -72,14 +72,15 @@ def lightened(strokes: Gaussians, step: float) -> Gaussians:
 
 
 def _lightness(
-    stage: Gaussians, subject: Gaussians, is_own: Array, views: Sequence[Camera]
+    stage: Gaussians, subject: Gaussians, is_own: Mask, views: Sequence[Camera]
 ) -> tuple[float, float] | None:
     """The mean lightness behind the outline of a subject, and within; None where none is seen."""
     from scipy.ndimage import binary_dilation
 
     kernel = StrokeTexture.open("gaussian")
     options = RenderOptions.of(kernel)
-    behind, within = [], []
+    behind: list[F64] = []
+    within: list[F64] = []
     for camera in views:
         around, whole, own = (
             render_with(strokes, camera, kernel, options)
