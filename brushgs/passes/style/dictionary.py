@@ -9,6 +9,7 @@ Source of the seeds of clusters: Arthur and Vassilvitskii 2007, k-means++.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgs.passes.color.color_space import oklab_planes
 from brushgs.passes.style.sizes import Sizes
@@ -59,10 +60,10 @@ def cut_dictionary(image: Array, sizes: Sizes, num: int = MANY) -> MarkDictionar
 def _enlarged(plane: Array, shape: tuple[int, ...]) -> Array:
     """A plane with the pixels of a larger picture of the same painting, each the nearest."""
     rows, columns = (np.arange(n) * size // n for n, size in zip(shape, plane.shape, strict=True))
-    return plane[rows[:, None], columns]
+    return np.asarray(plane[rows[:, None], columns])
 
 
-def _places(coherence: Array, margin: float) -> Array:
+def _places(coherence: Array, margin: float) -> NDArray[np.intp]:
     """[n, 2] (y, x), denser where marks have a clear direction."""
     height, width = coherence.shape
     rng = np.random.default_rng(0)
@@ -75,7 +76,7 @@ def _places(coherence: Array, margin: float) -> Array:
     return np.stack([y, x], axis=1)[kept][:NUM_PIECES]
 
 
-def _cut(lab: F32, places: Array, angles: Array, length: float, width: float) -> F32:
+def _cut(lab: F32, places: NDArray[np.intp], angles: Array, length: float, width: float) -> F32:
     """[n, 3, h, w] the colours around places, their marks along the rows."""
     from scipy.ndimage import gaussian_filter
 
@@ -116,7 +117,7 @@ def _coverage(pieces: F32) -> F32:
     like = gaussian_filter(np.exp(-away / (2 * LIKE**2)), (0, 0.8, 1.2))
     # Ends are ragged: paint runs out where it is least like the mark.
     ragged = np.clip(1.6 * lens - 0.6 * (1 - like), 0, 1)
-    return (ragged * np.clip(FAINT + 1.1 * like, 0, 1)).astype(np.float32)
+    return np.asarray(ragged * np.clip(FAINT + 1.1 * like, 0, 1), np.float32)
 
 
 def _features(pieces: F32, coverage: F32, means: F64) -> F64:
@@ -134,7 +135,7 @@ def _features(pieces: F32, coverage: F32, means: F64) -> F64:
     return np.column_stack([color * means, change * np.abs(across), varied * contrast, long * length])
 
 
-def _representatives(features: F64, num: int) -> tuple[Array, F64]:
+def _representatives(features: F64, num: int) -> tuple[NDArray[np.intp], F64]:
     """Rows nearest to the middles of clusters, the largest cluster first, and the shares of the clusters."""
     from scipy.cluster.vq import kmeans2
 

@@ -16,6 +16,7 @@ and Granlund 1987, structure tensor.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.style import MarkSpectrum
@@ -84,7 +85,7 @@ class _Samples:
     y: F64
     angles: F64
     coherence: F64
-    cells: Array
+    cells: NDArray[np.intp]
 
 
 def mark_sizes(lab: Array) -> Sizes:
@@ -102,15 +103,19 @@ def mark_sizes(lab: Array) -> Sizes:
     along, across = (
         _correlations(fine, samples, samples.angles + turn, distances) for turn in (0, np.pi / 2)
     )
-    halves = [_half_at(distances, falling @ samples.coherence**CLEARNESS) for falling in (along, across)]
-    length, width = _fitted(*halves, high_pass)
+    weights = samples.coherence**CLEARNESS
+    length, width = _fitted(
+        _half_at(distances, along @ weights), _half_at(distances, across @ weights), high_pass
+    )
     is_coherent = samples.coherence > COHERENT
-    spectra = [
+    coherent, incoherent = (
         _spectrum(along, across, distances, high_pass, samples, mask, short)
         for mask in (is_coherent, ~is_coherent)
-    ]
+    )
     lightness, chroma = _differences(lab, samples, 1.5 * width)
-    return Sizes(min(length / short, 1.0), min(width / short, 1.0), lightness, chroma, *spectra, flow)
+    return Sizes(
+        min(length / short, 1.0), min(width / short, 1.0), lightness, chroma, coherent, incoherent, flow
+    )
 
 
 def _high_passed(lab: Array, high_pass: float) -> Array:
@@ -118,7 +123,7 @@ def _high_passed(lab: Array, high_pass: float) -> Array:
 
     fine = np.stack([plane - gaussian_filter(plane, high_pass, mode="nearest") for plane in lab])
     energy = gaussian_filter((fine**2).sum(axis=0), high_pass, mode="nearest")
-    return fine / np.sqrt(energy + FAINT * energy.mean())
+    return np.asarray(fine / np.sqrt(energy + FAINT * energy.mean() + np.finfo(np.float32).tiny))
 
 
 def _flow(fine: Array, short: int) -> Array:
@@ -178,7 +183,7 @@ def _fitted(along: float, across: float, high_pass: float) -> tuple[float, float
     wanted = np.array([max(along, across), min(along, across)])
     sizes = np.maximum(3 * wanted, LEAST_WIDTH)
     for _ in range(STEPS):
-        found = np.array(_model_half_at(*sizes, high_pass))
+        found = np.array(_model_half_at(float(sizes[0]), float(sizes[1]), high_pass))
         sizes = np.clip(sizes * (wanted / found) ** 1.3, LEAST_WIDTH, 20 * high_pass)
     return float(max(sizes)), float(min(sizes))
 
@@ -221,7 +226,7 @@ def _spectrum(
         return None
     # The model is fitted to percentiles, not to each area: it rises evenly, and takes longer than all else.
     percentiles = np.percentile(np.array(found), PERCENTILES, axis=0)
-    sizes = np.array([_fitted(*halves, high_pass) for halves in percentiles]) / short
+    sizes = np.array([_fitted(float(u), float(v), high_pass) for u, v in percentiles]) / short
     lengths, widths = np.sort(sizes, axis=0).T.tolist()
     return MarkSpectrum(float(mask.mean()), tuple(lengths), tuple(widths))
 
