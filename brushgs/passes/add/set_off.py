@@ -20,7 +20,7 @@ from brushgs.values.sh import base_colors, shift_base_colors
 
 SIDE, MOST_VIEWS = 160, 3  # pixels of the longer side of the pictures; views
 NEAR = 6  # pixels on both sides of an outline
-GAP = 0.17  # OKLab lightness; 15 of CIE L* are 0.12 to 0.16
+GAP = 0.2  # OKLab lightness; 15 of CIE L* are 0.12 to 0.16, and shadow and relief take some
 OF_STAGE = 0.5  # share of what lacks that the surroundings give; the subject gives the rest
 DARKEST, LIGHTEST = 0.08, 0.94  # that either becomes for it, in the mean
 ROUNDS = 3  # darks cannot get much darker: what then lacks is asked for again
