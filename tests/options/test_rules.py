@@ -24,6 +24,9 @@ adjust = {saturation = 0.4, swaps = ["#000000:#ffffff"]}
 direction = "guides:lines.json"
 opacity = 0.9
 soft = 0.05
+hold = 3
+boil = 0.2
+redraw = 0.5
 [[region]]
 where = "surroundings"
 """
@@ -47,6 +50,7 @@ def test_every_field_is_read_and_files_lie_beside_the_rules(tmp_path):
     assert rest == Rule(Where.parse("surroundings"))
     assert (body.name, body.size, body.share, body.palette_strength) == ("body", 0.7, 2.0, 0.5)
     assert (body.opacity, body.soft, body.adjust.saturation) == (0.9, 0.05, 0.4)
+    assert (body.hold, body.boil, body.redraw) == (3, 0.2, 0.5)
     assert body.adjust.swaps == ("#000000:#ffffff",)
     assert body.brushes == ("dab", str(tmp_path / "own.png"))
     assert body.palette == tmp_path / "monet.jpg"
