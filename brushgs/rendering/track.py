@@ -6,7 +6,7 @@ of it at once: see `track_directions`. Given the `Track`, every frame can be dra
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
 
@@ -18,11 +18,14 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import Order
 from brushgs.rendering.knots import Knots, knots_of, middle_and_reach
 from brushgs.rendering.project import LOW_PASS, Directions, project
+from brushgs.rendering.visibility import visible_areas
 from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
+NUM_STILLS, STILL_SIDE = 12, 160  # views, small, in which it is seen which way round stills show strokes,
+SURE = 0.05  # and by how much more one way than the other, of what is seen
 TRACKED_COLUMNS = ("means", "quats", "scales", "opacities")  # of strokes: all that their directions depend on
 
 
@@ -126,7 +129,9 @@ def track_directions(
     rate, as long as frames are mostly at most 3.5 degrees apart. Per stroke, dynamic programming finds the
     cheapest sequence of directions: one off the axes of the ellipse costs what the box must grow to cover
     it, the minor axis costs a little, a turn of more than 5.2 degrees a knot is not allowed. Weighted least
-    squares then pulls the directions toward the exact axes, the closer the more slender the ellipse. A
+    squares then pulls the directions toward the exact axes, the closer the more slender the ellipse. Of the
+    two ways round a stroke gets that which `project(lock="anchor")` shows in most of what is seen of it, so
+    that films and stills agree. A
     closed path comes back to the direction it started with: where the axis winds an odd number of half
     turns, the half turn is spent where it costs least, at up to 7.2 degrees a knot. Where the box of a
     slender stroke has to grow while it turns, its area grows by at most 10 % a knot and 15 % a frame.
@@ -146,13 +151,36 @@ def track_directions(
         ValueError: if there is no camera or sizes differ.
     """
     cameras = checked_cameras(cameras)
-    return directions_along(
-        knots_of(cameras, *middle_and_reach(gaussians)),
+    knots = knots_of(cameras, *middle_and_reach(gaussians))
+    found = directions_along(
+        knots,
         gaussians.columns(),
         cameras[0],
         low_pass=low_pass,
         num_threads=num_threads_or_default(num_threads),
     )
+    return _pointing_as_stills(found, knots, gaussians, cameras[0], num_threads)
+
+
+def _pointing_as_stills(
+    track: Track, knots: Knots, gaussians: Gaussians, camera: Camera, num_threads: int | None
+) -> Track:
+    """The track with strokes turned by half a turn that point against most of what stills show of them.
+
+    Knots and not frames are looked at: what is chosen does not depend on the frame rate.
+    """
+    agreement, seen = np.zeros(len(gaussians)), np.zeros(len(gaussians))
+    side = min(STILL_SIDE, max(camera.width, camera.height))
+    for knot in np.unique(np.linspace(0, len(knots.nears) - 1, NUM_STILLS).round().astype(int)).tolist():
+        view = replace(camera, viewmat=knots.viewmats[knot], K=knots.Ks[knot], near=float(knots.nears[knot]))
+        view = view.in_side(side)
+        areas = visible_areas(gaussians, view, num_threads=num_threads)
+        boxes = project(gaussians, view, lock="anchor", num_threads=num_threads)
+        turned = track.turns[knot, boxes.ids] * (2 * pi / 65536) - boxes.angles
+        agreement[boxes.ids] += areas[boxes.ids] * np.cos(turned)
+        seen += areas
+    half_turns = np.where(agreement < -SURE * seen, -32768, 0).astype(np.int16)
+    return replace(track, turns=track.turns + half_turns)
 
 
 def checked_cameras(cameras: Sequence[Camera]) -> list[Camera]:

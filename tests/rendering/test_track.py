@@ -19,6 +19,7 @@ from brushgs.rendering import reference
 from brushgs.rendering.knots import KNOT_SPACING
 from brushgs.rendering.project import Directions, project
 from brushgs.rendering.track import Track, track_directions
+from brushgs.rendering.visibility import visible_areas
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
@@ -350,6 +351,19 @@ def test_the_frame_rate_does_not_change_the_story():
         off = difference(angles[:: 8 // every], slow)
         assert np.degrees(np.quantile(off, 0.999)) < 1, every
         assert np.degrees(off.max()) < 6, every
+
+
+def test_films_point_as_stills_do():
+    """Of a closed path most of what is seen points the same way as in a picture of that view alone."""
+    scene, cameras = strokes(400), closed(turntable(60, step=2 * np.pi / 60))
+    path, against, seen = track_directions(scene, cameras), 0.0, 0.0
+    for frame in range(0, 60, 5):
+        boxes = project(scene, cameras[frame], lock="anchor")
+        areas = visible_areas(scene, cameras[frame])[boxes.ids]
+        off = difference(path.directions(frame).angles[boxes.ids], boxes.angles)
+        against += areas[off > np.pi / 2].sum()
+        seen += areas.sum()
+    assert against / seen < 0.2
 
 
 def test_one_camera_twice_or_a_camera_that_stands_still_moves_nothing():
