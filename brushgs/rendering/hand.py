@@ -33,12 +33,12 @@ from brushgs.values.hashing import GOLDEN_32, hash_32
 BEHIND = 0.25  # of the strength for what stands around the subject, whose strokes are large
 HELD_WITHIN = 0.75  # of the picture from its middle, the centers of strokes that are held
 LAID_ASIDE = 0.25  # strength with which a stroke that is laid again differs from the one before
-LAYING = 0.25  # seconds in which a stroke is laid
+LAYING = 0.15  # seconds in which a stroke is laid
 MOST_LAYING = 0.7  # of the time until it is laid again
 LARGEST = 6  # times more seldom the largest strokes are laid again
 # Of what is smeared: how far it moves in a frame before it is, of the root of the picture's area; how far it
 # trails behind at most, in lengths; and the places on that way of the strokes that do, with their sizes.
-SLOW = 0.012
+SLOW = 0.03
 MOST_TRAIL = 2.0
 TRAIL = ((0.5, 0.8), (1.0, 0.55))
 _BOILS, _LIES, _WAITS = np.uint32(0x5BD1E995), np.uint32(0x27D4EB2F), np.uint32(0x165667B1)  # streams

@@ -155,7 +155,7 @@ def test_large_strokes_are_laid_seldom(coat):
 
 
 def test_what_moves_fast_trails_thinner_strokes_behind_it(coat, seen):
-    film = hand(coat, Pace(), Pace(), smear=1.0)
+    film = hand(coat, Pace(), Pace(), smear=1.0, is_loop=True)
     boxes, now = film.boxes(4, seen), seen(4).boxes
     assert set(boxes.ids) == set(now.ids)
     assert len(boxes) > len(now)
