@@ -1,7 +1,7 @@
 """brushgs: trained 3D Gaussian Splatting scenes, painted with brush strokes, on the CPU.
 
 Public names are imported at first use, so that `import brushgs` (and with it `brushgs --help`) costs nothing.
-The table names their modules; the imports tell type checkers the same, and a test compares the two.
+`_MODULES` maps names to modules; the imports repeat it for type checkers, and a test compares the two.
 """
 
 from importlib import import_module

@@ -1,7 +1,7 @@
-"""What a command does, from Python: its options as keywords, by the names of its flags.
+"""The commands as Python functions: each flag is a keyword.
 
-Ranges, defaults and sentences are those of the table of options; no value becomes text on the way. The stub
-`keywords.pyi`, which `.ci/keywords` writes, tells editors the keywords and their types.
+Ranges, defaults and help come from the option table; values are passed on without conversion to text. Editors
+get the keywords and their types from the stub `keywords.pyi`, written by `.ci/keywords`.
 """
 
 import inspect
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from brushgs.values.gaussians import Gaussians
     from brushgs.values.moving import MovingScene
 
-# Of the command, or parameters of their own.
+# Options that belong to the command, or have a parameter of their own; by flag name.
 REASONS: Mapping[str, str] = {
     "debug": "belongs to the command; errors here have their traceback",
     "config": 'belongs to the command; open the file with tomllib, and give its options as "**options"',
@@ -39,7 +39,7 @@ REASONS: Mapping[str, str] = {
     "passes": "belongs to the command",
 }
 OF_PICTURES = "belongs to one picture; use brushgs.paint"
-# What films in memory and in files do not have beside the flags of commands.
+# Further options that `paint_film` refuses.
 NOT_IN_FILMS: Mapping[str, str] = {
     "first": OF_PICTURES,
     "time": OF_PICTURES,
@@ -55,30 +55,29 @@ def paint(
     report: "Report | None" = None,
     **options: "Unpack[PaintKeywords]",
 ) -> "Frame":
-    """Paint one picture of a scene: what `brushgs render` does with the same options.
+    """Paint one picture of a scene, as `brushgs render` does with the same options.
 
     Options are the flags of `brushgs render`, with "_" for "-" (`look_at`, `fov_deg`, and `from_` for
-    --from). As there, angles are in degrees. A value is of the type of the option, or text as the flag takes
-    it: `size=(640, 360)`, `look_at=(0, 1, 2)`, `layers=["depth", "normal"]`; or a table:
-    `adjust={"contrast": 1.2}`. None is an option that is omitted.
+    --from). Angles are in degrees. A value has the type of the option (`size=(640, 360)`,
+    `look_at=(0, 1, 2)`, `layers=["depth", "normal"]`), is text as on the command line, or is a table
+    (`adjust={"contrast": 1.2}`). None means: not given.
 
     Args:
-        scene: the files of a scene, one, several or a folder; or N Gaussians, which count as a scene and not
-            as strokes.
-        look: a look, its name ("oil") or its TOML file; None for that of the command, oil. Or a whole
-            `PaintConfig`, which takes no other options.
-        camera: the view, in place of the one that the options describe.
-        report: gets the stages and what they did.
-        **options: as above. Those of films and of files are refused.
+        scene: one file, several files or a folder; or N Gaussians, taken as a scene, not as strokes.
+        look: a look, its name ("oil") or its TOML file; None for oil, the default. Or a complete
+            `PaintConfig`, which excludes all options.
+        camera: the view; replaces the view options.
+        report: collects the stages and their notes.
+        **options: as above. Options of films and of output files are refused.
 
     Returns:
-        The picture on its ground, or on its background, white unless one is named: with
-        `background="transparent"` strokes keep their alpha. With a `PaintConfig` they keep it where there is
-        no ground. It has a height where the look has a relief.
+        The picture on its ground or, without one, on the background (default white;
+        `background="transparent"` keeps alpha). With a `PaintConfig` and no ground, alpha is always kept. The
+        frame has a height if the look has relief.
 
     Raises:
         SceneError: if a file cannot be read.
-        ValueError: if there is no such option, or it does not take the value, or does not suit the scene.
+        ValueError: if an option is unknown, its value is invalid, or it does not suit the scene.
 
     Example:
         >>> bg.paint(gaussians, "charcoal", camera=camera)
@@ -112,25 +111,26 @@ def paint_film(
     report: "Report | None" = None,
     **options: "Unpack[FilmKeywords]",
 ) -> "Report":
-    """Paint a moving scene, as `brushgs render` does: strokes live as long as what they paint.
+    """Paint a moving scene as a film, as `brushgs render` does. Each stroke lasts as long as the surface it
+    paints.
 
     Args:
-        scene: in memory, or its files, see `load_moving`. A still scene is one frame.
+        scene: a `MovingScene`, or its files, see `load_moving`. A still scene gives one frame.
         output: a video (.mp4, .webm, .gif), or numbered pictures such as frames/%05d.png.
-        look: see `paint`; None with options for that of the command, oil.
-        camera: one that stands still, or a path; None for the view or the path that the options describe.
-        clip: the part that is shown, its speed and rate, and whether it loops; None for what the options say,
-            without any all of it.
-        report: gets the stages; a new one if None.
-        **options: the flags of `brushgs render`, as in `paint`, also those of films: `orbit=120`, `fps=25`,
-            `speed=0.5`, `bits=10`.
+        look: see `paint`; with options, None is oil, the default.
+        camera: a fixed camera or a path; None for the view or path that the options give.
+        clip: start, end, speed, rate and looping; None for those that the options give, by default the whole
+            scene.
+        report: collects the stages; None makes a new one.
+        **options: the flags of `brushgs render`, as in `paint`, including those of films: `orbit=120`,
+            `fps=25`, `speed=0.5`, `bits=10`.
 
     Returns:
-        The report, with one stage per step.
+        The report, one stage per step.
 
     Raises:
         SceneError: if a file cannot be read or written.
-        ValueError: if an option does not suit the scene or the output, or is none.
+        ValueError: if an option is unknown, or does not suit the scene or the output.
 
     Example:
         >>> from brushgs.still_life.moving import still_life_moving
@@ -171,7 +171,7 @@ def paint_film(
 
 
 def _check_scene(function: str, scene: object) -> None:
-    """Refuse what is no scene. Raises TypeError, in one sentence."""
+    """Raise TypeError if `scene` is not a scene."""
     from brushgs.options.scene_source import SceneSource
     from brushgs.values.gaussians import Gaussians
 
@@ -198,7 +198,7 @@ def _parsed(
     is_in_memory: bool,
     is_film: bool = False,
 ) -> "tuple[Namespace, PaintConfig]":
-    """What the flags would be that options stand for, and how they paint."""
+    """Parse keyword options: the namespace of the equivalent flags, and the PaintConfig."""
     from brushgs.cli.commands.render import VIEW
     from brushgs.cli.configs import paint_config, path_config
     from brushgs.options.look import Look
@@ -218,7 +218,7 @@ def _parsed(
     except OptionError as error:
         raise ValueError(f"{function}: {error}") from None
     if not is_film:
-        path_config(args)  # refuses what needs a path
+        path_config(args)  # refuses options that need a path
     values = None if opened is None else opened.values
     return args, paint_config(args, values, **({} if is_film else {"view": VIEW}))
 
@@ -231,7 +231,7 @@ def _parser() -> ArgumentParser:
 
 
 def _namespace(options: Mapping[str, Any]) -> Namespace:
-    """What the parser of `brushgs render` would give for flags of these values."""
+    """The namespace that `brushgs render` parses from flags of these values."""
     parser = _parser()
     args = parser.parse_args(["scene"])
     of_one: dict[str, Action] = {}
@@ -264,7 +264,7 @@ def _reason(action: Action, *, is_in_memory: bool, is_film: bool) -> str:
 
 
 def _source(scene: "SceneFiles", args: Namespace) -> "SceneSource":
-    """Where a scene comes from, at the moment and in the detail that the options say."""
+    """The scene source, with the moment and the level of detail of the options."""
     from msgspec.structs import replace
 
     from brushgs.options.scene_source import SceneSource
@@ -275,10 +275,10 @@ def _source(scene: "SceneFiles", args: Namespace) -> "SceneSource":
 
 
 def _still_source(scene: "Gaussians | SceneFiles", args: Namespace) -> "Gaussians | SceneSource":
-    """What is painted in one picture.
+    """The scene of one picture.
 
     Raises:
-        ValueError: if it moves, and no moment is named.
+        ValueError: if it moves and no moment is given.
     """
     from brushgs.values.gaussians import Gaussians
 
@@ -308,7 +308,7 @@ def keywords(function: str) -> Iterator[tuple[str, str, Row]]:
 
 
 def _with_keywords(function: Callable[..., Any]) -> None:
-    """Give a function the signature of all its options, and the list of them by group in its help."""
+    """Add all options to a function's signature, and to its docstring by group."""
     own = inspect.signature(function)
     first = [one for one in own.parameters.values() if one.kind != inspect.Parameter.VAR_KEYWORD]
     groups: dict[str, list[str]] = {}

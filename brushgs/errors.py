@@ -6,27 +6,29 @@ _MAX_LENGTH = 1000  # characters of a message
 
 
 class SceneError(ValueError):
-    """A file that cannot be read or written as requested: one sentence with the file, the fault and the cure.
+    """A file cannot be read or written as requested: one sentence names the file, the fault and the cure.
 
     Attributes:
-        path: of the file.
+        path: the file.
     """
 
     def __init__(self, path: str | Path, message: str) -> None:
         self.path = Path(path)
-        # Messages quote text of files, which must neither send control codes to the terminal nor flood it.
+        # Messages quote file contents: keep control codes and long texts away from the terminal.
         message = "".join(c if c.isprintable() else "?" for c in message[: _MAX_LENGTH + 1])
         self._message = message if len(message) <= _MAX_LENGTH else f"{message[:_MAX_LENGTH]}..."
         super().__init__(f"{self.path}: {self._message}")
 
     def __reduce__(self) -> tuple[object, ...]:
-        """For pickle, since errors cross processes: it would call the class with the finished sentence."""
+        """Pickle by path and message: errors cross processes, and the default would pass the finished
+        sentence.
+        """
         return type(self), (self.path, self._message), self.__dict__
 
 
 class NoGaussiansError(SceneError):
-    """A sound file of a scene without Gaussians, as a moment of a moving scene may be."""
+    """A valid scene file without Gaussians; allowed for one moment of a moving scene."""
 
 
 class SceneWarning(UserWarning):
-    """A file that is usable although a part of it was dropped; the sentence says what and how much."""
+    """Part of a usable file was dropped; the sentence says what and how much."""

@@ -1,4 +1,4 @@
-"""Array types, a smooth step, and one check of argument shapes by letter: equal letters must agree."""
+"""Array types, `smoothstep`, and a check of argument shapes by letter: equal letters must agree."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ Rows = NDArray[np.intp]  # indices
 
 
 def smoothstep(x: Array) -> F64:
-    """From 0 at 0 and below to 1 at 1 and above, level at both ends; of the shape of x."""
+    """3 x^2 - 2 x^3, clamped: 0 for x <= 0, 1 for x >= 1, zero slope at both ends. Same shape as x."""
     x = np.clip(x, 0, 1)
     return np.asarray(x * x * (3 - 2 * x))
 
@@ -24,9 +24,9 @@ def check(where: str, **arrays: tuple[NDArray[Any], str]) -> dict[str, int]:
     """Check the shapes of named arrays against specifications such as "M 3".
 
     Args:
-        where: name of the function or class that asks; it opens the error message.
-        **arrays: name -> (array, specification). A specification is a row of dimensions parted by
-            spaces; a number must match exactly, a letter must be the same wherever it occurs.
+        where: name of the calling function or class; the error message starts with it.
+        **arrays: name -> (array, specification). A specification lists dimensions, separated by spaces; a
+            number must match exactly, a letter must have the same size wherever it occurs.
 
     Returns:
         The size of each letter.

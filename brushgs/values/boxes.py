@@ -1,4 +1,4 @@
-"""Boxes: strokes on the image plane, as projection leaves them."""
+"""Boxes: strokes projected to the image plane."""
 
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from brushgs.values.arrays import Array, check
 from brushgs.values.columns import RowChoice, check_finite, check_rows, freeze_columns, row_choice
 
-# The layers of a frame beside its colour: field of `Frame` -> column of `Boxes`, [M] or [M, channels], whose
-# alpha-weighted mean it is. Boxes without the column give frames without the layer. How many channels the
-# core has room for is said in core/include/brushgs/layers.hpp.
+# Layers of a frame beside its colour: field of `Frame` -> column of `Boxes`, [M] or [M, channels]. A layer is
+# the alpha-weighted mean of its column; boxes without the column give frames without the layer. The core's
+# limit of channels stands in core/include/brushgs/layers.hpp.
 LAYER_COLUMNS = {"depth": "depths"}
 _OPTIONAL = {"softness": "M", "setbacks": "M", "reliefs": "M 2"}  # columns of Boxes, >= 0 -> shape
 _BOX_INTEGERS: dict[str, type[np.integer[Any]]] = {"ids": np.int32, "brushes": np.uint8}
@@ -19,9 +19,9 @@ _BOX_INTEGERS: dict[str, type[np.integer[Any]]] = {"ids": np.int32, "brushes": n
 
 @dataclass(frozen=True, eq=False)
 class Boxes:
-    """M oriented rectangles on the image plane, one a stroke, nearest first.
+    """M oriented rectangles on the image plane, one per stroke, nearest first.
 
-    Columns are arrays of float32 or of float64, `ids` of int32, `brushes` of uint8, or lists of numbers; see
+    Columns are float32 or float64 arrays (`ids` int32, `brushes` uint8), or lists of numbers; see
     `Gaussians`.
 
     Attributes:
@@ -32,17 +32,18 @@ class Boxes:
         colors: [M, 3] RGB, >= 0, display-encoded.
         opacities: [M] 0 to 1.
         ids: [M] int32, the Gaussian (row) behind each box.
-        softness: [M] world units, >= 0, or None. Two boxes whose depths differ by less than the root of the
-            sum of their squared softness hide each other in part, see `rasterize`; None is zero for all.
-        setbacks: [M] world units, >= 0, or None: how far behind each stroke its underpaint lies, see
-            `rasterize`; None for boxes without.
-        brushes: [M] uint8, the brush of each box: its row of a `BrushSet`; None: the first for all.
-        reliefs: [M, 2] pixels, >= 0, or None: the thickness of each stroke's paint, and what the height of
-            its brush, less 1/2, is multiplied by; see `rasterize`.
+        softness: [M] world units, >= 0, or None. Two boxes at depths closer than the root of the sum of their
+            squared softness hide each other in part, see `rasterize`; None: 0 for all.
+        setbacks: [M] world units, >= 0: distance of the underpaint behind its stroke, see `rasterize`; None:
+            no underpaint.
+        brushes: [M] uint8, row of each box's brush in a `BrushSet`; None: row 0 for all.
+        reliefs: [M, 2] pixels, >= 0: thickness of the stroke's paint, and factor of the brush height minus
+            1/2, see `rasterize`; None: no relief.
 
     Raises:
         TypeError: if a column has another dtype.
-        ValueError: if a shape is wrong, the depths descend or a softness, setback or relief is negative.
+        ValueError: if a shape is wrong, depths are not ascending, or a softness, setback or relief is
+            negative.
 
     Example:
         >>> boxes = bg.project(strokes, camera)
@@ -91,19 +92,19 @@ class Boxes:
         return {name: column for name, column in columns.items() if column is not None}
 
     def attributes(self) -> dict[str, Array]:
-        """The columns that become layers of a frame, by the name of the layer; see `LAYER_COLUMNS`."""
+        """Columns that become layers of a frame, by layer name; see `LAYER_COLUMNS`."""
         columns = {name: getattr(self, column) for name, column in LAYER_COLUMNS.items()}
         return {name: column for name, column in columns.items() if column is not None}
 
     def take(self, rows: RowChoice) -> "Boxes":
-        """The rows chosen as those of `Gaussians`, in that order, which must be one by depth."""
+        """Rows chosen as in `Gaussians.take`; their order must keep depths ascending."""
         chosen = row_choice("Boxes", rows)
         columns = {f.name: getattr(self, f.name) for f in fields(self)}
         taken: dict[str, Any] = {n: None if c is None else c[chosen] for n, c in columns.items()}
         return Boxes(**taken)
 
     def __getitem__(self, rows: RowChoice) -> "Boxes":
-        """`take`."""
+        """Same as `take`."""
         return self.take(rows)
 
     __iter__ = None  # as of Gaussians

@@ -1,4 +1,4 @@
-"""A pinhole camera, and how a scene is seen where nobody says from where."""
+"""A pinhole camera, and the default view of a scene."""
 
 from dataclasses import dataclass, replace
 from math import radians
@@ -11,27 +11,27 @@ from brushgs.values.arrays import check
 
 @dataclass(frozen=True, eq=False)
 class FirstView:
-    """How a scene is seen where the user gives no view.
+    """The default view of a scene.
 
-    It is all that the cameras of a scene depend on beside the options of the user, so strokes that carry the
-    first view of their scene are seen by the very same cameras.
+    Cameras depend only on this and on the user's options. Strokes stored with the first view of their scene
+    therefore get the same cameras as the scene.
 
     Attributes:
-        points: [m, 3] points of the subject, float64, world units: the vertices of its convex hull, which is
-            all that framing depends on.
+        points: [m, 3] vertices of the convex hull of the subject, float64, world units; framing needs no
+            other points.
         up: [3] unit vector, world axes.
         azimuth: radians, see `frame_scene`.
         elevation: radians above the horizon.
-        eye: [3] where a scene is seen from inside: position of the camera, which looks along azimuth and
-            elevation; None if the subject is framed from outside.
+        eye: [3] position of a camera inside the scene, which looks along azimuth and elevation; None if the
+            subject is framed from outside.
         has_surroundings: whether the scene is more than its subject.
-        probability: that `up` is right, 0 to 1; None where it was not estimated but stated.
-        ups: the six axes with their probabilities, the most probable first; empty where up was stated.
+        probability: that `up` is right, 0 to 1; None if `up` was given, not estimated.
+        ups: the six axes with their probabilities, most probable first; empty if `up` was given.
         front: azimuth of the front of the subject, radians; `azimuth` may lie to one side of it.
-        is_front_sure: False where the front was estimated and its back shows hardly less.
-        whole: [2, 3] low and high corner of the whole scene but for strays; None where it is its subject.
-        stood: [k, 2] azimuths and elevations, radians, from which the scene was photographed; None where that
-            is not known.
+        is_front_sure: False if the front was estimated and the back scores almost as high.
+        whole: [2, 3] low and high corner of the whole scene without strays; None if the scene is only its
+            subject.
+        stood: [k, 2] azimuth and elevation of the cameras that captured the scene, radians; None if unknown.
     """
 
     points: NDArray[np.float64]
@@ -57,7 +57,7 @@ class Camera:
         K: [3, 3] pinhole intrinsics in pixels, without skew, float64.
         width: image width in pixels, >= 1.
         height: image height in pixels, >= 1.
-        near: camera z in world units at or below which Gaussians are culled, > 0.
+        near: near plane: Gaussians at or below this camera z are culled; world units, > 0.
 
     Raises:
         ValueError: if a shape or value breaks the rules above.
@@ -114,8 +114,8 @@ class Camera:
         Args:
             eye: [3] camera centre, world units.
             target: [3] point in the middle of the picture, world units.
-            up: [3] direction in the world, any length. Where it is parallel to the view another
-                axis takes its place.
+            up: [3] direction in the world, any length. If it is parallel to the view direction, another axis
+                replaces it.
             width: pixels.
             height: pixels.
             fov_y: vertical field of view, radians, in (0, pi).
@@ -158,7 +158,7 @@ class Camera:
         return np.asarray(-self.viewmat[:3, :3].T @ self.viewmat[:3, 3])
 
     def resized(self, width: int, height: int) -> "Camera":
-        """The same view in another size: the vertical field of view stays, the sides are cropped or grow."""
+        """The same view in another size: same vertical field of view, sides cropped or extended."""
         factor = height / self.height
         K = self.K.copy()
         K[:2, :2] *= factor
@@ -167,6 +167,6 @@ class Camera:
         return replace(self, K=K, width=width, height=height)
 
     def in_side(self, side: int) -> "Camera":
-        """The same view, `resized` so that its longer side has so many pixels, >= 1."""
+        """The same view, `resized` to `side` pixels along its longer side, >= 1."""
         share = side / max(self.width, self.height)
         return self.resized(max(round(share * self.width), 1), max(round(share * self.height), 1))

@@ -1,10 +1,9 @@
 """RGB: colours by name, luminance, the sRGB transfer function to linear light and back, and OKLab.
 
-Scenes are trained and blended display-encoded; only files that hold linear light (EXR, HDR) and comparisons
-of colours need the transfer function. Values above 1 follow the same formula, negative ones are mirrored.
-OKLab, in which equal steps look equal, is for shifts of colours; black is 0, white (1, 0, 0).
-Sources: ITU-R BT.709 (luminance), IEC 61966-2-1 (sRGB); Ottosson 2020, A perceptual color space for image
-processing.
+Scenes are trained and blended display-encoded; only files in linear light (EXR, HDR) and colour comparisons
+need the transfer function. Values above 1 follow the same formula, negative ones are mirrored. OKLab is
+perceptually uniform and used for colour shifts; black is 0, white (1, 0, 0). Sources: ITU-R BT.709
+(luminance), IEC 61966-2-1 (sRGB); Ottosson 2020, A perceptual color space for image processing.
 """
 
 import numpy as np
@@ -30,7 +29,7 @@ OKLAB_FROM_ROOTS = np.array(
 
 
 def rgb_of(color: str) -> tuple[float, float, float]:
-    """RGB, display-encoded, 0 to 1, of a colour by its name in `COLORS` or as "#rrggbb".
+    """Display-encoded RGB, 0 to 1, of a name in `COLORS` or "#rrggbb".
 
     Raises:
         ValueError: if it is neither.
@@ -69,7 +68,7 @@ def oklab_of(rgb: F64) -> F64:
 
 
 def rgb_of_oklab(lab: F64) -> F64:
-    """Display-encoded colours [N, 3] of OKLab: the inverse of `oklab_of`, also out of gamut."""
+    """Display-encoded colours [N, 3] of OKLab, also out of gamut: the inverse of `oklab_of`."""
     linear = (lab @ np.linalg.inv(OKLAB_FROM_ROOTS).T) ** 3 @ np.linalg.inv(CONES_FROM_RGB).T
     return np.asarray(srgb_from_linear(linear))
 
@@ -81,7 +80,7 @@ def split_alpha(pixels: Array) -> tuple[Array, Array | None]:
         pixels: [..., C] grey, grey and alpha, RGB, or RGB and alpha.
 
     Returns:
-        RGB [..., 3], grey repeated, and alpha [...], None where there is none.
+        RGB [..., 3] (grey repeated), and alpha [...] or None.
     """
     channels = pixels.shape[-1]
     rgb = pixels[..., :3] if channels >= 3 else np.repeat(pixels[..., :1], 3, axis=-1)
@@ -89,7 +88,7 @@ def split_alpha(pixels: Array) -> tuple[Array, Array | None]:
 
 
 def flatten(pixels: Array, background: float | Array = 1.0) -> Array:
-    """RGB [..., 3] of pixels [..., C] with straight alpha, on white, a grey or an RGB colour [3]."""
+    """Composite pixels [..., C] with straight alpha over white, a grey or an RGB colour [3]: RGB [..., 3]."""
     rgb, alpha = split_alpha(pixels)
     if alpha is None:
         return rgb

@@ -1,8 +1,7 @@
-"""The columns of a frozen table of numbers: what becomes one, and what is refused.
+"""Convert and check the columns of a frozen dataclass of arrays.
 
-Columns are arrays, or lists of numbers. They come out contiguous and read-only, without a copy where the
-array already is; all numbers of a table share one dtype, but for columns of whole numbers, which have one of
-their own.
+Columns are arrays or lists of numbers. They become contiguous, read-only arrays, copied only if needed. All
+float columns share one dtype; integer columns have their own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,24 +12,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 RowChoice = NDArray[np.integer[Any]] | NDArray[np.bool_] | Sequence[int] | Sequence[bool] | slice
-Integers = Mapping[str, type[np.integer[Any]]]  # columns of whole numbers -> their dtypes
+Integers = Mapping[str, type[np.integer[Any]]]  # integer columns -> their dtypes
 NOT_COLUMNS = (bool, float | None)  # types of fields that hold one value for all rows
 
 
 def freeze_columns(where: str, value: Any, integers: Integers) -> None:
-    """Make every column of a frozen dataclass an array that is contiguous and read-only.
+    """Make every column of a frozen dataclass a contiguous, read-only array.
 
-    All must share one float dtype, but for the columns `integers`. Lists, and arrays of whole numbers, become
-    arrays of these dtypes.
+    All but `integers` must share one float dtype. Lists and integer arrays are converted to the dtype of
+    their column.
 
     Args:
-        where: name of the class, which opens the error message.
-        value: the dataclass; fields of `NOT_COLUMNS` are no columns, nor are those that are None by default.
-        integers: columns of whole numbers.
+        where: name of the class; the error message starts with it.
+        value: the dataclass. Fields of a type in `NOT_COLUMNS`, and None in fields that default to None, are
+            skipped.
+        integers: integer columns.
 
     Raises:
-        TypeError: if a column is no array or list of numbers, or of another dtype than the others.
-        ValueError: if a whole number does not fit the dtype of its column.
+        TypeError: if a column is not an array or list of numbers, or dtypes differ.
+        ValueError: if an integer does not fit the dtype of its column.
     """
     columns = {f.name: getattr(value, f.name) for f in fields(value) if f.type not in NOT_COLUMNS}
     given = (c.dtype for name, c in columns.items() if isinstance(c, np.ndarray) and name not in integers)
@@ -55,7 +55,7 @@ def freeze_columns(where: str, value: Any, integers: Integers) -> None:
 
 
 def _array_of(where: str, name: str, values: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """The array of a column: an array of floats as it is, lists and whole numbers in `dtype`."""
+    """A column as an array: float arrays unchanged, lists and integers converted to `dtype`."""
     is_whole = dtype.kind in "iu"
     if isinstance(values, list | tuple):
         try:
@@ -70,7 +70,7 @@ def _array_of(where: str, name: str, values: Any, dtype: np.dtype[Any]) -> NDArr
         raise TypeError(f"{where}: {name} must be a NumPy array, got {type(values).__name__}")
     if values.dtype == dtype or (values.dtype.kind == "f" and not is_whole):
         return values
-    # Bytes are most likely 0 to 255 where 0 to 1 is meant.
+    # uint8 is refused: most likely 0 to 255 instead of 0 to 1.
     if values.dtype.kind not in "iu" or (values.dtype == np.uint8 and not is_whole):
         rule = dtype.name if is_whole else "float32 or float64"
         raise TypeError(f"{where}: {name} must be {rule}, got {values.dtype}")
@@ -78,7 +78,7 @@ def _array_of(where: str, name: str, values: Any, dtype: np.dtype[Any]) -> NDArr
 
 
 def _converted(where: str, name: str, values: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Numbers in the dtype of their column, whole numbers exactly."""
+    """Values in the dtype of their column; integers must be represented exactly."""
     if dtype.kind in "iu" and values.size:
         least, most = np.iinfo(dtype).min, np.iinfo(dtype).max
         if values.min() < least or values.max() > most:
@@ -92,10 +92,10 @@ def _converted(where: str, name: str, values: NDArray[Any], dtype: np.dtype[Any]
 
 
 def row_choice(where: str, rows: RowChoice) -> NDArray[Any] | slice:
-    """Rows of a table as NumPy takes them: a slice, or an array of whole numbers or of bools.
+    """A row choice as a NumPy index: a slice, or an array of integers or bools.
 
     Raises:
-        TypeError: if they are something else; `where` opens the message.
+        TypeError: if it is something else; the message starts with `where`.
     """
     if isinstance(rows, slice):
         return rows
@@ -109,7 +109,7 @@ def row_choice(where: str, rows: RowChoice) -> NDArray[Any] | slice:
 
 
 def check_finite(where: str, value: Any) -> None:
-    """Refuse NaN and infinity by column and row. A finite sum proves a column finite without a mask."""
+    """Refuse NaN and infinity, naming column and row. A finite sum proves a column finite without a mask."""
     for f in fields(value):
         column = getattr(value, f.name)
         if column is None or f.type in NOT_COLUMNS:
@@ -121,7 +121,7 @@ def check_finite(where: str, value: Any) -> None:
 
 
 def check_rows(where: str, name: str, rule: str, is_bad: NDArray[np.bool_]) -> None:
-    """Raise ValueError that names how many rows break the rule and the first of them."""
+    """Raise ValueError with the number of rows that break the rule and the first of them."""
     if is_bad.any():
         num_bad, first = np.count_nonzero(is_bad), np.argmax(is_bad)
         raise ValueError(f"{where}: {name} must {rule}, got {num_bad} other rows, first at {first}")

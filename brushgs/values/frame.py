@@ -13,31 +13,30 @@ from brushgs.values.colors import rgb_of
 from brushgs.values.layers import DeepSamples, Layer
 from brushgs.values.png import png_bytes
 
-_SHOWN_SIDE = 1024  # pixels: notebooks keep what they show, and have columns about as wide
+_SHOWN_SIDE = 1024  # pixels: notebooks store what they show, and their columns are about this wide
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
     """One picture.
 
-    A notebook shows it as it is: transparent where nothing is painted, at most 1024 pixels wide and high.
-    `np.asarray(frame)` is what image libraries take: [H, W, 4] RGBA, 0 to 1, colour not multiplied by alpha,
-    as in `plt.imshow(frame)`; as bytes, `PIL.Image.fromarray(np.asarray(frame, np.uint8))`.
+    Notebooks show it with its transparency, at most 1024 pixels wide and high. `np.asarray(frame)` gives
+    [H, W, 4] RGBA, 0 to 1, straight alpha, for `plt.imshow(frame)`; `np.asarray(frame, np.uint8)` gives bytes
+    for `PIL.Image.fromarray`.
 
     Attributes:
         rgb: [H, W, 3] colour premultiplied by alpha, display-encoded, float32 or float64.
         alpha: [H, W] 1 - transmittance, 0 to 1.
-        depth: [H, W] alpha-weighted mean camera z, 0 where nothing is painted; None if the frame has none.
-        height: [H, W] how high the paint stands, pixels: the sum over strokes of the weight of their colour
-            times the height of their paint, so 0 where nothing is painted, see `rasterize`; None if the frame
-            has none.
-        layers: those that were asked for, by name: "depth" and "height" as above; "normal" [H, W, 3] unit
-            vectors in camera axes, 0 where nothing is painted; "motion" [H, W, 2] (right, down), pixels to
-            where the same paint is in the next frame; "uv" [H, W, 2] place on the stroke that shows most,
-            0 to 1; "unlit" [H, W, 4] the picture without the lamp, premultiplied; and mattes: "stroke",
-            "brush", "region", "layer". With any comes "paint" [H, W], how much of a pixel is painted, also
-            where a ground makes the picture opaque.
-        deep: every stroke in every pixel, where that was asked for.
+        depth: [H, W] alpha-weighted mean camera z, 0 where nothing is painted; or None.
+        height: [H, W] height of the paint, pixels: sum over strokes of blending weight times paint height, 0
+            where nothing is painted, see `rasterize`; or None.
+        layers: the requested layers by name. "depth" and "height" as above; "normal" [H, W, 3] unit vectors
+            in camera axes, 0 where nothing is painted; "motion" [H, W, 2] (right, down), pixels to the
+            position of the same paint in the next frame; "uv" [H, W, 2] position on the stroke with the
+            largest weight, 0 to 1; "unlit" [H, W, 4] the picture without the lamp, premultiplied; mattes
+            "stroke", "brush", "region", "layer". Any request adds "paint" [H, W], the coverage by paint, also
+            under an opaque ground.
+        deep: all strokes of each pixel, if requested; else None.
 
     Example:
         >>> frame = bg.render(strokes, camera, "flat")
@@ -64,19 +63,19 @@ class Frame:
         return f"Frame({', '.join(facts)})"
 
     def straight_colors(self) -> Array:
-        """[H, W, 3] colour not multiplied by alpha; 0 where nothing is painted."""
+        """[H, W, 3] colour with straight (not premultiplied) alpha; 0 where nothing is painted."""
         alpha = self.alpha[..., None]
         return np.divide(self.rgb, alpha, out=np.zeros_like(self.rgb), where=alpha > 0)
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
-        """[H, W, 4] RGBA as image libraries take it: display-encoded, straight alpha, clipped to 0 to 1.
+        """[H, W, 4] RGBA for image libraries: display-encoded, straight alpha, clipped to 0 to 1.
 
         Args:
-            dtype: of floats; None for that of the frame. Or uint8 or uint16, for 0 to 255 or 65535.
-            copy: the array is always a new one, so it must not be False.
+            dtype: a float dtype, uint8 (0 to 255) or uint16 (0 to 65535); None for that of the frame.
+            copy: must not be False: the array is always new.
 
         Raises:
-            TypeError: if `dtype` is another.
+            TypeError: for another `dtype`.
             ValueError: if `copy` is False.
         """
         if copy is False:
@@ -90,7 +89,7 @@ class Frame:
         return (rgba * np.iinfo(kind).max + 0.5).astype(kind)
 
     def _repr_png_(self) -> bytes:
-        """What a notebook shows: the frame as `brushgs.save` writes a PNG, made smaller where it is large."""
+        """PNG for notebooks, as `brushgs.save` writes it, reduced if larger than `_SHOWN_SIDE`."""
         height, width = self.alpha.shape
         step = -(-max(height, width) // _SHOWN_SIDE)
         shown = self if step == 1 else Frame(_averaged(self.rgb, step), _averaged(self.alpha, step))
@@ -101,18 +100,18 @@ class Frame:
         """The picture on a background, [H, W, 3].
 
         Args:
-            background: one RGB colour or an [H, W, 3] array, display-encoded, 0 to 1; or a colour as on the
-                command line: "#rrggbb" or a name, such as "white", "toned" or "gray".
+            background: RGB colour [3] or image [H, W, 3], display-encoded, 0 to 1; or "#rrggbb" or a colour
+                name such as "white", "toned" or "gray".
 
         Raises:
-            ValueError: if it has another shape, or is no known colour.
+            ValueError: for another shape or an unknown colour.
         """
         return np.asarray(self.rgb + (1 - self.alpha[..., None]) * self._behind(background))
 
     def bytes_over(self, background: Sequence[float] | Array | str) -> NDArray[np.uint8]:
-        """The picture on a background as a screen shows it, uint8 [H, W, 3]: `over`, clipped and rounded.
+        """The picture on a background as uint8 [H, W, 3]: `over`, clipped and rounded.
 
-        One pass over memory: a sixth of the time of rounding the result of `over`, and the same bits.
+        One pass over memory: bit-identical to rounding the result of `over`, in a sixth of the time.
 
         Args:
             background: see `over`.

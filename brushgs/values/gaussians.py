@@ -23,45 +23,44 @@ _GAUSSIAN_INTEGERS: dict[str, type[np.integer[Any]]] = {
     "ids": np.int32,
     "regions": np.uint8,
 }
-_WITHOUT = {"brushes": 0, "ids": -1, "regions": 0}  # what rows have that come without the column
+_WITHOUT = {"brushes": 0, "ids": -1, "regions": 0}  # default of rows without the column
 
 
 @dataclass(frozen=True, eq=False)
 class Gaussians:
     """N anisotropic 3D Gaussians with view-dependent colour: a scene, or the strokes made of one.
 
-    All columns share one dtype, float32 or float64, and become read-only views: no copy is made of arrays
-    that are already contiguous. Lists, and arrays of whole numbers, are taken too, in the dtype of the arrays
-    beside them, or as float32.
+    All float columns share one dtype, float32 or float64, and become read-only views; contiguous arrays are
+    not copied. Lists and integer arrays are converted to the dtype of the float arrays given, else to
+    float32.
 
-    `gaussians[rows]` are those of an index array, a mask, a list of either or a slice, and `a + b` is both.
+    `gaussians[rows]` takes an index array, a mask, a list of either or a slice; `a + b` concatenates.
 
     Attributes:
         means: [N, 3] centres, world units, finite.
         quats: [N, 4] rotations as w, x, y, z; any non-zero length, normalised where used.
-        scales: [N, 3] standard deviations along the own axes, world units, >= 0.
+        scales: [N, 3] standard deviations along the local axes, world units, >= 0.
         opacities: [N] 0 to 1.
         sh: [N, k, 3] spherical-harmonic coefficients of RGB, k = (degree + 1)^2 in 1, 4, 9, 16; the
             colour seen is max(0, 0.5 + sum of coefficient x basis). Source: Kerbl et al. 2023.
-        antialiased: whether they were trained with the opacity compensation of Mip-Splatting: `project` then
-            multiplies opacities by the root of det S / det(S + low_pass I), S the projected covariance, so
-            that what is thinner than a pixel gets fainter. Strokes made of such Gaussians keep it: in five
-            scenes a flat brush came 0.0 to 3.2 dB nearer to the plain picture so, the plain kernel 0.4 dB
-            further away to 6.8 dB nearer. Source: Yu et al. 2024, Mip-Splatting, section 5.2.
-        brushes: [N] uint8, the brush of each stroke: its row of a `BrushSet`; None: the first for all.
-        ids: [N] int32, where things move: of which row of a `MovingScene` each is a moment, or which stroke
-            of a `StrokeMotion` it moves with, -1 for what rests; None where nothing moves. Rows that are
-            taken keep theirs.
-        regions: [N] uint8, the part of the scene that each belongs to: 0 elsewhere, else the number of its
-            rule, from 1, see `brushgs.options.rules`; None where all is treated alike.
-        finest: >= 0, standard deviation of the finest line that pictures show from the distance that strokes
-            are made for, world units: passes take thinner Gaussians for that, see `brushgs.passes.finest`.
-            None where no view is known: passes then take the distance of 2.4 radii. `render` ignores it.
+        antialiased: trained with the opacity compensation of Mip-Splatting: `project` multiplies opacities by
+            the root of det S / det(S + low_pass I), S the projected covariance, which fades Gaussians thinner
+            than a pixel. Strokes made of them keep the flag: in five scenes that changed the PSNR to the
+            plain picture by 0.0 to +3.2 dB with a flat brush, by -0.4 to +6.8 dB with the plain kernel.
+            Source: Yu et al. 2024, Mip-Splatting, section 5.2.
+        brushes: [N] uint8, row of each stroke's brush in a `BrushSet`; None: row 0 for all.
+        ids: [N] int32, row of the same Gaussian in a `MovingScene`, or of the stroke in a `StrokeMotion` it
+            moves with; -1 if it does not move. None in still scenes. `take` keeps ids.
+        regions: [N] uint8, number of the rule that applies, from 1, see `brushgs.options.rules`; 0: none.
+            None without rules.
+        finest: >= 0, world units: standard deviation of the thinnest visible line at the distance that
+            strokes are made for. Passes treat thinner Gaussians as this thin, see `brushgs.passes.finest`.
+            None without a known view: passes then assume a distance of 2.4 radii. `render` ignores it.
 
     Raises:
-        TypeError: if a column holds no numbers, or dtypes differ; or `brushes`, `ids` or `regions` hold other
-            than whole numbers.
-        ValueError: if a shape is wrong or a value is outside the range above; names column and row.
+        TypeError: if a column is not numeric, dtypes differ, or `brushes`, `ids` or `regions` are not
+            integers.
+        ValueError: if a shape is wrong or a value is out of range; names column and row.
 
     Example:
         >>> where, turned, size = [[0, 0, 0]], [[1, 0, 0, 0]], [[1, 0.2, 0.1]]
@@ -97,7 +96,7 @@ class Gaussians:
         if sizes["k"] not in SH_TERMS:
             raise ValueError(f"Gaussians: sh must have 1, 4, 9 or 16 terms, got {sizes['k']}")
         check_finite("Gaussians", self)
-        # The masks of rows are made only where a cheap test of all values at once finds a fault.
+        # Row masks are built only if a cheap test of the whole column finds a fault.
         if self.scales.min(initial=0) < 0:
             check_rows("Gaussians", "scales", "be >= 0", np.any(self.scales < 0, axis=1))
         outside = (self.opacities < 0) | (self.opacities > 1)
@@ -116,18 +115,18 @@ class Gaussians:
         return SH_TERMS[self.sh.shape[1]]
 
     def columns(self) -> dict[str, Any]:
-        """The columns of numbers by name; `brushes`, `ids` and `regions` are not among them."""
+        """The float columns by name, without `brushes`, `ids` and `regions`."""
         return {name: getattr(self, name) for name in GAUSSIAN_COLUMNS}
 
     def _integers(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in _GAUSSIAN_INTEGERS}
 
     def take(self, rows: RowChoice) -> "Gaussians":
-        """The rows chosen by an index array, a mask, a list of either or a slice, in that order.
+        """The rows of an index array, a mask, a list of either or a slice, in that order.
 
         Raises:
-            TypeError: if it is something else, such as a single number, which would leave no table.
-            IndexError: if a row lies beyond the last, or a mask has another length.
+            TypeError: for anything else, such as a single number.
+            IndexError: if a row is out of range, or a mask has another length.
         """
         chosen = row_choice("Gaussians", rows)
         columns = self.columns() | self._integers()
@@ -135,20 +134,19 @@ class Gaussians:
         return replace(self, **taken)
 
     def __getitem__(self, rows: RowChoice) -> "Gaussians":
-        """`take`."""
+        """Same as `take`."""
         return self.take(rows)
 
-    __iter__ = None  # a row alone is no value here; without this Python would try [0], [1] and so on
+    __iter__ = None  # not iterable: Python would otherwise try [0], [1] and so on
 
     def __add__(self, other: "Gaussians") -> "Gaussians":
-        """Both, these first, with nothing lost.
+        """Concatenate without loss, `self` first.
 
-        Spherical harmonics are of the higher degree, filled up with zeros, and the dtype is the wider one.
-        Where one alone has `brushes` or `regions`, the others take the first brush and lie elsewhere (0);
-        where one alone has `ids`, the others rest (-1).
+        The result has the higher SH degree (padded with zeros) and the wider dtype. If only one side has
+        `brushes` or `regions`, the other gets 0; if only one has `ids`, the other gets -1.
 
         Raises:
-            ValueError: if one was trained `antialiased` and the other was not: they are drawn in two ways.
+            ValueError: if only one is `antialiased`: they are drawn differently.
         """
         if not isinstance(other, Gaussians):
             return NotImplemented
@@ -176,10 +174,10 @@ class Gaussians:
 
     @staticmethod
     def joined(parts: "Sequence[Gaussians]") -> "Gaussians":
-        """Several behind each other, with the SH degree, the dtype and the columns of the first.
+        """Concatenate parts in the SH degree, dtype and columns of the first.
 
-        Terms above that degree are cut, those that a part lacks are zero. Parts without brushes or regions
-        have 0 there, parts without ids -1.
+        Terms above that degree are cut, missing ones are zero. Parts without brushes or regions get 0, parts
+        without ids -1.
 
         Args:
             parts: at least one.
@@ -203,12 +201,12 @@ class Gaussians:
         return replace(first, **columns)
 
     def astype(self, dtype: type[np.floating[Any]]) -> "Gaussians":
-        """The same Gaussians with all columns of numbers as float32 or float64."""
+        """The same Gaussians with float columns as float32 or float64."""
         cast = {name: column.astype(dtype, copy=False) for name, column in self.columns().items()}
         return replace(self, **cast)
 
 
 def _with_terms(sh: Array, num_terms: int) -> Array:
-    """Coefficients [N, k, 3] with so many terms: cut, or filled with zeros."""
+    """Coefficients [N, num_terms, 3]: cut, or padded with zeros."""
     missing = num_terms - sh.shape[1]
     return np.pad(sh, ((0, 0), (0, missing), (0, 0))) if missing > 0 else sh[:, :num_terms]

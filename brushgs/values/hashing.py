@@ -1,6 +1,6 @@
-"""Numbers as if at random that belong to what they are made of: the same on every machine, in any order.
+"""Pseudo-random numbers as hashes of indices: the same on every machine and in any order.
 
-Those of 32 bits can be repeated where integers have no more: in shaders, and in JavaScript.
+The 32-bit hash can be reproduced in shaders and in JavaScript.
 """
 
 import numpy as np
@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from brushgs.values.arrays import F64
 
-GOLDEN = 0x9E3779B97F4A7C15  # 2^64 over the golden ratio: its multiples are distributed evenly
-GOLDEN_32 = 0x9E3779B1  # a prime beside 2^32 over it
+GOLDEN = 0x9E3779B97F4A7C15  # 2^64 / golden ratio: its multiples are evenly distributed modulo 2^64
+GOLDEN_32 = 0x9E3779B1  # a prime close to 2^32 / golden ratio
 
 
 def uniform(states: NDArray[np.uint64]) -> F64:
-    """Even numbers from 0 to below 1 for 64-bit states, of any shape; near states give unlike numbers.
+    """Uniform numbers in [0, 1) from 64-bit states of any shape; nearby states are decorrelated.
 
     Source: the finaliser of splitmix64 (Steele, Lea and Flood 2014).
     """
@@ -23,7 +23,7 @@ def uniform(states: NDArray[np.uint64]) -> F64:
 
 
 def hash_32(states: NDArray[np.uint32]) -> NDArray[np.uint32]:
-    """Each 32-bit state mixed to another one, of any shape; near states give unlike numbers.
+    """Hash 32-bit states of any shape; nearby states are decorrelated.
 
     Source: lowbias32 of hash-prospector (Wellons 2018).
     """
@@ -35,13 +35,13 @@ def hash_32(states: NDArray[np.uint32]) -> NDArray[np.uint32]:
 
 
 def lattice(stream: int, *axes: NDArray[np.uint32]) -> NDArray[np.float32]:
-    """Even numbers from -1 to below 1 on a lattice, by the indices of its points along each axis.
+    """Uniform numbers in [-1, 1) on a lattice, from the indices of its points along each axis.
 
     Multiples of 2^-23: with h the stream, h = `hash_32`(h + index x `GOLDEN_32`) for each axis, the last one
     first; the upper 24 bits of h are the number.
 
     Args:
-        stream: 0 to 2^32 - 1; another one gives other numbers.
+        stream: seed, 0 to 2^32 - 1.
         axes: [n], [m], ... indices; the result has the shape [n, m, ...].
     """
     bits = np.full((1,) * len(axes), stream, np.uint32)

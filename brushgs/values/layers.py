@@ -1,4 +1,4 @@
-"""What a picture is made of, for compositing: mattes, and the strokes in each pixel."""
+"""Layers for compositing: mattes, and the strokes of each pixel."""
 
 from dataclasses import dataclass
 
@@ -10,15 +10,14 @@ from brushgs.values.arrays import F32, Array, check
 
 @dataclass(frozen=True, eq=False)
 class Matte:
-    """How much of each pixel each of several things covers: what a Cryptomatte holds.
+    """Coverage of each pixel by each of several items, as in a Cryptomatte.
 
     Attributes:
-        names: of the things.
-        rows: [H, W, K] int32, of `names`: what covers most of the pixel first; -1 where nothing more is.
-        coverage: [H, W, K] float32, how much of the pixel each covers, 0 to 1: its weight in the picture.
-            The sum over K is the alpha of paint that covers, to less than half of 1/255; glazes only tint
-            what lies below them. In the matte of layers the ground, or without one the glazes, take what is
-            left of the alpha of the picture.
+        names: of the items.
+        rows: [H, W, K] int32, index into `names`, largest coverage first; -1 for unused entries.
+        coverage: [H, W, K] float32, 0 to 1: weight of the item in the picture. The sum over K is the alpha of
+            covering paint, to less than half of 1/255; glazes only tint and have no coverage. In the matte of
+            layers the ground, or without one the glazes, take the rest of the picture's alpha.
 
     Raises:
         ValueError: if the shapes differ.
@@ -34,19 +33,19 @@ class Matte:
 
 @dataclass(frozen=True, eq=False)
 class DeepSamples:
-    """Every stroke that a picture shows in every pixel, the nearest first.
+    """All visible strokes of each pixel, nearest first.
 
-    Laid over each other in this order they are the picture: strokes that fade into each other (soft order)
-    have the alphas that give the weights they have there.
+    Composited in this order they give the picture: under soft order, alphas are chosen to give the strokes
+    their blended weights.
 
     Attributes:
         starts: [H * W + 1] int64: pixel i, row by row, has the samples starts[i] to starts[i + 1] - 1.
         colors: [S, 3] RGB premultiplied by alpha, display-encoded.
         alphas: [S] 0 to 1.
         depths: [S] camera z, world units, ascending within a pixel.
-        ids: [S] uint32, 1 + the number of the stroke among those of the painting; 0 for what is no stroke.
-        height: of the picture, pixels.
-        width: of the picture, pixels.
+        ids: [S] uint32, 1 + row of the stroke in the painting; 0 if not a stroke.
+        height: image height, pixels.
+        width: image width, pixels.
     """
 
     starts: NDArray[np.int64]  # [H * W + 1]

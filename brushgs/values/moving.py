@@ -1,4 +1,4 @@
-"""A scene that moves: Gaussians as a function of time, made when they are asked for."""
+"""A moving scene: Gaussians as a function of time, made on demand."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,17 +16,15 @@ if TYPE_CHECKING:
 class MovingScene:
     """Gaussians over time.
 
-    A scene streams: `at` makes the Gaussians of one moment, and at most three moments are in memory at once.
+    Scenes are streamed: `at` makes the Gaussians of one moment, and at most three moments are in memory.
 
     Attributes:
-        duration: seconds, >= 0; times are 0 to it. Where `times` end before it, the last is shown until then.
-        has_rows: whether row i is the same Gaussian at all times: then every moment has the same N rows.
-        sample: the Gaussians of a time in range; `at` calls it.
-        times: [F] seconds, ascending, of the moments that a file holds; None for a scene that is a formula,
-            which has any moment.
-        resting: [N] rows that are the same at all times; None where rows do not correspond, or it is not
-            known.
-        notes: what the files hold beside Gaussians; None for a scene that was made in memory.
+        duration: seconds, >= 0; times are 0 to `duration`. If `times` end earlier, the last moment is held.
+        has_rows: whether row i is the same Gaussian at all times; then every moment has the same N rows.
+        sample: makes the Gaussians of a time in range, for `at`.
+        times: [F] seconds, ascending: sample times of the file; None for a continuous scene (a formula).
+        resting: [N] mask of rows that never change; None if unknown or rows do not correspond.
+        notes: what the files hold beside Gaussians; None for a scene made in memory.
 
     Raises:
         ValueError: if the duration is negative or not finite.
@@ -52,7 +50,7 @@ class MovingScene:
         return f"MovingScene({', '.join(facts)})"
 
     def at(self, time: float) -> Gaussians:
-        """The Gaussians of one moment; before the first and after the last those of the first and the last.
+        """The Gaussians of one moment; times are clamped to 0 to `duration`.
 
         Args:
             time: seconds.

@@ -1,4 +1,4 @@
-"""What reading a scene found beside the Gaussians themselves."""
+"""Facts about a scene's files beside its Gaussians."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,37 +6,36 @@ from typing import Literal
 
 from brushgs.values.camera import FirstView
 
-# How the Gaussians of a scene were trained, where that changes how they are drawn: "antialiased" are those of
-# Mip-Splatting and of trainers with the same opacity compensation, "2dgs" flat discs.
+# Training methods that change how Gaussians are drawn: "antialiased" is Mip-Splatting and trainers with the
+# same opacity compensation, "2dgs" has flat discs.
 Training = Literal["default", "antialiased", "2dgs"]
 
 
 @dataclass(frozen=True)
 class LoadNotes:
-    """What the files of a scene held, and what was dropped from them without changing the picture.
+    """Facts about the files of a scene, and what was dropped without changing the picture.
 
     Attributes:
-        format: layout and encoding in words, for example "PLY, binary little-endian"; with several files
-            their number, and each format once.
+        format: layout and encoding in words, such as "PLY, binary little-endian"; for several files their
+            number, and each format once.
         rows_read: Gaussians in the files.
-        rows_dropped: those dropped because they cannot be drawn (a SceneWarning said why).
-        sh_degree_stored: degree of the spherical harmonics in the files, 0 to 3, the highest of them.
-        sh_degree_used: degree that was loaded; lower than stored where the bands above are all zero.
-        up: axis that the files name as up, "+x" to "-z"; None if they name none, or different ones.
-        is_strokes: whether every file states that its Gaussians are strokes that brushgs made.
+        rows_dropped: Gaussians dropped because they cannot be drawn (reported by a SceneWarning).
+        sh_degree_stored: highest SH degree in the files, 0 to 3.
+        sh_degree_used: degree that was loaded; lower than stored if all higher bands are zero.
+        up: up axis given by the files, "+x" to "-z"; None if none is given or they differ.
+        is_strokes: whether every file states that its Gaussians are strokes made by brushgs.
         training: how the scene was trained, as far as the files state it.
-        unknown: columns or extensions of the files that were not read, by name, safe to print.
-        files: each of several files in words; empty for one.
-        scene: name of the scene that strokes were made of; None if the file names none, and for several.
-        first_view: how that scene is seen; None if the file does not say, and for several.
-        brushes: names or paths of the brushes that the strokes have rows of; none if the file names none, and
-            for several.
-        moment: of a moving scene the moment that was read, seconds from its start; None for a scene at rest.
-        moments_per_second: of a moving scene in a file a moment, as read; None for any other.
-        is_timed: whether the files of a moving scene give its length in seconds; else these are nominal.
-        rows_each: how many rows one of the Gaussians was made of on average: 1, or more where a scene larger
-            than memory was merged while it was read.
-        camera_folders: where cameras of the scene may lie; none where they are not sought.
+        unknown: names of columns or extensions that were not read, safe to print.
+        files: one description per file if there are several; else empty.
+        scene: name of the scene that strokes were made of; None if not stated, or for several files.
+        first_view: first view of that scene; None if not stated, or for several files.
+        brushes: names or paths of the brushes of the strokes; empty if not stated, or for several files.
+        moment: moment of a moving scene that was read, seconds from its start; None for a still scene.
+        moments_per_second: rate of a moving scene stored as one file per moment; else None.
+        is_timed: whether the files give the duration of a moving scene; if not, seconds are nominal.
+        rows_each: mean number of file rows per Gaussian: above 1 if a scene larger than memory was merged
+            while reading.
+        camera_folders: folders to search for the scene's cameras; empty if cameras are not sought.
     """
 
     format: str

@@ -1,4 +1,4 @@
-"""Pixels -> the bytes of a PNG, in memory: what a notebook shows.
+"""Encode pixels as PNG in memory, for notebooks.
 
 Files are written by `formats.pictures`; this needs nothing but the standard library, so that values can
 show themselves. Source: PNG specification (ISO/IEC 15948), sections 9.2 (filters) and 11.2 (chunks).
@@ -14,11 +14,11 @@ from brushgs.values.arrays import U8
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _COLOR_TYPES = {3: 2, 4: 6}  # channels -> RGB, RGBA
 _UP = 2  # the filter that stores the difference from the pixel above
-_LEVEL = 4  # of zlib: pictures of paint get 2 % smaller with 9, in four times the time
+_LEVEL = 4  # of zlib: level 9 makes paintings 2 % smaller in four times the time
 
 
 def png_bytes(pixels: U8) -> bytes:
-    """A PNG of 8 bits.
+    """An 8-bit PNG.
 
     Args:
         pixels: [H, W, 3] RGB, or [H, W, 4] with straight alpha; H and W >= 1.

@@ -40,8 +40,8 @@ def _unit_columns(quats: Array) -> NDArray[np.float64]:
 def quats_of(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
     """[N, 4] unit quaternions of rotation matrices [N, 3, 3].
 
-    Each of four formulas divides by one component: the one with the largest is used, for precision.
-    Source: Shepperd 1978, Quaternion from rotation matrix.
+    Each of four formulas divides by one component; for precision, the largest is used. Source: Shepperd 1978,
+    Quaternion from rotation matrix.
     """
     products = turn_forms(rotations, 1.0)  # 4 q q^T: every row is a multiple of q
     largest = np.einsum("nii->ni", products).argmax(axis=1)
@@ -52,9 +52,9 @@ def quats_of(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
 def turn_forms(matrices: NDArray[np.float64], plus: float = 0.0) -> NDArray[np.float64]:
     """[N, 4, 4] symmetric forms F of matrices M [N, 3, 3]: q F q is the trace of R(q)^T M for unit q.
 
-    Of points y that were x before, M = sum of y x^T: the q of the largest value is the rotation that brings x
-    nearest to y. `plus` is added to the diagonal: of a rotation matrix M, F + 1 is 4 q q^T.
-    Source: Horn 1987, Closed-form solution of absolute orientation using unit quaternions.
+    With M = sum of y x^T, the q that maximises q F q is the rotation that best maps points x to y. `plus` is
+    added to the diagonal; for a rotation matrix M, F + 1 is 4 q q^T. Source: Horn 1987, Closed-form solution
+    of absolute orientation using unit quaternions.
     """
     M = matrices
     xx, yy, zz = M[:, 0, 0], M[:, 1, 1], M[:, 2, 2]
@@ -70,17 +70,17 @@ def turn_forms(matrices: NDArray[np.float64], plus: float = 0.0) -> NDArray[np.f
 
 
 def twists(quats: Array, axes: Array) -> NDArray[np.float64]:
-    """[n] how far rotations [n, 4] turn about unit axes [n, 3], radians, -pi to pi.
+    """[n] twist angles of rotations [n, 4] about unit axes [n, 3], radians, -pi to pi (swing-twist
+    decomposition).
 
-    A rotation is a twist about an axis after a swing of it, which turns about a direction across it; 0 where
-    it only swings, also by half a turn, where no twist is defined.
+    0 for a pure swing, including a swing by half a turn, where the twist is undefined.
     """
     along = np.einsum("nj,nj->n", quats[:, 1:], axes)
     return np.asarray(2 * np.arctan2(np.where(quats[:, 0] < 0, -along, along), np.abs(quats[:, 0])))
 
 
 def conjugates(quats: Array) -> NDArray[np.float64]:
-    """[n, 4] the inverse rotations of unit quaternions [n, 4]."""
+    """[n, 4] inverses of unit quaternions [n, 4]."""
     return np.asarray(quats * (1.0, -1.0, -1.0, -1.0))
 
 

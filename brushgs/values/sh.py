@@ -1,4 +1,4 @@
-"""Real spherical harmonics as 3D Gaussian Splatting orders and signs them.
+"""Real spherical harmonics in the order and signs of 3D Gaussian Splatting.
 
 A colour seen from unit direction d (from the camera to the Gaussian, world frame) is max(0, 0.5 + sum over
 terms of coefficient x basis(d)). Terms are sorted by degree l, then order m from -l to l.
@@ -17,13 +17,13 @@ from brushgs.values.gaussians import Gaussians
 
 C0 = 0.28209479177387814  # 1 / (2 sqrt(pi)): the view-independent basis function
 
-_ROWS_AT_A_TIME = 4096  # a band in use has non-zero coefficients in the first rows, mostly
+_ROWS_AT_A_TIME = 4096  # a used band usually shows within the first rows
 
 _used_degrees: WeakKeyDictionary[Gaussians, int] = WeakKeyDictionary()
 
 
 def sh_basis(directions: Array, degree: int) -> NDArray[np.float64]:
-    """Values of the (degree + 1)^2 basis functions in given directions.
+    """The (degree + 1)^2 basis functions, evaluated in given directions.
 
     Args:
         directions: [M, 3] unit vectors.
@@ -56,17 +56,17 @@ def sh_basis(directions: Array, degree: int) -> NDArray[np.float64]:
 
 
 def sh_rotation(matrix: Array, degree: int) -> NDArray[np.float64]:
-    """How coefficients change when a scene is rotated or mirrored.
+    """Matrix that transforms coefficients when a scene is rotated or mirrored.
 
-    A rotated Gaussian shows in direction R d the colour that it showed in d. Each degree is closed under
-    rotation, so the matrix of a degree follows from the values of its functions in a few directions.
+    A rotated Gaussian has in direction R d the colour that it had in d. Each degree is closed under rotation,
+    so its matrix follows from the basis functions in a few directions.
 
     Args:
         matrix: [3, 3] orthogonal R; its determinant may be -1.
         degree: 0 to 3.
 
     Returns:
-        [k, k] float64, k = (degree + 1)^2, block-diagonal: the new coefficients are this times the old ones.
+        [k, k] float64, k = (degree + 1)^2, block-diagonal: new = matrix @ old coefficients.
     """
     num_terms = (degree + 1) ** 2
     # Directions spread over the sphere (a Fibonacci lattice): twice as many as the largest band has terms.
@@ -96,12 +96,12 @@ def base_colors(sh: Array) -> NDArray[np.float64]:
 
 
 def shift_base_colors(gaussians: Gaussians, steps: Array) -> Gaussians:
-    """The Gaussians in other colours; how a colour depends on the view stays.
+    """Shift the base colours of Gaussians; view dependence stays.
 
     Args:
         gaussians: N Gaussians.
-        steps: [N, 3] what is added to each RGB channel. No colour without its view-dependent part leaves 0 to
-            1 by it; one that lies outside goes no further.
+        steps: [N, 3] added to RGB. Base colours within 0 to 1 are clamped to it; those outside do not move
+            further out.
     """
     before = 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64)
     after = np.clip(before + steps, np.minimum(before, 0.0), np.maximum(before, 1.0))
@@ -111,7 +111,7 @@ def shift_base_colors(gaussians: Gaussians, steps: Array) -> Gaussians:
 
 
 def in_colors(gaussians: Gaussians, colors: ArrayLike) -> Gaussians:
-    """The Gaussians in other colours, which do not depend on the view.
+    """The Gaussians in given, view-independent colours (SH degree 0).
 
     Args:
         gaussians: N Gaussians.
@@ -125,8 +125,7 @@ def in_colors(gaussians: Gaussians, colors: ArrayLike) -> Gaussians:
 def used_sh_degree(gaussians: Gaussians) -> int:
     """The highest SH degree with a non-zero coefficient, 0 to 3: higher degrees cannot change a colour.
 
-    Cached per scene. Rows are read only until one uses the highest stored degree, all of them where none
-    does.
+    Cached per scene. Reading stops at the first row that uses the highest stored degree.
     """
     known = _used_degrees.get(gaussians)
     if known is None:

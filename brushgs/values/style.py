@@ -1,4 +1,4 @@
-"""A style: what was learnt from a painting, or from an edit of a scene, in terms that any scene has.
+"""A style, learnt from a painting or from an edit of a scene, that applies to any scene.
 
 It travels as a file, see `formats.styles`. A style of a painting has a palette and marks, one of an edit
 has an edit. Colours are display-encoded RGB, 0 to 1; lengths are shares of the shorter side of the painting.
@@ -17,13 +17,13 @@ StyleKind = Literal["painting", "edit"]
 
 @dataclass(frozen=True, eq=False)
 class NamedColor:
-    """One colour of a palette, and the colours of the painting around it.
+    """One colour of a palette, with the painting's colours close to it.
 
     Attributes:
-        name: such as "deep blue"; what an artist calls it.
-        rgb: [3]; an artist may change it in the file, and all that is around it changes along.
-        share: of the painting, 0 to 1; those of a palette add up to 1.
-        offsets: [m, 3] colours of the painting less `rgb` as it was learnt, equally weighted, m >= 1.
+        name: in words, such as "deep blue".
+        rgb: [3]; may be changed in the file: the colours close to it change along.
+        share: of the painting, 0 to 1; the shares of a palette sum to 1.
+        offsets: [m, 3] colours of the painting minus the learnt `rgb`, equally weighted, m >= 1.
     """
 
     name: str
@@ -37,19 +37,19 @@ class StylePalette:
     """The colours of a painting.
 
     Attributes:
-        colors: a handful, the most frequent first, at least one.
+        colors: one or more, most frequent first.
     """
 
     colors: tuple[NamedColor, ...]
 
     @property
     def samples(self) -> F64:
-        """[S, 3] colours of the painting, by which a palette is matched."""
+        """[S, 3] colours of the painting, for palette matching."""
         return np.concatenate([color.rgb + color.offsets for color in self.colors])
 
     @property
     def weights(self) -> F64:
-        """[S] of the samples, sum 1."""
+        """[S] weights of the samples, sum 1."""
         return np.concatenate(
             [np.full(len(color.offsets), color.share / len(color.offsets)) for color in self.colors]
         )
@@ -128,7 +128,7 @@ class StyleMarks:
     """The marks of a painting.
 
     Attributes:
-        length: of a typical mark, a share of the painting's shorter side, above 0 to 1.
+        length: of a typical mark, as a share of the painting's shorter side, in (0, 1].
         aspect: its length over its width, 1 to 20.
         directions: [h, w, 2] twice the angle of marks from +x towards +y as unit vectors, times how clear it
             is, 0 to 1; see `brushgs.passes.form.mark_directions`.
@@ -189,18 +189,18 @@ class StyleLines:
 
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """What an edit does beyond its affine map: a sum of Gaussian bumps of the features of a stroke.
+    """The part of an edit beyond its affine map: a sum of Gaussian bumps over the features of a stroke.
 
-    Each adds bump x (weights + slopes @ colour before), a change of the affine map around its centre.
+    Each adds bump x (weights + slopes @ colour before), a local change of the affine map.
 
     Attributes:
         features: names of the F features, see `brushgs.passes.style.features`.
-        centers: [K, F] of the bumps, in deviations of the features.
-        width: of the bumps, in deviations, above 0.
-        weights: [K, C] what each adds to the C outputs: RGB, then log size, see `StyleEdit`.
-        offset: [F] means of the features, which are taken off them first.
-        scale: [F] deviations, by which they are then divided, above 0.
-        slopes: [K, 3, 3] what each adds to the matrix of the affine map; None for nothing.
+        centers: [K, F] of the bumps, in standard deviations of the features.
+        width: of the bumps, in standard deviations, > 0.
+        weights: [K, C] added to the C outputs: RGB, then log size, see `StyleEdit`.
+        offset: [F] feature means, subtracted first.
+        scale: [F] feature standard deviations, divided by next, > 0.
+        slopes: [K, 3, 3] added to the matrix of the affine map; None: zero.
     """
 
     features: tuple[str, ...]
@@ -214,12 +214,12 @@ class Residual:
 
 @dataclass(frozen=True, eq=False)
 class StyleEdit:
-    """What was done to a scene.
+    """An edit of a scene, as a function of stroke colour and features.
 
     Attributes:
         affine: [3, 4] colour after = affine[:, :3] @ colour before + affine[:, 3].
         log_size: added to the logarithm of sizes.
-        residual: what remains; None where that is nothing.
+        residual: the rest; None if there is none.
     """
 
     affine: F64
@@ -229,12 +229,12 @@ class StyleEdit:
 
 @dataclass(frozen=True, eq=False)
 class Style:
-    """A style.
+    """A style of a painting or of an edit.
 
     Attributes:
         name: for reports.
         palette: of a painting; else None.
-        marks: of a painting; None for colours alone, and of an edit.
+        marks: of a painting; None for a style of colours only.
         edit: of an edit; else None.
         stage: of a painting; None for what a look has around a subject.
         lines: of a painting; None where it has no contours.
@@ -258,5 +258,5 @@ class Style:
 
     @property
     def kind(self) -> StyleKind:
-        """What it was learnt from."""
+        """Source of the style: "edit" if it has an edit, else "painting"."""
         return "painting" if self.edit is None else "edit"
