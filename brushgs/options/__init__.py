@@ -1,1 +1,1 @@
-"""Options of a run: choices, presets, and one frozen dataclass per step. Standard library only."""
+"""Options of a run: choices, presets, and one frozen class per step."""

@@ -1,6 +1,6 @@
-"""The values that options take, the presets, and limits of pictures: what the help of the command line needs.
+"""Choices of options, presets and picture limits: all that `--help` needs.
 
-Separate from the config classes, since `dataclasses` takes longer to import than the rest of `--help`.
+Importing this is cheaper than importing the option classes.
 """
 
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ Weight = Literal["contribution", "paper"]
 Features = Literal["balanced", "paper"]
 Merge = Literal["cover", "paper"]
 Method = Literal["auto", "lloyd", "minibatch"]
-StrokesFor = Literal["scene", "view"]  # what strokes are made of: all of a scene, or what is seen of it
+StrokesFor = Literal["scene", "view"]  # strokes of the whole scene, or of its visible part
 Filter = Literal["mip", "bilinear", "nearest"]
 Extent = Literal["fitted", "paper"]
 StrokeColor = Literal["own", "scene", "mix"]  # whose colour paint has
@@ -18,37 +18,39 @@ ViewLock = Literal["anchor", "off"]  # of a single view
 Lock = Literal["track", "anchor", "off"]  # of a single view or a path
 Order = Literal["depth", "soft"]
 Blend = Literal["cover", "glaze"]
-Side = Literal["front", "left", "back", "right", "top", "three-quarter"]  # that a view shows
-Target = Literal["subject", "scene", "part"]  # what a view shows whole
-ColorSpace = Literal["lab", "linear", "srgb"]  # in which a palette is matched
-Knee = Literal["auto", "auto:frame"]  # chosen counts of strokes: by the time waited for, by that of a frame
-Cost = Literal["frame", "painting"]  # what is waited for: one of many frames, or a whole painting
+Side = Literal[
+    "front", "left", "back", "right", "top", "three-quarter"
+]  # side of the subject that a view shows
+Target = Literal["subject", "scene", "part"]  # what a view is framed on
+ColorSpace = Literal["lab", "linear", "srgb"]  # for palette matching
+Knee = Literal["auto", "auto:frame"]  # automatic stroke count: cost by `Cost`, or always by frame
+Cost = Literal["frame", "painting"]  # time of one of many frames, or of a whole painting
 BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size", "views", "knobs"]
-# What is dropped: nothing; detached floaters; these and crumbs below an object; nearer floaters too.
+# Dropped: nothing; detached floaters; those and crumbs below an object; closer floaters too.
 Clean = Literal["off", "floaters", "sure", "strong"]
-Params = Literal["color", "free", "all"]  # of strokes, fitted by refinement
-See = Literal["views", "off"]  # what decides which strokes there are beside the scene: what views of it show
-Canvas = Literal["none", "linen", "paper"]  # what lies under the paint
-Medium = Literal["paint", "charcoal", "ink", "watercolour"]  # what strokes are made with
-StageTone = Literal["auto", "light", "dark"]  # of the wall of a stage
-Codec = Literal["h264", "h265", "prores", "vp9"]  # of videos
+Params = Literal["color", "free", "all"]  # stroke parameters that refinement fits
+See = Literal["views", "off"]  # whether views of the scene influence the strokes
+Canvas = Literal["none", "linen", "paper"]  # texture under the paint
+Medium = Literal["paint", "charcoal", "ink", "watercolour"]  # painting medium
+StageTone = Literal["auto", "light", "dark"]  # wall of a stage
+Codec = Literal["h264", "h265", "prores", "vp9"]  # video codec
 
-# The looks that come with the program, files in brushgs/looks: as they are listed.
+# Built-in looks (files in brushgs/looks), in listing order.
 LOOKS = ("oil", "impressionist", "gouache", "watercolour", "charcoal", "ink", "plain")
 DEFAULT_LOOK, PLAIN_LOOK = "oil", "plain"
-# Strokes of a backdrop: of one that is switched on in a look without, and the most that a look may have.
+# Strokes of a backdrop: count for looks without one of their own, and the limit.
 DEFAULT_BACKDROP, MAX_BACKDROP = 2500, 20_000
 # Layers of a picture that compositing takes -> what each is, in words. `Frame.layers` says how they are held,
 # `brushgs.formats.pictures.exr` how they are written.
 LAYERS: Mapping[str, str] = {
-    "depth": "distance along the camera's axis, world units: the mean of the strokes, by what each shows",
-    "normal": "direction that the planes of the strokes face, in camera axes",
-    "motion": "pixels from here to where the same paint is in the next frame, of strokes and camera",
-    "stroke": "Cryptomatte of single strokes: how much of a pixel is each",
-    "uv": "place on the stroke that shows most, 0 to 1 along it and across",
-    "height": "how high the paint stands, pixels; only where the look has relief",
+    "depth": "distance along the camera axis, world units: mean over strokes, weighted by visibility",
+    "normal": "normals of the stroke planes, camera axes",
+    "motion": "motion of the paint to the next frame, pixels, by strokes and camera",
+    "stroke": "Cryptomatte of single strokes",
+    "uv": "position on the most visible stroke, 0 to 1 along and across it",
+    "height": "height of the paint, pixels; only if the look has relief",
     "id": "Cryptomattes by brush, by region (--rules) and by layer of paint (--look)",
-    "unlit": "the picture before the lamp shines on it",
+    "unlit": "the picture without the light of the lamp",
 }
 LAYER_CHANNELS: Mapping[str, str] = {
     "depth": "Z",
@@ -60,14 +62,14 @@ LAYER_CHANNELS: Mapping[str, str] = {
     "id": "CryptoBrush00.R ..., CryptoRegion00.R ..., CryptoLayer00.R ...",
     "unlit": "unlit.R unlit.G unlit.B unlit.A",
 }
-STYLE_SUFFIX = ".style"  # of files of styles
-# Frames a second of a film whose camera has no rate of its own, and moments a second of formats that move by
-# themselves and do not say: that of most captures. One number, so that a film shows each moment once.
+STYLE_SUFFIX = ".style"  # of style files
+# Frames per second of a film whose camera has no rate of its own, and moments per second of moving formats
+# without a stated rate: that of most captures. Equal, so that a film shows each moment once.
 CLIP_FPS = 30.0
-MOMENTS_PER_SECOND = 24.0  # of numbered files, which never say: that of films
+MOMENTS_PER_SECOND = 24.0  # of numbered files, which state no rate: that of films
 
 
-# Clustering methods -> what the help says of them; `brushgs.passes.reduce.cluster.METHODS` has the functions.
+# Clustering methods -> words for help; functions: `brushgs.passes.reduce.cluster.METHODS`.
 METHODS: Mapping[Method, str] = {
     "auto": "by size (default)",
     "lloyd": "with exact steps",
@@ -76,7 +78,7 @@ METHODS: Mapping[Method, str] = {
 
 StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of its config -> value
 
-# Strokes as clustering leaves them, and drawn as they are.
+# Strokes as clustered, unchanged.
 PLAIN_STROKES: Mapping[str, Any] = {
     "see": "off",
     "focus": None,
@@ -88,8 +90,8 @@ PLAIN_STROKES: Mapping[str, Any] = {
 }
 SCENE_LIGHT: StepValues = {"color": {"values": 0.0}, "light": {"key": 0.0}}  # colours as they were captured
 PLAIN_PAINT: Mapping[str, Any] = {"underpaint": False, "streaks": 0.0}
-# "paper" is the published method (Xiang et al. 2025) without its defects, and the plain look. "0.1" lies over
-# any look: each default that has changed since has its old value there.
+# "paper" is the published method (Xiang et al. 2025) without its defects, in the plain look. "0.1" applies to
+# any look: it restores the defaults of version 0.1.
 PLAIN_PRESETS = ("paper",)
 PRESETS: Mapping[str, StepValues] = {
     "default": {},
@@ -119,7 +121,7 @@ PLAIN_SCENE: StepValues = {
     **SCENE_LIGHT,
 }
 
-# Of the files that a command which measures writes, by its name: figures, tables, plots.
+# Suffixes of report files (figures, tables, plots) by measuring command.
 REPORT_SUFFIXES: Mapping[str, tuple[str, ...]] = {
     "refine": (".json", ".png"),
     "stability": (".json", ".png"),
@@ -154,20 +156,20 @@ COLORS: Mapping[str, str] = {
 
 
 def color_code(text: str) -> str | None:
-    """The "#rrggbb" of a colour that is given by name or like that; None if it is none."""
+    """The "#rrggbb" of a colour name or code; None if it is neither."""
     name = text.strip().lower()
     code = COLORS.get(name.replace("grey", "gray"), name)
     is_code = len(code) == 7 and code[0] == "#" and not set(code[1:]) - set("0123456789abcdef")
     return code if is_code else None
 
 
-# The core keeps pixel bounds in 16 bits; a picture of MAX_PIXELS needs some 14 GB until it is written.
+# The core keeps pixel bounds in 16 bits; a picture of MAX_PIXELS needs about 14 GB of memory.
 MAX_SIDE, MAX_PIXELS = 32767, 2**28
-MAX_FILE_PIXELS = 2**26  # of a picture sized by a camera file: real ones have fewer; takes 4 GB
+MAX_FILE_PIXELS = 2**26  # if a camera file gives the size: real ones have fewer; takes 4 GB
 
 
 def size_rule(width: int, height: int) -> str | None:
-    """The limit that a picture of this size exceeds, in words; None if there is none."""
+    """The size limit that a picture exceeds, in words; None if it is within all limits."""
     if width < 1 or height < 1:
         return f"must be 1x1 to {MAX_SIDE}x{MAX_SIDE} pixels, got {width}x{height}"
     share = min(1.0, MAX_SIDE / width, MAX_SIDE / height, (MAX_PIXELS / width / height) ** 0.5)
@@ -182,7 +184,7 @@ def size_rule(width: int, height: int) -> str | None:
 
 
 def file_size_rule(width: int, height: int) -> str | None:
-    """The same of a size that comes from a camera file; its limit is lower."""
+    """The lower limit for sizes from a camera file, in words; None if it is kept."""
     if width * height <= MAX_FILE_PIXELS:
         return None
     return (

@@ -1,4 +1,4 @@
-"""Options of a film of a moving scene: which part of it is shown, how fast, and whether it loops."""
+"""Options of a film of a moving scene: part, speed, rate and looping."""
 
 from typing import Annotated, ClassVar
 
@@ -8,7 +8,7 @@ from brushgs.options.table import OF_FILMS, Options, in_files, option
 
 
 class ClipConfig(Options, frozen=True):
-    """Which moments of a moving scene a film shows."""
+    """Start, end, speed and looping of a film of a moving scene."""
 
     GROUP: ClassVar = "clip"
     NOT_IN_MEMORY: ClassVar = OF_FILMS
@@ -19,14 +19,14 @@ class ClipConfig(Options, frozen=True):
     end: Annotated[Moment | None, option("a moment, in seconds such as 0.4 or as a share such as 40%, not "
         "before the start", default="that of the scene", metavar="TIME", read=clip_time, make=moment_value
     )] = None
-    speed: Annotated[float, option("seconds of the scene in a second of the film #slow #motion #fast", gt=0
+    speed: Annotated[float, option("scene seconds per film second #slow #motion #fast", gt=0
     )] = 1.0
-    fps: Annotated[float | None, in_files("frames a second where no camera path has its own; None for 30",
+    fps: Annotated[float | None, in_files("frames per second, unless the camera path has its own; None: 30",
         gt=0, le=MAX_FPS)] = None
-    loop: Annotated[bool, in_files("whether the film can be repeated: the scene then runs there and back"
+    loop: Annotated[bool, in_files("make the film loop: the scene runs forward and back"
     )] = False
-    cross_fade: Annotated[float | None, option("with --loop: the end fades into the beginning in so many "
-        "seconds of the scene", gt=0, unit="seconds", default="it runs back instead",
+    cross_fade: Annotated[float | None, option("with --loop: fade the end into the beginning over this many "
+        "seconds of the scene", gt=0, unit="seconds", default="none: the scene runs back instead",
         metavar="SECONDS")] = None
     # fmt: on
 

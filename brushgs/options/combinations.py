@@ -1,7 +1,6 @@
-"""Which options exclude or need each other, as they were given: each rule said once, for flags, files and
-Python.
+"""Rules about options that exclude or need each other, as given: one list for flags, files and Python.
 
-What joins the fields of one class whatever gave them is checked by that class.
+Constraints between fields of one class, whatever their source, are checked by that class.
 """
 
 from collections.abc import Iterable, Mapping
@@ -13,14 +12,14 @@ from brushgs.options.table import Options, Struct, rows_of
 
 
 class Rule(Struct, frozen=True):
-    """A rule about options, each as "STEP.FIELD", or "STEP.FIELD=VALUE" where only one value counts.
+    """A rule about options, each "STEP.FIELD", or "STEP.FIELD=VALUE" for one value.
 
     Attributes:
-        others: which cannot be given, or in `needed` must not be given alone.
-        one: beside which they cannot be given, or without which.
-        why: what it is, after its name.
-        is_needed: whether `one` is needed, and not excluded.
-        fine: value of the others that goes with it all the same.
+        others: options that cannot be given together with `one`, or with `is_needed` not without it.
+        one: the option they exclude or need.
+        why: apposition to the flag of `one` in the message.
+        is_needed: whether `one` is needed; else it is excluded.
+        fine: value of `others` that is allowed all the same.
     """
 
     others: tuple[str, ...]
@@ -31,12 +30,12 @@ class Rule(Struct, frozen=True):
 
 
 def excludes(one: str, others: Iterable[str], why: str, *, fine: str | None = None) -> Rule:
-    """Others cannot be given beside one, unless their value is `fine`."""
+    """A rule: `others` exclude `one`, unless their value is `fine`."""
     return Rule(tuple(others), one, why, fine=fine)
 
 
 def needs(others: Iterable[str], one: str, why: str) -> Rule:
-    """Others are given only with one."""
+    """A rule: `others` need `one`."""
     return Rule(tuple(others), one, why, is_needed=True)
 
 
@@ -44,7 +43,7 @@ def _of(step: str, kind: type[Options], *without: str) -> tuple[str, ...]:
     return tuple(f"{step}.{row.field}" for row in rows_of(kind) if row.flags and row.field not in without)
 
 
-FRAMING = _of("view", ViewConfig, "size", "camera_file", "view")  # what places the camera
+FRAMING = _of("view", ViewConfig, "size", "camera_file", "view")  # options that place the camera
 RULES = (
     excludes("view.camera_file", FRAMING, "which places the camera"),
     needs(["view.view"], "view.camera_file", "which lists the views"),
@@ -66,10 +65,10 @@ PATH_RULES = (
     excludes("path.file", _of("view", ViewConfig, "size"), "which places the cameras"),
     excludes("path.orbit", ["view.camera_file"], "which places the cameras"),
 )
-# Of a film without a camera path, and of a painting that grows.
+# Path options that films of moving scenes take without a path, and those that need --orbit or --path.
 OF_FILMS = ("path.fps", "path.loop")
 OF_PATHS = ("path.frames", "path.seconds", "path.loop")
-# Flags of which one, higher up, takes the place of the others, by name.
+# Flag names that replace each other: one given on the command line overrides the others of a file.
 RIVALS = (
     {"strokes", "stroke-size"},
     {"azimuth", "from"},
@@ -83,12 +82,12 @@ RIVALS = (
 
 
 def check_given(given: Mapping[str, Any], flag_of: Any, rules: Iterable[Rule] = RULES) -> None:
-    """Refuse options that cannot be given together, or not alone.
+    """Check given options against the rules.
 
     Args:
-        given: "STEP.FIELD" -> value, of those that were given.
-        flag_of: gives the flag of a "STEP.FIELD", for the sentence.
-        rules: that are asked.
+        given: "STEP.FIELD" -> value of the given options.
+        flag_of: returns the flag of a "STEP.FIELD", for messages.
+        rules: to check.
 
     Raises:
         ValueError: if a rule is broken.
@@ -98,7 +97,7 @@ def check_given(given: Mapping[str, Any], flag_of: Any, rules: Iterable[Rule] = 
         is_given = one in given and (not value or given[one] == value)
         if is_given == rule.is_needed:
             continue
-        for other in given:  # the one that was given first is named
+        for other in given:  # the message names the first one given
             if other in rule.others and (rule.fine is None or given[other] != rule.fine):
                 verb = "needs" if rule.is_needed else "cannot be combined with"
                 shown = f"{flag_of(one)}{f' {value}' if value else ''}"

@@ -1,4 +1,4 @@
-"""Which way strokes run, as text: a field of the scene, the marks of a painting, or guides in a file."""
+"""Stroke direction as text: a field of the scene, the marks of a painting, or guides in a file."""
 
 from pathlib import Path
 from typing import Literal
@@ -15,15 +15,15 @@ FORMS = "own, form, color, style, painting:FILE or guides:FILE"
 
 
 class Direction(Struct, frozen=True):
-    """Which way strokes run within their own plane, see `brushgs.passes.form.orient`.
+    """Direction of strokes within their own plane, see `brushgs.passes.form.orient`.
 
     Attributes:
-        kind: "own" leaves strokes as they are, "form" and "color" are fields of the scene; "style" is as the
-            marks of the styles of the painting; "painting" and "guides" are read from a file.
-        file: of "painting" a picture, of "guides" lines in space; None of the others.
+        kind: "own" keeps the strokes' own direction; "form" and "color" follow fields of the scene; "style"
+            follows the marks of the painting's styles; "painting" and "guides" are read from a file.
+        file: a picture for "painting", lines in space for "guides"; else None.
 
     Raises:
-        ValueError: if the kind is unknown, or has a file it does not take, or lacks one.
+        ValueError: if the kind is unknown, or the file is missing or not taken.
     """
 
     kind: DirectionKind = "form"
@@ -42,7 +42,7 @@ class Direction(Struct, frozen=True):
         """Parse a text such as "form" or "guides:lines.obj".
 
         Raises:
-            ValueError: if it has none of the `FORMS`.
+            ValueError: if it matches none of `FORMS`.
         """
         kind, colon, file = text.partition(":")
         if kind in KINDS_WITH_FILE and not file:
@@ -51,7 +51,7 @@ class Direction(Struct, frozen=True):
 
     @property
     def needs_camera(self) -> bool:
-        """Whether it lies over the first picture."""
+        """Whether it is defined in the picture of the first view."""
         return self.kind in ("painting", "style")
 
     def __str__(self) -> str:

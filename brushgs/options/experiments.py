@@ -11,34 +11,34 @@ from brushgs.options.styling import StyleConfig, style_config
 from brushgs.options.table import Options, in_files, option
 from brushgs.options.where import WhereConfig
 
-DEFAULT_STEPS, STYLE_STEPS = 900, 100  # of a refinement to the scene, and to a style image
+DEFAULT_STEPS, STYLE_STEPS = 900, 100  # of a refinement to the scene; to a style image
 REFINE_SIZE = (384, 288)  # pixels
-# What a bench measures where nobody says: of bare strokes, and of paintings in a look.
+# Default families of a bench: bare strokes, and paintings in a look.
 PLAIN_FAMILIES: tuple[BenchFamily, ...] = ("strokes", "merge", "filter", "precision", "sh", "size")
 LOOK_FAMILIES: tuple[BenchFamily, ...] = ("strokes", "size", "views", "knobs")
-# Families that no look has -> why.
+# Families that do not apply to looks -> reason.
 NOT_OF_LOOKS: Mapping[BenchFamily, str] = {
-    "merge": "it compares bare clusters with the plain picture, and a look lays more over them",
-    "filter": "its truth is of one coat of strokes; size has the supersampling of a whole painting",
-    "precision": "its truth is of one coat of strokes; each painting is verified in float64 anyway",
-    "sh": "it is of the plain picture, which no look changes",
+    "merge": "it compares bare clusters with the plain picture, and a look adds further coats",
+    "filter": "its reference is one coat of strokes; size measures the supersampling of a whole painting",
+    "precision": "its reference is one coat of strokes; each painting is verified in float64 anyway",
+    "sh": "it measures the plain picture, which no look changes",
 }
 
 
 class StabilityConfig(Options, frozen=True):
-    """What `brushgs stability` measures, see `brushgs.measure.stability`.
+    """Options of `brushgs stability`, see `brushgs.measure.stability`.
 
-    The `gaps` are frames between the two pictures of a pair, ascending, the first is 1.
+    `gaps` are the distances of the frames of a pair, ascending from 1.
     """
 
     gaps: tuple[int, ...] = (1, 7, 10)
     # fmt: off
-    pairs: Annotated[int, option("maximum number of pairs of frames that are compared at each gap, spread "
-        "evenly over the path; other frames are not painted", ge=1)] = 40
-    alone: Annotated[int, in_files("number of frames that are drawn a second time, each on its own", ge=0
+    pairs: Annotated[int, option("maximum number of frame pairs to compare per gap, spread evenly over the "
+        "path; other frames are not painted", ge=1)] = 40
+    alone: Annotated[int, in_files("number of frames that are drawn again, each on its own", ge=0
     )] = 3
-    skip_alone: Annotated[bool, option("of a moving scene, do not compare with frames that are painted each "
-        "alone: making strokes anew for each takes most of the time")] = False
+    skip_alone: Annotated[bool, option("for a moving scene, skip the comparison with frames painted alone: "
+        "making new strokes for each takes most of the time")] = False
     # fmt: on
 
     def __post_init__(self) -> None:
@@ -48,17 +48,17 @@ class StabilityConfig(Options, frozen=True):
 
 
 class BenchConfig(Options, frozen=True):
-    """What `brushgs bench` measures, see `brushgs.measure.bench`.
+    """Options of `brushgs bench`, see `brushgs.measure.bench`.
 
-    Counts that leave nothing to merge are dropped. Slow points take at most three rounds.
+    Stroke counts at or above the number of Gaussians are dropped. Slow points take at most three rounds.
     """
 
     # fmt: off
-    families: Annotated[tuple[BenchFamily, ...] | None, option("curves to measure, of "
-        f"{', '.join(get_args(BenchFamily))}", default="all that apply to the scene, with a look strokes, "
-        "size, views and knobs, against the painting itself at its limit", metavar="NAME,...")] = None
-    strokes: Annotated[tuple[int, ...], option("stroke counts of the first curve, ascending, each 1 or "
-        "more; one per Gaussian that is kept is always the last", default="125 to 64000 by doubling",
+    families: Annotated[tuple[BenchFamily, ...] | None, option("curves to measure: any of "
+        f"{', '.join(get_args(BenchFamily))}",
+        default="all that apply; with a look: strokes, size, views and knobs", metavar="NAME,...")] = None
+    strokes: Annotated[tuple[int, ...], option("stroke counts of the first curve, ascending, each 1 or more; "
+        "one stroke per kept Gaussian is always added as the last", default="125 to 64000 by doubling",
         metavar="N,...")] = (125, 250, 500, 1000, 2000, 4000, 8000, 16000, 32000, 64000)
     count: Annotated[int, in_files("strokes of all other curves: the nearest of `strokes`", ge=1)] = 2000
     methods: tuple[Method, ...] = ("auto", "minibatch")
@@ -68,7 +68,7 @@ class BenchConfig(Options, frozen=True):
 
     @classmethod
     def quick(cls) -> "BenchConfig":
-        """A bench of less than a minute on 100,000 Gaussians at 640 x 360 pixels."""
+        """A bench that takes under a minute for 100,000 Gaussians at 640 x 360 pixels."""
         return cls(strokes=(250, 1000, 4000, 16000), count=250, methods=("auto",), repeats=3)
 
     def __post_init__(self) -> None:
@@ -85,10 +85,10 @@ class BenchConfig(Options, frozen=True):
             )
 
     def families_of(self, *, has_look: bool) -> tuple[BenchFamily, ...]:
-        """The families of a scene that is painted in bare strokes, or in a look.
+        """The families to measure, for bare strokes or a look.
 
         Raises:
-            ValueError: if one is asked for that no look has.
+            ValueError: if a requested one does not apply to looks.
         """
         if self.families is None:
             return LOOK_FAMILIES if has_look else PLAIN_FAMILIES
@@ -102,10 +102,10 @@ class BenchConfig(Options, frozen=True):
 
 
 class RefineConfig(Options, frozen=True):
-    """How strokes are refined.
+    """Options of refinement.
 
-    A `style` of None matches the plain picture of the scene. Only strokes of `where` may change. `keeps`
-    names what a style does not decide, since somebody asked for it: "stroke" (the brushes), "direction"
+    Without a `style`, strokes are matched to the plain picture of the scene. Only strokes in `where` change.
+    `keeps` names options that the user gave and a style must not replace: "stroke" (the brushes), "direction"
     and "broken_color".
     """
 
@@ -125,11 +125,11 @@ class RefineConfig(Options, frozen=True):
         default="320 (24 with --style)")] = None
     size: Annotated[tuple[int, int], option("size of the training views in pixels", metavar="WxH",
         read=picture_size, written=("x", ""))] = REFINE_SIZE
-    seed: Annotated[int, in_files("of the order of the views", ge=0)] = 0
+    seed: Annotated[int, in_files("seed of the order of the views", ge=0)] = 0
     vgg_weights: Annotated[Path | None, option("torchvision's weights of VGG-16 or VGG-19 (.pth)", default=
-        "those in torch's cache, else features that need none")] = None
-    is_resumed: Annotated[bool, option("resume a refinement that was stopped, from its .checkpoint beside "
-        "the output; where there is none it starts anew", flag="--resume")] = False
+        "those in torch's cache, else features without weights")] = None
+    is_resumed: Annotated[bool, option("resume a stopped refinement from the .checkpoint beside the output; "
+        "start anew if there is none", flag="--resume")] = False
     # fmt: on
     keeps: tuple[str, ...] = ()
 

@@ -1,4 +1,4 @@
-"""Where more strokes go, as text: what stands out, the subject, a sphere, or the light part of a picture."""
+"""Focus of stroke density as text: salient parts, the subject, a sphere, or light areas of a picture."""
 
 import re
 from math import isfinite
@@ -10,18 +10,19 @@ FORMS = "auto, off, subject, x,y,z,radius in world units such as 0,1.5,-2,0.4, o
 
 
 class Focus(Struct, frozen=True):
-    """Where more strokes go to an area, out of the same number: twice as many, or with `is_auto` up to eight.
+    """Region with higher stroke density: twice as dense, or up to eight times with `is_auto`; the total
+    stays.
 
-    At most one of `sphere`, `mask` and `is_auto` is given; without any it is the subject of the scene.
+    At most one of `sphere`, `mask` and `is_auto` is given; without any, the focus is the subject.
 
     Attributes:
-        sphere: (x, y, z, radius), world units, the radius above 0.
-        mask: picture in the place of the painting, light where the focus is, see
+        sphere: (x, y, z, radius), world units, radius > 0.
+        mask: picture of the same view as the painting, light in the focus, see
             `brushgs.passes.reduce.focus.mask_focus`.
-        is_auto: whether it is what stands out, see `brushgs.passes.form.saliency`.
+        is_auto: focus on salient regions, see `brushgs.passes.form.saliency`.
 
     Raises:
-        ValueError: if more than one of them is given.
+        ValueError: if more than one is given.
     """
 
     sphere: tuple[float, float, float, float] | None = None
@@ -34,10 +35,10 @@ class Focus(Struct, frozen=True):
 
     @classmethod
     def of(cls, text: str) -> "Focus | None":
-        """The focus that is "auto", "subject", "x,y,z,radius" or the name of a file; None for "off".
+        """Parse "auto", "subject", "x,y,z,radius" or a file name; None for "off".
 
         Raises:
-            ValueError: if it is none of them.
+            ValueError: if it is none of these.
         """
         if text == "off":
             return None

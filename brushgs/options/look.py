@@ -1,8 +1,8 @@
-"""A look: the fields of a whole painting, from a small TOML file that one copies and changes.
+"""A look: the options of a whole painting, in a small TOML file to copy and change.
 
-A file has one table for each step of `PaintConfig`, with the fields of its class, and above them a title and
-what it is good for. What it does not name is as in the look that `base` names, or else plain. Angles are in
-degrees, and files lie beside the look or are named from the current folder.
+A file has one table per step of `PaintConfig`, with the fields of its class; above them stand `title`,
+`good_for` and `base`. Missing fields come from the look `base`, or else are plain. Angles are in degrees.
+Paths are relative to the look file or the current folder.
 
     title = "Oil, at night"
     base = "oil"
@@ -41,14 +41,14 @@ NOT_IN_LOOKS = {"draw": {"threads"}, "brushes": {"are_usual"}, "light": {"sun"}}
 
 
 class Look(Struct, frozen=True):
-    """A look as its file has it.
+    """A look, as read from its file.
 
     Attributes:
-        name: of a look that comes with the program, else of the file without its suffix.
+        name: of a built-in look, else the file name without suffix.
         title: one line.
-        good_for: one line, "" if the file has none.
-        values: step -> field -> value, with those of its base; what is plain is missing.
-        text: of the file.
+        good_for: one line, or "".
+        values: step -> field -> value, including those of its base; plain values are missing.
+        text: the file's text.
     """
 
     name: str
@@ -68,8 +68,7 @@ class Look(Struct, frozen=True):
             name: of a look that comes with the program (`LOOKS`) or that a package adds, or a TOML file.
 
         Raises:
-            SceneError: if there is neither, or the file cannot be read, or holds a table, a field or a value
-                that no look has.
+            SceneError: if there is neither, the file cannot be read, or a table, field or value is invalid.
 
         Example:
             >>> bg.Look.open("charcoal")
@@ -79,7 +78,7 @@ class Look(Struct, frozen=True):
 
     @property
     def config(self) -> PaintConfig:
-        """The painting that this look is."""
+        """The options of a painting in this look."""
         return PaintConfig.of(self.values)
 
     @classmethod
@@ -103,7 +102,7 @@ class Look(Struct, frozen=True):
         values = _base_values(path, texts.get("base"), (*based, path.resolve()))
         for step, table in tables.items():
             values[step] = values.get(step, {}) | _step_values(path, step, table)
-            if "backdrop" in table and "stage" not in table:  # a number alone is that of loose strokes
+            if "backdrop" in table and "stage" not in table:  # a number alone means loose strokes
                 values[step]["stage"] = False
             try:
                 PaintConfig.of({step: values[step]})
@@ -113,7 +112,7 @@ class Look(Struct, frozen=True):
 
 
 def config_of(look: PaintConfig | Look | str | Path | None) -> PaintConfig:
-    """The options that a look stands for, or its name or file; None for the default look, as in commands.
+    """The options of a look, given as object, name or file; None for the default look.
 
     Raises:
         SceneError: see `Look.open`.
@@ -124,7 +123,7 @@ def config_of(look: PaintConfig | Look | str | Path | None) -> PaintConfig:
 
 
 def looks_folder() -> Path:
-    """The folder of the looks that come with the program."""
+    """The folder of the built-in looks."""
     return Path(__file__).resolve().parent.parent / "looks"
 
 
@@ -165,7 +164,7 @@ def _read(path: Path) -> str:
 
 
 def _base_values(path: Path, base: str | None, based: tuple[Path, ...]) -> dict[str, dict[str, Any]]:
-    """The values that a file starts from."""
+    """The values of the look's base."""
     if base is None or base == PLAIN_LOOK:
         return {}
     is_known = base in LOOKS or (not (path.parent / base).is_file() and _known(base) is not None)
@@ -184,7 +183,7 @@ def _base_values(path: Path, base: str | None, based: tuple[Path, ...]) -> dict[
 
 
 def _strokes(given: Any) -> UsualCount | float | str | None:
-    """A number of strokes, which nobody asked for."""
+    """A number of strokes from a look, which explicit options override."""
     if given in (*get_args(Knee), "all"):
         return None if given == "all" else str(given)
     if isinstance(given, int) and not isinstance(given, bool) and 1 <= given < 2**63:
@@ -198,7 +197,7 @@ def _strokes(given: Any) -> UsualCount | float | str | None:
 
 @cache
 def _rows() -> Mapping[str, Mapping[str, Row]]:
-    """What tables of a look may have: step -> field -> its line of the table."""
+    """Fields that a look may have: step -> field -> row of the option table."""
     rows = {
         step: {row.field: row for row in rows_of(kind) if row.field not in NOT_IN_LOOKS.get(step, ())}
         for step, kind in STEPS.items()
@@ -218,7 +217,7 @@ def _unknown_text(key: str) -> str:
 
 
 def _step_values(path: Path, step: str, table: Mapping[str, Any]) -> dict[str, Any]:
-    """The values of one table, of the types of their fields."""
+    """The values of one table, converted to the types of their fields."""
     if step in NOT_OF_LOOKS:
         raise SceneError(path, f"[{step}] belongs to one picture, not to a look; give it with flags")
     rows = _rows()

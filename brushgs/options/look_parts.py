@@ -1,7 +1,7 @@
-"""The parts of a look beside strokes and medium: brushes, colour, ground and light, one class each.
+"""Parts of a look: brushes, colour, ground and light, one class each.
 
-Their defaults add nothing: strokes of one brush, in the colours of the scene, flat, on a background. Lengths
-on the canvas are pixels of a picture of 1000 x 750; they grow with the root of its area.
+Their defaults add nothing: one brush, scene colours, no relief, a background. Lengths on the canvas are
+pixels of a 1000 x 750 picture and scale with the root of the picture's area.
 """
 
 from math import degrees, radians
@@ -10,26 +10,25 @@ from typing import Annotated, Any, ClassVar, get_args
 from brushgs.options.choices import DEFAULT_BACKDROP, MAX_BACKDROP, Canvas, StageTone, color_code
 from brushgs.options.table import Options, count, in_files, number, option, share, shown
 
-MAX_BRUSHES = 256  # of one picture: a stroke holds the row of its brush in 8 bits
+MAX_BRUSHES = 256  # of one picture: strokes store their brush in 8 bits
 MAX_PIGMENTS = 256
 Pair = tuple[float, float]
 LOOK_GROUP = "look"
-ABOUT_LOOKS = "a sensible whole of brushes, strokes, colour, ground and light; every flag overrides its part"
+ABOUT_LOOKS = "brushes, strokes, colour, ground and light that go together; every flag overrides its part"
 Names = Annotated[tuple[str, ...], in_files("names of strokes, or image files")]
 Tint = Annotated[Pair, in_files("shift of a colour, OKLab (a, b)", ge=-0.2, le=0.2)]
 Jitter = Annotated[Pair, in_files("standard deviations of strokes, OKLab (L, and a and b)", ge=0, le=0.2)]
 
 
 class BrushesConfig(Options, frozen=True):
-    """Which brushes paint which strokes: names of built-in strokes, or image files.
+    """Brushes by kind of stroke: names of built-in strokes, or image files.
 
-    Without any, all strokes are painted with `DrawConfig.stroke`. A list that is empty is that of `other`.
-    Which brush of a list a stroke gets is a hash of its place in space. `long` is for strokes of a length
-    over width above 1.9, `short` below 1.35, `other` between; strokes of more than 2.2 times the median size
-    may take one of `large` beside their own. Where there is economy those of smooth and light surfaces take
-    one of `smooth`, of rough ones one of `rough`, see `brushgs.passes.form.material`. `are_usual` tells
-    whether nobody asked for these, nor for a stroke: then the strokes of a file that names their brushes
-    keep those.
+    Without any, all strokes use `DrawConfig.stroke`. An empty list uses `other`. A hash of the stroke's
+    position selects a brush from its list. `long` is for strokes with aspect ratio above 1.9, `short` below
+    1.35, `other` in between; strokes above 2.2 times the median size may also use `large`. With economy,
+    smooth and light surfaces use `smooth`, rough ones `rough`, see `brushgs.passes.form.material`.
+    `are_usual`: the user chose neither brushes nor stroke, so strokes of a file that names their brushes keep
+    those.
     """
 
     IN_LOOKS: ClassVar = True
@@ -51,7 +50,7 @@ class BrushesConfig(Options, frozen=True):
             raise ValueError("other must name at least one brush where other lists do, got none")
 
     def __eq__(self, other: object) -> bool:
-        """Whether the lists are the same, whoever asked for them."""
+        """Whether the lists are equal; `are_usual` does not count."""
         return isinstance(other, BrushesConfig) and self._lists == other._lists
 
     def __hash__(self) -> int:
@@ -63,32 +62,32 @@ class BrushesConfig(Options, frozen=True):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All brushes, each once, in the order of the lists."""
+        """All brushes without duplicates, in the order of the lists."""
         return tuple(dict.fromkeys(name for names in self._lists for name in names))
 
 
 class ColorConfig(Options, frozen=True):
-    """How the colours of strokes differ from those of the scene, in OKLab; the defaults leave them."""
+    """Colour grading of strokes in OKLab; the defaults change nothing."""
 
     GROUP: ClassVar = LOOK_GROUP
     ABOUT: ClassVar = ABOUT_LOOKS
     IN_LOOKS: ClassVar = True
     # fmt: off
-    chroma: Annotated[float, option("how colourful; 0 is grey, 1 as the scene #saturation #vivid", ge=0, le=3
-    )] = 1.0
+    chroma: Annotated[float, option("colourfulness; 0 is grey, 1 as in the scene #saturation #vivid", ge=0,
+        le=3)] = 1.0
     contrast: Annotated[float, in_files("factor of lightness around the pivot", ge=0, le=3)] = 1.0
-    pivot: Annotated[float, share("lightness that contrast leaves", flag=None)] = 0.6
-    local: Annotated[float, share("of drawing media and watercolour: share of a tone that says how a "
-        "stroke stands out from what surrounds it", flag=None)] = 0.0
-    equalize: Annotated[float, share("of these: how far all tones are made equally frequent", flag=None
-    )] = 0.0
+    pivot: Annotated[float, share("lightness that contrast leaves unchanged", flag=None)] = 0.6
+    local: Annotated[float, share("drawing media and watercolour: share of local contrast in a stroke's tone",
+        flag=None)] = 0.0
+    equalize: Annotated[float, share("drawing media and watercolour: strength of histogram equalization of "
+        "tones", flag=None)] = 0.0
     shadows: Tint = (0.0, 0.0)  # in the dark, such as (0.012, -0.045) toward violet
     lights: Tint = (0.0, 0.0)  # in the light, such as (0.004, 0.03) toward yellow
-    pigments: Annotated[int, option("number of colours that paint is mixed of, 2 or more, or 0 for any",
+    pigments: Annotated[int, option("number of pigments to mix colours from, 2 or more; 0: any colour",
         ge=0, le=MAX_PIGMENTS)] = 0
-    pure: Annotated[float, share("how far strokes take the colour of their pigment", flag=None)] = 0.85
-    gray: Annotated[bool, in_files("whether only lightness is kept")] = False
-    values: Annotated[float, share("how far lights and darks are opened to those of a painting, lights "
+    pure: Annotated[float, share("how far strokes move to the colour of their pigment", flag=None)] = 0.85
+    gray: Annotated[bool, in_files("keep only lightness")] = False
+    values: Annotated[float, share("how far the tonal range is expanded to that of a painting, with lights "
         "warmer than darks #contrast #range")] = 0.0
     # fmt: on
 
@@ -104,7 +103,7 @@ class ColorConfig(Options, frozen=True):
 
 
 def _backdrop(text: str) -> bool | int | str:
-    """A kind of backdrop, whether there is one, or its number of loose strokes; 0 is off."""
+    """A kind of backdrop, on or off, or a number of loose strokes; 0 is off."""
     if text in ("on", "off"):
         return text == "on"
     if text in ("stage", "loose"):
@@ -116,7 +115,7 @@ def _backdrop(text: str) -> bool | int | str:
 
 
 def _backdrop_value(given: Any) -> bool | int:
-    """The same of a value of Python or of a file, whose number is that of strokes."""
+    """The same for a value of Python or of a file: on or off, or a number of strokes."""
     if isinstance(given, bool) or (isinstance(given, int) and abs(given) < 2**63):
         return given
     raise ValueError(f"must be a whole number, got {shown(given)}")
@@ -126,52 +125,53 @@ GROUND_FORMS = "toned, canvas, paper, none, the name of a colour, #rrggbb or an 
 
 
 class GroundConfig(Options, frozen=True):
-    """What lies behind the strokes of the scene: the ground of the canvas, and strokes of a backdrop on it.
+    """The ground of the canvas, and a backdrop or stage behind the scene.
 
-    Strokes of a backdrop stand in the world on a sphere around the scene; zoomed-in views get more. Scenes
-    seen from inside, flat ones seen from above, and those that fill the picture, have one only with
-    `backdrop_always`. A stage is a table, a wall and the cast shadow, in paint or in the marks of a drawing
-    medium; it stands in place of the backdrop.
+    Backdrop strokes lie on a sphere around the scene; zoomed-in views get more of them. Scenes seen from
+    inside, flat scenes seen from above, and scenes that fill the picture get a backdrop only with
+    `backdrop_always`. A stage (table, wall and cast shadow, in paint or in marks of a drawing medium)
+    replaces the backdrop.
     """
 
     GROUP: ClassVar = LOOK_GROUP
     ABOUT: ClassVar = ABOUT_LOOKS
     IN_LOOKS: ClassVar = True
     # fmt: off
-    ground: Annotated[str, option("what the canvas is toned with: 'toned', the complement of the scene's "
-        "colours, 'canvas', 'paper', a colour as of --background, an image file, or 'none' for the "
-        "background #background #behind #canvas", metavar="NAME|COLOR|FILE", example="paper")] = "none"
+    ground: Annotated[str, option("tone of the canvas: 'toned' (complement of the scene's colours), "
+        "'canvas', 'paper', a colour as for --background, an image file, or 'none' for the plain background "
+        "#background #behind #canvas", metavar="NAME|COLOR|FILE", example="paper")] = "none"
     lightness: Annotated[float, share("of a toned ground, OKLab", flag=None)] = 0.58
-    complement: Annotated[float, share("of a toned ground: how far it goes from the scene's mean colour",
-        flag=None)] = 0.6
+    complement: Annotated[float, share("of a toned ground: strength of the complement of the scene's mean "
+        "colour", flag=None)] = 0.6
     warmth: Tint = (0.012, 0.04)
-    backdrop: Annotated[int, option("what stands around an object: 'stage', a table, a wall and its "
-        f"shadow; 'loose', strokes in the air, of the number of the look or {DEFAULT_BACKDROP}, or N of "
-        "them; 'on' is that of the look also around scenes that fill the picture #background #behind "
-        "#around #table", default="that of the look, and none where a scene has surroundings of its own",
+    backdrop: Annotated[int, option("surroundings of an object: 'stage' (table, wall and shadow); 'loose' "
+        f"or N (loose strokes, their number from the look or {DEFAULT_BACKDROP}); 'on' (that of the look, "
+        "also for scenes that fill the picture) #background #behind #around #table",
+        default="that of the look; none if the scene has its own surroundings",
         metavar="stage|loose|on|off|N", read=_backdrop, make=_backdrop_value, ge=0, le=MAX_BACKDROP)] = 0
-    backdrop_always: Annotated[bool, in_files("whether scenes that fill the picture have one as well"
+    backdrop_always: Annotated[bool, in_files("add it also to scenes that fill the picture"
     )] = False
     backdrop_brushes: Names = ()
-    backdrop_lightness: Annotated[Pair, share("OKLab, above and below", flag=None)] = (0.66, 0.40)
-    backdrop_complement: Annotated[Pair, share("how far it goes from the scene's mean colour, above and "
-        "below", flag=None)] = (0.5, 0.3)
+    backdrop_lightness: Annotated[Pair, share("OKLab lightness, above and below", flag=None)] = (0.66, 0.40)
+    backdrop_complement: Annotated[Pair, share("strength of the complement of the scene's mean colour, above "
+        "and below",
+        flag=None)] = (0.5, 0.3)
     backdrop_above: Tint = (0.0, 0.03)
     backdrop_below: Tint = (0.012, 0.03)
     backdrop_jitter: Jitter = (0.018, 0.004)
-    backdrop_aspect: Annotated[float, in_files("length of its strokes over their width", ge=1, le=10)] = 3.0
-    backdrop_size: Annotated[float, in_files("of its strokes; 1.6 covers the sphere loosely", ge=0.5, le=4
-    )] = 1.6
-    backdrop_dry: Annotated[float, share("how little paint its strokes hold: the ground shows through",
+    backdrop_aspect: Annotated[float, in_files("aspect ratio of its strokes", ge=1, le=10)] = 3.0
+    backdrop_size: Annotated[float, in_files("size of its strokes; 1.6 covers the sphere loosely", ge=0.5,
+        le=4)] = 1.6
+    backdrop_dry: Annotated[float, share("dryness of its strokes: the ground shows through",
         flag=None)] = 0.25
-    backdrop_border: Annotated[float, in_files("share of the picture's smaller side over which it thins "
+    backdrop_border: Annotated[float, in_files("share of the picture's smaller side over which it thins out "
         "toward the border", ge=0, le=0.5)] = 0.13
-    stage: Annotated[bool, in_files("whether a stage stands in place of the backdrop")] = False
-    stage_tone: Annotated[str, option("lightness of the wall of a stage, or the colours of table and wall, "
-        "as '#7a6a58,#9aa4b0'", default="auto: the outline of the subject reads",
+    stage: Annotated[bool, in_files("a stage replaces the backdrop")] = False
+    stage_tone: Annotated[str, option("lightness of the stage's wall, or colours of table and wall such as "
+        "'#7a6a58,#9aa4b0'", default="auto: contrast with the subject's outline",
         metavar="auto|light|dark|COLORS")] = "auto"
-    stage_size: Annotated[float, in_files("of its strokes, 1 for the usual one", ge=0.25, le=4)] = 1.0
-    stage_aspect: Annotated[float, in_files("length of its strokes over their width", ge=1, le=10)] = 2.4
+    stage_size: Annotated[float, in_files("factor on the size of its strokes", ge=0.25, le=4)] = 1.0
+    stage_aspect: Annotated[float, in_files("aspect ratio of its strokes", ge=1, le=10)] = 2.4
     stage_jitter: Jitter = (0.008, 0.004)
     shadow: Annotated[float, share("strength of the shadow on a stage")] = 0.6
     # fmt: on
@@ -188,17 +188,17 @@ class GroundConfig(Options, frozen=True):
 
     @property
     def stage_colors(self) -> tuple[str, str] | None:
-        """Of the table and the wall, "#rrggbb", where they are named; None where they are chosen."""
+        """The "#rrggbb" of table and wall, if given; None if they are chosen automatically."""
         table, comma, wall = self.stage_tone.partition(",")
         codes = color_code(table), color_code(wall)
         return (codes[0], codes[1]) if comma and codes[0] and codes[1] else None
 
 
-USUAL_LAMP = radians(225.0), radians(52.0)  # on flat pictures: the upper left
+USUAL_LAMP = radians(225.0), radians(52.0)  # for flat pictures: upper left
 
 
 def _sun(text: str) -> tuple[float, ...]:
-    """One azimuth with its elevation, or two with .. between them, given in degrees, in radians."""
+    """Parse "AZ,EL" or "AZ,EL..AZ,EL" in degrees; returns radians."""
     ends = [end.split(",") for end in text.split("..")]
     if len(ends) > 2:
         raise ValueError(f"must be AZ,EL or AZ,EL..AZ,EL in degrees, got {text!r}")
@@ -208,12 +208,12 @@ def _sun(text: str) -> tuple[float, ...]:
 
 
 class LightConfig(Options, frozen=True):
-    """The height of the paint and the canvas, and the lamp on them and on the scene; defaults leave both.
+    """Relief of paint and canvas, and the lamp that lights them and the scene; the defaults add nothing.
 
-    Angles are radians here, and degrees in files and flags. A `lamp` of None is the usual one, which is
-    `USUAL_LAMP` on flat pictures, and stands more to the side of a scene that it lights. With `key` it
-    stands in the scene (see `KeyLight`): relief, shadow and colours agree in every view. A `sun` goes before
-    the lamp; with two pairs of angles it passes from the first to the second along a film.
+    Angles are radians here, degrees in files and flags. `lamp` None is the usual lamp: `USUAL_LAMP` on flat
+    pictures, more from the side if it lights the scene. With `key` the lamp stands in the scene (see
+    `KeyLight`): relief, shadow and colours agree in every view. A `sun` overrides the lamp; two pairs of
+    angles make it move from the first to the second along a film.
     """
 
     GROUP: ClassVar = LOOK_GROUP
@@ -222,23 +222,23 @@ class LightConfig(Options, frozen=True):
     # fmt: off
     relief: Annotated[float, share("strength of light and shade on the paint; 0 is flat #impasto #thick #3d"
     )] = 0.0
-    lamp: Annotated[Pair | None, option("where the light comes from in the first view: clockwise from the "
-        "right of the picture, and above the canvas, above 0 to 90; in degrees #light #direction #sun "
-        "#shading", default="that of the look, the upper left", unit="degrees", metavar="AZ,EL",
+    lamp: Annotated[Pair | None, option("direction of the light in the first view, degrees: clockwise from "
+        "the right of the picture, and elevation above the canvas, above 0 and at most 90 #light #direction "
+        "#sun #shading", default="that of the look, the upper left", unit="degrees", metavar="AZ,EL",
         is_signed=True, alone="light", example="160,30")] = None
-    key: Annotated[float, share("strength in which that lamp lights the scene, warm in the light and cool in "
-        "the shade; 0: only the paint")] = 0.0
-    sun: Annotated[tuple[float, ...] | None, option("where the light stands in the scene: the azimuth as "
-        "of --azimuth, and above the table, in degrees; two with .. between them: it passes from one to "
-        "the other along a film #day #shadow", default="--lamp", unit="degrees", metavar="AZ,EL[..AZ,EL]",
+    key: Annotated[float, share("strength of the lamp on the scene, warm in the light and cool in the shade; "
+        "0: it lights only the paint")] = 0.0
+    sun: Annotated[tuple[float, ...] | None, option("direction of the light in the scene, degrees: azimuth "
+        "as for --azimuth, and elevation above the table; two with .. between them: it moves from one to the "
+        "other along a film #day #shadow", default="--lamp", unit="degrees", metavar="AZ,EL[..AZ,EL]",
         read=_sun, is_signed=True, alone="light")] = None
-    gloss: Annotated[float, option("strength of highlights; paint looks like plastic from 0.15 on #shine",
+    gloss: Annotated[float, option("strength of highlights; from 0.15 paint looks like plastic #shine",
         ge=0, le=0.5)] = 0.06
-    exponent: Annotated[float, in_files("of highlights: higher ones are smaller", ge=1, le=200)] = 40.0
+    exponent: Annotated[float, in_files("of highlights: higher is smaller", ge=1, le=200)] = 40.0
     gain: Annotated[float, in_files("height of the ridges in a stroke", ge=0, le=10)] = 1.7
     base: Annotated[float, in_files("thickness of a stroke", ge=0, le=10)] = 0.4
-    canvas: Annotated[Canvas, option("what lies under the paint #texture #linen #paper")] = "none"
-    canvas_strength: Annotated[float, in_files("factor on the height and the tone of linen and paper", ge=0,
+    canvas: Annotated[Canvas, option("texture under the paint #texture #linen #paper")] = "none"
+    canvas_strength: Annotated[float, in_files("factor on height and tone of linen and paper", ge=0,
         le=5)] = 1.0
     # fmt: on
 
@@ -263,5 +263,5 @@ class LightConfig(Options, frozen=True):
 
     @property
     def has_day(self) -> bool:
-        """Whether the sun passes over the scene."""
+        """Whether the sun moves along a film."""
         return self.sun is not None and len(self.sun) == 4

@@ -1,7 +1,7 @@
-"""The media: what strokes are made with, one class of numbers each; `brushgs.pipeline.media` has their coats.
+"""Painting media, one class of numbers each; their coats are in `brushgs.pipeline.media`.
 
-To add one: its class here, its module of the same name there, and a look that it is seen in. Tones are those
-of the drawing, from 0, its darkest, to 1, its lightest.
+To add one: a class here, a module of the same name there, and a look that uses it. Tones are those of the
+drawing, from 0 (darkest) to 1 (lightest).
 """
 
 from collections.abc import Mapping
@@ -22,14 +22,14 @@ Code = Annotated[str, in_files("#rrggbb", read=_color)]
 
 
 class Medium(Options, frozen=True):
-    """What the numbers of every medium are; `kind` is its name, of "paint", "ink" and so on."""
+    """Base of all media; `kind` is the name, such as "paint" or "ink"."""
 
     kind: ClassVar[str]
-    has_own_color: ClassVar[bool] = False  # whether marks have a colour of the medium, not those of the scene
+    has_own_color: ClassVar[bool] = False  # whether marks have the medium's colour, not those of the scene
     draws_lines: ClassVar[bool] = False  # whether there may be lines along edges
     # fmt: off
-    behind: Annotated[float, in_files("sizes of a stroke by which it may lie behind what is seen and be "
-        "painted", ge=0, le=10)] = 1.6
+    behind: Annotated[float, in_files("strokes are painted up to this many stroke sizes behind the visible "
+        "surface", ge=0, le=10)] = 1.6
     # fmt: on
 
     def __post_init__(self) -> None:
@@ -43,25 +43,27 @@ class Medium(Options, frozen=True):
 
 
 class Paint(Medium, frozen=True):
-    """Opaque paint, which has no numbers of its own."""
+    """Opaque paint, without numbers of its own."""
 
     kind = "paint"
 
 
 class DrawingMedium(Medium, frozen=True):
-    """What all media have that draw lines along edges."""
+    """Base of media that draw lines along edges."""
 
     wash: Annotated[float, share("strength of the soft tone under the marks", flag=None)] = 0.6
     marks: Annotated[float, share("opacity of marks", flag=None)] = 0.9
-    dry: Annotated[float, share("how much of the paper's tooth the marks leave open", flag=None)] = 0.0
+    dry: Annotated[float, share("share of the paper's tooth that marks leave open", flag=None)] = 0.0
     lines: Annotated[float, share("opacity of lines along edges; 0 for none", flag=None)] = 0.0
     line_color: Code = "#0f0e0e"
     line_width: Annotated[float, in_files("of lines", ge=0.2, le=20, unit="px")] = 1.5
     line_dry: Annotated[float, share("`dry` of lines", flag=None)] = 0.2
-    line_strength: Annotated[float, share("of edges from which there are lines; 0 for all", flag=None)] = 0.3
+    line_strength: Annotated[
+        float, share("minimum strength of edges that get lines; 0 for all", flag=None)
+    ] = 0.3
 
     @property
-    def draws_lines(self) -> bool:  # type: ignore[override]  # of a class it is none
+    def draws_lines(self) -> bool:  # type: ignore[override]  # a ClassVar in the base
         """Whether there are lines along edges."""
         return self.lines > 0
 
@@ -97,12 +99,12 @@ class Watercolour(DrawingMedium, frozen=True):
 
 
 MEDIA: Mapping[str, type[Medium]] = {one.kind: one for one in (Paint, Charcoal, Ink, Watercolour)}
-# What a table [media] may have: a look that is based on another may name the medium, or numbers of it, alone.
+# Fields of a table [media]: a look with a base may give only the medium, or only some of its numbers.
 ROWS = {row.field: row for medium in MEDIA.values() for row in rows_of(medium)}
 
 
 def medium_of(values: Mapping[str, Any]) -> Medium:
-    """The medium of these values, by `kind`; those that another one has are passed over.
+    """The medium `kind` with these values; values of other media are ignored.
 
     Raises:
         ValueError: if there is no such medium, or a value is out of range.

@@ -1,4 +1,4 @@
-"""An amount of memory in the words of the command line. Only the standard library is imported."""
+"""Amounts of memory as text. Only the standard library is imported."""
 
 import re
 
@@ -9,7 +9,7 @@ def parse_memory(text: str) -> int:
     """Bytes of a text such as "8GB", "500 MB" or "1.5GiB", in any case.
 
     Raises:
-        ValueError: if it is none.
+        ValueError: if it is not a memory size.
     """
     match = re.fullmatch(r"([0-9]{1,9}(?:\.[0-9]{1,9})?) ?([MGT]i?B)", text, re.IGNORECASE)
     units = {unit.lower(): size for unit, size in UNITS.items()}

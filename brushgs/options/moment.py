@@ -1,4 +1,4 @@
-"""A moment of a moving scene, as options name it."""
+"""A moment of a moving scene, as options give it."""
 
 import re
 from typing import Any
@@ -9,8 +9,8 @@ from brushgs.options.table import Struct
 class Moment(Struct, frozen=True):
     """A time of a moving scene.
 
-    `amount` is in seconds, or the share of its duration. `is_all` is all moments at once: numbered files are
-    then parts of one scene at rest; only where a scene comes from.
+    `amount` is in seconds, or with `is_share` a share of the duration. `is_all` means all moments at once:
+    numbered files are parts of one still scene; only for scene sources.
 
     Raises:
         ValueError: if it is out of range.
@@ -28,10 +28,10 @@ class Moment(Struct, frozen=True):
 
     @classmethod
     def parse(cls, text: str) -> "Moment":
-        """The moment of a text such as "0.4", "0.4 s", "40%" or "all".
+        """Parse "0.4", "0.4 s", "40%" or "all".
 
         Raises:
-            ValueError: if it is no such text, or out of range.
+            ValueError: if it is invalid or out of range.
         """
         if text == "all":
             return cls(0.0, is_all=True)
@@ -52,7 +52,7 @@ class Moment(Struct, frozen=True):
 
     @property
     def word(self) -> str:
-        """As a word of a command line: "0.4", "40%" or "all"."""
+        """As command-line text: "0.4", "40%" or "all"."""
         return str(self).removesuffix(" s")
 
 
@@ -65,5 +65,5 @@ def clip_time(text: str) -> Moment:
 
 
 def moment_value(given: Any) -> Moment:
-    """A moment, or seconds."""
+    """A moment, from a moment or seconds."""
     return given if isinstance(given, Moment) else Moment.parse(str(given))

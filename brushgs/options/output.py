@@ -1,4 +1,4 @@
-"""What files of pictures hold beside the picture, and how videos are encoded."""
+"""Contents of picture files beside the picture, and encoding of videos."""
 
 from typing import Annotated, ClassVar
 
@@ -10,20 +10,21 @@ BITS = (8, 10, 16)
 
 
 class OutputConfig(Options, frozen=True):
-    """What is written of a picture."""
+    """Layers, depth and codec of output files."""
 
     GROUP: ClassVar = "output"
-    ABOUT: ClassVar = "what the files hold"
+    ABOUT: ClassVar = "contents of the files"
     # fmt: off
-    layers: Annotated[tuple[str, ...], option("what an EXR file holds beside the picture, with commas: "
+    layers: Annotated[tuple[str, ...], option("further layers of an EXR file, separated by commas: "
         f"{', '.join(LAYERS)}, or all; `brushgs render --passes` explains them #passes #depth #normal #aov "
         "#exr", default="depth alone", metavar="NAMES")] = ()
-    deep: Annotated[bool, option("a deep EXR file: in each pixel a sample for each stroke, with colour, "
-        "alpha, depth and number #compositing")] = False
-    codec: Annotated[Codec | None, option("how a video is encoded #video #quality #compression", default=
+    deep: Annotated[bool, option("write a deep EXR file: one sample per stroke in each pixel, with colour, "
+        "alpha, depth and stroke number #compositing")] = False
+    codec: Annotated[Codec | None, option("video codec #video #quality #compression", default=
         "h264 for .mp4, prores (4444) for .mov, vp9 for .webm", not_in_memory=OF_FILMS)] = None
-    bits: Annotated[int | None, option("bits of a channel: 8 or 16 of PNG and TIFF, 8 or 10 of AVIF and "
-        "H.265 #depth #quality", default="8 of PNG and AVIF, 16 of TIFF, 10 of H.265", not_in_memory=OF_FILES
+    bits: Annotated[int | None, option("bits per channel: 8 or 16 for PNG and TIFF, 8 or 10 for AVIF and "
+        "H.265 #depth #quality", default="8 for PNG and AVIF, 16 for TIFF, 10 for H.265",
+        not_in_memory=OF_FILES
     )] = None
     # fmt: on
 
@@ -39,5 +40,5 @@ class OutputConfig(Options, frozen=True):
 
     @property
     def all_layers(self) -> tuple[str, ...]:
-        """The layers by name, in the order of the table."""
+        """The layers by name, in the order of `LAYERS`."""
         return tuple(name for name in LAYERS if name in self.layers or ALL_LAYERS in self.layers)

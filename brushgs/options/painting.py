@@ -1,6 +1,6 @@
-"""Options of a painting: one class per step, a line an option, see `brushgs.options.table`.
+"""Options of a painting: one class per step, one line per option, see `brushgs.options.table`.
 
-Only the standard library and msgspec are imported, so that a command line is checked without loading NumPy.
+Only the standard library and msgspec are imported: command lines are checked without loading NumPy.
 """
 
 import re
@@ -50,12 +50,12 @@ from brushgs.options.table import Options, number, numbers, option, rows_of, sha
 from brushgs.options.where import WhereConfig
 
 DEFAULT_KEEP = 0.7  # of the Gaussians, as published
-DEFAULT_STROKE = "impasto"  # reads at any size; a swirl under some 20 px looks like a bubble
+DEFAULT_STROKE = "impasto"  # works at any size; a swirl below about 20 px looks like a bubble
 DEFAULT_SIZE = (1280, 720)
-MAX_PAN = 10.0  # pictures: more is a typing error
+MAX_PAN = 10.0  # picture sizes: more is a typing error
 MAX_PSNR = 100.0  # dB; pictures of 16 bits agree no better
-MAX_BROKEN_COLOR = 0.2  # OKLab lightness: more would leave nothing of the scene's own light
-MAX_STREAKS = 0.5  # of the core
+MAX_BROKEN_COLOR = 0.2  # OKLab lightness: more would drown the scene's own light
+MAX_STREAKS = 0.5  # limit of the core
 
 Up = str | tuple[float, float, float]
 
@@ -72,7 +72,7 @@ def picture_size(text: str) -> tuple[int, int]:
 
 
 def chosen_size(text: str) -> tuple[int, int] | Literal["auto"]:
-    """(width, height) in pixels as `picture_size`, or "auto" for one that is chosen."""
+    """(width, height) in pixels as `picture_size`, or "auto"."""
     if text == "auto":
         return "auto"
     try:
@@ -93,26 +93,26 @@ def _look_at(text: str) -> str | tuple[float, ...]:
 
 
 def _up(given: Any) -> str:
-    """An axis in the form of its flag."""
+    """An axis as text of the flag."""
     if isinstance(given, list | tuple) and len(given) == 3:
         return ",".join(repr(float(one)) for one in given)
     raise ValueError(f"must be an axis such as -y, or three numbers, got {shown(given)}")
 
 
 class CleanConfig(Options, frozen=True):
-    """What is dropped before anything else; nothing of a file of strokes."""
+    """What is dropped first; nothing is dropped from stroke files."""
 
     GROUP: ClassVar = "clustering"
     # fmt: off
-    floaters: Annotated[Clean, option("what is dropped: 'sure': floaters that are clearly detached, and "
-        "crumbs that hang below an object, 'strong': closer floaters too, which loses some thin leaves; "
-        "'floaters': as 'sure' without crumbs; 'off': nothing #floaters #noise #remove #artefacts",
+    floaters: Annotated[Clean, option("what to drop: 'sure' (clearly detached floaters, and crumbs below an "
+        "object), 'strong' (closer floaters too; loses some thin leaves), 'floaters' (as 'sure', without "
+        "crumbs) or 'off' #floaters #noise #remove #artefacts",
         flag="--clean")] = "sure"
     # fmt: on
 
     @property
     def drops_crumbs(self) -> bool:
-        """Whether what hangs below an object is dropped."""
+        """Whether crumbs below an object are dropped."""
         return self.floaters in ("sure", "strong")
 
 
@@ -121,21 +121,21 @@ class PruneConfig(Options, frozen=True):
 
     GROUP: ClassVar = "pruning"
     # fmt: off
-    keep: Annotated[float | None, option("share of the Gaussians to keep, those of highest weight, such as "
-        "0.7 or 70% #prune #fewer #reduce", gt=0, le=1, takes_percent=True, default=f"{DEFAULT_KEEP:g} (more "
-        "where each counts or becomes a stroke; 1 for a file of strokes, and with --stroke gaussian without "
-        "--preset)")] = None
-    weight: Annotated[Weight, option("importance of a Gaussian: its 'contribution' to pictures by opacity, "
-        "area and visibility, or 'paper': intensity as published")] = "contribution"
+    keep: Annotated[float | None, option("share of Gaussians to keep, by weight, such as 0.7 or 70% #prune "
+        "#fewer #reduce", gt=0, le=1, takes_percent=True,
+        default=f"{DEFAULT_KEEP:g} (more if the others contribute much or each becomes a stroke; 1 for "
+        "stroke files, and with --stroke gaussian without --preset)")] = None
+    weight: Annotated[Weight, option("weight of a Gaussian: 'contribution' to pictures (opacity, area and "
+        "visibility), or 'paper' (intensity, as published)")] = "contribution"
     # fmt: on
 
     def share(self) -> float:
-        """The share of a scene that is kept, without what the default keeps beyond."""
+        """The share of Gaussians to keep, before the default's exceptions."""
         return DEFAULT_KEEP if self.keep is None else self.keep
 
 
 class ErrorBudget(Options, frozen=True):
-    """The fewest strokes whose picture reaches a PSNR to the plain picture.
+    """A stroke count chosen by error: the fewest strokes that reach a PSNR to the plain picture.
 
     `psnr` is in dB, above 0 and at most 100.
     """
@@ -152,9 +152,9 @@ class ErrorBudget(Options, frozen=True):
 
 
 class StrokeSize(Options, frozen=True):
-    """Strokes of a typical length in the picture, see `brushgs.stroke_count.view_model.typical_size`.
+    """A stroke count chosen by typical stroke length, see `brushgs.stroke_count.view_model.typical_size`.
 
-    Its `pixels` are above 0, and at most the longest side that a picture can have.
+    `pixels` is above 0, at most the longest possible side of a picture.
     """
 
     pixels: float
@@ -169,9 +169,7 @@ class StrokeSize(Options, frozen=True):
 
 
 class UsualCount(Options, frozen=True):
-    """So many strokes of a scene, and all of a file of strokes: the number of a look, which nobody asked
-    for.
-    """
+    """The stroke count of a look, not chosen by the user; stroke files keep all their strokes."""
 
     count: int
 
@@ -184,7 +182,7 @@ class UsualCount(Options, frozen=True):
         return str(self.count)
 
 
-StrokeTarget = Knee | ErrorBudget | StrokeSize  # that a number of strokes is chosen for
+StrokeTarget = Knee | ErrorBudget | StrokeSize  # criteria for choosing a stroke count
 KNEES: Mapping[str, Knee] = {knee: knee for knee in get_args(Knee)}
 
 
@@ -224,7 +222,7 @@ def _number(text: str) -> float | None:
 
 
 def _strokes(given: Any) -> int | ErrorBudget | StrokeSize | UsualCount:
-    """A number of strokes that Python gives: a count, or a target that is made already."""
+    """A number of strokes from Python: a count, or a ready-made target."""
     if isinstance(given, ErrorBudget | StrokeSize | UsualCount):
         return given
     if isinstance(given, bool) or not hasattr(given, "__index__") or given < 1:
@@ -236,7 +234,7 @@ def _strokes(given: Any) -> int | ErrorBudget | StrokeSize | UsualCount:
 
 
 def _stroke_size(text: str) -> StrokeSize:
-    """A typical length of strokes in pixels; the unit may be omitted."""
+    """Parse a typical stroke length in pixels; the unit is optional."""
     match = re.fullmatch(r"([0-9]+\.?[0-9]*|\.[0-9]+) ?(px)?", text, re.IGNORECASE)
     if match is None:
         raise ValueError(f"must be a length above 0 in pixels such as 24px, got {text!r}")
@@ -248,43 +246,42 @@ def _size_value(given: Any) -> StrokeSize:
 
 
 class StrokeSizeFlag(Options, frozen=True):
-    """The other flag of `ClusterConfig.strokes`."""
+    """`--stroke-size`, the second flag of `ClusterConfig.strokes`."""
 
     GROUP: ClassVar = "clustering"
     # fmt: off
-    strokes: Annotated[StrokeSize | None, option("typical length of strokes in the picture such as "
-        "24px, above 0, in place of --strokes #brush #size #thick #thin #width #large #small",
+    strokes: Annotated[StrokeSize | None, option("typical length of strokes in the picture such as 24px, "
+        "above 0; replaces --strokes #brush #size #thick #thin #width #large #small",
         flag="--stroke-size", metavar="PX", read=_stroke_size, make=_size_value, alone="strokes",
         example="24px")] = None
     # fmt: on
 
 
 class ClusterConfig(Options, frozen=True):
-    """How Gaussians become fewer and larger strokes.
+    """Clustering of Gaussians to fewer, larger strokes.
 
-    Its `strokes` are a count of 1 or more, a share of the scene as loaded in (0, 1] given as a float, or None
-    for one stroke per Gaussian; or a target that the count is chosen for: "auto" for the knee of error over
-    cost (`choose_strokes`), or all of a file of strokes; an `ErrorBudget` or a `StrokeSize`. The cost is the
-    time of a painting, and of a film or with "auto:frame" that of a frame. A `UsualCount` is a count, but
-    all of a file of strokes.
+    `strokes` is a count >= 1; a float in (0, 1], the share of the scene as loaded; None for one stroke per
+    Gaussian; or a target: "auto" for the knee of error over cost (`choose_strokes`), an `ErrorBudget` or a
+    `StrokeSize`. Cost is the time of a painting, or of a frame for films and "auto:frame". "auto" and a
+    `UsualCount` keep all strokes of a stroke file.
     """
 
     GROUP: ClassVar = "clustering"
     # fmt: off
-    strokes: Annotated[int | float | StrokeTarget | UsualCount | None, option("number of strokes, 1 or "
-        "more; a share of the scene as loaded such as 10%; all; auto: the knee of error against the time "
-        "of the painting, or of a frame of a film (auto:frame: of a frame in any case); 24dB: the fewest "
-        "that reach this PSNR to the plain picture, above 0 and at most 100 #number #count #detail "
-        "#quality", default="auto", metavar="COUNT|PERCENT|all|auto|DB", read=parse_strokes, make=_strokes,
+    strokes: Annotated[int | float | StrokeTarget | UsualCount | None, option("number of strokes, 1 or more; "
+        "a share of the scene as loaded such as 10%; all; auto: the knee of error over painting time, for "
+        "films over frame time (auto:frame: always over frame time); 24dB: the fewest that reach this PSNR "
+        "to the plain picture, above 0 and at most 100 #number #count #detail #quality", default="auto",
+        metavar="COUNT|PERCENT|all|auto|DB", read=parse_strokes, make=_strokes,
         alone="strokes", example="2000")] = "auto"
-    features: Annotated[Features, option("what makes Gaussians similar: 'balanced', independent of the "
-        "scene's unit, or 'paper' as published")] = "balanced"
-    merge: Annotated[Merge, option("how Gaussians merge: 'cover' keeps the area they paint, 'paper': plain "
-        "means")] = "cover"
+    features: Annotated[Features, option("features by which Gaussians are compared: 'balanced' (independent "
+        "of the scene's unit) or 'paper' (as published)")] = "balanced"
+    merge: Annotated[Merge, option("how Gaussians merge: 'cover' (keeps the painted area) or 'paper' (plain "
+        "means)")] = "cover"
     method: Annotated[Method, option(
         "k-means: " + ", ".join(f"'{name}' {words}" for name, words in METHODS.items()), default="")] = "auto"
-    strokes_for: Annotated[StrokesFor, option("'scene': strokes are made of all of it, so that any view of "
-        "them fits; 'view': only of what this picture or path sees, so that all are spent there")] = "scene"
+    strokes_for: Annotated[StrokesFor, option("'scene': make strokes of the whole scene, for any view; "
+        "'view': spend all strokes on what this picture or path sees")] = "scene"
     seed: Annotated[int, option("seed of all random choices #random", ge=0, le=2**32 - 1)] = 0
     # fmt: on
 
@@ -302,27 +299,27 @@ class ClusterConfig(Options, frozen=True):
 
     @property
     def target(self) -> StrokeTarget | None:
-        """The target that the count is chosen for; None if it is given."""
+        """The target of a chosen count; None if the count is given."""
         return self.strokes if isinstance(self.strokes, (str, ErrorBudget, StrokeSize)) else None
 
     @property
     def cost(self) -> Cost:
-        """What a knee is the knee of."""
+        """The cost of the knee."""
         return "frame" if self.strokes == "auto:frame" else "painting"
 
     @property
     def of_film(self) -> "ClusterConfig":
-        """The same where many frames are painted."""
+        """The same for a film: "auto" becomes "auto:frame"."""
         return msgspec.structs.replace(self, strokes="auto:frame") if self.strokes == "auto" else self
 
     @property
     def keeps_strokes(self) -> bool:
-        """Whether all of a file of strokes are kept, since nobody asked for a number."""
+        """Whether all strokes of a stroke file are kept, as the user gave no number."""
         return isinstance(self.strokes, str | UsualCount)
 
     @property
     def asked_count(self) -> int | None:
-        """The number of strokes, where it does not depend on the scene; None where it does."""
+        """The number of strokes; None if it depends on the scene."""
         count = self.strokes.count if isinstance(self.strokes, UsualCount) else self.strokes
         return count if isinstance(count, int) else None
 
@@ -330,7 +327,7 @@ class ClusterConfig(Options, frozen=True):
         """The count, given the number of Gaussians in the scene as loaded.
 
         Raises:
-            TypeError: if it is a target, which depends on the scene.
+            TypeError: if it is a target.
         """
         if isinstance(self.strokes, (str, ErrorBudget, StrokeSize)):
             raise TypeError(f"num_strokes: strokes must be a count, a share or None, got {self.strokes}")
@@ -344,53 +341,53 @@ class ClusterConfig(Options, frozen=True):
 
 
 class StrokesConfig(Options, frozen=True):
-    """What strokes are beside clusters of Gaussians; none of it changes a file of strokes.
+    """What is done to strokes beyond clustering; stroke files are not changed.
 
     See `brushgs.passes.form` for each.
     """
 
     GROUP: ClassVar = "strokes"
     ABOUT: ClassVar = (
-        "what strokes are beside clusters of Gaussians; files of strokes are painted as they are, and "
-        "--preset paper and --stroke gaussian switch these off, with --underpaint and --streaks"
+        "beyond clustering; stroke files are painted unchanged. --preset paper and --stroke gaussian switch "
+        "these off, and --underpaint and --streaks"
     )
     # fmt: off
-    see: Annotated[See, option("'views': small plain pictures of what is painted decide where strokes go, "
-        "which of them are split, and their colours; 'off': the scene alone")] = "views"
-    focus: Annotated[Focus | None, option("where more strokes go to an area, out of the same number: "
-        "'auto', faces, hands and what stands out, up to eight times as many; or twice as many: the "
-        "subject, a sphere in world units, or where a picture in the place of the painting is light "
-        "#detail #face", default="that of the look, off in plain", metavar="auto|off|subject|X,Y,Z,R|FILE",
+    see: Annotated[See, option("'views': small plain pictures of the scene decide the placement, splitting "
+        "and colours of strokes; 'off': the scene alone decides")] = "views"
+    focus: Annotated[Focus | None, option("region with higher stroke density; the total stays: 'auto' "
+        "(faces, hands and salient parts, up to eight times as dense), or twice as dense: 'subject', a "
+        "sphere in world units, or the light part of a picture of the same view #detail #face",
+        default="that of the look, off in plain", metavar="auto|off|subject|X,Y,Z,R|FILE",
         read=Focus.of, is_signed=True)] = None
-    solid: Annotated[bool, option("paint in place of glass: faint strokes become smaller and opaque #opaque"
+    solid: Annotated[bool, option("make faint strokes smaller and opaque, like paint #opaque"
     )] = True
-    direction: Annotated[Direction, option("which way strokes run: 'own', as clustered; 'form', along "
-        "shapes and edges; 'color', along edges of colour; as the brush marks of a painting, or along "
-        "lines in space do #orientation #flow", metavar="own|form|color|painting:FILE|guides:FILE",
+    direction: Annotated[Direction, option("direction of strokes: 'own' (as clustered), 'form' (along shapes "
+        "and edges), 'color' (along colour edges), as the brush marks of a painting, or along guide lines in "
+        "space #orientation #flow", metavar="own|form|color|painting:FILE|guides:FILE",
         read=Direction.of)] = Direction("form")
-    broken_color: Annotated[float, option("by how much strokes differ in lightness from their neighbours, "
-        "OKLab #variation", ge=0, le=MAX_BROKEN_COLOR)] = 0.016
-    economy: Annotated[float, share("how far few large strokes describe what is flat, and what is left "
-        "goes to accents of light and dark #loose #abstract #simple", default="that of the look")] = 0.0
-    edges: Annotated[float, share("how far outlines are lost in the shade and found near the focus; 0: all "
-        "hard #soft #blur #outline", default="that of the look")] = 0.0
+    broken_color: Annotated[float, option("lightness variation between neighbouring strokes, OKLab "
+        "#variation", ge=0, le=MAX_BROKEN_COLOR)] = 0.016
+    economy: Annotated[float, share("how far flat areas get few large strokes, and the strokes saved go to "
+        "accents of light and dark #loose #abstract #simple", default="that of the look")] = 0.0
+    edges: Annotated[float, share("how far outlines are lost in shade and crisp near the focus; 0: all hard "
+        "#soft #blur #outline", default="that of the look")] = 0.0
     # fmt: on
 
     @classmethod
     def of(cls, **fields: Any) -> "StrokesConfig":
-        """The same with the direction as text, as tables of presets hold it."""
+        """Make a config; the direction may be text, as in presets."""
         if isinstance(fields.get("direction"), str):
             fields["direction"] = Direction.of(fields["direction"])
         return cls(**fields)
 
     @classmethod
     def off(cls) -> "StrokesConfig":
-        """Strokes as clustering by the scene alone leaves them."""
+        """All off: strokes as clustered."""
         return cls.of(**PLAIN_STROKES)
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """The files that strokes are made from beside the scene."""
+        """Input files beside the scene: the focus mask, and the file of the direction."""
         mask = None if self.focus is None else self.focus.mask
         return tuple(path for path in (mask, self.direction.file) if path is not None)
 
@@ -398,48 +395,49 @@ class StrokesConfig(Options, frozen=True):
 class ViewConfig(Options, frozen=True):
     """The view: a camera from a file, or one framed on the scene by its first view.
 
-    Angles are radians here, and degrees in flags. A `size` of None is that of the camera in the file, or
-    1280 x 720; "auto" is one that suits what is framed, which then is set into the picture (see
-    `brushgs.cameras.composition`); where the camera moves or is given it counts as None. With a `camera_file`
-    only `view`, its index there, and `size` are used. `look_at` None is the subject, or the view from inside
-    of a scene that is seen so: there azimuth and elevation turn the camera where it stands.
+    Angles are radians here, degrees in flags. `size` None is that of the camera in the file, or 1280 x 720;
+    "auto" is chosen to suit the subject, which is then composed in the picture (see
+    `brushgs.cameras.composition`); for moving or given cameras it counts as None. With a `camera_file` only
+    `view`, the index in the file, and `size` are used. `look_at` None is the subject, or for scenes seen from
+    inside the view from there: azimuth and elevation then turn the camera in place.
     """
 
     GROUP: ClassVar = "view"
     ABOUT: ClassVar = "framed on the scene, or a camera from a file"
     # fmt: off
     size: Annotated[tuple[int, int] | Literal["auto"] | None, option("picture size in pixels; 'auto' "
-        "chooses portrait, square or landscape of as many pixels as 1280x720 has by what is framed, and "
-        "sets an object into the picture with room for its shadow #resolution #width #height #quality "
-        "#portrait #landscape #crop", default="1280x720, or that of the camera in the file",
-        metavar="WxH|auto", read=chosen_size, written=("x", ""), example="1920x1080")] = None
-    camera_file: Annotated[Path | None, option("cameras: {cameras}; 'none' passes over cameras that lie "
-        "beside the scene, which by default give {beside} #pose #colmap #transforms", default="",
+        "chooses portrait, square or landscape with as many pixels as 1280x720, and composes an object with "
+        "room for its shadow #resolution #width #height #quality #portrait #landscape #crop",
+        default="1280x720, or that of the camera in the file", metavar="WxH|auto", read=chosen_size,
+        written=("x", ""), example="1920x1080")] = None
+    camera_file: Annotated[Path | None, option("camera file: {cameras}; 'none' ignores camera files beside "
+        "the scene, which by default give {beside} #pose #colmap #transforms", default="",
         metavar="FILE|none", action="camera file")] = None
     view: Annotated[int, option("index of the camera in the file #camera #index", ge=0)] = 0
-    up: Annotated[Up | None, option("up direction of the scene: +x, -x, +y, -y, +z, -z or three numbers "
-        "such as 0,-1,0 #upside #down #flip #rotate #orientation", default="from the header of the file, "
-        "else the likely axis, and -y where that is hardly less likely", metavar="AXIS", read=str, make=_up,
-        is_signed=True, example="-y")] = None
-    azimuth: Annotated[float | None, option("degrees around the scene to the viewer's right, any; 0 is a "
-        "view along an axis of the scene #rotate #turn #angle #side", default="30", unit="degrees",
+    up: Annotated[Up | None, option("up axis of the scene: +x, -x, +y, -y, +z, -z or three numbers such as "
+        "0,-1,0 #upside #down #flip #rotate #orientation",
+        default="from the file's header, else estimated, with a preference for -y", metavar="AXIS", read=str,
+        make=_up, is_signed=True, example="-y")] = None
+    azimuth: Annotated[float | None, option("camera position around the scene, degrees to the viewer's "
+        "right; 0 looks along an axis of the scene #rotate #turn #angle #side", default="30", unit="degrees",
         is_signed=True)] = None
-    elevation: Annotated[float | None, option("above the horizon #rotate #angle #above #below #height "
-        "#tilt", ge=-90, le=90, default="15 (40 above flat ground)", unit="degrees", is_signed=True)] = None
-    side: Annotated[Side | None, option("side that is shown, in place of --azimuth; 'left' and 'right' "
-        "are those of who sees the front #rotate #front #back #angle #portrait", flag="--from",
+    elevation: Annotated[float | None, option("camera elevation above the horizon #rotate #angle #above "
+        "#below #height #tilt", ge=-90, le=90, default="15 (40 above flat ground)", unit="degrees",
+        is_signed=True)] = None
+    side: Annotated[Side | None, option("side of the subject to show, in place of --azimuth; 'left' and "
+        "'right' as seen facing its front #rotate #front #back #angle #portrait", flag="--from",
         default="three-quarter", example="left")] = None
-    look_at: Annotated[Target | tuple[float, float, float] | None, option("what is in the middle: "
-        "'subject', whole, 'scene', with all surroundings, 'part', the upper third of the subject, where "
-        "heads are, or a point in world units #center #aim #target #crop #portrait #head", default="subject",
+    look_at: Annotated[Target | tuple[float, float, float] | None, option("what to frame: 'subject', 'scene' "
+        "(with all surroundings), 'part' (the upper third of the subject, where heads are), or a point in "
+        "world units to center #center #aim #target #crop #portrait #head", default="subject",
         metavar="X,Y,Z|NAME", read=_look_at, is_signed=True)] = None
-    distance: Annotated[float | None, option("from the camera to the point --look-at X,Y,Z, in world units "
-        "#near #far #closer", gt=0, default="that from which the subject is seen whole")] = None
-    pan: Annotated[tuple[float, float], option("move the camera aside without turning it, right and up, in "
-        "shares of the picture #shift #move #crop #center", ge=-MAX_PAN, le=MAX_PAN, metavar="RIGHT,UP",
+    distance: Annotated[float | None, option("from the camera to the point of --look-at X,Y,Z, world units "
+        "#near #far #closer", gt=0, default="that which shows the whole subject")] = None
+    pan: Annotated[tuple[float, float], option("move the camera right and up without turning it, in shares "
+        "of the picture #shift #move #crop #center", ge=-MAX_PAN, le=MAX_PAN, metavar="RIGHT,UP",
         is_signed=True)] = (0.0, 0.0)
-    roll: Annotated[float, option("degrees by which the scene is turned clockwise in the picture, any "
-        "#rotate #tilt #straighten", unit="degrees", is_signed=True)] = 0.0
+    roll: Annotated[float, option("rotation of the scene in the picture, degrees clockwise #rotate #tilt "
+        "#straighten", unit="degrees", is_signed=True)] = 0.0
     fov_y: Annotated[float, option("vertical field of view #lens #focal #length #angle", flag="--fov-deg",
         gt=0, lt=180, unit="degrees")] = radians(50.0)
     zoom: Annotated[float, option("1 shows the whole subject, 2 twice as large #closer #crop #larger #near "
@@ -461,24 +459,23 @@ class ViewConfig(Options, frozen=True):
 
     @property
     def fixed_size(self) -> tuple[int, int] | None:
-        """(width, height) in pixels; None where nobody asked for these."""
+        """(width, height) in pixels; None if "auto" or not given."""
         return None if self.size == "auto" else self.size
 
 
 class DrawConfig(Options, frozen=True):
-    """How strokes are drawn.
+    """Drawing of strokes.
 
-    A `lock` of None is "anchor" in one picture, and "track" along a path; only a path can be tracked. An
-    `order` of None is "depth" in one picture, and "soft" along a path. See `project`, `rasterize` and
-    `render`.
+    `lock` None is "anchor" for one picture and "track" along a path; only paths can be tracked. `order` None
+    is "depth" for one picture and "soft" along a path. See `project`, `rasterize` and `render`.
     """
 
     GROUP: ClassVar = "drawing"
     # fmt: off
     stroke: Annotated[str, option("built-in stroke (`brushgs strokes` lists them), an image file, or "
-        "'gaussian' for the plain 3DGS picture; several with commas between them (flat,dab: long strokes "
-        "take the flat brush, short ones dabs), or a folder of images: any of them; image files: "
-        "{pictures} #brush #texture #image #shape", metavar="NAME|FILE|FOLDER", example="my_brush.png"
+        "'gaussian' for the plain 3DGS picture; several separated by commas (flat,dab: long strokes get the "
+        "flat brush, short ones dabs), or a folder of images to choose from; image files: {pictures} #brush "
+        "#texture #image #shape", metavar="NAME|FILE|FOLDER", example="my_brush.png"
     )] = DEFAULT_STROKE
     stroke_color: Annotated[StrokeColor | None, option("colour of paint where a stroke image has colours: "
         "'scene', that of its stroke; 'mix', that and what differs in the image from its mean; 'own', that "
@@ -489,26 +486,26 @@ class DrawConfig(Options, frozen=True):
         "sigma")] = "fitted"
     background: Annotated[str, option("transparent, '#rrggbb', an image file, scaled to fill the picture, "
         f"or one of {', '.join(COLORS)} #background #transparent #alpha", metavar="COLOR|FILE")] = "white"
-    lock: Annotated[Lock | None, option("how strokes get their direction: 'track' chooses it along the "
-        "whole path, 'anchor' in each view alone, 'off' as published: strokes flip #flicker #stable",
+    lock: Annotated[Lock | None, option("how stroke direction is fixed: 'track' (over the whole path), "
+        "'anchor' (in each view alone) or 'off' (as published: strokes flip) #flicker #stable",
         default="track along a path, anchor for a picture")] = None
-    order: Annotated[Order | None, option("how strokes hide each other: by 'depth', or 'soft': strokes of "
-        "nearly equal depth blend, so that none pops #popping #flicker",
+    order: Annotated[Order | None, option("occlusion of strokes: by 'depth', or 'soft' (strokes of nearly "
+        "equal depth blend, so that none pops) #popping #flicker",
         default="depth for a picture, soft along a path")] = None
-    underpaint: Annotated[bool, option("a soft copy of each stroke behind it, so that nothing shows between "
-        "strokes #holes #gaps")] = True
-    streaks: Annotated[float, option("by what share bristles are lighter or darker than their stroke "
-        "#bristles #texture", ge=0, le=MAX_STREAKS)] = 0.1
-    threads: Annotated[int | None, option("processors to use; the picture does not depend on it #cpu "
-        "#speed #cores", ge=1, le=MOST_THREADS, default="all (with several --jobs an equal share each)"
+    underpaint: Annotated[bool, option("draw a soft copy of each stroke behind it, to close gaps #holes "
+        "#gaps")] = True
+    streaks: Annotated[float, option("lightness variation of bristles within a stroke #bristles #texture",
+        ge=0, le=MAX_STREAKS)] = 0.1
+    threads: Annotated[int | None, option("number of threads; the picture does not depend on it #cpu #speed "
+        "#cores", ge=1, le=MOST_THREADS, default="all (with several --jobs an equal share each)"
     )] = None
     # fmt: on
 
     def lock_of(self, *, along_path: bool) -> Lock:
-        """The lock of a path, or of one picture.
+        """The effective lock, for a path or one picture.
 
         Raises:
-            ValueError: if it is "track" and there is no path.
+            ValueError: if it is "track" without a path.
         """
         if self.lock == "track" and not along_path:
             raise ValueError(
@@ -517,30 +514,31 @@ class DrawConfig(Options, frozen=True):
         return self.lock or ("track" if along_path else "anchor")
 
     def order_of(self, *, along_path: bool) -> Order:
-        """The order of a path, or of one picture."""
+        """The effective order, for a path or one picture."""
         return self.order or ("soft" if along_path else "depth")
 
 
 class PaletteConfig(Options, frozen=True):
-    """The palette that the strokes take their colours from."""
+    """Recoloring by the palette of a picture."""
 
     GROUP: ClassVar = "palette"
-    ABOUT: ClassVar = "recolor strokes with the mean and covariance of a picture's colours"
+    ABOUT: ClassVar = "recolor strokes to the mean and covariance of a picture's colours"
     # fmt: off
-    file: Annotated[Path, option("picture whose colours are taken: {pictures} #colors #recolor #reference "
+    file: Annotated[Path, option("picture that gives the colours: {pictures} #colors #recolor #reference "
         "#painting", flag="--palette", default="", example="monet.jpg")]
     strength: Annotated[float, share("0 keeps the colours of the scene, 1 (or 100%) takes those of the "
         "picture", flag="--palette-strength")] = 1.0
-    space: Annotated[ColorSpace, option("colour space of the comparison: 'lab', perceptual, 'linear' "
-        "light, 'srgb' as encoded", flag="--palette-space")] = "lab"
+    space: Annotated[ColorSpace, option("colour space of the match: 'lab' (perceptual), 'linear' (light) or "
+        "'srgb' (as encoded)", flag="--palette-space")] = "lab"
     # fmt: on
 
 
 class PaintConfig(Options, frozen=True):
-    """A whole painting, step by step; without a palette strokes keep the colours of the scene.
+    """All options of a painting, by step.
 
-    The defaults are the plain method: one brush, no ground, no relief; `brushgs.options.look` has others.
-    Where only a part is `painted`, the rest is shown as the scene has it.
+    The defaults are the plain method: one brush, scene colours, no ground, no relief; looks (see
+    `brushgs.options.look`) have others. With `painted`, only that part of the scene is painted and the rest
+    is shown as plain Gaussians.
     """
 
     prune: PruneConfig = PruneConfig()
@@ -564,7 +562,7 @@ class PaintConfig(Options, frozen=True):
 
     @classmethod
     def of(cls, values: StepValues) -> Self:
-        """The painting of which these fields of these steps are known; the others have their defaults.
+        """Make a config from step -> field -> value; other fields have their defaults.
 
         Raises:
             ValueError: if a value is out of range.
@@ -588,7 +586,7 @@ def _make(kind: type[Options], values: Mapping[str, Any]) -> Any:
     return medium_of(values) if kind is Medium else getattr(kind, "of", kind)(**values)
 
 
-# Steps of a painting -> their classes, by the fields of `PaintConfig`.
+# Fields of `PaintConfig` -> their classes.
 STEPS: Mapping[str, type[Options]] = MappingProxyType(
     {row.field: row.kinds[0] for row in rows_of(PaintConfig)}
 )

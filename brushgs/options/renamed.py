@@ -1,18 +1,18 @@
-"""Words of earlier versions, which go on working: one table of them, and as what they are read now."""
+"""Flags and values of earlier versions that still work, with their current names."""
 
 from collections.abc import Mapping
 
-FLAGS: Mapping[str, str] = {"clip": "text-model"}  # a film is a clip
+FLAGS: Mapping[str, str] = {"clip": "text-model"}  # "clip" means a film now
 VALUES: Mapping[str, str] = {"colour": "color"}
 
 
 def current(value: str) -> str:
-    """A value in the words of today."""
+    """The current name of a value."""
     return VALUES.get(value, value)
 
 
 def current_words(words: list[str]) -> tuple[list[str], list[str]]:
-    """The words of a command line with the flags of today, and a note on each that has another name now."""
+    """Command-line words with current flag names, and a note for each renamed flag."""
     found, notes = [], []
     for word in words:
         name, equals, value = word.partition("=")

@@ -1,8 +1,8 @@
-"""Rules: what is painted otherwise in parts of a scene, from a small TOML file that one writes.
+"""Rules: options for parts of a scene, in a small TOML file written by the user.
 
-A file has one table for each part, in order; a Gaussian belongs to the first part that it is in. What a table
-does not name, and what is in no part, is as the rest of the painting. Files lie beside the rules, or are
-named from the current folder.
+A file has one table per part, in order; a Gaussian belongs to the first part that contains it. Fields missing
+from a table, and Gaussians in no part, follow the rest of the painting. Paths are relative to the rules file
+or the current folder.
 
     [[region]]
     name = "body"
@@ -37,7 +37,7 @@ from brushgs.options.where_terms import Mask
 MAX_RULES = 32
 MAX_BYTES = 65536  # of a file
 TABLE = "region"
-KEYS = (TABLE, "camera_file", "text_model")  # above and beside the tables
+KEYS = (TABLE, "camera_file", "text_model")  # keys at the top level
 ADVICE = 'rules are tables [[region]] with where = "subject" and what is to be there'
 
 
@@ -52,25 +52,26 @@ def _adjust(given: Any) -> AdjustConfig:
 
 
 class Rule(Options, frozen=True):
-    """What is otherwise in one part of a scene; the defaults change nothing.
+    """Options of one part of a scene; the defaults change nothing.
 
-    Brushes are names of built-in strokes, or image files; empty for those of the painting, as None is of
-    other values. The palette, a picture, goes before that of the painting. At a soft edge strokes of both
-    sides mingle.
+    Brushes are names of built-in strokes, or image files. Empty brushes, and None for other fields, mean
+    those of the painting. The palette, a picture, overrides that of the painting. At a soft edge strokes of
+    both sides mix.
     """
 
     # fmt: off
     where: Annotated[Where, in_files("the part", read=Where.parse)]
-    name: Annotated[str, in_files("of the part, for messages")] = ""
-    brushes: Annotated[tuple[str, ...], in_files("that paint it")] = ()
+    name: Annotated[str, in_files("name of the part, for messages")] = ""
+    brushes: Annotated[tuple[str, ...], in_files("brushes of the part")] = ()
     size: Annotated[float, in_files("factor on the size of strokes", ge=0.2, le=5)] = 1.0
-    share: Annotated[float, in_files("how many times as many strokes per area as elsewhere", ge=0.1, le=10
+    share: Annotated[float, in_files("factor on the number of strokes per area", ge=0.1, le=10
     )] = 1.0
-    palette: Annotated[Path | None, in_files("picture whose colours it takes", read=Path)] = None
-    palette_strength: Annotated[float, in_files("how far it takes these", ge=0, le=1)] = 1.0
-    style: Annotated[StyleConfig | None, in_files("whose colours it takes", read=StyleConfig.parse)] = None
-    adjust: Annotated[AdjustConfig | None, in_files("changes of its colours", make=_adjust)] = None
-    direction: Annotated[Direction | None, in_files("which way strokes run", read=Direction.of)] = None
+    palette: Annotated[Path | None, in_files("picture that gives the colours", read=Path)] = None
+    palette_strength: Annotated[float, in_files("strength of the palette", ge=0, le=1)] = 1.0
+    style: Annotated[StyleConfig | None, in_files("style that gives the colours",
+        read=StyleConfig.parse)] = None
+    adjust: Annotated[AdjustConfig | None, in_files("colour adjustments", make=_adjust)] = None
+    direction: Annotated[Direction | None, in_files("direction of strokes", read=Direction.of)] = None
     opacity: Annotated[float, in_files("factor on the opacity of strokes", ge=0, le=1)] = 1.0
     soft: Annotated[float, in_files("width of its edge, of the subject's size", ge=0, le=MAX_SOFT)] = 0.0
     hold: Annotated[int | None, in_files("of a film: frames for which its drawings are held", ge=1,
@@ -96,7 +97,7 @@ class Rule(Options, frozen=True):
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """All that it names; names of built-in strokes among them are no files."""
+        """Paths that the rule names, including names of built-in strokes, which are not files."""
         palette = () if self.palette is None else (self.palette,)
         style = () if self.style is None else self.style.files
         direction = () if self.direction is None or self.direction.file is None else (self.direction.file,)
@@ -107,16 +108,16 @@ ROWS = {row.field: row for row in rows_of(Rule)}
 
 
 class Rules(Options, frozen=True):
-    """The rules of a painting: the first rule whose part a Gaussian is in has it.
+    """The rules of a painting; the first rule whose part contains a Gaussian applies to it.
 
-    Words are found by the CLIP model of a folder, `text_model`, or that of the environment.
+    Terms `text:` use the CLIP model in the folder `text_model`, or that of the environment.
 
     Raises:
-        ValueError: if there are more, or none, a mask lacks its cameras, or words lack a model.
+        ValueError: if there are no rules or too many, a mask lacks its cameras, or words lack a model.
     """
 
     GROUP: ClassVar = "parts"
-    ABOUT: ClassVar = "what is painted otherwise in parts of the scene"
+    ABOUT: ClassVar = "other options for parts of the scene"
     rules: tuple[Rule, ...]
     # fmt: off
     file: Annotated[Path | None, option(
@@ -145,10 +146,10 @@ class Rules(Options, frozen=True):
 
     @classmethod
     def of(cls, file: Path) -> Self:
-        """Read a file; as `PaintConfig.of` makes a step.
+        """Read a file of rules.
 
         Raises:
-            SceneError: if it cannot be read, or holds a table, a field or a value that rules do not have.
+            SceneError: if it cannot be read, or a table, field or value is invalid.
         """
         if not file.is_file():
             what = "is a folder" if file.is_dir() else "there is no such file"
@@ -172,31 +173,31 @@ class Rules(Options, frozen=True):
             raise SceneError(file, str(error)) from None
 
     def where(self, rule: Rule) -> WhereConfig:
-        """The part of one of them."""
+        """The part of a rule, with its edge, cameras and text model."""
         return WhereConfig(rule.where, rule.soft, self.camera_file, self.clip)
 
     def label(self, number: int) -> str:
-        """What the rule of a number, from 1, is called in reports."""
+        """Name of rule `number`, from 1, in reports."""
         return self.rules[number - 1].name or f"region {number}"
 
     def place(self, number: int) -> str:
-        """Where the rule of a number, from 1, stands in the file."""
+        """Position of rule `number`, from 1, in the file."""
         return _place(number, self.rules[number - 1].name)
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """All that an output must not replace; names of built-in strokes among them are no files."""
+        """Input files that outputs must not replace, including names of built-in strokes."""
         own = [path for path in (self.file, self.camera_file) if path is not None]
         return (*own, *(path for rule in self.rules for path in rule.files))
 
     @property
     def needs_first_view(self) -> bool:
-        """Whether a part depends on the first view of the scene."""
+        """Whether any part depends on the first view of the scene."""
         return any(self.where(rule).needs_first_view for rule in self.rules)
 
 
 def _named(file: Path, content: Mapping[str, Any], key: str) -> Path | None:
-    """The path that stands above the tables by the name of `key`; None if there is none."""
+    """The path of a top-level key; None if it is missing."""
     name = content.get(key)
     if name is None:
         return None
@@ -206,10 +207,10 @@ def _named(file: Path, content: Mapping[str, Any], key: str) -> Path | None:
 
 
 def _rule(file: Path, number: int, table: Mapping[str, Any]) -> Rule:
-    """One table.
+    """The rule of one table.
 
     Raises:
-        SceneError: if it holds what no rule has; names the table by number and name.
+        SceneError: if a field or value is invalid; names the table by number and name.
     """
     place = _place(number, table.get("name"))
     try:
@@ -231,7 +232,7 @@ def _place(number: int, name: object) -> str:
 
 
 def _beside_rules(value: Any, folder: Path) -> Any:
-    """The same with the files that it names, which may lie beside the rules."""
+    """The value, with its paths resolved relative to the rules file if they exist there."""
     if isinstance(value, tuple):
         return tuple(located(value, folder))
     if isinstance(value, StyleConfig):
@@ -244,7 +245,7 @@ def _beside_rules(value: Any, folder: Path) -> Any:
 
 
 def _beside(path: Path | str, folder: Path) -> Path:
-    """A file or folder that lies beside the rules, or else is named from the current folder."""
+    """The path relative to `folder` if it exists there, else as given."""
     there = folder / path
     return there if "\0" not in str(path) and len(str(path)) < 1000 and there.exists() else Path(path)
 

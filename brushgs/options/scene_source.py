@@ -1,4 +1,4 @@
-"""Where a scene comes from: one value that all commands, and all functions that read a scene, hand on."""
+"""The source of a scene: one value that all commands and reading functions pass on."""
 
 import glob
 import os
@@ -14,39 +14,38 @@ from brushgs.options.memory_size import parse_memory
 from brushgs.options.moment import Moment, moment_value
 from brushgs.options.table import OF_SCENE_FILES, Options, option
 
-_INNER_SUFFIXES = ".compressed", ".ftgs"  # before .ply: of the layout, not of the name
+_INNER_SUFFIXES = ".compressed", ".ftgs"  # before .ply: part of the format, not of the name
 _INDEXES = (
     "meta.json",
     "lod-meta.json",
-)  # files that list those of a scene: it bears the name of their folder
+)  # index files of a scene that is named after its folder
 
 
 class SceneSource(Options, frozen=True):
     """One scene, in one file, a folder or several of them.
 
-    Its `paths` are files and folders, whose Gaussians are joined in this order, or which are the moments of
-    a moving scene; also patterns such as frames/*.ply, see `expand`. A `time` of None is where the user
-    names none: readers of one moment take the first. `memory` is in bytes. `seeks_cameras` tells whether
-    cameras that lie beside the scene tell how it is seen, see `camera_folders`.
+    `paths` are files, folders or patterns such as frames/*.ply (see `expand`): parts that are joined in this
+    order, or moments of a moving scene. Without a `time`, readers of one moment take the first. `memory` is
+    in bytes. With `seeks_cameras`, camera files beside the scene decide its view, see `camera_folders`.
 
     Raises:
-        ValueError: if there is no path, the level is below 0, or the rate or the memory is not above it.
+        ValueError: if there is no path, `lod` is negative, or rate or memory is not positive.
     """
 
     paths: tuple[Path, ...]
     NOT_IN_MEMORY: ClassVar = OF_SCENE_FILES
     # fmt: off
-    lod: Annotated[int | None, option("level of detail of a scene that has several; 0 is the finest", ge=0,
+    lod: Annotated[int | None, option("level of detail, for scenes with several; 0 is the finest", ge=0,
         default="chosen by its size")] = None
     time: Annotated[Moment | None, option("moment of a moving scene, in seconds or as a share of its "
-        "duration such as 40%; 'all' takes numbered files for one scene at rest #frame #moment",
+        "duration such as 40%; 'all' joins numbered files to one still scene #frame #moment",
         default="the first moment", metavar="S|PERCENT|all", read=Moment.parse, make=moment_value)] = None
-    moments_per_second: Annotated[float | None, option("rate of numbered files that are the moments of a "
-        "moving scene; each is seen for 1/RATE of a second; other scenes have none", gt=0,
+    moments_per_second: Annotated[float | None, option("rate of a moving scene in numbered files, one per "
+        "moment", gt=0,
         default=f"{MOMENTS_PER_SECOND:g}")] = None
-    memory: Annotated[int | None, option("memory that strokes may be made in, such as 8GB: a scene that "
-        "takes more is read in blocks and neighbours of one size and colour are merged as they come #ram "
-        "#large", default="3/4 of the machine's", metavar="SIZE", read=parse_memory)] = None
+    memory: Annotated[int | None, option("memory limit for making strokes, such as 8GB; larger scenes are "
+        "read in blocks, merging neighbours of similar size and colour #ram #large",
+        default="3/4 of the machine's", metavar="SIZE", read=parse_memory)] = None
     # fmt: on
     seeks_cameras: bool = True
 
@@ -61,7 +60,7 @@ class SceneSource(Options, frozen=True):
     def of(
         cls, scene: "SceneFiles", *, lod: int | None = None, moments_per_second: float | None = None
     ) -> "SceneSource":
-        """The source that one path, several or a source stand for; None keeps what a source says."""
+        """A source from one path, several, or a source; None keeps the source's own values."""
         if not isinstance(scene, SceneSource):
             paths = (scene,) if isinstance(scene, (str, Path)) else scene
             return cls(tuple(map(Path, paths)), lod, moments_per_second=moments_per_second)
@@ -71,27 +70,28 @@ class SceneSource(Options, frozen=True):
 
     @property
     def name(self) -> str:
-        """What outputs are called after: "koala" for koala.compressed.ply, "tiles" for tiles/meta.json.
+        """Base name of outputs: "koala" for koala.compressed.ply, "tiles" for tiles/meta.json.
 
-        Several are called after the first: "koala+2" with two more.
+        Several paths are named after the first: "koala+2" for two more.
         """
         first, more = self.paths[0], len(self.paths) - 1
         return _name_of(first) + (f"+{more}" if more else "")
 
     def files(self) -> tuple[Path, ...]:
-        """The paths, and what lies in those that are folders: all that an output must not replace."""
+        """The paths and the contents of folders among them: files that outputs must not replace."""
         paths = [path for pattern in self.paths for path in expand(pattern)]
         return (*paths, *(file for path in paths for file in _files_in(path)))
 
     def camera_folders(self) -> tuple[Path, ...]:
-        """Where cameras of the scene may lie: its folders, where it is one, those of its files, those above.
+        """Folders to search for cameras: the scene's own folders, then those of its files, then their
+        parents.
 
-        Empty where cameras are not sought.
+        Empty if cameras are not sought.
         """
         if not self.seeks_cameras:
             return ()
         files = [Path(os.path.abspath(path)) for path in self.paths]  # noqa: PTH100  resolve follows links
-        own = [path for path in files if os.path.isdir(path)]  # noqa: PTH112  also of names that no file has
+        own = [path for path in files if os.path.isdir(path)]  # noqa: PTH112  accepts invalid names
         beside = [path.parent for path in files]
         above = [path.parent for path in beside if path not in own]
         return tuple(dict.fromkeys([*own, *beside, *above]))
@@ -100,15 +100,15 @@ class SceneSource(Options, frozen=True):
         return " ".join(map(str, self.paths))
 
 
-# What functions take for a scene: a file or folder, several of them, or a source.
+# A scene argument: a file or folder, several of them, or a source.
 SceneFiles = SceneSource | str | Path | Sequence[str | Path]
 
 
 def expand(path: Path) -> tuple[Path, ...]:
-    """The files and folders that a path stands for: itself, or what matches it if it is a pattern.
+    """The path itself or, if it is a pattern, its matches.
 
-    A pattern has a *, ? or [ ], and nothing has it for a name. Shells expand patterns, but only up to some
-    thousands of files, and not where they are quoted. Hidden files do not match.
+    A pattern contains *, ? or [ ] and is not the name of an existing file. Shells expand patterns too, but
+    not in quotes and only up to some thousands of files. Hidden files do not match.
     """
     if not _is_pattern(path):
         return (path,)
@@ -122,7 +122,7 @@ def _is_pattern(path: Path) -> bool:
 
 
 def _files_in(folder: Path) -> list[Path]:
-    """What lies in a folder; nothing if it is none, or may not be read, which reading the scene will say."""
+    """The contents of a folder; empty if it cannot be read (reading the scene reports that)."""
     try:
         return sorted(folder.iterdir())
     except (OSError, ValueError):
@@ -130,7 +130,7 @@ def _files_in(folder: Path) -> list[Path]:
 
 
 def _name_of(path: Path) -> str:
-    if glob.has_magic(path.name) and _is_pattern(path):  # what stands before the pattern, or the folder
+    if glob.has_magic(path.name) and _is_pattern(path):  # the text before the pattern, or the folder
         before = re.split(r"[*?[]", path.name)[0].rstrip("_-. ")
         if before:
             return before

@@ -1,4 +1,4 @@
-"""Options of a sequence: the path of the camera, or how a painting grows, and where frames are painted."""
+"""Options of a sequence: the camera path or the growth of a painting, and where frames are painted."""
 
 from pathlib import Path
 from typing import Annotated, ClassVar
@@ -6,43 +6,46 @@ from typing import Annotated, ClassVar
 from brushgs.options.table import OF_FILMS, Options, in_files, option
 
 DEFAULT_FPS = 24.0  # of film
-MAX_FRAMES = 99_999  # more than an hour of film; five digits number them
+MAX_FRAMES = 99_999  # over an hour of film; five digits
 WORKERS_TIMEOUT = 60.0  # seconds that a Dask scheduler may have no worker: batch systems are slow to start
-STANDING_SECONDS, STANDING_SHARE = 1.0, 0.25  # at the end of a painting that grows, the shorter of both
-FADE_SECONDS, MOST_FADE = 0.15, 0.1  # in which one of its strokes comes; as a share of the time at most
+STANDING_SECONDS, STANDING_SHARE = (
+    1.0,
+    0.25,
+)  # of finished painting at the end: the shorter
+FADE_SECONDS, MOST_FADE = 0.15, 0.1  # fade-in of one stroke; at most this share of the growing time
 MAX_FPS = 1000.0  # more is a typing error, and video formats count milliseconds at the finest
 
 
 class PathConfig(Options, frozen=True):
-    """The path of the camera: an orbit around the scene, or from a file. Exactly one of `orbit` and `file`.
+    """The camera path: an orbit around the scene, or the views of a file. Give exactly one of `orbit` and
+    `file`.
 
-    Exactly one of `orbit` and `file`. An orbit is always a loop. The views of a file are frames, or with
-    `frames` or `seconds` the key views of a spline that is traversed at constant speed; frames include both
-    ends of an open path. `seconds` times `fps` frames, and one more if the path is open, so that twice the
-    fps keeps every frame. An animated camera of a glTF or USD file is no spline: `frames`, `seconds` and
-    `fps` choose the moments of its own motion. A first frame is not repeated at the end of a loop, nor is a
-    last view that equals it. A camera path file may be a loop without this.
+    An orbit is always a loop. The views of a file are frames or, with `frames` or `seconds`, key views of a
+    spline at constant speed. Open paths include both ends: `seconds` give `seconds * fps + 1` frames, so that
+    doubling the fps keeps every frame. For an animated camera of a glTF or USD file, `frames`, `seconds` and
+    `fps` sample its own motion. Loops do not repeat the first frame or an equal last view. A file may itself
+    declare a loop.
     """
 
     GROUP: ClassVar = "path"
     NOT_IN_MEMORY: ClassVar = OF_FILMS
     ABOUT: ClassVar = "many frames along a camera path, in place of one picture"
     # fmt: off
-    orbit: Annotated[int | None, option("one turn around the up axis in N frames from the framed view "
-        "#turn #turntable #rotate #spin #video", ge=3, le=MAX_FRAMES,
+    orbit: Annotated[int | None, option("one turn around the up axis in N frames, starting from the framed "
+        "view #turn #turntable #rotate #spin #video", ge=3, le=MAX_FRAMES,
         unit="frames", default="one picture", example="120"
     )] = None
-    file: Annotated[Path | None, option("cameras: {cameras}; each view is a frame, or with --frames or "
-        "--seconds a key view of a smooth path; an animated camera moves as it does #trajectory #camera "
+    file: Annotated[Path | None, option("camera file: {cameras}; each view is a frame or, with --frames or "
+        "--seconds, a key view of a smooth path; animated cameras keep their own motion #trajectory #camera "
         "#animation", flag="--path", default="")] = None
     frames: Annotated[int | None, option("frames along the path", ge=2, le=MAX_FRAMES, default="one per view"
     )] = None
     seconds: Annotated[float | None, option("duration in place of --frames #duration #length", gt=0,
         default="frames over fps", metavar="S")] = None
-    fps: Annotated[float | None, option("frames per second", gt=0, le=MAX_FPS, default="that of the path "
-        "file, else 24, of a moving scene 30")] = None
-    loop: Annotated[bool, option("close the path: continue from the last view to the first; a moving scene "
-        "runs there and back")] = False
+    fps: Annotated[float | None, option("frames per second", gt=0, le=MAX_FPS,
+        default="that of the path file, else 24, or 30 for a moving scene")] = None
+    loop: Annotated[bool, option("close the path from the last view to the first; a moving scene runs "
+        "forward and back")] = False
     # fmt: on
 
     def __post_init__(self) -> None:
@@ -59,16 +62,16 @@ class PathConfig(Options, frozen=True):
 
 
 class GrowConfig(Options, frozen=True):
-    """A painting that comes into being, seen by one camera that stands still.
+    """A film of a painting as it grows, seen by a fixed camera.
 
-    Its last part, a second or a quarter, shows the finished painting.
+    It ends on the finished painting, for one second or a quarter of the film, whichever is shorter.
     """
 
     GROUP: ClassVar = "path"
     NOT_IN_MEMORY: ClassVar = OF_FILMS
     # fmt: off
-    seconds: Annotated[float, option("a video of so many seconds in which the painting comes into being: "
-        "ground, large strokes, small ones, lights; the camera stands still #timelapse #process #progress",
+    seconds: Annotated[float, option("video of this length in which the painting grows: ground, large "
+        "strokes, small ones, lights; the camera is fixed #timelapse #process #progress",
         flag="--grow", gt=0, unit="seconds", default="the finished painting", metavar="SECONDS")]
     fps: Annotated[float | None, in_files("frames per second of the video", gt=0, le=MAX_FPS)] = None
     # fmt: on
@@ -85,18 +88,18 @@ class GrowConfig(Options, frozen=True):
 
     @property
     def num_frames(self) -> int:
-        """How many frames there are."""
+        """Total number of frames."""
         return round(min(self.seconds * self.rate, 2.0 * MAX_FRAMES))
 
     @property
     def num_growing(self) -> int:
-        """How many of them show the painting unfinished, at least one: the bare ground."""
+        """Number of frames before the painting is finished, at least one: the bare ground."""
         standing = round(min(STANDING_SECONDS, STANDING_SHARE * self.seconds) * self.rate)
         return max(self.num_frames - max(standing, 1), 1)
 
     @property
     def fade(self) -> float:
-        """The time in which a stroke comes, as a share of that in which the painting grows."""
+        """Fade-in time of a stroke, as a share of the growing time."""
         return min(FADE_SECONDS * self.rate / self.num_growing, MOST_FADE)
 
     def time(self, index: int) -> float:
@@ -105,18 +108,18 @@ class GrowConfig(Options, frozen=True):
 
 
 class SequenceConfig(Options, frozen=True):
-    """Where the frames of a sequence are painted, and which of them."""
+    """Processes that paint the frames of a sequence, and which frames they paint."""
 
     GROUP: ClassVar = "path"
     NOT_IN_MEMORY: ClassVar = OF_FILMS
     # fmt: off
-    jobs: Annotated[int, option("processes that paint; one uses all processors for one frame; frames do "
-        "not depend on it #parallel #speed", ge=1)] = 1
+    jobs: Annotated[int, option("number of processes; one process uses all processors per frame; the frames "
+        "do not depend on it #parallel #speed", ge=1)] = 1
     scheduler: Annotated[str | None, option("Dask scheduler whose workers paint, such as tcp://host:8786 "
         "(pip install 'dask[distributed]') #cluster", default="this machine", metavar="ADDRESS")] = None
-    workers_timeout: Annotated[float, option("to wait where the scheduler has no worker", gt=0,
+    workers_timeout: Annotated[float, option("time to wait for a worker of the scheduler", gt=0,
         unit="seconds", metavar="SECONDS")] = WORKERS_TIMEOUT
-    is_resumed: Annotated[bool, option("paint only those numbered frames that are missing #continue",
+    is_resumed: Annotated[bool, option("paint only missing numbered frames #continue",
         flag="--resume")] = False
     # fmt: on
 

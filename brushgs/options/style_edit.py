@@ -1,4 +1,4 @@
-"""What the style of an edit is learnt from: a scene before and after it, or pictures of one."""
+"""Sources of an edit style: a scene before and after the edit, or pictures of a scene before and after."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ from brushgs.options.table import Options
 
 
 class EditSource(Options, frozen=True):
-    """What an edit is learnt from.
+    """Sources of an edit style.
 
     From a scene `before` and `after`, or with `camera_file` pictures of a `scene`: a folder each, or a single
     one. Without `before` they are paint-overs, and the scene itself is what was before. `up` is that of the

@@ -1,4 +1,4 @@
-"""Styles by name and share, and changes of colour that need no style: what an artist turns."""
+"""Styles with their shares, and colour adjustments that need no style."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -88,7 +88,7 @@ def _styles(text: str) -> tuple[StyleShare, ...]:
 
 
 def _styles_value(given: Any) -> tuple[StyleShare, ...]:
-    """Styles of a table of files with their shares."""
+    """Styles from a table of file -> share, or from one path."""
     if isinstance(given, Mapping) and given:
         return tuple(_share_of(Path(file), share) for file, share in given.items())
     if isinstance(given, Path):
@@ -107,14 +107,14 @@ def _share_of(file: Path, given: Any) -> StyleShare:
 
 
 class StyleConfig(Options, frozen=True):
-    """The styles of a painting: what is missing of 1 in their shares is the painting without any.
+    """The styles of a painting; the rest of 1 in their shares is the painting without style.
 
-    `has_brushes` tells whether strokes take the brushes of styles that have some.
+    `has_brushes`: strokes use the brushes of styles that have some.
     """
 
     GROUP: ClassVar = "style"
     ABOUT: ClassVar = (
-        "what was learnt from paintings and edits, and changes of colour (`brushgs style` learns one)"
+        "styles learnt from paintings or edits (`brushgs style` learns one), and colour adjustments"
     )
     # fmt: off
     styles: Annotated[tuple[StyleShare, ...], option("style, or several with commas: "
@@ -142,12 +142,12 @@ class StyleConfig(Options, frozen=True):
 
     @property
     def share(self) -> float:
-        """Of all styles together: 0 is the painting without them, 1 with nothing of its own."""
+        """Sum of all shares: 0 is the painting without style, 1 is style only."""
         return sum(style.share for style in self.styles)
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Of the styles."""
+        """The style files."""
         return tuple(style.file for style in self.styles)
 
     @property
@@ -161,7 +161,7 @@ class StyleConfig(Options, frozen=True):
         """Parse a text such as "monet.style:0.7,dusk.style:0.3"; without a share it is 1.
 
         Raises:
-            ValueError: if it has no such form, or a share is out of range.
+            ValueError: if the text is invalid, or a share is out of range.
         """
         return cls(tuple(StyleShare.parse(word) for word in text.split(",")))
 
@@ -180,10 +180,10 @@ def style_config(given: Any) -> StyleConfig:
 
 
 def check_swap(text: Any) -> str:
-    """The text, if it is a swap of colours.
+    """Check a colour swap and return it.
 
     Raises:
-        ValueError: if it is none.
+        ValueError: if it is not "#rrggbb:#rrggbb".
     """
     if not isinstance(text, str) or not re.fullmatch(r"#[0-9a-fA-F]{6}:#[0-9a-fA-F]{6}", text):
         raise ValueError(f"swap must be two colours such as '#3a5f0b:#7a1f1f', got {text!r}")
@@ -191,10 +191,10 @@ def check_swap(text: Any) -> str:
 
 
 def _adjustments(text: str) -> dict[str, float]:
-    """The numbers of a text such as "saturation=0.6,contrast=1.1", by field.
+    """Parse "saturation=0.6,contrast=1.1" to numbers by field.
 
     Raises:
-        ValueError: if it has no such form, or a number is out of range.
+        ValueError: if the text is invalid, or a number is out of range.
     """
     numbers = {}
     for word in text.split(","):
@@ -207,7 +207,7 @@ def _adjustments(text: str) -> dict[str, float]:
 
 
 def _checked_adjustments(given: Any) -> dict[str, float]:
-    """The same of a table of Python or TOML."""
+    """The same from a table of Python or TOML."""
     rows = {row.field: row for row in rows_of(AdjustConfig) if row.field in NUMBERS}
     if not isinstance(given, Mapping):
         raise ValueError(f"must be a table such as {{saturation = 0.6}}, got {shown(given)}")
@@ -220,13 +220,14 @@ def _checked_adjustments(given: Any) -> dict[str, float]:
 
 
 class AdjustFlag(Options, frozen=True):
-    """The flag of the numbers of `AdjustConfig`, which are several fields."""
+    """`--adjust`, one flag for several numbers of `AdjustConfig`."""
 
     GROUP: ClassVar = "style"
     # fmt: off
-    numbers: Annotated[dict[str, float] | None, option("one or several with commas: brightness -1 to 1 "
-        "(default 0), contrast and saturation 0 to 3 (default 1), temperature -1 (blue) to 1 (orange, "
-        "default 0); after palette and style #brightness #contrast #saturation #temperature #exposure",
+    numbers: Annotated[dict[str, float] | None, option("one or several, separated by commas: brightness -1 "
+        "to 1 (default 0), contrast and saturation 0 to 3 (default 1), temperature -1 (blue) to 1 (orange, "
+        "default 0); applied after palette and style #brightness #contrast #saturation #temperature "
+        "#exposure",
         flag="--adjust", default="", metavar="NAME=NUMBER", read=_adjustments, make=_checked_adjustments,
         action="fields", written=(",", "="))] = None
     # fmt: on
@@ -237,7 +238,7 @@ def _swaps(given: Any) -> tuple[str, ...]:
 
 
 class AdjustConfig(Options, frozen=True):
-    """Changes of the colours of strokes, the last of all; the defaults change nothing."""
+    """Final colour adjustments of strokes; the defaults change nothing."""
 
     GROUP: ClassVar = "style"
     # fmt: off
@@ -246,8 +247,8 @@ class AdjustConfig(Options, frozen=True):
     saturation: Annotated[float, in_files("factor of the distance from grey of the same luminance, 0 is "
         "grey", ge=0, le=3)] = 1.0
     temperature: Annotated[float, in_files("-1 is blue, 1 orange", ge=-1, le=1)] = 0.0
-    swaps: Annotated[tuple[str, ...], option("colours near #a move to #b, such as '#3a5f0b:#7a1f1f'; may "
-        "be given again #replace #color #recolor", flag="--swap", default="none", metavar="#a:#b",
+    swaps: Annotated[tuple[str, ...], option("move colours near #a to #b, such as '#3a5f0b:#7a1f1f'; "
+        "repeatable #replace #color #recolor", flag="--swap", default="none", metavar="#a:#b",
         read=check_swap, make=_swaps, action="append")] = ()
     # fmt: on
 
@@ -257,5 +258,5 @@ class AdjustConfig(Options, frozen=True):
 
     @property
     def changes(self) -> bool:
-        """Whether it does anything."""
+        """Whether any value differs from the defaults."""
         return self != AdjustConfig()

@@ -1,11 +1,10 @@
-"""Options that are said once: a typed field with its words, range and flag, and all else is made of that
-line.
+"""The option table: one line per option (type, words, range, flag) from which all else is derived.
 
     class LightConfig(Options, frozen=True):
         relief: Annotated[float, share("strength of light and shade on the paint")] = 0.0
 
-The table of a class (`rows_of`) gives flags and their help, the reading of text, of files and of keywords of
-Python, the ranges that a constructor checks, manifests, and what the page of `brushgs view` offers.
+The rows of a class (`rows_of`) give its flags and help, parsing of text, files and Python keywords, range
+checks of the constructor, manifests, and the controls of the page of `brushgs view`.
 """
 
 import sys
@@ -19,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union, get_
 from brushgs.options.renamed import current
 
 _IS_SLOW = "typing_extensions" not in sys.modules
-if _IS_SLOW:  # msgspec asks for names that typing has as well; importing it takes 50 ms
+if _IS_SLOW:  # msgspec imports typing_extensions (50 ms) for names that typing has as well
     sys.modules["typing_extensions"] = None  # type: ignore[assignment]
 try:
     import msgspec
@@ -31,9 +30,9 @@ finally:
 if TYPE_CHECKING:
     from dataclasses import Field
 
-__all__ = ["Struct"]  # beside what is made here
+__all__ = ["Struct"]  # re-export, beside the definitions here
 
-LARGEST = 1e300  # magnitudes of numbers from files
+LARGEST = 1e300  # limit for magnitudes of numbers from files
 OF_FILMS = "belongs to films; use `brushgs render`, or brushgs.paint_film"
 OF_FILES = "belongs to files; use `brushgs render`, or brushgs.save(frame, ...)"
 OF_COMMANDS = "belongs to the command; give report="
@@ -41,27 +40,28 @@ OF_SCENE_FILES = "belongs to scene files; omit it with Gaussians, which are in m
 
 
 class Option(Struct, frozen=True, kw_only=True):
-    """What an option is, beside its type and its default.
+    """Properties of an option beside its type and default.
 
     Attributes:
-        words: what it does, without range and default, and at the end #words that people search it by.
-            {pictures} and the like are lists of formats.
-        flag: its flags; "" for that of its name, None for none: then files alone name it.
-        ge: least value, and `gt`, `le`, `lt` likewise; of every number of a tuple; degrees of an angle.
-        unit: of its numbers. An angle in degrees is held in radians.
-        default: in words, where the value of the class does not say it.
-        metavar: what stands for a value in help, where its type does not say it.
-        read: makes a value of text; None for what its type says. Raises ValueError.
-        make: makes a value of one of Python or TOML that is neither text nor of its type.
-        written: how text is made of a list or a table: what stands between items, and after keys.
-        takes_percent: whether 70% is 0.7.
-        is_signed: whether its text may begin with a minus and be no plain number.
-        action: of argparse, where it is not to store a value.
-        nargs: of argparse, as `const`.
-        choices: of which it takes one, where its type does not say them.
-        alone: the group of flags of which only one is given.
-        example: a value, for the short help.
-        not_in_memory: why `brushgs.paint` has none, and what to use, where that is not so of its class.
+        words: help text without range and default, followed by #tags for search. {pictures} and the like are
+            replaced by lists of formats.
+        flag: its flags; "" derives one from the field name; None: no flag, only in files and Python.
+        ge: lower bound, with `gt`, `le` and `lt` likewise; for every number of a tuple; in degrees for
+            angles.
+        unit: of its numbers. Angles with unit "degrees" are stored in radians.
+        default: default in words, if the value itself does not say it.
+        metavar: placeholder in help, if not derived from the type.
+        read: converts text to a value, or raises ValueError; None: by type.
+        make: converts a Python or TOML value that is neither text nor of the type.
+        written: separators for writing a list or table as text: between items, and after keys.
+        takes_percent: whether 70% means 0.7.
+        is_signed: whether text may start with a minus without being a plain number.
+        action: argparse action, if it does not store a value.
+        nargs: of argparse, as is `const`.
+        choices: allowed texts, if not given by the type.
+        alone: name of a group of mutually exclusive flags.
+        example: value for the short help.
+        not_in_memory: why `brushgs.paint` does not take it, and what to use; overrides that of its class.
     """
 
     words: str = ""
@@ -88,7 +88,7 @@ class Option(Struct, frozen=True, kw_only=True):
 
     @property
     def span(self) -> str:
-        """Its range in words; "" if any number will do."""
+        """Its range in words; "" without limits."""
         low, high = self.gt if self.ge is None else self.ge, self.lt if self.le is None else self.le
         above = "" if low is None else f"above {number_text(low)}"
         if self.ge is not None and self.le is not None:
@@ -101,7 +101,7 @@ class Option(Struct, frozen=True, kw_only=True):
         return f"{span} {self.unit}" if span and self.unit else span
 
     def holds(self, number: float) -> bool:
-        """Whether a finite number is in its range."""
+        """Whether a number is finite and in range."""
         return isfinite(number) and (
             (self.ge is None or number >= self.ge)
             and (self.gt is None or number > self.gt)
@@ -116,18 +116,18 @@ def option(words: str = "", **what: Any) -> Option:
 
 
 def share(words: str = "", **what: Any) -> Option:
-    """A share, 0 to 1, also in percent."""
+    """An option for a share, 0 to 1 or in percent."""
     limits: dict[str, Any] = {"ge": 0, "le": 1, "takes_percent": True}
     return Option(**limits | {"words": words} | what)
 
 
 def in_files(words: str = "", **what: Any) -> Option:
-    """An option that only files and Python have."""
+    """An option without a flag, only for files and Python."""
     return Option(words=words, flag=None, **what)
 
 
 class _FieldsOfDataclass:
-    """`dataclasses.replace`, `fields` and `asdict` take options too; made where they are asked for."""
+    """Dataclass fields on demand, so that `dataclasses.replace`, `fields` and `asdict` accept options."""
 
     def __get__(self, value: object, owner: type["Options"]) -> "dict[str, Field[Any]]":
         from dataclasses import make_dataclass
@@ -141,12 +141,12 @@ class _FieldsOfDataclass:
 
 
 class Options(Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of one step of the work; checked where they are made."""
+    """Options of one step, checked on construction."""
 
-    GROUP: ClassVar[str] = ""  # of its flags in help
-    ABOUT: ClassVar[str] = ""  # that group
-    IN_LOOKS: ClassVar[bool] = False  # whether a look decides the defaults of flags
-    NOT_IN_MEMORY: ClassVar[str] = ""  # why `brushgs.paint` has none of them
+    GROUP: ClassVar[str] = ""  # help group of its flags
+    ABOUT: ClassVar[str] = ""  # description of that group
+    IN_LOOKS: ClassVar[bool] = False  # whether looks set the defaults of its flags
+    NOT_IN_MEMORY: ClassVar[str] = ""  # why `brushgs.paint` does not take them
     if TYPE_CHECKING:
         __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
     else:
@@ -158,7 +158,7 @@ class Options(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Row:
-    """One line of the table: an option of a class, as everything that reads or shows it needs it."""
+    """One row of the table: an option of a class."""
 
     def __init__(self, field: str, annotation: Any, default: Any = None, of: type[Options] = Options) -> None:
         self.field, self.annotation, self.default, self.of = field, annotation, default, of
@@ -170,13 +170,13 @@ class Row:
         self.not_in_memory = self.option.not_in_memory or of.NOT_IN_MEMORY
 
     def described(self, words: str) -> "Row":
-        """The same in other words."""
+        """The same row with another help text."""
         told = msgspec.structs.replace(self.option, words=words)
         return Row(self.field, Annotated[self.kind, told], self.default, self.of)
 
     @cached_property
     def kinds(self) -> tuple[Any, ...]:
-        """The types of a value, without None."""
+        """Types of its values, without None."""
         is_union = get_origin(self.kind) in (UnionType, Union)
         return tuple(
             one for one in (get_args(self.kind) if is_union else (self.kind,)) if one is not type(None)
@@ -184,26 +184,26 @@ class Row:
 
     @cached_property
     def flags(self) -> tuple[str, ...]:
-        """Its flags, the long one last; none of what only files have, and of an argument."""
+        """Its flags, the long one last; empty without a flag."""
         if self.option.flag is None:
             return ()
         return tuple((self.option.flag or f"--{self.field.replace('_', '-')}").split())
 
     @property
     def name(self) -> str:
-        """What messages call it."""
+        """Its name in messages."""
         return self.flags[-1].lstrip("-") if self.flags else self.field
 
     @property
     def choices(self) -> tuple[str, ...] | None:
-        """Texts of which it takes one; None if there are others."""
+        """Allowed texts; None if others are allowed."""
         if self.option.choices is not None or self.option.read is not None:
             return self.option.choices
         return get_args(self.kinds[0]) if all(get_origin(one) is Literal for one in self.kinds) else None
 
     @property
     def metavar(self) -> str | None:
-        """What stands for a value in help; None where the choices do."""
+        """Placeholder for the value in help; None if the choices are shown."""
         if self.option.metavar or self.choices is not None:
             return self.option.metavar or None
         if self.kinds[0] is float:
@@ -222,11 +222,11 @@ class Row:
 
     @property
     def takes_on_off(self) -> bool:
-        """Whether its text says true and false as "on" and "off"."""
+        """Whether true and false are written "on" and "off"."""
         return "on|" in (self.metavar or "") and not self.is_switch
 
     def help(self, default: str | None = None, **named: str) -> str:
-        """Range and default are never written by hand, so they cannot be wrong."""
+        """Help text; range and default are generated, so they cannot be wrong."""
         words = self.words
         for name, text in named.items():
             words = words.replace(f"{{{name}}}", text)
@@ -260,7 +260,7 @@ class Row:
         return "none" if self.default is None else self.text_of(self.default)
 
     def text_of(self, value: Any) -> str:
-        """A value as its flag takes it."""
+        """A value as text of its flag."""
         if isinstance(value, bool):
             return "on" if value else "off"
         if isinstance(value, tuple):
@@ -270,7 +270,7 @@ class Row:
         return str(value)
 
     def check(self, value: Any) -> None:
-        """Raise ValueError for a value that is out of range, or no value of this option at all."""
+        """Raise ValueError for a value of another type or out of range."""
         if value is None:
             return
         self._check_type(value)
@@ -303,10 +303,10 @@ class Row:
         raise ValueError(f"{self.name} must be {self.option.span}, got {found}{cure}")
 
     def read(self, text: str) -> Any:
-        """The value of a text.
+        """Parse text.
 
         Raises:
-            ValueError: if it is none; without the name of the option.
+            ValueError: if it is invalid; the message lacks the name of the option.
         """
         if self.option.read is not None:
             return _named_elsewhere(self.option.read, text)
@@ -332,22 +332,22 @@ class Row:
         return Path(text) if kind is Path else text
 
     def _held(self, value: Any) -> Any:
-        """A number or numbers as they are held."""
+        """Numbers as stored: angles in radians."""
         if self.option.unit != "degrees":
             return value
         return tuple(map(radians, value)) if isinstance(value, tuple) else radians(value)
 
     def value(self, given: Any, *, is_strict: bool = False) -> Any:
-        """The value of one of Python, or of TOML.
+        """Convert a Python or TOML value.
 
         Args:
-            given: text as the flag takes it, or a value of its type.
-            is_strict: whether text is taken only where the type is text, or has a form of its own.
+            given: text as for the flag, or a value of its type.
+            is_strict: accept text only if the type is text or the option has `read`.
 
         Raises:
-            ValueError: if it is none; without the name of the option.
+            ValueError: if it is invalid; the message lacks the name of the option.
         """
-        given = given.tolist() if hasattr(given, "tolist") else given  # of NumPy
+        given = given.tolist() if hasattr(given, "tolist") else given  # from NumPy
         if self.option.make is not None and not isinstance(given, str):
             return _named_elsewhere(self.option.make, given)
         if isinstance(given, str) and (self.option.read is not None or not is_strict):
@@ -385,13 +385,13 @@ _TABLE = _Table()
 
 
 def rows_of(kind: type[Options]) -> tuple[Row, ...]:
-    """The table of a class."""
+    """The rows of a class."""
     return _TABLE[kind]
 
 
 @cache
 def row_of(kind: type[Options], field: str) -> Row:
-    """One line of it."""
+    """The row of a field."""
     return next(row for row in rows_of(kind) if row.field == field)
 
 
@@ -410,15 +410,15 @@ def changed(options: Options) -> dict[str, Any]:
 
 
 def read_table(table: Mapping[str, Any], rows: Mapping[str, Row], place: str = "") -> dict[str, Any]:
-    """The values of a table of TOML or JSON.
+    """Convert a table of TOML or JSON.
 
     Args:
         table: name -> value.
-        rows: that it may have, by name.
-        place: of the table, for messages.
+        rows: allowed rows by name.
+        place: prefix of messages.
 
     Raises:
-        ValueError: if it has another name, or a value of another type; names the nearest.
+        ValueError: if a name is unknown (the message suggests the nearest), or a value is invalid.
     """
     values: dict[str, Any] = {}
     for name, given in table.items():
@@ -433,11 +433,11 @@ def read_table(table: Mapping[str, Any], rows: Mapping[str, Row], place: str = "
 
 
 class NestedError(ValueError):
-    """What is wrong with one of several values of an option, which it names."""
+    """An error in one of several values of an option; the message names the value."""
 
 
 def unnamed(error: ValueError) -> ValueError:
-    """What an error says of a value, without the name before "must" that its maker knows it by."""
+    """The error without the value's name before "must"."""
     if isinstance(error, NestedError):
         return error
     name, must, rule = str(error).partition(" must ")
@@ -445,7 +445,7 @@ def unnamed(error: ValueError) -> ValueError:
 
 
 def _named_elsewhere(make: Callable[[Any], Any], given: Any) -> Any:
-    """What a function makes that names the value by itself."""
+    """Call `make`; errors lose the name that it gives the value."""
     try:
         return make(given)
     except ValueError as error:
@@ -453,7 +453,7 @@ def _named_elsewhere(make: Callable[[Any], Any], given: Any) -> Any:
 
 
 def shown(value: Any) -> str:
-    """A value from elsewhere in a message, shortened."""
+    """A foreign value for a message, shortened."""
     import reprlib
 
     short = reprlib.Repr()
@@ -462,10 +462,10 @@ def shown(value: Any) -> str:
 
 
 def fitted(given: Any, kind: Any) -> Any:
-    """A value of Python or TOML as one of a type.
+    """Convert a Python or TOML value to a type.
 
     Raises:
-        ValueError: if it is of another type, or no finite number.
+        ValueError: if it is of another type, or not finite.
     """
     try:
         made = _fitted(given, kind)
@@ -516,7 +516,7 @@ def _is_number(value: Any) -> bool:
 
 
 def in_words(kind: Any) -> str:
-    """What a field of a type takes."""
+    """A type in words, for messages."""
     kinds = get_args(kind)
     if get_origin(kind) in (UnionType, Union):
         return " or ".join(in_words(one) for one in kinds if one is not type(None))
@@ -537,7 +537,7 @@ def listed(words: Iterable[str], last: str = "or") -> str:
 
 
 def hint_for(word: str, known: Any) -> str:
-    """A question for the nearest of the known words; "" if none is near."""
+    """A hint at the nearest known word, as a question; "" if none is close."""
     from difflib import get_close_matches
 
     closest = get_close_matches(word[:100], list(known), n=1, cutoff=0.6)
@@ -545,7 +545,7 @@ def hint_for(word: str, known: Any) -> str:
 
 
 def number_text(value: float) -> str:
-    """A number without digits that say nothing."""
+    """A number as the shortest exact text."""
     if float(value).is_integer() and abs(value) < 1e15:
         return str(int(value))
     text = f"{value:g}"
@@ -553,7 +553,7 @@ def number_text(value: float) -> str:
 
 
 def number(text: str) -> float:
-    """A finite number."""
+    """Parse a finite number."""
     try:
         value = float(text)
     except ValueError:
@@ -564,7 +564,7 @@ def number(text: str) -> float:
 
 
 def parse_share(text: str) -> float:
-    """A number, or per cent: "0.7" or "70%"; at most 100 %, no other range is checked."""
+    """Parse "0.7" or "70%"; percentages must be at most 100 %, no other range is checked."""
     try:
         value = number(text.removesuffix("%"))
     except ValueError:
@@ -577,7 +577,7 @@ def parse_share(text: str) -> float:
 
 
 def numbers(text: str, count: int) -> tuple[float, ...]:
-    """So many finite numbers, separated by commas."""
+    """Parse `count` finite numbers, separated by commas."""
     words = text.split(",")
     if len(words) != count:
         raise ValueError(f"must be {count} numbers separated by commas, got {text!r}")
@@ -585,7 +585,7 @@ def numbers(text: str, count: int) -> tuple[float, ...]:
 
 
 def count(text: str, least: int) -> int:
-    """A whole number of `least` or more."""
+    """Parse a whole number of `least` or more."""
     digits = text.removeprefix("+")
     if not (digits.isascii() and digits.isdecimal() and len(digits) <= 18) or int(digits) < least:
         raise ValueError(f"must be a whole number of {least} or more, got {text!r}")
@@ -593,7 +593,7 @@ def count(text: str, least: int) -> int:
 
 
 def on_off(text: str) -> bool:
-    """Whether a switch is on."""
+    """Parse "on" or "off"."""
     if text not in ("on", "off"):
         raise ValueError(f"must be on or off, got {text!r}")
     return text == "on"

@@ -1,4 +1,4 @@
-"""TOML files that one writes by hand, looks and rules: read with guards on size and depth in front."""
+"""Read hand-written TOML files (looks and rules), with limits on size and depth."""
 
 import re
 from pathlib import Path
@@ -8,15 +8,15 @@ from brushgs.errors import SceneError
 
 
 def read_text(path: Path, what: str, max_bytes: int) -> str:
-    """The text of a file.
+    """Read a text file.
 
     Args:
-        path: of the file.
-        what: it is, in words, such as "a look".
-        max_bytes: that it may have.
+        path: the file.
+        what: its kind, for messages, such as "a look".
+        max_bytes: size limit.
 
     Raises:
-        SceneError: if it cannot be read, is larger, or no text in UTF-8.
+        SceneError: if it cannot be read, is too large, or is not UTF-8.
     """
     try:
         with path.open("rb") as file:
@@ -32,7 +32,7 @@ def read_text(path: Path, what: str, max_bytes: int) -> str:
 
 
 def read_toml(text: str, path: Path, advice: str) -> dict[str, Any]:
-    """The tables of a text; `path` and `advice` are for the message.
+    """Parse TOML text; `path` and `advice` are for messages.
 
     Raises:
         SceneError: if it is not TOML, or nested too deeply.
@@ -43,18 +43,18 @@ def read_toml(text: str, path: Path, advice: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except RecursionError:
         raise SceneError(path, f"is nested too deeply; {advice}") from None
-    except ValueError as error:  # of the syntax, and numbers of too many digits
+    except ValueError as error:  # syntax errors, and numbers with too many digits
         raise SceneError(path, f"is not TOML: {str(error)[:200]}; {advice}") from None
 
 
 def line_of(text: str, key: str, table: str = "", index: int = 0) -> int | None:
-    """The line, from 1, where a key stands in a file, for a message; None if it is not found.
+    """Line number, from 1, of a key, for messages; None if it is not found.
 
     Args:
-        text: of the file.
-        key: as it is written there, or with "_" for "-".
-        table: that it stands in, "" for above all; or the key is itself that of a table.
-        index: of the table, where it is one of several [[table]].
+        text: the file's text.
+        key: as written in the file, or with "_" for "-"; may be the name of a table.
+        table: table of the key, "" for the top level.
+        index: of the table among several [[table]].
     """
     name = re.escape(key).replace("_", "[-_]").replace(r"\-", "[-_]")
     assigned = re.compile(rf"""\s*["']?{name}["']?\s*[=.]""")
@@ -72,7 +72,7 @@ def line_of(text: str, key: str, table: str = "", index: int = 0) -> int | None:
 
 
 def located(value: Any, folder: Path) -> Any:
-    """The same with files that lie in a folder; other names stay."""
+    """The value, with file names resolved to `folder` if they exist there."""
     if isinstance(value, tuple):
         return tuple(located(item, folder) for item in value)
     if isinstance(value, str) and ("." in value or "/" in value) and "\0" not in value:

@@ -1,4 +1,4 @@
-"""Options of `brushgs view`: where its page is served, and what is painted from there."""
+"""Options of `brushgs view`: its server, and videos requested from its page."""
 
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -9,22 +9,22 @@ from brushgs.options.table import Options, in_files, option
 
 LOOPBACK = "127.0.0.1"
 MAX_SECONDS = 600.0  # of a video: more is a typing error
-MAX_KEYS = 500  # views of a path that were marked in the page
+MAX_KEYS = 500  # marked views of a path
 
 FilmKind = Literal["turn", "path"]
 
 
 class ServerConfig(Options, frozen=True):
-    """Where a page is served."""
+    """Address and port of the page's server."""
 
     GROUP: ClassVar = "server"
-    ABOUT: ClassVar = "of this machine, for its own browser"
+    ABOUT: ClassVar = "on this machine, for its own browser by default"
     # fmt: off
-    host: Annotated[str, option("address of this machine that others may use too, 0.0.0.0 for all of them; "
-        "127.0.0.1 is reached by this machine alone", metavar="ADDRESS")] = LOOPBACK
-    port: Annotated[int, option("where the page is served; 0 takes a free one", ge=0, le=65535)] = 0
-    certificate: Annotated[Path | None, option("of https, in PEM", default="none, which is http")] = None
-    key: Annotated[Path | None, option("of the certificate, in PEM", flag="--private-key")] = None
+    host: Annotated[str, option("address to serve on: 127.0.0.1 for this machine only; another of its "
+        "addresses, or 0.0.0.0 for all, for other machines too", metavar="ADDRESS")] = LOOPBACK
+    port: Annotated[int, option("port of the page; 0 takes a free one", ge=0, le=65535)] = 0
+    certificate: Annotated[Path | None, option("certificate for https, PEM", default="none: http")] = None
+    key: Annotated[Path | None, option("private key of the certificate, PEM", flag="--private-key")] = None
     # fmt: on
 
     def __post_init__(self) -> None:
@@ -37,12 +37,12 @@ class ServerConfig(Options, frozen=True):
 
     @property
     def is_local(self) -> bool:
-        """Whether only this machine reaches it."""
+        """Whether only this machine can reach it."""
         return self.host == LOOPBACK or self.host == "localhost"
 
 
 def check_picture(width: int, height: int) -> None:
-    """Raise ValueError where a picture that is asked for from the page is too large."""
+    """Raise ValueError if a picture requested from the page is too large."""
     if broken := size_rule(width, height):
         raise ValueError(f"size {broken}")
     if width * height > MAX_FILE_PIXELS:
@@ -51,9 +51,9 @@ def check_picture(width: int, height: int) -> None:
 
 
 class FilmConfig(Options, frozen=True):
-    """A video that is asked for from the page.
+    """A video requested from the page.
 
-    A "turn" is one turn around what the page looks at, from its view; a "path" goes through marked views.
+    "turn" is one orbit around the target of the page's view; "path" goes through marked views.
     """
 
     kind: FilmKind

@@ -1,7 +1,7 @@
 """A part of a scene as text: terms such as "subject" or "sphere:0,0,1,0.5", with `and`, `or`, `not`, ( ).
 
-`not` binds tighter than `and`, and that tighter than `or`. A term ends before ` and `, ` or ` or a
-parenthesis, so words and file names may hold spaces; quotes hold the rest.
+`not` binds tighter than `and`, and `and` tighter than `or`. A term ends before ` and `, ` or ` or a
+parenthesis, so words and file names may contain spaces; anything else needs quotes.
 """
 
 import os
@@ -14,21 +14,21 @@ from typing import Annotated, ClassVar, Literal
 from brushgs.options.table import Options, Struct, option, share
 from brushgs.options.where_terms import FORMS, Mask, Term, Words, parse_term
 
-MAX_DEPTH = 50  # of parentheses: a text from elsewhere must not exhaust the stack
+MAX_DEPTH = 50  # nesting: foreign text must not exhaust the stack
 MAX_LENGTH = 20_000  # characters
 MAX_SOFT = 2.0  # of the subject's size: a wider edge is no edge
-CLIP_VARIABLE = "BRUSHGS_CLIP"  # of the environment: the folder of CLIP where none is named
+CLIP_VARIABLE = "BRUSHGS_CLIP"  # environment variable: default folder of the CLIP model
 _OPERATOR = re.compile(r"(and|or|not)(?=[\s()]|$)", re.IGNORECASE)
 _QUOTE = re.compile(r'"(?:[^"]|"")*"|\'(?:[^\']|\'\')*\'')
 
 
 class Where(Struct, frozen=True):
-    """A part of a scene: a term, or others combined.
+    """A part of a scene: a term, or a combination of parts.
 
-    "and" or "or" combine two parts or more, "not" one; a "term" has none, see `brushgs.options.where_terms`.
+    "and" and "or" combine two or more parts, "not" one; "term" has none, see `brushgs.options.where_terms`.
 
     Raises:
-        ValueError: if the number of parts does not suit.
+        ValueError: if the number of parts is wrong.
     """
 
     operator: Literal["and", "or", "not", "term"]
@@ -50,8 +50,7 @@ class Where(Struct, frozen=True):
         """Parse a text such as "subject and not sphere:0,0,1,0.5".
 
         Raises:
-            ValueError: if it cannot be read; one sentence that quotes what is wrong and says what would be
-                right.
+            ValueError: if it is invalid; the sentence quotes the fault and says what is expected.
         """
         if len(text) > MAX_LENGTH:
             raise ValueError(f"where must be at most {MAX_LENGTH:,} characters, got {len(text):,}")
@@ -66,12 +65,12 @@ class Where(Struct, frozen=True):
 
     @property
     def masks(self) -> tuple[Path, ...]:
-        """The files and folders of painted pictures."""
+        """Files and folders of masks."""
         return tuple(dict.fromkeys(term.path for term in self.terms() if isinstance(term, Mask)))
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """All that an output must not replace: masks, and the pictures in their folders."""
+        """Files that outputs must not replace: masks, and the pictures in their folders."""
         return tuple(file for path in self.masks for file in (path, *_pictures_in(path)))
 
     @property
@@ -81,12 +80,12 @@ class Where(Struct, frozen=True):
 
     @property
     def needs_subject(self) -> bool:
-        """Whether it depends on the first view of the scene: its subject, or which way is up."""
+        """Whether it depends on the first view of the scene: its subject or up axis."""
         return any(term.needs_subject for term in self.terms())
 
     @property
     def needs_cameras(self) -> bool:
-        """Whether it depends on cameras of pictures."""
+        """Whether masks need cameras."""
         return bool(self.masks)
 
     def __str__(self) -> str:
@@ -97,15 +96,15 @@ class Where(Struct, frozen=True):
         return f" {self.operator} ".join(part._inner() for part in self.parts)
 
     def _inner(self) -> str:
-        """As part of another: in parentheses where it is combined itself."""
+        """Text as part of a combination: in parentheses if itself combined."""
         return f"({self})" if self.operator in ("and", "or") else str(self)
 
 
 class WhereConfig(Options, frozen=True):
-    """The part of a scene that a command is limited to.
+    """Limits a command to a part of the scene.
 
     Raises:
-        ValueError: if the edge is too wide, or a term needs what is not given.
+        ValueError: if the edge is too wide, or a term lacks its cameras or model.
     """
 
     GROUP: ClassVar = "where"
@@ -118,11 +117,11 @@ class WhereConfig(Options, frozen=True):
         default="all", metavar="EXPR", read=Where.parse)]
     soft: Annotated[float, share("width of the edge as a share of the subject's size; 0 is hard #feather",
         flag="--where-soft", le=MAX_SOFT)] = 0.0
-    camera_file: Annotated[Path | None, option("cameras of the masks, by the names of the pictures or in "
-        "their order: {cameras}; by default cameras that lie beside the scene give {beside}; 'none' passes "
-        "over these", default="", metavar="FILE|none", action="camera file")] = None
-    clip: Annotated[Path | None, option("CLIP model that finds text:words, yours: a folder with "
-        "config.json, model.safetensors and tokenizer.json, as transformers saves it (extra text)",
+    camera_file: Annotated[Path | None, option("cameras of the masks, matched by picture name or order: "
+        "{cameras}; by default camera files beside the scene give {beside}; 'none' ignores these", default="",
+        metavar="FILE|none", action="camera file")] = None
+    clip: Annotated[Path | None, option("folder of your CLIP model for text:words, with config.json, "
+        "model.safetensors and tokenizer.json as saved by transformers (extra text)",
         flag="--text-model",
         default=f"the environment's {CLIP_VARIABLE}", metavar="FOLDER")] = None
     # fmt: on
@@ -145,17 +144,17 @@ class WhereConfig(Options, frozen=True):
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """All that an output must not replace."""
+        """Files that outputs must not replace."""
         return (*self.expression.files, *(() if self.camera_file is None else (self.camera_file,)))
 
     @property
     def needs_first_view(self) -> bool:
-        """Whether it depends on the first view of the scene; a soft edge does, by the subject's size."""
+        """Whether it depends on the first view of the scene, as a soft edge does (subject's size)."""
         return self.expression.needs_subject or self.soft > 0
 
 
 def clip_folder(named: Path | None) -> Path | None:
-    """The folder of the CLIP model: the one that is named, else that of the environment; None for none."""
+    """The folder of the CLIP model: `named`, else that of the environment, or None."""
     told = os.environ.get(CLIP_VARIABLE)
     return named or (Path(told) if told else None)
 
@@ -163,7 +162,7 @@ def clip_folder(named: Path | None) -> Path | None:
 def _pictures_in(path: Path) -> tuple[Path, ...]:
     try:
         return tuple(sorted(path.iterdir()))
-    except (OSError, ValueError):  # a file, or nothing, which reading it will say
+    except (OSError, ValueError):  # a file, or missing: reading it reports that
         return ()
 
 

@@ -1,6 +1,6 @@
-"""What a part of a scene can be said by: one class for each kind of term, parsed from its text.
+"""Terms that select parts of a scene: one class per kind, parsed from text.
 
-To add one: write a class with `of` and `__str__`, and its line in `TERMS`.
+To add one: write a class with `of` and `__str__`, and add it to `TERMS`.
 """
 
 import re
@@ -14,7 +14,7 @@ from brushgs.options.renamed import current
 from brushgs.options.table import Struct
 
 Triple = tuple[float, float, float]
-MAX_PARTS = 10_000  # a higher number of a part is a typing error
+MAX_PARTS = 10_000  # a higher number is a typing error
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[-+]?[0-9]+)?", re.IGNORECASE)
 
 
@@ -22,7 +22,7 @@ class _Term(Struct, frozen=True):
     """A kind of term.
 
     Attributes:
-        form: how it is written.
+        form: its syntax.
         needs_subject: whether it depends on the first view of the scene.
     """
 
@@ -35,7 +35,7 @@ class _Term(Struct, frozen=True):
         return self.form.partition(":")[0]
 
     def __str__(self) -> str:
-        """The text that it was parsed from; of a kind without values its form."""
+        """Text that parses to this term; the form if it has no values."""
         return self.form
 
 
@@ -95,10 +95,10 @@ class Half(_Term, frozen=True):
 
 
 class Colour(_Term, frozen=True):
-    """Base colours at most so far from one, Euclidean, in display-encoded RGB of 0 to 1.
+    """Base colours within a Euclidean distance of one, in display-encoded RGB, 0 to 1.
 
     Attributes:
-        color: "#rrggbb", small letters.
+        color: "#rrggbb", lower case.
         distance: above 0.
     """
 
@@ -108,7 +108,7 @@ class Colour(_Term, frozen=True):
 
     @property
     def rgb(self) -> Triple:
-        """The colour, 0 to 1."""
+        """The colour as RGB, 0 to 1."""
         red, green, blue = (int(self.color[i : i + 2], 16) / 255 for i in (1, 3, 5))
         return red, green, blue
 
@@ -132,8 +132,8 @@ class Length(Struct, frozen=True):
     """A length above the ground.
 
     Attributes:
-        value: world units, or per cent of the height of the subject.
-        is_percent: which of them.
+        value: in world units, or in percent of the subject's height.
+        is_percent: whether it is in percent.
     """
 
     value: float
@@ -144,7 +144,7 @@ class Length(Struct, frozen=True):
 
 
 class Height(_Term, frozen=True):
-    """What lies between two heights above the ground; None for an open end, at most one."""
+    """The range between two heights above the ground; one end may be None (open)."""
 
     form: ClassVar[str] = "height:low..high"
     needs_subject: ClassVar[bool] = True
@@ -153,7 +153,7 @@ class Height(_Term, frozen=True):
 
     @classmethod
     def of(cls, text: str) -> Self:
-        """Two heights in world units, or in % of the height of the subject; one of them may be missing."""
+        """Two heights in world units, or in % of the subject's height; one may be missing."""
         low, dots, high = text.partition("..")
         if not dots or not (low.strip() or high.strip()):
             raise _wrong(cls, text, "in world units or %, one end may be missing: 10%..50%, 0.2.., ..1.5")
@@ -174,21 +174,21 @@ class Height(_Term, frozen=True):
 
 
 class Subject(_Term, frozen=True):
-    """What the scene is a picture of, without the ground that it stands on."""
+    """The subject of the scene, without the ground that it stands on."""
 
     form: ClassVar[str] = "subject"
     needs_subject: ClassVar[bool] = True
 
 
 class Surroundings(_Term, frozen=True):
-    """All that is not the subject: the ground, and what lies around and behind it."""
+    """Everything but the subject: the ground, and what lies around and behind it."""
 
     form: ClassVar[str] = "surroundings"
     needs_subject: ClassVar[bool] = True
 
 
 class Part(_Term, frozen=True):
-    """A connected part: one of the subject by its rank in size, 1 first, or the one nearest to a point."""
+    """A connected part: of the subject by rank in size (1 is the largest), or the one nearest to a point."""
 
     form: ClassVar[str] = "part:N or part:x,y,z"
     needs_subject: ClassVar[bool] = True
@@ -210,14 +210,14 @@ class Part(_Term, frozen=True):
 
 
 class Mask(_Term, frozen=True):
-    """What is white in painted pictures of the scene: one picture, or a folder of them."""
+    """The white parts of painted pictures of the scene: one picture, or a folder of them."""
 
     form: ClassVar[str] = "mask:FILE|FOLDER"
     path: Path
 
     @classmethod
     def of(cls, text: str) -> Self:
-        """A file or a folder; in quotes where its name holds " and ", " or " or a parenthesis."""
+        """A file or a folder; in quotes if the name contains " and ", " or " or a parenthesis."""
         name = _unquoted(cls, text)
         return cls(Path(name))
 
@@ -226,15 +226,15 @@ class Mask(_Term, frozen=True):
 
 
 class Words(_Term, frozen=True):
-    """What looks as words say."""
+    """The parts that match words."""
 
     form: ClassVar[str] = "text:words"
-    needs_subject: ClassVar[bool] = True  # it is looked at from all around
+    needs_subject: ClassVar[bool] = True  # seen in views from all around
     words: str
 
     @classmethod
     def of(cls, text: str) -> Self:
-        """Any words; in quotes where they hold " and ", " or " or a parenthesis."""
+        """Any words; in quotes if they contain " and ", " or " or a parenthesis."""
         return cls(" ".join(_unquoted(cls, text).split()))
 
     def __str__(self) -> str:
@@ -242,7 +242,7 @@ class Words(_Term, frozen=True):
 
 
 Term = Box | Sphere | Half | Colour | Height | Subject | Surroundings | Part | Mask | Words
-# Words before the colon -> the terms; those without a colon take nothing.
+# Word before the colon -> term.
 TERMS: Mapping[str, type[Term]] = MappingProxyType(
     {
         "box": Box,
@@ -261,10 +261,10 @@ FORMS = tuple(dict.fromkeys(term.form for term in TERMS.values()))
 
 
 def parse_term(text: str) -> Term:
-    """The term that a text such as "sphere:0,0,1,0.5" stands for.
+    """Parse a term such as "sphere:0,0,1,0.5".
 
     Raises:
-        ValueError: if it stands for none; names it and the form.
+        ValueError: if it is invalid; names the text and the expected form.
     """
     name, colon, rest = text.partition(":")
     name = name.strip()
@@ -332,7 +332,7 @@ _JOINING = re.compile(r"(^|\s)(and|or|not)(\s|$)", re.IGNORECASE)
 
 
 def _unquoted(kind: type[_Term], text: str) -> str:
-    """What stands in quotes, in which a doubled quote is one; a text without quotes is itself."""
+    """Text without its quotes (a doubled quote inside stands for one); other text unchanged."""
     if text[:1] in ('"', "'"):
         match = _QUOTED.fullmatch(text)
         if match is None:
