@@ -1,8 +1,8 @@
-"""The command line: text in, exit codes out. No arithmetic, and nothing heavy is imported before it is used.
+"""The command line: text in, exit codes out. No arithmetic; heavy modules are imported on use.
 
-Data goes to stdout (the path of the output, JSON, what `strokes` and `info` list), everything else to
-stderr. Exit codes: 0 success, 1 internal error, 2 unusable input (one sentence on stderr), 3 fault that
-`brushgs doctor` found in a scene; 130, 143 and 129: stopped with Ctrl-C, SIGTERM and SIGHUP, and cleaned up.
+Data goes to stdout (output paths, JSON, the lists of `strokes` and `info`), everything else to stderr. Exit
+codes: 0 success, 1 internal error, 2 unusable input (one sentence on stderr), 3 fault found by
+`brushgs doctor`; 130, 143 and 129: stopped by Ctrl-C, SIGTERM and SIGHUP, after cleaning up.
 """
 
 import os
@@ -18,14 +18,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Args:
-        argv: the words after the name of the program; None for those of this process.
+        argv: arguments after the program name; None for those of this process.
 
     Returns:
         The exit code.
     """
     if "numpy" not in sys.modules:
-        # The matrices here are small: BLAS threads mostly wait for each other. Without them a painting of
-        # 250 strokes takes 0.86 of the time (two cores, busy elsewhere). The core has its own threads.
+        # Matrices are small, so BLAS threads mostly wait for each other: with one, a painting of 250 strokes
+        # takes 0.86 of the time (two cores, shared). The core has its own threads.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     with forgiving_streams() as stdout, hearing_stops() as stop:
         exit_code = _run(sys.argv[1:] if argv is None else argv, stop)
@@ -39,7 +39,7 @@ def _run(words: Sequence[str], stop: Stop) -> int:
     """Run one command; errors become a sentence and an exit code."""
     is_debug = False
     try:
-        from brushgs.cli.parser import parse  # here, so that an early Ctrl-C is heard
+        from brushgs.cli.parser import parse  # here, so that an early Ctrl-C is caught
 
         args = parse(words)
         is_debug = args.debug

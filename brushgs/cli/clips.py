@@ -1,4 +1,4 @@
-"""The film that a command shows of a scene that moves."""
+"""Open the film of a moving scene for a command."""
 
 from argparse import Namespace
 from typing import TYPE_CHECKING

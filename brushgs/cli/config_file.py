@@ -1,4 +1,4 @@
-"""`--config FILE`: options in TOML, by the names of their flags, below what the command line says.
+"""`--config FILE`: options in TOML, named after their flags; the command line overrides them.
 
     size = "1920x1080"              # of every command that has such a flag
     azimuth = 30
@@ -6,8 +6,8 @@
     look = "charcoal"
     layers = ["depth", "normal"]
 
-A flag on the command line wins, also one that takes the place of another (--from that of `azimuth`). Files
-that an option names are sought beside the file, then from the current folder, where outputs are written.
+A flag on the command line also overrides its rivals (--from overrides `azimuth`). Input paths are relative to
+the config file or the current folder; outputs are written relative to the current folder.
 """
 
 import os
@@ -26,32 +26,32 @@ from brushgs.options.table import hint_for
 
 CONFIG = "config"  # the flag
 MAX_BYTES = 1 << 16  # of a file
-OUTPUTS = {"output", "report", "sheet"}  # `dest` of what is written, which is never sought
-# Flags with a value that is the plain look, and so takes the place of one.
+OUTPUTS = {"output", "report", "sheet"}  # `dest` of outputs, which are not resolved
+# Flag values that imply the plain look, and so replace a look.
 PLAIN = {("stroke", "gaussian"), ("preset", "paper")}
 
 
 def add_config(parser: ArgumentParser) -> None:
-    """The flag, which every command has: `args.config`."""
+    """Add the flag --config (`args.config`), which every command has."""
     parser.add_argument(
         f"--{CONFIG}",
         type=Path,
         metavar="FILE",
-        help="TOML file of options by the names of their flags, of all commands, and in tables such as "
-        "[render] of one; flags win; files are sought beside it, then from the current folder; default none",
+        help="TOML file of options named after flags, for all commands, or in tables such as [render] for "
+        "one; flags override it; paths are relative to it or the current folder; default none",
     )
 
 
 def with_config(parser: ArgumentParser, commands: Mapping[str, Any], words: Sequence[str]) -> list[str]:
-    """The words of a command with those of the file that --config names; the same words without one.
+    """Command-line words with those of the --config file added; unchanged without the flag.
 
     Args:
         parser: of the command.
-        commands: name of each command -> what makes its parser, where a name is to be looked up.
-        words: the name of the command and what follows it.
+        commands: command name -> maker of its parser.
+        words: command name and arguments.
 
     Raises:
-        SceneError: if the file cannot be read, or holds what no command takes; names file, line and cure.
+        SceneError: if the file cannot be read or an option is invalid; names file, line and cure.
     """
     command, *rest = words
     pieces = list(pieces_of(parser, rest))
@@ -72,7 +72,7 @@ def with_config(parser: ArgumentParser, commands: Mapping[str, Any], words: Sequ
 
 
 def beaten(given: Mapping[str, Sequence[str]], options: Mapping[str, Any]) -> set[str]:
-    """The options that others, which win, take the place of: both by the names of flags, these with texts."""
+    """Names of `options` that are overridden by `given` (flag name -> texts), directly or as rivals."""
     rivals = {name for group in RIVALS if group & given.keys() for name in group}
     if any((name, *values) in PLAIN for name, values in given.items()):
         rivals.add("look")
@@ -84,7 +84,7 @@ def beaten(given: Mapping[str, Sequence[str]], options: Mapping[str, Any]) -> se
 def _options(
     path: Path, parser: ArgumentParser, command: str, commands: Mapping[str, Any]
 ) -> Iterator[tuple[str, Any]]:
-    """The options of a file that a command takes, by the names of their flags; a table's after the others."""
+    """Options of a file for a command, by flag name; those of its table come last."""
     from brushgs.options.toml_values import read_text, read_toml
 
     text = read_text(path, "a file of options", MAX_BYTES)
@@ -109,7 +109,7 @@ def _options(
 
 
 def _check_known(path: Path, text: str, key: str, value: Any, commands: Mapping[str, Any]) -> None:
-    """Raise SceneError for what is an option of no command, nor a table of one."""
+    """Raise SceneError for a key that is neither an option of any command nor a command's table."""
     everything = {name for make in commands.values() for name in named_actions(make())}
     if flag_name(key) in everything:
         return
@@ -140,7 +140,7 @@ def _line(text: str, name: str, table: str = "") -> str:
 
 
 def located_text(text: str, folder: Path) -> str:
-    """The same text with the files that lie in a folder; other names stay. "painting:a.png" names one too."""
+    """The text with file names resolved to `folder` if they exist there, also in "painting:a.png"."""
 
     def one(name: str) -> str:
         is_relative = ("." in name or "/" in name) and not Path(name).is_absolute()

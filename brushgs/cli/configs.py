@@ -1,4 +1,4 @@
-"""From the flags of a command line to frozen configuration; the namespace is read and never changed."""
+"""Build frozen option classes from parsed flags; the namespace is never changed."""
 
 from argparse import Namespace
 from collections.abc import Iterable, Mapping
@@ -25,7 +25,7 @@ from brushgs.options.table import rows_of, values_of
 from brushgs.options.where import WhereConfig
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
-NO_TRACK = "--lock track needs --orbit or --path; only along a path are strokes tracked"
+NO_TRACK = "--lock track needs --orbit or --path; strokes are tracked only along a path"
 
 
 def flag_of(dest: str) -> str:
@@ -43,14 +43,14 @@ def scene_source(args: Namespace) -> SceneSource:
 def paint_config(
     args: Namespace, look_values: StepValues | None = None, **defaults: Mapping[str, Any]
 ) -> PaintConfig:
-    """How a command makes and draws strokes.
+    """The options of a painting.
 
-    A field is what its flag says, else what the preset says or, without one, `--stroke gaussian`, else what
-    the look says, else the default of the command, else that of its class.
+    Precedence of a field: its flag, the preset (or without one `--stroke gaussian`), the look, the default of
+    the command, the default of its class.
 
     Args:
-        args: parsed flags; a command may have only some of those of a painting.
-        look_values: of a look that is no file, in place of those that the flags name.
+        args: parsed flags; a command may lack some of a painting's.
+        look_values: values of a look, in place of the look of the flags.
         **defaults: of the command, by step and field, such as `view={"size": (640, 360)}`.
 
     Raises:
@@ -78,17 +78,17 @@ def paint_config(
 
 
 def preset_of(args: Namespace) -> str:
-    """The name of the preset of a command."""
+    """The preset of a command line."""
     return str(getattr(args, "preset", "default"))
 
 
 def look_is_default(args: Namespace) -> bool:
-    """Whether nobody asked for a look."""
+    """Whether no look was given."""
     return getattr(args, "look", None) is None
 
 
 def _layered(layers: Iterable[StepValues]) -> dict[str, dict[str, Any]]:
-    """All steps, each field as the last layer that has it says."""
+    """Merge layers: each field has the value of the last layer that contains it."""
     return {
         step: {name: value for layer in layers for name, value in layer.get(step, {}).items()}
         for step in STEPS
@@ -96,7 +96,7 @@ def _layered(layers: Iterable[StepValues]) -> dict[str, dict[str, Any]]:
 
 
 def _styled(values: StepValues, style: Mapping[str, Any]) -> StepValues:
-    """The values of a look on the way to those of its styles."""
+    """The values of a look, blended with those of its styles."""
     if not style:
         return values
     from brushgs.options.styling import StyleConfig
@@ -106,7 +106,7 @@ def _styled(values: StepValues, style: Mapping[str, Any]) -> StepValues:
 
 
 def _values_of(look: str) -> StepValues:
-    if look == PLAIN_LOOK:  # which adds nothing, and needs no reader of TOML
+    if look == PLAIN_LOOK:  # adds nothing; avoids the TOML reader
         return {}
     from brushgs.options.look import Look
 
@@ -114,10 +114,10 @@ def _values_of(look: str) -> StepValues:
 
 
 def look_of(args: Namespace) -> str:
-    """The name or the file of the look that a command paints in.
+    """Name or file of the look.
 
     Raises:
-        ValueError: if a look is asked for together with what is the plain one.
+        ValueError: if a look is given together with flags that imply the plain one.
     """
     if not hasattr(args, "look"):
         return PLAIN_LOOK
@@ -134,7 +134,7 @@ def look_of(args: Namespace) -> str:
 
 
 def painting_name(args: Namespace, config: PaintConfig) -> str:
-    """What a painting is called after its scene: the stroke where one is named, else the look."""
+    """Suffix of a painting's default name: the stroke if given, else the look."""
     if "stroke" in given(args, "draw") or preset_of(args) in PLAIN_PRESETS:
         from brushgs.brushes.brush_set import name_of
 
@@ -143,7 +143,7 @@ def painting_name(args: Namespace, config: PaintConfig) -> str:
 
 
 def _without_replaced(look: StepValues, args: Namespace) -> StepValues:
-    """The values of a look without what a flag takes the place of."""
+    """The values of a look without those that flags replace."""
     draw = given(args, "draw")
     replaced: set[tuple[str, str]] = set()
     if "stroke" in draw:
@@ -157,7 +157,7 @@ def _without_replaced(look: StepValues, args: Namespace) -> StepValues:
 
 
 def _backdrop(asked: bool | int | str | None, look: StepValues) -> dict[str, Any]:
-    """The fields of a ground for a value of `--backdrop`; what is asked for is in any scene."""
+    """The fields of `GroundConfig` for a value of `--backdrop`; an explicit backdrop applies to any scene."""
     if asked is None:
         return {}
     ground = look.get("ground", {})
@@ -175,10 +175,10 @@ def where_config(args: Namespace, step: str = "where") -> WhereConfig | None:
 
     Args:
         args: parsed flags.
-        step: that they fill.
+        step: the step of its flags.
 
     Raises:
-        ValueError: if flags need each other.
+        ValueError: if a flag lacks another that it needs.
     """
     where = given(args, step)
     if "expression" not in where:
@@ -189,10 +189,10 @@ def where_config(args: Namespace, step: str = "where") -> WhereConfig | None:
 
 
 def grow_config(args: Namespace) -> GrowConfig | None:
-    """How a painting grows; None for one that is finished.
+    """The options of a growing painting; None for a finished one.
 
     Raises:
-        ValueError: if a value is out of range, or a camera path is asked for as well.
+        ValueError: if a value is out of range, or a camera path is given too.
     """
     grow = given(args, "grow")
     if not grow:
@@ -204,10 +204,10 @@ def grow_config(args: Namespace) -> GrowConfig | None:
 
 
 def clip_config(args: Namespace, scene: SceneSource, *, is_moving: bool) -> ClipConfig | None:
-    """Which part of a moving scene a film shows, and how fast; None for a scene that is still.
+    """The options of a film of a moving scene; None for a still one.
 
     Raises:
-        ValueError: if a value is out of range, or is asked of a still scene.
+        ValueError: if a value is out of range, or a flag is given for a still scene.
     """
     clip = given(args, "clip")
     if not is_moving:
@@ -227,12 +227,12 @@ def clip_config(args: Namespace, scene: SceneSource, *, is_moving: bool) -> Clip
 def path_config(
     args: Namespace, *, default_orbit: int | None = None, is_moving: bool = False
 ) -> PathConfig | None:
-    """The path of the camera; None for a single picture, and for a camera that stands still.
+    """The camera path; None for a single picture or a fixed camera.
 
     Args:
         args: parsed flags.
-        default_orbit: frames of the orbit that is the default path; None where that is a single picture.
-        is_moving: whether the scene moves: without a path the camera then stands still.
+        default_orbit: frames of the orbit used without a path; None if that is a single picture.
+        is_moving: whether the scene moves; without a path the camera is then fixed.
 
     Raises:
         ValueError: if flags exclude each other, or need a path and there is none.
@@ -248,7 +248,7 @@ def path_config(
         if is_moving and (dest in OF_FILMS or not dest.startswith("path.")):
             continue
         needed = "--orbit or --path" if is_moving or dest in OF_PATHS else "--orbit, --path or --grow"
-        reason = "a camera that stands still has none" if is_moving else "a single picture does not use it"
+        reason = "a fixed camera does not use it" if is_moving else "a single picture does not use it"
         raise ValueError(f"{flag_of(dest)} needs {needed}; {reason}")
     if not is_moving and given(args, "draw").get("lock") == "track":
         raise ValueError(NO_TRACK)

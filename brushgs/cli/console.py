@@ -1,4 +1,4 @@
-"""What a command leaves behind: exit codes, names of outputs, and its report on stdout and stderr."""
+"""Exit codes, names of outputs, and reports on stdout and stderr."""
 
 import sys
 import warnings
@@ -24,7 +24,7 @@ def output_beside(scene: "SceneSource", ending: str, suffix: str) -> Path:
 
 @contextmanager
 def reported(args: Namespace, report: "Report | None" = None) -> Iterator["Report"]:
-    """A report that is printed when the command ends: notes, table or JSON, and the path that was written.
+    """A report, printed when the command ends: notes, table or JSON, and the output path.
 
     Args:
         args: parsed flags: `json`, `quiet`, `verbose`.

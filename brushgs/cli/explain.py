@@ -22,7 +22,7 @@ WIDTH, HEIGHT, GAP = 150, 22, 30  # of a box of a drawing, and between boxes, pi
 
 
 def show(job: "Job", source: "SceneSource | Clip", config: "PaintConfig", args: Namespace) -> None:
-    """Print or draw what a job would make, and write nothing else.
+    """Print or draw the steps of a job.
 
     Raises:
         ValueError: if the drawing has an unknown suffix.
@@ -74,7 +74,7 @@ def _estimate(
 
 
 def _print(steps: "Sequence[Explained]", cost: "Estimate", num: int, *, is_verbose: bool) -> None:
-    """A table of the steps that read, make or paint something; with `is_verbose` of all."""
+    """Print a table of the main steps; with `is_verbose` of all."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
@@ -108,16 +108,16 @@ def _dot(steps: "Sequence[Explained]") -> str:
 
 
 def _edges(steps: "Sequence[Explained]") -> list[tuple[str, str]]:
-    """Of each step from those that make what it takes."""
+    """Edges from each step to the steps that take its values."""
     maker = {value: one.name for one in steps for value in one.makes}
     starts = {one.name: dict.fromkeys(maker[value] for value in one.takes if value in maker) for one in steps}
     return [(start, end) for end, found in starts.items() for start in found]
 
 
 def _svg(steps: "Sequence[Explained]") -> str:
-    """Columns of boxes, each step to the right of all that it takes."""
+    """Columns of boxes; each step stands to the right of its inputs."""
     edges, column = _edges(steps), dict.fromkeys((one.name for one in steps), 0)
-    for one in steps:  # each stands after those that it takes
+    for one in steps:  # in topological order
         column[one.name] = 1 + max((column[start] for start, end in edges if end == one.name), default=-1)
     place: dict[str, tuple[int, int]] = {}
     used: dict[int, int] = {}

@@ -3,11 +3,11 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-HEAD = "in words                 by thresholds on colours and shapes, best first; no model of language"
+HEAD = "in words                 by thresholds on colours and shapes, best first; no language model"
 
 
 def table_of_words(words: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """Lines: a heading, then each word with how well it fits and the figure behind it; none without words.
+    """Lines: a heading, then each word with its fit and its figure; nothing without words.
 
     Args:
         words: as `brushgs.doctor.in_words.facts_of` returns them.

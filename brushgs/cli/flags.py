@@ -1,4 +1,4 @@
-"""Flags of commands, made of the table of options: a command names the classes whose flags it has.
+"""Flags of commands, generated from the option table: a command lists the option classes that it takes.
 
 The value of a flag is in the namespace as "STEP.FIELD", and only if the flag is given; what belongs to no
 step, as the options of one command do, is there by its field, with its default. Names of file formats come
@@ -33,8 +33,8 @@ from brushgs.options.table import OF_COMMANDS, OF_FILES, Options, Row, listed, o
 from brushgs.options.where import WhereConfig
 
 Container = ArgumentParser | argparse._ArgumentGroup
-BESIDE_GIVES = f"up and the first view, if they fit it: {BESIDE_READ}, in its folder or the one above"
-# What {NAME} stands for in the words of an option.
+BESIDE_GIVES = f"up axis and first view, if they fit the scene: {BESIDE_READ}, in its folder or the one above"
+# Replacements of {NAME} in help texts.
 FORMATS: Mapping[str, str] = {
     "beside": BESIDE_GIVES,
     "cameras": CAMERAS_READ,
@@ -44,7 +44,7 @@ FORMATS: Mapping[str, str] = {
     "videos": VIDEOS_WRITTEN,
     "scene_suffixes": ", ".join(SCENE_SUFFIXES),
 }
-# Steps that flags fill -> their classes.
+# Steps -> their option classes.
 CLASSES: Mapping[str, tuple[type[Options], ...]] = {
     **{step: (kind,) for step, kind in STEPS.items()},
     "adjust": (AdjustFlag, STEPS["adjust"]),
@@ -59,26 +59,26 @@ CLASSES: Mapping[str, tuple[type[Options], ...]] = {
     "bench": (BenchConfig,),
     "stability": (StabilityConfig,),
 }
-PART = "what is painted; the rest is shown as it is"
+PART = "paint only this part; the rest is shown as plain Gaussians"
 PLACING = ("up", "azimuth", "elevation", "side", "look_at", "distance", "pan", "roll", "fov_y", "zoom")
 
 
 class LookFlag(Options, frozen=True):
-    """The look, `args.look`; None where nobody asked for one."""
+    """The look, `args.look`; None if not given."""
 
     GROUP: ClassVar = "look"
     ABOUT: ClassVar = STEPS["light"].ABOUT
     # fmt: off
     look: Annotated[str | None, option(f"{listed(LOOKS, 'or')}, the bare method; or a file of your own "
-        f"(`brushgs looks` lists them, `brushgs looks {DEFAULT_LOOK} > mine.toml` gives one to change); "
-        "where other flags say 'default', a look may say otherwise #style #theme #preset", default=
+        f"(`brushgs looks` lists them, `brushgs looks {DEFAULT_LOOK} > mine.toml` writes one to change); a "
+        "look may replace the defaults of other flags #style #theme #preset", default=
         f"{DEFAULT_LOOK} ({PLAIN_LOOK} with --preset paper and --stroke gaussian)", metavar="NAME|FILE",
         example="charcoal")] = None
     # fmt: on
 
 
 class ReportFlags(Options, frozen=True):
-    """How a command reports what it did."""
+    """Form and amount of the report."""
 
     GROUP: ClassVar = "report"
     NOT_IN_MEMORY: ClassVar = OF_COMMANDS
@@ -92,14 +92,14 @@ class SceneFlag(Options, frozen=True):
 
     # fmt: off
     scene: Annotated[tuple[Path, ...], option(f"trained 3D Gaussian scene: {SCENES_READ}; or a moving one: "
-        f"{MOVING_READ}; several files, a folder of them, or a pattern in quotes, are one scene, or the "
-        "moments of a moving one if they are numbered so", flag="scene", read=Path, nargs="+", default=""
+        f"{MOVING_READ}; several files, a folder of them, or a pattern in quotes are one scene, or, if "
+        "numbered, the moments of a moving one", flag="scene", read=Path, nargs="+", default=""
     )] = ()
     # fmt: on
 
 
 class NoClobberFlag(Options, frozen=True):
-    """Whether an output that is named replaces a file."""
+    """Whether -o may replace a file."""
 
     NOT_IN_MEMORY: ClassVar = OF_FILES
     # fmt: off
@@ -109,12 +109,12 @@ class NoClobberFlag(Options, frozen=True):
 
 
 class NoMetadataFlag(Options, frozen=True):
-    """Whether pictures say how they were painted."""
+    """Whether files get metadata."""
 
     NOT_IN_MEMORY: ClassVar = OF_FILES
     # fmt: off
-    no_metadata: Annotated[bool, option("leave out of files what `brushgs info` prints of them: command, "
-        "version and camera #privacy")] = False
+    no_metadata: Annotated[bool, option("do not store command, version and camera in files (see `brushgs "
+        "info`) #privacy")] = False
     # fmt: on
 
 
@@ -122,13 +122,13 @@ class NoCamerasFlag(Options, frozen=True):
     """`view.camera_file` of a command that takes no camera file."""
 
     # fmt: off
-    camera_file: Annotated[str | None, option("passes over cameras that lie beside the scene; by default "
-        "these give {beside}", default="", action="camera file", choices=("none",))] = None
+    camera_file: Annotated[str | None, option("ignore camera files beside the scene; by default these give "
+        "{beside}", default="", action="camera file", choices=("none",))] = None
     # fmt: on
 
 
 class Fields(Action):
-    """A flag whose value is several fields of a step, by name."""
+    """A flag that sets several fields of a step."""
 
     def __call__(self, parser: Any, namespace: Namespace, values: Any, option_string: Any = None) -> None:
         """Store the fields."""
@@ -138,10 +138,10 @@ class Fields(Action):
 
 
 class CameraFile(Action):
-    """A file of cameras; "none" in its place makes `args.seeks_cameras` False, see `SceneSource`."""
+    """A camera file; "none" sets `args.seeks_cameras` to False, see `SceneSource`."""
 
     def __call__(self, parser: Any, namespace: Namespace, values: Any, option_string: Any = None) -> None:
-        """Store the file, or that there is none, also beside the scene. A file of that name is "./none"."""
+        """Store the file, or that none is used. A file called "none" is "./none"."""
         namespace.seeks_cameras = values is not None and str(values) != "none"
         if namespace.seeks_cameras:
             setattr(namespace, self.dest, values)
@@ -150,7 +150,7 @@ class CameraFile(Action):
 
 
 class Append(argparse._AppendAction):
-    """A flag that may be given again: a tuple of its values, or several at once from Python."""
+    """A repeatable flag: a tuple of its values; from Python also several at once."""
 
     def __call__(self, parser: Any, namespace: Namespace, values: Any, option_string: Any = None) -> None:
         """Store the values."""
@@ -181,13 +181,13 @@ ACTIONS: Mapping[str, type[Action]] = {
 
 
 def given(args: Namespace, step: str) -> dict[str, Any]:
-    """The fields of one step that were set on the command line."""
+    """The fields of a step that were given on the command line."""
     prefix = f"{step}."
     return {name.removeprefix(prefix): value for name, value in vars(args).items() if name.startswith(prefix)}
 
 
 def row_of_action(action: Action) -> Row | None:
-    """The option that a flag of a parser was made of; None of --help and the like."""
+    """The option behind a flag of a parser; None for --help and the like."""
     row: Row | None = getattr(action, "row", None)
     return row
 
@@ -201,18 +201,18 @@ def add(
     without: Collection[str] = (),
     words: Mapping[str, str] | None = None,
     required: bool = False,
-) -> None:  # the parser, what of which class, and how this command differs
+) -> None:  # one argument per deviation of a command
     """Add the flags of options.
 
     Args:
         parser: of a command.
-        of: a step, or a class of options that belong to none.
-        *names: of its fields; without any all that have flags.
-        group: title of their group in help, and what is said of it; None for that of the class.
-        defaults: in words, of fields whose default this command decides.
-        without: names of fields that are left out.
-        words: of fields that this command describes otherwise.
-        required: whether the first of them must be given.
+        of: a step, or an option class without a step.
+        *names: fields to add; default all with flags.
+        group: title and description of the help group; None for that of the class.
+        defaults: field -> default in words, if this command sets it.
+        without: fields to leave out.
+        words: field -> help text of this command.
+        required: whether the first field must be given.
     """
     classes, step = (CLASSES[of], of) if isinstance(of, str) else ((of,), "")
     rows = [(kind, row) for kind in classes for row in rows_of(kind) if row.flags]
@@ -240,7 +240,7 @@ def _group(parser: ArgumentParser, title: str, about: str) -> Container:
 
 
 def _alone(container: Container, row: Row) -> Container:
-    """The group of flags of which only one may be given, which is made with its first."""
+    """The mutually exclusive group of an option, created on first use."""
     name = row.option.alone
     if not name:
         return container
@@ -285,23 +285,23 @@ def _reader(row: Row) -> Callable[[str], Any]:
 
 
 def add_scene(parser: ArgumentParser, more: str = "") -> None:
-    """The scene that a command reads, its level of detail and its moment; `more` says what else it may be."""
+    """Add the scene argument, level of detail and moment; `more` is appended to the help."""
     [row] = rows_of(SceneFlag)
     add(parser, SceneFlag, words={"scene": row.words + more} if more else None)
     add(parser, "source", without=("memory",))
 
 
 def add_scene_output(parser: ArgumentParser, ending: str, *, has_moments: bool = False) -> None:
-    """The scene file that a command writes: `args.output`, None for the default.
+    """Add the output scene: `args.output`, None for the default.
 
     Args:
         parser: gets the flag.
         ending: of the default name.
-        has_moments: whether a moving scene gets a folder of files, one a moment. A name that ends in a slash
-            is a folder, so it stays text.
+        has_moments: whether a moving scene is written as a folder with one file per moment; the output then
+            stays text, as a trailing slash means a folder.
     """
     default = f"SCENE-{ending}"
-    folder = f"; of a moving scene a folder of such files, one a moment, default {default}/" * has_moments
+    folder = f"; for a moving scene a folder with one file per moment, default {default}/" * has_moments
     told = option(
         "scene file ({scene_suffixes})" + folder,
         flag="-o --output",
@@ -314,12 +314,12 @@ def add_scene_output(parser: ArgumentParser, ending: str, *, has_moments: bool =
 
 
 def add_experiment_output(parser: ArgumentParser, name: str, *, is_main: bool = True) -> None:
-    """Where a command that measures writes its figures and its plot: `args.report`, and `args.no_plot`.
+    """Add the report outputs of a measuring command: `args.report` and `args.no_plot`.
 
     Args:
         parser: gets the flags.
-        name: of the command, which its files bear.
-        is_main: whether the report is the output of the command (-o), or written only on demand (--report).
+        name: of the command and its files.
+        is_main: whether the report is the main output (-o), or written only on demand (--report).
     """
     suffixes = REPORT_SUFFIXES[name]
     files = listed([f"{name}{suffix}" for suffix in suffixes], "and")
@@ -329,7 +329,7 @@ def add_experiment_output(parser: ArgumentParser, name: str, *, is_main: bool = 
         default=f"SCENE-{name} in the current folder" if is_main else "none",
         metavar="FOLDER|FILE",
     )
-    plot = option(f"skip {name}.png, which is skipped with a note where matplotlib is not installed")
+    plot = option(f"do not plot {name}.png; without matplotlib it is skipped with a note")
     add_row(parser, Row("report", Annotated[Path | None, report], None), "")
     if is_main:
         add(parser, NoClobberFlag)
@@ -337,7 +337,7 @@ def add_experiment_output(parser: ArgumentParser, name: str, *, is_main: bool = 
 
 
 def add_look(parser: ArgumentParser, *, usual: str = DEFAULT_LOOK) -> None:
-    """The look, `args.look`, and the parts of it that no other group has; `usual` is painted without it."""
+    """Add the look (`args.look`) and its ground, colour and light; `usual` is the default look."""
     if usual == PLAIN_LOOK:
         parser.set_defaults(usual_look=usual)
     add(parser, LookFlag, defaults={"look": usual} if usual == PLAIN_LOOK else None)
@@ -346,16 +346,16 @@ def add_look(parser: ArgumentParser, *, usual: str = DEFAULT_LOOK) -> None:
 
 
 def add_draw(parser: ArgumentParser, *, has_look: bool = False) -> None:
-    """`DrawConfig`, without the lock, which matters along a path; `has_look` if a look has the defaults."""
+    """Add `DrawConfig` without the lock (for paths only); `has_look`: a look sets the defaults."""
     of_look = {
-        "stroke": "the brushes of the look, impasto in plain",
-        "background": "the ground of the look, else white (dark brown in the demo)",
+        "stroke": "the brushes of the look; impasto in plain",
+        "background": "the ground of the look, or white (dark brown in the demo)",
     }
     add(parser, "draw", without=("lock",), defaults=of_look if has_look else None)
 
 
 def add_cluster(parser: ArgumentParser, *, has_look: bool = False) -> None:
-    """`CleanConfig`, `ClusterConfig` without what strokes are made for, and the memory."""
+    """Add `CleanConfig`, `ClusterConfig` without `strokes_for`, and the memory limit."""
     add(parser, "clean")
     add_stroke_count(parser, has_look=has_look)
     add(parser, "cluster", without=("strokes", "strokes_for"))
@@ -363,7 +363,7 @@ def add_cluster(parser: ArgumentParser, *, has_look: bool = False) -> None:
 
 
 def add_stroke_count(parser: ArgumentParser, *, has_look: bool = False) -> None:
-    """`ClusterConfig.strokes`: a count, or a target that the count is chosen for."""
+    """Add `ClusterConfig.strokes`: a count, or a target for choosing it."""
     usual = "that of the look, auto in plain" if has_look else "auto"
     words = f"{usual} (all with --stroke gaussian)"
     for row in (row for kind in CLASSES["cluster"] for row in rows_of(kind) if row.field == "strokes"):
@@ -372,15 +372,15 @@ def add_stroke_count(parser: ArgumentParser, *, has_look: bool = False) -> None:
 
 
 def add_where(parser: ArgumentParser, limited: str, *, step: str = "where") -> None:
-    """`WhereConfig`, see `configs.where_config`: `limited` is what is limited to the part of the scene.
+    """Add `WhereConfig`, see `configs.where_config`; `limited` describes the effect of the flags.
 
-    With the step "painted" --camera-file is that of the view, and that of masks too.
+    For the step "painted", --camera-file of the view also serves the masks.
     """
     add(parser, step, group=("where", limited), without=("camera_file",) if step == "painted" else ())
 
 
 def add_painting(parser: ArgumentParser, *, size: str = "1280x720") -> None:
-    """All that decides what one picture of a scene shows; `size` is the default of that in words."""
+    """Add all options of one picture; `size` is the default size in words."""
     add_look(parser)
     add_draw(parser, has_look=True)
     add(parser, "prune")
@@ -391,19 +391,19 @@ def add_painting(parser: ArgumentParser, *, size: str = "1280x720") -> None:
 
 
 def add_passes(parser: ArgumentParser) -> None:
-    """What a painting has beside its clusters and its view."""
+    """Add strokes, palette, style, adjustments, rules and the painted part."""
     for step in ("strokes", "palette", "style", "adjust", "rules"):
         add(parser, step)
     add_where(parser, PART, step="painted")
 
 
 def add_view(parser: ArgumentParser, *, size: str = "1280x720") -> None:
-    """`ViewConfig`; `size` is the default in words."""
+    """Add `ViewConfig`; `size` is the default size in words."""
     add(parser, "view", defaults={"size": f"{size}, or that of the camera in the file"})
 
 
 def add_framing(parser: ArgumentParser, *, size: str) -> None:
-    """`ViewConfig` of a view that is framed on the scene; `size` is the default in words."""
+    """Add the framing options of `ViewConfig`; `size` is the default size in words."""
     group = ("view", "framed on the scene")
     add_size(parser, size, group=group)
     add(parser, "view", *PLACING, group=group)
@@ -411,12 +411,12 @@ def add_framing(parser: ArgumentParser, *, size: str) -> None:
 
 
 def add_no_cameras(parser: ArgumentParser, group: tuple[str, str] = ("", "")) -> None:
-    """`args.seeks_cameras` of a command that takes no camera file."""
+    """Add `--camera-file none` (`args.seeks_cameras`) for a command without a camera file."""
     add_row(_group(parser, *group), rows_of(NoCamerasFlag)[0], "view")
 
 
 def add_size(parser: ArgumentParser, default: str, *, group: tuple[str, str]) -> None:
-    """`ViewConfig.size` where it cannot be chosen; `default` in words."""
+    """Add `ViewConfig.size` without "auto"; `default` in words."""
     from brushgs.options.painting import picture_size
 
     told = option(

@@ -1,4 +1,4 @@
-"""Help for people: the options that matter with an example each, one group, and options by people's words."""
+"""Help: the main options with examples, one group of options, and a search for options."""
 
 import textwrap
 from argparse import SUPPRESS, Action, ArgumentParser, Namespace, _HelpAction
@@ -8,25 +8,25 @@ from typing import Any
 from brushgs.cli.flags import row_of_action
 from brushgs.options.table import Row, hint_for
 
-WIDTH, LEFT = 96, 30  # columns, and those of a flag
-SHORTEST = 20  # flags of a command up to which all are shown
-MOST_FOUND = 12  # options that a word finds
-# What is dropped from a question: it is about any option.
+WIDTH, LEFT = 96, 30  # columns in total; for flags
+SHORTEST = 20  # commands with at most this many flags show all
+MOST_FOUND = 12  # limit of search results
+# Words ignored in a search.
 EMPTY = {"a", "the", "of", "to", "in", "how", "with", "set", "change", "my", "option", "flag"}
 
 
 def add_help(parser: ArgumentParser, *, has_short: bool = True) -> None:
-    """The flags -h, for what matters, and --help, for everything."""
+    """Add the flags -h (main options) and --help (all options)."""
     if not has_short:
         parser.add_argument("-h", "--help", action=_HelpAction, dest=SUPPRESS, help="show this, and quit")
         return
-    words = "show the options that matter most, with an example each"
+    words = "show the main options, with examples"
     parser.add_argument("-h", action=ShortHelp, dest=SUPPRESS, help=words)
     parser.add_argument("--help", action=_HelpAction, dest=SUPPRESS, help="show all options, by group")
 
 
 class ShortHelp(_HelpAction):
-    """Prints the options with an example, and ends the command; all of a command that has few."""
+    """Print the options with an example (all, if there are few), and quit."""
 
     def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any, flag: Any = None) -> None:
         """Print them."""
@@ -58,7 +58,7 @@ def _words(action: Action) -> str:
 
 
 def _first_words(action: Action) -> str:
-    """What an option does, without details."""
+    """The first phrase of an option's help."""
     words = _words(action).split("; ")[0].split(": ")[0]
     return textwrap.shorten(words, WIDTH - LEFT, placeholder=" ...")
 
@@ -70,10 +70,10 @@ def _entry(left: str, words: str) -> str:
 
 
 def found_by(parser: ArgumentParser, words: Sequence[str]) -> str:
-    """The options of a command that words stand for: a group by its name, or what people call them.
+    """Help for a group by its name, or for options found by search words.
 
     Raises:
-        ValueError: if there is none.
+        ValueError: if nothing matches.
     """
     asked = [word for text in words for word in text.lower().replace("-", " ").split() if word not in EMPTY]
     title = " ".join(asked)
@@ -102,7 +102,7 @@ def found_by(parser: ArgumentParser, words: Sequence[str]) -> str:
 def _by_words(
     parser: ArgumentParser, asked: Sequence[str], others: Sequence[str]
 ) -> list[tuple[Action, Row]]:
-    """The options that have all of the words among their names; `others` are names of groups, for a hint."""
+    """Options whose names or tags include all words; `others` are group names, for a hint."""
     rows = list(_rows(parser))
     picked = [(action, row) for action, row in rows if asked and _score(row, asked) == len(asked)]
     if not picked:
@@ -116,14 +116,14 @@ def _by_words(
 
 
 def _value(action: Action) -> list[str]:
-    """What stands for the value of a flag."""
+    """The placeholder of a flag's value."""
     if action.choices is not None:
         return ["|".join(map(str, action.choices))]
     return [str(action.metavar)] if action.metavar else []
 
 
 def _names(row: Row) -> set[str]:
-    """The words that an option is searched by."""
+    """Search words of an option."""
     return {*row.tags, *row.name.split("-"), *row.field.split("_")}
 
 

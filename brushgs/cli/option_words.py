@@ -1,7 +1,7 @@
-"""Options by name and value, as files have them, become words of a command line.
+"""Convert options by name and value, as in files, to command-line words.
 
-So every choice and sentence of an option is that of its flag, whatever way it came. Names are those of
-flags, with "_" or "-": `fov_deg` for --fov-deg, `from_` for --from; arguments without a flag go by theirs.
+All options thus share the choices and messages of their flags. Names are those of flags, with "_" or "-":
+`fov_deg` for --fov-deg, `from_` for --from; positional arguments go by their name.
 """
 
 import os
@@ -16,10 +16,10 @@ from brushgs.options.table import hint_for, shown
 
 
 class OptionError(ValueError):
-    """An option that a command does not have, or with a value that it does not take.
+    """An unknown option, or an invalid value.
 
     Attributes:
-        name: of the option, as it was given.
+        name: of the option, as given.
     """
 
     def __init__(self, name: str, rule: str) -> None:
@@ -28,7 +28,7 @@ class OptionError(ValueError):
 
 
 def named_actions(parser: ArgumentParser) -> dict[str, Action]:
-    """What a parser takes, by the names of options: long flags without dashes, and arguments."""
+    """The actions of a parser by option name: long flags without dashes, and positional arguments."""
     actions: dict[str, Action] = {}
     for action in parser._actions:
         if isinstance(action, _HelpAction):
@@ -39,15 +39,15 @@ def named_actions(parser: ArgumentParser) -> dict[str, Action]:
 
 
 def flag_name(name: str) -> str:
-    """The name of a flag that an option stands for: "from_" is "from", "look_at" is "look-at"."""
+    """The flag name of an option: "from_" is "from", "look_at" is "look-at"."""
     return name.rstrip("_").replace("_", "-")
 
 
 def action_named(parser: ArgumentParser, name: str) -> Action:
-    """What takes an option.
+    """The action of an option.
 
     Raises:
-        OptionError: if there is no such option; names the nearest.
+        OptionError: if it is unknown; suggests the nearest.
     """
     actions = named_actions(parser)
     found = actions.get(FLAGS.get(flag_name(name), flag_name(name)))
@@ -58,10 +58,10 @@ def action_named(parser: ArgumentParser, name: str) -> Action:
 
 
 def option_values(parser: ArgumentParser, options: Mapping[str, Any]) -> Iterator[tuple[Action, Any]]:
-    """What the flags of options store, of values of Python; None is an option that is omitted.
+    """Python values as their flags store them; options with value None are omitted.
 
     Raises:
-        OptionError: if there is no such option, or it does not take the value.
+        OptionError: if an option is unknown or its value invalid.
     """
     for name, given in options.items():
         action = action_named(parser, name)
@@ -81,19 +81,19 @@ def option_words(
     options: Mapping[str, Any],
     located: Callable[[Action, str], str] = lambda action, text: text,
 ) -> list[str]:
-    """The words of a command line that say the same, arguments first.
+    """The equivalent command-line words, positional arguments first.
 
-    A value is text, a number, a path, true or false for a switch, or a list: of numbers, [1280, 720] for size
-    and [0, 1.5, -2] for look-at; of names; or of what a flag that may be repeated takes. A table is taken
-    where the text of a flag is one: {contrast = 1.2} for adjust. None is an option that is omitted.
+    A value is text, a number, a path, true or false for a switch, or a list: of numbers ([1280, 720] for
+    size, [0, 1.5, -2] for look-at), of names, or of values of a repeatable flag. Some flags take a table:
+    {contrast = 1.2} for adjust. Options with value None are omitted.
 
     Args:
         parser: of the command.
         options: name -> value.
-        located: gives a text that may name files, of a flag, with the place where they are.
+        located: resolves file names in the text of a flag.
 
     Raises:
-        OptionError: if there is no such option, or it does not take the value.
+        OptionError: if an option is unknown or its value invalid.
     """
     arguments: list[str] = []
     flags: list[str] = []
@@ -122,7 +122,7 @@ def _flag_words(action: Action, texts: list[str], *, is_bare: bool) -> Iterator[
 
 
 def _texts(action: Action, name: str, value: Any) -> list[str]:
-    """The texts that a value stands for: none of a switch, several for what takes several."""
+    """The texts of a value: none for a switch, several for a flag with several values."""
     if action.nargs == 0 or (action.nargs == "?" and action.option_strings and isinstance(value, bool)):
         if not isinstance(value, bool):
             raise OptionError(name, f"must be true or false, got {shown(value)}")
@@ -156,7 +156,7 @@ def _plain(name: str, value: Any) -> str:
 
 
 def _check(action: Action, name: str, text: str) -> None:
-    """Refuse a text that the flag would refuse; the same sentence, after the name that was given."""
+    """Raise the error of the flag for an invalid text, with the option's name as given."""
     row = row_of_action(action)
     try:
         if row is not None and action.nargs != 0:

@@ -1,4 +1,4 @@
-"""Where a command writes, and what its pictures say of it: no file is lost to a default name.
+"""Output paths and metadata of pictures; default names never replace another file.
 
 A default name is numbered where a file lies there, but for a picture whose metadata say that it is the same
 painting, see `formats.pictures.metadata`. A name that was given (-o) is written to, unless --no-clobber.
@@ -18,13 +18,13 @@ from brushgs.formats.pictures.shot import without_folders
 if TYPE_CHECKING:
     from brushgs.formats.pictures.shot import Origin
 
-# `dest` of flags that change how the work is done, or what lies beside the picture, and not the picture.
+# `dest` of flags that do not change the picture.
 NOT_RECORDED = NOT_PAINTED | {"views", "explain", "sheet"}
 NOT_RECORDED |= {f"sequence.{field}" for field in ("is_resumed", "jobs", "scheduler", "workers_timeout")}
 
 
 def command_of(args: Namespace) -> str:
-    """The command line: files without folders, flags in the order of the help, none with its default."""
+    """The command line for metadata: files without folders, flags in help order, defaults left out."""
     command, *words = args.words
     parser = command_parser(command)
     arguments: list[str] = []
@@ -60,16 +60,16 @@ def output_of(
     origin: "Origin | None" = None,
     is_ours: Callable[[Path], bool] | None = None,
 ) -> Path:
-    """Where a command writes: `args.output`, or the default name, numbered so that nothing is lost.
+    """The output path: `args.output`, or the default name, numbered if it exists.
 
     Args:
         args: parsed flags, with `no_clobber`.
-        default: its name; a name without a suffix is that of a folder.
+        default: default name; without a suffix it is a folder.
         origin: of the picture; None for a file without metadata.
-        is_ours: whether a file may be replaced, in place of the question for its origin.
+        is_ours: decides whether a file may be replaced, instead of its origin.
 
     Raises:
-        SceneError: if it was named, exists, and must not be replaced.
+        SceneError: if the given file exists and --no-clobber is set.
     """
     named = args.output if "output" in args else args.report
     if named:
@@ -81,7 +81,7 @@ def output_of(
 
 
 def check_kept(args: Namespace, name: Path | str | None) -> None:
-    """Raise SceneError if --no-clobber is given and a file that was named would be replaced."""
+    """Raise SceneError if --no-clobber is given and the file exists."""
     if not args.no_clobber or name is None:
         return
     path = Path(name)

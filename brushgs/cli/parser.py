@@ -1,7 +1,7 @@
 """The parser of the command line and the table of commands.
 
-Only the module of the command that is named on the command line is imported, and before it runs it imports
-only the standard library: `brushgs --help` takes little longer than the start of Python.
+Only the module of the given command is imported, without heavy modules: `brushgs --help` takes little longer
+than starting Python.
 """
 
 import os
@@ -21,28 +21,28 @@ from brushgs.options.renamed import current_words
 from brushgs.options.table import hint_for
 from brushgs.version import __version__
 
-COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
-    "render": "paint a scene as a picture; along a camera path, or as it moves, as frames or a video",
-    "export": "paint a scene as one HTML file, in which the painting can be turned",
+COMMANDS = {  # module in brushgs.cli.commands -> description
+    "render": "paint a scene as a picture; along a camera path or of a moving scene, as frames or a video",
+    "export": "write a painted scene as one HTML file to turn in a browser, as a 3D model, or as strokes",
     "batch": "run many jobs from one file: scenes, looks and views",
     "view": "paint a scene in the browser: turn it, change it, and paint pictures and videos from there",
     "demo": "build the example scene and paint it",
     "prune": "keep the most important Gaussians: scene in, scene out",
-    "cluster": "merge Gaussians into fewer and larger ones: scene in, scene out",
+    "cluster": "merge Gaussians into fewer, larger ones: scene in, scene out",
     "recolor": "give a scene the colours of a picture: scene and picture in, scene out",
     "refine": "fit strokes to the scene, or to a style image: scene in, scene out",
-    "style": "learn a style from a painting and write it to a file, or show what is in one",
-    "views": "show a scene from all around on one sheet, each picture with the flags that give it",
+    "style": "learn a style from a painting or an edit, or show a style file",
+    "views": "write a sheet with views of a scene from all around, each with its flags",
     "stability": "measure how stable the strokes are along a camera path, or as a scene moves",
     "bench": "measure error against run time on a scene, as curves",
     "doctor": "find faults and oddities in a scene file, and fix them",
     "strokes": "list the built-in strokes and what each is good for, or draw a chart of them",
     "looks": "list the looks and what each is good for, print one to change, or draw a chart of them",
-    "info": "describe the contents of a scene file",
-    "completion": "print the script by which a shell completes commands and flags",
+    "info": "describe a scene file, or how a picture was painted",
+    "completion": "print a shell's completion script for commands and flags",
 }
 
-EXAMPLES = {"scene": "scene.ply", "JOBS": "jobs.toml"}  # of arguments, for who names none
+EXAMPLES = {"scene": "scene.ply", "JOBS": "jobs.toml"}  # arguments for messages
 DESCRIPTION = "Paint trained 3D Gaussian Splatting scenes with brush strokes, on the CPU."
 EPILOG = """\
 examples:
@@ -67,7 +67,7 @@ class UsageError(ValueError):
 
 
 class _Parser(ArgumentParser):
-    """Of the program, or of a command; flags are written in full, see `brushgs.cli.unknown_flags`."""
+    """A parser without abbreviated flags, see `brushgs.cli.unknown_flags`."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **{"allow_abbrev": False, "add_help": False} | options)
@@ -86,10 +86,10 @@ class _Parser(ArgumentParser):
 
 
 def parse(words: Sequence[str]) -> Namespace:
-    """The namespace of a command line; `run` in it is the function of the command, `words` are its words.
+    """Parse a command line; the namespace also has `run`, the function of the command, and `words`.
 
     Raises:
-        UsageError: if a flag or a value is invalid; one sentence.
+        UsageError: if a flag or value is invalid; one sentence.
     """
     if len(words) > 1 and words[0] == "help" and words[1] not in COMMANDS:
         print(found_by(command_parser("render"), words[1:]))
@@ -115,13 +115,13 @@ def parse(words: Sequence[str]) -> Namespace:
 
 
 def _all_flags(command: str) -> list[str]:
-    """The flags of a command, or where it is none of the program."""
+    """The flags of a command; of the program for an unknown one."""
     parser = command_parser(command) if command in COMMANDS else build_parser([])
     return [flag for action in parser._actions for flag in action.option_strings]
 
 
 def _configured(words: list[str]) -> list[str]:
-    """The words with those of the file that --config names."""
+    """The words with those of the --config file added."""
     if words[0] not in COMMANDS or not any(word.partition("=")[0] == "--config" for word in words):
         return words
     from brushgs.cli.config_file import with_config
@@ -131,7 +131,7 @@ def _configured(words: list[str]) -> list[str]:
 
 
 def build_parser(words: Sequence[str]) -> ArgumentParser:
-    """The parser of all commands; those that `words` do not name have no flags."""
+    """The parser of all commands; only commands in `words` get flags."""
     parser = _Parser(
         "brushgs", description=DESCRIPTION, epilog=EPILOG, formatter_class=RawDescriptionHelpFormatter
     )
@@ -146,7 +146,7 @@ def build_parser(words: Sequence[str]) -> ArgumentParser:
 
 
 def command_parser(name: str) -> ArgumentParser:
-    """The parser of one command, for words without its name."""
+    """The parser of one command, for its arguments without the name."""
     parser = _Parser(f"brushgs {name}")
     _add_flags(parser, name)
     return parser
@@ -162,14 +162,14 @@ def _add_flags(command: ArgumentParser, name: str) -> None:
 
 
 def _asking_for_help(words: Sequence[str]) -> Sequence[str]:
-    """No words, `help` and `help COMMAND` as `--help` and `COMMAND --help`."""
+    """Turn no words, `help` and `help COMMAND` into `--help` and `COMMAND --help`."""
     if not words:
         return ["--help"]
     return [*words[1:2], "--help"] if words[0] == "help" else words
 
 
 def _with_command(words: Sequence[str]) -> Sequence[str]:
-    """`brushgs scene.ply` is `brushgs render scene.ply`: the first word is a file, and no command."""
+    """Turn `brushgs scene.ply` into `brushgs render scene.ply`: the first word is a file, not a command."""
     if words[0] in COMMANDS or words[0].startswith("-"):
         return words
     is_file = os.path.lexists(words[0]) if "\0" not in words[0] else False
@@ -177,7 +177,9 @@ def _with_command(words: Sequence[str]) -> Sequence[str]:
 
 
 def _joined(words: Sequence[str]) -> list[str]:
-    """`--up -y` as `--up=-y`, `--pan -1,0` as `--pan=-1,0`: argparse would take the values for flags."""
+    """Turn `--up -y` into `--up=-y`, `--pan -1,0` into `--pan=-1,0`: argparse would take the values for
+    flags.
+    """
     from brushgs.cli.flags import CLASSES
     from brushgs.options.table import rows_of
 

@@ -1,4 +1,4 @@
-"""`brushgs render --passes`: what the layers of an EXR file are, and how they are put together."""
+"""`brushgs render --passes`: explain the layers of an EXR file and how to composite them."""
 
 import textwrap
 from argparse import ArgumentParser, Namespace, _HelpAction
@@ -12,18 +12,18 @@ Layers of an EXR file, for --layers NAME,NAME or --layers all. R G B A, the pict
 premultiplied, is always there."""
 CONVENTIONS = """\
 Normals are in camera axes: x right, y up, z toward the camera. Motion is in pixels to the next frame, u \
-right, v up, not premultiplied; the last frame of a path that is no loop goes on as it came. paint.A, which \
-comes with any layer, says how much of a pixel is painted. Mattes of strokes and brushes add up to it, those \
-by layer to A: there a ground is a layer of its own.
+right, v up, not premultiplied; the last frame of an open path repeats the motion before it. paint.A, \
+which comes with any layer, is the coverage by paint. Mattes of strokes and brushes sum to it, those by \
+layer to A: there the ground is a layer of its own.
 
-Strokes are blended as they are seen, display-encoded, and not in linear light: what is laid over each other \
-by its alpha in linear light comes out lighter at soft edges than the picture. To put parts together \
-exactly, encode them (sRGB), lay them over, and decode; deep files (--deep) hold display-encoded colours for \
-that. Grading by a matte, or what replaces a whole matte, is not affected."""
+Strokes are blended display-encoded, not in linear light: layers composited in linear light come out \
+lighter at soft edges than the picture. For an exact result encode the parts (sRGB), composite, and decode; \
+deep files (--deep) hold display-encoded colours for that. Grading by a matte, or replacing a whole matte, \
+is not affected."""
 
 
 class ShowPasses(_HelpAction):
-    """Prints what each layer is, and ends the command, as --help does."""
+    """Print the layers, and quit, as --help does."""
 
     def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any, flag: Any = None) -> None:
         """Print the table."""
@@ -32,7 +32,7 @@ class ShowPasses(_HelpAction):
 
 
 def explained() -> str:
-    """The layers in words, their channels, and their conventions."""
+    """The layers with their channels and conventions."""
     rows = []
     for name, words in LAYERS.items():
         text = f"{words} ({LAYER_CHANNELS[name]})"

@@ -1,4 +1,4 @@
-"""SIGTERM and SIGHUP stop a command as Ctrl-C does: by KeyboardInterrupt, so that all is cleaned up."""
+"""SIGTERM and SIGHUP stop a command like Ctrl-C, by KeyboardInterrupt, so that it cleans up."""
 
 import signal
 import threading
@@ -9,8 +9,8 @@ from types import FrameType
 
 from brushgs.core.signals import STOP_SIGNALS
 
-# `timeout` sends its signal twice, to the process and to its group, and a terminal that is closed may add
-# another: the second must not interrupt the cleaning up.
+# `timeout` signals the process and its group, and a closed terminal may add another signal: the second must
+# not interrupt the cleanup.
 SECONDS_OF_ONE_STOP = 1.0
 
 
@@ -39,11 +39,11 @@ class Stop:
 def hearing_stops() -> Iterator[Stop]:
     """Within the block these signals raise KeyboardInterrupt, unless they were handled or ignored before.
 
-    `nohup` has SIGHUP ignored, and a program that calls `main` may have handlers of its own.
+    `nohup` ignores SIGHUP, and a program that calls `main` may have its own handlers.
     """
     stop = Stop()
     ours = []
-    if threading.current_thread() is threading.main_thread():  # others can set no handler
+    if threading.current_thread() is threading.main_thread():  # other threads cannot set handlers
         ours = [number for number in STOP_SIGNALS if signal.getsignal(number) == signal.SIG_DFL]
     for number in ours:
         signal.signal(number, stop.hear)
@@ -56,9 +56,9 @@ def hearing_stops() -> Iterator[Stop]:
 
 
 def _forget_interrupt() -> None:
-    """Let Python end with the exit code that it is given.
+    """Make Python exit with the given code.
 
-    Where a KeyboardInterrupt passes through code that `exec` runs from text, as dataclasses and named tuples
-    make theirs, Python ends by SIGINT, even if it was caught. Running other text takes that back.
+    If a KeyboardInterrupt passes through `exec` of text (as dataclasses and named tuples use), Python ends by
+    SIGINT even if it was caught. Another `exec` resets that.
     """
     exec("")

@@ -1,6 +1,6 @@
-"""Standard streams that are closed or that break: what cannot be written is dropped, and the work goes on.
+"""Closed or broken standard streams: text that cannot be written is dropped, and the work continues.
 
-`brushgs ... | head -0`, `>&-`, `2>&-`, a terminal that is gone: a picture is worth more than its table.
+Examples are `brushgs ... | head -0`, `>&-`, `2>&-` and a closed terminal.
 """
 
 import os
@@ -13,10 +13,10 @@ from typing import Any, TextIO, cast
 
 
 class ForgivingStream:
-    """A text stream that drops what cannot be written, from the first error on.
+    """A text stream that drops all text from the first write error on.
 
     Attributes:
-        error: the first one; None if there was none.
+        error: the first error, or None.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -32,14 +32,14 @@ class ForgivingStream:
         return len(text)
 
     def flush(self) -> None:
-        """Write what waits, or drop it."""
+        """Write buffered text, or drop it."""
         try:
             self._stream.flush()
         except OSError as error:
             self._drop(error)
 
     def _drop(self, error: OSError) -> None:
-        """Let the rest vanish: Python writes once more when it ends, and would complain."""
+        """Redirect to null: Python flushes once more at exit, and would complain."""
         self.error = self.error or error
         with suppress(OSError, ValueError):
             number = self._stream.fileno()
@@ -53,15 +53,15 @@ class ForgivingStream:
 
 @contextmanager
 def forgiving_streams() -> Iterator[ForgivingStream]:
-    """Within the block nothing fails because stdout or stderr is closed; yields stdout."""
+    """Within the block closed stdout or stderr cause no error; yields stdout."""
     for number in range(3):
         try:
             os.fstat(number)
         except OSError:
-            # A file of ours would get this free number, and with it whatever a library prints there.
+            # Otherwise a file of ours gets this free descriptor, and with it all that libraries print there.
             os.open(os.devnull, os.O_RDWR)
     before = sys.stdout, sys.stderr
-    # A name of a file may have letters that the encoding of a terminal lacks, above all on Windows.
+    # File names may have characters that the terminal's encoding lacks, above all on Windows.
     strict = [one for one in before if isinstance(one, TextIOWrapper) and one.errors == "strict"]
     for stream in strict:
         stream.reconfigure(errors="backslashreplace")

@@ -1,7 +1,7 @@
-"""A flag that there is not: what is wrong with the words of a command, with the nearest flags that there are.
+"""Messages for unknown flags, with the nearest known ones.
 
-Flags are written in full. A shortened one would mean something else as soon as there is a new flag: `--look`
-of a command without a look stood for `--look-at`.
+Flags cannot be abbreviated: an abbreviation would change its meaning when a flag is added (`--look` once
+meant `--look-at`).
 """
 
 import re
@@ -11,15 +11,15 @@ from itertools import takewhile
 
 from brushgs.options.table import listed
 
-MOST_NAMED = 3  # flags that begin with what was written for one
+MOST_NAMED = 3  # suggested flags that start with the given text
 
 
 def with_nearest_flag(sentence: str, words: Sequence[str], known: Sequence[str]) -> str:
-    """What is wrong with words, and of the first flag among them that there is not the nearest ones.
+    """The error message, with the nearest flags for the first unknown one.
 
     Args:
-        sentence: what the parser says; kept where all flags are known.
-        words: the name of a command and what follows it.
+        sentence: message of the parser; returned unchanged if all flags are known.
+        words: command name and arguments.
         known: all flags of the command.
     """
     flags = takewhile(lambda word: word != "--", words)

@@ -1,10 +1,10 @@
-"""The words of a command line again: those that say one kind of thing, as they were typed."""
+"""Select words of a command line by flag, as typed."""
 
 from argparse import Action, ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
-# `dest` of flags of a command that paints, which decide nothing of what is painted.
+# `dest` of flags that do not change the painting.
 NOT_PAINTED = frozenset(
     {"output", "json", "quiet", "verbose", "debug", "config", "draw.threads", "no_clobber", "no_metadata"}
 )
@@ -15,7 +15,7 @@ class Piece(NamedTuple):
 
     Attributes:
         action: of the flag; None for an argument.
-        values: what follows the flag, or the argument.
+        values: values of the flag, or the argument.
     """
 
     action: Action | None
@@ -23,7 +23,7 @@ class Piece(NamedTuple):
 
     @property
     def name(self) -> str | None:
-        """The flag, whole and without dashes; None for an argument."""
+        """The long flag without dashes; None for an argument."""
         return None if self.action is None else self.action.option_strings[-1].lstrip("-")
 
 
@@ -38,7 +38,7 @@ def pieces_of(parser: ArgumentParser, words: Sequence[str]) -> Iterator[Piece]:
     rest = list(words)
     while rest:
         word = rest.pop(0)
-        if word == "--":  # what follows are arguments
+        if word == "--":  # arguments follow
             yield from (Piece(None, [other]) for other in rest)
             return
         flag, equals, value = word.partition("=")
@@ -52,12 +52,12 @@ def pieces_of(parser: ArgumentParser, words: Sequence[str]) -> Iterator[Piece]:
 
 
 def words_of(parser: ArgumentParser, words: Sequence[str], is_wanted: Callable[[str], bool]) -> list[str]:
-    """The flags with their values whose `dest` is wanted, in order, by their long names.
+    """Flags with values, filtered by `dest`, in order, with long names.
 
     Args:
-        parser: of the command, whose flags take one value or none.
-        words: which the parser has accepted, with or without the name of the command.
-        is_wanted: of the `dest` of a flag.
+        parser: of the command; its flags take at most one value.
+        words: accepted by the parser, with or without the command name.
+        is_wanted: predicate of a flag's `dest`.
     """
     wanted = []
     for action, values in pieces_of(parser, words):

@@ -211,7 +211,7 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
         (["--scheduler", "tcp://host:1"], r"--scheduler needs --orbit, --path or --grow"),
         (
             ["--lock", "track"],
-            r"--lock track needs --orbit or --path; only along a path are strokes tracked",
+            r"--lock track needs --orbit or --path; strokes are tracked only along a path",
         ),
         (["--lock", "hard"], r"--lock: invalid choice: 'hard'"),
         (["--order", "size"], r"--order: invalid choice: 'size'"),

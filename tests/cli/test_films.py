@@ -74,7 +74,7 @@ def test_one_moment_is_a_picture(folder, capsys):
         ("clip", ["-o", "x.png"], "x.png is one picture, and CLIP moves; add --time, one moment of it, or"),
         ("clip", ["--first", "0.5"], "--first cannot be combined with a moving scene: it is one picture"),
         ("clip", ["--grow", "3"], "--grow needs a still scene, and CLIP moves; add --time"),
-        ("clip", ["--frames", "9"], "--frames needs --orbit or --path; a camera that stands still has none"),
+        ("clip", ["--frames", "9"], "--frames needs --orbit or --path; a fixed camera does not use it"),
         ("clip", ["--cross-fade", "0.2"], "cross-fade needs loop"),
         ("clip", ["--start", "2"], "start must be in the 1 s of CLIP, got 2 s"),
         ("clip", ["--start", "0.5", "--end", "0.2"], "end must not be before start"),

@@ -126,7 +126,7 @@ def test_info_prints_how_a_picture_was_painted(scene, capsys):
     assert json.loads(run(capsys, "info", "a.png", "--json")[1])["painted"]["camera"]["width"] == 64
     run(capsys, "render", scene, *FEW, "--no-metadata", "-o", "b.png")
     assert "not recorded" in run(capsys, "info", "b.png")[1]
-    assert "--words is asked of scenes, and a.png is a picture" in run(capsys, "info", "a.png", "--words")[2]
+    assert "--words needs a scene, and a.png is a picture" in run(capsys, "info", "a.png", "--words")[2]
 
 
 @pytest.mark.parametrize("command", [["prune", "--keep", "50%"], ["cluster", "--strokes", "20"]])

@@ -40,7 +40,7 @@ def test_words_are_printed_below_the_facts_and_said_to_be_what_they_are(scene, c
     _, out, _ = run(capsys, "info", scene, "--words")
     assert out.startswith(plain)
     heading, *lines = out.removeprefix(plain).splitlines()
-    assert "no model of language" in heading
+    assert "no language model" in heading
     assert any(line.split()[0] == "warm" and "warmth" in line for line in lines)
 
 
@@ -59,7 +59,7 @@ def test_a_style_is_shown_in_words(tmp_path, capsys):
     path = tmp_path / "a.style"
     bg.save_style(Style("a", palette=StylePalette(colors)), path)
     _, out, _ = run(capsys, "style", "show", path)
-    assert "no model of language" in out
+    assert "no language model" in out
     assert "cool" in out.split("in words")[1]
     _, out, _ = run(capsys, "style", "show", path, "--json")
     assert {"cool", "dark"} <= {word["word"] for word in json.loads(out)["words"]}
@@ -69,4 +69,4 @@ def test_a_style_is_shown_in_words(tmp_path, capsys):
 def test_help_says_what_the_words_are(command, capsys):
     with pytest.raises(SystemExit):
         main([command, "--help"])
-    assert "not by a model of language" in " ".join(capsys.readouterr().out.split())
+    assert "not by a language model" in " ".join(capsys.readouterr().out.split())

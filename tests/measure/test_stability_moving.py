@@ -194,4 +194,4 @@ def test_the_command_takes_a_folder_of_moments(tmp_path, monkeypatch, capsys):
     assert cli.main(["stability", "clip", *words, "--loop", "--cross-fade", "0.03"]) == 2
     assert "omit --cross-fade" in capsys.readouterr().err
     assert cli.main(["stability", "clip", *words, "--frames", "5"]) == 2
-    assert "a camera that stands still has none" in capsys.readouterr().err
+    assert "a fixed camera does not use it" in capsys.readouterr().err

@@ -1,3 +1,3 @@
-"""Many jobs from one file: `jobs` reads them, `check` judges them before the first runs, `run` runs each in
-another process, `record` remembers which are finished.
+"""Many jobs from one file: `jobs` reads them, `check` validates all before the first runs, `run` runs them in
+other processes, `record` stores which are finished.
 """

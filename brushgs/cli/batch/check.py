@@ -1,4 +1,4 @@
-"""Whether jobs can run, before the first one does: their options, their scenes, and what they write."""
+"""Check all jobs before the first one runs: options, scenes and outputs."""
 
 import os
 from argparse import Namespace
@@ -17,8 +17,8 @@ def check_jobs(jobs: Sequence[Job]) -> None:
     """Refuse jobs that cannot be run.
 
     Raises:
-        ValueError: if an option of a job is out of range, a scene is missing, or a job writes what another
-            one writes or reads; names the job.
+        ValueError: if an option is out of range, a scene is missing, or a job writes a file that another job
+            writes or reads; names the job.
     """
     readers: dict[str, Job] = {}
     for job in jobs:
@@ -38,7 +38,7 @@ def check_jobs(jobs: Sequence[Job]) -> None:
             cure = "give each a name of its own, such as {scene}-{look}-{number}.png"
             raise ValueError(f"{job.where}: writes {job.output}, as job {first} does; {cure}")
         if name in readers:
-            cure = "jobs run at the same time: put what reads it into a second file, or write another name"
+            cure = "jobs run at the same time: move its reader to a second file, or write another name"
             raise ValueError(
                 f"{job.where}: writes {job.output}, which job {readers[name].number} reads; {cure}"
             )
@@ -46,7 +46,7 @@ def check_jobs(jobs: Sequence[Job]) -> None:
 
 
 def _scenes(args: Namespace) -> list[Path]:
-    """The scene files of a job, from the current folder."""
+    """The scene files of a job, relative to the current folder."""
     scenes = getattr(args, "scene", None) or []
     paths = [path for given in (scenes if isinstance(scenes, list) else [scenes]) for path in expand(given)]
     for path in paths:

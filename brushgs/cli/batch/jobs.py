@@ -1,4 +1,4 @@
-"""A file of jobs in TOML: each is a command with options by the names of its flags.
+"""A file of jobs in TOML: each job is a command with options named after its flags.
 
     [defaults]                              # of all jobs whose command has such a flag
     size = "1280x720"
@@ -14,7 +14,7 @@
     look = ["oil", "ink", "charcoal"]
     side = [{ name = "front", from = "front" }, { name = "above", elevation = 60, zoom = 1.2 }]
 
-`command = "export"` names another command than render. Files, also those that are written, are named from the
+`command = "export"` chooses another command than render. All paths, also of outputs, are relative to the
 folder of this file.
 """
 
@@ -41,8 +41,8 @@ MAX_BYTES = 1 << 20  # of a file
 MAX_JOBS = 10_000  # more is a typing error
 DEFAULT_COMMAND = "render"
 NOT_IN_BATCH = {"batch", "view"}  # commands that run others, or wait for people
-OF_THE_BATCH = {"json", "quiet", "verbose", "debug", "config", "explain"}  # flags that it has for all
-NAMED_FILES = {"look", "stroke", "ground", "background"}  # text that may be a file, which goes by its stem
+OF_THE_BATCH = {"json", "quiet", "verbose", "debug", "config", "explain"}  # flags of the batch itself
+NAMED_FILES = {"look", "stroke", "ground", "background"}  # options that may be files, named by stem
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,9 @@ class Job:
     Attributes:
         number: from 1, in the order of the file.
         where: file and line, for messages.
-        command: its name.
-        words: what follows it on a command line, names of files from `folder`.
-        output: what it writes, from `folder`.
+        command: name of the command.
+        words: its arguments; paths are relative to `folder`.
+        output: output path, relative to `folder`.
         folder: of the file of jobs.
     """
 
@@ -67,15 +67,15 @@ class Job:
 
     @property
     def path(self) -> Path:
-        """What it writes."""
+        """Path of the output."""
         return self.folder / self.output
 
 
 def read_jobs(path: Path) -> list[Job]:
-    """The jobs of a file, those of lists written out, in order.
+    """The jobs of a file in order, lists expanded.
 
     Raises:
-        SceneError: if it cannot be read, or holds what no command takes; names file, line and cure.
+        SceneError: if it cannot be read or an option is invalid; names file, line and cure.
     """
     text = read_text(path, "a file of jobs", MAX_BYTES)
     content = read_toml(text, path, "see `brushgs batch --help`")
@@ -106,7 +106,7 @@ def parser_of(command: str) -> ArgumentParser:
 
 
 class _Reader:
-    """Turns the tables of one file into jobs; knows where things stand, for messages."""
+    """Turns the tables of one file into jobs; finds line numbers for messages."""
 
     def __init__(self, path: Path, text: str) -> None:
         self._path = path
@@ -116,7 +116,7 @@ class _Reader:
     def error(self, fact: str, key: str = "", table: str = "", index: int = 0) -> SceneError:
         """An error at the line of a key, or of its table."""
         line = line_of(self._text, key, table, index) if key else None
-        if line is None and table:  # it stands in a list, or is missing
+        if line is None and table:  # in a list, or missing
             line = line_of(self._text, table, index=index)
         return SceneError(self._path, f"line {line}: {fact}" if line else fact)
 
@@ -167,7 +167,7 @@ class _Reader:
         )
 
     def _items(self, index: int, each: Any, first: int) -> Iterator[tuple[dict[str, Any], dict[str, str]]]:
-        """Each choice of one item of every list: its options, and what it is called in names of outputs."""
+        """All combinations of list items: their options, and their names for output patterns."""
         if not isinstance(each, dict) or not all(isinstance(v, list) and v for v in each.values()):
             fact = "each must hold lists, such as look = ['oil', 'ink']"
             raise self.error(f"job {first}: {fact}", "job.each")
@@ -188,13 +188,13 @@ def _known(command: str) -> dict[str, Any]:
 
 
 def _over(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of which those above win, also where they take the place of others."""
+    """Merge options; those of `above` win, also over rival options of `below`."""
     gone = beaten({name: [str(value)] for name, value in above.items()}, below)
     return {name: value for name, value in below.items() if name not in gone} | dict(above)
 
 
 def _name_of(parser: ArgumentParser, name: str, value: Any) -> str:
-    """What a value is called in the name of an output: "garden" for garden.ply, "16x9" for [16, 9]."""
+    """Name of a value in output patterns: "garden" for garden.ply, "16x9" for [16, 9]."""
     words = option_words(parser, {name: value})
     action = action_named(parser, name)
     if action.dest == "scene" and words:
@@ -207,7 +207,7 @@ def _name_of(parser: ArgumentParser, name: str, value: Any) -> str:
 
 
 def _filled(pattern: str, words: Mapping[str, str]) -> str:
-    """The name of an output: {scene} and the like are filled in."""
+    """An output name with {scene} and the like filled in."""
     known = {flag_name(name): word for name, word in words.items()} | dict(words)
     made = ""
     try:

@@ -1,7 +1,7 @@
 """Which jobs of a file are finished: the record of JOBS.toml is .JOBS.toml.json beside it.
 
-A job is finished if it ran with the same options and version, out of files that have the size and the time of
-change that they had then, and every file that it wrote is as it left it.
+A job is finished if it ran with the same options and version, and size and modification time of all its input
+and output files are unchanged since.
 """
 
 import os
@@ -17,18 +17,18 @@ from brushgs.options.scene_source import SceneSource
 from brushgs.version import __version__
 
 _FAULT = "is no record of a batch; remove it, and all jobs run again"
-_MAX_BYTES = 256 << 20  # it names every file of up to 10,000 jobs
-_State = list[int]  # size of a file, and its time of change
+_MAX_BYTES = 256 << 20  # lists all files of up to 10,000 jobs
+_State = list[int]  # size and modification time of a file
 
 
 class JobRecord:
     """The finished jobs of a file of jobs, on disk."""
 
     def __init__(self, jobs_file: Path, *, is_resumed: bool) -> None:
-        """Open the record; what it says counts only for a run that is resumed.
+        """Open the record; its content counts only if the run is resumed.
 
         Raises:
-            SceneError: if it is there, and is something else.
+            SceneError: if the file exists but is not a record.
         """
         self.path = jobs_file.with_name(f".{jobs_file.name}.json")
         self._folder = jobs_file.parent
@@ -37,12 +37,12 @@ class JobRecord:
         found = read_record(self.path, "batch", _FAULT, _MAX_BYTES) if is_resumed else None
         self._entries = {str(entry.get("job")): entry for entry in (found or ({}, []))[1]}
         earlier = jobs_file.with_name(f"{jobs_file.stem}.done.json")
-        self.note = ""  # what is told of it
+        self.note = ""  # note for the report
         if is_resumed and found is None and is_plain(earlier):
             self.note = f"{earlier} is of an earlier version and not read: all jobs run; it can be removed"
 
     def has(self, job: Job) -> bool:
-        """Whether a job is finished; asked before it runs, so that inputs that change later are noticed."""
+        """Whether a job is finished. Call it before the job runs: it stores the state of the inputs."""
         painting = self._paintings[job.output] = _painting(job)
         entry = self._entries.get(job.output, {})
         files = entry.get("files")
@@ -63,14 +63,14 @@ class JobRecord:
         add_to_record(self.path, {"job": job.output, "painting": self._paintings[job.output], "files": files})
 
     def _states(self, paths: Iterable[Path]) -> dict[str, _State | None]:
-        """Files by their names from the folder of the jobs; None of what is none."""
+        """State by path, relative to the folder of the jobs; None if the file does not exist."""
         return {os.path.relpath(path, self._folder): _state(path) for path in paths}
 
 
 def _painting(job: Job) -> dict[str, Any]:
-    """All that decides whether a job is the same: the command, its options, and the files that these name."""
+    """Identity of a job: command, options and input files."""
     options: dict[str, list[str]] = {}
-    values = options.setdefault("", [])  # of arguments, which stand first
+    values = options.setdefault("", [])  # positional arguments
     for word in job.words:
         flag, is_one_word, value = word.partition("=")
         if word.startswith("--"):
@@ -82,7 +82,7 @@ def _painting(job: Job) -> dict[str, Any]:
 
 
 def _inputs(job: Job) -> dict[str, _State | None]:
-    """The files that the words of a job name, and those in folders, but for the output."""
+    """Files named by a job's words, and files in named folders, without the output."""
     found = set()
     for word in job.words:
         text = re.sub(r"^--[\w-]+=", "", word)

@@ -1,4 +1,4 @@
-"""What became of the jobs of a batch: a table for people, JSON for machines."""
+"""Results of a batch: a table for people, JSON for machines."""
 
 import json
 from collections.abc import Sequence
@@ -16,16 +16,16 @@ State = Literal["done", "failed", "skipped"]
 
 @dataclass(frozen=True)
 class Line:
-    """What became of one job.
+    """Result of one job.
 
     Attributes:
         number: of the job, from 1.
-        command: its name.
-        output: what it writes.
-        state: "skipped" is one that had been done before.
-        seconds: that it took; 0 where it did not run.
-        peak_memory_bytes: that it reports, of its process with the jobs before; None if it does not.
-        error: one sentence; "" if there was none.
+        command: name of the command.
+        output: output path.
+        state: "skipped" if it was finished earlier.
+        seconds: run time; 0 if it did not run.
+        peak_memory_bytes: as reported, of its process including earlier jobs; None if not reported.
+        error: one sentence, or "".
         notes: of the command.
     """
 
@@ -40,7 +40,7 @@ class Line:
 
     @classmethod
     def of(cls, job: Job, outcome: Outcome | None) -> "Line":
-        """The line of a job; without an outcome it was skipped."""
+        """The line of a job; `outcome` None means skipped."""
         if outcome is None:
             return cls(job.number, job.command, str(job.path), "skipped")
         return cls(
@@ -57,16 +57,16 @@ class Line:
 
 @dataclass
 class BatchReport(Report):
-    """The report of a batch: a line for each job that ended, in the order of the file."""
+    """The report of a batch: one line per finished job, in the order of the file."""
 
     lines: list[Line] = field(default_factory=list)
 
     def count(self, state: State) -> int:
-        """How many jobs ended so."""
+        """Number of jobs in a state."""
         return sum(line.state == state for line in self.lines)
 
     def add(self, line: Line) -> None:
-        """Add a job that ended, and show it."""
+        """Add the result of a job, and show it."""
         self.lines.append(line)
         self.lines.sort(key=lambda line: line.number)
         self.advance(f"{self.count('failed')} failed" if self.count("failed") else "")

@@ -1,7 +1,7 @@
-"""Jobs run in processes of their own, those of one scene in one, which makes what they have in common once.
+"""Run jobs in child processes; jobs of one scene share a process, which keeps common results.
 
-One that ends its process does not touch the others: these go on in another. Jobs write files, so they are
-asked to stop, and take unfinished files away.
+If a job kills its process, the remaining jobs continue in a new one. Jobs write files, so they are asked to
+stop and then remove unfinished files.
 """
 
 import io
@@ -21,16 +21,16 @@ from brushgs.formats.files import noting_written
 from brushgs.options.sequence import SequenceConfig
 from brushgs.pipeline.runner import Memory, holding
 
-SECONDS_TO_STOP = 20.0  # that a process has to take its unfinished files away
+SECONDS_TO_STOP = 20.0  # for a process to remove its unfinished files
 
 
 class Task(NamedTuple):
-    """What is needed to run a job, here or on a worker of a cluster.
+    """A job as sent to a local process or a cluster worker.
 
     Attributes:
-        words: the command.
-        folder: where it runs.
-        is_followed: whether the process runs another one of the same scene next.
+        words: the command line.
+        folder: working folder.
+        is_followed: whether the process runs another job of the same scene next.
     """
 
     words: tuple[str, ...]
@@ -39,13 +39,13 @@ class Task(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """How a job ended.
+    """Result of a task.
 
     Attributes:
-        seconds: that it took.
-        error: one sentence; "" if there was none.
-        report: that of the command, as it prints it with --json; empty if it has none.
-        written: the files that it wrote, and has not removed since.
+        seconds: run time.
+        error: one sentence, or "".
+        report: the command's report, as printed with --json; empty if there is none.
+        written: files that it wrote and did not remove.
     """
 
     seconds: float
@@ -55,7 +55,7 @@ class Outcome(NamedTuple):
 
 
 class TaskRunner:
-    """Runs tasks one after another, and keeps what those of one scene have in common."""
+    """Runs tasks one after another and keeps results that tasks of one scene share."""
 
     def __init__(self) -> None:
         """Nothing is kept yet."""
@@ -89,12 +89,12 @@ class TaskRunner:
 def run_jobs(
     jobs: Sequence[Job], config: SequenceConfig, tell: Callable[[str], None]
 ) -> Generator[tuple[Job, Outcome], None, None]:
-    """Run jobs, each as soon as there is room for it, and give each as it ends; on a cluster in order.
+    """Run jobs in parallel, and yield each result as its job ends; on a cluster in order.
 
     Args:
-        jobs: that were checked.
-        config: how many run at a time, or on which cluster.
-        tell: called with a sentence where a cluster has no workers.
+        jobs: checked jobs.
+        config: number of parallel jobs, or the cluster.
+        tell: called with a sentence while a cluster has no workers.
 
     Raises:
         ConnectionError: if a cluster cannot be reached, or is lost.
@@ -119,7 +119,7 @@ def run_jobs(
 
 
 def run_task(task: Task) -> Outcome:
-    """Run one task, as a worker of a cluster does: in a process of its own, which may end."""
+    """Run one task on a cluster worker, in its own process, which may crash."""
     with _pool(1) as pool:
         return _outcome(pool.start([(0, task)])[0].result)
 
@@ -129,7 +129,7 @@ def _pool(jobs: int) -> ProcessPool:
 
 
 def _outcome(reply: Callable[[], Done | Failed]) -> Outcome:
-    """The outcome of a task, also where it has ended its process, or this could not be started."""
+    """The outcome of a task, also if its process crashed or could not be started."""
     try:
         outcome: Outcome = result_of(reply())  # type: ignore[assignment]
     except KilledError as error:
@@ -141,11 +141,11 @@ def _outcome(reply: Callable[[], Done | Failed]) -> Outcome:
 
 
 def _groups(jobs: Sequence[Job], num_processes: int) -> list[Sequence[Job]]:
-    """Jobs of the same scene together, in order; in parts where there are more processes than scenes."""
+    """Group jobs by scene, in order; groups are split if there are more processes than scenes."""
     of_scene: dict[tuple[str, ...], list[Job]] = {}
     for job in jobs:
         args = parser_of(job.command).parse_args(list(job.words))
-        scenes = getattr(args, "scene", None) or [job.number]  # a job without a scene is alone
+        scenes = getattr(args, "scene", None) or [job.number]  # a job without a scene forms its own group
         name = tuple(map(str, scenes if isinstance(scenes, list) else [scenes]))
         of_scene.setdefault(name, []).append(job)
     num_parts = max(1, num_processes // max(len(of_scene), 1))
@@ -165,7 +165,7 @@ def _task_of(job: Job, config: SequenceConfig, *, is_followed: bool = False) -> 
 
 
 def _error_of(code: int, err: str) -> str:
-    """Why a process failed, in a sentence; "" if it did not."""
+    """Why a process failed, as a sentence; "" if it did not."""
     if code == 0:
         return ""
     lines = [line for line in err.splitlines() if line.strip()]

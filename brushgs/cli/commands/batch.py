@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 EPILOG = """\
 a file of jobs:
-  [defaults]                              # of all jobs; options by the names of flags
+    [defaults]                              # of all jobs; options are named after flags
   size = "1280x720"
 
   [[job]]                                 # one picture

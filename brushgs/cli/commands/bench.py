@@ -1,6 +1,6 @@
 """`brushgs bench`: error against run time on one scene, in figures and a plot.
 
-Bare strokes are measured unless a look is named, so that old curves and new ones compare.
+Without a look, bare strokes are measured, so that curves stay comparable over versions.
 """
 
 from argparse import ArgumentParser, Namespace
@@ -57,7 +57,7 @@ def run(args: Namespace) -> None:
 
 
 def configs(args: Namespace) -> "tuple[PaintConfig, BenchConfig]":
-    """What is painted, and what is measured; the stroke counts are in the latter only.
+    """The options of painting and of measurement; stroke counts are only in the latter.
 
     Raises:
         ValueError: if a value is out of range, or flags exclude each other.
@@ -66,7 +66,7 @@ def configs(args: Namespace) -> "tuple[PaintConfig, BenchConfig]":
 
     view: dict[str, Any] = {}
     if look_of(args) != PLAIN_LOOK:
-        view["size"] = "auto"  # the picture that `render` paints
+        view["size"] = "auto"  # as `render` paints
     if args.quick and "camera_file" not in flags.given(args, "view"):
         view["size"] = QUICK_SIZE
     paint = paint_config(args, view=view)

@@ -1,4 +1,4 @@
-"""`brushgs cluster`: Gaussians merged into fewer and larger ones, as a scene."""
+"""`brushgs cluster`: merge Gaussians into fewer, larger ones, and write them as a scene."""
 
 from argparse import ArgumentParser, Namespace
 
@@ -15,11 +15,11 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_scene_output(parser, "strokes", has_moments=True)
     flags.add_cluster(parser)
     flags.add(parser, "strokes")
-    about = "recorded with the strokes, which are seen as their scene"
+    about = "stored with the strokes, so that they get the view of their scene"
     flags.add(parser, "view", "up", group=("view", about))
-    about = "of a moving scene, whose strokes are written at 24 moments a second"
+    about = "of a moving scene; strokes are written at 24 moments per second"
     flags.add(parser, "clip", "start", "end", group=("clip", about))
-    flags.add_where(parser, "only there Gaussians are merged; the others are strokes as they are")
+    flags.add_where(parser, "merge only Gaussians in this part; the others stay as they are")
     flags.add(parser, flags.ReportFlags)
 
 

@@ -1,4 +1,4 @@
-"""`brushgs completion`: the script by which a shell completes commands, flags and their values."""
+"""`brushgs completion`: print a shell's completion script for commands, flags and values."""
 
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
@@ -7,7 +7,7 @@ from typing import Annotated
 from brushgs.cli import flags
 from brushgs.options.table import Options, option
 
-SHELLS = ("bash", "zsh", "fish", "tcsh")  # of those that shtab knows
+SHELLS = ("bash", "zsh", "fish", "tcsh")  # supported by shtab
 FILE_TYPES = ("FILE", "FOLDER", "PATH", "SCENE")  # words of a metavar that stand for files
 EPILOG = """\
 once, for each user:
@@ -23,7 +23,7 @@ class Own(Options, frozen=True):
     """The options of this command alone."""
 
     # fmt: off
-    shell: Annotated[str, option("for which the script is (extra completion)", flag="shell", default="",
+    shell: Annotated[str, option("shell to complete in (extra completion)", flag="shell", default="",
         metavar="|".join(SHELLS), choices=SHELLS)]
     # fmt: on
 
@@ -39,7 +39,7 @@ def run(args: Namespace) -> None:
     """Print the script.
 
     Raises:
-        ValueError: if shtab, which makes it, is not installed.
+        ValueError: if shtab is not installed.
     """
     try:
         import shtab
@@ -55,7 +55,7 @@ def run(args: Namespace) -> None:
 
 
 def _complete_files(parser: ArgumentParser, how: object) -> None:
-    """Mark what names files, in all commands."""
+    """Mark arguments that name files, in all commands."""
     for action in parser._actions:
         if isinstance(action, _SubParsersAction):
             for command in action.choices.values():

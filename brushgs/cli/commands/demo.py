@@ -1,4 +1,4 @@
-"""`brushgs demo`: the example scene, still or in motion, built and painted."""
+"""`brushgs demo`: build and paint the example scene, still or moving."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -9,7 +9,7 @@ from brushgs.cli.configs import paint_config, painting_name
 from brushgs.cli.console import reported
 from brushgs.options.table import Options, option
 
-BACKGROUND = "#2e2113"  # where a look has no ground: what strokes leave open stays warm and dark
+BACKGROUND = "#2e2113"  # without a ground: gaps between strokes stay warm and dark
 
 
 class Own(Options, frozen=True):
@@ -18,8 +18,8 @@ class Own(Options, frozen=True):
     # fmt: off
     output: Annotated[Path, option("folder", flag="-o --output",
         default="brushgs-demo in the current folder", metavar="FOLDER")] = Path("brushgs-demo")
-    moving: Annotated[bool, option("build the scene in motion instead, 4 seconds in a folder of 96 files "
-        "(140 MB), and paint a film of it")] = False
+    moving: Annotated[bool, option("build the moving scene instead (4 seconds in 96 files, 140 MB), and "
+        "paint a film of it")] = False
     # fmt: on
 
 

@@ -1,4 +1,4 @@
-"""`brushgs doctor`: faults and oddities of a scene file, and a fixed copy of it."""
+"""`brushgs doctor`: report faults and oddities of a scene file, and write a fixed copy."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -16,8 +16,8 @@ class Own(Options, frozen=True):
 
     # fmt: off
     fix: Annotated[Path | None, option("write the fixed scene to this file ({scene_suffixes})")] = None
-    clean: Annotated[Clean, option("floaters that --fix drops: 'sure': clearly detached, 'strong': closer "
-        "ones too, which loses some thin leaves; 'off': none")] = "sure"
+    clean: Annotated[Clean, option("floaters that --fix drops: 'sure' (clearly detached), 'strong' (closer "
+        "ones too; loses some thin leaves) or 'off'")] = "sure"
     # fmt: on
 
 

@@ -1,4 +1,4 @@
-"""`brushgs export`: a scene becomes one file for others: a page, rectangles, or strokes."""
+"""`brushgs export`: write a painted scene as one file: a page, textured rectangles, or strokes."""
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Request(NamedTuple):
-    """What is exported: the scene, the file, how it is painted, and the flags."""
+    """An export: the scene, the output file, the painting options, and the flags."""
 
     scene: "SceneSource"
     output: Path
@@ -29,13 +29,13 @@ class Request(NamedTuple):
 
 
 class Export(NamedTuple):
-    """What `export` writes.
+    """A kind of export.
 
     Attributes:
-        name: in words, for help and error texts.
-        suffixes: in lower case, the usual one first; they decide what is written.
-        takes: the flags that only some exports have, as fields of the namespace.
-        write: makes the file.
+        name: in words, for help and messages.
+        suffixes: in lower case, the usual one first; they select the kind.
+        takes: namespace fields of flags that only some exports have.
+        write: writes the file.
     """
 
     name: str
@@ -83,7 +83,7 @@ def _write_strokes(request: Request, report: "Report") -> None:
     export_strokes(request.scene, request.output, request.config, report=report)
 
 
-# To add an export: its line here. The first one is written where no file is named.
+# To add an export, add a line here. The first is the default.
 EXPORTS = (
     Export("a page", PAGE_SUFFIXES, ("title", "caption", "address"), _write_page),
     Export("textured rectangles for 3D programs", QUAD_SUFFIXES, ("title", "for_view"), _write_quads),
@@ -108,8 +108,8 @@ class Own(Options, frozen=True):
     output: Annotated[Path | None, option(
         ", ".join(f"{' '.join(kind.suffixes)} ({kind.name})" for kind in EXPORTS), flag="-o --output",
         default=f"SCENE-LOOK{EXPORTS[0].suffixes[0]} in the current folder, "
-        f"SCENE-STROKE{EXPORTS[0].suffixes[0]} where a stroke is named")] = None
-    title: Annotated[str | None, option("of the page or model", default="the name of the scene",
+        f"SCENE-STROKE{EXPORTS[0].suffixes[0]} with --stroke")] = None
+    title: Annotated[str | None, option("title of the page or model", default="the name of the scene",
         metavar="TEXT")] = None
     caption: Annotated[str | None, option("a line over the picture of a page", default="none",
         metavar="TEXT")] = None
@@ -119,8 +119,8 @@ class Own(Options, frozen=True):
     gallery: Annotated[bool, option("a page for each of several scenes, in a folder, and an index.html that "
         "shows their pictures; -o names the folder #several #portfolio")] = False
     for_view: Annotated[bool, option(f"make the rectangles ({QUAD_SUFFIXES[0]}) for the camera of the "
-        "picture: seen from there they are the boxes that are painted; default: in the plane of each "
-        "stroke's two longest axes")] = False
+        "picture: from there they match the painted boxes; default: in the plane of each stroke's two "
+        "longest axes")] = False
     # fmt: on
 
 
@@ -154,7 +154,7 @@ def run(args: Namespace) -> None:
 
 
 def _export_of(output: Path, args: Namespace) -> Export:
-    """What a suffix means. Raises ValueError if it means nothing, or a flag belongs to other files."""
+    """The export of a suffix. Raises ValueError if it is unknown, or a flag belongs to another export."""
     suffix = output.suffix.lower()
     kind = next((kind for kind in EXPORTS if suffix in kind.suffixes), None)
     if kind is None:
@@ -182,5 +182,5 @@ def _parser() -> ArgumentParser:
 
 
 def _paints(dest: str) -> bool:
-    """Whether a flag decides what is painted, and not from where; level of detail and moment go with it."""
+    """Whether a flag changes the painting itself; flags of the view and of the scene source do not count."""
     return dest not in NOT_PAINTED and dest not in OWN_FLAGS and not dest.startswith(("view.", "source."))

@@ -1,4 +1,4 @@
-"""`brushgs info`: the contents of a scene file, or how a picture was painted."""
+"""`brushgs info`: print the contents of a scene file, or how a picture was painted."""
 
 import warnings
 from argparse import ArgumentParser, Namespace
@@ -15,7 +15,7 @@ from brushgs.options.table import Options, option
 
 
 class Own(Options, frozen=True):
-    """The options of this command alone; `words` are those of the command line."""
+    """The options of this command alone."""
 
     # fmt: off
     json: Annotated[bool, option("print a JSON object")] = False
@@ -31,11 +31,11 @@ def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser, ", or a picture or film that brushgs painted")
     flags.add(parser, Own)
-    flags.add_where(parser, "how many Gaussians lie in a part of the scene, and where, is told too")
+    flags.add_where(parser, "also print the number and place of Gaussians in a part of the scene")
 
 
 def run(args: Namespace) -> None:
-    """Print the facts, one a line."""
+    """Print the facts, one per line."""
     import json
 
     from brushgs.doctor.describe import describe
@@ -59,17 +59,17 @@ def run(args: Namespace) -> None:
 
 
 def _picture(args: Namespace) -> Path | None:
-    """The picture or film that is asked of; None for a scene.
+    """The picture or film to describe; None for a scene.
 
     Raises:
-        ValueError: if what only scenes have is asked of it.
+        ValueError: if a flag for scenes is given with it.
     """
     [path, *others] = args.scene
     if others or path.suffix.lower() not in (*PICTURE_SUFFIXES, *VIDEO_SUFFIXES) or is_dir(path):
         return None
     if args.in_words or flags.given(args, "where"):
         flag = "--words" if args.in_words else "--where"
-        raise ValueError(f"{flag} is asked of scenes, and {path} is a picture; omit it, or name the scene")
+        raise ValueError(f"{flag} needs a scene, and {path} is a picture; omit it, or name the scene")
     return Path(path)
 
 

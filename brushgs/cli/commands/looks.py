@@ -1,4 +1,4 @@
-"""`brushgs looks`: the looks, as a list, as a file to change, or as a sheet of pictures."""
+"""`brushgs looks`: list the looks, print one to change, or paint a sheet of them."""
 
 import sys
 from argparse import ArgumentParser, Namespace
@@ -17,8 +17,8 @@ class Own(Options, frozen=True):
     """Which looks."""
 
     # fmt: off
-    looks: Annotated[tuple[str, ...], option("a look by name, or a file; without -o it is printed, to be "
-        "changed in a file of your own: brushgs looks oil > mine.toml; or a scene, as of --scene",
+    looks: Annotated[tuple[str, ...], option("look to print, by name or file, to change in a file of your "
+        "own: brushgs looks oil > mine.toml; with -o looks to paint; or a scene, as with --scene",
         flag="looks", default="all", metavar="look|scene", read=str, nargs="*")] = ()
     # fmt: on
 
@@ -30,9 +30,9 @@ class Sheet(Options, frozen=True):
     ABOUT: ClassVar = "a picture of each look, with its name"
     # fmt: off
     output: Annotated[Path | None, option("picture, {written}", flag="-o --output", default=
-        f"none, with --scene SCENE-looks{PICTURE_SUFFIXES[0]} in the current folder")] = None
-    scene: Annotated[tuple[Path, ...] | None, option("what is painted, a trained 3D Gaussian scene: "
-        "{scenes}", default="the example still life", metavar="FILE", read=Path, nargs="+")] = None
+        f"none; with --scene SCENE-looks{PICTURE_SUFFIXES[0]} in the current folder")] = None
+    scene: Annotated[tuple[Path, ...] | None, option("trained 3D Gaussian scene to paint: {scenes}",
+        default="the example still life", metavar="FILE", read=Path, nargs="+")] = None
     # fmt: on
 
 
@@ -91,7 +91,7 @@ def run(args: Namespace) -> None:
 
 
 def _with_scene(args: Namespace) -> Namespace:
-    """The same, where files and folders that are no looks are the scene."""
+    """The namespace with files and folders that are not looks moved to `scene`."""
     scene = [
         name
         for name in args.looks

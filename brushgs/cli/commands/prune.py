@@ -1,4 +1,4 @@
-"""`brushgs prune`: the most important Gaussians of a scene, as a scene."""
+"""`brushgs prune`: keep the most important Gaussians, and write them as a scene."""
 
 from argparse import ArgumentParser, Namespace
 
@@ -13,7 +13,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_scene(parser)
     flags.add_scene_output(parser, "pruned")
     flags.add(parser, "prune")
-    flags.add_where(parser, "only there Gaussians are dropped")
+    flags.add_where(parser, "drop Gaussians only in this part")
     flags.add(parser, flags.ReportFlags)
 
 

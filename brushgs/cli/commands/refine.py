@@ -1,4 +1,4 @@
-"""`brushgs refine`: strokes fitted to the plain picture of their scene, or to a style image."""
+"""`brushgs refine`: fit strokes to the plain picture of their scene, or to a style image."""
 
 from argparse import ArgumentParser, Namespace
 from typing import Annotated, ClassVar, Literal
@@ -13,7 +13,7 @@ from brushgs.options.table import Options, option
 
 
 class Target(Options, frozen=True):
-    """What strokes are fitted to."""
+    """The target of the fit."""
 
     GROUP: ClassVar = RefineConfig.GROUP
     ABOUT: ClassVar = RefineConfig.ABOUT
@@ -37,7 +37,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_cluster(parser)
     flags.add(parser, "strokes")
     flags.add(parser, "palette")
-    about = "of a moving scene, whose strokes are written at 24 moments a second"
+    about = "of a moving scene; strokes are written at 24 moments per second"
     flags.add(parser, "clip", "start", "end", group=("clip", about))
     flags.add(parser, flags.ReportFlags)
 
@@ -69,7 +69,7 @@ def run(args: Namespace) -> None:
 
 
 def refine_config(args: Namespace) -> RefineConfig:
-    """What is fitted, to what, and for how long.
+    """The options of refinement.
 
     Raises:
         ValueError: if a value is out of range, or flags exclude each other.

@@ -1,4 +1,6 @@
-"""`brushgs render`: a scene becomes a picture, or along a camera path, or as it moves, frames or a video."""
+"""`brushgs render`: paint a scene as a picture; along a camera path or of a moving scene, as frames or a
+video.
+"""
 
 import os
 from argparse import ArgumentParser, Namespace
@@ -31,43 +33,41 @@ if TYPE_CHECKING:
 
 
 class Own(Options, frozen=True):
-    """The options of this command alone; a name of an output that ends in a slash is a folder, so it stays
-    text.
-    """
+    """The options of this command alone. `output` stays text: a trailing slash means a folder."""
 
     # fmt: off
-    output: Annotated[str | None, option("picture, {written}; along a path, and of a moving scene, a "
-        f"video, {{videos}}; or numbered pictures, FOLDER/%05d{PICTURE_SUFFIXES[0]} or short FOLDER/ #save "
-        "#file #name #format", flag="-o --output", default=f"SCENE-LOOK{PICTURE_SUFFIXES[0]} in the current "
-        f"folder, SCENE-STROKE{PICTURE_SUFFIXES[0]} where a stroke is named, SCENE-LOOK{VIDEO_SUFFIXES[0]} "
-        "of a film", metavar="FILE", example="picture.jpg", not_in_memory=OF_FILES)] = None
+    output: Annotated[str | None, option("picture, {written}; along a path or of a moving scene a video, "
+        f"{{videos}}, or numbered pictures, FOLDER/%05d{PICTURE_SUFFIXES[0]} or short FOLDER/ #save #file "
+        "#name #format", flag="-o --output", default=f"SCENE-LOOK{PICTURE_SUFFIXES[0]} in the current "
+        f"folder, SCENE-STROKE{PICTURE_SUFFIXES[0]} with --stroke, SCENE-LOOK{VIDEO_SUFFIXES[0]} for a film",
+        metavar="FILE", example="picture.jpg", not_in_memory=OF_FILES)] = None
     preset: Annotated[str, option("a set of options; 'paper': the published method (weight, features, merge "
-        "and extent paper, method minibatch, filter bilinear, lock off, order depth, look plain); '0.1': "
-        "pictures as version 0.1 painted them by default (backdrop loose, size 1280x720, clean floaters); "
-        "other flags override it #published #version", choices=tuple(sorted(PRESETS)),
+        "and extent paper, method minibatch, filter bilinear, lock off, order depth, look plain); '0.1': the "
+        "defaults of version 0.1 (backdrop loose, size 1280x720, clean floaters); other flags override it "
+        "#published #version", choices=tuple(sorted(PRESETS)),
         example="paper")] = "default"
-    views: Annotated[bool, option("write a sheet beside the picture, SCENE-views.png, as `brushgs views` "
-        "does: the scene from all around, each picture with the flags that give it #angles #contact #sheet",
+    views: Annotated[bool, option("also write the sheet of `brushgs views`, SCENE-views.png: the scene from "
+        "all around, each view with its flags #angles #contact #sheet",
         not_in_memory=OF_FILES)] = False
-    explain: Annotated[bool, option("paint nothing; print which steps of the painting would run, and why "
-        "others would not, with an estimate of time and memory; with -o FILE.svg or FILE.dot draw them, "
-        "with --verbose list all #steps #graph #time #estimate", not_in_memory="paints nothing; use "
+    explain: Annotated[bool, option("paint nothing; print which steps would run, and why others would not, "
+        "with estimates of time and memory; with -o FILE.svg or FILE.dot draw the graph, with --verbose list "
+        "all steps #steps #graph #time #estimate", not_in_memory="paints nothing; use "
         "brushgs.pipeline.prepare.open_job(scene, config, report).explain()")] = False
     # fmt: on
 
 
 class First(Options, frozen=True):
-    """A painting that is not finished."""
+    """`--first`, for an unfinished painting."""
 
     GROUP: ClassVar = "path"
     # fmt: off
-    first: Annotated[float | None, share("one picture of the painting when so many of its strokes are "
-        "laid, a share such as 0.3 or 30% #unfinished #progress", default="1")] = None
+    first: Annotated[float | None, share("paint only the first strokes: a share such as 0.3 or 30%, in one "
+        "picture #unfinished #progress", default="1")] = None
     # fmt: on
 
 
 class Passes(Options, frozen=True):
-    """What the layers of an EXR file are."""
+    """`--passes`, which explains the layers of EXR files."""
 
     GROUP: ClassVar = "output"
     passes: Annotated[bool, option("explain --layers, and quit", action=ShowPasses)] = False
@@ -123,7 +123,7 @@ def run(args: Namespace) -> None:
 
 
 def _origin_of(args: Namespace, scene: "SceneSource", config: "PaintConfig") -> "Origin | None":
-    """What the picture says of how it came about; None for nothing."""
+    """The metadata of the picture; None for none."""
     if args.no_metadata:
         return None
     from brushgs.cli.origin import origin_of
@@ -138,7 +138,7 @@ def _origin_of(args: Namespace, scene: "SceneSource", config: "PaintConfig") -> 
 def _outputs(
     args: Namespace, scene: "SceneSource", ending: str, suffix: str, origin: "Origin | None"
 ) -> tuple[str | Path, Path | None]:
-    """The picture or film, and the sheet of views; None for no sheet."""
+    """Paths of the picture or film, and of the sheet of views or None."""
     from brushgs.cli.origin import output_of
 
     is_resumed = flags.given(args, "sequence").get("is_resumed", False)
@@ -166,18 +166,18 @@ def _explain(args: Namespace, scene: "SceneSource", config: "PaintConfig") -> No
 
 
 def sequence_config(args: Namespace) -> "SequenceConfig":
-    """Which frames of a path are painted, and where."""
+    """The options of a sequence."""
     from brushgs.options.sequence import SequenceConfig
 
     return SequenceConfig(**flags.given(args, "sequence"))
 
 
 def _check_output(output: str, scene: "SceneSource", *, is_still: bool, is_moving: bool) -> None:
-    """Refuse an output that does not hold as many pictures as there are.
+    """Check that the output suits the number of pictures.
 
     Raises:
-        ValueError: if one picture is to be a video, a pattern of numbered frames or a folder, or a moving
-            scene one picture.
+        ValueError: if one picture would be a video, numbered frames or a folder, or a moving scene one
+            picture.
     """
     name, suffix = Path(output).name, Path(output).suffix.lower()
     if is_moving and suffix in PICTURE_SUFFIXES and "%" not in name:

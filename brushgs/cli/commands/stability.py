@@ -1,6 +1,7 @@
-"""`brushgs stability`: how stable strokes are along a camera path or on what moves, in figures and a plot.
+"""`brushgs stability`: measure how stable strokes are along a camera path or on a moving scene; figures and a
+plot.
 
-Bare strokes are measured unless a look is named.
+Without a look, bare strokes are measured.
 """
 
 from argparse import ArgumentParser, Namespace
@@ -12,7 +13,7 @@ from brushgs.cli.console import output_beside, reported
 from brushgs.options.choices import PLAIN_LOOK
 
 SIZE = (640, 360)  # pixels: a quarter of those of a picture
-ORBIT = 120  # frames, of 3 degrees
+ORBIT = 120  # frames, 3 degrees apart
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -27,7 +28,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add(parser, "cluster", "strokes_for")
     flags.add_passes(parser)
     flags.add_framing(parser, size="640x360")
-    default = f"--orbit {ORBIT}, before a moving scene a camera that stands still"
+    default = f"--orbit {ORBIT}; a fixed camera for a moving scene"
     group = ("path", f"the frames, default {default}")
     flags.add(parser, "path", group=group, defaults={"orbit": str(ORBIT)})
     flags.add(parser, "hand")

@@ -1,4 +1,4 @@
-"""`brushgs strokes`: the built-in strokes, as a list or as a chart."""
+"""`brushgs strokes`: list the built-in strokes, or draw a chart of them."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`brushgs style`: a style learnt from a painting or an edit, and what a style file holds."""
+"""`brushgs style`: learn a style from a painting or an edit, or show the contents of a style file."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -15,22 +15,22 @@ if TYPE_CHECKING:
 
 
 class Own(Options, frozen=True):
-    """What is done, with which file."""
+    """Action and file."""
 
     # fmt: off
-    action: Annotated[str, option("learn a style and write it to a file, or show what is in one; its words "
-        "are computed from colours and marks by thresholds, not by a model of language", flag="action",
+    action: Annotated[str, option("learn a style and write it to a file, or show a style file; words are "
+        "computed by thresholds on colours and marks, not by a language model", flag="action",
         default="", metavar="learn|show", choices=("learn", "show"))] = "learn"
-    file: Annotated[Path | None, option("to learn from, a painting: {pictures}; to show, a file "
-        f"*{STYLE_SUFFIX}", flag="file", default="", nargs="?")] = None
+    file: Annotated[Path | None, option("painting to learn from: {pictures}; or "
+        f"file *{STYLE_SUFFIX} to show", flag="file", default="", nargs="?")] = None
     # fmt: on
 
 
 class Learn(Options, frozen=True):
-    """What a style is learnt from."""
+    """Sources of an edit style."""
 
     GROUP: ClassVar = "learn"
-    ABOUT: ClassVar = "from a painting, or from what was done to a scene"
+    ABOUT: ClassVar = "from a painting, or from an edit of a scene"
     # fmt: off
     before: Annotated[Path | None, option("the scene before an edit; with --camera-file pictures of it, a "
         "folder or one; without, the scene itself is what was painted over", default="", metavar="PATH"
@@ -39,18 +39,18 @@ class Learn(Options, frozen=True):
         "folder or one", default="", metavar="PATH")] = None
     scene: Annotated[Path | None, option("that the pictures of an edit show", default="", metavar="SCENE"
     )] = None
-    camera_file: Annotated[Path | None, option("cameras of the pictures, by their names or in their order: "
-        "{cameras}", default="")] = None
+    camera_file: Annotated[Path | None, option("cameras of the pictures, matched by name or order: {cameras}",
+        default="")] = None
     # fmt: on
 
 
 class Written(Options, frozen=True):
-    """The file that it becomes."""
+    """The output file."""
 
     GROUP: ClassVar = Learn.GROUP
     # fmt: off
-    output: Annotated[Path | None, option("style file", flag="-o --output", default="the name of the "
-        f"painting, or of what is after the edit, with {STYLE_SUFFIX}, in the current folder",
+    output: Annotated[Path | None, option("style file", flag="-o --output",
+        default=f"name of the painting, or of --after, with {STYLE_SUFFIX}, in the current folder",
         metavar=f"FILE{STYLE_SUFFIX}")] = None
     name: Annotated[str | None, option("name of the style", default="that of the painting", metavar="TEXT"
     )] = None
@@ -152,7 +152,7 @@ def _show(path: Path, *, as_json: bool) -> None:
 
 
 def _facts(style: "Style") -> dict[str, object]:
-    """What is in a style, for people and machines."""
+    """The contents of a style, for people and machines."""
     facts: dict[str, object] = {"name": style.name, "kind": style.kind}
     if style.palette is not None:
         facts["palette"] = [_color(color) for color in style.palette.colors]
@@ -195,7 +195,7 @@ def _facts(style: "Style") -> dict[str, object]:
 
 
 def _words(style: "Style") -> list[dict[str, Any]]:
-    """What fits a painting, by thresholds."""
+    """Words that fit a painting, by thresholds."""
     from brushgs.doctor.in_words import facts_of
     from brushgs.passes.style.words import words_of_style
 

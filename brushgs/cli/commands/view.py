@@ -1,4 +1,4 @@
-"""`brushgs view`: a painting in the browser, to be turned, changed, and painted from where one stands."""
+"""`brushgs view`: turn and change a painting in the browser, and paint pictures and videos from there."""
 
 import sys
 from argparse import ArgumentParser, Namespace
@@ -18,27 +18,28 @@ if TYPE_CHECKING:
 
 
 class Own(Options, frozen=True):
-    """Where pictures go, and which browser looks."""
+    """The output folder."""
 
     # fmt: off
-    output: Annotated[Path, option("where pictures and videos that are asked for in the page are written, "
-        "SCENE-LOOK-1.png and so on", flag="-o --output", default="the current folder", metavar="FOLDER"
+    output: Annotated[Path, option("folder for pictures and videos requested in the page, SCENE-LOOK-1.png "
+        "and so on", flag="-o --output", default="the current folder", metavar="FOLDER"
     )] = Path()
     # fmt: on
 
 
 class Browser(Options, frozen=True):
-    """What opens the page."""
+    """How the page is opened."""
 
     GROUP: ClassVar = ServerConfig.GROUP
     # fmt: off
-    no_browser: Annotated[bool, option("print the address, and open no browser")] = False
-    serve: Annotated[bool, option("for a headset: print how it reaches the page, and open no browser here"
+    no_browser: Annotated[bool, option("print the address, and do not open a browser")] = False
+    serve: Annotated[bool, option("for a headset: print how to reach the page from it, and do not open a "
+        "browser here"
     )] = False
     # fmt: on
 
 
-# Flags that say nothing of what `brushgs render` paints.
+# Flags that `brushgs render` does not have.
 OF_THE_VIEWER = {row.field for kind in (ServerConfig, Browser) for row in rows_of(kind)}
 
 
@@ -79,7 +80,7 @@ def run(args: Namespace) -> None:
 
 
 def session_of(args: Namespace) -> "Session":
-    """What the command line asks for, ready to be painted."""
+    """The studio session for a command line."""
     from brushgs.outlets.studio.session import Session
 
     return Session(
@@ -93,7 +94,7 @@ def session_of(args: Namespace) -> "Session":
 
 
 def _with(args: Namespace, overrides: Mapping[str, Any]) -> Namespace:
-    """The command line with other values; a palette file of None is no palette at all."""
+    """The namespace with overridden values; palette file None removes the palette."""
     changed = {**vars(args), **overrides}
     if changed.get("palette.file", "") is None:
         changed = {name: value for name, value in changed.items() if not name.startswith("palette.")}
@@ -101,7 +102,7 @@ def _with(args: Namespace, overrides: Mapping[str, Any]) -> Namespace:
 
 
 def _words(args: Namespace, overrides: Mapping[str, Any]) -> list[str]:
-    """The words of the command line that decide what is painted, without those that are overridden."""
+    """The command-line words that change the painting, without overridden ones."""
     parser = ArgumentParser()
     add_flags(parser)
     others = {*OF_THE_VIEWER, *NOT_PAINTED, *overrides}

@@ -1,4 +1,4 @@
-"""`brushgs views`: a scene from all around on one sheet, each picture with the flags that give it."""
+"""`brushgs views`: a sheet with views of a scene from all around, each with its flags."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
