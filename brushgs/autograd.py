@@ -1,27 +1,27 @@
-"""`project`, `rasterize` and `render` on torch tensors, with gradients; and strokes that move, by `moved`.
+"""`project`, `rasterize` and `render` on torch tensors, with gradients; `moved` for moving strokes.
 
     import brushgs.autograd as ba
     strokes = ba.Gaussians.of(scene, requires_grad=True)
     frame = ba.render(strokes, camera, texture)
     loss(frame.over((1, 1, 1))).backward()
 
-Pictures are those of the functions of the same names in `brushgs`, bit for bit. Gradients are the derivative
-of what was computed, in float32 or float64, on the CPU; arguments are not copied. They do not depend on the
-number of threads, nor the memory they take on the number of fragments: strokes are blended once more,
-not kept fragment by fragment. Only what requires a gradient gets one.
+Pictures are bit-identical to those of the functions in `brushgs`. Gradients are exact derivatives of the
+computed values, in float32 or float64, on the CPU; arguments are not copied. Results do not depend on the
+number of threads. Memory does not grow with the number of fragments: the backward pass blends strokes again
+instead of storing them. Only tensors that require a gradient get one.
 
 Where the derivative does not exist, the gradient is:
 
-- Zero from what decides by a threshold: whether a pixel centre lies in a box (its edge), alphas under 1/255,
-  what lies behind a finished pixel, alphas clamped to 0.99, colours clamped to 0, the level of the image that
-  serves a box, which Gaussians have boxes and in what order. So the kernel "ellipse" and `filter="nearest"`
-  give gradients to colours, opacities and depths, and none to the shape of a box.
-- Zero by the angle of a round ellipse (its direction below rounding, 1e-14). Just above, that gradient is as
-  large as one over the anisotropy.
+- Zero at thresholds: box edges at pixel centres, alphas under 1/255, fragments behind a finished pixel,
+  alphas clamped to 0.99, colours clamped to 0, the choice of image level, culling and order. So the kernel
+  "ellipse" and `filter="nearest"` give gradients to colours, opacities and depths, but not to the shape of a
+  box.
+- Zero for the angle of a round ellipse (direction below rounding, 1e-14). Just above, it is as large as 1 /
+  anisotropy.
 - None through `Directions`, nor through the size that `num_sigmas=None` takes from the texture.
-- Through the rounding of a texture tensor to 8 bits, as if there were none.
+- Straight through the rounding of a texture tensor to 8 bits.
 
-Second derivatives (after a loss that is not linear in the picture) and the soft order are refused.
+Second derivatives and the soft order are refused.
 
 Needs PyTorch: `pip install torch`.
 """
@@ -72,10 +72,10 @@ except ModuleNotFoundError as error:
 class Gaussians:
     """N Gaussians as tensors of one dtype, float32 or float64; shapes and ranges as in `brushgs.Gaussians`.
 
-    Values are checked where they are used.
+    Values are checked on use.
 
     Raises:
-        TypeError: if a column is no tensor, on another device than the CPU or of another dtype.
+        TypeError: if a column is not a tensor, not on the CPU, or of another dtype.
     """
 
     means: Tensor  # [N, 3]
@@ -100,7 +100,7 @@ class Gaussians:
         return cls(*tensors, antialiased=gaussians.antialiased, **integers)
 
     def numpy(self) -> GaussianArrays:
-        """The scene without gradients; it shares the memory of contiguous tensors.
+        """The scene without gradients, sharing the memory of contiguous tensors.
 
         Raises:
             ValueError: if a shape or value breaks the rules of `brushgs.Gaussians`.
@@ -118,7 +118,7 @@ class Boxes:
     """M oriented rectangles as tensors, nearest first; shapes, units and ranges as in `brushgs.Boxes`.
 
     Raises:
-        TypeError: if a column is no tensor, on another device than the CPU or of another dtype.
+        TypeError: if a column is not a tensor, not on the CPU, or of another dtype.
     """
 
     centers: Tensor  # [M, 2]
@@ -156,7 +156,7 @@ class Boxes:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One picture as tensors; as in `brushgs.Frame`."""
+    """A picture as tensors, as in `brushgs.Frame`."""
 
     rgb: Tensor  # [H, W, 3]
     alpha: Tensor  # [H, W]
@@ -166,11 +166,11 @@ class Frame:
         """The picture on a background, [H, W, 3].
 
         Args:
-            background: one RGB colour or an [H, W, 3] tensor, display-encoded, 0 to 1; or a colour by name or
-                as "#rrggbb".
+            background: RGB colour [3] or tensor [H, W, 3], display-encoded, 0 to 1; or a colour name or
+                "#rrggbb".
 
         Raises:
-            ValueError: if it has another shape, or is no known colour.
+            ValueError: for another shape or an unknown colour.
         """
         rgb = rgb_of(background) if isinstance(background, str) else background
         behind = torch.as_tensor(rgb, dtype=self.rgb.dtype)
@@ -193,19 +193,19 @@ def project(
     underpaint: bool = False,
     num_threads: int | None = None,
 ) -> Boxes:
-    """Project Gaussians to boxes: `brushgs.project` with gradients by all columns of the Gaussians.
+    """Project Gaussians to boxes: `brushgs.project` with gradients for all columns of the Gaussians.
 
-    Culled Gaussians get zeros. SH degrees that are zero throughout have their gradient too.
+    Culled Gaussians get zeros. SH degrees that are all zero get gradients too.
 
     Args:
         gaussians: N Gaussians in world space.
         camera: one pinhole camera; it gets no gradient.
-        num_sigmas: see `brushgs.project`, like the others.
+        num_sigmas: see `brushgs.project`, as for the others.
         low_pass: pixels squared.
         lock: "off" and "anchor" pass gradients through the angle, `Directions` do not.
-        fade: whether strokes fade that would otherwise appear or vanish.
+        fade: fade strokes that would otherwise appear or vanish.
         order: "depth"; "soft" has no gradient.
-        underpaint: whether boxes have setbacks, which pass no gradients on.
+        underpaint: whether boxes have setbacks; these have no gradient.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Raises:
@@ -233,7 +233,7 @@ def _projected(where: str, gaussians: Gaussians, camera: Camera, options: Projec
         )
     columns = (getattr(gaussians, name) for name in GAUSSIAN_COLUMNS)
     constants = gaussians.antialiased, gaussians.brushes
-    made: list[str] = []  # names of the columns
+    made: list[str] = []  # column names
     boxes = _Project.apply(camera, options, constants, made, *columns)
     return Boxes(**dict(zip(made, boxes, strict=True)))
 
@@ -251,20 +251,19 @@ def rasterize(
     min_transmittance: float = MIN_TRANSMITTANCE,
     num_threads: int | None = None,
 ) -> Frame:
-    """Paint boxes with a stroke texture: `brushgs.rasterize` with gradients by the boxes and the texture.
+    """Paint boxes with a stroke texture: `brushgs.rasterize` with gradients for the boxes and the texture.
 
     Args:
         boxes: M strokes, nearest first.
-        texture: what fills a box, or its name or path; or the coverage of a stroke image as a tensor [h, w]
-            of 0 to 1, which then gets a gradient: through the levels of `filter="mip"` as well, by the
-            transpose of what makes them. A list of such tensors is a set of brushes.
-        height: pixels, see `brushgs.rasterize`, like the others.
+        texture: a brush, its name or path; or a coverage tensor [h, w], 0 to 1, which gets a gradient, also
+            through the levels of `filter="mip"`. A list of such tensors is a set of brushes.
+        height: pixels, see `brushgs.rasterize`, as for the others.
         width: pixels.
-        filter: how a stroke image is read.
-        depth: whether the frame has a depth, which has a gradient too.
-        underpaint: what lies behind each stroke; its gradients add to those of the box.
-        streaks: amplitude of the streaks along strokes.
-        min_transmittance: what lies behind a pixel that lets less light through has no gradient.
+        filter: sampling of stroke images.
+        depth: whether the frame has a depth, with gradient.
+        underpaint: soft copies behind strokes; their gradients add to those of the boxes.
+        streaks: amplitude of streaks along strokes.
+        min_transmittance: fragments behind a pixel with less transmittance get no gradient.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Raises:
@@ -300,7 +299,7 @@ def render(
     streaks: float = 0.0,
     num_threads: int | None = None,
 ) -> Frame:
-    """Paint Gaussians as one camera sees them: `brushgs.render` with gradients.
+    """Paint Gaussians in one view: `brushgs.render` with gradients.
 
     Args:
         gaussians: N Gaussians in world space; each becomes a stroke.
@@ -350,14 +349,14 @@ def render(
 
 
 def moved(gaussians: Gaussians, pose: Pose, *, has_color: bool = True) -> Gaussians:
-    """Strokes as they are at one moment: `Pose.moved` with gradients by all columns of the strokes.
+    """Strokes at one moment: `Pose.moved` with gradients for all columns of the strokes.
 
     The pose gets no gradient.
 
     Args:
-        gaussians: N strokes at their reference moments; those without an id that moves are as they were.
-        pose: where strokes are.
-        has_color: whether they take part in changes of colour.
+        gaussians: N strokes at their reference moments; strokes without an id in the pose do not move.
+        pose: poses of strokes at the moment.
+        has_color: whether strokes follow colour changes.
 
     Raises:
         TypeError: if `gaussians` has another type.
@@ -371,7 +370,7 @@ def moved(gaussians: Gaussians, pose: Pose, *, has_color: bool = True) -> Gaussi
     size, turn = np.exp(numbers[:, SIZE]), numbers[:, TURN]
     moves, pivots = torch.from_numpy(rows), torch.from_numpy(pose.pivots[found])
     spins = torch.from_numpy(size[:, None, None] * rotation_matrices(turn))
-    products = torch.from_numpy(quat_products(turn[:, None], np.eye(4)[None]))  # by each unit quaternion
+    products = torch.from_numpy(quat_products(turn[:, None], np.eye(4)[None]))  # with each unit quaternion
     shifts, sizes, factors = (torch.from_numpy(v) for v in (numbers[:, SHIFT], size, numbers[:, OPACITY]))
     # In float64, as `Pose.moved`: distances from a pivot are small beside its coordinates.
     means, quats, scales, opacities = (
@@ -408,8 +407,8 @@ class _Project(torch.autograd.Function):  # type: ignore[misc]
         ctx: Any,
         camera: Camera,
         options: ProjectOptions,
-        constants: tuple[bool, Tensor | None],  # whether antialiased, and the brushes
-        made: list[str],  # gets the names of the columns that are returned
+        constants: tuple[bool, Tensor | None],  # antialiased, brushes
+        made: list[str],  # filled with the names of the returned columns
         *columns: Tensor,
     ) -> tuple[Tensor, ...]:
         antialiased, brushes = constants
@@ -423,7 +422,7 @@ class _Project(torch.autograd.Function):  # type: ignore[misc]
         ctx.gaussians, ctx.boxes, ctx.camera, ctx.options = gaussians, boxes, camera, options
         ctx.set_materialize_grads(False)
         ctx.mark_non_differentiable(*(outputs[name] for name in names[len(BOX_COLUMNS) :]))
-        ctx.save_for_backward(*columns, outputs["ids"], outputs["colors"])  # torch sees that none changes
+        ctx.save_for_backward(*columns, outputs["ids"], outputs["colors"])  # torch checks that none changes
         return tuple(outputs.values())
 
     @staticmethod
@@ -453,7 +452,7 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
         brush_set: BrushSet,
         options: dict[str, Any],
         constants: tuple[Tensor, Tensor | None, Tensor | None],  # ids, setbacks and brushes
-        *tensors: Tensor,  # the columns, and the coverages that the set was made of if it was
+        *tensors: Tensor,  # the columns, then coverages given as tensors
     ) -> tuple[Tensor | None, ...]:
         columns, coverages = tensors[: len(BOX_COLUMNS)], tensors[len(BOX_COLUMNS) :]
         given = zip(("ids", "setbacks", "brushes"), constants, strict=True)
@@ -511,14 +510,14 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
 
 
 def _array(tensor: Tensor) -> Any:
-    """The values, in the memory of the tensor where it is contiguous."""
+    """The values; shares the memory of a contiguous tensor."""
     return tensor.detach().contiguous().numpy()
 
 
 def _tensor(column: Array) -> Tensor:
-    """A column of fresh boxes, in the memory that they do not share with anyone."""
+    """A column of fresh boxes as a tensor; nobody else uses its memory."""
     column = column.view()
-    column.flags.writeable = True  # boxes are read-only; torch knows no such thing
+    column.flags.writeable = True  # boxes are read-only; torch has no read-only tensors
     return torch.from_numpy(column)
 
 
@@ -559,7 +558,7 @@ def _name(tensor: Tensor) -> str:
 def _brushes_of(
     where: str, texture: Brush | Tensor | Sequence[Tensor]
 ) -> tuple[BrushSet, tuple[Tensor, ...]]:
-    """The brushes, and the coverages that they were made of where these are tensors."""
+    """The brush set, and its coverages if given as tensors."""
     tensors = (texture,) if isinstance(texture, Tensor) else texture
     if not (isinstance(tensors, Sequence) and tensors and isinstance(tensors[0], Tensor)):
         return BrushSet.of(texture), ()

@@ -1,4 +1,4 @@
-"""A painting becomes a style: what `brushgs style learn` and `brushgs.learn_style` do."""
+"""Learn a style from a painting: `brushgs style learn` and `brushgs.learn_style`."""
 
 from pathlib import Path
 
@@ -105,5 +105,5 @@ def write_learnt(style: Style, output: Path, report: Report) -> Report:
 
 
 def printable(name: str) -> str:
-    """A name as a style may have it, from any name of a file."""
+    """A valid style name from any file name."""
     return "".join(c if c.isprintable() else "?" for c in name)[:80].strip() or "style"

@@ -1,6 +1,6 @@
-"""Cameras for Gaussians in memory: `frame_scene` and `orbit`, as `brushgs render` frames the scene of a file.
+"""Cameras for Gaussians in memory: `frame_scene` and `orbit`, framed as by `brushgs render`.
 
-Both find the first view of the scene (`pipeline.views`) and change it by options (`cameras.first_view`).
+Both estimate the first view of the scene (`pipeline.views`) and apply options to it (`cameras.first_view`).
 """
 
 import warnings
@@ -37,30 +37,30 @@ def frame_scene(
 ) -> Camera:
     """A camera that shows a scene upright, from its front, with the whole subject as large as fits.
 
-    It is the camera that `paint` and `brushgs render` take where none but its size is given; without a size
-    they choose one, and set an object into the picture. Which way is up, where the
-    front is and what the subject is are estimated from the Gaussians, in about half a second for 100,000.
-    Strokes are best seen by the camera of their scene.
+    `paint` and `brushgs render` use this camera if only a size is given; without a size they also choose the
+    format and compose the subject. Up axis, front and subject are estimated from the Gaussians, in about half
+    a second for 100,000. For strokes, use the camera of their scene.
 
     Args:
         gaussians: N Gaussians of a scene, N >= 1.
         width: of the picture, pixels.
         height: of the picture, pixels.
-        up: direction that is up in the picture: "+x" to "-z" or three numbers, world axes; None estimates it.
-        azimuth_deg: degrees by which the camera stands to the right of a fixed direction, see
-            `brushgs.cameras.framing.frame_scene`; None for a three-quarter view of the front.
+        up: up axis in world axes: "+x" to "-z" or three numbers; None estimates it.
+        azimuth_deg: camera position around the up axis, degrees to the viewer's right from a fixed direction,
+            see `brushgs.cameras.framing.frame_scene`; None for a three-quarter view of the front.
         elevation_deg: degrees above the horizon, -90 to 90; None for 15, or 40 above flat ground.
-        side: the side that is shown, in place of an azimuth: "front", "left", "back", "right", "top" or
+        side: side of the subject to show, in place of an azimuth: "front", "left", "back", "right", "top" or
             "three-quarter".
-        zoom: 1 shows the subject whole, 2 twice as large, > 0.
+        zoom: 1 shows the whole subject, 2 twice as large, > 0.
         fov_deg: vertical field of view, degrees, in (0, 180).
-        look_at: what is in the middle: the "subject", the "scene" with all of its surroundings, a "part" of
-            the subject, its upper third, or a point [3], world units. None for the subject, or for the view
-            from inside of a scene that is seen so.
-        distance: from the camera to that point, world units, > 0; None for that of the subject.
-        pan: (right, up), by which the camera moves aside without turning, in shares of the picture.
-        roll_deg: degrees by which the scene is turned clockwise in the picture.
-        **old: `azimuth`, `elevation`, `fov_y` and `roll` in radians, as versions before 0.2 took them; with a
+        look_at: what to frame: "subject", "scene" (with all surroundings), "part" (the upper third of the
+            subject), or a point [3] to center, world units. None for the subject, or for scenes seen from
+            inside the view from there.
+        distance: from the camera to that point, world units, > 0; None for that which shows the whole
+            subject.
+        pan: (right, up) shift of the camera without turning, in shares of the picture.
+        roll_deg: rotation of the scene in the picture, degrees clockwise.
+        **old: `azimuth`, `elevation`, `fov_y` and `roll` in radians, as before version 0.2; gives a
             DeprecationWarning.
 
     Raises:
@@ -105,22 +105,22 @@ def orbit(
 ) -> list[Camera]:
     """One turn around a scene: a loop at constant distance, in even steps, with a level horizon.
 
-    It is the path of `brushgs render --orbit`: the first camera looks as that of `frame_scene`, from as far
-    away as is needed to show the whole subject in every view. A scene that is seen from inside has nothing to
-    show from behind: there the camera sways on a small circle.
+    The path of `brushgs render --orbit`. The first camera looks in the direction of `frame_scene`, from as
+    far away as needed to show the whole subject in every view. For a scene seen from inside, the camera sways
+    on a small circle instead.
 
     Args:
         gaussians: N Gaussians of a scene, N >= 1.
         num_frames: >= 1; frame i is turned by i / num_frames of a full turn.
-        width: see `frame_scene`, as all that follow.
+        width: see `frame_scene`, as for all below.
         height: pixels.
-        up: estimated where it is None.
+        up: None estimates it.
         azimuth_deg: of the first view; it grows along the orbit.
         elevation_deg: of all views.
-        side: that the first view shows.
+        side: shown by the first view.
         zoom: of all views.
         fov_deg: degrees.
-        look_at: the turn is around the middle of it.
+        look_at: the orbit is around its middle.
         distance: from the camera to a point `look_at`.
         pan: of all views.
         roll_deg: of all views.
@@ -148,7 +148,7 @@ def orbit(
 
 
 def _radians(where: str, old: Mapping[str, float], **in_degrees: float | None) -> dict[str, Any]:
-    """Angles by the names of `ViewConfig`, in radians: those of old keywords as they are."""
+    """Angles in radians by field name of `ViewConfig`; old keywords are in radians already."""
     for name in old:
         if name not in in_degrees:
             raise TypeError(f"{where}() has no keyword {name!r}")

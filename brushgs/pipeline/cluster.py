@@ -1,4 +1,4 @@
-"""`brushgs.cluster`: that of the pass, with a number of strokes as the command line takes it."""
+"""`brushgs.cluster`: the clustering pass, with a number of strokes as on the command line."""
 
 import operator
 from collections.abc import Sequence
@@ -33,40 +33,40 @@ def cluster(
     camera: Camera | None = None,
     texture: Brush = DEFAULT_STROKE,
 ) -> Gaussians:
-    """Merge Gaussians into fewer and larger ones.
+    """Merge Gaussians into fewer, larger ones.
 
     Args:
         gaussians: N Gaussians.
-        num_strokes: the largest number of strokes: k >= 1, or a share of N, 0.1 or "10%"; "all" merges none.
-            Or a target in a view: "auto" is the knee of error over the time of a painting, "auto:frame" that
-            over the time of a frame, see `choose_strokes`; "24dB" are the fewest that reach this PSNR to the
-            plain picture, found by clustering again and again.
+        num_strokes: maximum number of strokes: k >= 1, or a share of N, 0.1 or "10%"; "all" merges none. Or a
+            target in a view: "auto" is the knee of error over painting time, "auto:frame" over frame time,
+            see `choose_strokes`; "24dB" is the fewest strokes that reach this PSNR to the plain picture,
+            found by repeated clustering.
         features: "balanced" does not depend on the unit of the scene and weighs each Gaussian by its
             contribution and the colour detail around it (`cluster_weights`); "paper" is raw and unweighted.
             See `cluster_features`.
         merge: "cover" or "paper", see `merge_clusters`.
         method: "minibatch" as published, "lloyd" with exact steps, "auto" by `choose_method`.
-        seed: of all random choices, 0 to 2^32 - 1. Equal seeds give equal results, bit for bit, for any
-            number of threads.
-        views: what the strokes are for: cameras, a few small ones (see `plain_views`), or plain pictures of
-            the whole scene, already drawn. Then Gaussians are weighed by what these views show of them,
-            strokes that differ from the pictures are cut in two, and have the colours seen in them. Where no
-            view shows anything, and None: all Gaussians count, wherever they are.
-        focus: [N] > 0, how many times as many strokes per area each Gaussian is to get; None is 1 for all.
-        camera: the view of a target; None for that of `frame_scene`. A number needs none.
-        texture: the stroke of a target, or its name or path, see `render`. A number needs none.
+        seed: of all random choices, 0 to 2^32 - 1. Equal seeds give bit-identical results for any number of
+            threads.
+        views: views to make the strokes for: a few small cameras (see `plain_views`), or plain pictures of
+            the whole scene. Gaussians are then weighted by their visible share, strokes that differ from the
+            pictures are split in two, and colours are fitted to the pictures. None, or views that show
+            nothing: all Gaussians count.
+        focus: [N] > 0, factor on the number of strokes per area; None is 1 for all.
+        camera: view of a target; None for that of `frame_scene`. Not used for a plain number.
+        texture: brush of a target, or its name or path, see `render`. Not used for a plain number.
 
     Returns:
-        At most k Gaussians; the input itself, unmerged, where k >= N.
+        At most k Gaussians; the input itself if k >= N.
 
     Raises:
         TypeError: if `num_strokes` is no number or text, or `seed` is not an integer.
-        ValueError: if an option is out of range or unknown, `focus` or `views` do not suit, or even all N
+        ValueError: if an option is out of range or unknown, `focus` or `views` do not match, or even N
             strokes do not reach the PSNR.
 
-    Shuffled rows give the same clusters under other labels as long as no two Gaussians have equal weight and
-    position. Sums over a cluster then differ in the last bits only, which can move a Gaussian that lies
-    midway between two clusters.
+    Shuffled rows give the same clusters under other labels, unless two Gaussians have equal weight and
+    position. Sums over a cluster may differ in the last bits, which can move a Gaussian midway between two
+    clusters.
 
     Example:
         >>> bg.cluster(gaussians, 300)
@@ -127,7 +127,7 @@ def cluster(
 
 
 def _number_of(num_strokes: object) -> "int | float | Knee | ErrorBudget | None":
-    """What a number of strokes means: a count, a share, a target; None for all."""
+    """Parse a number of strokes: a count, a share or a target; None for all."""
     if isinstance(num_strokes, str):
         try:
             return parse_strokes(num_strokes)

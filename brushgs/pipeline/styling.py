@@ -1,4 +1,4 @@
-"""The styles of a painting: opened, and what of their marks strokes take: numbers, directions and brushes."""
+"""Styles of a painting: open them, and apply their numbers, directions and brushes to strokes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -68,22 +68,22 @@ class Styles:
 
     @property
     def edits(self) -> "list[tuple[StyleEdit, float]]":
-        """Those that were learnt from edits."""
+        """Styles learnt from edits, with shares."""
         return [(style.edit, share) for style, share in self.parts if style.edit is not None]
 
     @property
     def needs_first_view(self) -> bool:
-        """Whether an edit depends on how the scene stands."""
+        """Whether an edit depends on the first view of the scene."""
         from brushgs.passes.style.edit import needed_features
 
         return bool(needed_features(edit for edit, _ in self.edits))
 
 
 def open_styles(config: StyleConfig | None, report: Report) -> Styles | None:
-    """Read the styles of a painting; a stage only where there are any.
+    """Read the styles of a painting; reports a stage only if there are any.
 
     Raises:
-        SceneError: if a file is no style.
+        SceneError: if a file is not a style.
     """
     if config is None:
         return None
@@ -107,10 +107,10 @@ def open_styles(config: StyleConfig | None, report: Report) -> Styles | None:
 
 
 def styled_values(values: StepValues, config: StyleConfig) -> StepValues:
-    """The values of a look, by step and field, on the way to those that the marks of styles ask for.
+    """The values of a look, by step and field, blended with those of the styles' marks.
 
     Raises:
-        SceneError: if a file is no style.
+        SceneError: if a file is not a style.
     """
     styles = open_styles(config, Report())
     marked = [] if styles is None else [one for one in styles.taken("marks") if one[0].marks is not None]
@@ -125,15 +125,15 @@ def styled_values(values: StepValues, config: StyleConfig) -> StepValues:
 
 
 def styled(look: PaintConfig | Look | str | Path | None, style: StyleConfig | str) -> PaintConfig:
-    """A look on the way to styles, for whatever takes a look, as `paint` does.
+    """A look blended with styles, for `paint` and other functions that take a look.
 
     Args:
         look: see `brushgs.paint`.
         style: styles with their shares, such as "monet.style:0.7,dusk.style:0.3".
 
     Raises:
-        SceneError: if a file cannot be read, or is no style.
-        ValueError: if the style is no such text.
+        SceneError: if a file cannot be read, or is not a style.
+        ValueError: if the text of the styles is invalid.
 
     Example:
         >>> from brushgs.values.style import StyleEdit
@@ -149,7 +149,7 @@ def styled(look: PaintConfig | Look | str | Path | None, style: StyleConfig | st
 
 
 def directions_of(styles: Styles | None, camera: Camera | None) -> "Marks":
-    """How the marks of styles run, laid over the picture of a camera.
+    """Directions of the styles' marks, in the picture of a camera.
 
     Raises:
         ValueError: if no style has marks.

@@ -29,29 +29,28 @@ def save(
 ) -> None:
     """Write Gaussians, a frame (.png, .jpg, .webp, .avif, .tif, .exr), or painted strokes (.html, .glb).
 
-    The suffix decides the format, and the file appears when it is complete. Gaussians go to .ply, .glb and
-    .usd as they are, to .spz, .sog, .splat and .compressed.ply rounded. A frame keeps its transparency, but
-    on a background, and in JPEG and AVIF, which hold none: there it is on white. An .exr has its layers.
+    The suffix decides the format; the file appears when it is complete. Gaussians are stored exactly in .ply,
+    .glb and .usd, rounded in .spz, .sog, .splat and .compressed.ply. A frame keeps its transparency unless it
+    gets a background; JPEG and AVIF, which have none, use white. An .exr contains the layers.
 
-    The other arguments are those of painted strokes. A page (.html) is one file that a browser opens without
-    a server, and in which the strokes can be turned. A model (.glb) has a textured rectangle for each stroke,
-    for 3D programs: in the plane of the stroke's two longest axes, or, where there is a camera, the box that
-    `render` paints in that view.
+    The other arguments are for painted strokes. A page (.html) is one file to turn the strokes in a browser,
+    without a server. A model (.glb) has one textured rectangle per stroke, for 3D programs: in the plane of
+    the stroke's two longest axes or, with a camera, the box that `render` paints in that view.
 
     Args:
-        value: what is written.
-        path: the name of the file.
-        texture: what strokes are painted with, see `render`; painted strokes need it.
+        value: Gaussians or a frame.
+        path: output file.
+        texture: brush of painted strokes, see `render`; required for these.
         camera: the first view; None frames the strokes.
         title: any text; None for the name of the file.
-        background: of a frame or a page, the name of a colour, "#rrggbb" or "transparent"; None keeps the
-            transparency of a frame, and is white for a page.
-        **options: `lock`, `num_sigmas`, `low_pass` and `underpaint`, of a page also `filter`, `streaks` and
-            `relief`, see `render`. Where there is relief, the default `Lamp` shines on it.
+        background: of a frame or page: a colour name, "#rrggbb" or "transparent"; None keeps a frame's
+            transparency and is white for a page.
+        **options: `lock`, `num_sigmas`, `low_pass` and `underpaint`, for a page also `filter`, `streaks` and
+            `relief`, see `render`. Relief is lit by the default `Lamp`.
 
     Raises:
-        TypeError: if `value` is something else, or an argument is not known.
-        ValueError: if the suffix does not suit the value, or an argument is given for another file.
+        TypeError: if `value` has another type, or an argument is unknown.
+        ValueError: if the suffix does not suit the value, or an argument does not suit the suffix.
         SceneError: if the file cannot be written, or a model would have no stroke.
 
     Example:

@@ -1,10 +1,9 @@
-"""Strokes -> the same strokes in broken colour: each a little lighter or darker, warmer or cooler.
+"""Strokes -> strokes in broken colour: each a little lighter or darker, warmer or cooler.
 
-A painter does not mix the colour of a wall once; strokes side by side differ, and the eye mixes them. So
-every stroke gets a small normal shift in OKLab, less the mean shift around it: seen from afar the colours
-stay. The shift is a hash of the place of the stroke and the seed: it does not depend on the order of the
-strokes, nor on the camera. Where it follows the colour that it breaks, a grey stays grey: only its lightness
-varies. The purer a colour, the more it varies, in how pure it is rather than in hue.
+Painters do not mix one colour for a whole wall; neighbouring strokes differ, and the eye mixes them. Every
+stroke gets a small normal shift in OKLab minus the mean shift around it, so that local mean colours stay.
+Shifts are hashes of position and seed, independent of order and camera. With `follows`, shifts scale with
+chroma: greys stay grey and vary only in lightness; pure colours vary in chroma more than in hue.
 """
 
 import operator
@@ -18,15 +17,14 @@ from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0, shift_base_colors
 
-# Standard deviations of L, and of a and b, in OKLab. 6000 strokes, mean of six scenes: -0.17 dB (koala
-# -0.3); 0.011 and 0.005 cost 0.08 and are hardly seen, 0.022 and 0.010 cost 0.31 and turn fur to confetti.
+# Standard deviations of L, and of a and b, in OKLab. 6000 strokes, mean of six scenes: -0.17 dB (koala -0.3);
+# 0.011 and 0.005 cost 0.08 and are hardly visible, 0.022 and 0.010 cost 0.31 and turn fur to confetti.
 LIGHTNESS, CHROMA = 0.016, 0.007
-# Of shifts that follow a colour: chroma in OKLab from which they are as large as others (fur and stone have
-# 0.01 to 0.03, skin 0.05 to 0.09, a red shirt 0.2), and their factors along a and b of the colour and across,
-# which keep their square sum.
+# Shifts with `follows`: OKLab chroma of full size (fur and stone have 0.01 to 0.03, skin 0.05 to 0.09, a red
+# shirt 0.2), and factors along and across the direction of a and b, with constant sum of squares.
 COLORFUL = 0.08
 ALONG, ACROSS = 1.3, 0.55
-NUM_AROUND = 8  # strokes around one, whose mean shift with its own is taken away
+NUM_AROUND = 8  # neighbours whose mean shift, with its own, is subtracted
 MOST = 0.5
 MAX_SEED = 2**32 - 1
 _BISECTIONS = 8
@@ -43,19 +41,19 @@ def break_colors(
     """Vary the colours of strokes; local means stay.
 
     Only the view-independent part of a colour changes. No channel leaves the display range: near black, white
-    and pure colours shifts get smaller, alike in both directions, and what is outside already is not driven
-    further. White paper stays white.
+    and pure colours shifts shrink equally in both directions, and colours outside do not move further out.
+    White paper stays white.
 
     Args:
         strokes: k strokes.
         lightness: standard deviation of the shift of OKLab L, 0 (black) to 1 (white); 0 to 0.5.
         chroma: standard deviation of the shifts of OKLab a and b, likewise.
-        follows: share in which shifts of a and b follow the colour of a stroke, 0 (alike for all) to 1: then
-            they grow with its chroma, from none on a grey to all at 0.08, and lie along it for the most part.
-        seed: 0 to 2^32 - 1; another one gives other shifts.
+        follows: 0 (same for all strokes) to 1: scale shifts of a and b with the stroke's chroma, from none
+            for a grey to full at 0.08, mostly along its hue.
+        seed: 0 to 2^32 - 1.
 
     Returns:
-        The strokes with other `sh`, in the same dtype; the input itself where both deviations are 0 or k = 0.
+        The strokes with other `sh`, in the same dtype; the input itself if both deviations are 0 or k = 0.
 
     Raises:
         TypeError: if `seed` is not an integer.
@@ -83,14 +81,14 @@ def break_colors(
     shifts = _normals(strokes.means, seed) * (lightness, chroma, chroma)
     shifts *= _room(colors, lab, shifts)[:, None]
     shifts -= _means_around(strokes, shifts)
-    if follows:  # after the means, or a grey would take the colour of what is beside it
+    if follows:  # after subtracting means, or a grey would take its neighbours' colour
         shifts[:, 1:] += follows * (_followed(lab, shifts[:, 1:]) - shifts[:, 1:])
     shifts *= _room(colors, lab, shifts)[:, None]
     return shift_base_colors(strokes, rgb_of_oklab(lab + shifts) - colors)
 
 
 def _normals(means: Array, seed: int) -> F64:
-    """Three normal numbers for each place, [k, 3]."""
+    """Three normal random numbers per position, [k, 3]."""
     uniform = np.stack([chances(means, seed, draw) for draw in range(4)])
     radii, turns = np.sqrt(-2 * np.log1p(-uniform[:2])), 2 * np.pi * uniform[2:]  # Box and Muller 1958
     return np.stack(
@@ -99,7 +97,7 @@ def _normals(means: Array, seed: int) -> F64:
 
 
 def _followed(lab: F64, shifts: F64) -> F64:
-    """Shifts [k, 2] of a and b that follow the colours [k, 3]."""
+    """Shifts [k, 2] of a and b, scaled by the colours [k, 3]."""
     chromas = np.hypot(lab[:, 1], lab[:, 2])
     along = lab[:, 1:] / np.maximum(chromas, np.finfo(np.float64).tiny)[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -111,7 +109,7 @@ def _followed(lab: F64, shifts: F64) -> F64:
 
 
 def _means_around(strokes: Gaussians, shifts: F64) -> F64:
-    """Mean shift of each stroke and its nearest, weighted by the paint that they carry, [k, 3]."""
+    """[k, 3] mean shift of each stroke and its neighbours, weighted by painted area times opacity."""
     neighbors = nearest_others(strokes.means.astype(np.float64), NUM_AROUND)
     rows = np.concatenate([np.arange(len(strokes))[:, None], neighbors], axis=1)
     scales = np.sort(strokes.scales, axis=1)[:, 1:].astype(np.float64)
@@ -124,7 +122,7 @@ def _means_around(strokes: Gaussians, shifts: F64) -> F64:
 
 
 def _room(colors: F64, lab: F64, shifts: F64) -> F64:
-    """Largest share of each shift, [k] 0 to 1, that leaves the display range in neither direction."""
+    """[k] largest factor of each shift, 0 to 1, that keeps both directions within the display range."""
     low, high = np.minimum(colors, 0), np.maximum(colors, 1)
 
     def fits(shares: F64, rows: Rows) -> Mask:

@@ -1,9 +1,8 @@
-"""Gaussians and a painting -> the same Gaussians in the colours of the painting, in closed form.
+"""Gaussians and a painting -> the same Gaussians in the painting's colours, in closed form.
 
-The colours of the scene, weighted by the paint that carries them, get the mean and the covariance of the
-painting's pixels, by the Monge-Kantorovich map: the linear map that does so and moves colours least.
-Source: Pitie and Kokaram 2007, The linear Monge-Kantorovitch linear colour mapping for example-based colour
-transfer, eq. 10.
+The scene's colours, weighted by painted area, get mean and covariance of the painting's pixels by the
+Monge-Kantorovich map, the linear map that does so and moves colours least. Source: Pitie and Kokaram 2007,
+The linear Monge-Kantorovitch linear colour mapping for example-based colour transfer, eq. 10.
 """
 
 from dataclasses import dataclass, replace
@@ -20,8 +19,8 @@ from brushgs.values.colors import split_alpha
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
 
-# Largest stretch of differences of colours: more would turn the noise of a grey scene into bright confetti.
-# Trained scenes and paintings are within 0.2 to 4 of each other along every axis.
+# Largest stretch of colour differences: more would turn noise of a grey scene into bright confetti. Trained
+# scenes and paintings are within 0.2 to 4 of each other along every axis.
 MAX_STRETCH = 10.0
 
 
@@ -45,7 +44,7 @@ class Palette:
 
         Raises:
             TypeError: if an argument is not an array.
-            ValueError: if no colour has a weight above zero, shapes are wrong or the space is unknown.
+            ValueError: if all weights are zero, shapes are wrong or the space is unknown.
 
         Example:
             >>> bg.Palette.of_colors(np.array([[0.8, 0.1, 0.1], [0.1, 0.2, 0.7]])).space
@@ -71,7 +70,7 @@ class Palette:
 
         Raises:
             TypeError: if `image` is not an array.
-            ValueError: if it is fully transparent, empty, of other channels, or the space is unknown.
+            ValueError: if it is fully transparent, empty, has other channels, or the space is unknown.
         """
         channels = check("Palette", image=(image, "H W C"))["C"]
         if not 1 <= channels <= 4:
@@ -90,27 +89,27 @@ def recolor(
 ) -> Gaussians:
     """Give Gaussians the colours of a painting: their mean and covariance become the palette's.
 
-    Base colours are mapped by the Monge-Kantorovich map in the palette's space; the view-dependent terms of
-    each Gaussian by the derivative of that map at its base colour, so that highlights stay highlights.
-    Out-of-gamut colours are kept: they are clipped only when a picture is written.
+    Base colours are mapped by the Monge-Kantorovich map in the palette's space; the view-dependent terms by
+    its derivative at the base colour, so that highlights stay highlights. Out-of-gamut colours are kept: they
+    are clipped only when a picture is written.
 
     Args:
         gaussians: N Gaussians.
         palette: of the painting.
         strength: 0 changes nothing, 1 matches the palette; mean and map are interpolated in between.
-        weights: [N] >= 0 of the Gaussians; None for opacity x mean projected area, the paint they carry.
-        shares: [N] 0 to 1, how far each Gaussian is recoloured; they are matched to the palette as if there
-            were no others. None for 1; those of 0 keep their colours bit for bit.
+        weights: [N] >= 0 of the Gaussians; None for opacity x mean projected area.
+        shares: [N] 0 to 1, strength for each Gaussian; only those above 0 are matched to the palette, the
+            others keep their colours bit for bit. None for 1.
 
     Returns:
-        The Gaussians with other `sh`, in the same dtype; the input itself at strength 0 or where N = 0.
+        The Gaussians with other `sh`, in the same dtype; the input itself at strength 0 or if N = 0.
 
     Raises:
         TypeError: if an argument has another type.
-        ValueError: if `strength` is out of range or the weights are of another length or sum to zero.
+        ValueError: if `strength` is out of range, or the weights have another length or sum to zero.
 
-    The covariance is matched unless that needs a stretch of more than `MAX_STRETCH` along some axis, as in a
-    scene of one colour. Base colours are exact to rounding, view-dependent terms to first order.
+    The covariance is matched up to a stretch of `MAX_STRETCH` along each axis, which a scene of one colour
+    exceeds. Base colours are exact to rounding, view-dependent terms to first order.
 
     Example:
         >>> red_and_blue = bg.Palette.of_colors(np.array([[0.8, 0.1, 0.1], [0.1, 0.2, 0.7]]))
@@ -130,11 +129,11 @@ def recolor(
 def matching_map(
     gaussians: Gaussians, palette: Palette, strength: float = 1.0, *, weights: Array | None = None
 ) -> ColorMap:
-    """The map of `recolor`, for these and for other Gaussians of the same scene; arguments as there.
+    """The map of `recolor`, to apply also to other Gaussians of the scene; arguments as there.
 
     Raises:
         TypeError: if an argument has another type.
-        ValueError: if there are no Gaussians, or the weights are of another length or sum to zero.
+        ValueError: if there are no Gaussians, or the weights have another length or sum to zero.
     """
     weights = painted_weights(gaussians) if weights is None else weights
     check("recolor", means=(gaussians.means, "N 3"), weights=(weights, "N"))
@@ -146,7 +145,7 @@ def matching_map(
 
 
 def painted_weights(gaussians: Gaussians) -> Array:
-    """[N] opacity x mean projected area, the paint that Gaussians carry; 1 for all where none carries any."""
+    """[N] opacity x mean projected area; 1 for all if all are 0."""
     weights = paint_of(gaussians)
     return weights if weights.any() else np.ones(len(gaussians))
 
@@ -183,7 +182,7 @@ class _LinearMap:
 def monge_kantorovich(source: F64, target: F64) -> F64:
     """The Monge-Kantorovich map [3, 3] from one covariance to another, its stretch at most `MAX_STRETCH`."""
     values, axes = np.linalg.eigh(source)
-    # Variances below this are invisible after any stretch allowed.
+    # Variances below this stay invisible after the largest stretch.
     floor = max(float(np.trace(target)), float(values[-1]), np.finfo(np.float64).tiny) * 1e-8
     roots = np.sqrt(np.maximum(values, floor))
     root, inverse = (axes * roots) @ axes.T, (axes / roots) @ axes.T

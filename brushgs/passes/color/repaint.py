@@ -1,12 +1,11 @@
-"""Strokes take the colour that is seen where they lie.
+"""Fit the colours of strokes to pictures of the scene.
 
-A stroke is paint: it hides what is behind it, while its members let light through. So its colour is fitted to
-pictures of the scene. A picture is the sum of weight x colour over the strokes, which makes the best colours
-a linear least squares problem; it is solved by simultaneous iterative reconstruction: every stroke moves by
-the mean difference between the plain picture and the painted one, over the pixels that it paints and by its
-weight in them. That never overshoots, since the weights at a pixel add up to at most 1.
-Source: Gilbert 1972, Iterative methods for the three-dimensional reconstruction of an object from
-projections.
+A stroke hides what is behind it, while the Gaussians it was merged from let light through, so merged colours
+are not the visible ones. A picture is a sum of weight x colour over strokes: the best colours are a linear
+least squares problem, solved by simultaneous iterative reconstruction. Each stroke moves by the mean
+difference between plain and painted picture over its pixels, weighted by its weights. That never overshoots,
+since the weights of a pixel sum to at most 1. Source: Gilbert 1972, Iterative methods for the
+three-dimensional reconstruction of an object from projections.
 """
 
 from collections.abc import Sequence
@@ -27,7 +26,7 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import shift_base_colors
 
 NUM_STEPS = 2  # the first gains 1 to 3 dB, the second 0.1 to 0.3, two more 0.1 where views were used only
-ENOUGH_PAINT = 0.5  # pixels, over all views; of a stroke that paints less next to nothing is known
+ENOUGH_PAINT = 0.5  # pixels, over all views; strokes that paint less are left alone
 
 
 def repaint(
@@ -37,7 +36,7 @@ def repaint(
     *,
     num_steps: int = NUM_STEPS,
 ) -> Gaussians:
-    """Give strokes the colours that make them look like the scene.
+    """Fit stroke colours to plain pictures of the scene.
 
     Only the view-independent part of a colour changes. Strokes are drawn as flat dabs, so that the colours
     suit any stroke image.
@@ -45,11 +44,11 @@ def repaint(
     Args:
         strokes: k strokes.
         gaussians: the scene that they were made of.
-        views: cameras, a few small ones (see `plain_views`), or plain pictures of the scene, already drawn.
+        views: a few small cameras (see `plain_views`), or plain pictures of the scene.
         num_steps: >= 0.
 
     Returns:
-        The strokes in other colours; unchanged are those that no view shows.
+        The strokes in new colours; strokes that no view shows stay unchanged.
 
     Raises:
         ValueError: if there is no view.
@@ -86,10 +85,9 @@ def _step(strokes: Gaussians, views: PlainViews) -> Gaussians:
 
 
 def _color_differences(plain: Frame, painted: Frame) -> tuple[Array, Array]:
-    """By how much colours differ where both pictures are painted [H, W, 3], and that share of each pixel [H,
-    W].
+    """Colour differences where both pictures are painted [H, W, 3], and that share of each pixel [H, W].
 
-    What is empty in one of them says nothing on colours.
+    Pixels that are empty in one picture do not count.
     """
     both = plain.alpha * painted.alpha
     difference = plain.rgb * painted.alpha[..., None] - painted.rgb * plain.alpha[..., None]

@@ -1,9 +1,8 @@
-"""Strokes -> the same strokes, each with its brush: by shape, size, surface and chance, never by the view.
+"""Strokes -> strokes with brushes, chosen by shape, size, surface and chance, never by the view.
 
-A painter draws long strokes with a flat and touches with a dab, lays a light wall with a knife and drags fur
-with a dry brush; one image for all is seen at once. The choice depends on the strokes in space alone, so a
-stroke keeps its brush while the camera moves.
-The bounds were found by trial on captured scenes.
+One image for all strokes is conspicuous; painters use a flat for long strokes, a dab for touches, a knife for
+a light wall and a dry brush for fur. The choice depends only on the strokes in space, so a stroke keeps its
+brush while the camera moves. The bounds were found by trial on captured scenes.
 """
 
 import operator
@@ -21,31 +20,31 @@ from brushgs.values.gaussians import Gaussians
 LONG, SHORT = 1.9, 1.35  # length over width above and below which strokes are long and short
 LARGE = 2.2  # times the median size
 MAX_SEED = 2**32 - 1
-ROUNDING = 1e-9  # of a sum of shares
+ROUNDING = 1e-9  # tolerance of a sum of shares
 
 
 def choose_brushes(strokes: Gaussians, kit: BrushKit, *, material: float = 0.0, seed: int = 0) -> Gaussians:
     """Give each stroke a brush of a kit.
 
     Long strokes (largest over second scale above 1.9) take the brushes `kit.long`, short ones (below 1.35)
-    `kit.short`, the rest `kit.other`. Strokes of more than 2.2 times the median size (the geometric mean of
-    the two larger scales) choose among `kit.large` as well. Which one of several is a hash of the place of
-    the stroke and the seed: it does not depend on the order of the strokes.
+    `kit.short`, the rest `kit.other`. Strokes above 2.2 times the median size (geometric mean of the two
+    larger scales) may also take `kit.large`. A hash of position and seed selects among several, independent
+    of the order of strokes.
 
     Args:
         strokes: k strokes.
         kit: the brushes.
-        material: share in which strokes of smooth and light surfaces take one of `kit.smooth` instead, and
-            those of rough ones one of `kit.rough`, where the kit has some; 0 (none) to 1. As it grows more
-            strokes take one and none gives it back. See `passes.form.material`.
-        seed: 0 to 2^32 - 1; another one chooses otherwise.
+        material: 0 to 1, share of strokes on smooth and light surfaces that take `kit.smooth` instead, and on
+            rough ones `kit.rough`, if the kit has any. Monotonic: a larger share only adds strokes. See
+            `passes.form.material`.
+        seed: 0 to 2^32 - 1.
 
     Returns:
         The strokes with `brushes`, rows of `kit.open()`.
 
     Raises:
         TypeError: if `seed` is not an integer.
-        ValueError: if it or `material` is out of range, or the kit has more than 256 images.
+        ValueError: if `seed` or `material` is out of range, or the kit has more than 256 images.
 
     Example:
         >>> kit = bg.BrushKit(long=("flat",), short=("dab",))
@@ -86,17 +85,16 @@ def mix_brushes(
 ) -> Gaussians:
     """Give a share of the strokes other brushes, evenly over the scene.
 
-    Who takes them is a hash of the place and the seed: as the share of one choice grows, more strokes take
-    its brushes and none gives them back.
+    A hash of position and seed selects the strokes. Monotonic: a larger share only adds strokes.
 
     Args:
-        strokes: k strokes; without brushes theirs is row 0.
-        choices: rows of the brush set, one or more, and the share of the strokes that take one of them; the
-            shares are 0 to 1, at most 1 in all.
+        strokes: k strokes; without `brushes` all have row 0.
+        choices: pairs of rows of the brush set (one or more) and the share of strokes that take one of them;
+            0 to 1, in total at most 1.
         seed: 0 to 2^32 - 1.
 
     Returns:
-        The strokes with other `brushes`; the input itself where no share is above 0.
+        The strokes with other `brushes`; the input itself if no share is above 0.
 
     Raises:
         TypeError: if `seed` is not an integer.
@@ -128,7 +126,7 @@ def _check_seed(where: str, seed: int) -> None:
 
 
 def _shapes(strokes: Gaussians) -> tuple[F64, F64]:
-    """[k] length over width of each stroke, and its size in world units."""
+    """[k] aspect ratio of each stroke, and [k] its size in world units."""
     scales = np.sort(strokes.scales, axis=1)[:, 1:].astype(np.float64)
     width, length = scales.T
     aspects = np.divide(length, width, out=np.full(len(strokes), np.inf), where=width > 0)

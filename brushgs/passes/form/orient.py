@@ -1,14 +1,13 @@
-"""Strokes -> the same strokes, turned within their own plane so that they run along what they depict.
+"""Strokes -> strokes turned within their own plane, along the form they depict.
 
-Clustering leaves strokes that are about as long as wide, and their direction to chance: paint on a plank lies
-across it. Here each gets a direction from what is around it, smoothed over its neighbours in space. What no
-direction is found for stays as it is, and what is slender already keeps its axis.
-The place, normal, thickness, area, opacity and colour of a stroke stay. A stroke becomes at most `ASPECT`
-times as long as wide; less where neighbours disagree, and never thinner than it is thick: a ball has no
-plane.
+Clustering gives strokes that are about as long as wide, in random directions: paint on a plank lies across
+it. Here each stroke gets a direction from its surroundings, smoothed over neighbours in space. Strokes
+without a clear direction stay, and slender ones keep their axis. Position, normal, thickness, area, opacity
+and colour stay. A stroke becomes at most `ASPECT` times as long as wide; less where neighbours disagree, and
+never thinner than thick.
 
-Direction and aspect are chosen as one: the aspect as a logarithm, the direction as twice its angle. So a
-stroke passes from one shape to another without a jump.
+Direction (as twice the angle) and aspect (as logarithm) form one 2D vector, so that shapes change without
+jumps.
 """
 
 from collections.abc import Mapping
@@ -30,11 +29,11 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of
 
-# At most, of strokes that turn. Measured with flat and impasto at 6000 strokes on five scenes: 1.8 to 2.2 are
-# within 0.02 dB of each other, 2.6 loses 0.03.
+# Largest aspect of turned strokes. Measured with flat and impasto at 6000 strokes on five scenes: 1.8 to 2.2
+# are within 0.02 dB of each other, 2.6 loses 0.03.
 ASPECT = 2.2
-# Aspects between which a stroke comes to keep its own direction and aspect. From 1.3 on loses 0.03 dB, and up
-# to 1.6 only 0.05 more: strokes of medium aspect that lie across a plank are chance as well.
+# Aspects between which strokes go over to their own direction and aspect. Starting at 1.3 loses 0.03 dB,
+# ending at 1.6 another 0.05: medium aspects are still random.
 OWN = (1.1, ASPECT)
 SURE = 0.3  # confidence from which on the field decides; below, the own shape stays more and more
 SLENDER = (4.0, 6.0)  # likewise, where the user says how strokes run: ropes and grass stay what they are
@@ -45,19 +44,19 @@ WISH = 4.0  # weight of what the user says, where it counts wholly; a field has 
 # these it then replaces: smooth places take the flow of a painting, form keeps its own.
 FORMED, FORM = (0.3, 1.5), 0.7
 ROUNDING = 1e-9  # of a ratio of scales
-# Signs that have nothing else to follow: any direction that no axis of a scene is at right angles to.
+# Default for signs: a direction that is not perpendicular to any likely axis of a scene.
 HEADING = np.array([0.61, 0.53, 0.59])
 
 
 @dataclass(frozen=True)
 class Weights:
-    """What a field of the scene is made of.
+    """Weights of the parts of a direction field.
 
     Attributes:
-        own: of the long axis of slender strokes.
-        color: of lines of equal colour on the surface.
-        curvature: of the direction in which the surface bends least.
-        long: of the direction in which the surface extends.
+        own: long axis of slender strokes.
+        color: lines of equal colour on the surface.
+        curvature: direction of least curvature.
+        long: direction in which the surface extends.
     """
 
     own: float
@@ -80,30 +79,30 @@ def orient(
     *,
     camera: Camera | None = None,
 ) -> Gaussians:
-    """Turn strokes within their own plane, along what they depict.
+    """Turn strokes within their own plane, along the form they depict.
 
     Args:
-        strokes: n strokes; their plane is at right angles to their shortest axis.
-        gaussians: that they were made of, with the colours of the surface.
-        field: "form": along lines of equal colour, the least curvature and the extent of the surface, and the
-            slender strokes around. "color": along lines of equal colour alone. "own": nothing changes.
-            "guides:FILE": along lines in space, see `read_guides`; "painting:FILE": as the brush marks of a
-            picture, see `mark_wish`; both with "form" where they say nothing. A `Direction` is such a text
-            parsed, `Guides` and `Marks` are such files opened, see `open_field`.
-        camera: of a painting that is a file: takes the picture that the painting lies over.
+        strokes: n strokes; their plane is perpendicular to their shortest axis.
+        gaussians: the scene they were made of, for surface colours.
+        field: "form": along lines of equal colour, least curvature, extent of the surface, and slender
+            strokes nearby. "color": only along lines of equal colour. "own": unchanged. "guides:FILE": along
+            lines in space, see `read_guides`; "painting:FILE": as the brush marks of a picture, see
+            `mark_wish`; both fall back to "form". Or a parsed `Direction`, or opened `Guides` or `Marks`, see
+            `open_field`.
+        camera: the view that a painting from a file lies over.
 
     Returns:
-        The strokes in their order and dtype, with other quaternions and scales; the input itself where
-        nothing can change.
+        The strokes in their order and dtype, with other quats and scales; the input itself if nothing can
+        change.
 
     Raises:
         ValueError: if the field is unknown, or a painting lacks its camera.
         SceneError: if the file cannot be used.
 
-    A stroke with an aspect above 2.2 keeps its axes; under guides and marks, one above 6. Signs are chosen so
-    that neighbours point the same way: the stroke image runs along the longest axis, as `project` with the
-    lock "anchor" takes it. The result does not depend on unit, position, order of rows or number of threads,
-    but for rounding; equal input gives equal output, bit for bit.
+    Strokes with an aspect above 2.2 keep their axes (above 6 under guides and marks). Signs are chosen so
+    that neighbours point the same way: with the lock "anchor", stroke images run along the longest axis. Up
+    to rounding the result does not depend on unit, position, order of rows or number of threads; equal input
+    gives bit-identical output.
 
     Example:
         >>> along = bg.orient(strokes, gaussians, "form")
@@ -141,7 +140,7 @@ def orient(
 
 
 def _field(planes: Planes, around: Neighborhood, gaussians: Gaussians, mix: Weights) -> tuple[F64, F64]:
-    """The directions of a field before smoothing: pairs [n, 2] and the weights [n] behind them."""
+    """Directions of a field before smoothing: pairs [n, 2] and their weights [n]."""
     surface = surface_around(planes, gaussians)
     own = np.zeros((len(planes), 2))
     own[:, 0] = ramp(planes.aspects, *OWN_COUNTS)
@@ -161,20 +160,20 @@ def _shapes(planes: Planes, pairs: F64, weights: F64, turnable: F64, aspects: F6
     Args:
         planes: of the strokes.
         pairs: [n, 2] smoothed directions.
-        weights: [n] behind them: the more these exceed the pairs, the less neighbours agree.
+        weights: [n] of the pairs: the more they exceed the pairs' lengths, the less neighbours agree.
         turnable: [n] share of the shape that the field decides, 0 to 1.
-        aspects: [n] at most, of strokes that turn.
-        marked: [n] how far a stroke is a mark, which gets as thin as it is wide, 0 to 1.
+        aspects: [n] largest aspect of turned strokes.
+        marked: [n] 0 to 1, how far guides or marks apply; such strokes may get as thin as they are wide.
     """
     directions, agreement = unit_pairs(pairs)
-    confidence = 2 * agreement / (weights + agreement + UNSURE)  # 1 - smaller / larger eigenvalue, but for it
+    confidence = 2 * agreement / (weights + agreement + UNSURE)  # 1 - smaller / larger eigenvalue, damped
     wanted = np.log1p((aspects - 1) * confidence)[:, None] * directions
     own = np.zeros_like(wanted)
     own[:, 0] = np.log(np.minimum(planes.aspects, np.finfo(np.float64).max))
     shapes = (1 - turnable * ramp(confidence, 0.0, SURE))[:, None] * own + turnable[:, None] * wanted
     directions, logs = unit_pairs(shapes)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        thinnest = 2 * np.log(planes.sizes / planes.scales[:, 2])  # the aspect of a middle axis so thin
+        thinnest = 2 * np.log(planes.sizes / planes.scales[:, 2])  # where the middle axis is as thin
     limit = np.maximum(own[:, 0], np.where(planes.scales[:, 2] > 0, thinnest, np.inf))
     limit = np.maximum(limit, marked * np.log(aspects))
     return directions * np.minimum(logs, limit)[:, None]
@@ -183,15 +182,14 @@ def _shapes(planes: Planes, pairs: F64, weights: F64, turnable: F64, aspects: F6
 def _shaped(
     strokes: Gaussians, planes: Planes, shapes: F64, is_free: Mask, around: Neighborhood, headings: F64
 ) -> Gaussians:
-    """The strokes in these shapes [n, 2], pointing as their neighbours do."""
+    """The strokes with these shapes [n, 2], signs aligned with their neighbours."""
     angles = 0.5 * np.arctan2(shapes[:, 1], shapes[:, 0])
     logs = np.hypot(shapes[:, 0], shapes[:, 1])
     along, across, normals = (planes.axes[:, i] for i in range(3))
     turned = np.cos(angles)[:, None] * along + np.sin(angles)[:, None] * across
     directions = around.agreed(np.where(is_free[:, None], turned, along), headings)
     is_same = ~is_free & (directions == along).all(axis=1)
-    # Columns of a rotation are right-handed: so the longest, middle and shortest are, unless they stand in an
-    # odd order.
+    # Columns of a rotation are right-handed; so are longest, middle and shortest, unless their order is odd.
     is_even = (planes.order[:, 1] - planes.order[:, 0]) % 3 == 1
     beside = np.cross(normals, directions) * np.where(is_even, 1.0, -1.0)[:, None]
     rotations = np.empty((len(planes), 3, 3))
@@ -200,7 +198,7 @@ def _shaped(
     sizes, stretch = planes.sizes, np.exp(0.5 * logs)
     longest = np.where(is_free, sizes * stretch, planes.scales[:, 0])
     middle = np.where(is_free, sizes / stretch, planes.scales[:, 1])
-    # What rounding makes thinner than it is thick stays so thick; a mark becomes thinner.
+    # Undo rounding below the thickness; marks may become thinner.
     thick = planes.scales[:, 2]
     middle = np.where(middle > (1 - ROUNDING) * thick, np.maximum(middle, thick), middle)
     largest = np.finfo(scales.dtype).max
@@ -210,5 +208,5 @@ def _shaped(
 
 
 def _put(target: Array, order: NDArray[np.intp], columns: list[F64]) -> None:
-    """Write the values of the longest, middle and shortest axes to their places."""
+    """Write values of the longest, middle and shortest axis to their columns."""
     np.put_along_axis(target, order, np.stack(columns, axis=1).astype(target.dtype), axis=1)

@@ -1,13 +1,13 @@
-"""Strokes as glass -> strokes as paint: opacity concentrated on less area.
+"""Semi-transparent strokes -> opaque, smaller strokes of equal opacity x area.
 
-Trained scenes are made of half transparent Gaussians, several deep, and so are the strokes merged from them:
-panes of glass. Paint covers. A stroke becomes more opaque and smaller, such that opacity x area, the paint
-that it carries, stays: pictures keep their brightness and their transparency on the average.
+Trained scenes consist of half transparent Gaussians, several deep, and so do strokes merged from them. Paint
+covers. A stroke becomes more opaque and smaller at constant opacity x area, so that pictures keep their
+brightness and mean transparency.
 
-Colours are to be those seen (`repaint`) afterwards. Measured so, with three brushes, 2000 and 6000 strokes:
-mean of six scenes +0.1 dB (koala, whose fur blends, -0.3), on underpaint +0.2 (campsite -0.1, biker +0.8).
-Without new colours it costs 0.3. Keeping more of the area loses 0.1 dB; opacity^0.5 everywhere breaks haze
-into specks (chair -0.7).
+Fit colours (`repaint`) afterwards. Measured that way, with three brushes, 2000 and 6000 strokes: mean of six
+scenes +0.1 dB (koala, whose fur blends, -0.3), on underpaint +0.2 (campsite -0.1, biker +0.8). Without
+`repaint` it costs 0.3. Keeping more of the area loses 0.1 dB; opacity^0.5 everywhere breaks haze into specks
+(chair -0.7).
 """
 
 from dataclasses import replace
@@ -25,9 +25,9 @@ STRENGTH = 1.0  # 0.7 is 0.1 dB better on koala and 0.1 worse on biker and skull
 def solidify(strokes: Gaussians, strength: float = STRENGTH) -> Gaussians:
     """Make strokes more opaque and smaller, keeping opacity x area.
 
-    The new opacity is o + strength x s x o (1 - o): o of the stroke, s the share of the light that it and its
-    neighbours stop at its centre. On a surface (s = 1) that is the opacity of two coats; where there is only
-    haze (s = o) it is nearly o: a large faint stroke in the air becomes neither a slab nor specks.
+    The new opacity is o + strength x s x o (1 - o): with o the stroke's opacity and s the share of light that
+    it and its neighbours stop at its centre. On a surface (s = 1) that is the opacity of two coats; in haze
+    (s = o) it is nearly o: a large faint stroke in the air becomes neither a slab nor specks.
 
     Args:
         strokes: k strokes.
@@ -35,7 +35,7 @@ def solidify(strokes: Gaussians, strength: float = STRENGTH) -> Gaussians:
 
     Returns:
         The strokes with other `opacities` and `scales`, in the same dtype; the input itself at strength 0 or
-        where k = 0.
+        if k = 0.
 
     Raises:
         ValueError: if `strength` is not in [0, 1].

@@ -1,4 +1,4 @@
-"""A scene without its floaters, and without rows that repeat others so often that no picture shows them."""
+"""Drop floaters, and copies of rows that no picture shows."""
 
 import math
 from dataclasses import dataclass
@@ -14,20 +14,20 @@ from brushgs.rendering.constants import MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.values.arrays import Mask
 from brushgs.values.gaussians import GAUSSIAN_COLUMNS, Gaussians
 
-# Of Gaussians that are equal, each that is painted at a pixel stops 1/255 of the light there or more, and a
-# pixel is finished at a ten thousandth of it: what comes after 2345 of them is never seen.
+# Each of several equal Gaussians stops at least 1/255 of the light of a pixel, and a pixel is finished at
+# 1e-4: copies after the first 2345 are never visible.
 MOST_COPIES = math.ceil(math.log(MIN_TRANSMITTANCE) / math.log1p(-MIN_ALPHA))
-FAINT = 0.1  # 99th percentile of the opacities below which a scene is haze throughout
+FAINT = 0.1  # scenes are haze if the 99th percentile of opacity is below this
 
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """The floaters that are at least so far from everything solid.
+    """Floaters beyond a distance from everything solid.
 
     Attributes:
         rows: [N] mask.
-        share: their part of the painted area of the scene, 0 to 1.
-        nearest: smallest distance to a body, in radii of the scene; infinite where there are none.
+        share: of the scene's painted area, 0 to 1.
+        nearest: smallest distance to a body, in radii of the scene; infinite without floaters.
         is_seen: whether they cover enough to be noticed.
     """
 
@@ -43,10 +43,10 @@ class FoundFloaters:
 
     Attributes:
         sure: clearly detached from everything solid.
-        strong: these and nearer ones, some thin leaves among them.
-        has_bodies: whether enough of the scene is solid to tell floaters from it; if not, there are none.
-        is_haze: whether the scene is faint as a whole; then nothing is dropped.
-        copies: [N] mask of rows that repeat others, and that no picture shows, see `MOST_COPIES`.
+        strong: these and closer ones, including some thin leaves.
+        has_bodies: whether enough of the scene is solid to detect floaters; if not, there are none.
+        is_haze: whether the whole scene is faint; then nothing is dropped.
+        copies: [N] mask of copies of other rows that no picture shows, see `MOST_COPIES`.
     """
 
     sure: Level
@@ -56,7 +56,7 @@ class FoundFloaters:
     copies: Mask
 
     def dropped(self, clean: Clean) -> Mask:
-        """[N] mask of the floaters that cleaning drops: sure ones only where they are seen."""
+        """[N] mask of the floaters to drop: sure ones only if they are noticeable."""
         match clean:
             case "sure" | "floaters" if self.sure.is_seen:
                 return self.sure.rows
@@ -66,10 +66,10 @@ class FoundFloaters:
 
 
 def find_floaters(gaussians: Gaussians) -> FoundFloaters:
-    """Find Gaussians that float in the air; those at the same place are judged together.
+    """Find floaters; Gaussians at the same place are judged together.
 
     Args:
-        gaussians: N Gaussians; far outliers do no harm.
+        gaussians: N Gaussians, possibly with far outliers.
     """
     first, groups = equal_rows(gaussians.means)
     detached = measure_detachment(gaussians.take(first))
@@ -89,7 +89,7 @@ def find_floaters(gaussians: Gaussians) -> FoundFloaters:
 
 
 def _unseen_copies(gaussians: Gaussians, places: NDArray[np.int64]) -> Mask:
-    """[N] mask of equal rows beyond `MOST_COPIES` of a group; places [N] are the groups of equal places."""
+    """[N] mask of equal rows beyond the first `MOST_COPIES`; `places` [N] group equal positions."""
     is_unseen = np.zeros(len(gaussians), bool)
     rows = np.flatnonzero((np.bincount(places) > MOST_COPIES)[places])
     if not len(rows):
@@ -104,18 +104,16 @@ def _unseen_copies(gaussians: Gaussians, places: NDArray[np.int64]) -> Mask:
 
 
 def clean(gaussians: Gaussians, floaters: Clean = "sure") -> Gaussians:
-    """The scene without its floaters and without copies that no picture shows, in the same order.
-
-    A row is such a copy where it is equal to 2345 rows before it.
+    """Drop floaters, and copies that no picture shows (rows equal to 2345 rows before them); the order stays.
 
     Args:
         gaussians: N Gaussians.
-        floaters: "sure" drops those that are clearly detached from everything solid, if together they can be
-            seen; "strong" nearer ones too, which costs some thin leaves; "off" drops nothing. "floaters" is
-            "sure": a painting drops what hangs below an object too, and there it is without that.
+        floaters: "sure" drops those clearly detached from everything solid, if together they are noticeable;
+            "strong" closer ones too, which costs some thin leaves; "off" none. "floaters" is the same as
+            "sure" here (in a painting "sure" also drops crumbs below an object).
 
     Returns:
-        The same object where nothing is dropped.
+        The input itself if nothing is dropped.
 
     Raises:
         ValueError: if `floaters` is none of these.

@@ -16,12 +16,12 @@ from brushgs.values.colors import LUMINANCE
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors
 
-# Weights are multiplied by 1/4 to 4, in turn along a space-filling curve: of neighbours that contribute alike
-# some go and some stay. By the weights alone whole patches go, those that numerical accident puts last.
+# Weights are multiplied by 1/4 to 4, varying along a space-filling curve, so that among equal neighbours some
+# stay. By weight alone whole patches would go.
 SPREAD = 4.0
-TURN = 0.6180339887498949  # of the golden ratio: any few turns in a row are spread evenly over [0, 1)
-# Share of all contributions that the default gives up at most. The lowest 30 % of five trained scenes hold
-# 0.06 to 7 %, of two that had been pruned before 11 %, of a lattice 29 %.
+TURN = 0.6180339887498949  # golden ratio: any few consecutive turns are spread evenly over [0, 1)
+# Largest share of all contributions that the default drops. The lowest 30 % of five trained scenes hold 0.06
+# to 7 %, of two that had been pruned before 11 %, of a lattice 29 %.
 MOST_LOST = 0.05
 
 
@@ -35,28 +35,27 @@ def prune(
 ) -> Gaussians:
     """Keep the Gaussians of highest weight.
 
-    "contribution" is opacity x mean projected area x the share of directions from which the Gaussian is not
-    hidden. Where neighbours contribute alike, what goes is spread between what stays, so that the cover thins
-    out evenly and does not tear. With 50 % of the rows, the PSNR of the plain picture to that of the whole
-    scene on koala, chair, truck, skull and biker is 37.7, 31.3, 28.3, 31.3 and 36.0 dB by contribution;
-    without the spread 38.2, 31.3, 27.8, 30.8 and 35.5; and without the visible share 29.9, 31.1, 27.9, 28.2
-    and 33.0. With 70 % of a plane of equal Gaussians it is 28.3 dB, without the spread 17.3.
-    "paper" is the published intensity, opacity x trace of the covariance x luminance, which drops black
-    things first and keeps hidden ones; nothing is spread.
-    Source of "paper": Xiang et al. 2025, section 3.2.1.
+    "contribution" is opacity x mean projected area x the share of directions from which the Gaussian is
+    visible. Among neighbours of equal contribution, dropped rows are spread between kept ones, so that the
+    cover thins evenly. With 50 % of the rows, the PSNR of the plain picture to that of the whole scene on
+    koala, chair, truck, skull and biker is 37.7, 31.3, 28.3, 31.3 and 36.0 dB by contribution; without the
+    spread 38.2, 31.3, 27.8, 30.8 and 35.5; and without the visible share 29.9, 31.1, 27.9, 28.2 and 33.0.
+    With 70 % of a plane of equal Gaussians it is 28.3 dB, without the spread 17.3. "paper" is the published
+    intensity, opacity x trace of the covariance x luminance, which drops black Gaussians first and keeps
+    hidden ones; nothing is spread. Source: Xiang et al. 2025, section 3.2.1.
 
     Args:
         gaussians: N Gaussians.
         keep: share of the rows to keep, in (0, 1] or in percent such as "70%", rounded to whole rows, at
-            least one. None for 0.7, or more if the others would contribute more than 5 % of all there is (not
-            with "paper"): a scene of one layer has nothing that it could do without.
+            least one. None for 0.7, or more if the rest would hold more than 5 % of all contributions (not
+            with "paper").
         weight: "contribution" or "paper".
-        at_least: rows that are kept whatever the share says.
-        among: [N] the rows that may go, of which `keep` is the share; all others stay. None for all.
+        at_least: minimum number of rows to keep.
+        among: [N] mask of rows that may be dropped; `keep` is a share of these. None for all.
 
     Returns:
-        The rows kept, in input order; of equal weights at one place the earlier rows stay. The input itself
-        where all rows stay.
+        The kept rows in input order; among equal weights at one place, earlier rows stay. The input itself if
+        all rows stay.
 
     Raises:
         ValueError: if `keep` is out of range or `weight` is unknown.
@@ -97,7 +96,7 @@ def prune(
 
 
 def spread(weights: NDArray[np.float64], gaussians: Gaussians) -> NDArray[np.float64]:
-    """The weights [N] times 1/4 to 4, by turns along the Morton curve of the positions."""
+    """The weights [N] times 1/4 to 4, varying along the Morton curve of the positions."""
     turns = np.modf((np.arange(len(weights)) + 0.5) * TURN)[0]
     factors = np.empty(len(weights))
     factors[morton_order(contracted(gaussians.means)[0])] = SPREAD ** (2 * turns - 1)
@@ -105,8 +104,8 @@ def spread(weights: NDArray[np.float64], gaussians: Gaussians) -> NDArray[np.flo
 
 
 def num_spare(weights: NDArray[np.float64], ranked: NDArray[np.float64]) -> int:
-    """How many of the lowest rows, as ranked, have together at most 5 % of the weights."""
-    # A few Gaussians as large as the sky must not make all others look spare.
+    """Number of lowest-ranked rows that together hold at most 5 % of the weights."""
+    # Cap weights: a few Gaussians as large as the sky must not make all others negligible.
     capped = np.minimum(weights, np.percentile(weights, 90))
     order = np.asarray(_core.order(ranked, num_threads_or_default(None)))
     lost = np.cumsum(capped[order])
@@ -120,7 +119,7 @@ def intensities(gaussians: Gaussians) -> NDArray[np.float64]:
 
 
 def highest(weights: NDArray[np.float64], count: int) -> NDArray[np.bool_]:
-    """Mask of the `count` highest weights; among ties with the lowest one kept, the earlier rows."""
+    """Mask of the `count` highest weights; ties go to earlier rows."""
     lowest_kept = np.partition(weights, len(weights) - count)[len(weights) - count]
     is_kept = np.asarray(weights > lowest_kept)
     ties = np.flatnonzero(weights == lowest_kept)
