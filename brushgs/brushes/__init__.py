@@ -1,1 +1,1 @@
-"""Stroke images and kernels: what one stroke covers, and its copies filtered for small sizes."""
+"""Stroke images and kernels: the coverage of one stroke, and its filtered copies for small sizes."""

@@ -1,7 +1,7 @@
-"""Several stroke images in one picture: which brush a stroke is painted with is a row of a `BrushSet`.
+"""Several brushes in one picture: a `BrushSet`.
 
-The row stands in the column `brushes` of the strokes, which `choose_brushes` fills once for a job: a
-stroke keeps its brush in every view.
+The column `brushes` of strokes holds the row of each stroke's brush. `choose_brushes` fills it once for a
+job, so a stroke keeps its brush in every view.
 """
 
 from collections.abc import Sequence
@@ -17,24 +17,24 @@ from brushgs.errors import SceneError
 from brushgs.formats.files import exists, is_dir, is_plain
 
 MOST_BRUSHES = 256  # a row is a byte
-IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".exr")  # of brushes in a folder
-# Side of a picture from which on brushes are opened with twice the texels: in one of 3840 px strokes are 60
-# to 300 px long, and 256 texels would look soft in the largest.
+IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".exr")  # of brush images in a folder
+# Longest picture side up to which 256 texels per brush suffice; above it brushes have twice as many: at 3840
+# px strokes are 60 to 300 px long, and 256 texels would look soft.
 LARGE_PICTURE = 2000
 
-Sigmas = float | tuple[float, ...]  # standard deviations: one number for all brushes, or one for each
+Sigmas = float | tuple[float, ...]  # standard deviations, for all brushes or for each
 
 
 @dataclass(frozen=True, eq=False)
 class BrushSet:
-    """The brushes that a picture is painted with.
+    """The brushes of a picture.
 
     Attributes:
-        textures: 1 to 256 stroke images; or one built-in kernel, alone.
-        name: for reports and the names of files.
+        textures: 1 to 256 stroke images; or a single built-in kernel.
+        name: for reports and file names.
 
     Raises:
-        TypeError: if one is no `StrokeTexture`.
+        TypeError: if a texture is not a `StrokeTexture`.
         ValueError: if there are none, more than 256, or a built-in kernel among several.
     """
 
@@ -64,7 +64,7 @@ class BrushSet:
 
     @property
     def kind(self) -> str:
-        """That of its textures: "image", "gaussian" or "ellipse"."""
+        """Kind of its textures: "image", "gaussian" or "ellipse"."""
         return self.textures[0].kind
 
     @property
@@ -74,12 +74,12 @@ class BrushSet:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the brushes, by row."""
+        """Names of the brushes, by row."""
         return tuple(texture.name for texture in self.textures)
 
     @property
     def coverages(self) -> tuple[NDArray[np.uint8], ...]:
-        """Of the brushes, by row."""
+        """Coverages of the brushes, by row."""
         return tuple(texture.coverage for texture in self.textures)
 
     @property
@@ -100,18 +100,18 @@ class BrushSet:
 
     @property
     def fitted_sigmas(self) -> Sigmas:
-        """The same for about as much paint as the Gaussians have, see `StrokeTexture.fitted_sigmas`."""
+        """Half length fitted to the painted area of a Gaussian, see `StrokeTexture.fitted_sigmas`."""
         return _common([texture.fitted_sigmas for texture in self.textures])
 
     def rows_of(self, where: str, brushes: NDArray[np.uint8] | None) -> NDArray[np.uint8] | None:
-        """The column `brushes` as it chooses from this set: None where one brush serves all.
+        """The column `brushes` checked against this set; None if one brush serves all.
 
         Args:
-            where: name of the function that asks, for the message.
+            where: name of the calling function, for the message.
             brushes: [N] or [M] of strokes or boxes.
 
         Raises:
-            ValueError: if a row lies beyond the set. A built-in kernel serves any.
+            ValueError: if a row is beyond the set. A built-in kernel accepts any row.
         """
         if brushes is None or self.kind != "image":
             return None
@@ -119,7 +119,7 @@ class BrushSet:
         return brushes if len(self) > 1 else None
 
     def without_bristles(self, brushes: NDArray[np.uint8] | None) -> NDArray[np.bool_] | None:
-        """[M] mask of the boxes that bristles leave no streaks in; None where there is none."""
+        """[M] mask of boxes whose brush has no bristle streaks; None if there are none."""
         smooth = [row for row, texture in enumerate(self.textures) if not texture.has_bristles]
         return np.isin(brushes, smooth) if smooth and brushes is not None else None
 
@@ -130,9 +130,9 @@ class BrushSet:
         """The brush or the brushes that names, files or a folder give.
 
         Args:
-            stroke: what `StrokeTexture.open` takes; several of these, as a list or with commas between them
-                ("flat,dab", "a.png,b.png"); or a folder, whose images by name are the set. A file whose name
-                has a comma in it is one brush.
+            stroke: as for `StrokeTexture.open`; several of these, as a list or separated by commas
+                ("flat,dab", "a.png,b.png"); or a folder, whose images sorted by name are the set. An existing
+                file with a comma in its name is one brush.
             size: longest side kept of each image, texels.
             colored: whether images with colour in them keep it, see `StrokeTexture.open`.
 
@@ -153,7 +153,7 @@ class BrushSet:
 
     @classmethod
     def of(cls, stroke: Any) -> "BrushSet":
-        """The set itself, or that of a texture, a name, a path or several of these: what `render` takes.
+        """A set from a set, a texture, a name, a path or several of these, as taken by `render`.
 
         Raises:
             TypeError: if it is something else.
@@ -175,18 +175,18 @@ class BrushSet:
 
 
 Brushes = BrushSet | StrokeTexture  # opened
-# What painting takes: a brush, its name, path or picture, several of these, or a set.
+# A brush argument: a texture, its name, path or picture, several of these, or a set.
 Brush = BrushSet | StrokeTexture | NDArray[Any] | str | Path | Sequence[StrokeTexture | str | Path]
 
 
 def check_count(count: int) -> None:
-    """Raise ValueError if no set can have so many brushes."""
+    """Raise ValueError if a set cannot have this many brushes."""
     if not 1 <= count <= MOST_BRUSHES:
         raise ValueError(f"BrushSet: a set must have 1 to {MOST_BRUSHES} brushes, got {count}; omit some")
 
 
 def check_brushes(where: str, brushes: NDArray[np.uint8], count: int) -> None:
-    """Raise ValueError if a row lies beyond a set of so many brushes."""
+    """Raise ValueError if a row is beyond a set of `count` brushes."""
     if len(brushes) and (largest := int(brushes.max())) >= count:
         first = int(np.argmax(brushes >= count))
         have = "1 brush" if count == 1 else f"{count} brushes"
@@ -199,10 +199,10 @@ def check_brushes(where: str, brushes: NDArray[np.uint8], count: int) -> None:
 def per_row(
     where: str, values: tuple[float, ...], brushes: NDArray[np.uint8] | None, count: int
 ) -> NDArray[np.float64]:
-    """[count] what belongs to the brush of each row, of values by brush; the first where there is no column.
+    """[count] the value of each row's brush; the first value if `brushes` is None.
 
     Raises:
-        ValueError: if the brush of a row has no value.
+        ValueError: if a brush has no value.
     """
     if brushes is None:
         return np.full(count, values[0])
@@ -211,10 +211,10 @@ def per_row(
 
 
 def paths_of(stroke: str | Path) -> Sequence[str | Path]:
-    """The single strokes that a text or path means: those of a list with commas, or of a folder.
+    """The single brushes of a text or path: a list with commas, or a folder.
 
     Raises:
-        SceneError: if a folder holds no image, or nothing stands between two commas.
+        SceneError: if a folder holds no image, or an entry of the list is empty.
     """
     path = Path(stroke)
     if is_folder(stroke):
@@ -232,15 +232,15 @@ def paths_of(stroke: str | Path) -> Sequence[str | Path]:
 
 
 def is_folder(stroke: str | Path) -> bool:
-    """Whether a text or path means the images of a folder; the name of a built-in stroke does not."""
+    """Whether a text or path is a folder of images; built-in names are not."""
     return is_dir(Path(stroke)) and not (isinstance(stroke, str) and variants_of(stroke))
 
 
 def name_of(stroke: str | Path) -> str:
-    """A name for what `BrushSet.open` takes, fit for that of a file, without reading an image.
+    """A file-safe name for an argument of `BrushSet.open`, without reading images.
 
     Raises:
-        SceneError: if a folder holds no image, or nothing stands between two commas.
+        SceneError: if a folder holds no image, or an entry of the list is empty.
     """
     if is_folder(stroke):
         return Path(stroke).resolve().name
@@ -253,17 +253,14 @@ def _plain_name_of(stroke: str | Path) -> str:
 
 
 def joined_name(names: Sequence[str]) -> str:
-    """A name for several brushes, fit for that of a file."""
+    """A file-safe name for several brushes."""
     if len(names) <= 3:
         return "-".join(names)
     return f"{names[0]}-and-{len(names) - 1}-more"
 
 
 def size_for(width: int, height: int) -> int:
-    """The longest side of stroke images, in texels, for a picture of so many pixels.
-
-    256 up to 2000 px of its longer side, above that 512.
-    """
+    """Longest side of brush images in texels: 256 for pictures up to 2000 px on the longer side, else 512."""
     return LONG_SIDE if max(width, height) <= LARGE_PICTURE else 2 * LONG_SIDE
 
 

@@ -1,6 +1,5 @@
-"""The built-in strokes: what each is and what it is good for, as `strokes/README.md` has it.
-
-That file is the one table of the strokes; it is installed beside their images.
+"""Notes on the built-in strokes, read from the table in `strokes/README.md`, which is installed beside the
+images.
 """
 
 from typing import NamedTuple
@@ -11,7 +10,7 @@ _COLUMNS = ["name", "size", "runs", "what it is", "cover", "good for"]
 
 
 class StrokeNotes(NamedTuple):
-    """What the table says of one stroke."""
+    """Table entry of one stroke."""
 
     name: str
     what: str
@@ -19,7 +18,7 @@ class StrokeNotes(NamedTuple):
 
 
 def stroke_notes() -> list[StrokeNotes]:
-    """The notes on every built-in stroke, in the order of `builtin_names`; empty texts where one has none."""
+    """Notes on every built-in stroke, in the order of `builtin_names`; texts may be empty."""
     path = strokes_folder() / "README.md"
     lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]

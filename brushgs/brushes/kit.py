@@ -1,10 +1,7 @@
-"""Which brushes paint which strokes: long ones, short ones, the rest, and the large ones beside these.
+"""Brush kits: brushes by kind of stroke (long, short, other, large) and of surface (smooth, rough).
 
-Others may paint smooth and rough surfaces in their place.
-
-A kit names brushes; a built-in one stands for all its variants ("flat" for flat, flat_2, flat_3 and flat_4),
-so that strokes side by side differ. One variant alone is named by its number, as "flat_2", and "flat_1" for
-flat itself.
+A built-in name stands for all its variants ("flat" for flat, flat_2, flat_3 and flat_4), so that neighbouring
+strokes differ. A number selects one variant: "flat_2", and "flat_1" for flat itself.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,7 +15,7 @@ from numpy.typing import NDArray
 from brushgs.brushes.brush_set import BrushSet, check_count, paths_of
 from brushgs.brushes.texture import LONG_SIDE, StrokeTexture, variants_of, without_number
 
-# Of the built-in brushes, what suits a long stroke and what a short one; others suit any.
+# Built-in brushes for long and for short strokes; the others suit any.
 LONG_BRUSHES = ("flat", "dry_brush", "charcoal", "ink", "palette_knife", "fan", "line")
 SHORT_BRUSHES = ("dab", "splatter", "flower", "x", "swirl")
 
@@ -27,21 +24,21 @@ Names = tuple[str, ...]
 
 @dataclass(frozen=True)
 class BrushKit:
-    """The brushes of a painting by the strokes that they suit, see `choose_brushes`.
+    """Brushes by kind of stroke, see `choose_brushes`.
 
     Attributes:
-        long: names, or paths of images, for strokes at least 1.9 times as long as wide.
-        short: for those at most 1.35 times.
+        long: names, or paths of images, for strokes with an aspect of at least 1.9.
+        short: for strokes with an aspect of at most 1.35.
         other: for the rest.
-        large: what strokes of more than 2.2 times the median size may take beside their own.
-        styled: what strokes take in place of these by chance, see `mix_brushes`.
-        smooth: what strokes of smooth and light surfaces may take in place of their own; none for no others.
-        rough: the same for rough surfaces.
+        large: additional choice for strokes above 2.2 times the median size.
+        styled: replace the others for a share of strokes, see `mix_brushes`.
+        smooth: may replace the others on smooth and light surfaces.
+        rough: may replace the others on rough surfaces.
 
-    A group without brushes takes those of `other`, and `other` those of `long` or else of `short`.
+    An empty `long` or `short` uses `other`, and an empty `other` uses `long`, else `short`.
 
     Raises:
-        TypeError: if a group is no tuple of texts.
+        TypeError: if a group is not a tuple of texts.
         ValueError: if no group has a brush.
     """
 
@@ -50,7 +47,7 @@ class BrushKit:
     other: Names = ()
     large: Names = ()
     styled: Names = ()
-    smooth: Names = ()  # behind the others, whose rows do not depend on them
+    smooth: Names = ()  # last, so that rows of the others do not depend on them
     rough: Names = ()
 
     def __post_init__(self) -> None:
@@ -63,10 +60,10 @@ class BrushKit:
 
     @classmethod
     def of(cls, stroke: str | Path | Sequence[str | Path]) -> Self:
-        """The kit of a name, a file, a folder or several, as `BrushSet.open` takes them.
+        """A kit from a name, a file, a folder or several, as for `BrushSet.open`.
 
-        One name is that image alone. Of several, those that are built in go to the strokes that they suit,
-        with their variants; others go to all strokes.
+        A single name is that image alone. Of several, built-in brushes go to the strokes that they suit, with
+        their variants; others go to all strokes.
 
         Raises:
             SceneError: if a folder holds no image.
@@ -84,7 +81,7 @@ class BrushKit:
 
     @property
     def images(self) -> tuple[str, ...]:
-        """The names and paths of all images, variants included, each once: the rows of `open`."""
+        """Names and paths of all images, with variants, without duplicates: the rows of `open`."""
         names = (name for field in fields(self) for name in getattr(self, field.name))
         return tuple(dict.fromkeys(image for name in names for image in images_of(name)))
 
@@ -112,12 +109,11 @@ class BrushKit:
         return BrushSet(tuple(opened[image] for image in self.images))
 
     def rows(self) -> dict[str, NDArray[np.uint8]]:
-        """The rows of the brush set for "long", "short" and "other" strokes, of which each has some.
-
-        And those of "large", "smooth" and "rough", maybe none.
+        """Rows of the brush set for "long", "short" and "other" (not empty), and "large", "smooth" and
+        "rough" (may be empty).
 
         Raises:
-            ValueError: if there are more images than a set can have.
+            ValueError: if there are too many images for a set.
         """
         row_of = {image: row for row, image in enumerate(self.images)}
         check_count(len(row_of))
@@ -139,5 +135,5 @@ class BrushKit:
 
 
 def images_of(name: str) -> tuple[str, ...]:
-    """The images that a name of a kit stands for: the variants of a built-in brush, or itself."""
+    """The images of a kit name: the variants of a built-in brush, or the name itself."""
     return tuple(variants_of(name)) or (name,)

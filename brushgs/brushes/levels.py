@@ -1,9 +1,9 @@
 """A stroke's coverage, filtered in advance for small boxes: what `filter="mip"` samples.
 
-A stroke image of 256 texels on a box 20 pixels long, sampled once a pixel, meets every twelfth texel and
-shimmers. The footprint of a pixel is the same all over a stroke, so each axis of the image is filtered on
-its own (a ripmap) and the sampler stays what it is: bilinear, one lookup. This file knows which level
-serves which size and what its texels are; the rasteriser chooses the level of each stroke.
+A stroke image of 256 texels on a box 20 pixels long, sampled once per pixel, uses every twelfth texel and
+shimmers. The footprint of a pixel is constant over a stroke, so each axis is filtered on its own (a ripmap),
+and sampling stays one bilinear lookup. This file defines the levels and their texels; the rasteriser chooses
+the level of each stroke.
 
 How to draw a box of half extents (h_u, h_v) pixels with the mip filter:
 
@@ -12,8 +12,8 @@ How to draw a box of half extents (h_u, h_v) pixels with the mip filter:
 3. sample it like a source image (t = 0 and 1 on the centres of the outermost texels, bilinear, 0 outside)
    in a box whose half extents are `h_u * u.scale` and `h_v * v.scale`, the centre and angle unchanged.
 
-The enlarged box (by half a pixel on either side, roughly) holds the soft edge: a pixel that lies half
-outside of the original box must be half painted. Level 0 of an axis is the source with scale 1.
+The enlarged box (by about half a pixel on either side) contains the soft edge: a pixel half outside of the
+original box is half painted. Level 0 of an axis is the source with scale 1.
 """
 
 from dataclasses import dataclass
@@ -26,14 +26,14 @@ from numpy.typing import NDArray
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
 
-# Below 0.85 texels a pixel (a magnified stroke) bilinear interpolation itself is as smooth as the filter.
+# Below 0.85 texels per pixel (a magnified stroke) bilinear interpolation is as smooth as the filter.
 FIRST_FOOTPRINT = 0.85
 LEVELS_PER_OCTAVE = 2
-# Texels a pixel that a level keeps at least; at most sqrt(2) times as many. Measured on bristles and
-# swirls of 3-100 px: error against 8 x 8 samples, relative to bilinear, 0.39-0.57 at 1, 0.19-0.40 at 1.4,
-# 0.12-0.25 at 1.7, 0.12-0.24 at 2.
+# Minimum texels per pixel of a level; the maximum is sqrt(2) times that. Measured on bristles and swirls of
+# 3-100 px: error against 8 x 8 samples, relative to bilinear, 0.39-0.57 at 1, 0.19-0.40 at 1.4, 0.12-0.25 at
+# 1.7, 0.12-0.24 at 2.
 TEXELS_PER_PIXEL = 1.7
-# Half the width of the pixel's filter, as far as the soft edge is worth painting (0.7 adds nothing).
+# Half width of the pixel filter up to which the soft edge is painted (0.7 adds nothing).
 MARGIN_PIXELS = 0.45
 # A box shorter than this, in pixels, is drawn with the level of this length: the projection's low-pass
 # keeps every box of the default settings above 2.2 px.
@@ -47,8 +47,8 @@ class AxisLevel:
     Attributes:
         num_texels: texels along the axis, margins included.
         scale: length of the box that these texels span, relative to the stroke's box, >= 1.
-        footprint: source texels in the pixel that the level was filtered for; 0 for the source itself.
-        largest_box: half extent, in pixels, of the largest box that the level serves.
+        footprint: source texels per pixel that the level is filtered for; 0 for the source itself.
+        largest_box: half extent of the largest box that uses the level, pixels.
     """
 
     num_texels: int
@@ -67,7 +67,7 @@ def axis_levels(num_texels: int) -> tuple[AxisLevel, ...]:
     if num_texels < 1:
         raise ValueError(f"axis_levels: num_texels must be at least 1, got {num_texels}")
     levels = [AxisLevel(num_texels, 1.0, 0.0, np.inf)]
-    smallest = FIRST_FOOTPRINT  # the footprint from which on the level is used
+    smallest = FIRST_FOOTPRINT  # smallest footprint of the level
     while num_texels > 1 and smallest <= (num_texels - 1) / SHORTEST_BOX:
         footprint = smallest * 2 ** (0.5 / LEVELS_PER_OCTAVE)
         steps = min(num_texels - 1, int(np.ceil(TEXELS_PER_PIXEL * (num_texels - 1) / smallest)))
@@ -80,14 +80,14 @@ def axis_levels(num_texels: int) -> tuple[AxisLevel, ...]:
 
 @lru_cache(maxsize=64)
 def level_bounds(num_texels: int) -> NDArray[np.float64]:
-    """The largest half extents, in pixels, that levels 1, 2, ... serve, descending; read-only."""
+    """Largest half extents for levels 1, 2, ..., pixels, descending; read-only."""
     bounds = np.array([level.largest_box for level in axis_levels(num_texels)[1:]])
     bounds.flags.writeable = False
     return bounds
 
 
 def level_index(half_extent: float, num_texels: int) -> int:
-    """The level that serves a box of this half extent in pixels: 0 is the source, larger is coarser."""
+    """The level for a box of this half extent in pixels: 0 is the source, larger is coarser."""
     return int(np.count_nonzero(half_extent <= level_bounds(num_texels)))
 
 
@@ -109,14 +109,13 @@ def level_coverage(coverage: NDArray[np.uint8], level_u: int, level_v: int) -> N
 def level_height(
     height: NDArray[np.uint8], coverage: NDArray[np.uint8], level_u: int, level_v: int
 ) -> NDArray[np.uint8]:
-    """The texels of one level of the height of the paint: its mean over the paint, 1/2 where there is none.
+    """The texels of one level of the paint's height: the mean weighted by coverage, 1/2 without paint.
 
-    A pixel sees the height of the paint in it, not of the gaps between bristles; so heights are weighted by
-    coverage.
+    The weighting leaves out the gaps between bristles.
 
     Args:
         height: uint8 [h, w] source, 255 = 1.
-        coverage: uint8 [h, w] where the paint is, 255 = full.
+        coverage: uint8 [h, w] paint mask, 255 = full.
         level_u: as for `level_coverage`.
         level_v: as for `level_coverage`.
 
@@ -135,14 +134,13 @@ def stroke_levels(
     *,
     num_threads: int | None = None,
 ) -> list[tuple[NDArray[np.uint8], NDArray[np.uint8] | None]]:
-    """`level_coverage` and, where there is a height, `level_height` of several levels at once.
+    """`level_coverage` and, with a height, `level_height` for several levels at once.
 
     Args:
         coverage: uint8 [h, w] source.
-        codes: the level along u and along v of each; those of one level along u that follow each other share
-            half of the work.
+        codes: (level along u, level along v) of each; consecutive codes of equal u share half of the work.
         height: uint8 [h, w] source, or None.
-        num_threads: None takes the processors available to this process. No level depends on it.
+        num_threads: None takes the processors available to this process. The result does not depend on it.
     """
     rows, columns = coverage.shape
     made = [code for code in codes if code != (0, 0)]
@@ -168,9 +166,10 @@ def stroke_levels(
 def level_gradient(
     coverage: NDArray[np.uint8], level_u: int, level_v: int, v_texels: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The derivative of `level_coverage`: the gradient of a loss by the source from that by a level's texels.
+    """The derivative of `level_coverage`: gradient of a loss by the source, given that by the texels of a
+    level.
 
-    Rounding to 8 bits counts as the identity. A texel that was clipped to 0 to 255 has no gradient.
+    Rounding to 8 bits counts as the identity. Texels clipped to 0 to 255 have no gradient.
 
     Args:
         coverage: uint8 [h, w] source.

@@ -1,8 +1,8 @@
 """Stroke images -> StrokeTexture: the coverage of one stroke, and its relief.
 
-u, the stroke's direction, runs along the columns (left to right), v along the rows (downwards). The
-built-in images live in `strokes/`; two analytic kernels, `gaussian` and `ellipse`, need no image.
-`levels` filters it for small boxes, `rendering.rasterize` draws with it.
+u, the stroke's direction, runs along the columns (left to right), v along the rows (downwards). The built-in
+images are in `strokes/`; two analytic kernels, `gaussian` and `ellipse`, need no image. `levels` filters
+textures for small boxes, `rendering.rasterize` draws with them.
 """
 
 import math
@@ -27,12 +27,12 @@ from brushgs.values.colors import LUMINANCE, split_alpha
 KERNELS = ("gaussian", "ellipse")  # computed, not drawn
 # Half length of a box in standard deviations: the published stroke covers 2, the 3DGS kernel is clipped at 3.
 KERNEL_SIGMAS = {"gaussian": 3.0, "ellipse": 2.0, "image": 2.0}
-# Length of a stroke over that of one which paints as much as its Gaussian: neighbours overlap. On five scenes
-# with `swirl` and `flat` 1.0 to 1.1 is nearest to the plain picture but leaves more of it unpainted.
+# Length of a stroke over that which paints the area of its Gaussian, so that neighbours overlap. On five
+# scenes with `swirl` and `flat` 1.0 to 1.1 has the lowest error but leaves more unpainted.
 FITTED_REACH = 1.2
-LONG_SIDE = 256  # texels kept of a stroke image; more are invisible in pictures below 4K
-OPAQUE = 254.5 / 255  # an alpha channel that is nowhere below this is not the coverage
-CANVAS = 0.5  # height where there is no paint
+LONG_SIDE = 256  # texels of a stroke image; more are invisible in pictures below 4K
+OPAQUE = 254.5 / 255  # an alpha channel without values below this is not the coverage
+CANVAS = 0.5  # height without paint
 _ROWS_AT_A_TIME = 64  # of an image
 _VARIANT = re.compile(r"_(\d+)$")  # after the name of a stroke
 # A brush of a style, such as "monet.style:2": the first is 1.
@@ -88,7 +88,7 @@ class StrokeTexture:
             exp(-4.5 (s^2 + t^2)), the 3DGS kernel clipped at 3 sigma; "ellipse" is 1 where s^2 + t^2 < 1.
         name: for reports.
         coverage: uint8 [h, w] paint mask, 255 = full; u runs along the columns. 1 x 1 for kernels.
-        height: float32 [h, w] relief of the paint, 0 to 1, 0.5 the canvas; None where the image has none.
+        height: float32 [h, w] relief of the paint, 0 to 1, 0.5 is the canvas; or None.
         num_sigmas: half length of a stroke's box in standard deviations, > 0.
         has_bristles: whether bristles leave streaks in it, see `brushgs.rendering.streaks`.
         tint: colours of its own; None for a grey brush. Those of bristles are among them: it has no streaks.
@@ -144,16 +144,16 @@ class StrokeTexture:
 
     @property
     def coverages(self) -> tuple[NDArray[np.uint8], ...]:
-        """Its own alone: as of a set of brushes, see `BrushSet`."""
+        """Its coverage as a tuple, as in `BrushSet`."""
         return (self.coverage,)
 
     @property
     def fitted_sigmas(self) -> float:
-        """Half length of a box, in standard deviations, for about as much paint as the Gaussian has.
+        """Half length of a box in standard deviations, fitted to the painted area of a Gaussian.
 
-        A Gaussian of deviation s paints an area of 2 pi s^2, a stroke (2 n s)^2 x its mean coverage. These
-        are equal at n = sqrt(pi / (2 mean)); this is `FITTED_REACH` times that, at most `num_sigmas`: full
-        brushes are drawn smaller than lacy ones. Kernels keep their `num_sigmas`.
+        A Gaussian of deviation s paints an area of 2 pi s^2, a stroke of half length n s paints (2 n s)^2 x
+        mean coverage. These are equal at n = sqrt(pi / (2 mean)); the result is `FITTED_REACH` times that, at
+        most `num_sigmas`, so full brushes are drawn smaller than lacy ones. Kernels keep `num_sigmas`.
         """
         mean = float(self.coverage.mean()) / 255
         if self.kind != "image" or mean == 0:
@@ -166,15 +166,14 @@ class StrokeTexture:
     ) -> "StrokeTexture":
         """A built-in stroke by name, or any image file.
 
-        A built-in name (`builtin_names()`) may be written with capitals, spaces or hyphens ("Dry Brush"), and
-        with the number of a variant ("flat_2").
-        What has a suffix or a folder in it ("flat.png", "./flat"), or is a `Path`, means a file. The brushes
-        of a style are numbered from 1: "monet.style:2".
+        Built-in names (`builtin_names()`) may have capitals, spaces or hyphens ("Dry Brush"), and the number
+        of a variant ("flat_2"). Text with a suffix or folder ("flat.png", "./flat"), or a `Path`, is a file.
+        Brushes of a style are numbered from 1: "monet.style:2".
 
-        In a file, coverage is the alpha channel. Without one, or where it is fully opaque, coverage is the
-        difference in luminance from the median of the border (dark paint on a light background or the
-        reverse), scaled to a maximum of 1. The image is cropped to its paint; a long side above `size` is
-        averaged down to it, the aspect kept. Smaller images are not enlarged: the sampler interpolates.
+        In a file, coverage is the alpha channel. Without one, or if it is fully opaque, coverage is the
+        difference in luminance from the median of the border (dark paint on light background or the reverse),
+        scaled to a maximum of 1. The image is cropped to its paint, and averaged down to a longest side of
+        `size`; smaller images are not enlarged.
 
         Args:
             name_or_path: name or path.
@@ -182,13 +181,13 @@ class StrokeTexture:
             colored: whether an image with colour in it keeps it, see `Tint`; the marks of a style always do.
 
         Raises:
-            SceneError: if there is no such name or file, the image has no paint in it, or the style has not
-                so many brushes.
+            SceneError: if there is no such name or file, the image has no paint, or the style has fewer
+                brushes.
             ValueError: if `size` is below 1.
 
         Warns:
-            SceneWarning: if an image without transparency has one flat tone: it becomes a solid rectangle; or
-                if paint reaches its border.
+            SceneWarning: if an image without transparency has one flat tone (it becomes a solid rectangle),
+            or paint reaches its border.
 
         Example:
             >>> bg.StrokeTexture.open("flat")
@@ -213,10 +212,9 @@ class StrokeTexture:
 
     @classmethod
     def of(cls, stroke: "StrokeTexture | str | Path | NDArray[Any]") -> "StrokeTexture":
-        """The stroke itself, or the one that a name, a path or a picture gives: what `render` and others
-        take.
+        """A texture from a texture, a name, a path or a picture, as taken by `render`.
 
-        An array [h, w] is its coverage, see `from_coverage`; [h, w, C] is a picture as `open` reads it.
+        An array [h, w] is a coverage, see `from_coverage`; [h, w, C] is a picture as read by `open`.
 
         Raises:
             TypeError: if it is something else.
@@ -237,11 +235,10 @@ class StrokeTexture:
     def from_coverage(
         cls, coverage: NDArray[Any], *, height: NDArray[np.float32] | None = None, name: str = "coverage"
     ) -> "StrokeTexture":
-        """A stroke from an array, texel by texel: nothing is cropped or resampled.
+        """A stroke from an array, without cropping or resampling.
 
         Args:
-            coverage: [h, w] paint mask; uint8 with 255 = full, or floats from 0 to 1 (rounded to 8 bits,
-                the depth that the kernel samples).
+            coverage: [h, w] paint mask; uint8 with 255 = full, or floats from 0 to 1 (rounded to 8 bits).
             height: float32 [h, w] relief of the paint, 0 to 1.
             name: for reports.
 
@@ -330,15 +327,15 @@ class StrokeTexture:
 
 
 def builtin_names() -> list[str]:
-    """The names that `StrokeTexture.open` accepts without a file; it takes their variants too ("flat_2")."""
+    """Built-in names for `StrokeTexture.open`, which also takes their variants ("flat_2")."""
     return [*KERNELS, *sorted(name for name in _image_names() if not _VARIANT.search(name))]
 
 
 def variants_of(name: str) -> list[str]:
-    """The images of a built-in stroke, it itself first: ["flat", "flat_2", ...].
+    """The images of a built-in stroke, itself first: ["flat", "flat_2", ...].
 
-    A name with a number means one of them ("flat_2", and "flat_1" for "flat"). Kernels have one, and what is
-    no built-in stroke has none.
+    A name with a number selects one ("flat_2", and "flat_1" for "flat"). Kernels have one; other names have
+    none.
     """
     if Path(name).suffix or "/" in name or os.sep in name:
         return []
@@ -352,7 +349,7 @@ def variants_of(name: str) -> list[str]:
 
 
 def without_number(name: str) -> str:
-    """The stroke that a variant belongs to: "flat" for "flat_2" and for itself."""
+    """The stroke of a variant: "flat" for "flat_2" and "flat"."""
     return _VARIANT.sub("", name)
 
 
@@ -361,7 +358,7 @@ def _image_names() -> list[str]:
 
 
 def _plain_name(stem: str) -> str:
-    """The name of a built-in stroke, which may be written with capitals, spaces or hyphens."""
+    """Normalize a built-in name written with capitals, spaces or hyphens."""
     return stem.lower().replace("-", "_").replace(" ", "_")
 
 
@@ -383,10 +380,10 @@ def _unknown(name: str) -> str:
 def _coverage_and_height(
     pixels: NDArray[np.float32], path: Path
 ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
-    """[H, W, C], 0 to 1 -> coverage [H, W] and, where alpha gives the coverage, the relief [H, W]."""
+    """[H, W, C], 0 to 1 -> coverage [H, W] and, if alpha is the coverage, the relief [H, W]."""
     num_channels = pixels.shape[2]
     luminance = np.empty(pixels.shape[:2], np.float32)
-    for start in range(0, len(pixels), _ROWS_AT_A_TIME):  # few at a time: copies of a large image take memory
+    for start in range(0, len(pixels), _ROWS_AT_A_TIME):  # in bands: copies of a large image take memory
         part = pixels[start : start + _ROWS_AT_A_TIME]
         color = split_alpha(part)[0].copy()
         luminance[start : start + _ROWS_AT_A_TIME] = color @ np.array(LUMINANCE, color.dtype)
@@ -429,9 +426,9 @@ def _border(image: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def brush_of_style(name: str) -> tuple[Path, int | None] | None:
-    """The file of a style and which of its brushes a name means, such as "monet.style:2"; None for others.
+    """Style file and brush number of a name such as "monet.style:2"; None for other names.
 
-    The name of a style alone has no number.
+    The number is None if the name is only a style.
     """
     if found := _OF_STYLE.fullmatch(name):
         return Path(found["file"]), int(found["number"])
@@ -439,12 +436,12 @@ def brush_of_style(name: str) -> tuple[Path, int | None] | None:
 
 
 def name_in_style(path: Path, number: int | None) -> str:
-    """A name for a brush of a style, fit for that of a file: "monet_2"."""
+    """A file-safe name for a brush of a style: "monet_2"."""
     return path.stem if number is None else f"{path.stem}_{number}"
 
 
 def _shape_within(shape: Sequence[int], size: int) -> list[int]:
-    """The shape of an image with a long side of at most so many texels."""
+    """The shape of an image scaled to a longest side of at most `size` texels."""
     factor = min(1.0, size / max(shape))
     return [max(1, round(n * factor)) for n in shape]
 
@@ -458,10 +455,10 @@ def _average(image: NDArray[np.float32], shape: Sequence[int]) -> NDArray[np.flo
 
 
 def _means_of_parts(image: NDArray[np.float32], size: int) -> NDArray[np.float32]:
-    """[size, W] means of so many equal parts of the rows of an image, which may split rows.
+    """[size, W] means over `size` equal parts of the rows of an image; parts may split rows.
 
-    The first rows of all parts are added together, then the second ones, and so on: no matrix of weights,
-    which would take more memory than a long and thin picture.
+    The first rows of all parts are added together, then the second ones, and so on, which avoids a large
+    weight matrix for long, thin pictures.
     """
     ends = np.linspace(0, len(image), size + 1)
     start, stop = ends[:-1], ends[1:]

@@ -1,1 +1,1 @@
-"""Gaussians and a camera become boxes, boxes and a stroke texture become a frame; forward and backward."""
+"""Gaussians and camera -> boxes; boxes and stroke texture -> frame; forward and backward."""

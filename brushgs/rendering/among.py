@@ -1,7 +1,7 @@
-"""Gaussians among the strokes of a coat, shown as they are: what is not painted, where only a part is.
+"""Plain Gaussians among the strokes of a coat: the unpainted rest, if only a part of a scene is painted.
 
-They are projected as the plain picture of a scene is, in their own directions and by depth, and painted with
-the soft brush in one order with the strokes: each hides what is behind it.
+They are projected as for the plain picture (own directions, by depth), drawn with the soft brush, and sorted
+together with the strokes.
 """
 
 from dataclasses import replace
@@ -19,13 +19,13 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
-NO_REACH = 1e-6  # of underpaint, in half extents: no pixel's centre lies under it
+NO_REACH = 1e-6  # reach of underpaint in half extents, too small to cover a pixel centre
 
 
 def with_soft_brush(
     texture: StrokeTexture | BrushSet, options: RenderOptions
 ) -> tuple[BrushSet, RenderOptions]:
-    """Brushes and options with the soft brush behind the others; kernels of 3DGS need none.
+    """Brushes and options with the soft brush as the last row; the 3DGS kernel needs none.
 
     Raises:
         ValueError: if strokes are painted with another kernel.
@@ -50,14 +50,14 @@ def with_soft_brush(
 def boxes_among(
     boxes: Boxes, plain: Gaussians, camera: Camera, options: RenderOptions, *, first: int, brush: int
 ) -> tuple[Boxes, ProjectCounts]:
-    """Boxes of strokes with those of Gaussians among them, nearest first; and what was culled of these.
+    """Merge boxes of strokes and of plain Gaussians, nearest first; and cull counts of the latter.
 
     Args:
         boxes: of strokes.
         plain: the Gaussians.
         camera: the view.
         options: of the strokes.
-        first: the id of the first Gaussian: the number of strokes.
+        first: id of the first Gaussian, which is the number of strokes.
         brush: the row of the soft brush.
     """
     kernel = StrokeTexture.open("gaussian")
@@ -67,7 +67,7 @@ def boxes_among(
         name: _joined(getattr(boxes, name), getattr(others, name))
         for name in ("centers", "half_extents", "angles", "depths", "colors", "opacities")
     }
-    for name in ("softness", "setbacks", "reliefs"):  # none of them has any
+    for name in ("softness", "setbacks", "reliefs"):  # plain Gaussians have none
         of_strokes = getattr(boxes, name)
         if of_strokes is not None:
             rest = np.zeros((len(others), *of_strokes.shape[1:]), of_strokes.dtype)

@@ -1,9 +1,9 @@
-"""The derivatives of `project` and `rasterize` on NumPy arrays: gradients by the result in, by the input out.
+"""Derivatives of `project` and `rasterize` on NumPy arrays: gradients by the result in, gradients by the
+input out.
 
-`brushgs.autograd` puts them behind torch tensors; they need no torch themselves. `v_name` is the gradient of
-the loss by `name` and has its shape and dtype. The arithmetic is in the compiled core, which projects and
-blends once more: nothing is kept from the forward pass but its arguments and results, and, where there is a
-`Trace`, what each stroke paints on.
+`brushgs.autograd` wraps them for torch tensors; they do not need torch. `v_name` is the gradient of the loss
+by `name`, with its shape and dtype. The compiled core projects and blends again: nothing is stored from the
+forward pass but its arguments and results, and optionally a `Trace` of the pixels of each stroke.
 """
 
 from collections.abc import Collection, Mapping
@@ -33,7 +33,9 @@ BOX_COLUMNS = ("centers", "half_extents", "angles", "depths", "colors", "opaciti
 
 @dataclass(frozen=True, eq=False)
 class BoxGradients:
-    """By the columns of boxes, in their dtype, None for zeros; and by the coverage of each brush, 0 to 1."""
+    """Gradients by columns of boxes, in their dtype, None for zeros; and by the coverage (0 to 1) of each
+    brush.
+    """
 
     centers: Array | None = None  # [M, 2]
     half_extents: Array | None = None  # [M, 2]
@@ -41,17 +43,17 @@ class BoxGradients:
     depths: Array | None = None  # [M]
     colors: Array | None = None  # [M, 3]
     opacities: Array | None = None  # [M]
-    coverages: tuple[F64, ...] = ()  # [h, w] by the rows of the brush set; none if not computed
+    coverages: tuple[F64, ...] = ()  # [h, w] by row of the brush set; empty if not computed
 
     @property
     def coverage(self) -> F64 | None:
-        """[h, w] by that of the first brush; None if not computed."""
+        """[h, w] gradient by the first brush's coverage; None if not computed."""
         return self.coverages[0] if self.coverages else None
 
 
 @dataclass(frozen=True, eq=False)
 class GaussianGradients:
-    """By the columns of Gaussians, in their dtype; None if not computed."""
+    """Gradients by columns of Gaussians, in their dtype; None if not computed."""
 
     means: Array | None = None  # [N, 3]
     quats: Array | None = None  # [N, 4]
@@ -69,17 +71,17 @@ def project_backward(
     *,
     columns: Collection[str] = GAUSSIAN_COLUMNS,
 ) -> GaussianGradients:
-    """Gradients by the Gaussians of what `project` made of them.
+    """Gradients of `project` by the Gaussians.
 
-    The derivative is that of the value computed, where it has one. Elsewhere:
+    They are the exact derivative of the computed value, where it exists. Otherwise:
 
-    - Which Gaussians have a box, and the order of boxes, have no derivative: rows without a box get zeros.
-    - A channel of a colour that was clamped to 0 has no gradient.
-    - Outside 1.3 times the field of view, where the Jacobian is clamped, its gradient by the position is 0.
-    - The angle of a round ellipse (its direction below rounding, 1e-14) has no gradient. Just above, its
-      gradient grows like one over the anisotropy: that is its derivative.
+    - Culling and the order of boxes have no derivative: rows without a box get zeros.
+    - Colour channels clamped to 0 have no gradient.
+    - Outside 1.3 times the field of view, the clamped Jacobian has no gradient by the position.
+    - The angle of a round ellipse (direction below rounding, 1e-14) has no gradient. Just above, its gradient
+      grows like 1 / anisotropy.
     - `Directions` are constants: the angle has no gradient.
-    - Which of the own axes is longest (`lock="anchor"`) is a constant.
+    - The choice of the longest axis (`lock="anchor"`) is constant.
 
     Args:
         gaussians: as projected.
@@ -87,10 +89,10 @@ def project_backward(
         boxes: the result.
         v_boxes: the gradient by the boxes.
         options: as projected.
-        columns: those whose gradients are computed.
+        columns: to compute gradients for.
 
     Returns:
-        These columns, with those SH degrees that are zero throughout and that `project` skips.
+        Gradients of these columns, including SH degrees that are all zero and skipped by `project`.
     """
     gradients: dict[str, Any] = {
         name: np.empty_like(getattr(gaussians, name)) if name in columns else None
@@ -122,7 +124,7 @@ def rasterize_backward(
     num_threads: int | None = None,
     trace: Trace | None = None,
 ) -> BoxGradients:
-    """Gradients by the boxes of what `rasterize` painted.
+    """Gradients of `rasterize` by the boxes.
 
     Args:
         boxes: M strokes without softness, as painted.
@@ -130,19 +132,18 @@ def rasterize_backward(
         frame: the result.
         v_rgb: [H, W, 3] in the dtype of the boxes, C-contiguous like the others.
         v_alpha: [H, W] or None for zeros.
-        v_layers: by the layers of the frame, by their names; None or missing for zeros.
+        v_layers: layer name -> gradient; None or missing for zeros.
         filter: as painted with.
-        underpaint: as painted with; a box gets the gradients of stroke and underpaint together, its setback
-            none.
+        underpaint: as painted with; a box gets the sum for stroke and underpaint, its setback no gradient.
         streaks: as painted with.
         min_transmittance: as painted with.
         with_coverage: whether to compute the gradients by the coverage of each brush.
         num_threads: None takes the processors available to this process. The result does not depend on it.
-        trace: of painting exactly that; None finds it out again. The result does not depend on it.
+        trace: of the same forward pass; None recomputes it. The result does not depend on it.
 
     Raises:
-        ValueError: if boxes of a stroke image have a softness, a built-in kernel's coverage is asked for, or
-            the trace is of other boxes.
+        ValueError: if boxes of a stroke image have softness, a kernel's coverage is requested, or the trace
+            is of other boxes.
     """
     brush_set = BrushSet.of(texture)
     _check_derivable(boxes, brush_set, streaks, with_coverage=with_coverage)

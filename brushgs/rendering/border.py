@@ -1,7 +1,7 @@
-"""Boxes thin out toward the border of the picture, as a painter leaves the ground bare there.
+"""Thin out boxes toward the border of the picture, leaving the ground bare as painters do.
 
-The border belongs to the canvas and stays with the picture, so this is done to the boxes of each view. While
-the camera moves, each box fades smoothly.
+The border belongs to the canvas, so this applies to the boxes of each view. Boxes fade smoothly as the camera
+moves.
 """
 
 from dataclasses import replace
@@ -15,23 +15,23 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.hashing import GOLDEN, uniform
 
-WIDTH = 0.13  # of the border, over the length of the smaller side of the picture
-# At the very border a fifth of the boxes is left, and none whose centre lies 0.35 of the border beyond it.
+WIDTH = 0.13  # of the border, over the picture's smaller side
+# At the very border a fifth of the boxes is left; none with centres 0.35 border widths outside.
 LEFT_AT_BORDER, SPREAD, FADE = 0.35, 1.1, 0.25  # in widths of the border
 
 
 def thin_to_border(boxes: Boxes, camera: Camera, *, width: float = WIDTH, seed: int = 0) -> Boxes:
-    """Lower the opacity of boxes near the border of the picture: of some more, of others less.
+    """Lower the opacity of boxes near the border of the picture, by random amounts.
 
-    The opacity of a box is multiplied by (d / width + 0.35 - 1.1 r) / 0.25 clipped to 0 to 1, d being the
-    distance of its centre from the nearest side of the picture, negative outside, over the length of the
-    smaller side, and r a number from 0 to 1 that belongs to its row.
+    The opacity of a box is multiplied by (d / width + 0.35 - 1.1 r) / 0.25, clipped to 0 to 1; d is the
+    distance of its centre from the nearest side (negative outside) over the picture's smaller side, r a hash
+    of its row in 0 to 1.
 
     Args:
         boxes: M boxes of one view.
         camera: the view; only its size is used.
-        width: of the border, over the length of the smaller side, > 0. Boxes further inside stay as they are.
-        seed: 0 to 2^32 - 1; with another one other boxes are left.
+        width: of the border, over the picture's smaller side, > 0. Boxes further inside do not change.
+        seed: 0 to 2^32 - 1.
 
     Raises:
         ValueError: if `width` or `seed` is out of range.
@@ -49,8 +49,8 @@ def thin_to_border(boxes: Boxes, camera: Camera, *, width: float = WIDTH, seed: 
 
 
 def uniform_of(ids: NDArray[np.integer[Any]], seed: int) -> F64:
-    """[M] numbers in 0 to 1 that belong to rows, as if at random.
+    """[M] hashes of rows, 0 to 1.
 
-    Not a multiple of the golden ratio, which gives neighbours on a Fibonacci lattice almost the same number.
+    Not multiples of the golden ratio: neighbours on a Fibonacci lattice would get almost equal numbers.
     """
     return uniform(ids.astype(np.uint64) + np.uint64(seed) * np.uint64(2**32) + np.uint64(GOLDEN))

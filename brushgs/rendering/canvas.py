@@ -1,7 +1,6 @@
-"""Coats are laid on a canvas, one after the other, and become a picture.
+"""Lay coats on a canvas, one after the other, to make a picture.
 
-A later coat sees of an earlier one only what is on the canvas: what it covers, what it glazes, and how far
-away that is.
+A later coat depends on earlier ones only through the canvas: its coverage, glazes and depth.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,19 +29,19 @@ if TYPE_CHECKING:
     from brushgs.rendering.motion import Pose
     from brushgs.rendering.surface import Surface
 
-CARRIED = 0.5  # of the height below a coat that covers it: canvas shows through paint
+CARRIED = 0.5  # share of the height below that stays under a coat: canvas shows through paint
 CARRIED_MOVING = 0.0  # the same while the camera moves, see `Painting.is_moving`
 
 
 class Canvas:
-    """What has been painted so far in one view.
+    """The state of one view while it is painted.
 
     Args:
         camera: gives the size.
-        surface: what is painted on; None for strokes alone.
-        is_transparent: whether the colour of the surface is left out: its height and grain are felt.
+        surface: the ground; None for strokes alone.
+        is_transparent: leave out the colour of the surface; its height and grain still apply.
         is_moving: see `Painting`.
-        wanted: what frames hold beside their colours.
+        wanted: requested layers of the frame.
         region_names: see `Painting`.
     """
 
@@ -57,15 +56,15 @@ class Canvas:
         region_names: tuple[str, ...] = (),
     ) -> None:
         self._wanted, self._region_names = wanted, region_names
-        self._laid: list[LaidCoat] = []  # where every stroke is wanted
-        self._finished: PaintedView | None = None  # where anything is
+        self._laid: list[LaidCoat] = []  # filled if layers need every stroke
+        self._finished: PaintedView | None = None  # set if any layer is requested
         self._camera, self._surface, self._is_transparent = camera, surface, is_transparent
         self._is_moving, self._hidden = is_moving, 1 - (CARRIED_MOVING if is_moving else CARRIED)
         self._frame: Frame | None = None  # of the strokes alone
-        self._tint: Array | None = None  # [H, W, 3] of all glazes, through which the ground is seen
+        self._tint: Array | None = None  # [H, W, 3] product of all glazes over the ground
 
     def lay(self, coat: Coat, boxes: Boxes) -> Frame:
-        """Lay the boxes of a coat, and return what it alone paints; the next call changes its arrays."""
+        """Lay the boxes of a coat, and return its own frame, whose arrays the next call overwrites."""
         more: dict[str, Any] = {}
         if coat.tolerance is not None and self._frame is not None:
             from brushgs.rendering.depth_test import DepthTest
@@ -92,7 +91,7 @@ class Canvas:
         return frame
 
     def finish(self, lamp: "Lamp | None" = None) -> Frame:
-        """The picture: opaque where the surface has a colour, lit where there is a lamp; see `layered`."""
+        """The picture: opaque if the surface has a colour, lit if there is a lamp; see `layered`."""
         frame = self._frame
         if frame is None:
             shape = self._camera.height, self._camera.width
@@ -138,7 +137,7 @@ class Canvas:
         return frame
 
     def layered(self) -> Frame:
-        """The finished picture with what is wanted beside its colours."""
+        """The finished picture with the requested layers."""
         from brushgs.rendering.layers import with_layers
 
         assert self._finished is not None, "finish the picture first, of which something is wanted"
@@ -147,7 +146,7 @@ class Canvas:
     def _seen(
         self, frame: Frame, unlit: Frame, coverage: Array, lighting: "tuple[Array, Lamp, float] | None"
     ) -> "PaintedView":
-        """What layers are made of."""
+        """The inputs of the layers."""
         from brushgs.rendering.deep import Lighting, Rest
         from brushgs.rendering.layers import PaintedView
 
@@ -172,20 +171,20 @@ class Canvas:
 
 @dataclass(frozen=True, eq=False)
 class Painting:
-    """Everything that a frame is painted from, but its camera.
+    """All inputs of a frame but its camera.
 
     Attributes:
-        coats: the first laid first, at least one.
-        surface: what they are laid on, in the size of the pictures; None for strokes alone.
-        lamp: that lights the height of paint and canvas; None for flat pictures.
-        is_transparent: whether the ground is left out, so that there are strokes alone.
-        is_moving: whether the camera moves from frame to frame: then paint hides the height below it, and the
-            lamp shines on a softer height. Canvas that shows through paint would stand still while the
-            subject moves, a coat below would move otherwise than the one above it, and ridges as fine as
-            pixels would glitter. Along an orbit of 240 frames lit oil flickers 1.01 to 1.06 times as much
-            as flat oil, and 2.7 to 3.9 times where frames are lit like stills.
-        region_names: of the regions of the strokes, the first that of region 1; for mattes.
-        day: that passes over it; None where the light stands still.
+        coats: in the order of laying, at least one.
+        surface: the ground, in the size of the pictures; None for strokes alone.
+        lamp: lights the height of paint and canvas; None for flat pictures.
+        is_transparent: leave out the ground: strokes alone.
+        is_moving: whether the camera moves from frame to frame. Paint then hides the height below it, and the
+            lamp shines on a smoother height: canvas showing through would stand still while the subject
+            moves, coats would move against each other, and ridges as fine as pixels would glitter. Along an
+            orbit of 240 frames lit oil flickers 1.01 to 1.06 times as much as flat oil, and 2.7 to 3.9 times
+            if lit like stills.
+        region_names: of the strokes' regions, from region 1; for mattes.
+        day: moving sun; None for constant light.
     """
 
     coats: tuple[Coat, ...]
@@ -197,7 +196,7 @@ class Painting:
     day: "Day | None" = None
 
     def canvas(self, camera: Camera, wanted: Wanted = NOTHING) -> "Canvas":
-        """The bare canvas of one view, and what its frames are to hold beside their colours."""
+        """The bare canvas of one view, with requested layers."""
         return Canvas(
             camera,
             self.surface,
@@ -212,7 +211,7 @@ class Painting:
         return replace(self, coats=tuple(coat.posed(pose, takes_light=takes_light) for coat in self.coats))
 
     def with_depth(self, depth: bool) -> "Painting":
-        """The same painting, whose frames have a depth or not; coats that others are tested against do."""
+        """The same painting with or without depth in its frames; coats needed for depth tests keep it."""
         tested = [coat.tolerance is not None for coat in self.coats]
         last = max((i for i, is_tested in enumerate(tested) if is_tested), default=0)
         coats = [
@@ -255,9 +254,10 @@ def _pressed(frame: Frame, coat: Coat, grain: Array) -> Frame:
 
 
 def _over(front: Frame, back: Frame, hidden: float) -> Frame:
-    """One frame of strokes over another, whose arrays are used up: new ones take longer than the sums.
+    """Composite one frame of strokes over another, reusing the arrays of `back`: allocating takes longer than
+    the sums.
 
-    Paint hides so much of the height below it.
+    Paint hides the share `hidden` of the height below it.
     """
     _core.lay_over(
         rgb=_like(back.rgb, front.rgb),
@@ -277,19 +277,19 @@ def _over(front: Frame, back: Frame, hidden: float) -> Frame:
 
 
 def _new_plane(like: Array) -> Array:
-    """Like `np.empty_like`, of memory that frames give back: fresh pages take longer than what fills them."""
+    """Like `np.empty_like`, from pooled memory: fresh pages take longer than filling them."""
     new: Any = _core.new_plane_float32 if like.dtype == np.float32 else _core.new_plane_float64
     plane: Array = new(list(like.shape))
     return plane
 
 
 def _like(array: Array, other: Array | None) -> Any:
-    """Another array, contiguous and in the dtype of one; None for None."""
+    """`other`, contiguous and in the dtype of `array`; None for None."""
     return None if other is None else np.ascontiguousarray(other, array.dtype)
 
 
 def _with_glazes(frame: Frame, tint: Array) -> Frame:
-    """Glazes where there is no ground: as much colour and alpha as give the same picture on white."""
+    """Glazes without a ground: colour and alpha that give the same picture on white."""
     passed, darkest = 1 - frame.alpha, tint.min(axis=2)
     rgb = frame.rgb + (passed[..., None] * (tint - darkest[..., None]))
     return replace(frame, rgb=rgb, alpha=1 - passed * darkest)

@@ -1,7 +1,4 @@
-"""Coats: a painting is laid in one or more of them, each a set of strokes and a way of laying paint.
-
-A coat is decided once for a job.
-"""
+"""Coats: sets of strokes with a way of laying paint. A painting has one or more, made once for a job."""
 
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
@@ -28,17 +25,17 @@ class Coat:
     Attributes:
         name: for reports.
         strokes: in space.
-        texture: their stroke image, or images.
-        options: how they become a frame.
-        blend: "cover", or "glaze" to multiply what lies below.
-        dry: share of the tooth of the paper that marks do not fill, 0 to 1; see `press`.
-        tolerance: by how many sizes of a stroke it may lie behind what is on the canvas already; None: it is
-            laid over everything.
+        texture: brush or brushes.
+        options: for rendering.
+        blend: "cover", or "glaze" to multiply with what lies below.
+        dry: share of the paper's tooth that marks leave open, 0 to 1; see `press`.
+        tolerance: depth test: sizes of a stroke by which it may lie behind the canvas; None: laid over
+            everything.
         border: width of the border in which strokes thin out, see `thin_to_border`; 0 for none.
-        normals: [N, 3] for strokes that are seen only edge-on, see `fade_by_facing`; None for others.
-        is_one_sided: whether those with normals fade where they are seen from behind instead.
-        plain: Gaussians that are shown as they are among the strokes, by the last brush, see `showing`; None
-            for none. The ids of their boxes follow those of strokes.
+        normals: [N, 3] for strokes visible only edge-on, see `fade_by_facing`; None for others.
+        is_one_sided: strokes with normals fade when seen from behind instead.
+        plain: Gaussians shown unpainted among the strokes, by the last brush, see `showing`; or None. The ids
+            of their boxes follow those of the strokes.
     """
 
     name: str
@@ -63,10 +60,10 @@ class Coat:
         return replace(self, strokes=strokes, normals=normals, plain=plain)
 
     def showing(self, plain: Gaussians) -> "Coat":
-        """The coat with Gaussians among its strokes, as they are.
+        """The coat with plain Gaussians among its strokes.
 
         Raises:
-            ValueError: if its strokes are painted with a kernel that is not that of 3DGS.
+            ValueError: if its strokes use a kernel other than that of 3DGS.
         """
         from brushgs.rendering.among import with_soft_brush
 
@@ -74,7 +71,7 @@ class Coat:
         return replace(self, texture=texture, options=options, plain=plain)
 
     def boxes(self, camera: Camera, directions: Directions | None = None) -> tuple[Boxes, ProjectCounts]:
-        """The boxes of one view, and what was culled."""
+        """The boxes of one view, and cull counts."""
         options = self.options if directions is None else self.options.in_direction(directions)
         boxes, counts = project_with(self.strokes, camera, options)
         if self.border:

@@ -1,7 +1,7 @@
-"""A day that passes over a painting: its strokes in the colours that they have under each of some suns.
+"""A moving sun over a painting: colours of the strokes under several suns, interpolated.
 
-Strokes keep their places and brushes. The suns are decided once for a job, so that a frame painted alone has
-the colours that it has in the film.
+Strokes keep their positions and brushes. The suns are chosen once for a job, so that a frame painted alone
+has the same colours as in the film.
 """
 
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ class Day:
     Attributes:
         towards: [K, 3] unit vectors toward the sun, world axes, evenly spread over the day; neighbours are
             less than a right angle apart.
-        shifts: name of a coat -> [K, N, 3] what each sun adds to the colours of its strokes, RGB.
+        shifts: coat name -> [K, N, 3] RGB added to the strokes' colours under each sun.
     """
 
     towards: F64
@@ -36,7 +36,7 @@ class Day:
 
         Args:
             painting: with coats of these names.
-            share: of the day that has passed, 0 to 1.
+            share: elapsed share of the day, 0 to 1.
         """
         place = min(max(share, 0.0), 1.0) * (len(self.towards) - 1)
         before = min(int(place), len(self.towards) - 2)

@@ -1,8 +1,8 @@
-"""Every stroke in every pixel: samples that, laid over each other front to back, are the picture.
+"""Deep samples: all strokes of each pixel, which composited front to back give the picture.
 
-A fragment of weight w, in front of which all weigh W, becomes a sample of alpha w / (1 - W). Its colour is
-that of the stroke, through the glazes above it, in the light that falls on the pixel: light is affine in
-colour, so each stroke can be lit alone.
+A fragment of weight w behind a total weight W becomes a sample of alpha w / (1 - W). Its colour is that of
+the stroke under the glazes above it and the light on the pixel; light is affine in colour, so each stroke can
+be lit alone.
 """
 
 from dataclasses import dataclass
@@ -21,12 +21,12 @@ from brushgs.values.layers import DeepSamples
 if TYPE_CHECKING:
     from brushgs.rendering.light import Lamp
 
-BEHIND = 1.01  # the depth of the ground, in that of the farthest stroke
+BEHIND = 1.01  # depth of the ground over that of the farthest stroke
 
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """What lies behind all strokes: the ground, or what glazes do to whatever it will be.
+    """The layer behind all strokes: the ground, or glazes without a ground.
 
     Attributes:
         rgb: [H, W, 3] premultiplied.
@@ -43,7 +43,7 @@ class Rest:
 
     @classmethod
     def glazes(cls, tint: Array) -> "Rest":
-        """Glazes on nothing: as much colour and alpha as look the same on white."""
+        """Glazes without a ground: colour and alpha that look the same on white."""
         darkest = tint.min(axis=2)
         return cls(tint - darkest[..., None], 1 - darkest)
 
@@ -62,7 +62,7 @@ class Lighting:
 
     @classmethod
     def of(cls, height: Array, lamp: "Lamp", blur: float) -> "Lighting":
-        """That of a lamp on paint of this height, see `light`."""
+        """The lighting of a lamp on paint of this height, see `light`."""
         from brushgs.rendering.light import light
 
         black = np.zeros((*height.shape, 3), height.dtype)
@@ -72,11 +72,11 @@ class Lighting:
 
 
 class DeepMaker:
-    """Collects samples, some rows of pixels at a time.
+    """Collects samples, a band of rows at a time.
 
     Args:
         marks: of the view.
-        rest: what lies behind the strokes; None for nothing.
+        rest: the layer behind the strokes, or None.
         lighting: None for none.
     """
 
@@ -99,7 +99,7 @@ class DeepMaker:
         self._parts: list[tuple[NDArray[Any], ...]] = []
 
     def add(self, rows: slice, fragments: Fragments) -> None:
-        """Take what rows of the picture are made of, in their order."""
+        """Add the fragments of the next band of rows."""
 
         def part(plane: Array | None, *shape: int) -> Array | None:
             return (

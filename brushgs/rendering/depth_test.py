@@ -1,7 +1,7 @@
-"""A depth test: boxes fade out behind a limit that each pixel sets.
+"""Depth test: boxes fade out behind a depth limit of each pixel.
 
-Transparent paint covers nothing, so what lies on the far side of a subject would show through its near side.
-Tested against the depth of the plain picture, only the near side is painted.
+Transparent paint hides nothing, so the far side of a subject would show through. Tested against the depth of
+the plain picture, only the near side is painted.
 """
 
 from dataclasses import dataclass
@@ -14,27 +14,26 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 
-# From this alpha on a plain picture has a surface that hides what lies behind. Less is fog and the rims of a
-# subject, whose depth is a mean of near and far.
+# Alpha above which a plain picture has an occluding surface. Below lie fog and rims, whose depth mixes near
+# and far.
 SOLID = 0.15
-SIZES = 1.6  # of a stroke: how far behind the surface it may lie; most centres lie within 1
+SIZES = 1.6  # tolerance behind the surface, in stroke sizes; most centres lie within 1
 
 
 @dataclass(frozen=True, eq=False)
 class DepthTest:
-    """How far back boxes are seen, and how softly they end there.
+    """Depth limit per pixel, and tolerance per box.
 
-    The alpha of box i at a pixel is multiplied by s(x) = x^2 (3 - 2 x), where x is (limit + tolerance_i -
-    depth_i) / (tolerance_i / 2) clipped to 0 to 1: all of it is left where the box lies at most half its
-    tolerance behind the limit, nothing where it lies its tolerance behind. Without tolerance it ends at the
-    limit.
+    The alpha of box i at a pixel is multiplied by s(x) = x^2 (3 - 2 x), x = (limit + tolerance_i - depth_i) /
+    (tolerance_i / 2) clipped to 0 to 1: unchanged up to half the tolerance behind the limit, 0 from the full
+    tolerance on. With tolerance 0, boxes end at the limit.
 
     Attributes:
-        limit: [H, W] depth, world units; infinite where boxes are seen all the way.
+        limit: [H, W] depth, world units; infinite for no limit.
         tolerance: [M] world units, >= 0, of each box.
 
     Raises:
-        TypeError: if a column is no array.
+        TypeError: if a column is not an array.
         ValueError: if a shape is wrong, a limit is NaN, or a tolerance is negative, NaN or infinite.
     """
 
@@ -52,14 +51,14 @@ class DepthTest:
     def by_picture(
         cls, plain: Frame, boxes: Boxes, strokes: Gaussians, *, sizes: float = SIZES
     ) -> "DepthTest":
-        """That of the surface which a plain picture shows.
+        """A test against the surface of a plain picture.
 
         Args:
-            plain: the plain picture of the scene in the view of the boxes, with depth. Where its alpha is at
-                most `SOLID` there is no limit.
+            plain: plain picture of the scene in the view of the boxes, with depth; no limit where its alpha
+                is at most `SOLID`.
             boxes: M boxes.
-            strokes: what the boxes are the boxes of.
-            sizes: tolerance in sizes of a stroke, the geometric mean of its two larger standard deviations.
+            strokes: the strokes of the boxes.
+            sizes: tolerance in stroke sizes, the geometric mean of its two larger standard deviations.
 
         Raises:
             ValueError: if the picture has no depth.
@@ -74,7 +73,7 @@ class DepthTest:
 def depth_test_arguments(
     where: str, boxes: Boxes, test: DepthTest | None, height: int, width: int
 ) -> dict[str, Any]:
-    """What the core takes of a depth test; nothing where there is none.
+    """Arguments of the core for a depth test; empty without one.
 
     Raises:
         TypeError: if `test` is neither None nor `DepthTest`.
@@ -93,11 +92,11 @@ def depth_test_arguments(
                 f"{where}: {name} of in_front_of must have shape {list(expected)}, got {list(actual)}"
             )
     dtype = boxes.depths.dtype
-    # In float64, and in units of the world whatever the soft order needs: only differences of depths count.
+    # In float64 and world units, independent of the unit of the soft order: only depth differences count.
     tolerance = test.tolerance.astype(np.float64)
     ends = boxes.depths.astype(np.float64) - tolerance
     steepness = 2 / np.maximum(tolerance, 4 * float(np.finfo(dtype).tiny))
-    with np.errstate(over="ignore"):  # beyond what the dtype can say is infinite
+    with np.errstate(over="ignore"):  # overflow becomes infinity
         fades = np.stack([ends, steepness], axis=1).astype(dtype)
         limits = np.ascontiguousarray(test.limit, dtype=dtype)
     return {"limits": limits, "fades": fades}

@@ -1,6 +1,6 @@
-"""Boxes fade by how they face the camera: lines of silhouettes, which move over the surface as it turns.
+"""Fade boxes by their orientation to the camera.
 
-Or they are one-sided: what is seen from behind, as a table from below, fades.
+Silhouette lines show only edge-on; one-sided strokes, such as those of a table, fade when seen from behind.
 """
 
 from dataclasses import replace
@@ -13,10 +13,10 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
-# Sines of the angles beside a silhouette at which its line begins to fade and is gone. A line of something
-# round then lies 0.8 and 4 % of the radius inside the new silhouette.
+# Sines of the angles from edge-on at which a silhouette line starts to fade and is gone. On a round object it
+# then lies 0.8 and 4 % of the radius inside the new silhouette.
 BOUNDS = (0.105, 0.21)
-BEHIND = (0.0, 0.087)  # the same of one-sided strokes, of the angle behind their plane: 5 degrees
+BEHIND = (0.0, 0.087)  # the same for one-sided strokes, for the angle behind their plane: 5 degrees
 
 
 def facing(points: NDArray[np.floating], normals: NDArray[np.floating], camera: Camera) -> F64:
@@ -24,14 +24,14 @@ def facing(points: NDArray[np.floating], normals: NDArray[np.floating], camera: 
 
     Args:
         points: [P, 3] world units.
-        normals: [P, 3] of the surface there; one shorter than 1 counts the less, 0 is always 0.
+        normals: [P, 3] of the surface; shorter vectors lower the result, zero vectors give 0.
         camera: the view.
     """
     return np.abs(_sines(points, normals, camera))
 
 
 def _sines(points: NDArray[np.floating], normals: NDArray[np.floating], camera: Camera) -> F64:
-    """`facing` with its sign: above 0 where a surface is seen from behind."""
+    """`facing` with sign: > 0 for surfaces seen from behind."""
     rays = points - camera.position
     lengths = np.maximum(np.linalg.norm(rays, axis=1), 1e-300)
     return np.asarray((rays * normals).sum(axis=1) / lengths, np.float64)
@@ -45,14 +45,14 @@ def fade_by_facing(
     *,
     is_one_sided: bool = False,
 ) -> Boxes:
-    """Boxes whose opacity falls smoothly to 0 as their surface turns to the camera, or its back does.
+    """Fade boxes smoothly as their surface turns toward the camera or, one-sided, away from it.
 
     Args:
-        boxes: M, of these strokes.
+        boxes: M boxes of these strokes.
         camera: the view.
-        strokes: N.
-        normals: [N, 3] of the surface each lies on, at most of length 1; 0 for strokes that never fade.
-        is_one_sided: whether only the side that is seen from behind the plane fades.
+        strokes: N strokes.
+        normals: [N, 3] of their surface, length at most 1; 0 for strokes that never fade.
+        is_one_sided: fade strokes seen from behind instead.
 
     Raises:
         ValueError: if there is not one normal for each stroke.
@@ -71,7 +71,7 @@ def facing_shares(
     *,
     is_one_sided: bool = False,
 ) -> F64:
-    """[P] share of the opacity that is left of strokes at points [P, 3] with normals [P, 3]."""
+    """[P] factors on the opacity of strokes at points [P, 3] with normals [P, 3]."""
     sines = (_sines if is_one_sided else facing)(points, normals, camera)
     low, high = BEHIND if is_one_sided else BOUNDS
     return np.asarray(1 - smoothstep((sines - low) / (high - low)))

@@ -1,7 +1,7 @@
-"""Fragments: what pixels are made of, a stroke or its underpaint each, front to back, with their weights.
+"""Fragments of pixels: strokes or underpaint, front to back, with blending weights.
 
-The weight of a fragment is what it counts in the colour of its pixel; the sum of weights is alpha. They are
-found anew by the rasteriser's own arithmetic, some rows of a picture at a time, for a picture has many.
+The weight of a fragment is its share of the pixel's colour; the weights of a pixel sum to alpha. Fragments
+are recomputed by the rasteriser's arithmetic, a band of rows at a time, to limit memory.
 """
 
 from collections.abc import Sequence
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
     from brushgs.values.boxes import Boxes
     from brushgs.values.camera import Camera
 
-TILE_HEIGHT: int = _core.TILE_HEIGHT  # rows of pixels; fragments are found in whole tiles
+TILE_HEIGHT: int = _core.TILE_HEIGHT  # rows; fragments are computed for whole tiles
 
 
 @dataclass(frozen=True, eq=False)
 class Shares:
-    """What each pixel is covered by, most first.
+    """Coverage of pixels by key, largest first.
 
     Attributes:
         starts: [P + 1] int64: pixel i has the entries starts[i] to starts[i + 1] - 1.
         keys: [n] int32.
-        weights: [n] how much each covers.
+        weights: [n] coverage by each.
     """
 
     starts: NDArray[np.int64]  # [P + 1]
@@ -47,9 +47,9 @@ class Fragments:
 
     Attributes:
         starts: [P + 1] int64: pixel i has the fragments starts[i] to starts[i + 1] - 1.
-        marks: [F] int32, the box of each, or its row in a table of several sets of boxes.
-        weights: [F] of its colour in that of the pixel.
-        shades: [F] by which streaks multiply its colour.
+        marks: [F] int32, box of each fragment, or its row in a joint table of several sets of boxes.
+        weights: [F] weight of its colour in the pixel.
+        shades: [F] factor of streaks on its colour.
         is_underpaint: [F] uint8, 0 or 1.
     """
 
@@ -68,7 +68,7 @@ class Fragments:
         return len(self.starts) - 1
 
     def scaled(self, scales: Array) -> "Fragments":
-        """The same, the weights of each pixel times its scale, [P]; without those that weigh nothing."""
+        """Weights scaled by a factor per pixel [P]; fragments of weight 0 are dropped."""
         of_each = np.repeat(scales.astype(self.weights.dtype, copy=False), np.diff(self.starts))
         weights = self.weights * of_each
         left = np.flatnonzero(weights > 0)
@@ -76,7 +76,7 @@ class Fragments:
         return Fragments(starts, self.marks[left], weights[left], self.shades[left], self.is_underpaint[left])
 
     def sums(self, values: Array, num_threads: int | None = None) -> Array:
-        """[P, C] the sum over the fragments of each pixel of weight x value of its mark, [marks, C]."""
+        """[P, C] sums over the fragments of each pixel of weight x value of the mark, values [marks, C]."""
         sums = np.empty((self.num_pixels, values.shape[1]), self.weights.dtype)
         _core.sum_fragments(
             **self._weighted(),
@@ -87,9 +87,9 @@ class Fragments:
         return sums
 
     def shares(self, keys: NDArray[np.int32], least: float, num_threads: int | None = None) -> Shares:
-        """The sums of weights in each pixel by the keys [marks] of their marks, largest first, ties by key.
+        """Sums of weights per pixel and key ([marks] keys), largest first, ties by key.
 
-        The last of a pixel are left out while they cover less than `least` of it together, but for the first.
+        The last entries of a pixel are dropped while they cover less than `least` together; the first stays.
         """
         threads = num_threads_or_default(num_threads)
         return Shares(*_core.share_fragments(**self._weighted(), keys=keys, least=least, num_threads=threads))
@@ -99,13 +99,13 @@ class Fragments:
 
 
 def no_fragments(num_pixels: int, dtype: np.dtype[Any]) -> Fragments:
-    """Pixels without any."""
+    """Pixels without fragments."""
     starts, none = np.zeros(num_pixels + 1, np.int64), np.empty(0, dtype)
     return Fragments(starts, np.empty(0, np.int32), none, none, np.empty(0, np.uint8))
 
 
 def stacked(parts: Sequence[Fragments]) -> Fragments:
-    """Fragments of the same pixels behind each other, those of the first in front."""
+    """Stack fragments of the same pixels, the first part in front."""
     counts = [np.diff(part.starts) for part in parts]
     starts = np.concatenate([np.zeros(1, np.int64), np.cumsum(sum(counts))])
     total = int(starts[-1])
@@ -123,10 +123,10 @@ def stacked(parts: Sequence[Fragments]) -> Fragments:
 
 
 class FragmentFinder:
-    """Finds the fragments of boxes that are painted by `rasterize_with`, some rows of the picture at a time.
+    """Computes the fragments of boxes as painted by `rasterize_with`, a band of rows at a time.
 
     Args:
-        boxes: what is painted; paint that covers.
+        boxes: boxes of covering paint.
         camera: gives the size.
         texture: see `rasterize`.
         options: see `rasterize_with`.

@@ -1,7 +1,6 @@
-"""Glazes: transparent paint, which tints what lies behind it and covers nothing.
+"""Glazes: transparent paint that tints without covering.
 
-A glaze is a filter: of the light from behind, a box lets the share colour^alpha of each channel through. So
-where many overlap their shares multiply, and which lies in front plays no part.
+A glaze is a filter: a box transmits colour^alpha of each channel. Overlapping glazes multiply, in any order.
 """
 
 from typing import get_args
@@ -13,11 +12,11 @@ from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.arrays import Array
 from brushgs.values.boxes import Boxes
 
-DARKEST = 0.02  # of a channel: no pigment swallows all light, and a product with 0 would stay 0
+DARKEST = 0.02  # of a channel: no pigment absorbs all light, and a product with 0 would stay 0
 
 
 def check_glaze(where: str, blend: str, underpaint: Underpaint | None, streaks: float) -> None:
-    """Raise ValueError if the blend is unknown, or a glaze is to have what only paint that covers has."""
+    """Raise ValueError if the blend is unknown, or a glaze has underpaint or streaks."""
     if blend not in get_args(Blend):
         raise ValueError(f"{where}: blend must be one of {', '.join(get_args(Blend))}, got {blend!r}")
     if blend == "glaze" and underpaint is not None:
@@ -29,10 +28,10 @@ def check_glaze(where: str, blend: str, underpaint: Underpaint | None, streaks: 
 
 
 def pigments(colors: Array) -> Array:
-    """The share of each channel that full paint lets through, `DARKEST` to 1, of colours of any shape."""
+    """Transmittance of full paint per channel, `DARKEST` to 1, for colours of any shape."""
     return np.asarray(np.clip(colors, DARKEST, 1))
 
 
 def glaze_colors(boxes: Boxes) -> Array:
-    """[M, 3] the colours of boxes as the core takes them for a glaze: logarithms to base 2."""
+    """[M, 3] colours of boxes for glazes in the core: logarithms to base 2."""
     return np.log2(pigments(boxes.colors))

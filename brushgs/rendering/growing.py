@@ -1,8 +1,7 @@
-"""A painting that comes into being: each stroke has a time at which it comes, and some are painted over.
+"""Growing paintings: each stroke has a time of appearance, and some strokes are later painted over.
 
-Time runs from 0, the bare ground, to 1, the finished painting. Times belong to the strokes, so a frame of a
-growing painting is a frame like any other, of strokes with other opacities: depth, brushes, relief and light
-are those of the finished one.
+Time runs from 0 (bare ground) to 1 (finished painting). A frame of a growing painting is an ordinary frame
+with other stroke opacities; depth, brushes, relief and light are those of the finished painting.
 """
 
 from collections.abc import Iterable
@@ -17,13 +16,13 @@ from brushgs.values.arrays import F64
 
 @dataclass(frozen=True, eq=False)
 class GrowingCoat:
-    """A coat whose strokes come one after the other.
+    """A coat whose strokes appear one after the other.
 
     Attributes:
-        coat: the strokes of the finished coat, then those that they are painted over.
-        comes: [N] when each begins to come, 0 to 1; infinite for one that is never seen.
-        leaves: [N] when what it gives way to begins to come; infinite for the strokes of the finished coat.
-        laid: [N] how many strokes of the painting were laid before it, as a share of all.
+        coat: the strokes of the finished coat, then the earlier ones that they paint over.
+        comes: [N] time at which each starts to appear, 0 to 1; infinite if never.
+        leaves: [N] time at which its replacement starts to appear; infinite for strokes of the finished coat.
+        laid: [N] share of the painting's strokes laid before it.
     """
 
     coat: Coat
@@ -32,16 +31,16 @@ class GrowingCoat:
     laid: F64
 
     def at(self, time: float, fade: float) -> Coat | None:
-        """The coat at a time, in which strokes come within `fade`; None where it is not begun."""
+        """The coat at a time; strokes fade in over `fade`. None before its first stroke."""
         begins = (1 - 2 * fade) * self.comes
         shares = np.clip((time - begins) / fade, 0, 1)
         leaving = np.isfinite(self.leaves)
-        ends = (1 - 2 * fade) * self.leaves[leaving] + fade  # what it gives way to has come
+        ends = (1 - 2 * fade) * self.leaves[leaving] + fade  # its replacement is complete
         shares[leaving] *= np.clip((ends - time) / fade + 1, 0, 1)
         return self._shown(shares)
 
     def first(self, share: float) -> Coat | None:
-        """The coat when a share of all strokes is laid; None where it is not begun."""
+        """The coat with the first share of all strokes laid; None before its first stroke."""
         is_there = (self.laid < share) & np.isfinite(self.comes)
         time = self.comes[is_there].max(initial=-1)
         return self._shown(is_there & ~(self.leaves <= time))
@@ -50,17 +49,17 @@ class GrowingCoat:
         if not shares.any() and self.coat.plain is None:
             return None
         strokes = self.coat.strokes
-        # Rows stay, though some are invisible: the streaks of a stroke go by its row.
+        # Invisible rows stay: streaks depend on the row of a stroke.
         opacities = (strokes.opacities * shares).astype(strokes.opacities.dtype)
         return replace(self.coat, strokes=replace(strokes, opacities=opacities))
 
 
 @dataclass(frozen=True, eq=False)
 class GrowingPainting:
-    """A painting, and how it comes into being.
+    """A painting with the times of its strokes.
 
     Attributes:
-        finished: the painting.
+        finished: the finished painting.
         coats: its coats, with the times of their strokes.
     """
 
@@ -72,15 +71,15 @@ class GrowingPainting:
 
         Args:
             time: of the painting.
-            fade: the time within which a stroke comes, above 0 to 1/2; what it replaces leaves in as much
-                after that.
+            fade: fade-in time of a stroke, in (0, 1/2]; what it replaces fades out in the same time after
+                that.
         """
         if time >= 1:
             return self.finished
         return self._of(coat.at(time, fade) for coat in self.coats)
 
     def first(self, share: float) -> Painting:
-        """The painting when a share of its strokes is laid, 0 to 1; at 1 the finished one itself."""
+        """The painting with the first share of its strokes laid, 0 to 1; at 1 the finished one itself."""
         if share >= 1:
             return self.finished
         return self._of(coat.first(share) for coat in self.coats)

@@ -1,7 +1,6 @@
-"""A camera path -> the views at which directions of strokes are chosen: knots, evenly spaced along it.
+"""A camera path -> knots: evenly spaced views at which stroke directions are chosen.
 
-Where strokes move too, a clip is a path through views and moments, and knots are no further apart than a
-thirtieth of a second either.
+If strokes move too, a clip is a path through views and moments, and knots are at most 1/30 s apart.
 """
 
 from collections.abc import Sequence
@@ -17,63 +16,63 @@ from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
-# The path is sampled each time the view has changed by this much, whatever the frame rate.
+# View change from knot to knot, independent of the frame rate.
 KNOT_SPACING = radians(1.5)
-# And where strokes move, each time this much of the clip has been played, in seconds.
+# If strokes move, also the longest time from knot to knot, seconds.
 KNOT_SECONDS = 1 / 30
-# A path with more knots per frame (cuts, mostly) is sampled less often.
+# Limit of knots per frame; only paths with cuts reach it.
 MOST_KNOTS_A_FRAME = 16
-# Where frames mostly lie further apart, they alone are the knots: what turns evenly from knot to knot would
-# spin in several frames.
+# If frames are mostly further apart, they are the knots: even turns from knot to knot would spin over several
+# frames.
 COARSE_STEP = radians(3.5)
 MOST_TURN = radians(14.6)  # from frame to frame; a spin begins at 15 degrees
-# Frames further apart are too few to spend half a turn without a spin: there strokes may turn twice as far.
+# Wider steps leave too few frames for half a turn without a spin: strokes may turn twice as far.
 WIDE_STEP, MOST_WIDE_TURN = radians(12.4), radians(29)
-# Of the area of a box, at most, for being off its axis: from knot to knot, and from frame to frame; 1.2 is a
-# visible pop. The less, the longer a box stays larger than its ellipse, and the more its sides move while it
-# turns: these are kinks. With 1.17 a knot strokes that are seen edge-on for a moment pop.
+# Largest growth of a box's area off its axis, per knot and per frame; 1.2 is a visible pop. Lower limits keep
+# a box larger than its ellipse for longer, and its sides move more while it turns (kinks). With 1.17 per
+# knot, strokes seen edge-on for a moment pop.
 KNOT_GROWTH, FRAME_GROWTH = 1.10, 1.15
-ROUNDING = 1e-9  # of a knot: a path that is longer by less needs no further knot
+ROUNDING = 1e-9  # of a knot: a smaller remainder needs no further knot
 
 
 @dataclass(frozen=True)
 class Knots:
     """Views along a path, and the positions of its frames among them.
 
-    They lie at even steps of view change, or of time where that passes faster; or are the frames themselves,
-    where these are far apart. A resting camera has one, where strokes rest too.
+    Knots lie at even steps of view change, or of time if that passes faster; or they are the frames, if these
+    are far apart. A fixed camera with still strokes has one knot.
     """
 
     viewmats: F64  # [K, 4, 4]
     Ks: F64  # [K, 3, 3]
     nears: F64  # [K]
-    spacing: float  # radians of view change, or the time it stands for; a typical one where knots are frames
+    spacing: float  # radians of view change, or its equivalent in time; typical value if knots are frames
     is_closed: bool
-    is_coarse: bool  # whether they are the frames
+    is_coarse: bool  # whether knots are the frames
     positions: F64  # [F]
-    among_frames: F64  # [K] where the knots lie among the frames, 0 to F - 1
+    among_frames: F64  # [K] positions of knots among the frames, 0 to F - 1
 
     @property
     def knots_a_frame(self) -> float:
-        """How many knots a frame moves on by, 1 or more; cuts, of which there are few, do not count."""
+        """Knots per frame, >= 1; the 95 % quantile, so that a few cuts do not count."""
         steps = np.diff(self.positions)
         return max(1.0, float(np.quantile(steps[steps > 0], 0.95))) if steps.any() else 1.0
 
     @property
     def most_turn(self) -> float:
-        """Radians that a stroke may turn by from knot to knot."""
+        """Largest turn of a stroke from knot to knot, radians."""
         is_wide = self.is_coarse and self.spacing > WIDE_STEP
         return MOST_WIDE_TURN if is_wide else MOST_TURN / self.knots_a_frame
 
     @property
     def growth(self) -> float:
-        """Factor that the area of a box may grow by from knot to knot."""
+        """Largest growth factor of a box's area from knot to knot."""
         return float(
             min(KNOT_GROWTH ** (self.spacing / KNOT_SPACING), FRAME_GROWTH ** (1 / self.knots_a_frame))
         )
 
     def core_arguments(self, width: int, height: int) -> dict[str, Any]:
-        """What `_core.track_directions` takes of them, for a picture of this size in pixels."""
+        """Arguments for `_core.track_directions`, for a picture of this size in pixels."""
         size = {"width": int(width), "height": int(height)}
         views = zip(self.viewmats, self.Ks, self.nears, strict=True)
         return {
@@ -102,14 +101,13 @@ def knots_of(
         cameras: the F views in order, all of one size.
         middle: of the scene, see `middle_and_reach`.
         reach: of the scene, see `middle_and_reach`.
-        seconds: [F - 1] for which strokes move from each frame to the next; None where they all rest.
-        ends_meet: whether strokes are at the last frame where they are at the first: closed is a path of
-            which the cameras meet as well.
+        seconds: [F - 1] scene time between frames; None if no stroke moves.
+        ends_meet: whether strokes end where they began; a path is closed if its cameras do too.
     """
     viewmats = np.stack([camera.viewmat for camera in cameras])
     lens = lenses(cameras)
     eyes = np.stack([camera.position for camera in cameras])
-    # A camera near the middle of the scene has most of it around itself, at about this distance.
+    # A camera near the middle of the scene is surrounded by it at about this distance.
     distances = np.maximum(np.linalg.norm(eyes - middle, axis=1), reach)
     changes = view_changes(viewmats[:-1], viewmats[1:], np.minimum(distances[:-1], distances[1:]))
     typical = float(np.median(changes[changes > 0])) if (changes > 0).any() else 0.0
@@ -118,7 +116,7 @@ def knots_of(
     ways = np.concatenate([[0.0], np.cumsum(changes)])
     is_closed = bool(ways[-1] > 0 and ends_meet and ends_where_it_begins(cameras, reach))
     if typical > COARSE_STEP * (1 + ROUNDING):
-        is_moved = np.concatenate([[True], changes > 0])  # where nothing moves, no stroke turns
+        is_moved = np.concatenate([[True], changes > 0])  # without motion, no stroke turns
         nears = np.array([camera.near for camera in cameras])[is_moved]
         Ks = np.stack([camera.K for camera in cameras])[is_moved]
         positions = np.cumsum(is_moved) - 1.0
@@ -158,7 +156,7 @@ def knots_of(
 
 
 def middle_and_reach(gaussians: Gaussians) -> tuple[F64, float]:
-    """Middle of the strokes, and the distance within which half of them lie; robust against far outliers."""
+    """Middle of the strokes, and the radius that contains half of them; robust against far outliers."""
     if len(gaussians) == 0:
         return np.zeros(3), 1.0
     means = gaussians.means.astype(np.float64)  # sums of the largest float32 leave its range
@@ -169,7 +167,7 @@ def middle_and_reach(gaussians: Gaussians) -> tuple[F64, float]:
 
 
 def is_closed(gaussians: Gaussians, cameras: Sequence[Camera]) -> bool:
-    """Whether tracking takes a path as closed: it has three views or more, and ends with the first."""
+    """Whether tracking treats a path as closed: three or more views, the last equal to the first."""
     return ends_where_it_begins(cameras, middle_and_reach(gaussians)[1])
 
 

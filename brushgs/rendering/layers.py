@@ -1,4 +1,4 @@
-"""A painted view and what made it -> the layers that were asked for, and the samples of a deep picture."""
+"""A painted view with its inputs -> requested layers, and deep samples."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PaintedView:
-    """What layers are made of.
+    """The inputs of layers.
 
     Attributes:
         camera: the view.
-        laid: its coats, the first laid first.
+        laid: its coats, in the order of laying.
         frame: the picture.
         unlit: the picture without the lamp.
-        coverage: [H, W] alpha of what is painted.
-        rest: what lies behind the strokes; None for nothing.
-        is_opaque: whether that is a ground through which nothing shines.
-        lighting: None where there is no lamp.
+        coverage: [H, W] alpha of the paint.
+        rest: the layer behind the strokes, or None.
+        is_opaque: whether `rest` is an opaque ground.
+        lighting: None without a lamp.
         region_names: of the rules of the scene, in order.
     """
 
@@ -49,14 +49,14 @@ class PaintedView:
 
 
 class Maker(Protocol):
-    """Collects what is wanted, some rows of pixels at a time."""
+    """Collects a layer, a band of rows at a time."""
 
     def add(self, rows: slice, fragments: Fragments) -> None:
-        """Take what rows of the picture are made of, in their order."""
+        """Add the fragments of the next band of rows."""
 
 
 def with_layers(view: PaintedView, wanted: "Wanted") -> Frame:
-    """The frame of a view with what is wanted; a layer that it cannot have is left out."""
+    """The frame with the requested layers; layers that it cannot have are left out."""
     frame, layers = view.frame, _picture_layers(view, wanted)
     if not wanted.needs_strokes:
         return replace(frame, layers=layers)
@@ -78,7 +78,7 @@ def with_layers(view: PaintedView, wanted: "Wanted") -> Frame:
 
 
 def _picture_layers(view: PaintedView, wanted: "Wanted") -> dict[str, Layer]:
-    """Those that painting made beside the picture."""
+    """Layers that come with the picture: no strokes needed."""
     frame, layers = view.frame, dict[str, Layer](paint=view.coverage)
     for name, plane in (("depth", frame.depth), ("height", frame.height)):
         if name in wanted.layers and plane is not None:
@@ -102,7 +102,7 @@ def _mattes(view: PaintedView, marks: Marks, wanted: "Wanted") -> dict[str, Matt
 
 
 class NormalMaker:
-    """The directions that the planes of strokes face: their mean, by what each shows, of length 1.
+    """Normals of stroke planes: their weighted mean, normalized.
 
     Attributes:
         normals: [H, W, 3] in camera axes; 0 where nothing is painted.
@@ -117,7 +117,7 @@ class NormalMaker:
         self.normals = np.zeros((camera.height, camera.width, 3), marks.dtype)
 
     def add(self, rows: slice, fragments: Fragments) -> None:
-        """Take what rows of the picture are made of, in their order."""
+        """Add the fragments of the next band of rows."""
         sums = fragments.sums(self._of_marks, self._marks.num_threads)
         lengths = np.sqrt(np.einsum("pc,pc->p", sums, sums))[:, None]
         unit = np.divide(sums, lengths, out=np.zeros_like(sums), where=lengths > 0)
@@ -138,10 +138,10 @@ def normals_of(laid: LaidCoat, camera: "Camera") -> Array:
 
 
 class PlaceMaker:
-    """Where the paint of pixels lies on its stroke, and where it goes.
+    """Position of a pixel's paint on its stroke, and its motion.
 
     Attributes:
-        planes: [H, W, 2] each: "uv", 0 to 1, and "motion", pixels; those that are wanted.
+        planes: the requested ones of "uv" [H, W, 2], 0 to 1, and "motion" [H, W, 2], pixels.
     """
 
     def __init__(self, marks: Marks, following: "Following | None", *, has_uv: bool) -> None:
@@ -154,7 +154,7 @@ class PlaceMaker:
         self.planes: dict[str, Layer] = {name: np.zeros(shape, marks.dtype) for name in self._maps}
 
     def add(self, rows: slice, fragments: Fragments) -> None:
-        """Take what rows of the picture are made of, in their order."""
+        """Add the fragments of the next band of rows."""
         shown = dominant_marks(fragments, len(self._marks), self._marks.num_threads)
         for name, maps in self._maps.items():
             plane = self.planes[name]

@@ -1,7 +1,7 @@
-"""A picture and its height -> the picture in the light of a lamp: ridges of paint shine and cast a shade.
+"""A picture and its height -> the picture lit by a lamp, with shaded ridges of paint and highlights.
 
-The lamp stands with the canvas, or in the scene, where every view sees it from elsewhere. Where the height is
-flat no bit of the picture changes.
+The lamp is fixed to the canvas, or stands in the scene, where its direction depends on the view. Pixels of
+flat height do not change by a bit.
 """
 
 from dataclasses import dataclass, replace
@@ -16,30 +16,30 @@ from brushgs.rendering.relief import canvas_scale
 from brushgs.values.arrays import F64, Array, check
 from brushgs.values.camera import Camera
 
-BLUR = 0.6  # px of a picture of 1000 x 750: standard deviation; sharper, single pixels sparkle
+BLUR = 0.6  # px of a 1000 x 750 picture, standard deviation; if sharper, single pixels sparkle
 BLUR_MOVING = 3.0  # the same while the camera moves, see `Painting.is_moving`
-# From a strength of 0.9 or a gloss of 0.15 on, paint looks like plastic.
+# Above a strength of 0.9 or a gloss of 0.15, paint looks like plastic.
 STRENGTH, GLOSS, EXPONENT = 0.5, 0.06, 40
 MOST_STRENGTH = 0.85
 MOST_GLOSS = 0.14
 MOST_EXPONENT = 1000
-LEAST_RISE = sin(52 * pi / 180)  # above the canvas, of a lamp in the scene
-REACH = 3  # standard deviations that the blur reaches
+LEAST_RISE = sin(52 * pi / 180)  # sine of the least elevation of a lamp in the scene
+REACH = 3  # of the blur, standard deviations
 
 
 @dataclass(frozen=True)
 class Lamp:
-    """A lamp far away, to which the canvas is turned.
+    """A distant lamp.
 
     Attributes:
-        azimuth: where it stands beside the canvas, radians from +x (right) towards +y (down): the default is
-            upper left.
-        elevation: above the canvas, radians, above 0 to pi / 2.
-        strength: how much lighter and darker than its colour paint gets, 0 to 1; see `of_relief`.
-        gloss: brightness of the mirrored lamp, 0 to 1.
-        exponent: how small its highlights are, 1 to 1000.
-        towards: unit vector toward a lamp that stands in the scene, world axes: then azimuth and elevation
-            are those that a view gives it, see `seen_by`. None for one that stands with the canvas.
+        azimuth: direction on the canvas, radians from +x (right) towards +y (down); the default is upper
+            left.
+        elevation: above the canvas, radians, in (0, pi / 2].
+        strength: contrast of shading, 0 to 1; see `at_relief`.
+        gloss: brightness of highlights, 0 to 1.
+        exponent: specular exponent, 1 to 1000; higher gives smaller highlights.
+        towards: unit vector toward a lamp in the scene, world axes; the view then decides azimuth and
+            elevation, see `seen_by`. None for a lamp fixed to the canvas.
 
     Raises:
         TypeError: if `exponent` is not an integer.
@@ -67,9 +67,9 @@ class Lamp:
             raise ValueError(f"Lamp: exponent must be in 1 to {MOST_EXPONENT}, got {self.exponent}")
 
     def at_relief(self, relief: float) -> "Lamp":
-        """The same lamp, its strength for a relief of 0 (none) to 1 (just below what looks like plastic).
+        """The lamp with the strength for a relief of 0 (none) to 1 (just below a plastic look).
 
-        0.59 is the default strength.
+        0.59 gives the default strength.
 
         Raises:
             ValueError: if `relief` is out of range.
@@ -79,11 +79,11 @@ class Lamp:
         return replace(self, strength=MOST_STRENGTH * relief)
 
     def seen_by(self, camera: Camera) -> "Lamp":
-        """The lamp as it shines on the canvas of a view; one that stands with the canvas as it is.
+        """The lamp relative to the canvas of a view; a lamp fixed to the canvas is unchanged.
 
-        It never shines flatter than `LEAST_RISE` above the canvas, nor from behind: paint lit from the side
-        looks like plaster. So it moves without a jump as the camera turns, and where it stands right before
-        or behind the picture no ridge casts a shade.
+        It never shines from behind, nor flatter than `LEAST_RISE`: paint lit from the side looks like
+        plaster. It moves continuously as the camera turns; right in front of or behind the picture, ridges
+        have no shade.
         """
         if self.towards is None:
             return self
@@ -99,7 +99,7 @@ class Lamp:
 
     @property
     def half_way(self) -> F64:
-        """[3] unit vector half way between the lamp and the eye, in which the lamp is mirrored."""
+        """[3] half vector between lamp and eye, for highlights."""
         x, y, z = self.direction
         length = sqrt(x * x + y * y + (z + 1) ** 2)
         return np.array([x, y, z + 1]) / length
@@ -115,25 +115,25 @@ def light(
     num_threads: int | None = None,
     out: Array | None = None,
 ) -> Array:
-    """Shine a lamp on a picture.
+    """Light a picture with a lamp.
 
-    With n the unit normal of the height, blurred a little, L the direction to the lamp and H the one half way
+    With n the unit normal of the slightly blurred height, L the direction to the lamp and H the half vector
     to the eye: rgb x (1 + strength x (clip(n . L / L_z, 0, 2) - 1)) + gloss x clip((n . H)^exponent -
-    H_z^exponent, 0, 1). Slopes are central differences; beyond its border the picture goes on as at the
-    border. Highlights may exceed 1. Source: Hertzmann 2002, Fast Paint Texture; highlights: Blinn 1977.
-    Defined by `rendering/reference.py`.
+    H_z^exponent, 0, 1). Slopes are central differences; the border of the picture is extended. Highlights may
+    exceed 1.
+    Source: Hertzmann 2002, Fast Paint Texture; highlights: Blinn 1977. Defined by `rendering/reference.py`.
 
     Args:
         rgb: [H, W, 3] colours, display-encoded, float32 or float64.
         height: [H, W] pixels, like `Frame.height`, in the same dtype.
         lamp: None takes `Lamp()`.
-        alpha: [H, W] of premultiplied colours: what is not painted does not shine. None: all is opaque.
+        alpha: [H, W] of premultiplied colours, scales highlights; None: opaque.
         blur: standard deviation of the blur of the height, px of a picture of 1000 x 750, 0 to 10.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
-        out: [H, W, 3] contiguous array that takes the picture, such as `rgb` itself; None for a new one.
+        out: [H, W, 3] contiguous output array, such as `rgb` itself; None for a new one.
 
     Returns:
-        [H, W, 3] in the dtype of `rgb`, `out` if that is given. Where the height is flat, the bits of `rgb`.
+        [H, W, 3] in the dtype of `rgb`; `out` if given. Pixels of flat height equal `rgb` bit for bit.
 
     Raises:
         TypeError: if arrays have other dtypes.
@@ -179,7 +179,7 @@ def light(
 
 
 def blur_taps(blur: float, width: int, height: int) -> F64:
-    """[2 r + 1] weights of the blur of the height of a picture of this size, along either axis.
+    """[2 r + 1] weights of the height blur along either axis, for a picture of this size.
 
     Raises:
         ValueError: if `blur` is out of range.

@@ -1,8 +1,8 @@
-"""The marks of a view: all boxes of paint that covers, of all coats, in one table; and the pixels they make.
+"""Marks of a view: all boxes of covering paint, of all coats, in one table; and their fragments.
 
-A coat covers what was laid before it, wherever it lies: its fragments stand in front, and what is below
-counts as much as it lets through. Dry marks count as much as the paper takes of them. Glazes have no
-fragments: they tint what is below them.
+Fragments of a later coat lie in front of earlier ones, whatever their depth, and attenuate them. Weights of
+dry marks are scaled by the share that the paper takes. Glazes have no fragments: they tint what is below
+them.
 """
 
 from collections.abc import Iterator, Sequence
@@ -29,21 +29,21 @@ if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.depth_test import DepthTest
 
-MOST_FRAGMENTS = 4_000_000  # about so many are in memory at a time, 13 bytes each in float32
-FIRST_ROWS = 4 * TILE_HEIGHT  # rows at first, from which it is seen how many make so many fragments
+MOST_FRAGMENTS = 4_000_000  # approximate number in memory at a time, 13 bytes each in float32
+FIRST_ROWS = 4 * TILE_HEIGHT  # rows of the first band, to estimate the density of fragments
 
 
 @dataclass(frozen=True, eq=False)
 class LaidCoat:
-    """A coat as it was laid in one view.
+    """A coat as laid in one view.
 
     Attributes:
         coat: the coat.
         boxes: its boxes.
-        in_front_of: the depth test they passed.
-        alpha: [H, W] what it covers alone.
+        in_front_of: their depth test.
+        alpha: [H, W] its own coverage.
         share: [H, W] share of its paint that the paper takes; None for all.
-        tint: [H, W, 3] of a glaze; None for paint that covers.
+        tint: [H, W, 3] of a glaze; None for covering paint.
     """
 
     coat: "Coat"
@@ -57,27 +57,27 @@ class LaidCoat:
     def of(
         cls, coat: "Coat", boxes: Boxes, painted: Frame, taken: Frame, in_front_of: "DepthTest | None" = None
     ) -> "LaidCoat":
-        """From what it alone has painted, and what the paper takes of that."""
+        """From its own frame, and the part of it that the paper takes."""
         share = None
         if taken is not painted and coat.blend == "cover":
             share = np.divide(
                 taken.alpha, painted.alpha, out=np.zeros_like(taken.alpha), where=painted.alpha > 0
             )
-        tint = taken.rgb.copy() if coat.blend == "glaze" else None  # the canvas goes on with these arrays
+        tint = taken.rgb.copy() if coat.blend == "glaze" else None  # the canvas reuses these arrays
         return cls(coat, boxes, in_front_of, taken.alpha.copy(), share, tint)
 
     @property
     def num_rows(self) -> int:
-        """How many strokes it has, and Gaussians that are shown as they are."""
+        """Number of strokes plus plain Gaussians."""
         return len(self.coat.strokes) + (0 if self.coat.plain is None else len(self.coat.plain))
 
     @property
     def is_plain(self) -> Mask:
-        """[M] the boxes of Gaussians that are shown as they are."""
+        """[M] mask of boxes of plain Gaussians."""
         return np.asarray(self.boxes.ids >= len(self.coat.strokes))
 
     def column(self, name: str) -> NDArray[Any]:
-        """[num_rows, ...] a column of its strokes, and of what is shown as it is."""
+        """[num_rows, ...] a column of its strokes and plain Gaussians."""
         parts: list[Gaussians] = [self.coat.strokes]
         if self.coat.plain is not None:
             parts.append(self.coat.plain)
@@ -86,10 +86,10 @@ class LaidCoat:
 
 
 class Marks:
-    """All boxes that cover, those of the coat laid first first.
+    """All boxes of covering paint, in the order of coats.
 
     Args:
-        laid: all coats, the first laid first.
+        laid: all coats, in the order of laying.
         camera: the view.
         dtype: of the frame.
     """
@@ -106,28 +106,28 @@ class Marks:
 
     @property
     def num_threads(self) -> int | None:
-        """As the coats are painted."""
+        """Number of threads of the coats' options."""
         return self.all_laid[0].coat.options.num_threads if self.all_laid else None
 
     @property
     def numbers(self) -> NDArray[np.int64]:
-        """[marks] of each the number of its stroke among those of all coats, glazes included."""
+        """[marks] number of the stroke among those of all coats, including glazes."""
         return self.each(lambda i, laid: laid.boxes.ids + self.first_numbers[self.covering[i]], np.int64)
 
     @property
     def coats(self) -> Rows:
-        """[marks] the place of its coat in `laid`."""
+        """[marks] index of the coat in `laid`."""
         return np.repeat(np.arange(len(self.laid)), np.diff(self.firsts))
 
     def each(self, column_of: Any, dtype: Any, *shape: int) -> NDArray[Any]:
-        """[marks, ...] what `column_of(place, laid coat)` gives for the boxes of each coat that covers."""
+        """[marks, ...] joined results of `column_of(index, laid coat)` over the covering coats."""
         columns = [np.asarray(column_of(i, laid), dtype) for i, laid in enumerate(self.laid)]
         return np.concatenate(columns) if columns else np.empty((0, *shape), dtype)
 
     def bands(self) -> Iterator[tuple[slice, Fragments]]:
-        """The fragments of the picture, by rows of pixels: rows, and what they are made of.
+        """The fragments of the picture in bands: rows, and their fragments.
 
-        What is made of them does not depend on how many rows come at a time.
+        Results do not depend on the size of the bands.
         """
         height, finders = self.camera.height, self._finders()
         first, rows, found = 0, FIRST_ROWS, 0

@@ -1,4 +1,4 @@
-"""Mattes: how much of each pixel is which stroke, brush, region or layer of paint."""
+"""Mattes: coverage of pixels by stroke, brush, region or layer of paint."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
@@ -15,21 +15,21 @@ from brushgs.values.layers import Matte
 if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
 
-LEAST = 0.5 / 255  # of a pixel: together the ranks that are left out cover less
-SCENE = "scene"  # Gaussians that are shown as they are
+LEAST = 0.5 / 255  # of a pixel: dropped ranks together cover less
+SCENE = "scene"  # plain Gaussians
 GROUND = "ground"
 ELSEWHERE = "elsewhere"  # no region
 
-Keys = tuple[NDArray[np.int32], Sequence[str] | Callable[[int], str]]  # [marks], and the name of each key
+Keys = tuple[NDArray[np.int32], Sequence[str] | Callable[[int], str]]  # [marks] keys, and their names
 
 
 class MatteMaker:
-    """Collects a matte, some rows of pixels at a time.
+    """Collects a matte, a band of rows at a time.
 
     Args:
         marks: of the view.
-        keys: [marks] what each belongs to, and the names of these.
-        rest: what takes the rest of each pixel up to its alpha; None for a matte of strokes alone.
+        keys: [marks] item of each mark, and the items' names.
+        rest: item that takes the rest of each pixel's alpha; None for a matte of strokes alone.
         alpha: [H, W] of the picture, with `rest`.
     """
 
@@ -41,7 +41,7 @@ class MatteMaker:
         self._found: list[Shares] = []
 
     def add(self, rows: slice, fragments: Fragments) -> None:
-        """Take what rows of the picture are made of, in their order."""
+        """Add the fragments of the next band of rows."""
         self._found.append(fragments.shares(self._keys, LEAST, self._marks.num_threads))
 
     def result(self) -> Matte:
@@ -62,7 +62,7 @@ class MatteMaker:
 
 
 def _ranked(found: Sequence[Shares], row_of: NDArray[np.int32], ranks: int) -> tuple[NDArray[np.int32], F32]:
-    """[P, ranks] rows of names, -1 where nothing more is, and how much they cover."""
+    """[P, ranks] rows of names (-1 if unused) and their coverage."""
     num_pixels = sum(len(shares.starts) - 1 for shares in found)
     rows = np.full((num_pixels, ranks), -1, np.int32)
     coverage = np.zeros((num_pixels, ranks), np.float32)
@@ -80,7 +80,7 @@ def _ranked(found: Sequence[Shares], row_of: NDArray[np.int32], ranks: int) -> t
 def _with_rest(
     names: list[str], rows: NDArray[np.int32], coverage: F32, rest: str, alpha: Array
 ) -> tuple[list[str], NDArray[np.int32], F32]:
-    """Ranks [P, K] with one more thing, which covers what is left of `alpha`."""
+    """Ranks [P, K] with one more item that covers the rest of `alpha`."""
     left = np.maximum(alpha - coverage.sum(axis=1), 0).astype(np.float32)
     key = names.index(rest) if rest in names else len(names)
     names = [*names, rest] if key == len(names) else names
@@ -93,7 +93,7 @@ def _with_rest(
 
 
 def coat_names(coats: "Iterable[Coat]") -> list[str]:
-    """The name of each coat, glazes included; those that share one are numbered from 2 on."""
+    """The name of each coat, including glazes; duplicates are numbered from 2."""
     names: list[str] = []
     for coat in coats:
         name, number = coat.name, 2
@@ -104,7 +104,7 @@ def coat_names(coats: "Iterable[Coat]") -> list[str]:
 
 
 def stroke_names(coats: "Sequence[Coat]") -> list[str]:
-    """The names of all strokes of a painting as a matte has them, by their numbers, see `DeepSamples`."""
+    """Matte names of all strokes of a painting, by stroke number, see `DeepSamples`."""
     names: list[str] = []
     for name, coat in zip(coat_names(coats), coats, strict=True):
         names += [_stroke_name(name, row) for row in range(len(coat.strokes))]
@@ -121,7 +121,7 @@ def _names_of(marks: Marks) -> list[str]:
 
 
 def by_stroke(marks: Marks) -> Keys:
-    """Each stroke by its coat and its row there."""
+    """Keys by stroke: its coat and row."""
     names, firsts = _names_of(marks), marks.first_numbers
     scene = int(firsts[-1])
 
@@ -135,7 +135,7 @@ def by_stroke(marks: Marks) -> Keys:
 
 
 def by_brush(marks: Marks) -> Keys:
-    """Each brush by its name."""
+    """Keys by brush."""
     names: list[str] = [SCENE]
 
     def of_coat(_: int, laid: LaidCoat) -> NDArray[np.int32]:
@@ -149,7 +149,7 @@ def by_brush(marks: Marks) -> Keys:
 
 
 def by_region(marks: Marks, region_names: Sequence[str]) -> Keys | None:
-    """Each region by its name; None where the scene has no regions."""
+    """Keys by region; None if the scene has no regions."""
     columns = [(laid.coat.strokes.regions, laid) for laid in marks.laid]
     if all(regions is None for regions, _ in columns):
         return None
@@ -172,14 +172,14 @@ def by_region(marks: Marks, region_names: Sequence[str]) -> Keys | None:
 
 
 def by_layer(marks: Marks) -> Keys:
-    """Each coat by its name."""
+    """Keys by coat."""
     names = [*_names_of(marks), SCENE]
     coats = np.asarray(marks.covering, np.int64)[marks.coats]
     return np.where(_is_plain(marks), len(names) - 1, coats).astype(np.int32), names
 
 
 def rest_name(marks: Marks, *, is_opaque: bool) -> str | None:
-    """What takes what no paint covers: the ground, or where there is none the glazes, without shares."""
+    """Name of the item for uncovered alpha: the ground, else the glazes; None without either."""
     if is_opaque:
         return GROUND
     return next(

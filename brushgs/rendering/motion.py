@@ -1,8 +1,8 @@
-"""How strokes move: one rigid motion per stroke and moment, which all that is made of a stroke follows.
+"""Motion of strokes: one similarity transform per stroke and moment, with changes of opacity and colour.
 
-Strokes are made once, at a reference moment of each; a `StrokeMotion` then says of every stroke that moves
-where it is at each moment, which way it has turned, how much larger, more opaque and lighter it is. Marks of
-any coat have the id of the stroke that they were made of, and move with it.
+Strokes are made once, each at a reference moment. A `StrokeMotion` gives shift, turn, size, opacity and
+colour of every moving stroke at each moment. Marks of other coats have the id of the stroke they were made
+of, and follow it.
 """
 
 import tempfile
@@ -18,20 +18,20 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import normalized, quat_products, rotation_matrices
 from brushgs.values.sh import C0
 
-# What a row of a motion holds, 12 numbers: slices of its last axis.
+# The 12 numbers of a row: slices of the last axis.
 SHIFT, TURN, SIZE, OPACITY, COLOR = slice(0, 3), slice(3, 7), 7, 8, slice(9, 12)
 NUM_NUMBERS = 12
 AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-IN_MEMORY = 1 << 26  # bytes of a table; a larger one lies in a file, so that memory does not grow with time
+IN_MEMORY = 1 << 26  # bytes; larger tables are stored in a file, so that memory does not grow with duration
 
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Where strokes are at one moment.
+    """Poses of strokes at one moment.
 
     Attributes:
-        ids: [M] int32, ascending: the strokes that move.
-        pivots: [M, 3] float64: the points that they turn around, at their reference moments, world units.
+        ids: [M] int32, ascending: the moving strokes.
+        pivots: [M, 3] float64 centres of rotation at the reference moments, world units.
         numbers: [M, 12] float32: `SHIFT` of the pivot, world units; `TURN` since the reference moment, a
             quaternion w, x, y, z; `SIZE`, the logarithm of the factor of lengths; `OPACITY`, a factor >= 0;
             `COLOR`, added to RGB, display-encoded.
@@ -42,11 +42,11 @@ class Pose:
     numbers: F32
 
     def moved(self, strokes: Gaussians, *, has_color: bool = True) -> Gaussians:
-        """Strokes as they are at this moment; those that rest, or have no ids, as they were.
+        """Strokes at this moment; strokes that do not move, or have no ids, are unchanged.
 
         Args:
             strokes: at their reference moments.
-            has_color: whether they take part in changes of colour: marks in a colour of their own do not.
+            has_color: whether strokes follow colour changes; False for marks with a colour of their own.
         """
         rows, found = match(strokes, self.ids)
         if len(rows) == 0:
@@ -65,7 +65,7 @@ class Pose:
         return replace(strokes, **columns)
 
     def turned(self, strokes: Gaussians, normals: Array) -> Array:
-        """Directions [N, 3] that are fixed to strokes, at this moment."""
+        """Directions [N, 3] fixed to strokes, at this moment."""
         rows, found = match(strokes, self.ids)
         if len(rows) == 0:
             return normals
@@ -78,14 +78,14 @@ class Pose:
 
 @dataclass(frozen=True, eq=False)
 class StrokeMotion:
-    """How strokes move over a clip.
+    """Poses of strokes over a clip.
 
     Attributes:
-        times: [T] seconds, ascending: the moments at which poses are known.
+        times: [T] seconds, ascending: moments of the poses.
         ids: [M] see `Pose`.
         pivots: [M, 3] see `Pose`.
-        table: [T, M, 12] float32, see `Pose`; quaternions of consecutive moments lie in one half of the
-            sphere, so that those between are along the shorter way.
+        table: [T, M, 12] float32, see `Pose`; quaternions of consecutive moments have a dot product >= 0, so
+            that interpolation takes the shorter way.
     """
 
     times: F64
@@ -94,11 +94,11 @@ class StrokeMotion:
     table: F32
 
     def positions(self, times: F64) -> F64:
-        """[n] where times lie among the moments, 0 to T - 1."""
+        """[n] positions of times among the moments, 0 to T - 1."""
         return np.asarray(np.interp(times, self.times, np.arange(len(self.times))))
 
     def pose(self, position: float) -> Pose:
-        """Where strokes are at a moment, or between two.
+        """The pose at a moment, or between two.
 
         Args:
             position: among the moments, 0 to T - 1: 2.5 is halfway from the third to the fourth.
@@ -114,7 +114,7 @@ class StrokeMotion:
 
 
 def match(strokes: Gaussians, ids: NDArray[np.int32]) -> tuple[Rows, Rows]:
-    """The rows of strokes that move, and of each the row among the `ids` of a `StrokeMotion`."""
+    """Rows of moving strokes, and for each its row in the `ids` of a `StrokeMotion`."""
     if strokes.ids is None or len(ids) == 0:
         return np.arange(0), np.arange(0)
     found = np.minimum(np.searchsorted(ids, strokes.ids), len(ids) - 1)
@@ -123,18 +123,15 @@ def match(strokes: Gaussians, ids: NDArray[np.int32]) -> tuple[Rows, Rows]:
 
 
 def new_table(num_times: int, num_strokes: int) -> F32:
-    """A table of a `StrokeMotion` in which nothing moves."""
+    """A table of a `StrokeMotion` without motion."""
     table: F32 = zeros_over_time((num_times, num_strokes, NUM_NUMBERS), np.float32)
     table[...] = AT_REST
     return table
 
 
 def zeros_over_time(shape: tuple[int, ...], dtype: type[np.generic]) -> NDArray[Any]:
-    """An array of zeros: in memory, or if it is large in a file that goes with it.
-
-    So memory does not grow with the length of a clip.
-    """
+    """An array of zeros, in memory or, if large, in a temporary file that lives as long."""
     if prod(shape) * np.dtype(dtype).itemsize <= IN_MEMORY:
         return np.zeros(shape, dtype)
-    with tempfile.TemporaryFile() as file:  # which stays while it is mapped
+    with tempfile.TemporaryFile() as file:  # lives while it is mapped
         return np.memmap(file, dtype, "w+", shape=shape)

@@ -1,6 +1,6 @@
-"""One value for all that decides how strokes become a frame: everything but strokes, camera and texture.
+"""All options of rendering in one value: everything but strokes, camera and texture.
 
-It is resolved once, for a still or for a whole path, and handed on whole.
+It is resolved once, for a still or a whole path, and passed on as a whole.
 """
 
 from collections.abc import Iterable
@@ -27,20 +27,20 @@ from brushgs.values.gaussians import Gaussians
 
 @dataclass(frozen=True, kw_only=True)
 class RenderOptions:
-    """How strokes become a frame; `RenderOptions.of` resolves it for a texture.
+    """Options of rendering; `RenderOptions.of` resolves them for a texture.
 
     Attributes:
-        num_sigmas: half extent of a box in standard deviations, > 0; one number, or one for each brush.
-        lock: which way strokes point: "anchor" or "off", or the `Directions` of one view; "track" where
-            every frame of a path still has to take its own, see `in_direction`.
+        num_sigmas: half extent of a box in standard deviations, > 0; one number, or one per brush.
+        lock: direction of strokes: "anchor" or "off", or the `Directions` of one view; "track" as long as the
+            directions of a frame are not set, see `in_direction`.
         order: "depth" or "soft", see `project`.
         filter: see `rasterize`.
         low_pass: variance added to every projected Gaussian, px^2, >= 0.
-        fade: whether strokes fade where they would otherwise appear or vanish, see `project`.
+        fade: fade strokes that would otherwise appear or vanish, see `project`.
         depth: whether frames have a depth.
-        underpaint: what lies behind each stroke, see `rasterize`; None for nothing.
-        streaks: amplitude of the streaks along strokes, see `rasterize`.
-        relief: how high the paint lies, see `project`; frames then have a height. None for none.
+        underpaint: soft copies behind strokes, see `rasterize`; or None.
+        streaks: amplitude of streaks along strokes, see `rasterize`.
+        relief: height of the paint, see `project`; frames then have a height. None for none.
         min_transmittance: see `rasterize`.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
     """
@@ -72,10 +72,10 @@ class RenderOptions:
         A built-in kernel is drawn with lock "off", by depth, without underpaint and streaks, and never fades.
 
         Args:
-            texture: what strokes are painted with.
-            num_sigmas: None takes `texture.fitted_sigmas`, over underpaint `STROKE_REACH` times that.
+            texture: the brush or brushes.
+            num_sigmas: None takes `texture.fitted_sigmas`, with underpaint `STROKE_REACH` times that.
             underpaint: True takes that of `Underpaint.for_sigmas`.
-            **options: other fields; what is not given keeps its default.
+            **options: other fields; missing ones keep their defaults.
         """
         sigmas = texture.fitted_sigmas if num_sigmas is None else num_sigmas
         if not texture.is_directed:
@@ -92,23 +92,23 @@ class RenderOptions:
         return cls(num_sigmas=sigmas, underpaint=layer, **options)
 
     def in_direction(self, lock: ViewLock | Directions) -> "RenderOptions":
-        """The same for one view of a path, whose strokes point in these directions."""
+        """The same for one view of a path, with these directions."""
         return replace(self, lock=lock)
 
     def for_marks(self, texture: Brushes) -> "RenderOptions":
-        """The same for single marks of another texture: without underpaint and streaks."""
+        """The same for marks of another texture, without underpaint and streaks."""
         return replace(self, num_sigmas=texture.fitted_sigmas, underpaint=None, streaks=0.0)
 
     def projection_of(self, count: int, brushes: NDArray[np.uint8] | None = None) -> ProjectOptions:
-        """Those that `project` takes.
+        """Options for `project`.
 
         Args:
-            count: how many strokes there are.
-            brushes: theirs, see `Gaussians`.
+            count: number of strokes.
+            brushes: of the strokes, see `Gaussians`.
 
         Raises:
-            ValueError: if a value is out of range, `lock` is "track" (a frame needs its directions), or the
-                brush of a stroke lies beyond the set.
+            ValueError: if a value is out of range, `lock` is "track" (a frame needs its directions), or a
+                brush is beyond the set.
         """
         sigmas = self.num_sigmas
         return ProjectOptions(
@@ -126,10 +126,10 @@ class RenderOptions:
 def check_arguments(
     where: str, gaussians: object, cameras: Iterable[object], layers: object = (), **numbers: object
 ) -> None:
-    """Refuse arguments of a function that paints which are of another type.
+    """Check the types of arguments of a painting function.
 
     Raises:
-        TypeError: in one sentence, which names the argument and what it is.
+        TypeError: names the argument and its type.
     """
     if not isinstance(gaussians, Gaussians):
         cure = "; load the file first, with brushgs.load" if isinstance(gaussians, str | Path) else ""
@@ -146,7 +146,7 @@ def check_arguments(
 
 
 def project_with(gaussians: Gaussians, camera: Camera, options: RenderOptions) -> tuple[Boxes, ProjectCounts]:
-    """`project` by these options, and what was culled. Raises the same."""
+    """`project` with these options, and cull counts. Raises the same."""
     return project_by(gaussians, camera, options.projection_of(len(gaussians), gaussians.brushes))
 
 
@@ -159,7 +159,7 @@ def rasterize_with(
     blend: Blend = "cover",
     in_front_of: DepthTest | None = None,
 ) -> Frame:
-    """`rasterize` by these options, in the size of a camera. Raises the same."""
+    """`rasterize` with these options, in the size of a camera. Raises the same."""
     return rasterize(
         boxes,
         texture,
@@ -180,11 +180,11 @@ def rasterize_with(
 def draw_with(
     gaussians: Gaussians, camera: Camera, texture: Brushes, options: RenderOptions
 ) -> tuple[Boxes, Frame]:
-    """The boxes of one view, and the frame that they paint. Raises what `render` does."""
+    """The boxes of one view, and their frame. Raises as `render` does."""
     boxes, _ = project_with(gaussians, camera, options)
     return boxes, rasterize_with(boxes, camera, texture, options)
 
 
 def render_with(gaussians: Gaussians, camera: Camera, texture: Brushes, options: RenderOptions) -> Frame:
-    """`render` by these options. Raises the same."""
+    """`render` with these options. Raises the same."""
     return draw_with(gaussians, camera, texture, options)[1]

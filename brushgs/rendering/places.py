@@ -1,7 +1,7 @@
-"""Where the paint of a pixel lies on its stroke, and where the same paint is in the next frame.
+"""Position of a pixel's paint on its stroke, and its motion to the next frame.
 
-The stroke that shows most in a pixel speaks for it. The paint at a place (s, t) of its box now is at the same
-place of its box in the next frame, wherever that has moved, turned or grown.
+The stroke with the largest weight represents the pixel. Paint at (s, t) of its box is at the same (s, t) of
+its box in the next frame.
 """
 
 from typing import TYPE_CHECKING
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.wanted import Following
 
-TINY = np.finfo(np.float64).tiny  # in place of a half extent of zero
-ALL_OF_IT = 3.0e38  # more than any pixel is covered: of its strokes one is left
+TINY = np.finfo(np.float64).tiny  # replaces half extents of zero
+ALL_OF_IT = 3.0e38  # above any coverage: only the first stroke is kept
 
 
 def dominant_marks(fragments: Fragments, num_marks: int, num_threads: int | None) -> NDArray[np.int64]:
-    """[P] the mark that shows most in each pixel, its underpaint included; -1 where there is none."""
+    """[P] mark with the largest weight in each pixel, including underpaint; -1 if none."""
     own = np.arange(num_marks, dtype=np.int32)
     shares = fragments.shares(own, ALL_OF_IT, num_threads)
     marks = np.full(fragments.num_pixels, -1, np.int64)
@@ -34,7 +34,7 @@ def dominant_marks(fragments: Fragments, num_marks: int, num_threads: int | None
 
 
 class PixelMaps:
-    """Maps of each mark from a point of the picture, pixels, to two numbers: affine ones.
+    """Affine maps of each mark from picture coordinates, pixels, to two numbers.
 
     Args:
         maps: [marks, 2, 3] of (x, y, 1).
@@ -44,7 +44,7 @@ class PixelMaps:
         self._maps = maps.reshape(-1, 6)
 
     def at(self, marks: NDArray[np.int64], rows: slice, width: int) -> F64:
-        """[P, 2] at the centres of the pixels of these rows, by the mark of each; 0 where that is -1."""
+        """[P, 2] values at the pixel centres of these rows, by the mark of each; 0 for mark -1."""
         values = np.zeros((len(marks), 2))
         pixels = np.flatnonzero(marks >= 0)
         y, x = np.divmod(pixels, width)
@@ -56,14 +56,14 @@ class PixelMaps:
 
 
 def uv_maps(marks: Marks) -> F64:
-    """[marks, 2, 3] from the picture to the places on boxes, 0 to 1 along u and v."""
+    """[marks, 2, 3] maps from the picture to box coordinates, 0 to 1 along u and v."""
     maps = 0.5 * marks.each(lambda _, laid: maps_to(laid.boxes), np.float64, 2, 3)
     maps[:, :, 2] += 0.5
     return np.asarray(maps)
 
 
 def motion_maps(marks: Marks, following: "Following") -> F64:
-    """[marks, 2, 3] from the picture to how far paint moves to the next frame, pixels right and down."""
+    """[marks, 2, 3] maps from the picture to the motion to the next frame, pixels right and down."""
     places = {coat.name: i for i, coat in enumerate(following.coats)}
 
     def of_coat(_: int, laid: LaidCoat) -> F64:
@@ -80,7 +80,7 @@ def motion_maps(marks: Marks, following: "Following") -> F64:
 
 
 def _motion_of(laid: LaidCoat, coat: "Coat", boxes: Boxes, camera: Camera) -> F64:
-    """[M, 2, 3] of one coat, whose next boxes are `boxes`."""
+    """[M, 2, 3] motion maps of one coat; `boxes` are those of the next frame."""
     row_of = np.full(laid.num_rows, -1)
     row_of[boxes.ids] = np.arange(len(boxes))
     rows = row_of[laid.boxes.ids]
@@ -100,7 +100,7 @@ def _motion_of(laid: LaidCoat, coat: "Coat", boxes: Boxes, camera: Camera) -> F6
 
 
 def maps_to(boxes: Boxes) -> F64:
-    """[M, 2, 3] from the picture to places in boxes, -1 to 1 along u and v."""
+    """[M, 2, 3] maps from the picture to box coordinates, -1 to 1 along u and v."""
     c, s = _axes(boxes.angles.astype(np.float64))
     half = np.maximum(boxes.half_extents.astype(np.float64), TINY)
     linear = np.stack([np.stack([c, s], 1), np.stack([-s, c], 1)], 1) / half[:, :, None]
@@ -109,10 +109,10 @@ def maps_to(boxes: Boxes) -> F64:
 
 
 def _maps_from(boxes: Boxes, rows: Rows, before: Boxes, is_round: Mask) -> F64:
-    """[M, 2, 3] from places in boxes to the picture, of rows that were the boxes `before`.
+    """[M, 2, 3] maps from box coordinates to the picture, for rows that were the boxes `before`.
 
-    What fills a round box looks the same from four sides, and its axes may change places while it hardly
-    moves: of those the map is that which turns it least.
+    A round box looks the same in four orientations, and its axes may swap while it hardly moves: the map with
+    the smallest turn is used.
     """
     angles, half = boxes.angles[rows].astype(np.float64), boxes.half_extents[rows].astype(np.float64)
     quarters = np.where(is_round, np.rint((angles - before.angles) / (np.pi / 2)), 0)

@@ -1,6 +1,6 @@
-"""The plain pictures of a scene in a few small views, which strokes are made to resemble.
+"""Plain pictures of a scene in a few small views, which strokes are fitted to.
 
-They are drawn once for a painting, and handed on to every pass that looks at the scene.
+They are drawn once for a painting, and passed to every pass that needs views of the scene.
 """
 
 from collections.abc import Iterator, Sequence
@@ -56,7 +56,7 @@ class PlainViews:
 
     @classmethod
     def of(cls, gaussians: Gaussians, views: Union[Sequence[Camera], "PlainViews"]) -> "PlainViews":
-        """The views themselves; cameras get the plain pictures of these Gaussians."""
+        """`views` itself, or plain pictures of the Gaussians for cameras."""
         return views if isinstance(views, PlainViews) else plain_views(gaussians, views)
 
 
@@ -67,8 +67,8 @@ def plain_views(
 
     Args:
         gaussians: the whole scene, N Gaussians.
-        cameras: the views. Some 100,000 pixels each are enough: strokes are compared with them, not shown.
-        depth: whether the pictures have a depth, which only `find_lines` looks at.
+        cameras: the views; about 100,000 pixels each are enough for comparisons.
+        depth: whether the pictures have a depth, which only `find_lines` uses.
         num_threads: None takes the processors available to this process. The pictures do not depend on it.
 
     Example:

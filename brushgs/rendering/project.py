@@ -1,6 +1,6 @@
 """Gaussians and one camera -> Boxes: oriented rectangles on the image plane, in pixels, nearest first.
 
-The arithmetic is in the compiled core; its plain definition is `brushgs.rendering.reference.project`.
+Computed by the compiled core; the reference definition is `brushgs.rendering.reference.project`.
 """
 
 from dataclasses import astuple, dataclass
@@ -20,21 +20,21 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import used_sh_degree
 
-LOW_PASS = 0.3  # px^2: what scenes are trained with
-# Depth over which strokes cross-fade in the soft order, in sizes of a stroke: swaps that show fall to nothing
-# and the picture comes no less close to the plain render (tests/bench/order.py).
+LOW_PASS = 0.3  # px^2, as in training
+# Depth range of cross-fading in soft order, in stroke sizes: visible swaps vanish, and the error to the plain
+# picture does not grow (tests/bench/order.py).
 SOFTNESS = 0.5
 
 
 @dataclass(frozen=True)
 class ProjectCounts:
-    """How many Gaussians have no box, each under the first reason that holds.
+    """Numbers of culled Gaussians, by the first reason that applies.
 
     Attributes:
         behind_near: camera z at or below `camera.near`.
-        not_finite: a value of the box is too large for the dtype of the scene.
-        faint: opacity under 1/255, which the rasteriser would skip everywhere.
-        outside: the upright rectangle around the box has no area in common with the image.
+        not_finite: a value of the box overflows the dtype of the scene.
+        faint: opacity below 1/255, which the rasteriser would skip.
+        outside: the axis-aligned bounding rectangle of the box lies outside the image.
     """
 
     behind_near: int
@@ -47,22 +47,21 @@ class ProjectCounts:
 
     @property
     def total(self) -> int:
-        """All that were culled."""
+        """Total number of culled Gaussians."""
         return self.behind_near + self.not_finite + self.faint + self.outside
 
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """Which way each stroke of a scene points in one view, as `track_directions` found it along a path.
+    """Directions of strokes in one view, chosen by `track_directions` along a path.
 
-    A box across its ellipse must be larger than one along its axes. Its paint thins as it grows: the opacity
-    is divided by its area in areas of the smallest box around the ellipse.
+    A box turned off the axes of its ellipse must be larger. Its opacity is divided by its area over that of
+    the smallest box around the ellipse, so that the amount of paint stays.
 
     Attributes:
         angles: [N] float32, direction of the u axis of each Gaussian's box, radians from +x towards +y.
-        area_scales: [N] float32 >= 1 or None, the least area of each box in areas of the smallest box around
-            its ellipse: a stroke that must turn across its ellipse grows over several frames. None: 1 for
-            all.
+        area_scales: [N] float32 >= 1, least area of each box over that of the smallest box around its
+            ellipse: a stroke that turns across its ellipse grows over several frames. None: 1 for all.
 
     Raises:
         TypeError: if a column is not float32.
@@ -94,7 +93,7 @@ class Directions:
 
 @dataclass(frozen=True, kw_only=True)
 class ProjectOptions:
-    """How Gaussians become boxes: the options of `project`, which documents them, with their defaults.
+    """The options of `project`, documented there.
 
     Raises:
         ValueError: if a value is out of range.
@@ -102,7 +101,7 @@ class ProjectOptions:
 
     num_sigmas: float | F64 = 2.0
     low_pass: float = LOW_PASS
-    lock: Lock | Directions = "off"  # "track" is refused: one view alone has no path
+    lock: Lock | Directions = "off"  # "track" is refused: a single view has no path
     fade: bool = False
     order: Order = "depth"
     underpaint: bool = False
@@ -129,11 +128,11 @@ class ProjectOptions:
 
     @property
     def directions(self) -> Directions | None:
-        """Those of `lock`, if any."""
+        """The directions in `lock`, if any."""
         return self.lock if isinstance(self.lock, Directions) else None
 
     def core_arguments(self, gaussians: Gaussians, camera: Camera) -> dict[str, Any]:
-        """What projecting and its derivative pass to the core alike.
+        """Core arguments common to projection and its derivative.
 
         Raises:
             TypeError: if an argument has another type.
@@ -188,47 +187,45 @@ def project(
 ) -> Boxes:
     """Project Gaussians to oriented boxes on the image plane.
 
-    The ellipse of a Gaussian is that of the projected covariance M M^T + low_pass I with M = J W R S. Its
-    box is the smallest one in the direction that `lock` chooses, clipped at `num_sigmas` standard deviations:
-    whatever the direction, the box just covers the ellipse. Opacities of antialiased Gaussians are multiplied
-    by the root of det(M M^T) / det(M M^T + low_pass I). Gaussians that cannot paint are culled, see
-    `ProjectCounts`.
-    Source: Zwicker et al. 2002, EWA Splatting (local affine projection); Kerbl et al. 2023 (the clamp of
-    the Jacobian to 1.3 times the field of view, the low-pass, the spherical harmonics).
+    The ellipse of a Gaussian is that of the projected covariance M M^T + low_pass I, M = J W R S. Its box is
+    the smallest one around the ellipse at `num_sigmas` standard deviations, in the direction chosen by
+    `lock`. Opacities of antialiased Gaussians are multiplied by the root of det(M M^T) / det(M M^T + low_pass
+    I). Invisible Gaussians are culled, see `ProjectCounts`.
+    Source: Zwicker et al. 2002, EWA Splatting (local affine projection); Kerbl et al. 2023 (the clamp of the
+    Jacobian to 1.3 times the field of view, the low-pass, the spherical harmonics).
 
     Args:
         gaussians: N Gaussians in world space, fewer than 2^31.
         camera: one pinhole camera.
-        num_sigmas: half extent of a box in standard deviations, > 0; or [N] of each Gaussian's box.
-        low_pass: variance added to both axes, pixels squared, >= 0; 0.3 is what scenes are trained with.
-        lock: which way the u axis of a box points. "off": along the major axis of the ellipse, angle in
-            (-pi/2, pi/2], as published: it jumps by half a turn where that axis is vertical. "anchor": the
-            branch of the major axis nearer to the projection of the Gaussian's own longest axis, bent toward
-            that projection as the ellipse gets round: continuous except for views along the longest axis;
-            angle in (-pi, pi]. `Directions`: as `track_directions` chose them.
-        fade: whether strokes fade that would otherwise appear or vanish between two frames: from eight times
-            the distance of the near plane to that plane, from 4 to 100 times the area of the picture, and as
-            their length goes under a pixel (by what it is over what `low_pass` makes of it; antialiased ones
-            do that in any case).
-        order: "depth": boxes without softness. "soft": each with `SOFTNESS` times the geometric mean of the
-            two larger scales of its Gaussian, over which `rasterize` lets boxes fade into each other.
-        underpaint: whether boxes have setbacks: each the geometric mean of the two larger scales of its
-            Gaussian, which does not depend on the view. `rasterize` then can paint them over underpaint.
-        relief: whether boxes have reliefs, or how high the paint lies. Both numbers of a stroke grow with the
-            root of its size among all strokes, vary from row to row, and scale with the root of the picture's
+        num_sigmas: half extent of a box in standard deviations, > 0; or [N], one per Gaussian.
+        low_pass: variance added to both axes, pixels squared, >= 0; 0.3 as in training.
+        lock: direction of the u axis. "off": along the major axis of the ellipse, angle in (-pi/2, pi/2], as
+            published; it jumps by half a turn where that axis is vertical. "anchor": the branch of the major
+            axis nearer to the projection of the Gaussian's longest axis, bent toward that projection as the
+            ellipse gets round; continuous except for views along the longest axis; angle in (-pi, pi].
+            `Directions`: as chosen by `track_directions`.
+        fade: fade strokes that would otherwise appear or vanish between frames: from eight times the near
+            distance to the near plane, from 4 to 100 times the area of the picture, and as their length falls
+            below a pixel (by its ratio to the length with `low_pass`; antialiased ones always do that).
+        order: "depth": boxes without softness. "soft": softness is `SOFTNESS` times the geometric mean of the
+            two larger scales; `rasterize` lets boxes fade into each other over it.
+        underpaint: give boxes setbacks for `rasterize`: the geometric mean of the two larger scales,
+            independent of the view.
+        relief: give boxes reliefs, True for the default `Relief`. Both numbers of a stroke grow with the root
+            of its size among all strokes, vary from row to row, and scale with the root of the picture's
             area.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Returns:
-        At most N boxes in the dtype of the scene, nearest first, ties by row: equal input gives equal
-        output. Geometry is computed in float64 for either dtype. They have the brushes of their Gaussians.
+        At most N boxes in the dtype of the scene, nearest first, ties by row: equal input gives equal output.
+        Geometry is computed in float64 for either dtype. Boxes keep the brushes of their Gaussians.
 
     Raises:
         TypeError: if an argument has another type.
-        ValueError: if `num_sigmas`, `low_pass` or `num_threads` is out of range, or `lock` or `order` is none
-            of these.
+        ValueError: if `num_sigmas`, `low_pass` or `num_threads` is out of range, or `lock` or `order` is
+            unknown.
 
-    Where both axes are equally long the angle of "off" is undefined: 0 is returned there.
+    For equal axes the angle of "off" is undefined: 0 is returned.
 
     Example:
         >>> boxes = bg.project(strokes, camera)
@@ -251,7 +248,7 @@ def project(
 
 
 def project_by(gaussians: Gaussians, camera: Camera, options: ProjectOptions) -> tuple[Boxes, ProjectCounts]:
-    """`project` by these options, and what was culled: `len(boxes) + counts.total == len(gaussians)`."""
+    """`project` with these options, and cull counts: `len(boxes) + counts.total == len(gaussians)`."""
     arguments = options.core_arguments(gaussians, camera)
     columns, culled = _core.project(
         **arguments,
@@ -266,7 +263,7 @@ def project_by(gaussians: Gaussians, camera: Camera, options: ProjectOptions) ->
 
 
 def view_of(camera: Camera) -> _core.View:
-    """A camera as the core takes it."""
+    """A camera for the core."""
     return _core.View(
         viewmat=camera.viewmat,
         K=camera.K,

@@ -1,4 +1,4 @@
-"""Boxes become frames: the public function over the compiled rasteriser."""
+"""Boxes -> frames: the public function over the compiled rasteriser."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ from brushgs.values.arrays import Array
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
 
-PLAIN_EXPONENT = 40  # softness of 1e-12 to 1e12 world units needs no other unit
+PLAIN_EXPONENT = 40  # softness of 1e-12 to 1e12 world units needs no rescaling
 
 
 def rasterize(
@@ -42,70 +42,67 @@ def rasterize(
 ) -> Frame:
     """Paint boxes front to back with a stroke texture.
 
-    At the centre p of a pixel a box with axes u, v and half extents h has x' = u . (p - center) and
-    y' = v . (p - center). Inside (|x'| < h_u, |y'| < h_v) the coverage is sampled at ((1 + x'/h_u)/2,
-    (1 + y'/h_v)/2) of the stroke image, and alpha = min(0.99, opacity x coverage). Alphas under 1/255 are
-    skipped; a pixel is finished before its transmittance falls under `min_transmittance`. A layer of the
-    frame, like its depth, is the mean of an attribute of the boxes, weighted as their colours are.
+    At the centre p of a pixel a box with axes u, v and half extents h has x' = u . (p - center) and y' = v .
+    (p - center). Inside (|x'| < h_u, |y'| < h_v) the coverage is sampled at ((1 + x'/h_u)/2, (1 + y'/h_v)/2)
+    of the stroke image, and alpha = min(0.99, opacity x coverage). Alphas below 1/255 are skipped; a pixel is
+    finished before its transmittance falls below `min_transmittance`. A layer of the frame, such as depth, is
+    the mean of an attribute of the boxes with the weights of their colours.
     Source: Xiang et al. 2025, section 3.4; blending: Kerbl et al. 2023. Defined by `rendering/reference.py`.
 
     Boxes with softness are drawn in soft order. Box j hides the share S(x) of box i, x = (z_i - z_j) / b with
-    b^2 = softness_i^2 + softness_j^2: all of it for x >= 1, nothing for x <= -1, and 1/2 + x (3 - x^2) / 4
-    between, where each hides a part of the other and none jumps while it passes. Box i has the weight w_i =
-    alpha_i x product over j of (1 - alpha_j S_ij), and weights are scaled to sum to 1 - product of
-    (1 - alpha_i). A box is not seen, though it hides others, in a pixel where what lies wholly in front
-    (x >= 1) and the box itself would leave less than `min_transmittance`; a pixel takes no more boxes once
-    all so far, however near, would leave less than 1e-31. Boxes further apart than b give the same bits as
-    boxes without softness. In tiles of 32 x 16 pixels where more than 160 boxes wait for each other in four
-    by four pixels, the light that passes what surrounds a box is interpolated between a few depths and
-    softnesses: there the picture is right to 0.5 / 255, to what `min_transmittance` may change, and never
-    jumps. The built-in kernels ("gaussian", "ellipse") ignore softness.
+    b^2 = softness_i^2 + softness_j^2: all for x >= 1, nothing for x <= -1, and 1/2 + x (3 - x^2) / 4 between,
+    so that nothing jumps when boxes pass each other. Box i has the weight w_i = alpha_i x product over j of
+    (1 - alpha_j S_ij), and weights are scaled to sum to 1 - product of (1 - alpha_i). A box is invisible in a
+    pixel, but still hides others, if the boxes wholly in front (x >= 1) and itself would leave less than
+    `min_transmittance`; a pixel takes no more boxes once all so far would leave less than 1e-31. Boxes
+    further apart than b give the same bits as boxes without softness. In tiles of 32 x 16 pixels with more
+    than 160 boxes pending in a block of 4 x 4 pixels, the transmittance of a box's surroundings is
+    interpolated between a few depths and softnesses: the error is below 0.5 / 255 (apart from the effect of
+    `min_transmittance`), without jumps. The built-in kernels ("gaussian", "ellipse") ignore softness.
 
-    With `underpaint` each box is painted twice: as a stroke at its depth, and behind that, at its depth plus
-    its setback, as the kernel "gaussian" in the same colour, its half extents and its opacity those of the
-    box times `underpaint.reach` and `underpaint.opacity`. All 2 M are blended in the order of these depths,
-    ties strokes first, then by row. For a layer like the depth both count as the box itself; underpaint has
-    no softness.
+    With `underpaint` each box is painted twice: as a stroke at its depth, and behind it, at depth + setback,
+    as the kernel "gaussian" in the same colour, with half extents times `underpaint.reach` and opacity times
+    `underpaint.opacity`. All 2 M are blended by depth, ties strokes first, then by row. Layers use the
+    attributes of the box for both; underpaint has no softness.
 
-    With `streaks` the colour of a stroke, though not of its underpaint, is multiplied by 1 + streaks x s,
-    where s, -1 to 1, is a noise across the stroke that the row in `ids` shifts: of twelve bristles and of
-    tufts of several. Either fades out where boxes are too narrow to show it, see `rendering/streaks.py`. The
-    built-in kernels have neither.
+    With `streaks` the colour of a stroke (not of its underpaint) is multiplied by 1 + streaks x s; s, -1 to
+    1, is a noise across the stroke, shifted by the row in `ids`: of twelve bristles, and of tufts of several.
+    Both fade out in boxes too narrow to show them, see `rendering/streaks.py`. The built-in kernels have no
+    streaks.
 
-    With `relief` the frame has a height: the sum over strokes of the weight of their colour times thickness +
-    gain (h - 1/2), both from the box's `reliefs`, h the height of the stroke image, sampled as its coverage
-    is (its coverage, where the image has no height). The built-in kernels add their thickness alone,
-    underpaint 15/80 of that. Weights are those of the colours, though real paint keeps a part of what it
-    covers: so a pixel that is finished has its whole height, and in soft order heights are as continuous as
-    colours. No gradient passes through them.
+    With `relief` the frame has a height: the sum over strokes of colour weight x (thickness + gain (h -
+    1/2)), with thickness and gain from `reliefs`, and h the height of the stroke image, sampled like its
+    coverage (or the coverage, if it has no height). The built-in kernels add only their thickness, underpaint
+    15/80 of it. Using the colour weights, a finished pixel has its full height, and heights are as continuous
+    as colours in soft order. Heights have no gradient.
 
-    With `blend="glaze"` paint is transparent. The frame's rgb is then a tint, what is left of the light
-    behind: the product over boxes of c^alpha, c each channel of a colour held within 0.02 to 1; it is 1 where
-    nothing is painted. Alpha is 1 - product of (1 - alpha) as before. The order of boxes plays no part, nor
-    softness; no pixel is ever finished, and there is neither depth nor height.
+    With `blend="glaze"` paint is transparent. The frame's rgb is then a tint (the transmitted share of the
+    light behind): the product over boxes of c^alpha, c each colour channel clamped to 0.02 to 1; 1 where
+    nothing is painted. Alpha is 1 - product of (1 - alpha) as before. Order and softness do not matter,
+    pixels are never finished, and there is neither depth nor height.
 
-    With `in_front_of` boxes fade out behind a limit that each pixel sets, see `DepthTest`; a box and its
-    underpaint alike, by the depth of the box.
+    With `in_front_of` boxes and their underpaint fade out behind a depth limit per pixel, see `DepthTest`, by
+    the depth of the box.
 
     Args:
         boxes: M strokes, nearest first.
-        texture: what fills a box; or its name or path, see `render`. A `BrushSet` fills each with the brush
-            of its row in `brushes`.
+        texture: the brush, its name or path, see `render`. With a `BrushSet` each box uses the brush of its
+            row in `brushes`.
         height: pixels, 1 to 32767.
         width: pixels, 1 to 32767; height x width at most 2^28.
-        filter: how a stroke image is sampled. "bilinear": between the four nearest texels, as published.
-            "mip": bilinear from a copy of the image filtered for the stroke's size, so that small strokes do
-            not shimmer. "nearest": the nearest texel. The built-in kernels need no filter.
+        filter: sampling of stroke images. "bilinear": the four nearest texels, as published. "mip": bilinear
+            from a copy filtered for the stroke's size, so that small strokes do not shimmer. "nearest": the
+            nearest texel. The built-in kernels need no filter.
         depth: whether the frame has a depth.
-        underpaint: what lies behind each stroke, or None for nothing; the boxes must have setbacks.
-        streaks: largest share by which the colour of a stroke is lighter or darker, 0 to 0.5.
+        underpaint: soft copies behind strokes, or None; the boxes must have setbacks.
+        streaks: amplitude of streaks, 0 to 0.5.
         relief: whether the frame has a height; the boxes must have reliefs.
         blend: "cover": paint hides what lies behind it. "glaze": it tints what lies behind it.
-        in_front_of: how far back boxes are seen, or None for all the way.
-        min_transmittance: a pixel is finished before it would let less light through, in [0, 1); strokes
-            behind are skipped, and could change the picture by about as much. The default is just below 1e-4,
-            so that two strokes of full paint, which leave exactly that, are both seen. 0: all strokes count
-            (in soft order up to the 1e-31 above).
+        in_front_of: depth test, or None.
+        min_transmittance: a pixel is finished before its transmittance falls below this, in [0, 1); skipped
+            strokes could change the picture by about as much. The default is just below 1e-4, so that two
+            strokes of full paint, which leave exactly that, both count. 0: all strokes count (in soft order
+            up to the 1e-31 above).
         num_threads: None takes the processors available to this process. The picture does not depend on it.
 
     Returns:
@@ -114,8 +111,8 @@ def rasterize(
     Raises:
         TypeError: if `underpaint` or `in_front_of` is neither None nor of its type.
         ValueError: if an option is out of range; if `underpaint` is given and boxes have no setbacks, or
-            `relief` and they have no reliefs; if the brush of a box lies beyond the set; if a glaze is to
-            have underpaint or streaks; or if `in_front_of` is of another size.
+            `relief` and they have no reliefs; if a brush is beyond the set; if a glaze has underpaint or
+            streaks; or if `in_front_of` has another size.
 
     Example:
         >>> boxes = bg.project(strokes, camera)
@@ -142,12 +139,12 @@ def rasterize(
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """What painting boxes found out and `rasterize_backward` needs again; good for these boxes alone.
+    """Data of a forward pass for `rasterize_backward`; valid for the same boxes only.
 
     Attributes:
-        of_core: which blocks of 4 x 4 pixels each box paints on. 64 bytes a box, twice that with underpaint,
-            and 12 to 16 bytes for each tile of 32 x 16 pixels that a box reaches: 10 MB and 6 MB for 150,000
-            boxes at 800 x 800.
+        of_core: blocks of 4 x 4 pixels that each box paints: 64 bytes per box, twice that with underpaint,
+            and 12 to 16 bytes per tile of 32 x 16 pixels that a box reaches; 10 MB and 6 MB for 150,000 boxes
+            at 800 x 800.
         levels: of the stroke images.
     """
 
@@ -168,7 +165,7 @@ def rasterize_traced(
     min_transmittance: float,
     num_threads: int | None,
 ) -> tuple[Frame, Trace]:
-    """`rasterize` of boxes without softness, and what it found out. Raises the same."""
+    """`rasterize` of boxes without softness, with its trace. Raises the same."""
     painted = RasterArguments(
         boxes,
         brushes,
@@ -211,16 +208,16 @@ def _paint(painted: "RasterArguments", blend: Blend, trace: Trace | None) -> Fra
 
 
 class RasterArguments:
-    """What the core takes to paint boxes, or to list what paints them; arguments and checks of `rasterize`.
+    """Checked arguments of `rasterize` for the core, to paint boxes or list fragments.
 
     Attributes:
-        boxes: with lengths of the world in a unit that suits the dtype.
+        boxes: with world lengths in a unit that suits the dtype.
         exponent: of that unit: 2^-exponent world units.
-        attributes: of which there are layers, by their names.
+        attributes: layer name -> attribute.
         relief: whether there is a height.
         size: height and width, pixels.
         levels: of the stroke images.
-        of_core: by name.
+        of_core: core arguments by name.
     """
 
     def __init__(
@@ -289,7 +286,7 @@ def _check_size(height: int, width: int) -> None:
 
 
 def box_arrays(boxes: Boxes, attributes: Iterable[Array], *, colors: Array, **given: Any) -> Any:
-    """Boxes as the core takes them: painted with these colours, and with what else is given, by its name."""
+    """Boxes for the core, with these colours and further arrays by name."""
     make: Any = _core.BoxArraysFloat32 if boxes.centers.dtype == np.float32 else _core.BoxArraysFloat64
     return make(
         centers=boxes.centers,
@@ -304,9 +301,9 @@ def box_arrays(boxes: Boxes, attributes: Iterable[Array], *, colors: Array, **gi
 
 
 def _in_plain_range(boxes: Boxes) -> tuple[Boxes, int]:
-    """Boxes with all lengths of the world in units of 2^-exponent, in which squared softness fits the dtype.
+    """Boxes with world lengths in units of 2^-exponent, so that squared softness fits the dtype.
 
-    The kernel squares softness: in float32 that overflows from 1e19 world units on and vanishes below 1e-19.
+    In float32 the square overflows above 1e19 world units and vanishes below 1e-19.
     """
     assert boxes.softness is not None, "only the soft order needs this"
     largest = float(boxes.softness.max(initial=0))

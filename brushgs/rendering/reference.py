@@ -1,7 +1,7 @@
-"""What projecting and rasterising mean: plain NumPy in float64, short, slow and obvious.
+"""Reference definitions of projection and rasterisation: plain NumPy in float64, short, slow and obvious.
 
-`brushgs.project` and `brushgs.rasterize` must give the same, only faster; the tests and the benchmarks hold
-them to that. Nothing else calls these functions.
+Tests and benchmarks compare `brushgs.project` and `brushgs.rasterize` with them. Nothing else calls these
+functions.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -30,10 +30,10 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import sh_basis
 
-CLAMP = 1.3  # the Jacobian is taken at most this factor outside the field of view, as scenes are trained
-FADED_NEAR = 8.0  # times the distance of the near plane: strokes nearer than that fade
-ANCHOR_PULL = 8.0  # of the major axis on an anchored direction
-DIRECTION_NOISE = 1e-14  # directions are known to this; below, an ellipse is round and an angle is vertical
+CLAMP = 1.3  # the Jacobian is clamped at this factor of the field of view, as in training
+FADED_NEAR = 8.0  # times the near distance: nearer strokes fade
+ANCHOR_PULL = 8.0  # pull of the major axis on an anchored direction
+DIRECTION_NOISE = 1e-14  # precision of directions; below, an ellipse counts as round and an angle as vertical
 
 
 def project(gaussians: Gaussians, camera: Camera, **options: Any) -> Boxes:
@@ -117,7 +117,7 @@ def rotation_matrices(quats: Array) -> NDArray[np.float64]:
 
 
 def jacobian(t: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
-    """[M, 2, 3] derivative of the pixel by camera coordinates t, at most a little outside the view."""
+    """[M, 2, 3] derivative of pixel by camera coordinates t, clamped just outside the view."""
     fx, fy = camera.K[0, 0], camera.K[1, 1]
     limit_x, limit_y = CLAMP * camera.width / (2 * fx), CLAMP * camera.height / (2 * fy)
     z = t[:, 2]
@@ -129,7 +129,7 @@ def jacobian(t: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
 
 
 def _major_axis(M: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[M] angle of the longer axis of M M^T in (-pi/2, pi/2], 0 where it is round."""
+    """[M] angle of the longer axis of M M^T in (-pi/2, pi/2]; 0 if round."""
     x, y = M[:, 0], M[:, 1]
     difference = ((x - y) * (x + y)).sum(axis=1)  # a - c of the covariance (a, b; b, c)
     twice_b = 2 * (x * y).sum(axis=1)
@@ -139,7 +139,7 @@ def _major_axis(M: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _variances(M: F64, angles: F64, low_pass: float) -> tuple[F64, F64]:
-    """[M] and [M] variances of the ellipse along the direction and across it, pixels squared."""
+    """[M], [M] variances of the ellipse along and across the direction, pixels squared."""
     u = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     v = np.stack([-u[:, 1], u[:, 0]], axis=1)
     along, across = (((w[:, None, :] @ M) ** 2).sum(axis=(1, 2)) + low_pass for w in (u, v))
@@ -152,8 +152,7 @@ def _anchored(
     """[M] directions in (-pi, pi]: the projection of the longest axis, bent toward the major axis.
 
     `axes` [M, 3] are the longest axes in the world, `projected` [M, 2] their columns of `M`, `lengths` [M]
-    how long these would be if the axes lay across the view. An axis seen end-on to the last digit has no
-    direction.
+    their projected lengths if perpendicular to the view. An axis seen exactly end-on has no direction.
     """
     along, across = _variances(M, major, low_pass)
     anisotropy = (along - across) / (along + across)
@@ -166,7 +165,7 @@ def _anchored(
 
 
 def _fade(depths: F64, half_extents: F64, camera: Camera) -> F64:
-    """[M] share of the opacity that is left near the near plane, or of a box much larger than the picture."""
+    """[M] factor on the opacity near the near plane, and for boxes much larger than the picture."""
 
     def smooth_step(t: F64) -> F64:
         t = np.clip(t, 0, 1)
@@ -232,8 +231,8 @@ class Fragment:
     Attributes:
         row: of the box.
         is_underpaint: whether it is underpaint.
-        weight: of its colour in that of the pixel.
-        shade: by which streaks multiply its colour.
+        weight: of its colour in the pixel.
+        shade: factor of streaks on its colour.
     """
 
     row: int
@@ -254,7 +253,7 @@ def fragments(
     in_front_of: DepthTest | None = None,
     min_transmittance: float = MIN_TRANSMITTANCE,
 ) -> list[list[Fragment]]:
-    """What each pixel, row by row, is made of, nearest first; arguments as `rasterize`."""
+    """Fragments of each pixel, row by row, nearest first; arguments as `rasterize`."""
     textures = texture.textures if isinstance(texture, BrushSet) else (texture,)
     is_soft = boxes.softness is not None and texture.kind == "image"
     found: list[list[tuple[_Layer, float, float]]] = [[] for _ in range(height * width)]
@@ -298,7 +297,7 @@ def _glaze(boxes: Boxes, layers: Iterable["_Layer"], height: int, width: int) ->
 
 
 def _in_front_of(layer: "_Layer", boxes: Boxes, test: DepthTest) -> "_Layer":
-    """What is left of a stroke, or of its underpaint, behind the limit of each pixel."""
+    """A stroke or its underpaint after the depth test."""
     tolerance = max(float(test.tolerance[layer.row]), 4 * float(np.finfo(boxes.depths.dtype).tiny))
     end = float(boxes.depths[layer.row]) - tolerance
     x = np.clip((test.limit[layer.window].astype(np.float64) - end) / (tolerance / 2), 0, 1)
@@ -313,7 +312,7 @@ def _rasterize_softly(
     width: int,
     min_transmittance: float,
 ) -> Frame:
-    """Boxes that fade into each other where depths are close, pixel by pixel; but for their underpaint."""
+    """Soft order, pixel by pixel; underpaint has no softness."""
     rgb, alpha, paint = np.zeros((height, width, 3)), np.zeros((height, width)), np.zeros((height, width))
     means = _no_layers(boxes, height, width)
     rows: dict[tuple[int, int], list[int]] = {}
@@ -354,10 +353,10 @@ def _over_alpha(total: F64, alpha: F64) -> F64:
 def soft_weights(
     alphas: F64, z: F64, softness: F64, min_transmittance: float = MIN_TRANSMITTANCE
 ) -> tuple[F64, float]:
-    """What each fragment of a pixel, nearest first, weighs in its colour, [n], and the alpha of the pixel.
+    """[n] weights of the fragments of a pixel, nearest first, and the pixel's alpha.
 
-    Fragment j hides the share S_ij of fragment i: all where it lies the reach of both or more in front,
-    nothing where as far behind, and between them a share that is continuous in their depths, S_ij + S_ji = 1.
+    Fragment j hides the share S_ij of fragment i: 1 if it lies at least their joint reach in front, 0 if as
+    far behind, continuous in between, with S_ij + S_ji = 1.
     """
     light = np.cumprod(np.append(1, 1 - alphas[:-1]))
     alphas = np.where(light >= LEAST_LIGHT, alphas, 0)  # fragments behind so much paint are skipped
@@ -368,7 +367,7 @@ def soft_weights(
     share = np.where(is_near, 0.5 + x * (3 - x**2) / 4, is_hidden)
     np.fill_diagonal(share, 0)
     in_front = np.prod(1 - alphas * is_hidden, axis=1)
-    is_kept = in_front * (1 - alphas) >= min_transmittance  # as sorted strokes end
+    is_kept = in_front * (1 - alphas) >= min_transmittance  # as for sorted strokes
     weights = np.where(is_kept, alphas * np.prod(1 - alphas * share, axis=1), 0)
     alpha = 1 - np.prod(1 - alphas[is_kept])
     return (weights * (alpha / weights.sum()) if alpha > 0 else weights), alpha
@@ -379,7 +378,7 @@ _Copies = dict[tuple[int, int, int], NDArray[np.uint8]]  # identity of the textu
 
 @dataclass(frozen=True, eq=False)
 class _Layer:
-    """A stroke or its underpaint, where it reaches into the picture."""
+    """A stroke or its underpaint, within its window of the picture."""
 
     row: int
     is_underpaint: bool
@@ -456,7 +455,7 @@ def _layers(
 
 
 def _window(center: F64, half: F64, angle: np.float64, height: int, width: int) -> tuple[slice, slice] | None:
-    """Rows and columns of the picture around a box; None where it does not reach into it."""
+    """Rows and columns of the picture around a box; None if it lies outside."""
     reach = np.abs([[np.cos(angle), np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ half
     low = np.clip(np.floor(center - reach), 0, (width, height)).astype(int)
     high = np.clip(np.ceil(center + reach), 0, (width, height)).astype(int)
@@ -474,7 +473,7 @@ def _place_in_box(center: F64, half: F64, angle: np.float64, window: tuple[slice
 
 
 def _streaks(t: F64, start: int, weights: Array) -> F64:
-    """What streaks multiply the colour by, at t of the box's half extents across the stroke."""
+    """Factors of streaks on the colour, at t in half extents across the stroke."""
     place = 0.5 * BRISTLES * (1 + t)
     bristle = np.floor(place).astype(int)
     values = noise().astype(np.float64) / 127.5 - 1
@@ -486,9 +485,9 @@ def _streaks(t: F64, start: int, weights: Array) -> F64:
 def _coverage_of_box(
     texture: StrokeTexture, half: F64, filter: Filter, copies: "_Copies"
 ) -> tuple[NDArray[np.uint8], F64]:
-    """The texels that serve a box of these half extents, and how much larger than it they reach, [2].
+    """The texels for a box of these half extents, and the scale [2] of their box.
 
-    `copies` caches the levels: to filter one takes longer than to paint with it.
+    `copies` caches levels: filtering one takes longer than painting with it.
     """
     if texture.kind != "image" or filter != "mip":
         return texture.coverage, np.ones(2)

@@ -1,9 +1,9 @@
-"""Relief: how thick the paint of a stroke lies, and how deep its bristles furrow it.
+"""Relief: thickness of a stroke's paint, and depth of its bristle furrows.
 
-`project` gives each box the thickness of its paint and the gain of its brush's own height, both in pixels;
-`rasterize` sums them over the strokes of a pixel to `frame.height`; `light` shines on that. Both belong to
-the stroke: they follow from its size among the strokes in space, from its row and, where `Relief.by_light`
-asks for it, from how light its colour is; never from the view. What moves keeps its relief at rest.
+`project` gives each box the thickness of its paint and the gain of its brush's height, both in pixels;
+`rasterize` sums them to `frame.height`; `light` lights that. Both depend on the stroke's size among all
+strokes, its row and, with `Relief.by_light`, its lightness; never on the view. Moving strokes keep the relief
+of their reference moment.
 """
 
 from dataclasses import dataclass, replace
@@ -23,43 +23,41 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.hashing import GOLDEN, uniform
 from brushgs.values.sh import base_colors
 
-# At a picture of so many pixels (1000 x 750) lengths on the canvas are what they are said to be.
+# Reference picture (1000 x 750) of lengths on the canvas.
 CANVAS_PIXELS = 750_000
 THICKNESS, GAIN = 0.4, 1.7  # px of that picture
-# Of a stroke's size over the median size, before its root is taken: large strokes carry more paint.
+# Clamp of a stroke's size over the median size, before taking the root: large strokes carry more paint.
 LEAST_SIZE, MOST_SIZE = 0.4, 2.5
 GAIN_SPREAD = 0.25  # standard deviation of the logarithm of the gain from stroke to stroke
 MOST_DEVIATIONS = 2.5  # beyond, single strokes stand out like scratches
-THICKNESS_SPREAD = 0.5  # the thickness is so much thinner to so much thicker
-# The oldest rule of oil, lights thick, darks and middle tones thin: shares of the painted area that are dark
-# and light in full, and the paint of these. A rule of lightness alone (0.4 + 0.9 L) tells next to nothing
-# apart where a painting has few values, so light is what is light in this painting. Large strokes lie under
-# others: with a darkest of 0.2 the darkest quarter of what is seen of the still life is half way to light.
+THICKNESS_SPREAD = 0.5  # largest relative deviation of the thickness
+# Rule of oil painting: lights thick, darks and middle tones thin. Quantiles of painted area that count as
+# fully dark and light, and the paint there. Relative to the painting, as a fixed rule (0.4 + 0.9 L) hardly
+# separates paintings of few values. Large strokes lie under others: with DARKEST 0.2 the darkest visible
+# quarter of the still life would be half way to light.
 DARKEST, LIGHTEST = 0.4, 0.8
 THIN, THICK = 0.25, 1.35
-LEAST_RANGE = 0.1  # OKLab L from dark to light in full: a painting of one tone has paint of one thickness
-# Of the thickness of a stroke, in its underpaint, which is smooth; the core has the same.
+LEAST_RANGE = 0.1  # least OKLab L from fully dark to light: a painting of one tone has paint of one thickness
+# Thickness of the smooth underpaint over that of its stroke, from the core.
 UNDERPAINT_THICKNESS: float = _core.UNDERPAINT_THICKNESS  # 0.15 / 0.8
 
 
 def canvas_scale(width: int, height: int) -> float:
-    """Pixels of this picture in one of a picture of 1000 x 750: so a painting is the same at any size."""
+    """Pixels of this picture per pixel of a 1000 x 750 picture, so paintings look the same at any size."""
     return sqrt(width * height / CANVAS_PIXELS)
 
 
 @dataclass(frozen=True)
 class Relief:
-    """How high the paint of a stroke of median size lies.
+    """Height of the paint of a stroke of median size.
 
     Attributes:
         thickness: mean thickness of the paint, px of a picture of 1000 x 750, >= 0.
-        gain: what the brush's own height, 0 to 1, is multiplied by, in the same pixels, >= 0.
-        size: in place of the median size, that of other strokes, see `median_size`; None for the median.
-        by_light: share in which lights are thick and darks thin, 0 (all colours alike) to 1: then both
-            numbers of a stroke are multiplied by 0.25 (dark) to 1.35 (light), by the OKLab lightness of its
-            colour without the view-dependent part.
-        lights: OKLab L of what is dark, and of what is light in full, see `light_range`; None for those of
-            the strokes themselves.
+        gain: factor of the brush's height (0 to 1), in the same pixels, >= 0.
+        size: reference size in place of the median, see `median_size`; or None.
+        by_light: 0 to 1, how far lights are thick and darks thin: at 1 both numbers of a stroke are
+            multiplied by 0.25 (dark) to 1.35 (light), by the OKLab lightness of its base colour.
+        lights: OKLab L of full dark and full light, see `light_range`; None for those of the strokes.
 
     Raises:
         ValueError: if a value is out of range.
@@ -93,14 +91,14 @@ class Relief:
         return self._of(self._in_units(gaussians), 1.0)
 
     def in_lights_of(self, strokes: Gaussians) -> "Relief":
-        """The same, dark and light as these strokes are; itself where that makes no difference.
+        """The same with dark and light of these strokes; itself if `by_light` is 0.
 
-        For coats beside them, such as a backdrop, and for sets that hold other strokes beside them.
+        For coats beside them, such as a backdrop, and for sets that include other strokes.
         """
         return replace(self, lights=light_range(strokes)) if self.by_light else self
 
     def _in_units(self, gaussians: Gaussians) -> F64:
-        """[N, 2] thickness and gain of each stroke over those of a usual one; kept while they live."""
+        """[N, 2] relative thickness and gain of each stroke; cached per strokes."""
         strokes = _at_rest.get(gaussians, gaussians)
         kept, key = _cache.setdefault(strokes, {}), (self.size, self.by_light, self.lights)
         if key not in kept:
@@ -115,7 +113,7 @@ class Relief:
 
     @classmethod
     def of(cls, relief: "bool | Relief | None") -> "Relief | None":
-        """What `project` and `render` take: True means the default, False none.
+        """A relief argument of `project` and `render`: True is the default, False none.
 
         Raises:
             TypeError: if it is something else.
@@ -128,14 +126,14 @@ class Relief:
 
 
 def median_size(gaussians: Gaussians) -> float:
-    """The median of the geometric mean of the two larger scales, world units; 0 where there is none."""
+    """The median of the geometric mean of the two larger scales, world units; 0 without strokes."""
     return float(np.exp(np.median(_log_sizes(gaussians)))) if len(gaussians) else 0.0
 
 
 def light_range(gaussians: Gaussians) -> tuple[float, float]:
-    """OKLab L below which 0.4 of the painted area of strokes lies, and above which 0.2 does.
+    """OKLab L of the 0.4 and 0.8 quantiles of painted area.
 
-    The area of a stroke is its opacity times the product of its two larger scales. Without any (0, 1).
+    The area of a stroke is its opacity times the product of its two larger scales. (0, 1) without area.
     """
     if len(gaussians) == 0:
         return 0.0, 1.0
@@ -153,10 +151,10 @@ def light_range(gaussians: Gaussians) -> tuple[float, float]:
     return float(dark), float(light)
 
 
-# By what of a relief it depends on: size, by_light and lights.
+# By size, by_light and lights of a relief.
 _Kept = dict[tuple[float | None, float, tuple[float, float] | None], F64]
 _cache: WeakKeyDictionary[Gaussians, _Kept] = WeakKeyDictionary()
-_at_rest: WeakKeyDictionary[Gaussians, Gaussians] = WeakKeyDictionary()  # of strokes that have moved
+_at_rest: WeakKeyDictionary[Gaussians, Gaussians] = WeakKeyDictionary()  # moved strokes -> strokes at rest
 
 
 def _lightness(gaussians: Gaussians) -> F64:
@@ -172,20 +170,18 @@ def _by_light(gaussians: Gaussians, lights: tuple[float, float] | None) -> F64:
 
 
 def keep_relief(moved: Gaussians, strokes: Gaussians) -> None:
-    """Let strokes that have moved have the relief that they have at rest: a stroke keeps its paint.
-
-    Whoever paints a moment, in whichever order, finds the same.
+    """Let moved strokes keep the relief that they have at rest, independent of the order of painting.
 
     Args:
-        moved: strokes at some moment, row by row the others.
-        strokes: the same at their reference moments; where nothing moves, `moved` itself.
+        moved: strokes at some moment, row by row.
+        strokes: the same at their reference moments; `moved` itself if nothing moves.
     """
     if moved is not strokes:
         _at_rest[moved] = _at_rest.get(strokes, strokes)
 
 
 def _log_sizes(gaussians: Gaussians) -> F64:
-    # A scale may be 0, or too small to be multiplied: the sum of logarithms is neither.
+    # Sum of logarithms: scales may be 0, or underflow when multiplied.
     with np.errstate(divide="ignore"):
         logs: F64 = np.log(np.sort(gaussians.scales, axis=1)[:, 1:].astype(np.float64))
     return np.asarray(logs.sum(axis=1) / 2)
@@ -197,7 +193,7 @@ def _relative(gaussians: Gaussians, size: float | None) -> F64:
     logs = _log_sizes(gaussians)
     with np.errstate(divide="ignore"):
         middle = np.median(logs) if size is None else np.log(size)
-    if not np.isfinite(middle):  # at least half of the strokes have no size: all count alike
+    if not np.isfinite(middle):  # at least half of the strokes have no size: treat all alike
         logs, middle = np.zeros(len(logs)), np.float64(0)
     relative = np.exp(np.clip(logs - middle, np.log(LEAST_SIZE), np.log(MOST_SIZE)) / 2)
     one, two, three = _uniform(len(gaussians), 3)
@@ -220,7 +216,7 @@ def check_relief(where: str, boxes: Boxes) -> None:
 
 
 def paint_height(texture: StrokeTexture) -> NDArray[np.uint8]:
-    """uint8 [h, w] the height of a brush as it is sampled, 255 = 1; where an image has none, its coverage."""
+    """uint8 [h, w] height of a brush for sampling, 255 = 1; its coverage if it has none."""
     if texture.height is None:
         return texture.coverage
     return np.rint(np.clip(texture.height, 0, 1) * 255).astype(np.uint8)

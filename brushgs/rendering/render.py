@@ -1,4 +1,4 @@
-"""Gaussians and a camera, or a camera path, become frames: `render` and `render_sequence`."""
+"""Gaussians and a camera or camera path -> frames: `render` and `render_sequence`."""
 
 from collections.abc import Iterator, Sequence
 from typing import get_args
@@ -33,42 +33,41 @@ def render(
     next_camera: Camera | None = None,
     num_threads: int | None = None,
 ) -> Frame:
-    """Paint Gaussians as one camera sees them: `project`, then `rasterize`.
+    """Paint Gaussians in one view: `project`, then `rasterize`.
 
-    Strokes fade where they would otherwise appear or vanish, see `project`. The built-in kernels ("gaussian",
-    "ellipse") fill the ellipse itself: they are drawn along its axes whatever the lock, and do not fade.
+    Strokes fade where they would otherwise appear or vanish, see `project`. The built-in kernels
+    ("gaussian", "ellipse") fill the ellipse itself: they are drawn along its axes for any lock, and do not
+    fade.
 
     Args:
         gaussians: N Gaussians in world space; each becomes a stroke.
         camera: one pinhole camera; its size is the size of the picture.
-        texture: the stroke, or its name or path as `BrushSet.open` takes it, which reads it each time;
-            "gaussian" gives the plain 3DGS picture. Of a `BrushSet` each stroke takes the brush of its row in
-            `brushes`, see `choose_brushes`; its box has the size that suits that brush.
-        lock: which way strokes point: "anchor", "off" (as published), or what `track_directions` found for
-            this view of a path; see `project`.
-        order: "depth": strokes hide what lies behind them, and change places at once where one passes
-            another. "soft": they fade into each other while their depths are close, see `project` and
-            `rasterize`; pictures of a sequence then do not jump. The built-in kernels are always by depth.
+        texture: the brush, or its name or path as for `BrushSet.open`, read on each call; "gaussian" gives
+            the plain 3DGS picture. With a `BrushSet` each stroke uses the brush of its row in `brushes`, see
+            `choose_brushes`, and a box size that suits it.
+        lock: direction of strokes: "anchor", "off" (as published), or `Directions` found by
+            `track_directions` for this view of a path; see `project`.
+        order: "depth": strokes hide what lies behind them, and swap abruptly when one passes another. "soft":
+            they fade into each other while their depths are close, see `project` and `rasterize`, so that
+            sequences do not jump. The built-in kernels always use depth.
         filter: see `rasterize`.
         num_sigmas: half length of a box in standard deviations, > 0, or one for each brush of a set; None
-            takes `texture.fitted_sigmas`, at which a stroke paints about as much as its Gaussian. The
-            published method takes 2.
+            takes `texture.fitted_sigmas`, fitted to the painted area of the Gaussian. The published method
+            uses 2.
         low_pass: variance in px^2 added to every projected Gaussian, >= 0.
         depth: whether the frame has a depth.
-        underpaint: whether each stroke is laid over a soft copy of itself, which closes the gaps between
-            strokes; or what that copy is like, see `rasterize`. It lies behind by the size of the stroke, and
-            with `num_sigmas` None strokes over it are drawn at 0.88 of their reach. The built-in kernels have
-            none.
-        streaks: amplitude of the streaks of bristles along strokes, 0 to 0.5, see `rasterize`. The built-in
-            kernels have none.
-        relief: whether the frame has a height, or how high its paint lies, see `Relief` and `light`.
-        layers: what the frame has besides, in `Frame.layers`, for compositing: "depth" [H, W], camera z;
-            "normal" [H, W, 3], where the planes of strokes face, camera axes; "uv" [H, W, 2], the place on
-            the stroke that shows most, 0 to 1 along it and across; "motion" [H, W, 2], pixels right and down
-            to where that paint is in `next_camera`; "stroke", a `Matte` of single strokes; "id", `Matte`s
-            "brush", "region" (of Gaussians that have regions) and "layer"; "height" [H, W], with `relief`;
-            "unlit" [H, W, 4], the picture without a lamp. Nothing is computed that is not named.
-        next_camera: the view one frame later; None gives no "motion".
+        underpaint: draw a soft copy behind each stroke, which closes the gaps between strokes; or its
+            options, see `rasterize`. It lies behind by the size of the stroke, and with `num_sigmas` None
+            strokes over it are drawn at 0.88 of their reach. The built-in kernels have none.
+        streaks: amplitude of bristle streaks along strokes, 0 to 0.5, see `rasterize`. The built-in kernels
+            have none.
+        relief: whether the frame has a height, or its options, see `Relief` and `light`.
+        layers: layers to compute, in `Frame.layers`: "depth" [H, W], camera z; "normal" [H, W, 3], normals of
+            stroke planes, camera axes; "uv" [H, W, 2], position on the most visible stroke, 0 to 1 along and
+            across it; "motion" [H, W, 2], pixels right and down to the same paint in `next_camera`; "stroke",
+            a `Matte` of single strokes; "id", `Matte`s "brush", "region" (if Gaussians have regions) and
+            "layer"; "height" [H, W], with `relief`; "unlit" [H, W, 4], the picture without a lamp.
+        next_camera: the view of the next frame, for "motion"; None omits that layer.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
 
     Returns:
@@ -124,14 +123,14 @@ def render_sequence(
     relief: bool | Relief = False,
     num_threads: int | None = None,
 ) -> Iterator[Frame]:
-    """Paint Gaussians along a camera path, one frame per camera, each when it is asked for.
+    """Paint Gaussians along a camera path, one frame per camera, lazily.
 
     Args:
         gaussians: N Gaussians in world space; each becomes a stroke.
-        cameras: the views in order, all of one size; closed where the last equals the first.
+        cameras: the views in order, all of one size; the path is closed if the last equals the first.
         texture: see `render`.
-        lock: which way strokes point: "track": chosen over the whole path before the first frame is drawn,
-            see `track_directions`; "anchor" or "off": by each view alone, see `project`.
+        lock: direction of strokes: "track": chosen over the whole path before the first frame, see
+            `track_directions`; "anchor" or "off": by each view alone, see `project`.
         order: see `render`.
         filter: see `rasterize`.
         num_sigmas: see `render`.

@@ -1,9 +1,9 @@
-"""Streaks: bristles leave lines of lighter and darker paint along a stroke.
+"""Streaks: lighter and darker lines of bristles along a stroke.
 
-A stroke's colour is multiplied by 1 + streaks x s, s in -1 to 1 being a fixed noise across the stroke. It is
-read from a place in the noise that belongs to the Gaussian behind the box, so a stroke keeps its streaks from
-view to view. The noise has two bands: single bristles, and tufts of several. Each fades out, as a stroke gets
-smaller, before a pixel could no longer resolve it, so that nothing shimmers.
+A stroke's colour is multiplied by 1 + streaks x s, with s in -1 to 1 a fixed noise across the stroke. The
+offset into the noise is a hash of the Gaussian's row, so a stroke keeps its streaks in all views. The noise
+has two bands: single bristles, and tufts of several. Each fades out as a stroke gets smaller, before pixels
+cannot resolve it, so that nothing shimmers.
 """
 
 from functools import lru_cache
@@ -18,18 +18,18 @@ from brushgs.values.arrays import F64, Array
 from brushgs.values.boxes import Boxes
 
 MOST_STREAKS = 0.5
-PERIOD = 256  # bristles after which the noise repeats; also how many places strokes may read it from
-TUFT = 8  # bristles: width of the window that smooths bristles to tufts
-# Pixels of a bristle where its band begins to show and where it shows in full: waves of 2 and 4 pixels.
+PERIOD = 256  # bristles per period of the noise; also the number of offsets
+TUFT = 8  # bristles per tuft: width of the smoothing window
+# Pixels per bristle at which its band starts to show, and shows in full: waves of 2 and 4 pixels.
 BRISTLE_FADE = (1.0, 2.0)
 TUFT_FADE = (0.25, 0.5)
 BRISTLES: int = _core.BRISTLES  # 12 across a box
-# On either side of it: filtered levels of a stroke image are larger than the box.
+# Bristles on either side of the box: filtered levels are larger than it.
 MARGIN: int = _core.BRISTLE_MARGIN
 
 
 def streak_arguments(boxes: Boxes, streaks: float, brush_set: BrushSet) -> dict[str, Any]:
-    """What the core takes of streaks; nothing where they are 0."""
+    """Core arguments for streaks; empty if they are 0."""
     if streaks == 0:
         return {}
     weights = streak_weights(boxes, streaks, brush_set.without_bristles(boxes.brushes))
@@ -37,19 +37,19 @@ def streak_arguments(boxes: Boxes, streaks: float, brush_set: BrushSet) -> dict[
 
 
 def streak_starts(boxes: Boxes) -> NDArray[np.uint8]:
-    """[M] the bristle of the noise at which each box begins, which belongs to the row behind it."""
+    """[M] offset of each box into the noise, bristles."""
     return starts_of(boxes.ids)
 
 
 def starts_of(ids: NDArray[np.integer[Any]]) -> NDArray[np.uint8]:
-    """[M] where streaks of these rows begin in the noise: a hash."""
+    """[M] offsets into the noise for rows: a hash."""
     return (ids.astype(np.uint32) * np.uint32(0x9E3779B1) >> np.uint32(24)).astype(np.uint8)
 
 
 def streak_weights(boxes: Boxes, streaks: float, is_smooth: NDArray[np.bool_] | None = None) -> Array:
-    """[M, 2] amplitude of single bristles and of tufts in each box, >= 0, in all at most `streaks`.
+    """[M, 2] amplitude of bristles and of tufts in each box, >= 0, in total at most `streaks`.
 
-    Boxes that are smooth, [M], have none; None for no such box.
+    Boxes in the mask `is_smooth` [M] have none; None for no such box.
     """
     return _weights(boxes, streaks, 0, is_smooth)
 
@@ -75,7 +75,7 @@ def check_streaks(where: str, streaks: float) -> None:
 
 
 def _shown(half_v: F64, fade: tuple[float, float]) -> tuple[F64, F64]:
-    """[M] share of a band that shows in boxes of these half extents, and its derivative by them."""
+    """[M] visible share of a band in boxes of these half extents, and its derivative."""
     bristle = 2 / BRISTLES  # pixels of a bristle, per pixel of half extent
     t = np.clip((half_v * bristle - fade[0]) / (fade[1] - fade[0]), 0, 1)
     return t * t * (3 - 2 * t), 6 * t * (1 - t) * bristle / (fade[1] - fade[0])
@@ -83,9 +83,9 @@ def _shown(half_v: F64, fade: tuple[float, float]) -> tuple[F64, F64]:
 
 @lru_cache
 def noise() -> NDArray[np.uint8]:
-    """[PERIOD, 2] the noise of single bristles (all bands) and of tufts alone; 127.5 is 0, 255 is 1.
+    """[PERIOD, 2] noise of bristles (all bands) and of tufts; 127.5 is 0, 255 is 1.
 
-    One half of the period is the other with its sign changed, so the mean is 0. Deviations are 0.5.
+    The second half of the period is the negated first, so the mean is 0. Standard deviations are 0.5.
     """
     k = np.arange(PERIOD // 2, dtype=np.uint64) + 1
     for factor in (0x9E3779B1, 0x85EBCA6B, 0xC2B2AE35):  # an integer hash: the same on every machine
@@ -107,10 +107,10 @@ def noise() -> NDArray[np.uint8]:
 
 @lru_cache
 def packed_noise() -> NDArray[np.uint16]:
-    """The noise as the core reads it, see `StreakView` in core/include/brushgs/raster.hpp.
+    """The noise for the core, see `StreakView` in core/include/brushgs/raster.hpp.
 
     Entry 2 k packs the bristles k - MARGIN and k - MARGIN + 1 of the first column, entry 2 k + 1 those of the
-    second: as many as any box reads from any start.
+    second, enough for any box at any offset.
     """
     places = np.arange(-MARGIN, PERIOD + BRISTLES + MARGIN + 2)
     steps = noise().astype(np.uint16)

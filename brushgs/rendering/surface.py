@@ -1,10 +1,9 @@
-"""What is painted on: canvas or paper, as colour, height and grain over the picture.
+"""Painting surfaces, canvas or paper: colour, height and grain over the picture.
 
-Lengths belong to the canvas: they are pixels of a picture of 1000 x 750 and scale with its size, so a picture
-twice as large shows the same threads, twice as wide. Noise is drawn on lattices over the whole canvas, not
-on tiles: nothing recurs. They begin at its upper left corner, and each number is a hash of its place: a
-picture of another size or shape shows the same threads and bumps, and what paints on another machine repeats
-them (`outlets/page/web/surface.js`).
+Lengths are pixels of a 1000 x 750 picture and scale with its size: a picture twice as large shows the same
+threads, twice as wide. Noise lies on lattices over the whole canvas, without tiling. Lattices start at the
+upper left corner, and each number is a hash of its index, so pictures of other sizes or shapes, and other
+programs (`outlets/page/web/surface.js`), show the same threads and bumps.
 """
 
 from collections.abc import Callable
@@ -22,37 +21,37 @@ from brushgs.values.hashing import GOLDEN_32, hash_32, lattice
 
 PERIOD = 3.6  # px from thread to thread
 LINEN_HEIGHT = 0.2  # px, standard deviation
-LINEN_TONE = 0.014  # standard deviation of the colour, over the colour: light on top of threads, dark between
-# Standard deviation of the distance of neighbouring threads, over their distance. Evenly spaced threads keep
-# step over the whole canvas, and make patterns of their own where a screen shows a picture smaller.
+LINEN_TONE = 0.014  # relative standard deviation of the colour: light on top of threads, dark between
+# Relative standard deviation of the spacing of threads. Even spacing would give moire patterns on downscaled
+# pictures.
 SPACING = 0.12
-BEFORE = 4  # threads beyond the upper left corner, from where they are counted: waves lead there
-WAVES = 0.10  # threads that a thread strays from its line, standard deviation
-WAVE_LENGTH = 14.0  # px over which it does
-SLUBS = 0.16  # standard deviation of the thickness from thread to thread, and along each
-OVER = 0.45  # of the height of a thread, by which it rises over one and sinks under the next
-# Of the weave as its threads are drawn, over 256 seeds at 1000 x 750. One canvas has few hundred threads: its
-# mean strays by 0.0076 and its deviation by 0.0025, standard deviations.
+BEFORE = 4  # threads before the upper left corner, which waves may reach
+WAVES = 0.10  # waviness of a thread in threads, standard deviation
+WAVE_LENGTH = 14.0  # px
+SLUBS = 0.16  # standard deviation of the thickness, between threads and along each
+OVER = 0.45  # share of its height by which a thread rises over one and sinks under the next
+# Mean and deviation of the weave over 256 seeds at 1000 x 750. A canvas has few hundred threads: its own mean
+# varies by 0.0076 and its deviation by 0.0025 (standard deviations).
 WEAVE_MEAN, WEAVE_DEVIATION = 1.0046, 0.3709
-# Threads narrower than this, px of the picture, fade and are gone at the second: pixels could not show them.
+# Thread widths, px of the picture, at which threads start to fade and are gone.
 NARROW_THREAD = (2.4, 1.5)
 PAPER_COARSE, PAPER_FINE = 3.2, 1.1  # px, half length of bumps
-PAPER_SHARES = 0.65, 0.76  # of them; the squares sum to 1
+PAPER_SHARES = 0.65, 0.76  # amplitudes; the squares sum to 1
 PAPER_HEIGHT = 0.35  # px, standard deviation
 PAPER_TONE = 0.008
-# B-splines in place of the numbers of a lattice leave 151/315 of their deviation, which is 1/sqrt(3).
+# B-splines keep 151/315 of the deviation of the lattice numbers, which is 1/sqrt(3).
 NOISE_GAIN = 3**0.5 * 315 / 151
-STREAMS = ("columns", "rows", "one", "other", "coarse", "fine")  # of numbers, for one seed
-BAND_PIXELS = 1 << 15  # made at a time: the arrays of a band of linen then take 1.5 MB
+STREAMS = ("columns", "rows", "one", "other", "coarse", "fine")  # random streams of a seed
+BAND_PIXELS = 1 << 15  # per band: the arrays of a band of linen then take 1.5 MB
 GRAIN = 0.24  # standard deviation of the grain around 1/2
 
 
 @dataclass(frozen=True, eq=False)
 class Recipe:
-    """What a surface was made of: enough to make it anew in another size.
+    """Parameters of a surface, to make it again in another size.
 
     Attributes:
-        kind: the function that made it, "flat", "linen" or "paper".
+        kind: name of its function, "flat", "linen" or "paper".
         color: [3] or [H, W, 3].
         strength: of height and tone; 0 for a flat one.
         seed: of the threads or bumps.
@@ -66,13 +65,13 @@ class Recipe:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """What a picture is painted on.
+    """A painting surface.
 
     Attributes:
         rgb: [H, W, 3] colour, display-encoded.
-        height: [H, W] pixels of this picture, about a mean of 0.
-        grain: [H, W] the tooth, 0 (a hollow, which dry paint misses) to 1 (a tip).
-        recipe: None for one that no function of this module made.
+        height: [H, W] pixels of this picture, mean about 0.
+        grain: [H, W] the tooth, 0 (a hollow, missed by dry paint) to 1 (a tip).
+        recipe: None if not made by this module.
     """
 
     rgb: Array  # [H, W, 3]
@@ -95,7 +94,7 @@ def linen(color: ArrayLike, *, height: int, width: int, strength: float = 1.0, s
         height: pixels, >= 1.
         width: pixels, >= 1.
         strength: of height and tone, >= 0; 1 is `LINEN_HEIGHT` and `LINEN_TONE`.
-        seed: another one gives other threads.
+        seed: of the threads.
     """
     pattern = _linen(height, width, seed)
     return _surface("linen", color, pattern, _grain(pattern), strength, LINEN_HEIGHT, LINEN_TONE, seed)
@@ -141,7 +140,7 @@ def _surface(
         )
     shade = 1 + np.float32(strength * tone) * pattern
     rgb = np.empty((rows, columns, 3), np.float32)
-    for c in range(3):  # a third of the time of one expression, whose innermost loop would be as short
+    for c in range(3):  # by channel: a third of the time of one expression with a short inner loop
         np.multiply(base[..., c], shade, out=rgb[..., c])
     raised = np.float32(strength * height * canvas_scale(columns, rows)) * pattern
     return Surface(rgb, raised, grain, recipe=Recipe(kind, base, strength, seed))
@@ -171,8 +170,8 @@ def _linen(height: int, width: int, seed: int) -> F32:
         one, other = first.rows(band), second.rows(band)
         up, column = _bump(x + np.float32(WAVES) * one)
         across, row = _bump(y[band, None] + np.float32(WAVES) * other)
-        sign = np.where((column ^ row) & 1, np.float32(-OVER), np.float32(OVER))  # where one rises, one sinks
-        weave = (of_column + np.float32(SLUBS) * other) * (up + sign * across)  # both fields serve twice
+        sign = np.where((column ^ row) & 1, np.float32(-OVER), np.float32(OVER))  # one rises, one sinks
+        weave = (of_column + np.float32(SLUBS) * other) * (up + sign * across)  # both fields are used twice
         weave = np.maximum(weave, (of_row[band, None] + np.float32(SLUBS) * one) * (across - sign * up))
         weave -= np.float32(WEAVE_MEAN)
         return np.asarray(weave * np.float32(share / WEAVE_DEVIATION), np.float32)
@@ -181,14 +180,16 @@ def _linen(height: int, width: int, seed: int) -> F32:
 
 
 def _bump(place: F32) -> tuple[F32, NDArray[np.int32]]:
-    """How high a thread is at a place among threads, 0 to 1, and which it is."""
+    """Height of a thread, 0 to 1, and its index, at positions in threads."""
     thread = place.astype(np.int32)  # places are > 0
     part = place - thread.astype(np.float32)
     return np.asarray(4 * part * (1 - part), np.float32), thread
 
 
 def _threads(stream: int, size: int, period: float) -> tuple[F32, F32]:
-    """[size] where each pixel lies among threads, whole where two meet, and how thick its own is, about 1."""
+    """[size] position of each pixel in threads (whole numbers are borders), and relative thickness of its
+    thread.
+    """
     count = int(np.ceil(1.3 * size / period)) + 16
     numbers = lattice(stream, np.arange(2, dtype=np.uint32), np.arange(count, dtype=np.uint32))
     spread = 3**0.5 * numbers.astype(np.float64)  # deviation 1
@@ -213,7 +214,7 @@ def _paper(height: int, width: int, seed: int) -> F32:
 
 
 def _in_bands(height: int, width: int, pattern_of: Callable[[slice], F32]) -> F32:
-    """[H, W] what a function makes of some rows, several at once: they fit into the cache; read-only."""
+    """[H, W] a pattern computed in cache-sized bands in parallel; read-only."""
     pattern = np.empty((height, width), np.float32)
     num_rows = max(BAND_PIXELS // width, 1)
 
@@ -227,14 +228,14 @@ def _in_bands(height: int, width: int, pattern_of: Callable[[slice], F32]) -> F3
 
 
 def _stream(seed: int, name: str) -> int:
-    """The stream of numbers of one of the fields and axes of a surface."""
+    """The seed of a random stream of a surface."""
     state = (seed + GOLDEN_32 * STREAMS.index(name)) % 2**32
     return int(hash_32(np.array([state], np.uint32))[0])
 
 
 @dataclass(frozen=True, eq=False)
 class _Noise:
-    """Smooth noise over a picture, mean 0: cubic B-splines over even numbers on a lattice.
+    """Smooth noise over a picture, mean 0: cubic B-splines over uniform random numbers on a lattice.
 
     Attributes:
         lines: [H, m] the noise of each row at the columns of the lattice.
@@ -248,7 +249,7 @@ class _Noise:
 
     @classmethod
     def of(cls, stream: int, height: int, width: int, spacing: float, deviation: float = 1.0) -> "_Noise":
-        """That of a stream of numbers, each `spacing` pixels."""
+        """Noise of a random stream with this lattice spacing in pixels."""
         axes = [
             np.arange(int(np.ceil(size / spacing - 1e-6)) + 3, dtype=np.uint32) for size in (height, width)
         ]
@@ -257,12 +258,12 @@ class _Noise:
         return cls(lines, *_splines(width, spacing, deviation * NOISE_GAIN))
 
     def rows(self, band: slice) -> F32:
-        """[h, W] some rows of it."""
+        """[h, W] rows of the noise."""
         return _mixed(self.lines[band], self.first, self.weights, axis=1)
 
 
 def _splines(size: int, spacing: float, gain: float) -> tuple[NDArray[np.int_], F32]:
-    """[size] the first of the four numbers that each pixel lies between, and their weights [4, size]."""
+    """[size] first of the four lattice numbers of each pixel, and their weights [4, size]."""
     place = (np.arange(size) + 0.5) / spacing
     first = place.astype(int)
     f = place - first
@@ -271,7 +272,7 @@ def _splines(size: int, spacing: float, gain: float) -> tuple[NDArray[np.int_], 
 
 
 def _mixed(field: F32, first: NDArray[np.int_], weights: F32, axis: int) -> F32:
-    """The four numbers from `first` on along an axis, weighted and added."""
+    """Weighted sums of four numbers from `first` along an axis."""
     total = np.take(field, first, axis) * weights[0]
     for k in (1, 2, 3):
         total += np.take(field, first + k, axis) * weights[k]

@@ -1,7 +1,6 @@
-"""Brushes as the core reads them: the kernel that fills a box, and the levels of the images that boxes need.
+"""Brushes packed for the core: kernels, and the image levels that boxes need.
 
-What the texels of a level are is decided in `brushgs.brushes.levels`; here they are packed, and kept for each
-texture as long as it lives.
+Texels of levels are defined in `brushgs.brushes.levels`; here they are packed, and cached per texture.
 """
 
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ Code = tuple[int, int]  # the level along u and along v, see `level_coverage`
 
 
 def kernel_of(brush_set: BrushSet, filter: Filter) -> _core.Kernel:
-    """What the core fills a box with."""
+    """The core's kernel of a brush set."""
     if brush_set.kind == "gaussian":
         return _core.Kernel.gaussian
     if brush_set.kind == "ellipse":
@@ -41,10 +40,10 @@ class TextureLevels:
     """The L levels of stroke images that a set of boxes needs; none for a built-in kernel.
 
     Attributes:
-        packed: as the core reads them, with the level of each box; those of one brush after the other.
-        brushes: L times the row of the brush.
-        codes: L times the level along u and along v.
-        shapes: L times rows and columns of `packed`; an image of one row or column has two there.
+        packed: for the core, with the level of each box; grouped by brush.
+        brushes: row of the brush, for each of L levels.
+        codes: (level along u, level along v), for each of L.
+        shapes: (rows, columns) of `packed`, for each of L; single rows or columns are doubled.
     """
 
     packed: _core.Levels
@@ -62,12 +61,12 @@ def levels_for(
     heights: bool = False,
     num_threads: int | None = None,
 ) -> TextureLevels:
-    """The levels that serve these boxes; each image itself for all its boxes unless the filter is "mip".
+    """The levels for these boxes; only the images themselves unless the filter is "mip".
 
-    With `heights` they hold the height of the paint beside its coverage. `num_threads` as for `rasterize`.
+    With `heights` they hold the paint's height beside its coverage. `num_threads` as for `rasterize`.
 
     Raises:
-        ValueError: if the brush of a box lies beyond the set; `where` is the function that asks.
+        ValueError: if a brush is beyond the set; the message starts with `where`.
     """
     of_box = np.empty(0, np.uint16)  # all boxes use the first level
     chosen: list[tuple[int, list[Code]]] = []  # brushes in use, and the codes of their levels
@@ -115,7 +114,7 @@ def levels_for(
 
 
 def count_levels(boxes: Boxes, brush_set: BrushSet) -> tuple[int, int]:
-    """How many levels of its images these boxes need with `filter="mip"`, and how many there could be."""
+    """Number of levels that these boxes need with `filter="mip"`, and number of all levels."""
     most = 0
     for texture in brush_set.textures:
         rows, columns = texture.coverage.shape
@@ -124,11 +123,11 @@ def count_levels(boxes: Boxes, brush_set: BrushSet) -> tuple[int, int]:
 
 
 def coverage_gradients(brush_set: BrushSet, levels: TextureLevels, v_texels: list[F64]) -> tuple[F64, ...]:
-    """Of each brush the gradient by its coverage, [h, w], from that by the texels of each level as packed."""
+    """Gradient by the coverage [h, w] of each brush, from those by the packed texels of each level."""
     totals = tuple(np.zeros(texture.coverage.shape) for texture in brush_set.textures)
     for brush, code, values in zip(levels.brushes, levels.codes, v_texels, strict=True):
         coverage = brush_set.textures[brush].coverage
-        for axis in (0, 1):  # an axis of one texel was given a second one like it
+        for axis in (0, 1):  # single texels were doubled
             if coverage.shape[axis] == 1:
                 values = values.sum(axis, keepdims=True)
         totals[brush][...] += level_gradient(coverage, *code, values)
@@ -138,7 +137,7 @@ def coverage_gradients(brush_set: BrushSet, levels: TextureLevels, v_texels: lis
 def _levels_of(
     half_extents: Array, texture: StrokeTexture, filter: Filter
 ) -> tuple[list[Code], NDArray[np.uint16]]:
-    """The levels that boxes of one brush use, ascending, and of each box its row; no rows: all the first."""
+    """Levels used by boxes of one brush, ascending, and the row of each box (no rows: the first for all)."""
     if filter != "mip":
         return [(0, 0)], np.empty(0, np.uint16)
     rows, columns = texture.coverage.shape
@@ -156,7 +155,7 @@ _cache: WeakKeyDictionary[StrokeTexture, dict[Code, _Packed]] = WeakKeyDictionar
 def _packed_levels(
     texture: StrokeTexture, codes: list[Code], num_threads: int | None = None
 ) -> list[_Packed]:
-    """Levels as the core reads them; missing ones are made together."""
+    """Packed levels; missing ones are made together."""
     of_texture = _cache.setdefault(texture, {})
     missing = sorted(code for code in codes if code not in of_texture)
     made = stroke_levels(texture.coverage, missing, num_threads=num_threads)
@@ -171,9 +170,9 @@ _height_cache: WeakKeyDictionary[StrokeTexture, dict[Code, NDArray[np.uint32]]] 
 def _with_heights(
     texture: StrokeTexture, codes: list[Code], num_threads: int | None
 ) -> list[NDArray[np.uint32]]:
-    """Levels with their heights as the core reads them.
+    """Packed levels with heights.
 
-    Missing ones are made together, and kept for `_packed_levels` too: heights are made of coverage.
+    Missing ones are made together, and cached for `_packed_levels` too.
     """
     of_texture, flat = _height_cache.setdefault(texture, {}), _cache.setdefault(texture, {})
     missing = sorted(code for code in codes if code not in of_texture)
@@ -224,9 +223,9 @@ def tint_levels(
 
 
 def _packed(coverage: NDArray[np.uint8]) -> _Packed:
-    """One level as the core reads it: each texel paired with the one below."""
+    """One packed level: each texel paired with the one below."""
     texels = coverage.astype(np.uint16)
-    for axis in (0, 1):  # bilinear sampling lies between two texels
+    for axis in (0, 1):  # bilinear sampling needs two texels
         if texels.shape[axis] == 1:
             texels = np.repeat(texels, 2, axis)
     below = np.concatenate([texels[1:], texels[-1:]])

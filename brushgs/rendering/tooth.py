@@ -1,7 +1,6 @@
-"""Marks pressed through the tooth of a paper: a dry medium takes hold on the peaks of the grain only.
+"""Press marks onto the tooth of a paper: a dry medium stays only on the peaks of the grain.
 
-A step on the finished frame, since it is the paper that takes or leaves the paint, however many strokes left
-it there.
+Applied to the finished frame, since the paper takes the paint whatever the number of strokes.
 """
 
 from dataclasses import replace
@@ -12,28 +11,27 @@ from brushgs.core.native import core as _core
 from brushgs.values.arrays import Array, check
 from brushgs.values.frame import Frame
 
-SOFTNESS = 0.28  # in alpha: the step between bare paper and all of the paint
+SOFTNESS = 0.28  # in alpha: transition between bare paper and full paint
 
 
 def press(frame: Frame, grain: Array, dry: float) -> Frame:
-    """Leave of a frame what the grain of a paper takes.
+    """Reduce a frame to the paint that the grain of a paper takes.
 
     The share s(e) = e^2 (3 - 2 e) of the paint stays in a pixel, e = (alpha - dry (1 - grain)) / 0.28 clipped
-    to 0 to 1: firm marks are whole, faint ones are left on the peaks alone. Alpha, colour and height get
-    fainter alike.
+    to 0 to 1: firm marks stay whole, faint ones only on the peaks. Alpha, colour and height are scaled alike.
 
     Args:
         frame: H x W pixels.
         grain: [H, W] the surface of the paper, 0 (a valley) to 1 (a peak).
-        dry: how deep the valleys are for this medium, in alpha, 0 to 1. 0.42 is charcoal; with 0 only paint
-            of an alpha below 0.28 gets fainter.
+        dry: depth of the valleys for this medium, in alpha, 0 to 1; 0.42 is charcoal. At 0 only paint of an
+            alpha below 0.28 gets fainter.
 
     Returns:
         The frame, in its dtype, with other colours, alpha and height; a depth is a mean and stays.
 
     Raises:
-        TypeError: if `grain` is no array.
-        ValueError: if it is of another size than the frame, or `dry` is out of range.
+        TypeError: if `grain` is not an array.
+        ValueError: if it has another size than the frame, or `dry` is out of range.
     """
     if not 0 <= dry <= 1:
         raise ValueError(f"press: dry must be in 0 to 1, got {dry}")

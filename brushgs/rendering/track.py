@@ -1,8 +1,8 @@
-"""A whole camera path -> which way each stroke points in each view: no flips, no spins, no pops.
+"""A whole camera path -> directions of strokes in each view, without flips, spins or pops.
 
-One view alone chooses directions by `project(lock="anchor")`, which is steady except for views along a
-stroke's longest axis. Where the path is known before the first frame is drawn, directions are chosen over all
-of it at once: see `track_directions`. Given the `Track`, every frame can be drawn alone.
+`project(lock="anchor")` chooses directions by one view, which is stable except for views along a stroke's
+longest axis. If the path is known, directions are chosen over all of it at once, see `track_directions`.
+Given the `Track`, every frame can be drawn alone.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,12 +31,13 @@ TRACKED_COLUMNS = ("means", "quats", "scales", "opacities")  # of strokes: all t
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Which way every stroke points along a camera path.
+    """Directions of strokes along a camera path.
 
     Attributes:
-        turns: [K, N] int16, directions at the K knots of the path in 2^-16 turns from +x towards +y.
-        area_scales: [K, N] uint16 or None, see `Directions`; as octaves, `_core.AREA_SCALE_STEPS` to one.
-        positions: [F] where the frames lie among the knots, 0 to K - 1.
+        turns: [K, N] int16, directions at the K knots of the path, in 2^-16 turns from +x towards +y.
+        area_scales: [K, N] uint16 or None, see `Directions`; logarithm to base 2 in steps of 1 /
+            `_core.AREA_SCALE_STEPS`.
+        positions: [F] positions of the frames among the knots, 0 to K - 1.
     """
 
     turns: NDArray[np.int16]  # [K, N]
@@ -44,14 +45,14 @@ class Track:
     positions: F64  # [F]
 
     def __len__(self) -> int:
-        """How many frames the path has."""
+        """Number of frames of the path."""
         return len(self.positions)
 
     def directions(self, frame: int) -> Directions:
-        """Which way each Gaussian's stroke points in one frame of the path: for `project` and `render`.
+        """Directions of strokes in one frame, for `project` and `render`.
 
         Args:
-            frame: which camera of the path, 0 to F - 1.
+            frame: index of the frame, 0 to F - 1.
 
         Raises:
             IndexError: if there is no such frame.
@@ -81,12 +82,12 @@ def track(
     order: Order = "soft",
     num_threads: int | None = None,
 ) -> Iterator[Boxes]:
-    """The boxes of every view of a path, in directions chosen over the whole path.
+    """Boxes of every view of a path, with directions chosen over the whole path.
 
     Args:
         gaussians: N Gaussians in world space.
-        cameras: the views in order, all of one size. Where the last equals the first the path is closed, and
-            the strokes come back to the directions they started with.
+        cameras: the views in order, all of one size. If the last equals the first the path is closed, and
+            strokes return to their initial directions.
         num_sigmas: see `project`.
         low_pass: see `project`.
         fade: see `project`.
@@ -122,7 +123,7 @@ def track_directions(
     low_pass: float = LOW_PASS,
     num_threads: int | None = None,
 ) -> Track:
-    """Choose which way every stroke points, over a whole camera path.
+    """Choose the directions of strokes over a whole camera path.
 
     The path is sampled at knots at most 1.5 degrees of view change apart (camera turn, or shift over the
     distance of the scene), between frames along screw motions, so the outcome hardly depends on the frame
@@ -136,14 +137,14 @@ def track_directions(
     turns, the half turn is spent where it costs least, at up to 7.2 degrees a knot. Where the box of a
     slender stroke has to grow while it turns, its area grows by at most 10 % a knot and 15 % a frame.
 
-    Frames that lie further apart are the knots themselves. From one to the next a direction may turn by 14
-    degrees at next to no cost, so no stroke flips or spins (15 degrees) up to 12.4 degrees a frame; the price
-    is that up to 3 % of slender strokes lie off their axis at 10 degrees a frame. Frames further apart than
-    that leave too few steps for a half turn: there strokes turn by up to 29 degrees.
+    Frames further apart are themselves the knots. Between them a direction may turn by 14 degrees at almost
+    no cost, so no stroke flips or spins (15 degrees) up to 12.4 degrees per frame; in return up to 3 % of
+    slender strokes lie off their axis at 10 degrees per frame. Beyond that, too few steps are left for a half
+    turn: strokes turn by up to 29 degrees.
 
     Args:
         gaussians: N Gaussians in world space.
-        cameras: the F views in order, all of one size; closed where the last equals the first.
+        cameras: the F views in order, all of one size; the path is closed if the last equals the first.
         low_pass: variance added to both axes, pixels squared, >= 0; see `project`.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
@@ -187,7 +188,7 @@ def checked_cameras(cameras: Sequence[Camera]) -> list[Camera]:
     """The cameras of a path.
 
     Raises:
-        ValueError: if there is none or sizes differ.
+        ValueError: if there is none, or sizes differ.
     """
     cameras = list(cameras)
     if not cameras:
@@ -210,18 +211,18 @@ def directions_along(
     low_pass: float,
     num_threads: int,
 ) -> Track:
-    """`track_directions` along knots.
+    """`track_directions` along given knots.
 
     Args:
-        knots: of the path, K of them.
-        columns: `TRACKED_COLUMNS` of strokes, others are ignored; [N, ...], or [K, N, ...] where they move.
-        camera: the size of its picture is that of all views.
-        carried: [K, N] how far the thing of each stroke has turned in the picture by itself, -pi to pi
-            radians: the directions are relative to it.
-        jumps: [K, N] whether it jumps from the knot before, so that its stroke may spin; at the first knot of
-            a closed path whether it does so at the last.
+        knots: K knots of the path.
+        columns: `TRACKED_COLUMNS` of strokes, others are ignored; [N, ...], or [K, N, ...] if they move.
+        camera: gives the picture size of all views.
+        carried: [K, N] rotation of each stroke's object in the picture by its own motion, -pi to pi radians;
+            directions are relative to it.
+        jumps: [K, N] whether the object jumps from the previous knot, so that its stroke may spin; at the
+            first knot of a closed path, from the last.
         low_pass: see `track_directions`.
-        num_threads: how many, 1 or more.
+        num_threads: >= 1.
     """
     tracked: dict[str, Any] = {name: columns[name] for name in TRACKED_COLUMNS}
     turns, area_scales = _core.track_directions(

@@ -1,7 +1,7 @@
-"""A camera path through a clip -> which way each stroke points in each frame: the lock where strokes move.
+"""A camera path through a clip -> directions of strokes in each frame, for moving strokes.
 
-Strokes that rest are tracked by `track_directions`. Those that move are tracked over views and moments at
-once, relative to the thing that they paint: what turns in the picture takes its strokes with it.
+Still strokes are tracked by `track_directions`. Moving ones are tracked over views and moments at once,
+relative to the object that they paint: an object that turns in the picture takes its strokes with it.
 """
 
 from collections.abc import Sequence
@@ -21,25 +21,25 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import conjugates, normalized, quat_products, rotation_matrices, twists
 
-# A thing whose view changes by more from knot to knot jumps: eyes do not follow it. What turns end over end
-# by a quarter turn a step does; a board that makes a turn a second, 12 degrees a step, does not.
+# An object whose view changes by more from knot to knot jumps: the eye cannot follow. A quarter turn per step
+# jumps; a board at one turn per second, 12 degrees per step, does not.
 JUMP = radians(30)
-CHUNK = 1 << 26  # bytes of what strokes that are tracked at a time have at all knots
-LEAST_ROWS = 64  # what the core tracks at a time anyway
-SAME_MOMENT = 1e-6  # of a frame: a knot this near to a frame is at it
+CHUNK = 1 << 26  # bytes of a chunk of strokes at all knots
+LEAST_ROWS = 64  # rows per chunk in the core
+SAME_MOMENT = 1e-6  # in frames: tolerance for a knot at a frame
 
 
 @dataclass(frozen=True, eq=False)
 class MovingTrack:
-    """Which way every stroke points along a clip.
+    """Directions of strokes along a clip.
 
     Attributes:
-        resting: of the strokes that rest.
-        moving: of those that move, relative to their things.
-        rests: [r] rows of the strokes that rest.
-        moves: [m] rows of those that move.
-        things: [m] of each of these its row in `carried`.
-        carried: [F, S] int16, how far things have turned in the picture by themselves, in 2^-16 turns.
+        resting: track of still strokes.
+        moving: track of moving strokes, relative to their objects.
+        rests: [r] rows of still strokes.
+        moves: [m] rows of moving strokes.
+        things: [m] row in `carried` of each moving stroke's object.
+        carried: [F, S] int16, rotation of objects in the picture by their own motion, in 2^-16 turns.
     """
 
     resting: Track
@@ -50,23 +50,23 @@ class MovingTrack:
     carried: NDArray[np.int16]
 
     def __len__(self) -> int:
-        """How many frames the clip has."""
+        """Number of frames of the clip."""
         return len(self.positions)
 
     @property
     def positions(self) -> F64:
-        """[F] where the frames lie among the knots: frames next to each other at one position are equal."""
+        """[F] positions of frames among the knots; consecutive frames at the same position are equal."""
         return self.moving.positions if len(self.moves) else self.resting.positions
 
     def place(self, frame: int) -> float:
-        """Where a frame lies among the knots."""
+        """Position of a frame among the knots."""
         return float(self.positions[frame])
 
     def directions(self, frame: int) -> Directions:
-        """Which way each stroke points in one frame of the clip: for `project` and `render`.
+        """Directions of strokes in one frame, for `project` and `render`.
 
         Args:
-            frame: which one, 0 to F - 1.
+            frame: index of the frame, 0 to F - 1.
 
         Raises:
             IndexError: if there is no such frame.
@@ -96,36 +96,34 @@ def track_moving(
     low_pass: float = LOW_PASS,
     num_threads: int | None = None,
 ) -> MovingTrack:
-    """Choose which way every stroke points, over a whole clip.
+    """Choose the directions of strokes over a whole clip.
 
-    Strokes that rest are tracked as `track_directions` does. For those that move the path leads through views
-    and moments: its knots are at most 1/30 of a second apart too, as it is played, so that the outcome hardly
-    depends on the frame rate. At each knot the core sees the ellipse of the stroke as it is there.
+    Still strokes are tracked as by `track_directions`. For moving ones the path leads through views and
+    moments: its knots are also at most 1/30 s of playing time apart, so that the result hardly depends on the
+    frame rate. At each knot the core uses the ellipse of the stroke at that moment.
 
-    Directions are chosen relative to the thing that a stroke paints. How far that has turned in the picture
-    is the sum, from moment to moment, of the turn of the stroke's motion about the line of sight to its pivot
-    (swing and twist), whatever the camera does. So a stroke turns by at most 5.2 degrees in 1/30 of a second
-    (7.2 on a closed path that has a half turn to spend; at coarse steps of the camera as far as
-    `track_directions` says) beyond what the thing itself turns in the picture, however fast that is.
+    Directions are chosen relative to the object that a stroke paints. Its rotation in the picture is the sum
+    over moments of the twist of the stroke's motion about the line of sight to its pivot (swing-twist
+    decomposition), independent of the camera. So a stroke turns by at most 5.2 degrees per 1/30 s (7.2 on a
+    closed path with a half turn; at coarse camera steps as far as stated in `track_directions`) beyond the
+    object's own rotation.
 
-    Where the thing jumps, it has no bearing on what comes before or after: a stroke whose view of its thing
-    changes by more than 30 degrees from knot to knot may there spin, by up to 88 degrees, for the price of a
-    box 1.35 times as large, as between frames of a camera that are far apart. That is so at a cut in time,
-    for what teleports, and for what turns end over end so fast.
+    Where the view of an object changes by more than 30 degrees from knot to knot (cuts in time, teleports,
+    very fast tumbling), directions before and after are independent: the stroke may spin by up to 88 degrees,
+    at the cost of a box 1.35 times as large, as between camera frames far apart.
 
-    Where the cameras end with the first, and the strokes where they were at first, as in a loop there and
-    back, the path is closed: directions come back to what they were. What a thing has then turned in the
-    picture in all (a wheel that rolls forth before the camera and back behind it) is taken off evenly where
-    it turns.
+    If the last camera equals the first, and strokes return to their first pose, as in a loop forward and
+    back, the path is closed: directions return to their first values. The net rotation of an object in the
+    picture (a wheel that rolls forth in front of the camera and back behind it) is subtracted evenly where it
+    turns.
 
     Args:
-        strokes: N strokes at their reference moments, with the ids of `motion`; those that it does not hold,
-            and all without ids, rest.
+        strokes: N strokes at their reference moments, with the ids of `motion`; others do not move.
         cameras: the F views in order, all of one size.
-        motion: how strokes move.
-        positions: [F] the moment of each frame among those of the motion, 0 to T - 1, in any order; between
-            frames strokes move through the moments between, evenly.
-        fps: frames a second, as the clip is played.
+        motion: poses of the strokes.
+        positions: [F] moment of each frame among those of the motion, 0 to T - 1, in any order; between
+            frames the moments are traversed evenly.
+        fps: frames per second of playback.
         low_pass: variance added to both axes, pixels squared, >= 0; see `project`.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
@@ -174,13 +172,13 @@ def _checked_positions(positions: F64, num_frames: int, num_moments: int) -> F64
 
 @dataclass(frozen=True, eq=False)
 class _Moments:
-    """The knots and the frames of a clip in the order in which they are played, each once.
+    """Knots and frames of a clip in playing order, without duplicates.
 
     Attributes:
         positions: [m] among the moments of the motion.
         eyes: [m, 3] camera centres, world units.
-        knots: [K] which of them are the knots.
-        frames: [F] which of them are the frames.
+        knots: [K] rows of the knots.
+        frames: [F] rows of the frames.
     """
 
     positions: F64
@@ -208,25 +206,25 @@ def _moments_of(knots: Knots, cameras: list[Camera], positions: F64) -> _Moments
 
 @dataclass(frozen=True, eq=False)
 class _Clip:
-    """All that strokes which move are tracked with."""
+    """Inputs for tracking moving strokes."""
 
     motion: StrokeMotion
     knots: Knots
     moments: _Moments
-    camera: Camera  # the size of its picture is that of all
+    camera: Camera  # gives the picture size
     low_pass: float
     num_threads: int
 
     def track(self, strokes: Gaussians, found: Rows) -> tuple[Track, NDArray[np.int16]]:
-        """The directions of strokes relative to their things, and how far these turn by themselves, [F, S].
+        """Directions relative to the objects, and the objects' own rotation [F, S].
 
-        `found` says of each stroke which row of the motion it moves with, ascending.
+        `found` is the row of the motion for each stroke, ascending.
         """
         num_knots, n = len(self.knots.among_frames), len(strokes)
         things = np.unique(found)
         carried = zeros_over_time((len(self.moments.frames), len(things)), np.int16)
         turns, area_scales = zeros_over_time((num_knots, n), np.int16), None
-        num_bytes = 11 * strokes.means.itemsize + 21  # of a stroke at a knot, with what is known of its thing
+        num_bytes = 11 * strokes.means.itemsize + 21  # per stroke and knot, including its object
         step = max(LEAST_ROWS, int(CHUNK / (num_knots * num_bytes)))
         for begin in range(0, n, step):
             rows = slice(begin, min(begin + step, n))
@@ -259,7 +257,7 @@ class _Clip:
         return Track(turns, area_scales, self.knots.positions), carried
 
     def _sample(self, strokes: Gaussians, motion: StrokeMotion, found: Rows) -> "_Sample":
-        """Strokes at every knot; `found` says of each which row of the motion it moves with."""
+        """Strokes at every knot; `found` is the row of the motion for each."""
         num_knots, num_things, moments = len(self.moments.knots), len(motion.ids), self.moments
         bare = replace(strokes, sh=np.zeros((len(strokes), 1, 3), strokes.sh.dtype), brushes=None)
         columns = {
@@ -298,12 +296,12 @@ class _Clip:
 
 @dataclass(frozen=True, eq=False)
 class _Sample:
-    """Some strokes at every knot, and what becomes of the s things that they paint.
+    """A chunk of strokes at every knot, with the motion of their s objects.
 
     Attributes:
         columns: [K, n, ...] by name.
-        carried: [m, s] how far things have turned in the picture by themselves, at every moment, radians.
-        jumps: [K, s] whether they jump from the knot before.
+        carried: [m, s] rotation of objects in the picture by their own motion, at every moment, radians.
+        jumps: [K, s] whether objects jump from the previous knot.
     """
 
     columns: dict[str, Array]
@@ -313,7 +311,7 @@ class _Sample:
 
 @dataclass(frozen=True, eq=False)
 class _Sight:
-    """How a camera sees things at one moment: which way they have turned, and its rays to their pivots.
+    """Objects seen by a camera at one moment: their rotations, and rays to their pivots.
 
     Attributes:
         turns: [s, 4] unit quaternions, since the reference moments.
@@ -325,31 +323,31 @@ class _Sight:
 
     @classmethod
     def of(cls, pose: Pose, eye: F64) -> "_Sight":
-        """Of a camera whose centre this is."""
+        """For a camera centre."""
         numbers = pose.numbers.astype(np.float64)
         return cls(normalized(numbers[:, TURN]), _unit(pose.pivots + numbers[:, SHIFT] - eye))
 
     def turn_since(self, before: "_Sight") -> F64:
-        """[s] how far things have turned in the picture by themselves, radians."""
+        """[s] rotation of objects in the picture by their own motion, radians."""
         turns = quat_products(self.turns, conjugates(before.turns))
-        # About the ray between the two, so that the way back undoes it.
+        # About the mean ray, so that the way back cancels it.
         return twists(turns, _unit(self.rays + before.rays))
 
     def has_jumped_since(self, before: "_Sight") -> Mask:
-        """[s] whether the camera sees another side of them altogether."""
+        """[s] whether the view of the object changes by more than `JUMP`."""
         return np.asarray(np.einsum("nj,nj->n", self._own_rays(), before._own_rays()) < cos(JUMP))
 
     def _own_rays(self) -> F64:
-        """Rays in the axes of the things, as these were at the reference moments."""
+        """Rays in object axes at the reference moments."""
         return np.asarray(np.einsum("nij,ni->nj", rotation_matrices(self.turns), self.rays))
 
 
 def _unit(vectors: F64) -> F64:
-    """Vectors [n, 3] of length 1; those of length 0 as they are."""
+    """Vectors [n, 3] scaled to length 1; zero vectors stay."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
 
 
 def _wrapped(angles: F64) -> F32:
-    """Radians of any turn as -pi to pi."""
+    """Angles wrapped to -pi to pi, radians."""
     return (angles - 2 * pi * np.rint(angles / (2 * pi))).astype(np.float32)

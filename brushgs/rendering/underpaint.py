@@ -1,7 +1,7 @@
-"""Underpaint: each stroke once more behind itself, as a soft kernel that closes the gaps between strokes.
+"""Underpaint: a soft copy behind each stroke that closes the gaps between strokes.
 
-With it the strokes themselves may be drawn smaller. How far behind it lies stands in the column `setbacks` of
-`Boxes`, which `project` fills; how large and how opaque it is, is said here, once for all boxes.
+With it strokes may be drawn smaller. Its distance is the column `setbacks` of `Boxes`, filled by `project`;
+its size and opacity are set here for all boxes.
 """
 
 from dataclasses import dataclass
@@ -19,19 +19,19 @@ from brushgs.values.boxes import Boxes
 # 26.2/26.3 dB without underpaint; 25.9/26.1 with size 1.2, and a halo around every silhouette; 27.1/26.8 with
 # 1.0; 26.5/26.3 with 0.85. A reach of 0.82 gains 0.1 more and looks softer. Hard strokes in place of the soft
 # kernel lose 1.4 to 3 dB.
-SIZE = 1.0  # of the kernel's standard deviation, in those of the Gaussian
-OPACITY = 0.9  # in that of the stroke; hardly matters
-STROKE_REACH = 0.88  # of a stroke over underpaint, in its reach without
+SIZE = 1.0  # standard deviation of the kernel over that of the Gaussian
+OPACITY = 0.9  # over that of the stroke; hardly matters
+STROKE_REACH = 0.88  # reach of a stroke over underpaint, relative to its reach without
 
 
 @dataclass(frozen=True)
 class Underpaint:
-    """How underpaint differs from its stroke; colour, place and direction are the same.
+    """Size and opacity of underpaint relative to its stroke; colour, position and direction are the same.
 
     Attributes:
-        reach: half extents of the soft kernel in those of the stroke's box, > 0. It ends at three standard
-            deviations, as the kernel "gaussian" does. One number, or one for each brush of a set.
-        opacity: in that of the stroke, above 0 to 1.
+        reach: half extents of the soft kernel over those of the stroke's box, > 0; it is cut at three
+            standard deviations, like the kernel "gaussian". One number, or one for each brush of a set.
+        opacity: over that of the stroke, in (0, 1].
 
     Raises:
         ValueError: if a value is out of range.
@@ -48,16 +48,16 @@ class Underpaint:
 
     @classmethod
     def for_sigmas(cls, num_sigmas: Sigmas) -> Self:
-        """That of boxes whose half extents are so many standard deviations: `SIZE` times the Gaussian."""
+        """Underpaint of `SIZE` times the Gaussian, for boxes of `num_sigmas` standard deviations."""
         if isinstance(num_sigmas, tuple):
             return cls(reach=tuple(SIZE * GAUSSIAN_SIGMAS / sigmas for sigmas in num_sigmas))
         return cls(reach=SIZE * GAUSSIAN_SIGMAS / num_sigmas)
 
     def reaches(self, boxes: Boxes) -> F64 | None:
-        """[M] the reach of each box; None where it is one for all.
+        """[M] reach of each box; None if it is equal for all.
 
         Raises:
-            ValueError: if the brush of a box has none.
+            ValueError: if a brush has no reach.
         """
         if not isinstance(self.reach, tuple):
             return None
@@ -67,7 +67,7 @@ class Underpaint:
 def underpaint_arguments(
     where: str, boxes: Boxes, brush_set: BrushSet, underpaint: Underpaint | None
 ) -> dict[str, Any]:
-    """What the core takes of underpaint: nothing where there is none, nor under a built-in kernel.
+    """Core arguments for underpaint; empty without it, and for built-in kernels.
 
     Raises:
         TypeError: if `underpaint` is neither None nor `Underpaint`.

@@ -1,8 +1,7 @@
-"""What each Gaussian, or stroke, makes up of a view: exact sums over the pixels that it paints.
+"""Visible share of each Gaussian or stroke in a view: exact sums over its pixels.
 
-The weight of a Gaussian at a pixel is its alpha times the light that gets through what lies in front of it:
-the picture is the sum of weight x colour. Sums of anything by these weights do not depend on colours, and
-need no picture.
+The weight of a Gaussian at a pixel is its alpha times the transmittance in front of it; the picture is the
+sum of weight x colour. Sums by these weights do not depend on colours.
 """
 
 from dataclasses import replace
@@ -32,7 +31,7 @@ def painted_sums(
     *,
     num_threads: int | None = None,
 ) -> tuple[Array, Array]:
-    """Sum values of pixels over what each box paints.
+    """Weighted sums of pixel values over the pixels of each box.
 
     Args:
         boxes: M boxes.
@@ -52,7 +51,7 @@ def painted_sums(
 def painted_shares(
     boxes: Boxes, kernel: StrokeTexture, shares: Array, *, num_threads: int | None = None
 ) -> Array:
-    """Those of `painted_sums` over the shares of pixels alone, [M]."""
+    """[M] sums of `painted_sums` over shares only."""
     return _sums(boxes, kernel, None, shares, None, num_threads)
 
 
@@ -82,7 +81,7 @@ def _sums(
 def visible_areas(
     gaussians: Gaussians, camera: Camera, *, num_threads: int | None = None
 ) -> NDArray[np.float64]:
-    """The part of the plain picture that each Gaussian makes up: the sum of its blending weights over pixels.
+    """Visible area of each Gaussian in the plain picture: the sum of its blending weights over pixels.
 
     Args:
         gaussians: N Gaussians.
@@ -90,7 +89,7 @@ def visible_areas(
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Returns:
-        [N] pixels, >= 0; 0 for what is outside the picture or wholly hidden. Their sum is that of alpha.
+        [N] pixels, >= 0; 0 outside the picture or if hidden. They sum to the sum of alpha.
     """
     kernel = StrokeTexture.open("gaussian")
     plain = replace(gaussians, sh=gaussians.sh[:, :1])  # colours do not matter

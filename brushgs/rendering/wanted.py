@@ -1,4 +1,4 @@
-"""What is wanted of a picture beside its colours: layers for compositing, or every stroke in every pixel."""
+"""Requested outputs beside colours: layers for compositing, or deep samples."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,18 +11,20 @@ if TYPE_CHECKING:
     from brushgs.rendering.project import Directions
     from brushgs.values.camera import Camera
 
-OF_STROKES = frozenset({"normal", "motion", "stroke", "uv", "id"})  # layers that need every stroke of a pixel
+OF_STROKES = frozenset(
+    {"normal", "motion", "stroke", "uv", "id"}
+)  # layers that need all fragments of a pixel
 
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """The painting as it is one frame later, to which the layer "motion" points.
+    """The next frame of a painting, for the layer "motion".
 
     Attributes:
-        coats: the same, whose strokes may have moved; coats and strokes are found by name and row.
+        coats: the same coats, with strokes moved; matched by name and row.
         camera: of that frame.
         directions: of the strokes of each coat there, see `Painting.frame`.
-        sign: 1; or -1 where it is the frame before, from which paint goes on as it came: the last of a path.
+        sign: 1; or -1 if it is the previous frame, whose motion the last frame of a path continues.
     """
 
     coats: "tuple[Coat, ...]"
@@ -33,15 +35,15 @@ class Following:
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """What a frame is to hold beside its colours.
+    """Requested outputs of a frame beside its colours.
 
     Attributes:
         layers: names of `LAYERS`.
-        deep: whether every stroke in every pixel is wanted.
-        following: the next frame; without it there is no layer "motion".
+        deep: whether deep samples are requested.
+        following: the next frame, required for "motion".
 
     Raises:
-        ValueError: if there is no such layer.
+        ValueError: if a layer is unknown.
     """
 
     layers: tuple[str, ...] = ()
@@ -54,12 +56,12 @@ class Wanted:
 
     @property
     def is_any(self) -> bool:
-        """Whether anything is wanted."""
+        """Whether anything is requested."""
         return bool(self.layers) or self.deep
 
     @property
     def needs_strokes(self) -> bool:
-        """Whether it takes every stroke of every pixel."""
+        """Whether all fragments of each pixel are needed."""
         return self.deep or not OF_STROKES.isdisjoint(self.layers)
 
 

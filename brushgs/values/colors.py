@@ -2,8 +2,9 @@
 
 Scenes are trained and blended display-encoded; only files in linear light (EXR, HDR) and colour comparisons
 need the transfer function. Values above 1 follow the same formula, negative ones are mirrored. OKLab is
-perceptually uniform and used for colour shifts; black is 0, white (1, 0, 0). Sources: ITU-R BT.709
-(luminance), IEC 61966-2-1 (sRGB); Ottosson 2020, A perceptual color space for image processing.
+perceptually uniform and used for colour shifts; black is 0, white (1, 0, 0).
+Sources: ITU-R BT.709 (luminance), IEC 61966-2-1 (sRGB); Ottosson 2020, A perceptual color space for image
+processing.
 """
 
 import numpy as np

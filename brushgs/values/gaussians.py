@@ -42,7 +42,8 @@ class Gaussians:
         scales: [N, 3] standard deviations along the local axes, world units, >= 0.
         opacities: [N] 0 to 1.
         sh: [N, k, 3] spherical-harmonic coefficients of RGB, k = (degree + 1)^2 in 1, 4, 9, 16; the
-            colour seen is max(0, 0.5 + sum of coefficient x basis). Source: Kerbl et al. 2023.
+            colour seen is max(0, 0.5 + sum of coefficient x basis).
+            Source: Kerbl et al. 2023.
         antialiased: trained with the opacity compensation of Mip-Splatting: `project` multiplies opacities by
             the root of det S / det(S + low_pass I), S the projected covariance, which fades Gaussians thinner
             than a pixel. Strokes made of them keep the flag: in five scenes that changed the PSNR to the

@@ -40,8 +40,8 @@ def _unit_columns(quats: Array) -> NDArray[np.float64]:
 def quats_of(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
     """[N, 4] unit quaternions of rotation matrices [N, 3, 3].
 
-    Each of four formulas divides by one component; for precision, the largest is used. Source: Shepperd 1978,
-    Quaternion from rotation matrix.
+    Each of four formulas divides by one component; for precision, the largest is used.
+    Source: Shepperd 1978, Quaternion from rotation matrix.
     """
     products = turn_forms(rotations, 1.0)  # 4 q q^T: every row is a multiple of q
     largest = np.einsum("nii->ni", products).argmax(axis=1)
@@ -53,8 +53,8 @@ def turn_forms(matrices: NDArray[np.float64], plus: float = 0.0) -> NDArray[np.f
     """[N, 4, 4] symmetric forms F of matrices M [N, 3, 3]: q F q is the trace of R(q)^T M for unit q.
 
     With M = sum of y x^T, the q that maximises q F q is the rotation that best maps points x to y. `plus` is
-    added to the diagonal; for a rotation matrix M, F + 1 is 4 q q^T. Source: Horn 1987, Closed-form solution
-    of absolute orientation using unit quaternions.
+    added to the diagonal; for a rotation matrix M, F + 1 is 4 q q^T.
+    Source: Horn 1987, Closed-form solution of absolute orientation using unit quaternions.
     """
     M = matrices
     xx, yy, zz = M[:, 0, 0], M[:, 1, 1], M[:, 2, 2]

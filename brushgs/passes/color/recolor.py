@@ -1,8 +1,9 @@
 """Gaussians and a painting -> the same Gaussians in the painting's colours, in closed form.
 
 The scene's colours, weighted by painted area, get mean and covariance of the painting's pixels by the
-Monge-Kantorovich map, the linear map that does so and moves colours least. Source: Pitie and Kokaram 2007,
-The linear Monge-Kantorovitch linear colour mapping for example-based colour transfer, eq. 10.
+Monge-Kantorovich map, the linear map that does so and moves colours least.
+Source: Pitie and Kokaram 2007, The linear Monge-Kantorovitch linear colour mapping for example-based colour
+transfer, eq. 10.
 """
 
 from dataclasses import dataclass, replace

@@ -4,8 +4,9 @@ A stroke hides what is behind it, while the Gaussians it was merged from let lig
 are not the visible ones. A picture is a sum of weight x colour over strokes: the best colours are a linear
 least squares problem, solved by simultaneous iterative reconstruction. Each stroke moves by the mean
 difference between plain and painted picture over its pixels, weighted by its weights. That never overshoots,
-since the weights of a pixel sum to at most 1. Source: Gilbert 1972, Iterative methods for the
-three-dimensional reconstruction of an object from projections.
+since the weights of a pixel sum to at most 1.
+Source: Gilbert 1972, Iterative methods for the three-dimensional reconstruction of an object from
+projections.
 """
 
 from collections.abc import Sequence

@@ -42,7 +42,8 @@ def prune(
     spread 38.2, 31.3, 27.8, 30.8 and 35.5; and without the visible share 29.9, 31.1, 27.9, 28.2 and 33.0.
     With 70 % of a plane of equal Gaussians it is 28.3 dB, without the spread 17.3. "paper" is the published
     intensity, opacity x trace of the covariance x luminance, which drops black Gaussians first and keeps
-    hidden ones; nothing is spread. Source: Xiang et al. 2025, section 3.2.1.
+    hidden ones; nothing is spread.
+    Source: Xiang et al. 2025, section 3.2.1.
 
     Args:
         gaussians: N Gaussians.
