@@ -1,12 +1,12 @@
-"""The views of a job: the few small views that strokes are made for, chosen once from the job's own cameras.
+"""The views of a job: a few small views that strokes are made for, chosen once from the job's cameras.
 
-Near views are the picture's own and three close to it, or some of those of a path; a ring of views shows the
-subject from all around, so that strokes also hold there. Sampled over three scenes and angles (dB at 0, 25
-and 160 degrees from the picture), near views alone gave 26.1/25.3/22.9 (koala), 22.8/18.7/17.0 (truck), the
-ring alone 25.6/25.4/25.6 and 21.1/21.0/20.3, both 26.0/25.7/25.5 and 22.3/21.3/20.3.
+Near views are the picture's own and three close to it, or some of a path; a ring of views covers the subject
+from all around, so that strokes also suit other views. Sampled over three scenes and angles (dB at 0, 25 and
+160 degrees from the picture), near views alone gave 26.1/25.3/22.9 (koala), 22.8/18.7/17.0 (truck), the ring
+alone 25.6/25.4/25.6 and 21.1/21.0/20.3, both 26.0/25.7/25.5 and 22.3/21.3/20.3.
 
-No view depends on the number of pixels of the picture, and none on the frame that is painted: a picture of
-twice the size, and each frame of a path, has the same strokes.
+Views depend neither on the picture's resolution nor on the painted frame: pictures of other sizes, and all
+frames of a path, have the same strokes.
 """
 
 from collections.abc import Sequence
@@ -22,9 +22,9 @@ from brushgs.values.camera import Camera, FirstView
 from brushgs.values.frame import Frame
 
 PIXELS = 120_000  # of each view: 400x300
-MAX_SIDE = 4096  # pixels: of a picture like a tape the views are less wide
-MOST_OF_PATH = 12  # of the cameras of a path
-# Degrees by which the camera is turned about what it looks at: to the right, and up.
+MAX_SIDE = 4096  # pixels: limit for very wide or high pictures
+MOST_OF_PATH = 12  # views taken from a path
+# Turns of the camera about its target, degrees: to the right, and up.
 NEAR = ((0.0, 0.0), (-12.0, 0.0), (12.0, 0.0), (0.0, 9.6))
 Ring = Sequence[tuple[float, float]]
 # Azimuth and elevation beyond those of the first view, degrees.
@@ -32,14 +32,14 @@ RING: Ring = (
     *((0.0, 0.0), (45.0, 8.0), (90.0, 0.0), (135.0, 8.0), (180.0, 0.0), (225.0, 8.0), (270.0, 0.0)),
     *((315.0, 8.0), (0.0, 35.0), (180.0, 35.0)),
 )
-# Between these: views for which no strokes are made, which tell what strokes are worth in others.
+# Views between these, not used for making strokes: they test strokes in unseen views.
 HELD_OUT: Ring = ((22.5, 17.0), (112.5, 17.0), (202.5, 17.0), (292.5, 17.0))
-MAX_ELEVATION = np.radians(86.0)  # of a turned view: straight from above it could not be turned on
-EMPTY = 0.02  # mean alpha of a picture below which it shows nothing that a camera could look at
+MAX_ELEVATION = np.radians(86.0)  # of a turned view; azimuth is undefined straight from above
+EMPTY = 0.02  # mean alpha below which a picture counts as empty
 
 
 def small_view(camera: Camera) -> Camera:
-    """The same view, edge to edge, of some `PIXELS` pixels."""
+    """The same view with about `PIXELS` pixels."""
     aspect = camera.width / camera.height
     sides = (PIXELS * aspect) ** 0.5, (PIXELS / aspect) ** 0.5
     width, height = (int(np.clip(round(side), 1, MAX_SIDE)) for side in sides)
@@ -52,12 +52,12 @@ def near_views(camera: Camera, target: ArrayLike, up: ArrayLike | None = None) -
 
     Args:
         camera: the view.
-        target: [3] the point, world units, such as `point_ahead` gives; the position of the camera itself for
-            turns of a camera that stays where it stands.
-        up: [3] direction, world axes, that turns to the side are about; None for that of the picture.
+        target: [3] the point, world units, such as from `point_ahead`; the camera's own position to turn it
+            in place.
+        up: [3] axis of turns to the side, world axes; None for that of the picture.
 
     Returns:
-        Four cameras, the first shows what the given one shows.
+        Four cameras, the first with the given view.
     """
     view = small_view(camera)
     axis = -view.viewmat[1, :3] if up is None else np.asarray(up, np.float64)
@@ -65,7 +65,7 @@ def near_views(camera: Camera, target: ArrayLike, up: ArrayLike | None = None) -
     views = []
     for right, higher in NEAR:
         higher = np.radians(higher)
-        if elevation + higher > MAX_ELEVATION:  # beyond the pole up would be down
+        if elevation + higher > MAX_ELEVATION:  # beyond the pole the view would flip
             higher = -higher
         views.append(turned(view, target, axis, np.radians(right), higher))
     return views
@@ -82,13 +82,13 @@ def ring_views(
 ) -> list[Camera]:
     """Views of the whole subject of a scene from all around, ten by default, in the aspect of a picture.
 
-    Of a scene that is seen from inside, the camera turns around where it stands.
+    For a scene seen from inside, the camera turns in place.
 
     Args:
-        view: of the scene; the ring begins with it.
+        view: of the scene; the ring starts with it.
         width: of the picture, pixels.
         height: of the picture, pixels.
-        from_outside: whether the ring is around the subject also of a scene that is seen from inside.
+        from_outside: put the ring around the subject even if the scene is seen from inside.
         ring: azimuth and elevation of each view beyond those of the first view, degrees.
     """
     look_at: LookAt | None = "subject" if from_outside else None
@@ -117,7 +117,7 @@ def turned(camera: Camera, target: ArrayLike, up: F64, right: float, higher: flo
 
 
 def subject_ahead(camera: Camera, view: FirstView, look_at: LookAt | None = None) -> F64:
-    """[3] the point on the axis of a camera that is as far away as what the camera is framed on."""
+    """[3] point on the axis of a camera at the distance of its framing target."""
     point = point_of(look_at)
     if point is None:
         points = points_of(view, look_at)
@@ -126,11 +126,11 @@ def subject_ahead(camera: Camera, view: FirstView, look_at: LookAt | None = None
 
 
 def point_ahead(camera: Camera, plain: Frame) -> F64:
-    """[3] the point on the axis of a camera at the middle depth of what it shows.
+    """[3] point on the axis of a camera at the median depth of its picture.
 
     Args:
         camera: the view.
-        plain: its plain picture, with depth. Where it shows nothing the camera turns where it stands.
+        plain: its plain picture, with depth. For an empty picture the result is the camera's position.
     """
     assert plain.depth is not None, "render the plain picture with depth"
     alpha, depth = plain.alpha.astype(np.float64).ravel(), plain.depth.astype(np.float64).ravel()

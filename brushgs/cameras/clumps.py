@@ -1,26 +1,26 @@
-"""Scenes in clumps, each a dot as seen from the other: the one that is painted.
+"""Scenes of several clumps so far apart that each is a dot seen from the other: find the heaviest.
 
-Beyond that distance no view shows both, and a frame around both shows neither.
+No view shows both, and a frame around both shows neither.
 """
 
 import numpy as np
 
 from brushgs.values.arrays import F64, Array, Mask
 
-TAIL = 0.007  # share of the weight beyond each end of an axis that may be strays, which framing ignores
-FAR = 50.0  # a gap is as wide as what lies on both sides of it together, so many times
+TAIL = 0.007  # share of the weight at each end of an axis that may be strays, which framing ignores
+FAR = 50.0  # least width of a gap, over the joint extent of both sides
 MOST_CUTS = 16
 
 
 def heaviest_clump(means: Array, weights: Array, sample: slice = slice(None)) -> Mask | None:
-    """Mask [N] of the clump that weighs most; None where there is but one, or only strays beside it.
+    """Mask [N] of the heaviest clump; None if there is only one, apart from strays.
 
-    Gaps are searched along the axes, until there is none. The weight of strays is at most `TAIL` at each end.
+    Splits at gaps along the axes until there is none. Strays weigh at most `TAIL` at each end.
 
     Args:
         means: [N, 3] positions, world units.
         weights: [N] such as opacities, >= 0.
-        sample: of the rows that gaps are searched in.
+        sample: rows to search for gaps.
     """
     points, masses = means[sample].astype(np.float64), weights[sample].astype(np.float64)
     low, high = np.full(3, -np.inf), np.full(3, np.inf)
@@ -41,7 +41,7 @@ def _gap_of(places: F64, weights: F64) -> tuple[float, float, bool]:
     """The widest gap between points on a line, strays left out.
 
     Returns:
-        Its width over that of what lies on both sides, its middle, and whether the upper side weighs more.
+        Its width over the joint extent of both sides, its middle, and whether the upper side weighs more.
     """
     order = np.argsort(places, kind="stable")
     mass = np.cumsum(weights[order])

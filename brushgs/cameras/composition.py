@@ -1,10 +1,9 @@
-"""How a subject stands in its picture: the format of the picture, and the place and size in it.
+"""Composition: format of the picture, and position and size of the subject in it.
 
-A painter chooses the canvas by what stands on it and by what it throws on the table, leaves room where the
-subject looks and where its shadow falls, and sets it below the middle. The camera keeps its lens and steps
-back: seen from farther away things are calmer.
+The format follows the proportions of the subject with its shadow. The subject gets room on the side that it
+faces and where its shadow falls, and stands below the middle. The camera keeps its lens and steps back.
 
-Like all framing it depends on a `FirstView` alone, so that strokes are composed as their scene.
+Like all framing it depends only on a `FirstView`, so that strokes are composed like their scene.
 """
 
 from dataclasses import dataclass, replace
@@ -19,30 +18,30 @@ from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
 from brushgs.values.arrays import F64
 from brushgs.values.camera import FirstView
 
-# Of some 921,600 pixels each, as many as 1280x720 has.
+# About 921,600 pixels each, as many as 1280x720.
 SIZES = ((784, 1176), (858, 1074), (960, 960), (1074, 858), (1108, 832), (1280, 720))
 TO_PICTURE = 0.6  # exponent between the proportions of a subject with its shadow and those of its picture
-FILL = 0.68  # of the picture's width or height, whichever binds, that the subject takes
-FEET, LOW_FEET = 0.88, 0.82  # of the height, from the top, where a tall and a low subject end
-TALL, LOW = 0.55, 0.25  # shares of the height that these take
-LEVEL, STEEP = radians(45.0), radians(75.0)  # elevations between which the feet give way to the middle
-SHADOW = 0.65  # of a shadow, from the foot, that the format has room for
-TO_GAZE, TO_SHADOW = 0.05, 0.04  # of the width, by which a subject makes room on one side
+FILL = 0.68  # share of the picture's width or height, whichever binds, filled by the subject
+FEET, LOW_FEET = 0.88, 0.82  # lower end of a tall and of a low subject, share of the height from the top
+TALL, LOW = 0.55, 0.25  # heights of tall and low subjects, as shares of the picture
+LEVEL, STEEP = radians(45.0), radians(75.0)  # elevations: the anchor moves from the feet to the middle
+SHADOW = 0.65  # share of a shadow, from the foot, that the format includes
+TO_GAZE, TO_SHADOW = 0.05, 0.04  # shifts to make room on one side, shares of the width
 LEAST_ROOM = 0.07  # of the width, left beside it
-DIGITS = 4  # of the place of the camera, in which the size of the subject has one
-_STEPS = 60  # until a subject is where it is to be
+DIGITS = 4  # rounding of the camera position: significant digits relative to the subject's size
+_STEPS = 60  # of Newton's method
 
 
 @dataclass(frozen=True, eq=False)
 class _Subject:
-    """What stands in a void, before a camera whose direction is known.
+    """An isolated subject before a camera of known direction.
 
     Attributes:
         points: [n, 3] its outline in camera axes: right, down, ahead.
-        shadow: [m, 3] the part of its shadow that there is to be room for; none without a lamp.
-        tangents: [2] of half the angle of view of a picture as wide as high.
+        shadow: [m, 3] the part of its shadow to include; empty without a lamp.
+        tangents: [2] of half the angle of view of a square picture.
         elevation: of the camera, radians.
-        give_way: share of the width, to the right, by which it stands aside.
+        give_way: shift to the right, share of the width.
     """
 
     points: F64
@@ -53,15 +52,15 @@ class _Subject:
 
 
 def composed(view: FirstView, config: ViewConfig, lamp: ArrayLike | None = None) -> ViewConfig:
-    """The options of a view with the size that suits it, and the place of the camera.
+    """The options of a view with a suitable size, and the position of the camera.
 
-    A subject that stands in a void is set into the picture. What fills it, as a room, land from the air or a
-    subject in surroundings does, or is placed by the options, is as large as fits.
+    Isolated subjects are composed. Scenes that fill the picture (rooms, land from the air, subjects in
+    surroundings), and subjects placed by the options, are as large as fits.
 
     Args:
         view: of the scene.
-        config: the options; `size` counts for nothing.
-        lamp: [3] direction toward the light in world axes, which throws a shadow; None for no shadow.
+        config: the options; `size` is ignored.
+        lamp: [3] direction toward the light that casts the shadow, world axes; None for no shadow.
     """
     size = DEFAULT_SIZE
     if view.eye is None and not view.has_surroundings and config.look_at in (None, "subject"):
@@ -79,7 +78,7 @@ def format_name(width: int, height: int) -> str:
 
 
 def _axes(view: FirstView, config: ViewConfig) -> F64:
-    """[3, 3] rows right, down and ahead of the camera that options mean."""
+    """[3, 3] camera axes (rows right, down, ahead) of the options."""
     options = framing(view, config)
     return rolled(camera_axes(view.up, options["azimuth"], options["elevation"]), config.roll)
 
@@ -87,7 +86,7 @@ def _axes(view: FirstView, config: ViewConfig) -> F64:
 def _subject(view: FirstView, config: ViewConfig, lamp: ArrayLike | None) -> _Subject:
     axes, options = _axes(view, config), framing(view, config)
     give_way = 0.0
-    if config.azimuth is None:  # else no front was searched
+    if config.azimuth is None:  # otherwise the front is unknown
         give_way -= TO_GAZE * sin(view.front - options["azimuth"])
     shadow = np.zeros((0, 3))
     if lamp is not None:
@@ -99,7 +98,7 @@ def _subject(view: FirstView, config: ViewConfig, lamp: ArrayLike | None) -> _Su
 
 
 def _shadow(view: FirstView, light: F64) -> F64:
-    """[n, 3] the nearer part of the shadow on the level on which a subject stands, world units."""
+    """[n, 3] the near part of the subject's shadow on its ground level, world units."""
     heights = view.points @ view.up
     heights = heights - heights.min()
     rise = float(light @ view.up)
@@ -110,7 +109,7 @@ def _shadow(view: FirstView, light: F64) -> F64:
 
 
 def _format(subject: _Subject, exponent: float) -> tuple[int, int]:
-    """The size of `SIZES` whose proportions are nearest to those of what is framed, to a power."""
+    """The size of `SIZES` nearest to the framed proportions raised to `exponent`."""
     eye, _ = fit_eye(subject.points, FILL * subject.tangents)
     low, high = _box(np.concatenate([subject.points, subject.shadow]), eye, subject.tangents)
     wide, tall = np.maximum(high - low, 1e-9)
@@ -119,7 +118,7 @@ def _format(subject: _Subject, exponent: float) -> tuple[int, int]:
 
 
 def _set_into(subject: _Subject, config: ViewConfig, view: FirstView) -> ViewConfig:
-    """The options with the camera before the point, and at the distance, from which a subject stands well."""
+    """The options with look-at point and distance of the composition."""
     assert isinstance(config.size, tuple), "choose a format first"
     width, height = config.size
     tangents = subject.tangents * (width / height, 1.0)
@@ -130,7 +129,7 @@ def _set_into(subject: _Subject, config: ViewConfig, view: FirstView) -> ViewCon
         place = _place(high - low, subject)
         eye = _moved(subject.points, eye, tangents, place)
         eye[2] = front - (front - eye[2]) * float((high - low).max()) / FILL
-    if config.zoom != 1:  # about where the subject stands, not about the middle
+    if config.zoom != 1:  # about the subject, not about the middle
         for _ in range(_STEPS):
             eye = _moved(subject.points, eye, tangents / config.zoom, place)
     away = float(middle - eye[2])
@@ -141,7 +140,7 @@ def _set_into(subject: _Subject, config: ViewConfig, view: FirstView) -> ViewCon
 
 
 def _place(extent: F64, subject: _Subject) -> F64:
-    """[2] where the middle of a subject that takes so much [2] of the picture is to be."""
+    """[2] position of the middle of a subject with this extent [2], shares of the picture."""
     wide, tall = extent
     room = max(0.5 - 0.5 * wide - LEAST_ROOM, 0.0)
     aside = float(np.clip(subject.give_way, -room, room))
@@ -152,9 +151,9 @@ def _place(extent: F64, subject: _Subject) -> F64:
 
 
 def _moved(points: F64, eye: F64, tangents: F64, place: F64) -> F64:
-    """The eye [3] moved aside, so that the middle of the bounds of points nears a place [2] in the picture.
+    """The eye [3] moved so that the middle of the points' bounds approaches a place [2] in the picture.
 
-    A step of Newton's method.
+    One step of Newton's method.
     """
     seen, scale = _seen(points, eye, tangents)
     ends = np.stack([seen.argmin(axis=0), seen.argmax(axis=0)])
@@ -163,12 +162,12 @@ def _moved(points: F64, eye: F64, tangents: F64, place: F64) -> F64:
 
 
 def _box(points: F64, eye: F64, tangents: F64) -> tuple[F64, F64]:
-    """[2] and [2] the bounds of points in shares of the picture, from its upper left corner."""
+    """[2], [2] bounds of points in shares of the picture, from its upper left corner."""
     seen, _ = _seen(points, eye, tangents)
     return seen.min(axis=0), seen.max(axis=0)
 
 
 def _seen(points: F64, eye: F64, tangents: F64) -> tuple[F64, F64]:
-    """[n, 2] where points are in shares of the picture, and [n, 2] by which a unit aside moves them."""
+    """[n, 2] positions of points in shares of the picture, and [n, 2] their shift per unit of the eye."""
     scale = 0.5 / ((points[:, 2:] - eye[2]) * tangents)
     return 0.5 + (points[:, :2] - eye[:2]) * scale, scale

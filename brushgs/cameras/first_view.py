@@ -1,4 +1,4 @@
-"""The cameras of a scene: its first view, changed by the options of the user."""
+"""Cameras of a scene: its first view, changed by the user's options."""
 
 from dataclasses import replace
 from math import degrees, inf, nextafter, pi, radians
@@ -15,23 +15,23 @@ from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.camera import FirstView as FirstView
 
-_ROUNDINGS = 4  # until a rounded unit vector is the unit vector of its rounded numbers
-# Degrees from the front of the subject, to the right of who looks at it.
+_ROUNDINGS = 4  # rounds until a rounded unit vector is a fixed point
+# Degrees from the front of the subject, to the viewer's right.
 SIDES = {"front": 0.0, "right": 90.0, "back": 180.0, "left": -90.0, "top": 0.0}
 
 
 def framed_camera(view: FirstView, config: ViewConfig) -> Camera:
-    """The camera that options describe for a scene with this first view."""
+    """The camera of options for a scene with this first view."""
     return frame_scene(view, **framing(view, config))
 
 
 def framed_orbit(view: FirstView, config: ViewConfig, num_frames: int) -> list[Camera]:
-    """One turn that begins with the view that options describe, see `orbit`."""
+    """One turn that starts with the view of the options, see `orbit`."""
     return orbit(view, num_frames, **framing(view, config))
 
 
 def framing(view: FirstView, config: ViewConfig) -> dict[str, Any]:
-    """The arguments of `frame_scene` that options mean for a scene; the up axis is that of the first view."""
+    """The arguments of `frame_scene` for options; the up axis is that of the first view."""
     width, height = config.fixed_size or DEFAULT_SIZE
     azimuth, elevation, look_at = config.azimuth, config.elevation, config.look_at
     if config.side == "three-quarter":
@@ -40,7 +40,7 @@ def framing(view: FirstView, config: ViewConfig) -> dict[str, Any]:
         azimuth = radians(degrees(view.front) + SIDES[config.side])
         elevation = 0.5 * pi if config.side == "top" else elevation
     if config.side is not None and look_at is None:
-        look_at = "subject"  # also of a scene that is seen from inside
+        look_at = "subject"  # even if the scene is seen from inside
     return {
         "width": width,
         "height": height,
@@ -56,7 +56,7 @@ def framing(view: FirstView, config: ViewConfig) -> dict[str, Any]:
 
 
 def sayable(view: FirstView) -> FirstView:
-    """The view rounded to what flags say in few characters: tenths of a degree, four digits of an axis."""
+    """The view rounded to short flags: tenths of a degree, four digits of an axis."""
     azimuth, elevation, front = (
         radians(round(degrees(angle), 1)) for angle in (view.azimuth, view.elevation, view.front)
     )
@@ -67,7 +67,7 @@ def sayable(view: FirstView) -> FirstView:
 
 
 def flags_of(view: FirstView, config: ViewConfig, *, with_up: bool = True) -> str:
-    """The flags that give a view again: bit for bit, if its angles were given in degrees.
+    """The flags that reproduce a view, bit for bit if its angles were given in degrees.
 
     Args:
         view: of the scene.
@@ -93,7 +93,7 @@ def flags_of(view: FirstView, config: ViewConfig, *, with_up: bool = True) -> st
 
 
 def up_text(up: F64) -> str:
-    """The text of the flag --up that gives a unit vector [3] again, bit for bit where that is possible."""
+    """The text of --up that reproduces a unit vector [3], bit for bit if possible."""
     for name, axis in AXES.items():
         if np.array_equal(up, axis):
             return name
@@ -102,7 +102,7 @@ def up_text(up: F64) -> str:
 
 
 def degrees_text(angle: float) -> str:
-    """The shortest number of degrees that is this angle, radians; where none is, a number near it."""
+    """The shortest number of degrees that converts to exactly this angle in radians, else the nearest."""
     near = degrees(angle)
     texts = [f"{near:.{digits}f}" for digits in range(13)]
     texts += [repr(number) for number in (near, nextafter(near, inf), nextafter(near, -inf))]
@@ -110,6 +110,6 @@ def degrees_text(angle: float) -> str:
 
 
 def _numbers_text(numbers: Any, digits: int | None = None) -> str:
-    """Numbers separated by commas: rounded to so many digits after the point, or exactly."""
+    """Numbers separated by commas, rounded to `digits` decimals, or exact."""
     values = [float(x) if digits is None else round(float(x), digits) for x in numbers]
     return ",".join(repr(x + 0.0).removesuffix(".0") for x in values)

@@ -1,10 +1,9 @@
-"""A camera for a scene that comes without one: the subject upright and large in the picture.
+"""Framing: a camera that shows the subject of a scene upright and large.
 
-A trained scene is a subject in the middle of all else that the photographs showed: floaters, walls, sky, at
-times 2e7 units away. So the frame is fitted to where most of the opacity lies close together; what lies
-outside is painted but does not change the frame.
+A trained scene contains a subject and its surroundings: floaters, walls, sky, at times 2e7 units away. The
+frame is fitted to the dense middle of the opacity; the rest is painted but does not change the frame.
 
-Of a scene only its `FirstView` is used: strokes that carry it are framed as their scene, bit for bit.
+Only the `FirstView` of a scene is used: strokes that store it are framed exactly like their scene.
 """
 
 from collections.abc import Sequence
@@ -20,11 +19,11 @@ from brushgs.cameras.outline import outline
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
-# What a camera shows whole: the subject; the scene with its surroundings; or a part of the subject, its upper
-# third, where heads are. Or [3] a point in the middle of the picture, seen from as far away as the subject.
+# Framing target: the subject; the scene with its surroundings; "part", the upper third of the subject, where
+# heads are; or a point [3] to center, seen from the distance of the subject.
 LookAt = Literal["subject", "scene", "part"] | Sequence[float]
 
-# Most scene files do not state which way is up. COLMAP's cameras have y down, and trainers keep its axes.
+# Most scene files do not state the up axis. COLMAP's cameras have y down, and trainers keep its axes.
 DEFAULT_UP = "-y"
 AXES = {
     sign + axis: tuple(float(s) for s in np.sign(float(f"{sign}1")) * np.eye(3)["xyz".index(axis)])
@@ -33,25 +32,23 @@ AXES = {
 }
 DEFAULT_AZIMUTH = radians(30.0)
 DEFAULT_ELEVATION = radians(15.0)
-FLAT_ELEVATION = radians(40.0)  # default where the subject is flat ground, seen from above
+FLAT_ELEVATION = radians(40.0)  # default for flat ground
 FLAT_HEIGHT = 0.15  # of height over width: below, a subject is flat
 DEFAULT_FOV_Y = radians(50.0)
-MARGIN = 0.05  # share of the picture that is empty on each side of the subject
-TIP = 0.15  # interquartile ranges by which an ear or a chair leg may extend beyond those percentiles
-# A captured object spans 1.4 to 3.1 interquartile ranges, an object in surroundings (a truck on a plaza,
-# fruit in front of a wall) 3.9 and more: there only the middle is the subject.
+MARGIN = 0.05  # empty share of the picture on each side of the subject
+TIP = 0.15  # interquartile ranges added beyond the `TAIL` quantiles, for ears or chair legs
+# Captured objects span 1.4 to 3.1 interquartile ranges, objects in surroundings (a truck on a plaza, fruit in
+# front of a wall) 3.9 and more: then only the middle is the subject.
 MAX_OBJECT_SPAN = 3.5
 SUBJECT_REACH = 0.9  # interquartile ranges to each side of the median
-MAX_POINTS = 20_000  # enough for bounds: of a larger scene every n-th Gaussian is used
-NEAR_SHARE = 0.01  # near plane over distance to the subject: floaters in front of the lens are clipped
-INSIDE_NEAR_SHARE = (
-    0.002  # near plane over size of the subject for a camera inside it, which is close to much
-)
+MAX_POINTS = 20_000  # for bounds: of larger scenes every n-th Gaussian is used
+NEAR_SHARE = 0.01  # near plane over distance to the subject, to clip floaters in front of the lens
+INSIDE_NEAR_SHARE = 0.002  # near plane over size of the subject, for cameras inside
 PART = 1 / 3  # of the height of the subject, from its top
 
 
 def up_vector(text: str) -> NDArray[np.float64]:
-    """The direction named by "+y", "-y", "+z" ... (without a sign, as "z": +), or by numbers as "0,0.1,-1".
+    """The direction of "+y", "-y", "z" (same as "+z"), or of numbers such as "0,0.1,-1".
 
     Returns:
         [3] unit vector in world axes.
@@ -73,7 +70,7 @@ def up_vector(text: str) -> NDArray[np.float64]:
 
 
 def direction_of(up: str | ArrayLike) -> NDArray[np.float64]:
-    """The direction [3] given by a name, see `up_vector`, or by three numbers, which are not normalised.
+    """The direction [3] of a name, see `up_vector`, or of three numbers, not normalised.
 
     Raises:
         ValueError: if the name is unknown.
@@ -82,14 +79,14 @@ def direction_of(up: str | ArrayLike) -> NDArray[np.float64]:
 
 
 def plain_first_view(gaussians: Gaussians, up: str | ArrayLike = DEFAULT_UP) -> FirstView:
-    """The first view of a scene without an estimate: the default azimuth and elevation for a given up.
+    """The first view of a scene without estimates: default azimuth and elevation for a given up.
 
     Args:
         gaussians: N Gaussians, N >= 1.
         up: axis by name, or [3] direction of any length in world axes.
 
     Raises:
-        ValueError: if there is no Gaussian, or up is no direction.
+        ValueError: if there is no Gaussian, or `up` is not a direction.
     """
     if len(gaussians) == 0:
         raise ValueError("frame_scene: gaussians must have at least one row, got none")
@@ -106,7 +103,7 @@ def plain_first_view(gaussians: Gaussians, up: str | ArrayLike = DEFAULT_UP) -> 
 
 
 def with_up(view: FirstView, up: str | ArrayLike) -> FirstView:
-    """The same subject for another up axis, from the default azimuth and elevation; from outside."""
+    """The view from outside for another up axis, with default azimuth and elevation."""
     direction = direction_of(up)
     camera_axes(direction, 0.0, 0.0)  # checks it
     return replace(
@@ -144,26 +141,25 @@ def frame_scene(
 ) -> Camera:
     """A camera that shows the whole subject of a scene, as large as the picture allows.
 
-    A scene whose first view has an `eye` is seen from there: azimuth and elevation turn the camera where it
-    stands, unless `look_at` asks for a view from outside.
+    If the first view has an `eye`, azimuth and elevation turn the camera there, unless `look_at` requests a
+    view from outside.
 
     Args:
-        scene: N Gaussians, N >= 1, which are seen by `plain_first_view`; or the first view of a scene.
+        scene: N Gaussians, N >= 1 (with `plain_first_view`), or the first view of a scene.
         width: pixels.
         height: pixels.
         fov_y: vertical field of view, radians, in (0, pi).
-        up: [3] direction that is up in the picture, world axes, any length; None for that of the first view.
-        azimuth: radians; 0 is a view from -z where up is -y, from -y where up is +z, and from +z where up is
-            +y, and the camera moves to the viewer's right as it grows; None for that of the first view.
-        elevation: radians above the horizon, -pi/2 to pi/2; None for that of the first view, which of
-            Gaussians is `default_elevation`.
-        zoom: 1 shows the subject whole, 2 shows it twice as large (the camera stays, the field of
-            view narrows), > 0.
-        look_at: what is in the middle, see `LookAt`; None for the subject, or the view from inside.
+        up: [3] up direction in world axes, any length; None for that of the first view.
+        azimuth: radians, growing as the camera moves to the viewer's right; 0 is a view from -z for up -y,
+            from -y for up +z, and from +z for up +y. None for that of the first view.
+        elevation: radians above the horizon, -pi/2 to pi/2; None for that of the first view (for Gaussians
+            `default_elevation`).
+        zoom: 1 shows the whole subject, 2 twice as large (same position, narrower field of view), > 0.
+        look_at: framing target, see `LookAt`; None for the subject, or the view from inside.
         distance: from the camera to the point `look_at`, world units, > 0; None for that of the subject.
-        pan: (right, up), by which the camera moves aside without turning, in shares of the width and height
-            of the picture at the distance of what it looks at.
-        roll: radians by which the scene is turned clockwise in the picture.
+        pan: (right, up) shift of the camera without turning, in shares of the picture's width and height at
+            the distance of the target.
+        roll: rotation of the scene in the picture, radians clockwise.
 
     Raises:
         ValueError: if there is no Gaussian or a number is out of range.
@@ -194,7 +190,7 @@ def frame_scene(
 
 
 def first_view_of(scene: Gaussians | FirstView, up: str | ArrayLike | None) -> FirstView:
-    """The first view of a scene for an up axis; None for that of the view, or the default one."""
+    """The first view of a scene with an up axis; None keeps that of the view, or takes the default."""
     if isinstance(scene, FirstView):
         return scene if up is None else with_up(scene, up)
     return plain_first_view(scene, DEFAULT_UP if up is None else up)
@@ -214,7 +210,7 @@ def angles_of(view: FirstView, azimuth: float | None, elevation: float | None) -
 
 
 def points_of(view: FirstView, look_at: LookAt | None) -> NDArray[np.float64]:
-    """[m, 3] the points that are shown whole; for a point in the middle of the picture the subject."""
+    """[m, 3] points to show whole; the subject if `look_at` is a point."""
     if look_at == "scene" and view.whole is not None:
         return _corners(*view.whole)
     if look_at == "part":
@@ -224,13 +220,13 @@ def points_of(view: FirstView, look_at: LookAt | None) -> NDArray[np.float64]:
         upper = places[places[:, 1] <= top + PART * height]
         middle, half = 0.5 * (upper.min(axis=0) + upper.max(axis=0)), 0.5 * np.ptp(upper, axis=0)
         middle[1] = top + 0.5 * PART * height
-        half = np.maximum(half, 0.5 * PART * height)  # a tip shows what is around it
+        half = np.maximum(half, 0.5 * PART * height)  # include the surroundings of a tip
         return _corners(middle - half, middle + half) @ level
     return view.points
 
 
 def point_of(look_at: LookAt | None) -> NDArray[np.float64] | None:
-    """[3] the point that is in the middle of the picture; None where something is shown whole."""
+    """[3] the point to center; None if `look_at` is not a point."""
     return None if look_at is None or isinstance(look_at, str) else np.asarray(look_at, dtype=np.float64)
 
 
@@ -246,13 +242,13 @@ def lens(width: int, height: int, fov_y: float, zoom: float) -> NDArray[np.float
 
 
 def aside(pan: Sequence[float], K: NDArray[np.float64], distance: float) -> NDArray[np.float64]:
-    """[3] in camera axes, how far `pan` moves a camera with the intrinsics K, see `frame_scene`."""
+    """[3] shift of a camera with intrinsics K by `pan`, camera axes, see `frame_scene`."""
     width, height = 2 * K[0, 2], 2 * K[1, 2]
     return np.asarray(np.array([pan[0] * width, -pan[1] * height, 0.0]) * (distance / K[0, 0]))
 
 
 def distance_ahead(view: FirstView, axes: NDArray[np.float64]) -> float:
-    """From the eye of a view from inside to the middle of the subject ahead of camera axes [3, 3], > 0."""
+    """Distance from an inside eye to the middle of the subject ahead, for camera axes [3, 3], > 0."""
     assert view.eye is not None, "the view is from outside"
     depths = (view.points - view.eye) @ axes[2]
     farthest = float(depths.max())
@@ -260,7 +256,7 @@ def distance_ahead(view: FirstView, axes: NDArray[np.float64]) -> float:
 
 
 def rolled(axes: NDArray[np.float64], roll: float) -> NDArray[np.float64]:
-    """Camera axes [3, 3] for which the scene is turned clockwise in the picture by `roll` radians."""
+    """Camera axes [3, 3] rolled so that the scene turns clockwise by `roll` radians."""
     if roll == 0:
         return axes
     cos, sin = np.cos(roll), np.sin(roll)
@@ -277,26 +273,25 @@ def _positive(size: float, points: NDArray[np.float64]) -> float:
 
 
 def _corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[8, 3] of a box."""
+    """[8, 3] corners of a box."""
     ends = np.stack([low, high])
     return np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def subject(gaussians: Gaussians, *, is_whole: bool = False) -> tuple[NDArray[np.float64], bool]:
-    """Where the subject of a scene is.
+    """Find the subject of a scene, in its heaviest clump.
 
-    Of a scene in clumps it is in the heaviest. Quantiles are weighted by opacity; the unit is the largest
-    interquartile range of the three axes. Along each axis the subject lies between the quantiles `TAIL` and
-    1 - `TAIL`, widened by `TIP` units; where they are more than `MAX_OBJECT_SPAN` units apart, within
-    `SUBJECT_REACH` units of the median.
+    Quantiles are weighted by opacity; the unit is the largest interquartile range of the three axes. Along
+    each axis the subject lies between the quantiles `TAIL` and 1 - `TAIL`, widened by `TIP` units; if these
+    are more than `MAX_OBJECT_SPAN` units apart, within `SUBJECT_REACH` units of the median.
 
     Args:
         gaussians: N Gaussians.
-        is_whole: takes a scene without surroundings, whatever its span.
+        is_whole: treat the scene as without surroundings, whatever its span.
 
     Returns:
-        [n, 3] centres of at most `MAX_POINTS` Gaussians of the subject, and whether it has surroundings,
-        which are excluded.
+        [n, 3] centres of at most `MAX_POINTS` Gaussians of the subject, and whether surroundings were
+        excluded.
     """
     means, weights = _sample(gaussians)
     clump = heaviest_clump(means, weights)
@@ -316,7 +311,7 @@ def subject(gaussians: Gaussians, *, is_whole: bool = False) -> tuple[NDArray[np
 
 
 def scene_bounds(gaussians: Gaussians) -> NDArray[np.float64]:
-    """[2, 3] low and high corner of a scene with its surroundings, without `TAIL` of its opacity per end."""
+    """[2, 3] low and high corner of a scene with its surroundings, without `TAIL` of opacity at each end."""
     means, weights = _sample(gaussians)
     at = (TAIL, 1 - TAIL)
     return np.transpose([weighted_quantiles(column, weights, at) for column in means.T])
@@ -363,7 +358,7 @@ def camera_axes(up: NDArray[np.float64], azimuth: float, elevation: float) -> ND
 
 
 def _front(up: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[3] direction to the viewer at azimuth 0: -z if y is down, and accordingly for other axes."""
+    """[3] direction to the viewer at azimuth 0: -z for up -y, see `frame_scene` for others."""
     nearest = int(np.argmax(np.abs(up)))
     sign = np.sign(up[nearest])
     front = np.zeros(3)
@@ -373,7 +368,7 @@ def _front(up: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def fit_eye(points: NDArray[np.float64], tangents: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """The nearest eye, in camera axes, from which all points lie inside the frustum with a margin.
+    """The nearest eye, in camera axes, with all points inside the frustum with a margin.
 
     A point is inside the right plane where x - t z <= eye_x - t eye_z, so only the outermost point per plane
     counts, and two opposite planes together bound eye_z.
@@ -386,7 +381,7 @@ def fit_eye(points: NDArray[np.float64], tangents: NDArray[np.float64]) -> tuple
     high, low = (xy - tangents * z).max(axis=0), (-xy - tangents * z).max(axis=0)
     middle = 0.5 * (z.min() + z.max())
     size = _positive(float(np.ptp(points, axis=0).max()), points)
-    # A very wide lens could fit the points from among them: the eye stays in front of the nearest.
+    # A very wide lens could fit the points from between them: keep the eye in front of the nearest.
     in_front = min(middle - 0.5 * size, float(z.min()) - 0.05 * size)
     eye_z = min(float((-(high + low) / (2 * tangents)).min()), in_front)
     depths = z[:, 0] - eye_z
@@ -394,7 +389,7 @@ def fit_eye(points: NDArray[np.float64], tangents: NDArray[np.float64]) -> tuple
 
 
 def _center(x: NDArray[np.float64], depths: NDArray[np.float64]) -> float:
-    """Coordinate of the eye from which the outermost points are equally far from the middle of the picture.
+    """Coordinate of the eye at which the outermost points are equally far from the middle of the picture.
 
     By bisection: the sum of the two outermost slopes decreases with the coordinate.
     """

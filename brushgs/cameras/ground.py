@@ -1,10 +1,10 @@
-"""Up of a scene whose axes are a few degrees off: perpendicular to the ground that the subject stands on.
+"""Refine the up axis to the normal of the ground that the subject stands on.
 
-Trainers keep the axes of COLMAP, which are those of the photographs: the truck of Tanks and Temples leans by
-3 degrees, so that its horizon rolls to both sides along an orbit.
+Trainers keep the axes of COLMAP, which may lean: by 3 degrees for the truck of Tanks and Temples, so that its
+horizon rolls along an orbit.
 
-Turned by 5 and 8 degrees, three real scenes with a ground come back to within 0.7 degrees; five without one
-are left alone.
+Tilted by 5 and 8 degrees, three real scenes with a ground return to within 0.7 degrees; five without one are
+left alone.
 """
 
 from dataclasses import dataclass
@@ -17,21 +17,21 @@ from brushgs.values.arrays import F64, Array
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import shortest_axes
 
-MOST_ROWS = 200_000  # enough for directions: of a larger scene every n-th Gaussian is used
+MOST_ROWS = 200_000  # for directions: of larger scenes every n-th Gaussian is used
 MIN_OPACITY = 0.3
-REACH = 1.5  # of the ground that is inspected around the middle of the subject, in half sizes of the subject
-CELLS = 24  # of a side of that square; in each the lowest layer counts
+REACH = 1.5  # half width of the inspected ground, in half sizes of the subject
+CELLS = 24  # per side of that square; the lowest layer of each cell counts
 LOWEST = 0.9  # share of the weight of a cell above its lowest layer
 MIN_CELL_ROWS = 8
-# Cells whose lowest layer lies in the plane, within so many half sizes: 104 and more of 576 on the truck, a
-# robot on a yard and a campsite; 73 and less where feet, legs or a cloth are lowest.
+# Least number of cells with the lowest layer in the plane, and its thickness in half sizes: 104 and more of
+# 576 for the truck, a robot on a yard and a campsite; 73 and less if feet, legs or a cloth are lowest.
 MIN_CELLS, THICKNESS = 85, 0.03
 LARGEST = 0.3  # half sizes of the subject: larger Gaussians are sky or haze
-CONES = (30.0, 20.0, 12.0, 8.0, 8.0)  # degrees around up in which a Gaussian is level, step by step
-CLIP = 0.99  # quantile of weights that larger ones are reduced to
-# Degrees. The two measures agree within 0.4 on the truck; where there is no ground they are rarely so near.
+CONES = (30.0, 20.0, 12.0, 8.0, 8.0)  # degrees from up within which a Gaussian counts as level, by iteration
+CLIP = 0.99  # quantile at which weights are clipped
+# Degrees. The two measures agree within 0.4 for the truck, rarely without a ground.
 AGREE = 1.0
-LEAST, MOST = 1.5, 30.0  # degrees of tilt: below, the axis is as good; above, what was found is a slope
+LEAST, MOST = 1.5, 30.0  # degrees of tilt: below, the axis is good enough; above, it is a slope
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,22 +47,22 @@ class Plane:
     offset: float
 
     def heights(self, points: Array) -> F64:
-        """[n] signed distances of points [n, 3], world units; above 0 on the side of the normal."""
+        """[n] signed distances of points [n, 3], world units; > 0 on the side of the normal."""
         return np.asarray(points.astype(np.float64) @ self.normal - self.offset)
 
 
 def level_up(gaussians: Gaussians, up: F64) -> F64:
-    """The normal of the ground, where two measures of it agree.
+    """The normal of the ground, if two measures of it agree.
 
-    One is the plane through the lowest layer of a grid around the subject, the other the mean normal of flat
-    Gaussians that are level.
+    One is the plane through the lowest layer of a grid around the subject, the other the mean normal of
+    level, flat Gaussians.
 
     Args:
         gaussians: N >= 1 Gaussians.
         up: [3] unit vector, roughly up.
 
     Returns:
-        [3] unit vector; `up` itself where the measures disagree or the tilt is not of `LEAST` to `MOST`.
+        [3] unit vector; `up` itself if the measures disagree or the tilt is outside `LEAST` to `MOST`.
     """
     every = slice(None, None, -(-len(gaussians) // MOST_ROWS))
     gaussians = gaussians.take(every)
@@ -75,7 +75,7 @@ def level_up(gaussians: Gaussians, up: F64) -> F64:
 
 
 def ground_plane(gaussians: Gaussians, up: F64) -> Plane | None:
-    """The plane through the lowest layer around the subject; None where there is too little.
+    """The plane through the lowest layer around the subject; None if there is too little of it.
 
     Args:
         gaussians: N >= 1 Gaussians.
@@ -116,9 +116,9 @@ def ground_plane(gaussians: Gaussians, up: F64) -> Plane | None:
 
 
 def _plane_through(points: F64) -> Plane | None:
-    """The plane, upward, through most of the points [n, 3]; None where that are too few.
+    """The upward plane through most of the points [n, 3]; None if these are too few.
 
-    Least squares with the squared weights of Cauchy, which points far from the plane do not pull. y is down.
+    Least squares with squared Cauchy weights, robust against points far from the plane. y is down.
     """
     columns = np.column_stack([points[:, 0], points[:, 2], np.ones(len(points))])
     weights = np.ones(len(points))
@@ -137,7 +137,7 @@ def _plane_through(points: F64) -> Plane | None:
 
 
 def _level_normal(gaussians: Gaussians, up: F64) -> F64 | None:
-    """[3] mean normal of the flat Gaussians that are level; None where there are none."""
+    """[3] mean normal of level, flat Gaussians; None if there are none."""
     sizes = np.sort(gaussians.scales.astype(np.float64), axis=1)
     is_flat = (sizes[:, 1] > 2 * sizes[:, 0]) & (gaussians.opacities > MIN_OPACITY)
     rows = np.flatnonzero(is_flat)

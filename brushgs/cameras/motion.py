@@ -2,7 +2,8 @@
 
 Interpolation is by the screw motion: one turn about a fixed axis with a translation along it, at constant
 rate. Between two views of an orbit it stays on the orbit; a straight move and a turn in place are special
-cases. Source: Murray, Li and Sastry 1994, chapter 2 (Chasles).
+cases.
+Source: Murray, Li and Sastry 1994, chapter 2 (Chasles).
 """
 
 import numpy as np
@@ -12,7 +13,7 @@ from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.quats import quats_of, rotation_matrices
 
-# Views that differ by less are the same, radians (and relative, of lenses): files write about seven digits.
+# Views closer than this are equal, radians (relative for lenses): files have about seven digits.
 SAME_VIEW = 1e-6
 
 
@@ -20,7 +21,7 @@ def between(first: Camera, second: Camera, share: float) -> Camera:
     """The camera at a share of the screw motion from one view to another.
 
     Focal lengths and near plane change by equal factors, the principal point by equal steps. Between views
-    half a turn apart there are two such motions of equal length; always the same one is taken.
+    half a turn apart there are two such motions; the choice is deterministic.
 
     Args:
         first: the view at share 0.
@@ -43,7 +44,7 @@ def between(first: Camera, second: Camera, share: float) -> Camera:
 
 
 def view_change(first: Camera, second: Camera, distance: float) -> float:
-    """How far apart two views are, radians: the larger of the turn and of the apparent shift.
+    """Difference of two views, radians: the larger of the turn and the apparent shift.
 
     Args:
         first: a view.
@@ -52,7 +53,7 @@ def view_change(first: Camera, second: Camera, distance: float) -> float:
             camera centres over this distance, so that the parts of a straight path add up.
 
     Returns:
-        0 where only lenses differ; may exceed pi.
+        0 if only lenses differ; may exceed pi.
 
     Raises:
         ValueError: if `distance` is not positive.
@@ -66,11 +67,11 @@ def is_same_view(first: Camera, second: Camera, distance: float) -> bool:
     """Whether two cameras show the same picture: their `view_change` is below `SAME_VIEW`, and so is their
     relative difference of focal lengths and principal points.
 
-    A path is closed where this holds for its ends.
+    A path is closed if this holds for its ends.
 
     Args:
         first: a camera.
-        second: another; pictures of other sizes are never the same.
+        second: another; views of different sizes are never the same.
         distance: see `view_change`.
 
     Raises:
@@ -140,7 +141,7 @@ def _step(first: F64, second: F64) -> F64:
 
 
 def _axis_angle(rotations: F64) -> tuple[F64, F64]:
-    """[n, 3] unit axes and [n] angles, 0 to pi, by quaternions, which are exact near 0 and pi."""
+    """[n, 3] unit axes and [n] angles, 0 to pi, from quaternions, which are accurate near 0 and pi."""
     quats = quats_of(rotations)
     quats = np.where(quats[:, :1] < 0, -quats, quats)
     sine = np.linalg.norm(quats[:, 1:], axis=1)

@@ -26,9 +26,9 @@ from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
-SWAY = 0.05  # radius of the circle of a camera inside a scene, over its distance to what it looks at
-_SWEEP_STEPS = 64  # of the circle each outline point sweeps: 0.1 % of its radius is missed
-_OUTLINE_STEPS = 181  # directions in which the outermost points are searched
+SWAY = 0.05  # radius of the circle of a camera inside a scene, over its distance to the target
+_SWEEP_STEPS = 64  # samples of the circle of each outline point: error 0.1 % of its radius
+_OUTLINE_STEPS = 181  # directions for finding outermost points
 
 
 def orbit(
@@ -50,12 +50,12 @@ def orbit(
 ) -> list[Camera]:
     """One turn around the subject of a scene: a loop at constant distance, in even steps.
 
-    The first camera looks in the direction of `frame_scene`, from the same distance or farther: as far as is
-    needed to show the whole subject, with the same margin, in every view of the turn. The right axis of all
-    cameras is perpendicular to the up axis, so the horizon is level, unless they are rolled.
+    The first camera looks in the direction of `frame_scene`, from the distance needed to show the whole
+    subject, with the same margin, in every view. The right axes are perpendicular to the up axis, so the
+    horizon is level unless rolled.
 
-    A scene that is seen from inside has nothing to show from behind: there the camera sways on a small
-    circle, see `sway`, unless `look_at` asks for views from outside.
+    For a scene seen from inside, the camera sways on a small circle instead, see `sway`, unless `look_at`
+    requests views from outside.
 
     Args:
         scene: N Gaussians, N >= 1, or the first view of a scene, see `frame_scene`.
@@ -63,17 +63,16 @@ def orbit(
         width: pixels.
         height: pixels.
         fov_y: vertical field of view, radians, in (0, pi).
-        up: [3] direction that is up in the first picture, world axes, any length; None for that of the first
-            view.
+        up: [3] up direction of the first picture, world axes, any length; None for that of the first view.
         azimuth: of the first view, radians, see `frame_scene`; it grows along the orbit.
         elevation: of the first view, radians; None for that of `frame_scene`.
         zoom: see `frame_scene`.
-        look_at: see `frame_scene`; the turn is around the middle of it.
+        look_at: see `frame_scene`; the orbit is around its middle.
         distance: see `frame_scene`.
         pan: see `frame_scene`.
         roll: see `frame_scene`.
-        over_poles: the elevation grows by a full turn in place of the azimuth: straight over both poles of
-            the up axis. The camera never rolls, so on the far side the world is upside down.
+        over_poles: turn the elevation in place of the azimuth, over both poles of the up axis. The camera
+            never rolls, so on the far side the world is upside down.
 
     Raises:
         ValueError: as `frame_scene` does, or if `num_frames` is below 1.
@@ -101,7 +100,7 @@ def orbit(
     level, center = camera_axes(view.up, 0.0, 0.0), middle_of(points, view.up)
     upright = camera_axes(view.up, azimuth, elevation)
     axes = rolled(upright, roll)
-    # Circles start in a direction that moves with the camera: the fit does not depend on the first azimuth.
+    # Circles start in a direction fixed to the camera, so that the fit does not depend on the first azimuth.
     axis, beside = (upright[0], upright[2]) if over_poles else (level[1], upright[0])
     swept = _swept(points - center, axis, beside) @ axes.T
     eye, away = fit_eye(swept, np.tan(0.5 * fov_y) * np.array([width / height, 1.0]))
@@ -123,17 +122,17 @@ def orbit(
 
 
 def middle_of(points: F64, up: F64) -> F64:
-    """[3] the middle of the bounds of points [n, 3] along level axes: what `orbit` turns around."""
+    """[3] middle of the bounds of points [n, 3] along level axes, the centre of `orbit`."""
     level = camera_axes(up, 0.0, 0.0)
     seen = points @ level.T
     return np.asarray(0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ level)
 
 
 def sway(camera: Camera, view: FirstView, num_frames: int, *, roll: float = 0.0) -> list[Camera]:
-    """A loop of a camera inside a scene: a small circle that begins where it stands, with a level horizon.
+    """A loop of a camera inside a scene: a small circle from its position, with a level horizon.
 
-    It keeps looking at one point, in the middle of what is ahead of it; the radius of the circle is `SWAY` of
-    the distance to it. Strokes pass each other, and what no photograph showed stays hidden.
+    It looks at a fixed point in the middle of the view ahead; the radius is `SWAY` times the distance to it.
+    Strokes move against each other, and unphotographed parts stay hidden.
 
     Args:
         camera: the view from inside.
@@ -158,9 +157,9 @@ def sway(camera: Camera, view: FirstView, num_frames: int, *, roll: float = 0.0)
 
 
 def _swept(points: F64, axis: F64, beside: F64) -> F64:
-    """[m, 3] points on the outline of the body that `points` [n, 3] sweep as they turn about `axis` [3].
+    """[m, 3] outline of the body swept by `points` [n, 3] rotating about `axis` [3].
 
-    Both `axis` and `beside`, the perpendicular direction in which circles start, are unit vectors.
+    `axis` and `beside`, a perpendicular direction in which circles start, are unit vectors.
     """
     height = points @ axis
     radius = np.linalg.norm(points - height[:, None] * axis, axis=1)

@@ -1,4 +1,4 @@
-"""The outermost of many points, which are all that a camera that shows them whole depends on."""
+"""Convex hulls: the only points that framing depends on."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,17 +6,15 @@ from numpy.typing import NDArray
 from brushgs.values.arrays import F64
 
 I64 = NDArray[np.int64]
-MOST_VERTICES = 512  # of a ball: the rest of 20,000 points on it stick out by 0.004 of its size
+MOST_VERTICES = 512  # for a ball of 20,000 points the error is 0.004 of its size
 _THICKNESS = 1e-12  # of facets, over the size of the points: rounding errors are 1e-16
 
 
 def outline(points: F64) -> F64:
-    """The vertices of the convex hull of points, also where these lie in a plane or on a line.
+    """The vertices of the convex hull of points, including planar and collinear ones.
 
-    Where there are more than `MOST_VERTICES`, those that stick out least are omitted.
-
-    Of the 18,000 points of a real subject they are 50 to 220, found in 20 ms. Libraries of convex hulls are
-    faster, but take 400 ms to import.
+    Beyond `MOST_VERTICES`, the least prominent ones are omitted. Of 18,000 points of a real subject 50 to 220
+    remain, found in 20 ms; libraries of convex hulls are faster, but take 400 ms to import.
     Source: Barber, Dobkin and Huhdanpaa 1996, The Quickhull Algorithm for Convex Hulls.
 
     Args:
@@ -37,7 +35,7 @@ def outline(points: F64) -> F64:
         return points[np.unique([a, b])] if np.linalg.norm(offsets[b]) > _THICKNESS else points[:1]
     heights = offsets @ (normals[c] / area)
     d = _farthest(np.abs(heights))
-    if abs(heights[d]) <= _THICKNESS:  # in a plane: the hull of a pyramid on it, without its top
+    if abs(heights[d]) <= _THICKNESS:  # planar: the hull of a pyramid over it, without its top
         d = len(places)
         places = np.concatenate([places, [places[[a, b, c]].mean(axis=0) + normals[c] / area]])
     rows = _hull(places, [a, b, c, d])
@@ -70,7 +68,7 @@ def _hull(places: F64, simplex: list[int]) -> I64:
         fan = np.insert(_horizon(facets[is_seen], len(places)), 2, point, axis=1)
         fan_planes = _planes(places, fan, middle)
         is_orphan = is_seen[owners]
-        is_orphan[farthest] = False  # a vertex now, whatever the rounding errors of thin facets say
+        is_orphan[farthest] = False  # a vertex now, despite rounding errors of thin facets
         adopted = _above(places, rows[is_orphan], fan_planes, len(facets))
         is_left = ~is_seen[owners]
         kept = rows[is_left], owners[is_left], heights[is_left]
@@ -99,7 +97,7 @@ def _above(places: F64, rows: I64, planes: F64, first: int) -> tuple[I64, I64, F
 
 
 def _horizon(facets: I64, num_points: int) -> I64:
-    """[e, 2] the edges that only one of the facets has."""
+    """[e, 2] edges that belong to only one of the facets."""
     edges = np.sort(np.concatenate([facets[:, [0, 1]], facets[:, [1, 2]], facets[:, [2, 0]]]), axis=1)
     keys, counts = np.unique(edges[:, 0] * num_points + edges[:, 1], return_counts=True)
     once = keys[counts == 1]

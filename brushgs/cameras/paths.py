@@ -1,7 +1,7 @@
 """Camera paths from options: an orbit around the scene, or the views of a file, with `spline` between them.
 
-A loop of N frames has N different views, 1/N of its length apart; frame N would be frame 0 and is omitted. So
-the N frames are every second one of 2 N: the frame rate does not change the path. An open path includes both
+A loop of N frames has N different views, 1/N of its length apart; frame N would equal frame 0 and is omitted.
+Its frames are every second one of 2 N, so the frame rate does not change the path. An open path includes both
 ends: its N frames are every second one of 2 N - 1.
 """
 
@@ -26,7 +26,7 @@ from brushgs.values.camera import Camera, FirstView
 
 @dataclass(frozen=True)
 class _Ball:
-    """The subject of a scene, roughly: middle [3] and half size, world units."""
+    """Bounding ball of the subject: centre [3] and radius, world units."""
 
     center: F64
     radius: float
@@ -38,9 +38,9 @@ class CameraPath:
 
     Attributes:
         cameras: one per frame, at least one. A loop does not repeat its first view at the end.
-        is_loop: whether the view after the last is the first again.
-        fps: frames a second, > 0.
-        source: where the path comes from, in words, for the report.
+        is_loop: whether the first view follows the last.
+        fps: frames per second, > 0.
+        source: origin of the path in words, for the report.
     """
 
     cameras: list[Camera]
@@ -55,21 +55,21 @@ class CameraPath:
 
 
 def standing(camera: Camera, num_frames: int, fps: float) -> CameraPath:
-    """A camera that stands still."""
+    """The path of a fixed camera."""
     return CameraPath([camera] * num_frames, False, fps, "one view")
 
 
 def plan_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig) -> CameraPath:
-    """The camera path that options describe.
+    """The camera path of options.
 
     Args:
-        first_view: of the scene: its subject decides distances; None for a scene without Gaussians.
-        view: framing of an orbit, and size of the pictures. For a path from a file only `size` is used; where
-            it is None pictures have the size of the file's first camera.
+        first_view: of the scene, for distances; None for a scene without Gaussians.
+        view: framing of an orbit, and size of the pictures. For a path from a file only `size` is used; None
+            takes the size of the file's first camera.
         path: see `PathConfig`.
 
     Raises:
-        ValueError: if `view` names a camera file: the path places the cameras; or if an orbit has no subject.
+        ValueError: if `view` has a camera file, or an orbit has no subject.
         SceneError: if the file cannot be read, or holds too few different views for a curve.
     """
     if view.camera_file is not None:
@@ -99,7 +99,7 @@ def path_through(
 
     Args:
         keys: of any sizes.
-        first_view: of the scene: its subject decides distances.
+        first_view: of the scene, for distances.
         size: (width, height) of the pictures.
         seconds: duration, > 0.
         fps: frames per second, > 0.
@@ -117,7 +117,7 @@ def path_through(
 def turn_around(
     camera: Camera, center: ArrayLike, up: ArrayLike, *, seconds: float, fps: float = DEFAULT_FPS
 ) -> CameraPath:
-    """One turn of a camera around a point, a loop that begins where it stands; to its right, as `orbit`.
+    """One turn of a camera around a point, a loop from its position; to its right, like `orbit`.
 
     Args:
         camera: the first view.
@@ -170,7 +170,7 @@ def _file_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig)
 def _views_of(file: CameraFile, path: PathConfig, fps: float) -> list[Camera]:
     """The views that a path takes from a file: moments of its motion, key views of a curve, or all."""
     if file.motion is not None and (path.frames or path.seconds or path.fps):
-        # It is known at every moment: another rate or duration takes other moments of the same motion.
+        # Continuous motion: another rate or duration samples other moments.
         num_frames = path.frames or _num_frames(path.seconds or file.motion.seconds, fps, False)
         return file.motion.views(num_frames)
     is_curve = path.frames or path.seconds
@@ -178,7 +178,7 @@ def _views_of(file: CameraFile, path: PathConfig, fps: float) -> list[Camera]:
 
 
 def _size_of(path: Path, first: Camera) -> tuple[int, int]:
-    """The size of pictures by the first camera of a file. Raises SceneError if it is too large."""
+    """The size of a file's first camera. Raises SceneError if it is too large."""
     if broken := file_size_rule(first.width, first.height):
         raise SceneError(path, broken)
     return first.width, first.height
@@ -193,7 +193,7 @@ def _num_frames(seconds: float, fps: float, is_loop: bool) -> int:
 
 
 def _ball_of(first_view: FirstView | None) -> _Ball:
-    """The ball of the subject; a unit ball at the origin where there is none."""
+    """The ball of the subject; the unit ball at the origin without one."""
     if first_view is None:
         return _Ball(np.zeros(3), 1.0)
     low, high = first_view.points.min(axis=0), first_view.points.max(axis=0)
@@ -201,10 +201,9 @@ def _ball_of(first_view: FirstView | None) -> _Ball:
 
 
 def _fitted(cameras: list[Camera], size: tuple[int, int], ball: _Ball) -> list[Camera]:
-    """Cameras of a file in one size, with one near plane that suits the scene.
+    """Cameras of a file in one size, with a common near plane.
 
-    The default near plane, 0.01, is what trained scenes were rendered with; it comes nearer only where the
-    whole scene is small.
+    The default near plane, 0.01, is that of training; it is lowered only for small scenes.
     """
     distance = float(np.median([np.linalg.norm(camera.position - ball.center) for camera in cameras]))
     near = min(cameras[0].near, NEAR_SHARE * max(distance, ball.radius))

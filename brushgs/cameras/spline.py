@@ -12,7 +12,7 @@ from brushgs.values.camera import Camera
 
 Interpolate = Callable[[F64, F64, F64], F64]  # (first, second, shares) -> values between them
 
-# Samples per pair of key views, for arc length; fewer where there are thousands of keys.
+# Samples per pair of key views, for arc length; fewer for thousands of keys.
 _SAMPLES, _FEWEST_SAMPLES, _MOST_SAMPLES = 64, 8, 200_000
 _SECANT_STEPS = 4  # each gains two digits or more: speed is nearly constant between samples
 
@@ -30,7 +30,7 @@ class CameraSpline:
     Args:
         keys: views of one size; a key equal to its neighbour is dropped.
         center: [3] of the subject, world units.
-        reach: half the size of the subject, > 0: a camera inside it counts as this far away.
+        reach: half the size of the subject, > 0; the least distance of a camera.
         loop: whether the path continues from the last key to the first.
 
     Raises:
@@ -118,8 +118,8 @@ def _bezier_points(keys: F64, widths: F64, loop: bool, interpolate: Interpolate)
     """Four control points [pieces, ...] of each piece of the curve through `keys`.
 
     The velocity at a key is that of the parabola through it and its neighbours: the mean of the velocities of
-    both pieces, each weighted by the width of the other. As motions have no sum, it is found as the point
-    reached shortly after the key. At the ends of an open path it is the velocity to the neighbour.
+    both pieces, each weighted by the width of the other. Motions cannot be added, so it is represented by the
+    pose shortly after the key. At the ends of an open path it is the velocity to the neighbour.
     """
     num_pieces = len(widths)
     start, end = keys[:num_pieces], np.roll(keys, -1, axis=0)[:num_pieces]

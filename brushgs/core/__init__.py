@@ -1,1 +1,1 @@
-"""The compiled core, and what it needs of the machine: threads, memory, and signals that stop it."""
+"""The compiled core, and its machine layer: threads, processes, memory and stop signals."""

@@ -1,17 +1,16 @@
-"""How much memory this process may use, decided in one place."""
+"""The memory limit of this process, decided in one place."""
 
 import os
 from pathlib import Path
 
-# Where Linux states the limit of a container, of control groups of version 2 and 1.
+# Memory limits of Linux containers (control groups version 2 and 1).
 _LIMIT_FILES = "/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"
 
 
 def machine_memory() -> int | None:
-    """Bytes of memory of this machine, or of the container or the limit that the process runs in.
+    """Total bytes of memory of this machine, or of the container or limit of the process.
 
-    It is that which there is, and not that which is free at the moment: what is painted may depend on it.
-    None where the system tells nothing, as on Windows.
+    Not the free memory, since paintings may depend on it. None if unknown, as on Windows.
     """
     known = [_physical(), _address_space(), *map(_stated, _LIMIT_FILES)]
     return min((size for size in known if size is not None), default=None)
@@ -34,7 +33,7 @@ def _address_space() -> int | None:
 
 
 def _stated(path: str) -> int | None:
-    """The number in a file; None where there is no file, or a word such as "max"."""
+    """The number in a file; None without a file or number (such as "max")."""
     try:
         return int(Path(path).read_text())
     except (OSError, ValueError):

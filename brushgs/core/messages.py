@@ -1,4 +1,4 @@
-"""What processes send each other: pickled work and items one way; results, warnings and errors the other."""
+"""Messages between processes: pickled work and items one way; results, warnings and errors the other."""
 
 import builtins
 import io
@@ -11,27 +11,27 @@ from contextlib import nullcontext
 from types import FunctionType
 from typing import Any, NamedTuple
 
-# Processes that one item may lose before it is an error. The first may have been killed because another
-# process used up the memory; the third was not.
+# Attempts per item: its process may have been killed because another one used up the memory, but not three
+# times.
 MAX_ATTEMPTS = 3
 
 
 class Done(NamedTuple):
-    """What `work` returned, and the warnings it issued as (message, category, file, line)."""
+    """Result of `work`, and its warnings as (message, category, file, line)."""
 
     result: object
     warnings: list[tuple[Warning | str, type[Warning], str, int]]
 
 
 class Failed(NamedTuple):
-    """What `work` raised, and its traceback as text: a traceback object cannot be pickled."""
+    """Error of `work`, and its traceback as text (traceback objects cannot be pickled)."""
 
     error: BaseException
     traceback: str
 
 
 class _ReplyPickler(pickle.Pickler):
-    """Writes exceptions in their own form, also where a library has registered another one (tblib)."""
+    """Pickles exceptions by their own `__reduce_ex__`, even if a library (tblib) has registered another."""
 
     def reducer_override(self, obj: Any) -> Any:
         return (
@@ -40,7 +40,7 @@ class _ReplyPickler(pickle.Pickler):
 
 
 class _Pickler(pickle.Pickler):
-    """Refuses what is defined in the running script, which other processes cannot import."""
+    """Refuses objects defined in the running script, which other processes cannot import."""
 
     def reducer_override(self, obj: Any) -> Any:
         if isinstance(obj, (type, FunctionType)) and obj.__module__ == "__main__":
@@ -52,7 +52,7 @@ class _Pickler(pickle.Pickler):
 
 
 def pickled(what: str, value: object) -> bytes:
-    """The value as bytes.
+    """Pickle a value.
 
     Raises:
         TypeError: if it cannot be pickled; `what` names it in the message.
@@ -69,14 +69,14 @@ def pickled(what: str, value: object) -> bytes:
 
 
 def reply_bytes(reply: Done | Failed) -> bytes:
-    """A reply as bytes, which `opened` reads."""
+    """Pickle a reply; `opened` reads it."""
     buffer = io.BytesIO()
     _ReplyPickler(buffer, pickle.HIGHEST_PROTOCOL).dump(reply)
     return buffer.getvalue()
 
 
 class PickledWork:
-    """Work as bytes, unpickled at the first call and kept from then on."""
+    """Pickled work, unpickled at the first call and then kept."""
 
     def __init__(self, message: bytes | bytearray) -> None:
         self._message: bytes | bytearray | None = message
@@ -84,7 +84,7 @@ class PickledWork:
         self._lock = threading.Lock()
 
     def __reduce__(self) -> tuple[object, ...]:
-        """For pickle: it moves from one worker to another as bytes again."""
+        """Pickle as bytes, to move from one worker to another."""
         with self._lock:
             if self._message is not None:
                 return PickledWork, (self._message,)
@@ -107,8 +107,8 @@ def run_item(
     Args:
         work: the work.
         message: the item, pickled.
-        records_warnings: whether warnings go into the reply. Recording is per process, not per thread: turn
-            it off where several threads work, or they record each other's warnings.
+        records_warnings: put warnings into the reply. Recording is per process: turn it off if several
+            threads work.
 
     Returns:
         `Done` or `Failed`, pickled. Nothing is raised.
@@ -135,7 +135,7 @@ def _failure(error: BaseException, trace: str) -> bytes:
 
 
 class _ReplyUnpickler(pickle.Unpickler):
-    """Opens a reply of plain values, builtin exceptions and errors of the classes given: nothing runs."""
+    """Opens a reply with only plain values, builtin exceptions and given error classes: no code runs."""
 
     def __init__(self, message: bytes | bytearray, errors: tuple[type, ...]) -> None:
         super().__init__(io.BytesIO(message))
@@ -150,10 +150,10 @@ class _ReplyUnpickler(pickle.Unpickler):
 
 
 def opened(reply: bytes | bytearray, errors: tuple[type, ...] | None) -> Done | Failed:
-    """A reply; where `errors` are given, of a process that may do anything: see `_ReplyUnpickler`.
+    """Unpickle a reply; with `errors` one of an untrusted process, see `_ReplyUnpickler`.
 
     Raises:
-        pickle.UnpicklingError: if such a reply holds anything else.
+        pickle.UnpicklingError: if an untrusted reply holds anything else.
     """
     found = pickle.loads(reply) if errors is None else _ReplyUnpickler(reply, errors).load()
     if not isinstance(found, Done | Failed):
@@ -162,7 +162,7 @@ def opened(reply: bytes | bytearray, errors: tuple[type, ...] | None) -> Done | 
 
 
 def result_of(reply: Done | Failed) -> object:
-    """Issue the warnings of `work` and return its result, or raise what it raised."""
+    """Issue the warnings of `work`, and return its result or raise its error."""
     if isinstance(reply, Failed):
         reply.error.add_note(f"in another process:\n{reply.traceback}")
         raise reply.error

@@ -1,7 +1,7 @@
-"""The compiled core, `core`: the one place that imports it.
+"""The compiled core, `core`: the only place that imports it.
 
-Ctrl-C while its module is set up would abort the process ("Critical nanobind error: ... KeyboardInterrupt"),
-because nanobind can pass on no exception there. It is deferred for these few milliseconds.
+Ctrl-C during the module's setup would abort the process ("Critical nanobind error: ... KeyboardInterrupt"),
+as nanobind cannot propagate exceptions there. It is deferred for these few milliseconds.
 """
 
 from brushgs.core.signals import defer_stop

@@ -1,7 +1,6 @@
 """Worker processes of this machine: one thread here for each process, and a stream between the two.
 
-All that is done in other processes is done here: frames, jobs of a batch, and files that a library reads
-which may crash on them.
+Used for frames, jobs of a batch, and files read by libraries that may crash on them.
 
 The standard library's `ProcessPoolExecutor` was tried and rejected: its processes share one pipe, and one
 that is killed while it sends a frame leaves half a message there, for which the pool blocks forever (2 of 6
@@ -35,12 +34,12 @@ from brushgs.core.worker import BOOT
 
 
 class KilledError(ChildProcessError):
-    """An item has ended its process, as often as it may.
+    """An item has killed its process too often.
 
     Attributes:
-        code: exit code of the process; below 0 the signal.
-        said: what it printed, where that is kept.
-        seconds: that it took.
+        code: exit code of the process; negative for a signal.
+        said: its output, if kept.
+        seconds: run time.
     """
 
     def __init__(self, sentence: str, code: int, said: str, seconds: float) -> None:
@@ -49,16 +48,16 @@ class KilledError(ChildProcessError):
 
 
 class Ways(NamedTuple):
-    """How processes are started and ended.
+    """Options for starting and ending processes.
 
     Attributes:
-        attempts: processes that one item may end before it is an error.
-        seconds_to_stop: that work under way gets to clean up at the end, asked to stop as by SIGTERM; 0 kills
+        attempts: processes that one item may kill before it is an error.
+        seconds_to_stop: time for running work to clean up at the end, after a request like SIGTERM; 0 kills
             it.
-        environment: variables of the processes, in place of those of this one.
-        output: what becomes of what they print.
-        errors: of processes that read hostile files, and so may do anything, the only errors beside the
-            builtin ones that a reply may hold, with plain values; None trusts them.
+        environment: variables that replace those of this process.
+        output: treatment of printed output.
+        errors: for untrusted processes (which read hostile files): the only error classes, beside builtin
+            ones, that replies may hold; None trusts replies.
     """
 
     attempts: int = MAX_ATTEMPTS
@@ -69,7 +68,7 @@ class Ways(NamedTuple):
 
 
 class ProcessPool:
-    """Up to `jobs` processes of this machine, each started when there is an item for it."""
+    """Up to `jobs` processes of this machine, each started on demand."""
 
     def __init__(self, work: Callable[[Any], object], jobs: int, ways: Ways | None = None) -> None:
         self.limit = 2 * jobs
@@ -89,7 +88,7 @@ class ProcessPool:
     ) -> None:
         with self._lock:
             self._is_closed = True
-            processes = list(self._all)  # a thread may still remove its own
+            processes = list(self._all)  # threads may still remove theirs
         for process in processes:
             process.end()
         until = time.monotonic() + self._ways.seconds_to_stop
@@ -100,18 +99,18 @@ class ProcessPool:
             process.stop()
 
     def submit(self, index: int, item: object) -> Callable[..., Any]:
-        """Start an item as it is now: the caller may change it afterwards.
+        """Start an item; it is pickled at once, so the caller may change it afterwards.
 
-        The function returned waits for its result and returns it, or raises TimeoutError after `timeout`
-        seconds, if they are given.
+        The returned function waits for the result and returns it, or raises TimeoutError after `timeout`
+        seconds, if given.
         """
         (future,) = self.start([(index, item)])
         return lambda timeout=None: result_of(future.result(timeout))
 
     def start(self, items: Sequence[tuple[int, object]]) -> "list[Future[Done | Failed]]":
-        """Start items, one after another in one process: what the work keeps is there for the next.
+        """Start items one after another in one process, so that they can share kept results.
 
-        Where one ends the process, the next goes on in another.
+        If an item kills the process, the next runs in a new one.
         """
         row = [(index, pickled(f"item {index}", item), Future[Done | Failed]()) for index, item in items]
         self._threads.submit(self._run_row, row)
@@ -155,13 +154,14 @@ class ProcessPool:
 
 
 class _Process:
-    """One process, this end of the stream to it, and what it leaves behind."""
+    """One process, with this end of its stream and its temporary folder."""
 
     def __init__(self, num_threads: int, ways: Ways) -> None:
         self._is_asked = ways.seconds_to_stop > 0
-        path = [str(Path(entry).absolute()) for entry in sys.path]  # it may change its folder
+        path = [str(Path(entry).absolute()) for entry in sys.path]  # the process may change its folder
         with ExitStack() as stack:
-            # What is killed cannot remove what it was writing: it lies where this process removes it.
+            # A killed process cannot remove its temporary files: keep them in a folder that this process
+            # removes.
             folder = stack.enter_context(TemporaryDirectory(prefix="brushgs-", ignore_cleanup_errors=True))
             self._said = stack.enter_context(TemporaryFile()) if ways.output == "kept" else None
             shown = subprocess.DEVNULL if ways.output == "dropped" else self._said
@@ -171,7 +171,7 @@ class _Process:
 
     def send_work(self, work: bytes) -> None:
         """Send the pickled work, once."""
-        with suppress(OSError):  # it has died already: the first request will raise
+        with suppress(OSError):  # already dead: the first request will raise
             send(self._stream, work)
 
     def request(self, message: bytes) -> bytearray:
@@ -180,21 +180,21 @@ class _Process:
         return receive(self._stream)
 
     def end(self) -> None:
-        """Ask it to stop, or kill it, without waiting; a thread that waits for its reply gets an EOFError."""
+        """Ask it to stop, or kill it, without waiting; threads waiting for a reply get an EOFError."""
         if not self._is_asked:
             self._process.kill()
         with suppress(OSError):
             self._stream.shutdown(socket.SHUT_WR)
 
     def kill_at(self, until: float) -> None:
-        """Wait until it is gone, and kill it where that lasts too long."""
+        """Wait until it has ended, and kill it after `until`."""
         try:
             self._process.wait(max(until - time.monotonic(), 0))
         except subprocess.TimeoutExpired:
             self._process.kill()
 
     def stop(self) -> tuple[int, str]:
-        """Kill it, wait until it is gone, and return its exit code and what it printed, if that is kept."""
+        """Kill it, wait, and return its exit code and its output, if kept."""
         self._stream.close()  # a living process exits on this
         self._process.kill()
         code = self._process.wait()

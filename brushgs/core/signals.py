@@ -1,7 +1,7 @@
-"""Signals that ask a program to stop: Ctrl-C, SIGTERM (`kill`, `timeout`) and SIGHUP (the terminal is gone).
+"""Stop signals: Ctrl-C, SIGTERM (`kill`, `timeout`) and SIGHUP (closed terminal).
 
-Python raises KeyboardInterrupt for the first. The program decides about the others: the command line treats
-them alike (`brushgs.cli.stopping`), a script that imports brushgs dies of them unless it says otherwise.
+Python raises KeyboardInterrupt for the first. The command line treats the others alike
+(`brushgs.cli.stopping`); a script that imports brushgs is killed by them unless it handles them.
 """
 
 import signal
@@ -17,9 +17,9 @@ STOP_SIGNALS = tuple(
 
 @contextmanager
 def defer_stop() -> Iterator[None]:
-    """Defer these signals until the block is done: for short work that must not stop midway.
+    """Defer stop signals until the block is done, for short work that must not stop midway.
 
-    Python handles signals in its main thread only; in other threads there is nothing to defer.
+    Python handles signals only in the main thread; in other threads there is nothing to defer.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

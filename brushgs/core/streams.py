@@ -1,8 +1,9 @@
-"""The stream between this process and a worker: a socket, or two pipes where none is inherited (Windows).
+"""The stream between this process and a worker: a socket, or two pipes if sockets are not inherited
+(Windows).
 
-Pipes are the worker's standard input and output: what its work prints goes to stderr there. Messages are
-eight bytes of length, then that many bytes: `multiprocessing.connection` does the same, but takes 0.25 s for
-a frame of 30 MB instead of 0.05 s.
+Pipes are the worker's standard input and output: its work prints to stderr. Messages are eight bytes of
+length, then that many bytes: `multiprocessing.connection` does the same, but takes 0.25 s for a frame of 30
+MB instead of 0.05 s.
 """
 
 import os
@@ -24,7 +25,7 @@ _LENGTH = struct.Struct("!Q")
 
 
 class Stream(Protocol):
-    """As much of a socket as messages need."""
+    """The methods of a socket that messages need."""
 
     def sendall(self, data: bytes, /) -> None:
         """Send all of the data. Raises OSError if the other end is closed."""
@@ -33,7 +34,7 @@ class Stream(Protocol):
         """Receive some bytes, and return how many; 0 if the other end is closed."""
 
     def shutdown(self, how: int, /) -> None:
-        """With `socket.SHUT_WR`: send nothing more, while the other end may."""
+        """With `socket.SHUT_WR`: end sending; receiving continues."""
 
     def close(self) -> None:
         """Close this end."""
@@ -55,7 +56,7 @@ class _Pipes:
 
     def close(self) -> None:
         for end in (self._writer, self._reader):
-            with suppress(OSError):  # what it could not write is lost
+            with suppress(OSError):  # unwritten data is lost
                 end.close()
 
 
@@ -83,10 +84,10 @@ def _receive_exactly(stream: Stream, length: int) -> bytearray:
 
 
 def block_stops() -> None:
-    """Let the processes that this thread starts hear none of `STOP_SIGNALS`, from their first instruction on.
+    """Block `STOP_SIGNALS` for processes started by this thread, from their first instruction on.
 
-    A terminal sends Ctrl-C, and `timeout` SIGTERM, to all processes of a group: only the main thread of this
-    process should receive them. Without signal masks (Windows) `start_worker` sees to it.
+    Terminals send Ctrl-C, and `timeout` SIGTERM, to all processes of a group: only this process should react.
+    Without signal masks (Windows) `start_worker` handles it.
     """
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
@@ -95,14 +96,14 @@ def block_stops() -> None:
 def start_worker(
     boot: str, words: Sequence[str], environment: Mapping[str, str] | None, output: Any, is_apart: bool
 ) -> tuple["subprocess.Popen[bytes]", Stream]:
-    """Start Python, which runs `boot` on a word for `open_stream` and `words`; it, and its stream here.
+    """Start Python with the program `boot`; returns the process and this end of its stream.
 
     Args:
-        boot: a program in a line.
-        words: for it.
-        environment: variables, in place of those of this process; None for these.
-        output: where what it prints goes, as `subprocess` has it.
-        is_apart: whether it gets no signal that is sent to the group of this process.
+        boot: a one-line program.
+        words: its arguments, after one for `open_stream`.
+        environment: variables that replace those of this process; None keeps these.
+        output: target of its output, as for `subprocess`.
+        is_apart: keep it outside of this process's group, whose signals it then does not get.
 
     Raises:
         OSError: if there is no memory for another process.
@@ -110,7 +111,7 @@ def start_worker(
     start: Any = partial(subprocess.Popen, stderr=output, env=environment)
     command, pipe, nothing = [sys.executable, "-c", boot], subprocess.PIPE, subprocess.DEVNULL
     if not INHERITS_SOCKETS:
-        apart = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # which Ctrl-C does not reach
+        apart = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # not reached by Ctrl-C
         process: subprocess.Popen[bytes] = start(
             [*command, _PIPES, *words], stdin=pipe, stdout=pipe, creationflags=apart
         )
@@ -129,12 +130,12 @@ def start_worker(
 
 
 def open_stream(descriptor: str) -> Stream:
-    """The stream to the process that started this one, from the word that it gave."""
+    """The stream to the parent process, from the argument that it passed."""
     if descriptor != _PIPES:
         return socket.socket(fileno=int(descriptor))
     pipes = _Pipes(os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb"))
     nowhere = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nowhere, 0)
     os.close(nowhere)
-    os.dup2(2, 1)  # what is printed must not come between messages
+    os.dup2(2, 1)  # prints must not mix with messages
     return pipes

@@ -1,4 +1,4 @@
-"""How many threads the compiled core runs in, decided in one place."""
+"""The number of threads of the compiled core, decided in one place."""
 
 import operator
 import os
@@ -10,15 +10,15 @@ from typing import TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-MOST_THREADS = 1024  # that are started; far more than pay, and as many as any system gives
-MOST_AT_ONCE = 4  # of `side_by_side`: more would wait for each other's Python
+MOST_THREADS = 1024  # far more than useful
+MOST_AT_ONCE = 4  # of `side_by_side`: more would wait for the GIL
 
 _most: ContextVar[int | None] = ContextVar("_most", default=None)
 
 
 @contextmanager
 def at_most(num_threads: int) -> Iterator[None]:
-    """Within this context `num_threads=None` means so many: for processes that share a machine."""
+    """Within this context `num_threads=None` means this many, for processes that share a machine."""
     token = _most.set(num_threads)
     try:
         yield
@@ -27,7 +27,7 @@ def at_most(num_threads: int) -> Iterator[None]:
 
 
 def num_threads_or_default(num_threads: int | None) -> int:
-    """The number of threads to run in; for None, as many as there are CPUs this process may use.
+    """The number of threads; None means all CPUs available to this process.
 
     Results never depend on it.
 
@@ -41,7 +41,7 @@ def num_threads_or_default(num_threads: int | None) -> int:
     if num_threads is None:
         if (most := _most.get()) is not None:
             return most
-        if hasattr(os, "sched_getaffinity"):  # Linux: a container or `taskset` may leave fewer than there are
+        if hasattr(os, "sched_getaffinity"):  # Linux: a container or `taskset` may allow fewer
             return len(os.sched_getaffinity(0))
         return os.cpu_count() or 1
     try:
@@ -58,9 +58,9 @@ def num_threads_or_default(num_threads: int | None) -> int:
 def side_by_side(
     work: Callable[[Item], Result], items: Iterable[Item], num_threads: int | None = None
 ) -> list[Result]:
-    """`work` of each item, in order, several items at once, which share the threads of the core.
+    """Results of `work` for each item in order, several items in parallel, sharing the threads of the core.
 
-    For many small pictures: what Python and NumPy do around the core then overlaps as well.
+    For many small pictures: the work of Python and NumPy around the core overlaps too.
     """
     return list(in_turn(work, items, num_threads))
 
@@ -72,7 +72,7 @@ def in_turn(
     *,
     at_once: int = MOST_AT_ONCE,
 ) -> Iterator[Result]:
-    """`side_by_side`, its results one by one; at most `at_once` items at a time, and as many results wait."""
+    """`side_by_side` as an iterator; at most `at_once` items run, and as many results wait."""
     items, most = list(items), num_threads_or_default(num_threads)
     num_workers = min(most, at_once, len(items))
 
@@ -86,7 +86,7 @@ def in_turn(
     from concurrent.futures import ThreadPoolExecutor
 
     with ThreadPoolExecutor(num_workers) as pool:
-        ahead = num_workers + 1  # one more than workers: none waits for what is done with a result
+        ahead = num_workers + 1  # one more than workers, so that none waits for the consumer
         waiting = deque(pool.submit(shared, item) for item in items[:ahead])
         for item in items[ahead:]:
             result = waiting.popleft().result()

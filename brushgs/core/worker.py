@@ -1,8 +1,8 @@
 """The program of a worker process: it receives items and replies to each with its result.
 
-Started as `python -c BOOT stream num_threads folder is_asked *sys.path`: a fresh interpreter. It copies
-neither threads nor state of the first process (a fork of a process with threads may hang), and it does not
-import the script that runs there (`multiprocessing` would, and so run it again).
+Started as `python -c BOOT stream num_threads folder is_asked *sys.path`: a fresh interpreter. It copies no
+threads or state of the parent (forking with threads may hang), and does not import the running script
+(`multiprocessing` would run it again).
 """
 
 import _thread
@@ -28,10 +28,10 @@ def serve(stream_word: str, num_threads: int, folder: str, is_asked: bool) -> No
 
     Args:
         stream_word: see `open_stream`.
-        num_threads: that the work may use.
+        num_threads: for the work.
         folder: of temporary files; removed at the end.
-        is_asked: whether work under way is then stopped, as by SIGTERM: it may take hours. Else it is done
-            first, which matters only where the first process was killed: it kills the others.
+        is_asked: stop running work at the end, as by SIGTERM; else finish it first, which matters only if the
+            parent was killed.
     """
     tempfile.tempdir = folder
     if is_asked:
@@ -53,7 +53,7 @@ def serve(stream_word: str, num_threads: int, folder: str, is_asked: bool) -> No
 
 
 def _receive(stream: Stream, messages: "SimpleQueue[bytearray | None]", is_asked: bool) -> None:
-    """Hand on what comes, until the first process has finished, or was killed."""
+    """Queue incoming messages until the parent has finished or was killed."""
     with suppress(EOFError, OSError):
         while True:
             messages.put(receive(stream))

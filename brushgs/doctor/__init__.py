@@ -1,9 +1,9 @@
-"""What is wrong or odd with a scene file, and the cure.
+"""Faults and oddities of a scene file, and their cure.
 
     raw columns -> detect encoding -> decode -> check rows, places, light, floaters -> findings -> cure
 
-Each check returns findings (see `findings`); the thresholds beside it state the figures of real scenes they
-come from. `cure` applies the findings.
+Each check returns findings (see `findings`); thresholds state the figures of real scenes that they come from.
+`cure` applies the findings.
 """
 
 from brushgs.doctor.cure import cure

@@ -1,4 +1,4 @@
-"""The cured scene: correctly decoded, without the rows and SH bands that findings drop."""
+"""The cured scene: correctly decoded, without rows and SH bands dropped by findings."""
 
 from dataclasses import replace
 

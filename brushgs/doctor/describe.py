@@ -27,23 +27,23 @@ DARK = 0.1  # display-encoded; below it a Gaussian is nearly black
 
 
 def describe(path: SceneFiles, where: WhereConfig | None = None, *, words: bool = False) -> dict[str, Any]:
-    """Figures of a scene: what `brushgs info` prints.
+    """Figures of a scene, as printed by `brushgs info`.
 
     Args:
         path: its files.
-        where: a part of it, which is described too, see `describe_part`.
-        words: whether to say in words what is seen of it, see `in_words`.
+        where: a part to describe too, see `describe_part`.
+        words: whether to describe it in words, see `in_words`.
 
     Returns:
-        Name -> number, text or list of numbers, ready for JSON. Percentiles are 1, 50 and 99; the size is
-        the standard deviation along the longest axis, the aspect the longest over the middle one, digits are
-        those of `position_digits`. Of a moving scene they are those of one moment, and there is more: its
-        duration in seconds, the moments that its files hold ("any" of a formula) and how many of them are a
-        second where each is a file, whether rows correspond, and the share of Gaussians that rest.
+        Name -> number, text or list of numbers, ready for JSON. Percentiles are 1, 50 and 99; the size is the
+        standard deviation along the longest axis, the aspect the longest over the middle one, digits are
+        those of `position_digits`. For a moving scene they describe one moment, with further entries:
+        duration in seconds, number of stored moments ("any" for a formula), their rate if each is a file,
+        whether rows correspond, and the share of Gaussians that do not move.
 
     Raises:
         SceneError: if a file cannot be used.
-        ValueError: if a term of the part needs what there is not.
+        ValueError: if a term of the part lacks its cameras or model.
     """
     source = SceneSource.of(path)
     gaussians, notes = read_scene(source)
@@ -79,7 +79,7 @@ def describe(path: SceneFiles, where: WhereConfig | None = None, *, words: bool 
 
 
 def _up_of(gaussians: Gaussians, notes: LoadNotes) -> str:
-    """Up of a scene whose header does not state it, and what it is known from."""
+    """Up axis of a scene whose header does not state it, with its source."""
     beside = view_beside(gaussians, ViewConfig(), notes, None)
     if beside is not None and beside.view is not None and beside.path is not None:
         return (
@@ -89,9 +89,9 @@ def _up_of(gaussians: Gaussians, notes: LoadNotes) -> str:
 
 
 def _motion_of(source: SceneSource) -> dict[str, Any]:
-    """What there is to tell of a scene because it moves; nothing of one at rest."""
+    """Figures of a moving scene; empty for a still one."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)  # the moment that was read has told them
+        warnings.simplefilter("ignore", SceneWarning)  # already issued for the moment read
         moving = open_moving(source)
     if moving is None:
         return {}
@@ -112,7 +112,7 @@ def _motion_of(source: SceneSource) -> dict[str, Any]:
 
 
 def _size_of(source: SceneSource) -> int:
-    """Bytes of its files; of a folder those directly in it."""
+    """Total bytes of its files; of a folder those directly in it."""
     return sum(file.stat().st_size for file in source.files() if file.is_file())
 
 

@@ -1,7 +1,7 @@
 """Detect how raw columns are encoded: log or linear scales, wxyz or xyzw, SH coefficients or RGB.
 
-Each decision needs a clear difference between the encodings; otherwise the usual one is taken. The figures in
-the comments are of ten real scenes (examples/measured/doctor.md).
+Each decision needs a clear difference between the encodings; otherwise the standard one is assumed. Figures
+in comments are from ten real scenes (examples/measured/doctor.md).
 """
 
 from collections.abc import Callable
@@ -19,12 +19,12 @@ from brushgs.values.quats import rotation_matrices
 
 _AddFinding = Callable[..., None]  # (name of the finding, sentence, **facts)
 
-FEWEST_ROWS = 10  # with fewer nothing can be decided
-ALMOST_ALL = 0.999  # of the rows; the rest may be damaged
+FEWEST_ROWS = 10  # with fewer no decision is possible
+ALMOST_ALL = 0.999  # share of rows; the rest may be damaged
 SAMPLE = 20_000  # rows of the costly checks
-# Share of logits within 0 to 1: at most 0.24. Of rows with all three f_dc there: at most 0.19.
-# Difference between percentiles 1 and 99 of one column: equal values decide nothing. Whole logits from 0 to
-# 20 are opacities of a half to all but 2e-9; none spread wider.
+# Share of logits within 0 to 1: at most 0.24. Of rows with all three f_dc there: at most 0.19. Least
+# difference between percentiles 1 and 99 of a column: equal values decide nothing. Integer logits of 0 to 20
+# are opacities of 0.5 to 1 - 2e-9; none spread wider.
 SPREAD_OPACITY, SPREAD_COLOR, SPREAD_BYTES = 0.02, 0.25, 20.0
 BLINDING = 16.0  # largest f_dc of a real scene: 12.6
 # Median log of the longest axis over the distance to the nearest neighbour: -1.3 to 1.6.
@@ -32,20 +32,20 @@ TYPICAL_LOG_SIZE = 0.6
 # Log-likelihood ratio of linear against log scales, nats a row. Ten real scenes in units of 1e-4 to 3e4: 1.5
 # and more where they are linear (two synthetic ones: 0.5, 2.8), below -2.2 where they are logarithms.
 LEAST_EVIDENCE = 0.25
-TINY = 1e-30  # in place of a linear scale of 0, which has no logarithm
+TINY = 1e-30  # replaces linear scales of 0 before taking logarithms
 FLAT, PLANAR = 2.0, 0.7  # middle over shortest axis; 1 - smallest over middle variance of the neighbours
 FEWEST_FLAT = 100
 # Mean |cosine| of shortest axis and surface normal, wxyz minus xyzw: 0.08 to 0.41 (10 to 40 standard errors),
 # and the negative of that where the order is xyzw.
 LEAST_ALIGNMENT, LEAST_ERRORS = 0.03, 6.0
-# Mean |cosine| in the right order: 0.62 to 0.97. Of axes in disorder it is 0.5, and up to 0.63 where one
-# of the four numbers of rotations is always the same.
+# Mean |cosine| in the right order: 0.62 to 0.97. For random axes it is 0.5, up to 0.63 if one quaternion
+# component is constant.
 LEAST_NORMAL, SURE_NORMAL = 0.6, 0.8
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The encoding of the columns, and the findings where it is not the usual one."""
+    """The encoding of the columns, with findings if it is not the standard one."""
 
     encoding: Encoding
     findings: list[Finding]
@@ -59,7 +59,7 @@ def detect_encoding(columns: Columns) -> Diagnosis:
     if len(rows) < FEWEST_ROWS:
         return Diagnosis(encoding, findings)
     means = columns.means[rows]
-    points = means[equal_rows(means)[0]]  # a k-d tree takes quadratic time for equal points
+    points = means[equal_rows(means)[0]]  # k-d trees take quadratic time for equal points
     picked = np.random.default_rng(0).permutation(len(rows))[:SAMPLE]
     distances, near = nearest(points, means[picked], min(NUM_NEIGHBOURS + 1, len(points)))
 
@@ -79,8 +79,8 @@ def linear_evidence(scales: Array, spacings: Array) -> float:
     """Log-likelihood ratio of linear against logarithmic scales, nats a row; negative for logarithms.
 
     Decoded correctly, the longest axis is about as long as the distance to the nearest neighbour, and sizes
-    have a log-normal distribution: where the raw values are linear, a normal distribution fits their logs
-    better than the values themselves, for the shortest, middle and longest axes.
+    are log-normal: if raw values are linear, a normal distribution fits their logarithms better than the
+    values, for the shortest, middle and longest axes.
 
     Args:
         scales: [n, 3] raw values.
@@ -104,10 +104,10 @@ def linear_evidence(scales: Array, spacings: Array) -> float:
 
 
 def order_evidence(quats: Array, log_scales: Array, neighbours: Array) -> tuple[float, float, float]:
-    """Whether the shortest axes of flat Gaussians are normal to the surfaces as wxyz (above zero) or as xyzw.
+    """Alignment of the shortest axes of flat Gaussians with surface normals, as wxyz (> 0) or as xyzw.
 
-    The normal of a surface is the direction in which the neighbours of a point vary least. Points that are
-    all in one plane across an axis decide nothing.
+    The surface normal is the direction of least variance of a point's neighbours. Points in one axis-aligned
+    plane decide nothing.
 
     Args:
         quats: [n, 4] as stored, no row zero.
@@ -115,8 +115,8 @@ def order_evidence(quats: Array, log_scales: Array, neighbours: Array) -> tuple[
         neighbours: [n, k, 3] points around each.
 
     Returns:
-        Mean |cosine| of axis and normal as wxyz minus that as xyzw, the same over its standard error, and
-        that mean as xyzw.
+        Mean |cosine| of axis and normal as wxyz minus as xyzw, that difference over its standard error, and
+        the mean as xyzw.
     """
     if (np.ptp(neighbours, axis=(0, 1)) == 0).any():
         return 0.0, 0.0, 0.0
@@ -201,7 +201,7 @@ def _detect_opacities(values: Array, encoding: Encoding, add_finding: _AddFindin
 def _detect_colors(values: Array, encoding: Encoding, add_finding: _AddFinding) -> Encoding:
     lows, highs = np.percentile(values, (1, 99), axis=0)
     low, high = lows.min(), highs.max()
-    spread = (highs - lows).max()  # of one channel: those of a plain colour differ from each other
+    spread = (highs - lows).max()  # per channel: channels of a plain colour differ
     facts = {"low": float(low), "high": float(high)}
     if ((values >= 0) & (values <= 1)).all(axis=1).mean() >= ALMOST_ALL:
         if spread > SPREAD_COLOR:

@@ -1,4 +1,4 @@
-"""Estimates of what most scene files do not state, up axis and unit: notes, never faults."""
+"""Estimates of up axis and unit, which most scene files do not state: notes, never faults."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ METRES = (0.05, 200.0)  # size of a subject, from small objects to streets
 
 
 def estimate_up(gaussians: Gaussians, stated: str | None) -> Finding:
-    """Which way is up: as stated in the header, or as the first view takes it, or not sure."""
+    """The up axis: stated in the header, estimated as for the first view, or not sure."""
     if stated is not None:
         what = f"the header states that up is {stated}"
         return Finding("up-axis", "note", len(gaussians), 1.0, what, {"up": stated, "confidence": "stated"})
@@ -30,7 +30,7 @@ def estimate_up(gaussians: Gaussians, stated: str | None) -> Finding:
 
 
 def estimate_unit(gaussians: Gaussians) -> list[Finding]:
-    """A subject of a size that is hardly in metres: programs that expect metres will misplace it."""
+    """A finding if the subject's size is unlikely in metres: programs that expect metres will misplace it."""
     points, _ = subject(gaussians)
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     if METRES[0] <= size <= METRES[1]:

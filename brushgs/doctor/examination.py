@@ -1,4 +1,4 @@
-"""A scene file -> what is wrong or odd with it, and the scene correctly decoded."""
+"""A scene file -> findings, and the correctly decoded scene."""
 
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -31,9 +31,9 @@ class Examination:
 
     Attributes:
         source: the files.
-        notes: what they hold beside their Gaussians.
-        num_rows: rows of them.
-        encoding: how its numbers are encoded.
+        notes: what they hold beside Gaussians.
+        num_rows: rows in the files.
+        encoding: of the numbers.
         gaussians: N <= num_rows decoded Gaussians: only rows that cannot be drawn are dropped.
         findings: faults first, then odd things, then notes.
     """
@@ -46,21 +46,21 @@ class Examination:
     findings: list[Finding]
 
     def count(self, severity: str) -> int:
-        """How many findings have a severity."""
+        """Number of findings of a severity."""
         return sum(finding.severity == severity for finding in self.findings)
 
 
 def examine(path: SceneFiles) -> list[Finding]:
-    """Find what is wrong or odd with a scene file.
+    """Find faults and oddities of a scene file.
 
     Args:
         path: the file or files of a trained 3D Gaussian scene, see `brushgs.load`.
 
     Returns:
-        Findings, faults first; none with "fault" among them if the file can be painted as it is.
+        Findings, faults first; without "fault" the file can be painted as it is.
 
     Raises:
-        SceneError: if the file cannot be used at all: no scene, damaged, or no row that can be drawn.
+        SceneError: if the file cannot be used: not a scene, damaged, or without drawable rows.
 
     Example:
         >>> bg.save(gaussians, "scene.ply")
@@ -76,7 +76,7 @@ def examine_file(path: SceneFiles, clean: Clean = "sure") -> Examination:
 
     Args:
         path: the file or files of a trained 3D Gaussian scene, see `brushgs.load`.
-        clean: which floaters the cure drops: clearly detached ones ("sure"), nearer ones too ("strong"), or
+        clean: floaters that the cure drops: clearly detached ones ("sure"), closer ones too ("strong"), or
             none ("off").
     """
     source = SceneSource.of(path)
@@ -101,10 +101,10 @@ def examine_file(path: SceneFiles, clean: Clean = "sure") -> Examination:
 
 
 def _detect_encoding(parts: list[tuple[Columns, SceneFile]]) -> tuple[Encoding, list[Finding]]:
-    """The encoding of all files, and what was found where it is not the standard one.
+    """The common encoding of all files, with findings if it is not the standard one.
 
     Raises:
-        SceneError: if one file is encoded in another way than the first.
+        SceneError: if a file is encoded differently from the first.
     """
     diagnoses = [
         Diagnosis(Encoding(), []) if file.has_fixed_encoding else detect_encoding(columns)
@@ -115,7 +115,7 @@ def _detect_encoding(parts: list[tuple[Columns, SceneFile]]) -> tuple[Encoding, 
             what = f"seems to be encoded in another way than {parts[0][1].path}"
             raise SceneError(file.path, f"{what}; examine and fix each file by itself first")
     findings = diagnoses[0].findings
-    if len(parts) > 1:  # the evidence is that of the first file, the rows are those of all
+    if len(parts) > 1:  # evidence of the first file, rows of all
         total = sum(len(columns.means) for columns, _ in parts)
         counts = Counter[str]()
         for diagnosis in diagnoses:
@@ -125,7 +125,7 @@ def _detect_encoding(parts: list[tuple[Columns, SceneFile]]) -> tuple[Encoding, 
 
 
 def _decode(columns: Columns, encoding: Encoding, path: Path) -> tuple[Gaussians, Dropped]:
-    """The Gaussians of raw columns, in place: the raw values are overwritten."""
+    """Decode raw columns in place; the raw values are overwritten."""
     total, num_rest = len(columns.means), columns.sh.shape[1] - 1
     columns, dropped = activate_rows(columns, encoding, first_row=0, num_rest=num_rest, is_logit=True)
     if dropped.num_rows == total:
@@ -134,7 +134,7 @@ def _decode(columns: Columns, encoding: Encoding, path: Path) -> tuple[Gaussians
 
 
 def _check_places(gaussians: Gaussians, copies: list[Finding], clean: Clean, total: int) -> list[Finding]:
-    """Outliers, screen fillers, needles and floaters, each searched in what the checks before it keep."""
+    """Outliers, screen fillers, needles and floaters, each among the rows kept by earlier checks."""
     findings = []
     rest = np.ones(len(gaussians), bool)
     for finding in copies:

@@ -1,4 +1,4 @@
-"""What the doctor can find: names that never change their meaning, and what brushgs does about each."""
+"""Kinds of findings: names of fixed meaning, and how brushgs treats each."""
 
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -11,7 +11,7 @@ SEVERITIES: tuple[Severity, ...] = ("fault", "odd", "note")
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of finding: what brushgs does about it by default, and what `--fix` does."""
+    """A kind of finding: treatment by default, and by `--fix`."""
 
     by_default: str
     cure: str
@@ -62,12 +62,12 @@ class Finding:
         name: one of `KINDS`.
         severity: "fault" (the picture is wrong or rows are lost), "odd" (it can be painted, but should be
             inspected), or "note" (harmless).
-        count: rows of the file that it concerns; SH bands for "empty-sh-bands".
+        count: affected rows of the file; SH bands for "empty-sh-bands".
         share: `count` over the rows of the file.
-        what: the finding in words; the count stands before it.
+        what: the finding in words, to follow the count.
         facts: numbers and words behind it, ready for JSON; the "confidence" of an estimate is "stated",
             "likely" or "not sure".
-        rows: [N] mask of the decoded Gaussians that the cure drops; None where it drops none.
+        rows: [N] mask of decoded Gaussians that the cure drops; None if it drops none.
     """
 
     name: str
@@ -80,12 +80,12 @@ class Finding:
 
     @property
     def by_default(self) -> str:
-        """What brushgs does about it by default."""
+        """Default treatment by brushgs."""
         return KINDS[self.name].by_default
 
     @property
     def cure(self) -> str:
-        """What `--fix` does about it."""
+        """Treatment by `--fix`."""
         if self.rows is None and self.name in _DROPPING:
             return "keeps them: invisible, most of the scene, or kept by option"
         return KINDS[self.name].cure

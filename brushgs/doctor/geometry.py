@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from brushgs.passes.extent import robust_frame
 from brushgs.values.arrays import Array
 
-# A tenth of the rows at each end may lie anywhere without changing the core.
+# Robust against a tenth of the rows at each end.
 CORE_PERCENTILES = (10, 90)
 
 
@@ -21,7 +21,7 @@ class Core:
 
     @classmethod
     def of(cls, means: Array) -> "Core":
-        """The core of points [N, 3]; where it has no extent, the radius is that of `robust_frame`."""
+        """The core of points [N, 3]; without extent, the radius is that of `robust_frame`."""
         low, high = np.percentile(means.astype(np.float64), CORE_PERCENTILES, axis=0)
         radius = 0.5 * float(np.linalg.norm(high - low))
         return cls(0.5 * (low + high), radius if radius > 0 else robust_frame(means)[1])

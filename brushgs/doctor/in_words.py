@@ -1,4 +1,4 @@
-"""What is seen of a scene in its first view, in words that are computed."""
+"""Describe the first view of a scene in computed words."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -8,18 +8,18 @@ if TYPE_CHECKING:
     from brushgs.passes.style.words import Word
     from brushgs.values.notes import LoadNotes
 
-WIDTH, HEIGHT = 640, 480  # pixels of the view; words do not depend on them but by roundings
+WIDTH, HEIGHT = 640, 480  # pixels of the view; words depend on them only by rounding
 
 
 def in_words(gaussians: Gaussians, notes: "LoadNotes") -> list[dict[str, Any]]:
-    """The words that fit a scene, or strokes: what `brushgs info --words` prints.
+    """Words that fit a scene, or strokes, as printed by `brushgs info --words`.
 
     Args:
         gaussians: of a file.
         notes: what the file holds beside them.
 
     Returns:
-        Best first, see `facts_of`; none if nothing is seen.
+        Best first, see `facts_of`; empty if nothing is visible.
     """
     from brushgs.cameras.framing import frame_scene
     from brushgs.passes.style.words import words_of_strokes
@@ -32,7 +32,7 @@ def in_words(gaussians: Gaussians, notes: "LoadNotes") -> list[dict[str, Any]]:
 
 
 def facts_of(words: "list[Word]") -> list[dict[str, Any]]:
-    """Words ready for JSON: each with how well it fits, 0 to 1, and the figure behind it."""
+    """Words ready for JSON: each with its fit, 0 to 1, and its figure."""
     return [
         {"word": one.word, "fit": round(one.fit, 3), "figure": one.figure, "value": float(f"{one.value:.4g}")}
         for one in words

@@ -1,4 +1,4 @@
-"""What lies in a part of a scene, in a few figures."""
+"""Figures of a part of a scene."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ DIGITS = 6
 
 
 def describe_part(gaussians: Gaussians, notes: "LoadNotes", config: WhereConfig) -> dict[str, Any]:
-    """Figures of a part of a scene: what `brushgs info --where` prints beside those of the scene.
+    """Figures of a part of a scene, as added by `brushgs info --where`.
 
     Args:
         gaussians: of a file.
@@ -22,12 +22,12 @@ def describe_part(gaussians: Gaussians, notes: "LoadNotes", config: WhereConfig)
         config: the part.
 
     Returns:
-        Name -> number, text or list of numbers, ready for JSON: how many Gaussians lie in it, at least in
-        part; their share, and that of the sum of opacities, each by how far it is in; and the corners of the
-        box around their centres, unless there are none.
+        Name -> number, text or list of numbers, ready for JSON: number of Gaussians with a weight above 0 in
+        the part; their share, and that of the sum of opacities, by weight; and the corners of the box around
+        their centres, if there are any.
 
     Raises:
-        ValueError: if a term needs what there is not.
+        ValueError: if a term lacks its cameras or model.
         SceneError: if a mask or the camera file cannot be used.
     """
     from brushgs.passes.where import memberships

@@ -11,14 +11,14 @@ from brushgs.values.gaussians import SH_TERMS, Gaussians
 # skull (0.08 %). Others have none at all.
 FEW_VALUES = 0.5  # distinct scales over rows
 CHANCE_COPIES = 0.001
-OFF_UNIT = 0.01  # of |length - 1|; trainers that store unnormalised quaternions leave lengths of 0.5 to 3
+OFF_UNIT = 0.01  # of |length - 1|; trainers that do not normalise quaternions store lengths of 0.5 to 3
 FEWEST_OFF = 0.001
 # Half a step of 8 bits: a smaller difference of colour is less than rounding.
 INVISIBLE = 0.5 / 255
 
 
 def check_dropped(dropped: Dropped, total: int) -> list[Finding]:
-    """Rows that cannot be drawn, and numbers that count as zero."""
+    """Rows that cannot be drawn, and numbers replaced by zero."""
     findings = []
     if dropped.zeroed is not None:
         row, name, value = dropped.zeroed
@@ -42,7 +42,7 @@ def check_dropped(dropped: Dropped, total: int) -> list[Finding]:
 
 
 def check_quats(gaussians: Gaussians, total: int) -> list[Finding]:
-    """Quaternions of a length other than 1: legitimate, most trainers store them like that."""
+    """Quaternions of a length other than 1, which are legitimate: most trainers store them."""
     lengths = np.linalg.norm(gaussians.quats.astype(np.float64), axis=1)
     count = int((np.abs(lengths - 1) > OFF_UNIT).sum())
     if count < max(1, FEWEST_OFF * len(gaussians)):

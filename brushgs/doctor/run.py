@@ -50,7 +50,7 @@ class DoctorReport(Report):
         return json.dumps(value, indent=2)
 
     def print_table(self) -> None:
-        """Print the findings: to stdout, or to stderr where stdout gets the path of the cured scene."""
+        """Print the findings to stdout, or to stderr if stdout gets the path of the cured scene."""
         if self.examination is not None:
             stream = sys.stdout if self.output is None else sys.stderr
             print("\n".join(lines(self.examination)), file=stream)
@@ -68,12 +68,12 @@ def run_doctor(
     Args:
         scene: the files of a trained 3D Gaussian scene, of any format that is read.
         output: a .ply file for the cured scene; None for findings only.
-        clean: which floaters the cure drops, see `examine_file`.
-        report: gets the stages and the findings; a new one if None.
+        clean: floaters that the cure drops, see `examine_file`.
+        report: collects stages and findings; None makes a new one.
 
     Raises:
         SceneError: if a file cannot be read or written.
-        ValueError: if the output is no .ply.
+        ValueError: if the output is not a .ply file.
     """
     report = report or DoctorReport()
     if output is not None:
@@ -98,7 +98,7 @@ def run_doctor(
             report,
             is_strokes=examination.notes.is_strokes,
             scene=name_of(scene, examination.notes),
-            first_view=view,  # of the scene before the cure: pictures of both line up
+            first_view=view,  # of the uncured scene, so that pictures of both line up
             brushes=examination.notes.brushes,
         )
     return report

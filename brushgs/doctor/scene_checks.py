@@ -1,4 +1,4 @@
-"""Findings about places, sizes and light: far outliers, fillers, needles; too dark, faint or bright."""
+"""Findings about positions, sizes and light: far outliers, fillers, needles; too dark, faint or bright."""
 
 import numpy as np
 
@@ -14,8 +14,8 @@ from brushgs.values.sh import C0, base_colors
 
 # Radii of the core (the middle 80 %). The outermost Gaussian of the ten real scenes lies at 6.1.
 FAR = 50.0
-# Three standard deviations over the distance: what appears smaller from the middle of the scene is a dot, not
-# a part of the sky.
+# Three standard deviations over the distance: smaller ones appear as dots from the middle of the scene, not
+# as sky.
 SKY = 0.05
 # Longest axis over the radius that holds 98 %: at most 0.31 (chair). At 1 a box is wider than the scene.
 FILLING = 1.0
@@ -25,18 +25,18 @@ NEEDLE_ASPECT, NEEDLE_LENGTH = 100.0, 0.1
 # Means weighted by painted area. Real scenes: luminance 0.19 (biker) and more; 99th percentile of the
 # opacities 0.83 and more, but for a firework made by a script, 0.22.
 DARK = 0.03
-# A colour component without the view-dependent part; the share of rows, or of the painted area, above it.
-# Real scenes: 0.05 % of the rows and 0.01 % of the area (campsite) and less; but for the sunflowers, whose
-# glare, 9 % of the rows, is 0.2 % of the area.
+# A base colour component; the share of rows, and of the painted area, above it. Real scenes: 0.05 % of the
+# rows and 0.01 % of the area (campsite) and less; but for the sunflowers, whose glare, 9 % of the rows, is
+# 0.2 % of the area.
 BRIGHT, BRIGHT_ROWS, BRIGHT_AREA = 2.0, 0.01, 0.01
-MOST = 0.5  # share of the rows above which nothing is dropped
+MOST = 0.5  # largest share of rows to drop
 # Digits of positions, see `position_digits`. Real scenes: 4.8 and more. At 1 Gaussians are off by a twentieth
 # of their length, at 0 by half of it.
 FEW_DIGITS, NO_DIGITS = 1.0, 0.0
 
 
 def check_far(gaussians: Gaussians, total: int) -> list[Finding]:
-    """Gaussians so far away that from there the scene is a dot."""
+    """Gaussians so far away that the scene is a dot from there."""
     core = Core.of(gaussians.means)
     distances = core.distances(gaussians.means)
     rows = distances > FAR
@@ -78,7 +78,7 @@ def check_needles(gaussians: Gaussians, total: int) -> list[Finding]:
 
 
 def check_digits(gaussians: Gaussians, total: int) -> list[Finding]:
-    """Positions so far from the origin that float32 holds them in steps about as long as the Gaussians."""
+    """Positions so far from the origin that float32 steps are about as long as the Gaussians."""
     digits, step, length = position_digits(gaussians)
     if digits >= FEW_DIGITS:
         return []
@@ -92,7 +92,7 @@ def check_digits(gaussians: Gaussians, total: int) -> list[Finding]:
 
 
 def position_digits(gaussians: Gaussians) -> tuple[float, float, float]:
-    """Decimal digits of positions, and what they are computed from.
+    """Decimal digits of positions, with the lengths behind them.
 
     Returns:
         log10 of length over step; the step of float32 at the largest coordinate of a Gaussian, world units;
@@ -123,7 +123,7 @@ def check_light(gaussians: Gaussians, total: int) -> list[Finding]:
 
 
 def _check_bright(gaussians: Gaussians, total: int) -> list[Finding]:
-    """Colours far above white: odd where they fill a visible part of what is painted."""
+    """Colours far above white: odd if they fill a visible part of the painted area."""
     brightest = 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64).max(axis=1)
     is_bright = brightest > BRIGHT
     count = int(is_bright.sum())
@@ -141,5 +141,5 @@ def _check_bright(gaussians: Gaussians, total: int) -> list[Finding]:
 
 
 def _unless_most(rows: Mask) -> Mask | None:
-    """The rows to drop; None where they are most of the scene."""
+    """The rows to drop; None if they are most of the scene."""
     return rows if rows.mean() <= MOST else None

@@ -18,7 +18,7 @@ def lines(examination: Examination) -> Iterator[str]:
 
 
 def verdict(examination: Examination) -> str:
-    """The counts of findings in words; "sound" where there are only notes."""
+    """The counts of findings in words; "sound" if there are only notes."""
     faults, odd = examination.count("fault"), examination.count("odd")
     if not faults and not odd:
         return "sound"

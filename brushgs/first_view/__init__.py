@@ -1,10 +1,10 @@
-"""The first view of a scene: which way is up, from where it is seen, and what is framed.
+"""The first view of a scene: up axis, direction and framed subject.
 
     inside? else: sample -> up -> level -> surroundings -> points -> flat? torn from outside? -> front
 
-All of it is estimated from the Gaussians alone, with some 60 small pictures of them: about 0.5 s of one
-processor for 100,000 Gaussians; where a scene is torn from outside (a street, a garden, a room), some 300
-more search where to stand in it. It depends neither on the unit of the scene nor on threads.
+Estimated from the Gaussians alone, with about 60 small pictures: 0.5 s of one processor for 100,000
+Gaussians. For scenes that look torn from outside (a street, a garden, a room), about 300 more pictures search
+a standpoint inside. The result depends neither on the unit of the scene nor on threads.
 """
 
 from collections.abc import Iterable
@@ -37,27 +37,26 @@ from brushgs.values.arrays import F64
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 
-SAME_UP = np.cos(np.radians(30.0))  # a stated up within so much of that of a view from inside agrees with it
-VISIBLE_SIGMAS = 2.0  # to which a Gaussian is seen
+SAME_UP = np.cos(np.radians(30.0))  # cosine: a stated up this close to that from inside agrees
+VISIBLE_SIGMAS = 2.0  # visible extent of a Gaussian
 
 
 def find_first_view(
     gaussians: Gaussians, *, up: str | ArrayLike | None = None, azimuth: float | None = None
 ) -> FirstView:
-    """Estimate how a scene is best seen where the user does not say it.
+    """Estimate the best view of a scene.
 
-    The best of the six axes is up, or -y where that is at least half as probable; an axis whose probability
-    is at least `SURE` is refined to the normal of level ground. The azimuth is a three-quarter view: 20
-    degrees from the front to the side that shows more.
+    Up is the most probable of the six axes, or -y if that is at least half as probable; an axis with a
+    probability of at least `SURE` is refined to the normal of level ground. The azimuth is a three-quarter
+    view: 20 degrees from the front toward the more detailed side.
 
     Args:
         gaussians: N >= 1 Gaussians.
-        up: axis by name, or [3] direction of any length in world axes, where it is stated: it is taken as it
-            is.
-        azimuth: radians, where it is given: no front is searched.
+        up: axis by name, or [3] direction of any length in world axes; used unchanged. None estimates it.
+        azimuth: radians; None searches the front.
 
     Raises:
-        ValueError: if there is no Gaussian, or `up` is no direction.
+        ValueError: if there is no Gaussian, or `up` is not a direction.
     """
     if len(gaussians) == 0:
         raise ValueError("find_first_view: gaussians must have at least one row, got none")
@@ -101,14 +100,14 @@ def find_first_view(
 
 
 def with_moments(view: FirstView, moments: Iterable[Gaussians]) -> FirstView:
-    """The first view of a scene that moves, with room for what is framed of each of its moments.
+    """The first view of a moving scene, extended to the subjects of all moments.
 
-    Each moment counts alone: in what is joined of all, a small body that crosses a room would be strays. What
-    the margin of the picture has room for changes nothing.
+    Each moment is framed alone: joined, a small body that crosses a room would count as strays. Growth within
+    the picture's margin changes nothing.
 
     Args:
-        view: of the scene as it is at one time; one from inside stays as it is.
-        moments: Gaussians of the same scene at several times; those without opacity are passed over.
+        view: of the scene at one time; a view from inside is not changed.
+        moments: Gaussians of the scene at several times; moments without opacity are skipped.
     """
     if view.eye is not None:
         return view
@@ -128,7 +127,7 @@ def with_moments(view: FirstView, moments: Iterable[Gaussians]) -> FirstView:
 
 
 def rank_ups(gaussians: Gaussians) -> Ups:
-    """The six axes and the probability that each is up, the most probable first, as `find_first_view` does.
+    """The six axes with their probability of being up, most probable first, as used by `find_first_view`.
 
     Args:
         gaussians: N >= 1 Gaussians.
@@ -138,7 +137,7 @@ def rank_ups(gaussians: Gaussians) -> Ups:
 
 
 def _from_the_front(gaussians: Gaussians, view: FirstView, front: Front) -> FirstView:
-    """The three-quarter view from the front or the face; of a part of a scene where nothing hides it."""
+    """The three-quarter view of the front or face; in surroundings, from where the subject is not hidden."""
     view = replace(
         view,
         azimuth=wrapped(front.azimuth + front.lean),
@@ -151,7 +150,7 @@ def _from_the_front(gaussians: Gaussians, view: FirstView, front: Front) -> Firs
 
 
 def _view_from_inside(gaussians: Gaussians, name: str, up: F64 | None) -> FirstView:
-    """The view from the origin of a capture that faces one way, whose up is the axis `name`."""
+    """The view from the origin of a forward-facing capture with up axis `name`."""
     ups = () if up is not None else inside_ups(name)
     return FirstView(
         points=outline(subject(gaussians)[0]),
@@ -171,10 +170,10 @@ def _unit(up: F64) -> F64:
 
 
 def _framed_points(gaussians: Gaussians, is_part: bool) -> F64:
-    """[m, 3] the outermost points of what is framed.
+    """[m, 3] hull of the framed subject.
 
-    Gaussians are seen beyond their centres. In trained scenes that is less than the margin of a picture, but
-    it is most of what there is to see of a single Gaussian, or of dots along a line.
+    Includes the extent of Gaussians, which matters for a single Gaussian or dots along a line; in trained
+    scenes it is below the picture's margin.
     """
     if is_part:
         points = outline(dense_middle(gaussians))

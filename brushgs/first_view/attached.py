@@ -1,4 +1,4 @@
-"""What is attached to the middle of an object: thin legs and tips that quantiles of the opacity miss."""
+"""Parts attached to the middle of an object: thin legs and tips that opacity quantiles miss."""
 
 import numpy as np
 
@@ -7,15 +7,16 @@ from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 
 VOXELS = 48  # along the diagonal of the middle
-FARTHEST = 0.35  # longest side of the middle: no tip reaches farther beyond it
-LARGEST = 0.05  # diagonals; what is larger is haze
-# Painted area in a voxel, over that of its side, from which it counts as filled, and the most that one
-# Gaussian gives. The legs of the chair, of opacity 0.07, have 0.1; its floaters are reached below 0.03.
+FARTHEST = 0.35  # longest reach of a tip, in longest sides of the middle
+LARGEST = 0.05  # diagonals; larger Gaussians are haze
+# Painted area over the area of a voxel's side from which a voxel counts as filled, and the largest
+# contribution of one Gaussian. The legs of the chair (opacity 0.07) have 0.1; its floaters are reached below
+# 0.03.
 FILLED, MOST_OF_ONE = 0.06, 0.05
 
 
 def with_attached(gaussians: Gaussians, points: F64) -> F64:
-    """Points of the middle of an object, and the centres of all that filled voxels attach to their box.
+    """Points of the middle of an object, with centres of Gaussians connected to their box by filled voxels.
 
     Args:
         gaussians: N Gaussians.

@@ -1,6 +1,6 @@
-"""Flat things are seen from where their face shows: a plate, a comb, a relief, standing or lying.
+"""Views of flat objects (a plate, a comb, a relief; standing or lying) onto their face.
 
-A mirror plane does not tell where the face of a thin thing is: its own plane is the best one.
+A mirror plane does not find the face of a thin object: its own plane is the best mirror plane.
 """
 
 from dataclasses import replace
@@ -13,21 +13,22 @@ from brushgs.first_view.sample import thinned
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 
-# Depth over the larger of width and height below which what stands is thin: real scenes have 0.31 and more.
+# Depth over the larger of width and height below which a standing object is thin: real scenes have 0.31 and
+# more.
 THIN = 0.15
-# Least share of the height of flat things that lie which most of them fills. On a campsite from the air trees
-# stand on the ground: 0.18; a plate, a comb, a relief have 0.7 and more.
+# Least share of the height that the bulk of a lying flat object fills. A campsite from the air, with trees,
+# has 0.18; a plate, a comb, a relief 0.7 and more.
 FILLED = 0.4
-MOST = (0.1, 0.9)  # quantiles, by opacity, between which most of a thing is
+MOST = (0.1, 0.9)  # opacity quantiles of the bulk of an object
 FACE_ELEVATION = np.radians(62.0)
-ELONGATED = 0.6  # width over length below which what lies is seen with its length across the picture
-FACING = np.radians(15.0)  # a front within so much of the direction of the face stays
+ELONGATED = 0.6  # width over length below which a lying object is seen with its length across the picture
+FACING = np.radians(15.0)  # a front this close to the direction of the face stays
 AZIMUTHS = np.radians(np.arange(180.0))
 MOST_ROWS = 50_000
 
 
 def is_lying(gaussians: Gaussians, view: FirstView) -> bool:
-    """Whether a scene is a thin thing that lies, and not land with what stands on it.
+    """Whether a scene is a thin lying object, not land with objects on it.
 
     Args:
         gaussians: N >= 1 Gaussians.
@@ -48,7 +49,7 @@ def is_lying(gaussians: Gaussians, view: FirstView) -> bool:
 
 
 def facing(view: FirstView) -> FirstView:
-    """The view turned to the face of what is thin where it stands, or across the length of what lies.
+    """The view turned to the face of a thin standing object, or across the length of a lying one.
 
     Args:
         view: of an object, with its front; the side of the face is the one nearer to its azimuth.

@@ -1,8 +1,8 @@
-"""From which azimuth a subject is seen from its front.
+"""Estimate the azimuth of a subject's front.
 
-The axis through front and back is that of the best mirror plane: within 30 degrees of the true one in 22 of
-22 scenes. Of its two ends the front is the one that shows more: finer Gaussians, more colours and shapes, and
-more of the scene. (Left-right symmetry of pictures is no use: 6 of 22.)
+The front-back axis lies in the best mirror plane: within 30 degrees of the true one in 22 of 22 scenes. The
+front is the end that shows more: finer Gaussians, more colours and shapes, and more of the scene. (Left-right
+symmetry of pictures does not help: 6 of 22.)
 """
 
 from dataclasses import dataclass, replace
@@ -22,31 +22,31 @@ NUM_VIEWS = 16  # around the subject
 VIEW_SIDE = 112  # pixels
 VIEW_ELEVATION = np.radians(12.0)
 SEEN = 0.5  # alpha from which a pixel shows the subject
-OPAQUE = 0.3  # alpha from which its depth is that of a surface; below, nothing is hidden
-NEIGHBOUR = 3  # pixels between those whose contrast is coarse: shapes, not noise
-COLORS = 8  # steps of each of red, green and blue whose entropy is taken
-SOLID = 0.2  # opacity from which a Gaussian counts as one that should be visible
+OPAQUE = 0.3  # alpha from which its depth is a surface; below, nothing is hidden
+NEIGHBOUR = 3  # pixel distance for coarse contrast: shapes, not noise
+COLORS = 8  # steps per channel, for entropy
+SOLID = 0.2  # opacity from which a Gaussian should be visible
 SKIN = 0.04  # radii behind the visible surface that still count as visible
 WEIGHTS = np.array([1.0, 1.0, 1.0, 2.0])  # of fineness, colours, contrast and visible share
 NARROW, WIDE = 8.0, 2.0  # concentrations of the smoothing over azimuths: 20 and 40 degrees
-SYMMETRIC = 1.08  # best over median likeness: below there is no mirror plane, and detail alone decides
-ONE_SIDED = np.log(2.0)  # of the visible shares of two opposite views: a capture from one side
-MARGIN = 0.9  # of the scores of the two ends: below the one nearer to azimuth 0 is taken
+SYMMETRIC = 1.08  # best over median likeness; below, there is no mirror plane and detail decides alone
+ONE_SIDED = np.log(2.0)  # log ratio of visible shares of opposite views: a capture from one side
+MARGIN = 0.9  # of the scores of both ends; below, the end nearer to azimuth 0 is taken
 LEAST_SHARE = 0.005  # added to visible shares before they are compared
-ALONG = 0.7  # of the best visible share: less from either end, and the capture is not along the axis
-FINE = np.radians(np.arange(0.0, 360.0, 7.5))  # azimuths among which the best is searched without an axis
-BESIDE = np.radians(30.0)  # from the front, where the two sides are compared
-LEAN = np.radians(20.0)  # first views turn by so much from the front to the more detailed side
+ALONG = 0.7  # least visible share of the ends, over the best: else the capture is not along the axis
+FINE = np.radians(np.arange(0.0, 360.0, 7.5))  # candidate azimuths without an axis
+BESIDE = np.radians(30.0)  # from the front, for comparing the two sides
+LEAN = np.radians(20.0)  # turn of first views from the front to the more detailed side
 
 
 @dataclass(frozen=True)
 class Front:
-    """Where the front of a subject is.
+    """The front of a subject.
 
     Attributes:
         azimuth: of the front, radians, -pi to pi.
-        lean: radians to turn from there for the first view, + or - `LEAN`.
-        margin: how much more the front shows than the back, in standard deviations over azimuths.
+        lean: turn from the front to the first view, radians, + or - `LEAN`.
+        margin: score of the front minus that of the back, in standard deviations over azimuths.
         likeness: of the best mirror plane, over the median one.
     """
 
@@ -57,17 +57,17 @@ class Front:
 
     @property
     def is_sure(self) -> bool:
-        """Whether the front shows so much more than the back that it is no guess."""
+        """Whether the front clearly shows more than the back."""
         return self.margin >= MARGIN
 
 
 @dataclass(frozen=True, eq=False)
 class _Around:
-    """What the views around a subject show.
+    """Scores of the views around a subject.
 
     Attributes:
         azimuths: [`NUM_VIEWS`] radians.
-        scores: [`NUM_VIEWS`] how much each shows, in standard deviations.
+        scores: [`NUM_VIEWS`] detail of each, in standard deviations.
         shares: [`NUM_VIEWS`] visible share of the Gaussians.
     """
 
@@ -124,7 +124,7 @@ def wrapped(angle: float) -> float:
 
 
 def _look_around(sample: Sample, up: F64) -> _Around:
-    """Views around the subject, judged by fineness, entropy of the colours, contrast and visible share."""
+    """Score views around the subject by fineness, colour entropy, contrast and visible share."""
     azimuths = 2 * np.pi * np.arange(NUM_VIEWS) / NUM_VIEWS
     paint_depth, paint = Painter(depth=True), Painter()
     sizes = flat_colors(shaded(sample.gaussians, sample.shades_of_size))
@@ -151,7 +151,7 @@ def _look_around(sample: Sample, up: F64) -> _Around:
 
 
 def _entropy(colors: Array) -> float:
-    """Bits of the distribution of colours [n, 3]."""
+    """Entropy of colours [n, 3], bits."""
     red, green, blue = (np.clip(colors, 0, 0.999) * COLORS).astype(np.int64).T
     counts = np.bincount((red * COLORS + green) * COLORS + blue)
     shares = counts[counts > 0] / len(colors)
@@ -168,10 +168,10 @@ def _coarse_contrast(shades: Array, mask: Mask) -> float:
 
 
 def _visible_share(sample: Sample, camera: Camera, frame: Frame) -> float:
-    """Share of the solid Gaussians that lie no deeper than the surface that the picture shows."""
+    """Share of solid Gaussians that are not behind the visible surface."""
     assert frame.depth is not None
     places = sample.gaussians.means @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
-    depths = places[:, 2]  # all well before the camera, which stands outside the sample
+    depths = places[:, 2]  # all in front of the camera, which is outside the sample
     x = (camera.K[0, 0] * places[:, 0] / depths + camera.K[0, 2]).astype(np.int64)
     y = (camera.K[1, 1] * places[:, 1] / depths + camera.K[1, 2]).astype(np.int64)
     surface = np.where(frame.alpha > OPAQUE, frame.depth, np.inf)

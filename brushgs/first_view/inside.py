@@ -1,4 +1,4 @@
-"""Scenes that are seen from inside: captures that face one way, where the origin shows a full picture."""
+"""Forward-facing captures, which are seen from inside: the origin shows a full picture."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,22 +16,22 @@ WIDTH, HEIGHT = 96, 72
 FOV_Y = np.radians(50.0)
 NEAR = 0.002  # over the spread of the scene
 WEAKEST = 0.1  # opacity
-# Of the two captures that face one way among 51 scenes both are above these, no other scene is.
+# Both forward-facing captures among 51 scenes exceed these, no other scene does.
 AHEAD = 0.6  # share of the Gaussians within 45 degrees of the view
 COVERED = 0.9  # share of the pixels with alpha above 0.9
 SHARP = 0.02  # mean gradient of luminance
-PROBABILITY = 0.95  # that up is right where the picture is full: two of two captures
+PROBABILITY = 0.95  # that up is right if the picture is full: two of two captures
 
 
 def inside_ups(name: str) -> Ups:
-    """All axes with probabilities where the picture from inside shows that one of them is up."""
+    """Probabilities of all axes, given the up axis of a full picture from inside."""
     others = sum(PRIORS[axis] for axis in PRIORS if axis != name)
     chances = {axis: (1 - PROBABILITY) * PRIORS[axis] / others for axis in PRIORS}
     return ranked(chances | {name: PROBABILITY})
 
 
 def inside_up(gaussians: Gaussians) -> str | None:
-    """The axis that is up in a sharp, full picture seen from the origin; None if there is no such picture."""
+    """The up axis of a sharp, full picture from the origin; None if there is none."""
     rows = np.arange(len(gaussians))
     scene = thin(gaussians, rows, MOST_ROWS)
     means = scene.means.astype(np.float64)

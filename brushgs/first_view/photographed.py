@@ -1,11 +1,10 @@
-"""The first view of a scene from where it was photographed: cameras -> do they fit? -> up -> first view.
+"""The first view of a scene from its capture cameras: cameras -> do they fit? -> up -> first view.
 
-Files of cameras lie beside scenes that are not theirs, and beside scenes that were turned, moved or cropped
-since. So cameras are taken only where they fit what is seen: they look at the subject, meet in its middle,
-agree on which way is up, not against a scene that shows it clearly, and their picture is as full as those
-from around the subject. Of 13 real scenes, each beside the cameras of 7 captures, the 4 pairs that belong
-together fit, and 1 of 87 others, a fragment of 1,000 Gaussians. A scene that was turned about its up axis is
-not told from one that was not.
+Camera files may belong to another scene, or to the scene before it was turned, moved or cropped. Cameras are
+used only if they fit: they look at the subject, their axes meet in its middle, they agree on an up axis that
+does not contradict a clear scene, and their pictures are as full as those around the subject. Of 13 real
+scenes with the cameras of 7 captures, all 4 matching pairs fit, and 1 of 87 others, a fragment of 1,000
+Gaussians. A scene turned about its up axis is not detected.
 """
 
 from dataclasses import dataclass, replace
@@ -22,41 +21,41 @@ from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
-FEWEST = 3  # cameras: fewer are views that someone kept, and do not tell which way is up
-SEE_MIDDLE = 0.8  # share of the cameras in whose picture the middle of the subject is
-OFF_MIDDLE = 0.3  # radii of the subject to where the axes meet: of cameras of their own scene up to 0.15
-HELD = 0.02  # pull towards the middle where axes are parallel, and meet nowhere
-ROUNDS = 20  # of least squares, in which cameras that are rolled lose their weight
-LEAST_ROLL = 1e-3  # radians that rounding may bring
-MOST_ROLL = np.radians(15.0)  # median of the cameras: more, and they do not say which way is up
-WIDE = 0.03  # variance of right axes: below, all cameras stand on one side, and only their mean is known
-AGREEING = 0.5  # length of the mean of their up axes from which that one is taken
-NEAR_AXIS = np.radians(30.0)  # from that mean to an axis of the scene, which then is up: people tilt cameras
-SAME_AXIS = np.radians(3.0)  # that the up of handheld cameras around a levelled scene errs
-CLEAR = 3.0  # times as probable as up of the cameras another axis is, if they do not fit what is seen
-ASIDE = np.radians(60.0)  # from up of the cameras to an axis that may stand for it
+FEWEST = 3  # cameras: fewer are saved views, and do not determine up
+SEE_MIDDLE = 0.8  # share of cameras that see the middle of the subject
+OFF_MIDDLE = 0.3  # limit for the distance of axes from the middle, radii: matching cameras have up to 0.15
+HELD = 0.02  # pull towards the middle, for parallel axes
+ROUNDS = 20  # of reweighted least squares against rolled cameras
+LEAST_ROLL = 1e-3  # radians, for rounding
+MOST_ROLL = np.radians(15.0)  # median roll above which cameras do not determine up
+WIDE = 0.03  # variance of right axes below which all cameras are on one side, and only their mean up is known
+AGREEING = 0.5  # least length of the mean up axis
+NEAR_AXIS = np.radians(30.0)  # from the mean to an axis of the scene, which is then up: cameras are tilted
+SAME_AXIS = np.radians(3.0)  # error of up from handheld cameras around a levelled scene
+CLEAR = 3.0  # another axis must be this many times as probable for cameras not to fit
+ASIDE = np.radians(60.0)  # from the cameras' up to an equivalent axis
 AGAINST_STATED = np.radians(45.0)
 MOST_ROWS = 60_000
 SIDE = 128  # pixels of the wider side of a picture
 SEEN = 0.5  # alpha from which a pixel is covered
-# Covered pixels over the least and the most of the ring: photographs are taken from other distances.
+# Limits of covered pixels over the least and the most of the ring, for other distances.
 LESS, MORE = 1 / 3, 1.6
-FULL = 0.8  # share that is covered from inside
-LEVELS = (0.1, 0.9)  # quantiles of the elevations between which the first view is
-# What makes a camera as good as another one: off the middle, off the typical distance (a factor), off the
-# elevation and the azimuth of a view that the scene itself would have, and rolled.
+FULL = 0.8  # covered share from inside
+LEVELS = (0.1, 0.9)  # quantiles of elevations that limit the first view
+# Deviations of equal penalty: off axis, off the typical distance (a factor), off the elevation and azimuth of
+# the estimated view, and roll.
 OFF_AXIS, OFF_DISTANCE, OFF_LEVEL, OFF_FRONT, ROLLED = np.radians(15.0), 1.5, *np.radians((15.0, 60.0, 10.0))
 LEAST_DISTANCE = 1e-9  # of that of the farthest camera
 MOST_KEPT = 500  # standpoints in a first view
 
 
 class UnfitError(ValueError):
-    """Cameras that do not fit a scene: why, in words that follow "but"."""
+    """Cameras do not fit a scene; the message follows "but"."""
 
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """Where n cameras stand, and how they are turned.
+    """Poses of n cameras.
 
     Attributes:
         places: [n, 3] world units.
@@ -77,17 +76,17 @@ class Poses:
 def photographed_view(
     gaussians: Gaussians, cameras: list[Camera], *, up: F64 | None = None, azimuth: float | None = None
 ) -> FirstView:
-    """The first view of a scene by the cameras of its photographs.
+    """The first view of a scene from its capture cameras.
 
-    Up is what they agree on, or an axis or the normal of the ground next to that. Azimuth and elevation are
-    those of the camera that stands nearest to where the scene itself would be seen from; its subject is
-    framed from there, and what is seen from inside is seen from where that camera stands.
+    Up is their common up axis, or a scene axis or ground normal close to it. Azimuth and elevation are those
+    of the camera nearest to the estimated view; the subject is framed from there, scenes seen from inside use
+    the camera's position.
 
     Args:
         gaussians: N >= 1 Gaussians.
-        cameras: that may be those of the photographs.
-        up: [3] unit vector, world axes, where it is stated.
-        azimuth: radians, where it is given: the camera that stands nearest gives the elevation.
+        cameras: possibly those of the capture.
+        up: [3] unit vector, world axes, if stated.
+        azimuth: radians, if given; the nearest camera gives the elevation.
 
     Raises:
         UnfitError: if the cameras do not fit the scene.
@@ -110,9 +109,9 @@ def photographed_view(
 
 
 def up_of(poses: Poses) -> F64:
-    """[3] unit vector, world axes, that cameras agree to be up: perpendicular to their right axes.
+    """[3] common up of cameras, a unit vector in world axes: perpendicular to their right axes.
 
-    Where all stand on one side it is the mean of their up axes.
+    If all are on one side, the mean of their up axes.
 
     Raises:
         UnfitError: if they do not agree.
@@ -133,16 +132,16 @@ def up_of(poses: Poses) -> F64:
         return _axis_near(np.asarray(mean / length), NEAR_AXIS)
     if np.median(rolls) > np.sin(MOST_ROLL):
         raise UnfitError(disagree)
-    upwards = -poses.axes[:, 1:].sum(axis=(0, 1))  # also of cameras that look straight down
+    upwards = -poses.axes[:, 1:].sum(axis=(0, 1))  # also defined for cameras that look straight down
     return _axis_near(normal * np.sign(normal @ upwards), SAME_AXIS)
 
 
 def up_of_views(gaussians: Gaussians, cameras: list[Camera]) -> F64:
-    """[3] unit vector, world axes, that is up in given views: where they do not agree, the likeliest axis.
+    """[3] up of given views, a unit vector in world axes; the most probable axis if they disagree.
 
     Args:
         gaussians: the scene, N >= 1.
-        cameras: at least one; one alone is taken to be held level.
+        cameras: at least one; a single one is assumed level.
     """
     poses = Poses.of(cameras)
     if len(cameras) >= FEWEST:
@@ -157,7 +156,7 @@ def up_of_views(gaussians: Gaussians, cameras: list[Camera]) -> F64:
 
 
 def _up(gaussians: Gaussians, poses: Poses, stated: F64 | None) -> F64:
-    """[3] up of the cameras, or as stated, if neither a statement nor the scene is against the cameras."""
+    """[3] up of the cameras, or `stated`, unless that or the scene contradicts the cameras."""
     found = up_of(poses)
     seen = up_text(_rounded(found))
     if stated is not None:
@@ -172,10 +171,10 @@ def _up(gaussians: Gaussians, poses: Poses, stated: F64 | None) -> F64:
 
 
 def _check_aim(gaussians: Gaussians, cameras: list[Camera], poses: Poses) -> Mask:
-    """[n] which cameras see the middle of the subject.
+    """[n] mask of cameras that see the middle of the subject.
 
     Raises:
-        UnfitError: if they are too few, or their axes meet elsewhere.
+        UnfitError: if there are too few, or their axes meet elsewhere.
     """
     points, _ = subject(gaussians)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -197,7 +196,7 @@ def _sees(camera: Camera, point: F64) -> bool:
 
 
 def _meeting(poses: Poses, middle: F64) -> F64:
-    """[3] the point that is nearest to the axes of all cameras; where they are parallel, near the middle."""
+    """[3] point nearest to the axes of all cameras; near the middle for parallel axes."""
     forward = poses.axes[:, 2]
     across = np.eye(3) - forward[:, :, None] * forward[:, None, :]
     offsets = np.einsum("nij,nj->i", across, poses.places - middle)
@@ -205,7 +204,7 @@ def _meeting(poses: Poses, middle: F64) -> F64:
 
 
 def _standpoints(view: FirstView, poses: Poses, sees: Mask) -> tuple[F64, int]:
-    """Azimuth and elevation of each camera [n, 2], radians, and the row of the one that is taken."""
+    """Azimuth and elevation of each camera [n, 2], radians, and the row of the chosen one."""
     middle = 0.5 * (view.points.min(axis=0) + view.points.max(axis=0))
     offsets = poses.places - middle
     distances = np.linalg.norm(offsets, axis=1)
@@ -230,7 +229,7 @@ def _standpoints(view: FirstView, poses: Poses, sees: Mask) -> tuple[F64, int]:
 
 
 def _check_covered(gaussians: Gaussians, view: FirstView, camera: Camera) -> None:
-    """Raises UnfitError if the picture of a camera is not as full as those from around the subject."""
+    """Raise UnfitError if the picture of a camera is less full than those around the subject."""
     scene, paint = thin(gaussians, np.arange(len(gaussians)), MOST_ROWS), Painter()
 
     def covered(seen: Camera) -> float:
@@ -258,7 +257,7 @@ def _in_small(camera: Camera) -> Camera:
 
 
 def _axis_near(up: F64, reach: float) -> F64:
-    """The axis of the scene within so many radians of a unit vector [3], or that itself."""
+    """The scene axis within `reach` radians of a unit vector [3], or the vector itself."""
     nearest = np.array(max(AXES.values(), key=lambda axis: float(np.dot(axis, up))))
     return nearest if _between(nearest, up) <= reach else up
 

@@ -1,6 +1,6 @@
-"""What is looked at to find the first view: the middle of a scene, thinned, and pictures of it.
+"""The sample for finding the first view: the thinned middle of a scene, and small pictures of it.
 
-Evidence comes from small pictures: they show what hides what.
+Evidence comes from pictures, as they account for occlusion.
 """
 
 from dataclasses import dataclass, replace
@@ -17,16 +17,16 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
 
-# A picture costs 0.2 us a row and hardly anything a pixel. With 100,000 rows up and front of 13 scenes are
-# the same, in 2.5 times the time; the probabilities differ by 0.03 at most, the chair's by 0.2.
+# A picture costs 0.2 us per row and hardly anything per pixel. With 100,000 rows up and front of 13 scenes
+# are the same, in 2.5 times the time; probabilities differ by at most 0.03, the chair's by 0.2.
 MOST_ROWS = 30_000
 SIDE = 96  # pixels
 FAINTEST = 0.02  # opacity: below, haze
 DISTANCE = 4.0  # of the camera from the middle, in radii
-FILLED = 0.95  # share of the picture that the sphere around the sample fills, were it flat
-# Geometric mean of the two larger scales, over the radius, that the shade of a size shows as 0 and as 1.
+FILLED = 0.95  # share of the picture filled by the sphere around the sample
+# Sizes (geometric mean of the two larger scales, over the radius) shown as shades 0 and 1.
 FINEST, COARSEST = 1e-4, 0.3
-CLIPPED = 0.999  # quantile at which weights are clipped: a few huge Gaussians are not the scene
+CLIPPED = 0.999  # quantile at which weights are clipped, against a few huge Gaussians
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +34,8 @@ class Sample:
     """The subject of a scene, thinned.
 
     Attributes:
-        gaussians: n Gaussians, 1 <= n <= `MOST_ROWS`, of degree 0, inside the box of the subject. Where they
-            are thinned they are larger by as much, so that surfaces stay closed.
+        gaussians: n Gaussians, 1 <= n <= `MOST_ROWS`, of degree 0, inside the box of the subject; enlarged if
+            thinned, so that surfaces stay closed.
         num_rows: Gaussians inside that box before thinning.
         center: [3] middle of the box, world units.
         radius: half the diagonal of the box, > 0, world units.
@@ -52,7 +52,7 @@ class Sample:
 
     @property
     def growth(self) -> float:
-        """By how much scales grew."""
+        """Factor on scales from thinning."""
         return float(np.sqrt(self.num_rows / len(self.gaussians)))
 
     @property
@@ -79,7 +79,7 @@ class Sample:
 
 
 def take_sample(gaussians: Gaussians) -> Sample | None:
-    """The sample of N >= 1 Gaussians; None where nothing of any extent can be seen."""
+    """The sample of N >= 1 Gaussians; None if nothing with extent is visible."""
     points, _ = subject(gaussians)
     low, high = points.min(axis=0), points.max(axis=0)
     radius = 0.5 * float(np.linalg.norm(high - low))
@@ -95,10 +95,10 @@ def take_sample(gaussians: Gaussians) -> Sample | None:
 
 
 def thin(gaussians: Gaussians, rows: Rows, most: int) -> Gaussians:
-    """At most `most` of some rows, of degree 0, with larger scales for those that are missing.
+    """At most `most` of some rows, degree 0, with scales enlarged to compensate.
 
-    With scales as they were a scene of 100,000 thinned to 15,000 shows its inside: probabilities of up fall
-    by 0.1.
+    With unchanged scales, a scene of 100,000 thinned to 15,000 shows its inside: probabilities of up fall by
+    0.1.
     """
     chosen = rows[thinned(len(rows), most)]
     growth = gaussians.means.dtype.type(np.sqrt(len(rows) / len(chosen)))
@@ -113,9 +113,10 @@ def thin(gaussians: Gaussians, rows: Rows, most: int) -> Gaussians:
 
 
 def thinned(count: int, most: int) -> Rows:
-    """At most `most` of `count` row numbers, ascending: one of each of `most` equal parts.
+    """At most `most` of `count` row numbers, ascending: one per equal part.
 
-    Rows of compressed files are sorted along a curve in space, so equal parts spread the rows evenly there.
+    Rows of compressed files are sorted along a space-filling curve, so equal parts are spread evenly in
+    space.
     """
     if count <= most:
         return np.arange(count)
@@ -132,7 +133,7 @@ def shaded(gaussians: Gaussians, *shades: Array) -> Gaussians:
 
 
 def flat_colors(gaussians: Gaussians) -> Array:
-    """[n, 3] the colours that boxes of Gaussians of degree 0 have, whatever the view: as `project` rounds."""
+    """[n, 3] view-independent colours of boxes of degree 0, rounded as by `project`."""
     return np.asarray(np.maximum(C0 * gaussians.sh[:, 0] + 0.5, 0))
 
 
@@ -166,20 +167,20 @@ class Painter:
         self.options = RenderOptions.of(self.texture, depth=depth)
 
     def __call__(self, gaussians: Gaussians, camera: Camera) -> Frame:
-        """The picture that a camera sees."""
+        """The picture of a camera."""
         return self.frame(self.boxes(gaussians, camera), camera)
 
     def boxes(self, gaussians: Gaussians, camera: Camera) -> Boxes:
-        """What a camera sees, which may be painted several times in other colours."""
+        """The boxes of a camera, to paint several times in other colours."""
         return project_with(gaussians, camera, self.options)[0]
 
     def frame(self, boxes: Boxes, camera: Camera) -> Frame:
-        """The picture of what the camera sees."""
+        """The picture of boxes."""
         return rasterize_with(boxes, camera, self.texture, self.options)
 
 
 def unpremultiplied(frame: Frame) -> Array:
-    """[H, W, 3] what the picture shows, 0 to 1, where anything is."""
+    """[H, W, 3] colours with straight alpha, 0 to 1."""
     return np.asarray(np.clip(frame.rgb / np.maximum(frame.alpha, 1e-3)[..., None], 0, 1))
 
 

@@ -1,4 +1,4 @@
-"""Whether a scene is an object or an object in surroundings, and from where the object is not hidden."""
+"""Detect surroundings of an object, and azimuths from which they do not hide it."""
 
 import numpy as np
 
@@ -17,22 +17,22 @@ MOST_ROWS = 60_000
 NUM_VIEWS = 4  # around the scene
 ELEVATION = np.radians(15.0)
 SEEN, SOLID = 0.5, 0.6  # alpha from which a pixel is covered, and from which its depth is that of a surface
-# Covered pixels around the middle of a scene over those of the middle itself, median over views: objects
-# have up to 1.5, a truck on a plaza 4.1.
+# Covered pixels around the middle over those of the middle, median over views: objects have up to 1.5, a
+# truck on a plaza 4.1.
 MOST_AROUND = 2.0
 VOXELS = 64  # along the diagonal of the scene
-# Share of that weight beyond each end of an axis. The truck fills two thirds of the picture; with that of
-# plain opacity it is lost on the plaza.
+# Share of density-weighted opacity cut at each end of an axis. The truck then fills two thirds of the
+# picture; with plain opacity it is lost on the plaza.
 DENSE_TAIL = 0.015
-HIDDEN = 0.1  # share of the subject behind something else from which another azimuth is tried
-STEPS = np.radians((-20.0, 20.0, -40.0, 40.0))  # from the first azimuth, the next ones tried
-GAIN = 0.03  # of the hidden share that makes another azimuth better
-EXTENT = (0.02, 0.98)  # quantiles of the depths between which a subject lies
-BEFORE = 0.3  # depths of the subject by which something must hang before it to hide it
+HIDDEN = 0.1  # hidden share of the subject above which other azimuths are tried
+STEPS = np.radians((-20.0, 20.0, -40.0, 40.0))  # azimuths to try, relative to the first
+GAIN = 0.03  # least improvement of the hidden share
+EXTENT = (0.02, 0.98)  # depth quantiles of a subject
+BEFORE = 0.3  # least distance of an occluder in front of the subject, in depths of the subject
 
 
 def has_surroundings(gaussians: Gaussians, up: F64) -> bool:
-    """Whether most of what can be seen of a scene lies around its middle."""
+    """Whether most of the visible scene lies around its middle."""
     whole, _ = subject(gaussians, is_whole=True)
     middle, spans_more = subject(gaussians)
     if not spans_more:
@@ -50,10 +50,9 @@ def has_surroundings(gaussians: Gaussians, up: F64) -> bool:
 
 
 def dense_middle(gaussians: Gaussians) -> F64:
-    """[n, 3] centres of Gaussians in the dense middle of a scene: what was photographed from near.
+    """[n, 3] centres of Gaussians in the dense middle of a scene, which was photographed from near.
 
-    The box that holds most of the opacity along each axis, each Gaussian counting as often as there are
-    others in its voxel.
+    The box with most of the opacity along each axis, weighted by the number of Gaussians in the voxel.
     """
     whole, _ = subject(gaussians, is_whole=True)
     rows = np.flatnonzero(_within(gaussians, whole))
@@ -71,7 +70,7 @@ def dense_middle(gaussians: Gaussians) -> F64:
 
 
 def clear_azimuth(gaussians: Gaussians, view: FirstView) -> float:
-    """The azimuth nearest to that of a view from which the subject is not hidden by its surroundings."""
+    """The azimuth nearest to the view's from which the subject is not hidden by its surroundings."""
     scene = thin(gaussians, np.arange(len(gaussians)), MOST_ROWS)
     inner = scene.take(_within(scene, view.points))
     best, least = view.azimuth, np.inf
@@ -92,7 +91,7 @@ def _within(gaussians: Gaussians, points: F64) -> Mask:
 
 
 def _hidden_share(scene: Gaussians, inner: Gaussians, camera: Camera) -> float:
-    """Share of the subject's pixels before which something else hangs."""
+    """Share of the subject's pixels with an occluder in front."""
     paint = Painter(depth=True)
     frame, alone = paint(scene, camera), paint(inner, camera)
     assert frame.depth is not None

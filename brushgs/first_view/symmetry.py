@@ -1,4 +1,4 @@
-"""How alike the two sides of a subject are about vertical planes: most things are symmetric left to right."""
+"""Mirror symmetry of a subject about vertical planes: most things are symmetric left to right."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ LARGEST = 0.98  # quantile at which weights are clipped
 
 
 def mirror_likeness(places: F64, weights: F64) -> F64:
-    """Share of the subject that its mirror image meets, for planes through the vertical axis.
+    """Overlap of the subject with its mirror image, for planes through the vertical axis.
 
     Args:
         places: [n, 3] to the right, down and forward of a level view, in radii.
@@ -43,5 +43,5 @@ def mirror_likeness(places: F64, weights: F64) -> F64:
 
 
 def _bins(coordinates: F64) -> F64:
-    """The number of the voxel of coordinates in -1 to 1."""
+    """Voxel index of coordinates in -1 to 1."""
     return np.asarray(np.clip(((coordinates + 1) * BINS / 2).astype(np.int64), 0, BINS - 1))

@@ -1,16 +1,15 @@
-"""Which of the six axes is up, and how likely.
+"""Probabilities of the six axes to be up.
 
-Photographs are taken from above and from the side, so what faces down is badly trained: seen from below
-Gaussians are large and edges few. Besides, things stand: on a foot, under their centre of mass, which is low,
-and on something level. And most trainers keep the axes of COLMAP, where up is -y.
+Photographs are taken from above and from the side, so undersides are badly trained: seen from below Gaussians
+are large and edges few. Objects stand on a foot below a low centre of mass, and on something level. Most
+trainers keep the axes of COLMAP, where up is -y.
 
-Priors, and the weights of all but the last two kinds, were fitted on 28 trained scenes; nothing was fitted
-for the last two, whose weight is 0.5. Measured on 12 scenes, most of them among the 28, each in all 24 turns
-onto its axes, a turn counted as often as scenes have such an axis up (tests.bench.first_view): `believed_up`
-is right in 90 %, 86 without the last two; the default wherever the best axis is below `SURE`, in 77 and 72.
-With weights fitted anew on all scenes but the one that is judged, 93 and 86 %, with the last two or without.
-No use: view dependence, brightness and colour, opacity, roughness. Nor that the upper end is narrower, more
-textured or less forked: a choice of such kinds made on all scenes but one tells no more of that one.
+Priors, and all weights but the last two (fixed at 0.5), were fitted on 28 trained scenes. On 12 scenes, most
+of them among the 28, each in all 24 axis rotations weighted by prior (tests.bench.first_view), `believed_up`
+is right in 90 %, without the last two kinds in 86 %; taking the default if the best axis is below `SURE`, 77
+and 72 %. With weights refitted leaving out the judged scene, 93 and 86 %. Not useful: view dependence,
+brightness and colour, opacity, roughness; nor a narrower, more textured or less forked upper end, in
+leave-one-out selection.
 """
 
 from dataclasses import dataclass
@@ -32,17 +31,17 @@ from brushgs.values.colors import LUMINANCE
 from brushgs.values.quats import shortest_axes
 from brushgs.values.sh import base_colors
 
-SURE = 0.85  # probability at which the best axis is taken without a word
-# The default axis stays where the best one is less than so many times as probable.
+SURE = 0.85  # probability from which the best axis is taken without a note
+# The default axis stays unless the best one is this many times as probable.
 FAR_BETTER = 2.0
 # How often trained scenes have each axis up, among 51.
 PRIORS = {"-y": 0.58, "+z": 0.17, "+y": 0.15, "-z": 0.04, "+x": 0.03, "-x": 0.03}
-# Under so many rows a scene is a fragment or a handful of dots: never sure.
+# Below this many rows a scene is a fragment: its probability is limited.
 FEW_ROWS, MOST_OF_FEW = 5_000, 0.8
 SEEN = 0.5  # alpha from which a pixel shows the subject
-FOOT, LOWEST = 0.1, 0.04  # share of the height that is the foot; share of the rows that a scene stands on
-FLAT = 2.0  # middle over smallest scale from which a Gaussian has a normal
-LEVEL = np.cos(np.radians(20.0))  # of normals to an axis for which they are level
+FOOT, LOWEST = 0.1, 0.04  # height share of the foot; share of rows that a scene stands on
+FLAT = 2.0  # least ratio of middle to smallest scale for a normal
+LEVEL = np.cos(np.radians(20.0))  # cosine between a level normal and the axis
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ class Evidence:
     weight: float
 
     def score(self, value: F64) -> F64:
-        """Log odds of values; large values count little more than typical ones."""
+        """Log odds of values, saturating for large ones."""
         return np.asarray(self.weight * 1.5 * np.tanh(value / (1.5 * self.scale)))
 
 
@@ -79,7 +78,7 @@ def up_probabilities(sample: Sample | None) -> Ups:
     """The six axes with the probability that they are up, the most probable first.
 
     Args:
-        sample: None where nothing can be seen: priors alone.
+        sample: None if nothing is visible: priors alone.
     """
     evidence = np.zeros(len(AXES)) if sample is None else up_evidence(sample)
     odds = np.log([PRIORS[axis] for axis in AXES]) + evidence
@@ -93,7 +92,7 @@ def up_probabilities(sample: Sample | None) -> Ups:
 
 
 def ranked(chances: dict[str, float]) -> Ups:
-    """Axes by falling probability."""
+    """Axes by descending probability."""
     return tuple(sorted(chances.items(), key=lambda item: -item[1]))
 
 
@@ -105,13 +104,13 @@ def believed_up(ups: Ups) -> tuple[str, float]:
 
 
 def ranking_text(ups: Ups, taken: str) -> str:
-    """The two most probable axes, and the one that is taken where it is another, as "+y 0.68, -y 0.12"."""
+    """The two most probable axes, and the chosen one if different, as "+y 0.68, -y 0.12"."""
     shown = [pair for rank, pair in enumerate(ups) if rank < 2 or pair[0] == taken]
     return ", ".join(f"{name} {share:.2f}" for name, share in shown)
 
 
 def up_evidence(sample: Sample) -> F64:
-    """[6] log odds of each of `AXES` without the priors: it turns with the scene."""
+    """[6] log odds of each of `AXES` without priors; they rotate with the scene."""
     values = measure_up(sample)
     return np.asarray(sum(EVIDENCE[kind].score(value) for kind, value in values.items()))
 
@@ -137,7 +136,7 @@ def measure_up(sample: Sample) -> dict[str, F64]:
         values["low_mass"].append(0.5 - float(shares @ weights) / (weights.sum() or 1.0))
         is_level = np.abs(normals @ up) > LEVEL
         values["low_ground"].append(_lower_share(shares, flat * is_level, float(flat.sum())))
-    # Of opposite axes all is the negative but how stable they are.
+    # Opposite axes have negated values, except stability.
     evidence = {kind: np.array([*column, *np.negative(column)]) for kind, column in values.items()}
     ups = np.array(list(AXES.values()))
     stable = [_stability(places @ up, places[:, up == 0], weights) for up in ups]
@@ -145,7 +144,7 @@ def measure_up(sample: Sample) -> dict[str, F64]:
 
 
 def _look_around(sample: Sample) -> tuple[F64, F64]:
-    """Edges per pixel and mean shade of size in the pictures seen from `DIRECTIONS`."""
+    """Edges per pixel and mean shade of size of pictures from `DIRECTIONS`."""
     paint = Painter()
     shades = base_colors(sample.gaussians.sh) @ LUMINANCE
     gaussians = shaded(sample.gaussians, shades, sample.shades_of_size)
@@ -163,14 +162,14 @@ def _look_around(sample: Sample) -> tuple[F64, F64]:
 
 
 def _axes_toward(forward: F64) -> F64:
-    """[3, 3] rows right, down, forward of a view in a direction, however rolled."""
+    """[3, 3] rows right, down, forward of a view in a direction, with arbitrary roll."""
     right = np.cross(forward, np.eye(3)[np.abs(forward).argmin()])
     right /= np.linalg.norm(right)
     return np.stack([right, np.cross(forward, right), forward])
 
 
 def _stability(heights: F64, level: F64, weights: F64) -> float:
-    """How far the centre of mass lies inside the box of the lowest points, in widths of the sample.
+    """Distance of the centre of mass inside the box of the lowest points, in widths of the sample.
 
     Args:
         heights: [n] upwards.
@@ -186,7 +185,7 @@ def _stability(heights: F64, level: F64, weights: F64) -> float:
 
 
 def _foot(heights: F64, level: F64, low: float, high: float) -> float:
-    """The footprint of the lowest tenth between two heights less that of the highest, over the whole one."""
+    """Footprint of the lowest tenth minus that of the highest, over the whole footprint."""
     part = FOOT * (high - low)
     whole = _footprint(level) or 1.0
     lowest, highest = level[heights < low + part], level[heights > high - part]
@@ -194,7 +193,7 @@ def _foot(heights: F64, level: F64, low: float, high: float) -> float:
 
 
 def _normals(sample: Sample) -> tuple[F64, F64]:
-    """[n, 3] normals, of either sign, and [n] painted area, 0 where a Gaussian is not flat."""
+    """[n, 3] normals of either sign, and [n] painted area, 0 for Gaussians that are not flat."""
     gaussians = sample.gaussians
     scales = np.sort(gaussians.scales, axis=1)
     is_flat = scales[:, 1] > FLAT * scales[:, 0]
@@ -202,13 +201,13 @@ def _normals(sample: Sample) -> tuple[F64, F64]:
 
 
 def _lower_share(shares: F64, weights: F64, whole: float) -> float:
-    """What weighs in the lowest third of the height less what does in the highest, over a whole weight."""
+    """Weight of the lowest third of the height minus that of the highest, over the whole weight."""
     lower, higher = weights[shares < 1 / 3].sum(), weights[shares > 2 / 3].sum()
     return float(lower - higher) / (whole or 1.0)
 
 
 def _footprint(level: F64) -> float:
-    """Area of the box that holds 90 % of the points along each axis; 0 for a handful of points."""
+    """Area of the box with 90 % of the points along each axis; 0 for very few points."""
     if len(level) < 10:
         return 0.0
     low, high = np.quantile(level, (0.05, 0.95), axis=0)

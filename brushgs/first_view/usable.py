@@ -1,4 +1,4 @@
-"""How usable a picture of a scene is: whether it is covered, sharp, and made of paint that is small in it."""
+"""Usability of a picture of a scene: covered, sharp, and made of small Gaussians."""
 
 from dataclasses import dataclass, replace
 
@@ -12,27 +12,27 @@ from brushgs.values.gaussians import Gaussians
 
 SOLID = 0.9  # alpha from which a pixel counts as covered
 SEEN = 0.5  # alpha from which a pixel shows the scene
-# Length of a Gaussian's ellipse over the diagonal of the picture below which it is fine. Of the paint of 13
-# real scenes from outside 0.56 to 1.0 is fine, of a kitchen from outside its cameras 0.38.
+# Length of a Gaussian's ellipse over the picture's diagonal below which it is fine. The fine share of 13 real
+# scenes from outside is 0.56 to 1.0, of a kitchen from outside its cameras 0.38.
 FINE = 1 / 18
-LARGE = 1 / 3  # area of an ellipse over that of the picture above which it is a veil
-SMALLEST = 0.02  # median sizes: smaller Gaussians are thinned as if they had it
-MOST_SIZES = 20_000  # whose distribution is looked at
-ELLIPSE = 2.0  # standard deviations to which a Gaussian is seen
+LARGE = 1 / 3  # area of an ellipse over the picture's above which it is a veil
+SMALLEST = 0.02  # in median sizes: lower limit of sizes for thinning
+MOST_SIZES = 20_000  # sampled for the size distribution
+ELLIPSE = 2.0  # visible extent of a Gaussian, standard deviations
 MIDDLE = 0.5  # standard deviation of the window on the middle, half pictures
-# Of a usable picture: least share of covered pixels, most paint of large Gaussians, least mean gradient. Of a
-# whole scene about 0.03 less of it is covered than of a thinned one: 0.9 is the aim.
+# Usable picture: least covered share, most veiled share, least mean gradient. The whole scene covers about
+# 0.03 less than a thinned one: the aim is 0.9.
 COVERED, VEILED, SHARP = 0.93, 0.15, 0.02
 
 
 @dataclass(frozen=True)
 class Shown:
-    """What a plain picture shows.
+    """Measures of a plain picture.
 
     Attributes:
         covered: share of the pixels with alpha above 0.9.
-        fine: share of the paint, where the scene is seen, that is of fine Gaussians, 0 to 1.
-        veiled: share of the picture that is paint of Gaussians larger than a third of it, 0 to 1.
+        fine: share of fine Gaussians in the paint, 0 to 1.
+        veiled: share of the picture painted by Gaussians larger than a third of it, 0 to 1.
         close: mean nearness of the paint, 0 at the given distance and beyond, 1 at the lens.
         detail: mean gradient of luminance of covered pixels, per pixel; the middle counts more.
         spread: far depths over near ones, of the 85th and 15th percentile, >= 1.
@@ -47,24 +47,24 @@ class Shown:
 
     @property
     def clear(self) -> float:
-        """How clear it is: covered with detail of fine paint."""
+        """Clarity: covered x fine x detail."""
         return self.covered * self.fine * self.detail
 
     @property
     def is_usable(self) -> bool:
-        """Whether most of the picture is covered, it is sharp, and no large stroke veils it."""
+        """Whether the picture is covered, sharp, and not veiled by large Gaussians."""
         return self.covered >= COVERED and self.veiled <= VEILED and self.detail >= SHARP
 
 
 class Judge:
-    """Judges small pictures of a scene, which is thinned once."""
+    """Measures small pictures of a scene, which is thinned once."""
 
     def __init__(self, gaussians: Gaussians, most_rows: int) -> None:
         self.scene, self.growths = thinned_by_size(gaussians, most_rows)
         self.painter, self.flag_painter = Painter(depth=True), Painter()
 
     def __call__(self, camera: Camera, distance: float = 1.0) -> Shown:
-        """What a camera sees; paint nearer than `distance`, world units, > 0, counts as close."""
+        """Measures of a view; paint nearer than `distance`, world units, > 0, counts as close."""
         boxes = self.painter.boxes(self.scene, camera)
         frame = self.painter.frame(boxes, camera)
         across = boxes.half_extents.astype(np.float64) / self.painter.texture.num_sigmas
@@ -89,17 +89,17 @@ class Judge:
 
 
 def thinned_by_size(gaussians: Gaussians, most: int) -> tuple[Gaussians, F64]:
-    """At most some `most` Gaussians of degree 0, the large ones all and few of the small ones.
+    """About `most` Gaussians of degree 0: all large ones, and few of the small ones.
 
-    Those that stay grow by as much as others of their size are missing: surfaces stay closed, and nothing
-    large that hangs before a camera becomes larger.
+    Kept ones grow to replace dropped ones of their size: surfaces stay closed, and large Gaussians before a
+    camera do not grow.
 
     Args:
-        gaussians: N Gaussians; those that are haze are left out.
-        most: about so many.
+        gaussians: N Gaussians; haze is left out.
+        most: approximate number.
 
     Returns:
-        n Gaussians, and [n] by how much their scales grew.
+        n Gaussians, and [n] factors on their scales.
     """
     rows = np.flatnonzero(gaussians.opacities > FAINTEST)
     sizes = np.sqrt(np.sort(gaussians.scales[rows], axis=1)[:, 1:].astype(np.float64).prod(axis=1))
@@ -118,12 +118,12 @@ def thinned_by_size(gaussians: Gaussians, most: int) -> tuple[Gaussians, F64]:
 
 
 def _shares(sizes: F64, most: int) -> F64:
-    """[n] share of the Gaussians of each size that is kept: in proportion to the size, at most all."""
+    """[n] kept share of the Gaussians of each size: proportional to size, at most 1."""
     if len(sizes) <= most:
         return np.ones(len(sizes))
     some = sizes[thinned(len(sizes), MOST_SIZES)]
     least = max(SMALLEST * float(np.median(some)), np.finfo(np.float64).tiny)
-    low, high = 0.0, 1.0  # of the share of a Gaussian of the least size
+    low, high = 0.0, 1.0  # kept share at the least size
     for _ in range(20):
         middle = 0.5 * (low + high)
         mean = float(np.minimum(middle * (np.maximum(some, least) / least), 1).mean())
@@ -132,7 +132,7 @@ def _shares(sizes: F64, most: int) -> F64:
 
 
 def _detail(rgb: F32, alpha: F32) -> float:
-    """Mean gradient of luminance between covered pixels, by a window on the middle of the picture."""
+    """Mean gradient of luminance between covered pixels, weighted to the middle of the picture."""
     shades = np.clip(rgb, 0, 1) @ np.array(LUMINANCE, rgb.dtype)
     found = gradients(shades, alpha > SOLID).astype(np.float64)
     down, across = (np.exp(-0.5 * (np.linspace(-1, 1, side) / MIDDLE) ** 2) for side in found.shape)

@@ -1,7 +1,7 @@
-"""Captures that surround who took them: a street, a garden, a room. They are seen from among their things.
+"""Captures that surround the photographer (a street, a garden, a room) are seen from inside.
 
-From outside such a scene is a cloud of what no photograph showed. Where its pictures from outside are made of
-paint that is large in them, small pictures from many places inside find one that is covered and sharp.
+From outside such a scene is a cloud of unphotographed parts. If pictures from outside consist of large
+Gaussians, small pictures from many places inside are searched for one that is covered and sharp.
 """
 
 from collections.abc import Sequence
@@ -17,64 +17,64 @@ from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
-ROUGH_ROWS, MOST_ROWS = 6_000, 30_000  # of pictures that choose or rule out, and of those that decide
+ROUGH_ROWS, MOST_ROWS = 6_000, 30_000  # for coarse pictures, and for decisive ones
 WIDTH, HEIGHT = 64, 36  # pixels
-NUM_OUTSIDE = 4  # pictures around a scene that tell whether it is torn from outside
-# Share of their paint that is fine, median: a truck on a plaza has 0.56, 12 other real scenes more; a kitchen
-# seen from outside its cameras 0.38, nine made streets, gardens, woods and rooms 0.05 to 0.38.
+NUM_OUTSIDE = 4  # pictures around a scene, to detect whether it is torn
+# Median fine share: a truck on a plaza has 0.56, 12 other real scenes more; a kitchen from outside its
+# cameras 0.38, nine synthetic streets, gardens, woods and rooms 0.05 to 0.38.
 TORN = 0.47
 FIRM = 0.3  # opacity from which a Gaussian is a surface
-SMALL = 2.0  # over the median size of firm Gaussians: what is larger is sky, haze or badly trained
+SMALL = 2.0  # over the median size of firm Gaussians; larger ones are sky, haze or badly trained
 MOST_POINTS = 5000  # of surfaces, for distances
-MIN_POINTS = 500  # of a scene that can be walked in
-FEWEST = 5000  # Gaussians of a capture of a place; what has fewer looks torn from wherever it is seen
-MIDDLE = (0.05, 0.95)  # quantiles of the points, along level axes, between which one walks
-GRID = np.linspace(-1.2, 1.2, 8)  # places along each level axis, half sizes of that
+MIN_POINTS = 500  # least for a walkable scene
+FEWEST = 5000  # least Gaussians of a place; smaller scenes look torn from everywhere
+MIDDLE = (0.05, 0.95)  # quantiles of the points along level axes that bound the walkable area
+GRID = np.linspace(-1.2, 1.2, 8)  # places along each level axis, in half sizes of that area
 LIFTS = (0.4, 0.7, 1.1)  # of the eye above the ground, in units
-TALL = 0.85  # quantile of heights above the ground that is the unit
-UNIT = (0.12, 0.8)  # least and largest unit, over the half diagonal of where one walks
-GROUND = 0.95  # quantile of the points of a cell, downward, that is its ground
+TALL = 0.85  # the unit: this quantile of heights above the ground
+UNIT = (0.12, 0.8)  # least and largest unit, over the half diagonal of the walkable area
+GROUND = 0.95  # ground of a cell: this quantile of its points, downward
 CELL, MIN_CELL_POINTS = 1 / 6, 12  # half width of a cell over that half diagonal, and its fewest points
 AIR = 0.15  # units between the eye and the nearest surface
-CLOSE = 2.5  # units: nearer paint counts against a view
+CLOSE = 2.5  # units: nearer paint lowers the score
 AROUND, ACROSS = 24, 7  # bins of directions around the eye, and from `BELOW` down to it above the horizon
 BELOW = np.radians(35.0)
 WINDOW = 2  # bins to each side of the middle that a picture shows
 ELEVATIONS = {np.radians(3.0): 3, np.radians(12.0): 4}  # of views, and the middle bin of each
-NEAR, FAR = 2.0, 12.0  # units below and from which what is seen counts half
-SKY = 0.3  # what a direction above the horizon counts in which nothing is near
+NEAR, FAR = 2.0, 12.0  # units: outside these distances surfaces count half
+SKY = 0.3  # value of a direction above the horizon without near surfaces
 PER_EYE, NUM_PICTURES = 2, 256
 NUM_REFINED = 12
-# Radians to the side and up by which the better views are turned.
+# Turns of the better views, radians to the side and up.
 NEAR_BY = ((0.0, 0.0), (-0.15, 0.0), (0.15, 0.0), (0.0, 0.12), (0.0, -0.08))
-APART, TURNED = 0.6, np.cos(np.radians(40.0))  # units, or cosine of the angle, by which two views differ
-DEEP = 4.0  # far over near depths of a picture that is deep
+APART, TURNED = 0.6, np.cos(np.radians(40.0))  # units, or cosine of the angle, between distinct views
+DEEP = 4.0  # far over near depths of a deep picture
 MOST_STANDS = 8
-TURNS = np.radians(np.arange(45, 360, 45))  # of the camera where it stands
-STEP = 0.25  # of the distance to what is ahead
-VARIED = 1.6  # steps that count as the unit by which other views differ in place
-# Steps to the right, down and forward, and degrees by which the camera turns to the right of what it sees.
+TURNS = np.radians(np.arange(45, 360, 45))  # of the camera in place
+STEP = 0.25  # of the distance ahead
+VARIED = 1.6  # steps per unit, for the difference of other views
+# Steps right, down and forward, and degrees of turn to the right.
 MOVES = (
     *((1.0, 0.0, 0.0, 15.0), (-1.0, 0.0, 0.0, -15.0), (0.0, 0.0, 1.0, 0.0), (0.0, -1.0, 0.0, 0.0)),
     *((0.5, 0.0, 0.0, -10.0), (-0.5, 0.0, 0.0, 10.0), (0.7, 0.0, 1.0, 20.0), (-0.7, 0.0, 1.0, -20.0)),
 )
 LEAST_FINE = 0.3  # fine share of the best picture from inside
-# By how much it must be clearer than the ones from outside: 4 and more in a kitchen, a corridor, streets and
-# gardens; a truck behind many floaters, which is better seen whole, has 1.4.
+# Least clarity over that from outside: 4 and more in a kitchen, a corridor, streets and gardens; a truck
+# behind many floaters, better seen whole, has 1.4.
 GAIN = 3.0
-LEAST_STANDS = 3  # usable ones, that differ, of a scene that is seen from inside
+LEAST_STANDS = 3  # usable, distinct stands of a scene seen from inside
 
 
 @dataclass(frozen=True, eq=False)
 class Stand:
-    """A view from among the things of a scene.
+    """A view from inside a scene.
 
     Attributes:
         eye: [3] world units.
         azimuth: radians, see `frame_scene`.
         elevation: radians, likewise.
-        shown: what its picture shows.
-        score: of the picture among others of the scene, higher is better.
+        shown: measures of its picture.
+        score: relative to other views of the scene, higher is better.
     """
 
     eye: F64
@@ -86,12 +86,12 @@ class Stand:
 
 @dataclass(frozen=True, eq=False)
 class _Place:
-    """Where one can walk in a scene, in level axes: right, down, forward.
+    """The walkable area of a scene, in level axes: right, down, forward.
 
     Attributes:
         points: [n, 3] centres of small firm Gaussians.
-        center: [3] middle of where most of them are.
-        half: [3] half sizes of that.
+        center: [3] middle of the area.
+        half: [3] half sizes of the area.
         unit: typical height of things above the ground.
     """
 
@@ -102,9 +102,9 @@ class _Place:
 
 
 def inside_stand(gaussians: Gaussians, view: FirstView) -> Stand | None:
-    """The view from among the things of a capture that is a cloud from outside; None for all other scenes.
+    """The view from inside a capture that looks torn from outside; None for all other scenes.
 
-    Where the gain is small, or hardly a place shows a usable picture, a scene stays as it is.
+    Also None if the gain is small, or hardly any place gives a usable picture.
 
     Args:
         gaussians: N Gaussians.
@@ -118,13 +118,13 @@ def inside_stand(gaussians: Gaussians, view: FirstView) -> Stand | None:
     stands = find_stands(gaussians, view)
     if len(stands) < LEAST_STANDS or stands[0].shown.fine < LEAST_FINE:
         return None
-    # The front of a subject in surroundings is chosen, so that its best picture counts.
+    # A subject in surroundings is seen from its front, so its best picture counts.
     clear = float(np.quantile([shown.clear for shown in outside], 1.0 if view.has_surroundings else 0.5))
     return stands[0] if stands[0].shown.clear >= GAIN * clear else None
 
 
 def shown_outside(gaussians: Gaussians, view: FirstView) -> list[Shown]:
-    """What pictures of a scene from around it show; none where nothing is visible.
+    """Measures of pictures around a scene; empty if nothing is visible.
 
     Args:
         gaussians: N Gaussians.
@@ -139,7 +139,7 @@ def shown_outside(gaussians: Gaussians, view: FirstView) -> list[Shown]:
 
 
 def find_stands(gaussians: Gaussians, view: FirstView) -> list[Stand]:
-    """Views from among the things of a scene, the best first; those that are not usable are left out.
+    """Usable views from inside a scene, best first.
 
     Args:
         gaussians: N Gaussians.
@@ -164,7 +164,7 @@ def find_stands(gaussians: Gaussians, view: FirstView) -> list[Stand]:
 
 
 def other_stands(gaussians: Gaussians, view: FirstView) -> list[Stand]:
-    """Usable views of a scene that is seen from inside, which differ from its first view, the best first.
+    """Further usable views of a scene seen from inside, distinct from its first view, best first.
 
     Args:
         gaussians: N Gaussians.
@@ -188,7 +188,7 @@ def other_stands(gaussians: Gaussians, view: FirstView) -> list[Stand]:
 def _judged(
     judge: Judge, view: FirstView, ways: Sequence[tuple[F64, float, float]], unit: float
 ) -> list[Stand]:
-    """Views from inside and what each shows."""
+    """Views from inside with their measures."""
 
     def look(way: tuple[F64, float, float]) -> Shown:
         return judge(camera_at(view, *way), CLOSE * unit)
@@ -199,7 +199,7 @@ def _judged(
 
 
 def _that_differ(stands: Sequence[Stand], unit: float, most: int) -> list[Stand]:
-    """The best of some views, none of which is nearly the same as a better one."""
+    """The best views that differ from all better ones."""
     chosen: list[Stand] = []
     for stand in sorted(stands, key=lambda stand: -stand.score):
         if len(chosen) < most and all(_differ(stand, other, unit) for other in chosen):
@@ -230,7 +230,7 @@ def _differ(one: Stand, other: Stand, unit: float) -> bool:
 
 
 def _place_of(gaussians: Gaussians, level: F64) -> _Place | None:
-    """Where one can walk; None where too little is firm, or all of it lies in one place."""
+    """The walkable area; None if too little is firm, or it has no extent."""
     sizes = np.sort(gaussians.scales, axis=1)[:, 1:].astype(np.float64).prod(axis=1)
     firm = gaussians.opacities > FIRM
     if np.count_nonzero(firm) < MIN_POINTS:
@@ -258,7 +258,7 @@ def _ground(place: _Place, x: float, z: float) -> float:
 
 
 def _promising(place: _Place, level: F64) -> list[tuple[F64, float, float]]:
-    """Eye, azimuth and elevation of the views that see most surfaces at a good distance, by their points."""
+    """Eye, azimuth and elevation of views with most surface points at a good distance."""
     found = []
     for x in place.center[0] + GRID * place.half[0]:
         for z in place.center[2] + GRID * place.half[2]:
@@ -293,10 +293,10 @@ def _directions(place: _Place, eye: F64) -> list[tuple[float, F64, float, float]
 
 
 def _visible_values(rays: F64, distances: F64, unit: float) -> F64:
-    """[`AROUND`, `ACROSS`] how good a distance the nearest surface in each direction has, 0 to 1."""
+    """[`AROUND`, `ACROSS`] rating of the distance to the nearest surface in each direction, 0 to 1."""
     downward = np.arcsin(np.clip(rays[:, 1] / distances, -1, 1))
     across = np.floor((downward + BELOW) / (2 * BELOW) * ACROSS).astype(np.int64)
-    # To the right of forward the camera is at an azimuth below 0.
+    # Directions to the right of forward have a negative azimuth.
     around = np.round(np.arctan2(-rays[:, 0], rays[:, 2]) / (2 * np.pi) * AROUND).astype(np.int64) % AROUND
     is_ahead = (across >= 0) & (across < ACROSS)
     nearest = np.full((AROUND, ACROSS), np.inf)

@@ -1,1 +1,1 @@
-"""The number of strokes that a scene is worth in a view: estimated, or searched for a target."""
+"""Choose the number of strokes for a scene in a view: estimated, or searched for a target."""

@@ -1,9 +1,9 @@
-"""How many strokes a scene is worth in a view, estimated without clustering it at count after count.
+"""Estimate the best number of strokes for a scene in a view, without clustering at every count.
 
-The curve of error over cost is sampled at a few counts, each four times the one before. Nested cells
-(`halving`) stand for clusters: the strokes of each count are merged from those of the next, painted
-once, and compared with the plain picture. Costs are modelled (`view_model`), not timed: a scene gets the same
-count on every machine and in every run.
+The curve of error over cost is sampled at a few counts, each four times the previous. Nested cells
+(`halving`) approximate clusters: the strokes of each count are merged from those of the next, painted once,
+and compared with the plain picture. Costs are modelled (`view_model`), not timed, so that the count is the
+same on every machine.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,10 +33,10 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0, base_colors, used_sh_degree
 
 WHITE = (1.0, 1.0, 1.0)
-FEWEST = 128  # the first count of the curve of the knee: with fewer strokes a scene is a blot
-SPACING, FEWEST_SAMPLES = 4, 4  # ratio of sampled counts, about; smaller where there would be too few samples
-ROW_STEP = 4  # every fourth row of pixels is compared: neighbouring rows hardly differ
-CELLS = 1.05  # the knee of a still by cells over that by clusters, mean of eight scenes
+FEWEST = 128  # first count of the curve: fewer strokes are a blot
+SPACING, FEWEST_SAMPLES = 4, 4  # approximate ratio of sampled counts; smaller for few samples
+ROW_STEP = 4  # compare every fourth row of pixels: neighbouring rows hardly differ
+CELLS = 1.05  # knee of a still by cells over knee by clusters, mean of eight scenes
 
 Rule = Literal["knee", "psnr", "size"]
 
@@ -47,10 +47,10 @@ class Choice:
 
     Attributes:
         strokes: 1 to N.
-        rule: what decided it.
+        rule: the rule that chose it.
         psnr: dB to the plain picture; for the knee of a still without the error of the brush.
         size: typical length of a stroke, pixels, see `brushgs.stroke_count.view_model.typical_size`.
-        knee: gain and cost of doubling there; None for other rules, and if the scene is too small.
+        knee: gain and cost of doubling there; None for other rules, or if the scene is too small.
         curve: the M sampled counts up to N; its seconds are modelled.
         sizes: [M] pixels, not increasing.
     """
@@ -68,7 +68,7 @@ class Choice:
         return _first_within(self.curve.strokes, self.sizes, size)
 
     def count_below(self, count: int, decibels: float) -> int:
-        """The fewest strokes expected to be worse than `count` strokes by at most so many dB, >= 0."""
+        """The fewest strokes expected to be worse than `count` strokes by at most `decibels`, >= 0."""
         counts, errors = self.curve.strokes, np.minimum.accumulate(self.curve.rmse)
         return _first_within(counts, errors, value_at(counts, errors, count) * 10 ** (decibels / 20))
 
@@ -91,20 +91,19 @@ def choose_strokes(
 ) -> Choice:
     """Choose the number of strokes for a scene in a view.
 
-    Without `psnr` and `size` it is the knee of the curve of error over cost, see `curve`. This takes less
-    time than clustering once and rendering ten frames. The count does not depend on the number of threads.
+    Without `psnr` and `size` it is the knee of the curve of error over cost, see `curve`. Choosing takes less
+    time than one clustering and ten frames. The count does not depend on the number of threads.
 
     Args:
         gaussians: N Gaussians, pruned as for painting, N >= 1.
         camera: the view, in the size in which pictures are compared.
-        texture: the stroke, or its name or path; see `render`.
-        psnr: in place of the knee, the fewest strokes that are expected to reach this PSNR to the plain
-            picture, dB, > 0. Clusters mostly reach the error of the sampled cells at 0.7 to 1.4 of their
-            count.
-        size: in place of the knee, the fewest strokes of at most this typical size, pixels, > 0. Below 1,000
-            strokes they are up to 20 % smaller: clusters are more compact than cells.
+        texture: the brush, its name or path; see `render`.
+        psnr: choose the fewest strokes expected to reach this PSNR to the plain picture instead, dB, > 0.
+            Clusters mostly reach the error of the sampled cells at 0.7 to 1.4 times their count.
+        size: choose the fewest strokes of at most this typical size instead, pixels, > 0. Below 1,000 strokes
+            they are up to 20 % smaller, as clusters are more compact than cells.
         plain: the plain picture; None renders `gaussians` with the "gaussian" kernel.
-        background: see `Frame.over`; on it pictures are compared.
+        background: for comparing pictures, see `Frame.over`.
         filter: see `rasterize`.
         num_sigmas: see `render`.
         features: see `cluster`.
@@ -113,9 +112,9 @@ def choose_strokes(
         num_threads: see `render`.
 
     Returns:
-        The count with its expected error and size. A scene of fewer than 256 Gaussians has no knee: each
-        Gaussian is a stroke. So it is where choosing and merging fewer would take a still as long as painting
-        all of them, which is so below some 19,000.
+        The count with its expected error and size. Without a knee each Gaussian is a stroke: for fewer than
+        256 Gaussians, and for a still if choosing and merging would take as long as painting all of them
+        (below about 19,000).
 
     Raises:
         ValueError: if there is no Gaussian, both `psnr` and `size` are given, one is not positive, or even
@@ -150,7 +149,7 @@ def open_view_model(
     plain: Frame | None = None,
     background: Array | Sequence[float] | str = WHITE,
 ) -> ViewModel:
-    """What counts of strokes are compared with in a view. The arguments are those of `choose_strokes`."""
+    """The model of a view for comparing stroke counts. Arguments as for `choose_strokes`."""
     if plain is None:
         kernel = StrokeTexture.open(KERNEL)
         plain = render(gaussians, camera, kernel, depth=False, num_threads=options.num_threads)
@@ -172,12 +171,12 @@ def choose_for_view_model(
 ) -> Choice:
     """`choose_strokes` with the plain picture already rendered; takes and raises the same.
 
-    Where strokes `are_changed` after clustering, it is not known here which PSNR all of them reach: none is
-    refused, and where the sampled counts do not reach it the count is N.
+    If strokes `are_changed` after clustering, the PSNR of all N is unknown here: no budget is refused, and
+    the count is N if the sampled counts do not reach it.
     """
     num = len(gaussians)
     rule = _rule_of(psnr, size)
-    # Of a still's knee the error is that of clustering, see `curve`.
+    # For the knee of a still the error is that of clustering, see `curve`.
     is_still = rule == "knee" and cost == "painting"
     samples, of_error = [], view_model.of_kernel if is_still else view_model
     fewer = [] if is_still and not saves_by_merging(num) else counts_to_sample(num, rule)
@@ -248,7 +247,7 @@ def _coarser(
     strokes = merge_clusters(seen, partitions[-1], merge=merge, visible=visible)
     yield strokes
     for finer, labels in zip(partitions[:0:-1], partitions[-2::-1], strict=True):
-        if labels.max() == finer.max():  # there are fewer distinct points than both counts
+        if labels.max() == finer.max():  # fewer distinct points than both counts
             continue
         _, firsts = np.unique(finer, return_index=True)
         strokes = merge_clusters(strokes, labels[firsts], merge=merge)
@@ -256,7 +255,7 @@ def _coarser(
 
 
 def _as_seen(gaussians: Gaussians, view_model: ViewModel) -> Gaussians:
-    """The same Gaussians in the colours of this view alone: merging SH degree 0 is faster."""
+    """The Gaussians in the colours of this view: merging SH degree 0 is faster."""
     if used_sh_degree(gaussians) == 0:
         return gaussians
     boxes = view_model.boxes(gaussians)
@@ -266,7 +265,7 @@ def _as_seen(gaussians: Gaussians, view_model: ViewModel) -> Gaussians:
 
 
 def check_reach(num: int, reached: float, asked: float, stroke: str) -> None:
-    """Refuse an error budget that all N strokes do not meet.
+    """Check that all N strokes meet an error budget.
 
     Raises:
         ValueError: if they do not.
@@ -279,7 +278,7 @@ def check_reach(num: int, reached: float, asked: float, stroke: str) -> None:
 
 
 def _first_within(counts: Array, values: Array, limit: float) -> int:
-    """The fewest strokes at which falling values are at most `limit`; all if they never are.
+    """The fewest strokes with descending values of at most `limit`; all if there are none.
 
     Between two sampled counts the value is interpolated as a power of the count.
     """

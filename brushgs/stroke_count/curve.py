@@ -1,23 +1,22 @@
-"""The curve of error against run time over the number of strokes, and its knee: the one definition of both.
+"""The curve of error over run time by number of strokes, and its knee.
 
-The knee is the count with the best trade-off: let e be the share of the error that is removed and t the
-share of the seconds that is added, both 0 at the first count of the curve and 1 at its last; the knee is
-where e - t is largest. There the curve of RMSE over seconds is parallel to the chord between its ends: before
-it a second removes more error than on average, after it less.
+The knee is the count with the best trade-off: with e the share of error removed and t the share of seconds
+added, both 0 at the first count of the curve and 1 at its last, the knee maximises e - t. There the curve of
+RMSE over seconds is parallel to the chord between its ends: before it a second removes more error than
+average, after it less.
 Source: the Kneedle algorithm (Satopaa et al. 2011, Finding a "Kneedle" in a Haystack), on a fit in place of a
 smoothing spline.
 
-The seconds are those that somebody waits for: of a frame where many are painted, of a whole painting for a
-still. A film's curve has the error of its frames. A still's has that of clustering alone, strokes drawn with
-the kernel of the plain picture: what the image of a brush adds, 4 to 10 of 255, no number of strokes removes.
-Its last count, one stroke per Gaussian, needs no clustering: error and seconds jump there, so it is an end of
-the curve but no part of its fit. Where the best trade-off before it is worth less than `LEAST_WORTH`, or it
-takes no longer than the first count, it is the knee itself: merging does not pay.
+Seconds are those of a frame for films, of a whole painting for stills. The curve of a film uses the error of
+its frames. That of a still uses the error of clustering alone, drawn with the kernel of the plain picture:
+the error added by a brush image, 4 to 10 of 255, does not depend on the number of strokes. The last count,
+one stroke per Gaussian, needs no clustering: error and seconds jump there, so it is an end of the curve but
+not part of its fit. If the best trade-off before it is worth less than `LEAST_WORTH`, or it takes no longer
+than the first count, it is the knee: merging does not pay.
 
-The knee depends neither on the unit of the error nor on the speed of the machine nor on a fixed start-up
-time. It does depend on the ends, so a curve should end where the scene does: at one stroke per Gaussian,
-whose frame needs no clustering. (If the curve ends at 32,000 strokes, the knee of a scene of 150,000 moves
-from 12,600 to 3,800.)
+The knee does not depend on the unit of error, the speed of the machine or a fixed start-up time. It does
+depend on the ends, so a curve should end at one stroke per Gaussian. (If the curve ends at 32,000 strokes,
+the knee of a scene of 150,000 moves from 12,600 to 3,800.)
 
 Why not the minimum of error x seconds^p, which needs no ends: on nine real scenes both are nearly powers of
 the count, so that minimum is flat. 7 % of noise in the seconds, with one count omitted, moves it by factors
@@ -40,11 +39,11 @@ COSTS = (
     0.75,
     1.0,
 )  # of the rising terms of the seconds: a stroke costs as much, or less with each
-STEPS = 512  # counts at which a fit is evaluated: even in the logarithm, 1.5 % apart on the longest curves
+STEPS = 512  # counts for evaluating a fit, evenly spaced in the logarithm, 1.5 % apart on the longest curves
 RIDGE = 0.05  # ridge regression of relative terms: with noise, weights do not jump from one term to another
-LEAST_WORTH = 0.2  # e - t: below it, what merging saves is not worth what it loses
-TINY = 1e-9  # in place of an error or a size of zero, which has no logarithm, between counts
-LEAST = 1e-12  # in place of an error of zero, which has no logarithm
+LEAST_WORTH = 0.2  # of e - t: below, merging does not pay
+TINY = 1e-9  # replaces zero errors or sizes before taking logarithms
+LEAST = 1e-12  # replaces zero errors before taking logarithms
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +82,7 @@ class ErrorCurve:
 
     @property
     def merged(self) -> "ErrorCurve":
-        """The part that is fitted: without a last count that merges nothing, unless it is the only one."""
+        """The fitted part: without an unmerged last count, unless it is the only one."""
         if not self.ends_unmerged or len(self.strokes) == 1:
             return self
         return ErrorCurve(self.strokes[:-1], self.rmse[:-1], self.seconds[:-1])
@@ -109,9 +108,8 @@ class Knee:
 def knee(curve: ErrorCurve) -> Knee:
     """Find the knee of a curve, see the module.
 
-    It is the first count if the error does not fall, and the last if more strokes cost nothing. Nothing is
-    known beyond the last count that is fitted: a doubling that would go beyond it ends there, and of the end
-    of a curve that is not merged nothing doubles.
+    It is the first count if the error does not fall, and the last if more strokes cost nothing. Doubling is
+    limited to the last fitted count; an unmerged last count does not double.
     """
     fitted, (counts, error, seconds) = curve.merged, _fine(curve)
     if curve.rmse.min() >= curve.rmse[0]:
@@ -139,7 +137,7 @@ def knee(curve: ErrorCurve) -> Knee:
 
 
 def worth(curve: ErrorCurve) -> float:
-    """The largest e - t of a curve, see the module; -1 where the last count is no slower than the first."""
+    """The largest e - t of a curve, see the module; -1 if the last count is no slower than the first."""
     _, error, seconds = _fine(curve)
     if seconds[-1] <= seconds[0]:
         return -1.0
@@ -147,7 +145,7 @@ def worth(curve: ErrorCurve) -> float:
 
 
 def _fine(curve: ErrorCurve) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Many counts, error and seconds there: of the fit, and those of a last count that merges nothing."""
+    """Many counts with fitted error and seconds, and those of an unmerged last count."""
     fitted = curve.merged
     counts = np.geomspace(fitted.strokes[0], fitted.strokes[-1], STEPS)
     error, seconds = fitted_rmse(fitted, counts), fitted_seconds(fitted, counts)
@@ -163,9 +161,8 @@ def _fine(curve: ErrorCurve) -> tuple[NDArray[np.float64], NDArray[np.float64], 
 def fitted_rmse(curve: ErrorCurve, counts: Array) -> NDArray[np.float64]:
     """The error at other counts within those of the curve, smooth and not increasing, [n].
 
-    The model is a constant plus terms that fall to zero at the last count, (K^a - k^a) / a, with weights
-    >= 0. These minimise the squared relative errors (NNLS with a ridge), so noise of single counts averages
-    out.
+    The model is a constant plus terms that fall to zero at the last count, (K^a - k^a) / a, with weights >=
+    0. Weights minimise the squared relative errors (NNLS with a ridge), so that noise averages out.
     """
     last = float(curve.strokes[-1])
 
@@ -214,7 +211,7 @@ def _nnls(gram: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.
     """Non-negative least squares (NNLS): the x >= 0 that minimises x.gram.x / 2 - target.x.
 
     The solution is positive on one subset of the terms, where it solves the normal equations of that subset.
-    All subsets of the few terms are tried, in 1.3 ms; to import scipy.optimize.nnls takes 360 ms.
+    All subsets of the few terms are tried, in 1.3 ms; importing scipy.optimize.nnls takes 360 ms.
     """
     best, weights = 0.0, np.zeros(len(target))
     for subset in range(1, 1 << len(target)):

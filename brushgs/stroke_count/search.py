@@ -1,7 +1,7 @@
-"""Search for clusters that meet an error budget or a stroke size, by clustering at count after count.
+"""Search for clusters that meet an error budget or a stroke size, by repeated clustering.
 
-`choose` estimates a count from nested cells; clusters differ from cells. A budget is a promise, and a size is
-measured in the picture, so here the clusters themselves are compared with the target.
+`choose` estimates a count from nested cells, which differ from clusters. Here the clusters themselves are
+compared with the target.
 """
 
 from collections.abc import Callable
@@ -15,15 +15,15 @@ from brushgs.stroke_count.curve import psnr_of
 from brushgs.stroke_count.view_model import ViewModel
 from brushgs.values.gaussians import Gaussians
 
-# Clusters reach the error of cells at 0.7 to 1.4 of their count, mostly: the search for the fewest within a
-# budget starts a step below the estimate, and each step multiplies the count by 1.19.
+# Clusters mostly reach the error of cells at 0.7 to 1.4 of their count: the search starts one step below the
+# estimate, and each step multiplies the count by 1.19.
 STEP = 2**0.25
 START = 1 / STEP
-CHANGED_START = 0.5  # where strokes are changed after clustering: they reach it at 0.2 to 0.7 of that count
+CHANGED_START = 0.5  # if strokes are changed after clustering, which reach it at 0.2 to 0.7 of that count
 SIZE_TOLERANCE, SIZE_TRIES = 0.05, 5  # relative to the target length; clusterings
-SHALLOWEST = -0.2  # power of the count that sizes fall by: chance may make it flatter
+SHALLOWEST = -0.2  # flattest power of sizes over counts, against noise
 
-# Strokes, and how the Gaussians were grouped; None if each is a stroke of its own.
+# Strokes, and the grouping of the Gaussians; None if each is a stroke.
 Clustered = tuple[Gaussians, Grouping | None]
 Cluster = Callable[[int], Clustered]  # maximum number of strokes -> strokes
 
@@ -66,14 +66,14 @@ def search_budget(
         view_model: the view.
         choice: the estimate to start from.
         cluster: merges the Gaussians.
-        descends: whether the strokes may be far better than the cells of the estimate, so that lower counts
-            are tried where the first reaches the budget.
+        descends: try lower counts if the first reaches the budget, for strokes far better than the cells of
+            the estimate.
 
     Raises:
         ValueError: if even one stroke per Gaussian does not reach it.
     """
     step, tries = _step_of((CHANGED_START if descends else START) * choice.strokes), 0
-    low, best = None, None  # the highest step that fails, and the lowest one that does not
+    low, best = None, None  # highest failing and lowest passing step
     while True:
         count, tries = min(num, round(STEP**step)), tries + 1
         clustered = cluster(count)
@@ -93,19 +93,19 @@ def search_budget(
             return replace(found, tries=tries)
         if low is not None:
             step = (low + high) // 2
-        elif tries == 1:  # strokes are better than cells by so much, and mostly as much at other counts
+        elif tries == 1:  # extrapolate the gain of strokes over cells, which is similar at other counts
             step = min(high - 1, _step_of(choice.count_below(count, reached - psnr)))
         else:
             step = max(0, high - 2 ** (tries - 1))
 
 
 def _step_of(count: float) -> int:
-    """The first step of the ladder that is not below a count."""
+    """The first step of the ladder at or above a count."""
     return int(np.ceil(np.log(max(1.0, count)) / np.log(STEP)))
 
 
 def search_size(pixels: float, view_model: ViewModel, choice: Choice, cluster: Cluster) -> Found:
-    """Find clusters whose typical size comes closest to so many pixels, in a few tries.
+    """Find clusters with a typical size closest to `pixels`, in a few tries.
 
     The second try corrects the target size of the cells by the factor that the first clusters missed it by;
     later ones take the size as a power of the count, through the two nearest tries.

@@ -7,9 +7,9 @@ Costs are modelled, not timed, so that they are the same on every machine and in
                START + CLUSTER x Gaussians + CUT x strokes
     choosing = LOOK + SEARCH x Gaussians
 
-On nine real scenes at two sizes, from 128 strokes to all, the curves of frames have the shape of measured
-ones of one core within 10 % (standard deviation of the logarithm, each curve scaled to fit). Constants that
-are fitted without a scene change its number of strokes by at most 4 %.
+On nine real scenes at two sizes, from 128 strokes to all, modelled frame times follow measured ones of one
+core within 10 % (standard deviation of the logarithm, each curve scaled to fit). Refitting the constants
+without a scene changes its number of strokes by at most 4 %.
 """
 
 from dataclasses import dataclass, replace
@@ -33,20 +33,20 @@ KERNEL = "gaussian"  # of the plain picture
 # (python -m tests.bench.stroke_count --cost). Only ratios matter: a stroke costs as much as 50 pixels.
 PIXEL, STROKE = 3.5, 190.0
 PAINT = {"image": 1.2, "gaussian": 0.6, "ellipse": 0.6}
-# The same of a plain painting by two cores, 12 scenes (python -m tests.bench.stroke_count --still):
-# clustering with views, within 11 %; the passes on strokes, within 10 %; and choosing the count.
+# The same for plain paintings by two cores, 12 scenes (python -m tests.bench.stroke_count --still):
+# clustering with views, within 11 %; passes on strokes, within 10 %; and choosing the count.
 START, CLUSTER, CUT, MAKE = 84e6, 4000.0, 42e3, 16e3
 LOOK, SEARCH = 58e6, 4600.0
 
 
 @dataclass(frozen=True, eq=False)
 class ViewModel:
-    """How strokes are painted in one view, and the plain picture that they are compared with.
+    """Rendering of strokes in one view, and the plain picture to compare with.
 
     Attributes:
         camera: the view.
-        texture: the stroke.
-        options: how strokes become a frame of the view; "track" has no meaning in one.
+        texture: the brush or brushes.
+        options: of rendering; the lock "track" does not apply.
         plain: the plain picture.
         background: [3] colour or [H, W, 3] picture, 0 to 1, on which both are compared.
     """
@@ -63,7 +63,7 @@ class ViewModel:
 
     @cached_property
     def of_kernel(self) -> "ViewModel":
-        """The same with the kernel of the plain picture as stroke: its errors are those of clustering."""
+        """The same with the kernel of the plain picture: its errors are those of clustering."""
         kernel = StrokeTexture.open(KERNEL)
         options = RenderOptions.of(
             kernel, num_sigmas=kernel.num_sigmas, depth=False, num_threads=self.options.num_threads
@@ -90,7 +90,7 @@ class ViewModel:
         return typical_size(boxes, width=self.camera.width, height=self.camera.height)
 
     def cost(self, strokes: Gaussians, boxes: Boxes, num_gaussians: int, cost: Cost = "frame") -> float:
-        """Modelled seconds for a frame of strokes, or for a painting of so many Gaussians with them."""
+        """Modelled seconds for a frame of strokes, or for a painting of `num_gaussians` with them."""
         width, height = self.camera.width, self.camera.height
         painted = float(seen_areas(boxes, width, height).sum())
         total = PIXEL * width * height + STROKE * len(strokes) + PAINT[self.texture.kind] * painted
@@ -98,7 +98,7 @@ class ViewModel:
 
 
 def seconds_to_make(num_strokes: int, num_gaussians: int) -> float:
-    """Modelled seconds from Gaussians to so many strokes: clustering, unless each is one, and the passes."""
+    """Modelled seconds for making strokes: clustering, unless each Gaussian is one, and passes."""
     merging = START + CLUSTER * num_gaussians + CUT * num_strokes if num_strokes < num_gaussians else 0.0
     return 1e-9 * (MAKE * num_strokes + merging)
 
@@ -110,11 +110,10 @@ def saves_by_merging(num_gaussians: int) -> bool:
 
 
 def typical_size(boxes: Boxes, *, width: int, height: int) -> float:
-    """Typical length of strokes, pixels: half of the paint of a picture is in strokes at least as long.
+    """Typical length of strokes, pixels: half of the paint is in strokes at least as long.
 
-    It is the weighted median of the longer sides of boxes. The weight of a stroke is what it paints: area of
-    the box x share of its upright bounding rectangle inside the picture x opacity. So neither many small
-    strokes that hardly show nor one wash in the background decide.
+    The weighted median of the longer sides of boxes, with weight area x share of the bounding rectangle
+    inside the picture x opacity. So neither many faint small strokes nor one background wash dominate.
 
     Args:
         boxes: M strokes.
