@@ -1,1 +1,1 @@
-"""What stands on a painting: pages, 3D models, the studio, sheets, styles learnt, files of strokes."""
+"""Outputs built on paintings: pages, 3D models, the studio, sheets, learnt styles, stroke files."""

@@ -1,4 +1,4 @@
-"""The example scene, built, written as a trained scene would be, and painted."""
+"""Build the example scene, write it like a trained scene, and paint it."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from brushgs.still_life.moving import SECONDS, seen_from, still_life_moving
 
 SCENE_NAME = "still_life.ply"
 CLIP_NAME = "still_life_moving"
-# 1.5 MB a moment, which with the Gaussians and highlights of the still scene would be 13 MB.
+# 1.5 MB per moment; with the Gaussians and highlights of the still scene it would be 13 MB.
 MOVING_GAUSSIANS = 20_000
 SIZE, FILM_SIZE = (1200, 900), (960, 720)  # pixels
 
@@ -38,12 +38,12 @@ def paint_demo(
 
     Args:
         folder: made if missing; files of the same names are replaced.
-        config: of the painting; the seed of its clustering is also that of the scene, and of its view only
-            the size is used, 1200 x 900 pixels if None.
-        report: gets the stages.
+        config: of the painting; the clustering seed is also that of the scene. Of the view only `size` is
+            used, None for 1200 x 900.
+        report: collects the stages.
         num_gaussians: of the scene; None for the default of `still_life`.
-        name: of the painting, still_life-NAME.png; None for that of the stroke.
-        origin: what the painting says of how it came about; None for nothing.
+        name: in the file name, still_life-NAME.png; None for that of the stroke.
+        origin: metadata of the painting; or None.
 
     Raises:
         SceneError: if the folder cannot be made or written to.
@@ -73,16 +73,16 @@ def paint_moving_demo(
     name: str | None = None,
     origin: Origin | None = None,
 ) -> Report:
-    """Write the still life in motion as one scene file a moment, 24 a second, and paint a film of it.
+    """Write the moving still life as one scene file per moment, 24 per second, and paint a film of it.
 
     Args:
-        folder: made if missing; in it the folder `still_life_moving`, whose moments are replaced, and the
-            film are made.
-        config: as of `paint_demo`; a film has 960 x 720 pixels by default.
+        folder: made if missing; gets the folder `still_life_moving`, whose moments are replaced, and the
+            film.
+        config: as for `paint_demo`; the default size is 960 x 720 pixels.
         report: gets the stages.
         num_gaussians: approximate count, >= 1000.
-        name: of the painting, still_life_moving-NAME.mp4; None for that of the stroke.
-        origin: what the painting says of how it came about; None for nothing.
+        name: in the file name, still_life_moving-NAME.mp4; None for that of the stroke.
+        origin: metadata of the painting; or None.
 
     Raises:
         SceneError: if the folder cannot be made or written to.

@@ -1,4 +1,4 @@
-"""The strokes of a painting become a scene file, for viewers of Gaussians; or a scene changes its format."""
+"""Write the strokes of a painting as a scene file, for viewers of Gaussians; or convert a scene's format."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from brushgs.pipeline.strokes import load_scene, name_of, write_scene
 from brushgs.pipeline.views import default_first_view
 from brushgs.values.gaussians import Gaussians
 
-_KERNEL = "gaussian"  # the stroke that gives the plain picture
+_KERNEL = "gaussian"  # gives the plain picture
 
 
 def export_strokes(
@@ -22,25 +22,24 @@ def export_strokes(
     *,
     report: Report | None = None,
 ) -> Report:
-    """Write the strokes that `paint_file` paints as Gaussians; the suffix decides the format.
+    """Write the strokes of `paint_file` as Gaussians; the suffix decides the format.
 
-    The file records the scene's name and first view, and the brushes, as far as its format can: `paint_file`
-    of it shows the same strokes. Ground, backdrop, light and medium belong to the look, and are not in it.
-    With the stroke "gaussian", which paints no strokes, the scene itself is written, with all that it
-    records: a change of format.
+    The file stores the scene's name, first view and brushes, as far as the format allows: `paint_file` of it
+    shows the same strokes. Ground, backdrop, light and medium belong to the look, and are not stored. With
+    the stroke "gaussian" the scene itself is written with its records: a format conversion.
 
     Args:
         scene: the files of a trained 3D Gaussian scene, or of strokes.
         output: one of `STROKE_SUFFIXES`.
         config: see `PaintConfig`.
-        report: gets the stages; a new one if None.
+        report: collects the stages; None makes a new one.
 
     Returns:
-        The report; its stage "write" tells what the format rounds, and by how much.
+        The report; its stage "write" states the rounding of the format.
 
     Raises:
         SceneError: if a file cannot be read or written.
-        ValueError: if an option does not suit the scene, or the format does not hold a value.
+        ValueError: if an option does not suit the scene, or the format cannot store a value.
     """
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     source = SceneSource.of(scene)
@@ -58,7 +57,7 @@ def export_strokes(
         )
     prepared = prepare(source, config, report, asks=(*STROKES, "first_view"))
     strokes = prepared.strokes
-    if prepared.plain is not None:  # outside of the part that is painted
+    if prepared.plain is not None:  # outside of the painted part
         strokes = Gaussians.joined([strokes, prepared.plain])
     return write_scene(
         strokes,

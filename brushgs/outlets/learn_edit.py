@@ -1,4 +1,4 @@
-"""Two states of a scene become a style: scenes before and after an edit, or pictures of one before and after.
+"""Learn a style from two states of a scene: scenes before and after an edit, or pictures before and after.
 
 Of pictures the Gaussians take up the colours that they show, before and after alike, by how much of each
 pixel each makes up: so an edit that was made to pictures is learnt as one of the scene. A picture of the
@@ -29,19 +29,19 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.style import Style, StyleLines, StyleMarks
 
-MOST_SIDE = 512  # pixels of a picture: larger ones are averaged down, which an affine map does not notice
-FULLY = 0.995  # shares above it are not worth a word
-LEAST_SEEN = 0.5  # pixels over all pictures, of which the colour of a Gaussian is known
+MOST_SIDE = 512  # pixels: larger pictures are averaged down, which does not affect an affine map
+FULLY = 0.995  # shares above this are not reported
+LEAST_SEEN = 0.5  # pixels over all pictures for a known colour of a Gaussian
 
 
 def learn_edit_file(source: EditSource, output: Path, name: str | None, report: Report) -> Report:
     """Learn the style of an edit and write it.
 
     Args:
-        source: what it is learnt from.
+        source: the states before and after.
         output: a file *.style.
-        name: of the style; None for that of what is after the edit.
-        report: gets the stages.
+        name: of the style; None for the name of the state after the edit.
+        report: collects the stages.
 
     Raises:
         ValueError: if the output has another suffix than .style.
@@ -141,7 +141,7 @@ def _seen_colors(
     Where they are `is_own`, the scene itself stands for what the pictures show.
     """
     sums, weights = np.zeros((len(gaussians), 3)), np.zeros(len(gaussians))
-    for file, camera in pictures:  # one at a time: those of a capture need not lie in memory together
+    for file, camera in pictures:  # one at a time, to limit memory
         rgb, alpha, own = _reduced(
             *open_with_camera(file, camera, "give the pictures that the cameras are of")
         )
@@ -155,7 +155,7 @@ def _seen_colors(
 
 
 def _reduced(rgb: Array, alpha: Array, camera: Camera) -> tuple[Array, Array, Camera]:
-    """A picture and its camera at most `MOST_SIDE` wide and high: means of squares of pixels, by alpha."""
+    """A picture and its camera, averaged down to `MOST_SIDE`, weighted by alpha."""
     side = -(-max(alpha.shape) // MOST_SIDE)
     if side == 1:
         return rgb, alpha, camera
@@ -173,7 +173,7 @@ def _reduced(rgb: Array, alpha: Array, camera: Camera) -> tuple[Array, Array, Ca
 
 
 def _describe(stage: Stage, learnt: LearntEdit) -> None:
-    """What was learnt, and how well it explains what it was learnt from."""
+    """Report the learnt style and its fit."""
     edit = learnt.edit
     words = f"colours changed by {learnt.changed:.1%}; an affine map leaves {learnt.left:.1%}"
     if learnt.kept < FULLY:

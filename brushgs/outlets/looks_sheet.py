@@ -1,7 +1,7 @@
-"""A sheet of looks: one scene painted in each of them, side by side, with their names.
+"""A sheet of looks: one scene painted in each look, side by side, with names.
 
-Each picture is painted by `paint_file`, as `brushgs render --look` does it; without a scene it shows the
-example still life.
+Pictures are painted by `paint_file`, as by `brushgs render --look`; the default scene is the example still
+life.
 """
 
 import warnings
@@ -31,7 +31,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 
 COLUMNS = 4
-CELL = (640, 480)  # pixels of a picture: smaller ones show no strokes
+CELL = (640, 480)  # pixels of a picture: strokes are visible from this size
 NAME_SIZE, NOTE_SIZE, CAPTION = 18, 13, 62  # pixels
 LETTER = 0.53  # mean width of a letter over its height
 
@@ -56,7 +56,7 @@ def paint_looks(
             size is used.
         threads: None takes every processor available; the picture does not depend on it.
         report: gets one stage per look; a new one if None.
-        origin: what the sheet says of how it came about; None for nothing.
+        origin: metadata of the sheet; or None.
 
     Raises:
         SceneError: if a file cannot be read or written.
@@ -107,7 +107,7 @@ def _painted(
     *,
     repeats_notes: bool,
 ) -> F32:
-    """[H, W, 3] the scene in a look; what is odd about the scene is told once."""
+    """[H, W, 3] the scene in a look; scene warnings are issued once."""
     config = replace(look.config, view=view)
     config = replace(config, draw=replace(config.draw, threads=threads))
     picture = folder / "picture.png"
@@ -115,7 +115,7 @@ def _painted(
         if not repeats_notes:
             warnings.simplefilter("ignore", SceneWarning)
         painted = paint_file(scene, picture, config, camera=camera)
-        # Of several coats each is projected by itself; marks are made of the strokes, some of none.
+        # Each coat is projected by itself; marks are made of strokes, some of none.
         of_coats = [one.counts["before"] for one in painted.stages if one.name.split()[0] == "project"]
         num_strokes = max(of_coats)
         stage.did = f"{look.title}, {num_strokes:,} strokes"
@@ -125,7 +125,7 @@ def _painted(
 
 
 def _lay_out(looks: Sequence[Look], pictures: Sequence[F32]) -> tuple[F32, bool]:
-    """[H, W, 3] the sheet, and whether it has words."""
+    """[H, W, 3] the sheet, and whether it has text."""
     height, width = pictures[0].shape[:2]
     columns = min(COLUMNS, len(looks))
     across, down = width + GAP, height + CAPTION

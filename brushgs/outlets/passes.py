@@ -1,6 +1,6 @@
 """Single passes as commands: prune, cluster or recolor, from scene file to scene file.
 
-The output records the name and the first view of the scene before the pass, so pictures of both line up.
+The output stores the name and first view of the input scene, so that pictures of both line up.
 """
 
 from dataclasses import replace
@@ -39,7 +39,7 @@ def prune_file(
     *,
     where: WhereConfig | None = None,
 ) -> Report:
-    """Prune a scene file, also one of strokes; or only a part of it, and the rest stays as it is."""
+    """Prune a scene or stroke file, or only a part of it."""
     check_output(Path(output), SCENE_SUFFIXES, inputs=(*scene_inputs(scene), *files_where(where)))
     gaussians, notes = load_scene(scene, report)
     view = default_first_view(gaussians, notes, report)
@@ -64,13 +64,10 @@ def cluster_file(
     *,
     where: WhereConfig | None = None,
 ) -> Report:
-    """Cluster a scene file, or a clip whose strokes are written one file a moment, without pruning it.
+    """Cluster a scene file without pruning it; for a moving scene, write strokes as one file per moment.
 
-    Where only a part of it is clustered, the Gaussians of the rest are strokes as they are, behind the others
-    in the file.
-
-    Where the number of strokes is chosen for a view, that is the default view of `paint_file`, painted with
-    its default stroke.
+    If only a part is clustered, the other Gaussians follow unchanged in the file. A number of strokes that
+    depends on a view is chosen for the default view and stroke of `paint_file`.
     """
     files, scene = files_of(scene), as_files(scene)
     check_strokes_output(scene, output, inputs=(*scene_inputs(files), *files_where(where)))
@@ -87,7 +84,7 @@ def recolor_file(
     *,
     where: WhereConfig | None = None,
 ) -> Report:
-    """Give a scene file the colours of a palette; or only a part of it, and the rest keeps its own."""
+    """Give a scene file, or a part of it, the colours of a palette."""
     check_output(
         Path(output), SCENE_SUFFIXES, inputs=(*scene_inputs(scene), config.file, *files_where(where))
     )

@@ -1,4 +1,4 @@
-"""A chart of all built-in strokes: each as one mark, with its name and what it is good for."""
+"""A chart of all built-in strokes: one mark each, with name and use."""
 
 from pathlib import Path
 
@@ -34,7 +34,7 @@ def write_stroke_chart(path: str | Path, origin: Origin | None = None) -> None:
 
     Args:
         path: its suffix decides the format.
-        origin: what the chart says of how it came about; None for nothing.
+        origin: metadata of the chart; or None.
 
     Raises:
         ValueError: if the suffix is that of no picture format.
@@ -50,7 +50,7 @@ def write_stroke_chart(path: str | Path, origin: Origin | None = None) -> None:
 
 
 def stroke_chart() -> F32 | None:
-    """[H, W, 3] the chart, display-encoded; None where OpenImageIO was built without letters."""
+    """[H, W, 3] the chart, display-encoded; None if OpenImageIO was built without fonts."""
     import OpenImageIO
 
     notes = stroke_notes()

@@ -1,4 +1,4 @@
-"""Strokes optimised toward the scene they stand for, or toward a style image: optional, on top of `autograd`.
+"""Refinement: optimise strokes toward their scene or a style image; optional, on top of `autograd`.
 
     views -> target pictures -> fit (variables, drawing, losses) -> strokes
 

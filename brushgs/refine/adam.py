@@ -1,7 +1,6 @@
 """Adam, the optimiser of every fit.
 
-Each step does what `torch.optim.Adam` does, bit for bit. That one loads torch's compiler when it is made: 800
-modules, a second, for a fit of half a minute.
+Bit-identical to `torch.optim.Adam`, whose constructor loads torch's compiler: 800 modules, one second.
 Source: Kingma and Ba 2015, algorithm 1.
 """
 
@@ -13,8 +12,8 @@ from typing import Any
 import torch
 from torch import Tensor
 
-# Decay of the means; and what keeps a parameter without any gradient from a division by zero, small enough
-# for gradients of a mean over all pixels.
+# Decay of the means; and epsilon against division by zero, small enough for gradients of a mean over all
+# pixels.
 DECAY, DECAY_OF_SQUARES, EPS = 0.9, 0.99, 1e-15
 
 
@@ -34,7 +33,7 @@ class Adam:
 
         Args:
             moving: name -> leaf tensor with a gradient.
-            rates: name -> about how far it moves in a step.
+            rates: name -> approximate step size.
         """
         self._moving, self._rates = dict(moving), dict(rates)
         self._moments = {name: _Moments(_zeros(value), _zeros(value)) for name, value in moving.items()}
@@ -43,7 +42,7 @@ class Adam:
     def step(self, factor: float) -> None:
         """Move parameters against their gradients, at `factor` times their rates, and drop the gradients."""
         self._steps += 1
-        share = 1 - DECAY**self._steps  # of the weights of a mean that began as zero
+        share = 1 - DECAY**self._steps  # bias correction: the means start at zero
         share_of_squares = 1 - DECAY_OF_SQUARES**self._steps
         with torch.no_grad():
             for name, value in self._moving.items():
@@ -58,7 +57,7 @@ class Adam:
                 value.grad = None
 
     def state(self) -> dict[str, Any]:
-        """What `restore` takes: the steps done and the means."""
+        """State for `restore`: number of steps and means."""
         means = {name: (moments.mean, moments.square) for name, moments in self._moments.items()}
         return {"steps": self._steps, "means": means}
 
@@ -66,7 +65,7 @@ class Adam:
         """Continue from a state of the same parameters.
 
         Raises:
-            KeyError, TypeError, ValueError, RuntimeError: if it is none.
+            KeyError, TypeError, ValueError, RuntimeError: if it is not a valid state.
         """
         for name, moments in self._moments.items():
             mean, square = state["means"][name]

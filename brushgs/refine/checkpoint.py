@@ -1,7 +1,7 @@
-"""The checkpoint of a refinement: a file with the state of its fit, and with what the fit depends on.
+"""The checkpoint of a refinement: a file with the state and the inputs of its fit.
 
-It is there from the first `SECONDS_BETWEEN_CHECKPOINTS`, or from where a run is stopped, until its strokes
-are written: a run that is killed loses at most these seconds.
+It is written every `SECONDS_BETWEEN_CHECKPOINTS` and when a run is stopped, and removed after its strokes are
+written: a killed run loses at most these seconds.
 """
 
 from collections.abc import Mapping
@@ -35,7 +35,7 @@ SECONDS_BETWEEN_CHECKPOINTS = 20.0
 # content.
 MORE_STYLES = tuple(f"style image {number}" for number in range(2, MAX_STYLES + 1))
 _NOT_OF_A_FIT = "background", "order", "stroke", "palette file"
-_STROKES, _MOTION = "result of clustering", "motion"  # compared last: they follow from all others
+_STROKES, _MOTION = "result of clustering", "motion"  # compared last: they derive from all others
 
 
 class Checkpoint:
@@ -43,8 +43,8 @@ class Checkpoint:
 
     Attributes:
         path: the file.
-        state: of the fit that is resumed; None for one that starts anew.
-        step: of the state in the file; None while the file holds none of this fit.
+        state: of the resumed fit; None for a new one.
+        step: of the state in the file; None without a state of this fit.
     """
 
     def __init__(self, path: Path, fit: Mapping[str, Any] | None = None) -> None:
@@ -52,17 +52,17 @@ class Checkpoint:
 
         Args:
             path: the file.
-            fit: what the fit depends on, see `describe_fit`.
+            fit: inputs of the fit, see `describe_fit`.
         """
         self.path, self._fit = path, dict(fit or {})
         self.state: dict[str, Any] | None = None
         self.step: int | None = None
 
     def read(self) -> None:
-        """Take the state from the file.
+        """Read the state from the file.
 
         Raises:
-            SceneError: if it cannot be read, is no checkpoint, or that of another fit.
+            SceneError: if it cannot be read, is not a checkpoint, or belongs to another fit.
         """
         import torch
 
@@ -72,7 +72,7 @@ class Checkpoint:
             given = {name: value for name, value in self._fit.items() if name not in (_STROKES, _MOTION)}
             differing = differences(found, given) or differences(found, self._fit)
             step = int(state["step"])
-        except Exception as error:  # whatever torch makes of any file
+        except Exception as error:  # torch raises anything for invalid files
             raise self.unreadable(error) from None
         if differing:
             raise SceneError(
@@ -95,12 +95,12 @@ class Checkpoint:
         self.step = state["step"]
 
     def remove(self) -> None:
-        """Remove the file: what the fit gave is safe."""
+        """Remove the file after the result is written."""
         self.path.unlink(missing_ok=True)
         self.step = None
 
     def unreadable(self, error: Exception) -> SceneError:
-        """The error of a file that is no checkpoint."""
+        """The error for an invalid checkpoint."""
         return SceneError(self.path, f"is no checkpoint ({error}); delete it, or omit --resume")
 
     @property
@@ -117,14 +117,14 @@ def describe_fit(
     target: Gaussians,
     up: Up,
 ) -> dict[str, Any]:
-    """Everything that a fit depends on: options, and digests of what was made from the files.
+    """All inputs of a fit: options, and digests of intermediate results.
 
     Args:
         scene: the files of the scene, or a moving scene.
         paint: how strokes are made and drawn.
         config: of the fit.
         prepared: the strokes and the stroke image.
-        target: the scene that the strokes are fitted to, in the colours of the palette.
+        target: the scene to fit to, in the colours of the palette.
         up: of the views.
     """
     clip = scene.config if isinstance(scene, Clip) else None
@@ -154,7 +154,7 @@ def describe_fit(
         if config.style.only is None:
             described["style shares"] = str(config.style)
     for name, path in files.items():
-        # The step that opens it refuses one that is missing.
+        # Missing files are refused by the step that opens them.
         described[name] = None if path is None or not is_plain(path) else named_file_digest(path)
     return described | {name: _plain(value) for name, value in options.items()} | fit
 

@@ -1,8 +1,8 @@
-"""Strokes fitted to the plain picture of their scene, in views that the program places itself.
+"""Fit strokes to plain pictures of their scene, in generated views.
 
-The target of every view is the scene drawn plainly: all Gaussians, with the kernel it was trained for, at
-rest or at the moment of the view. No photographs are needed. Strokes are drawn with the stroke image, as in
-the painting, so that they make up for what a lacy brush leaves open.
+The target of each view is the plain picture: all Gaussians with the 3DGS kernel, at the moment of the view.
+No photographs are needed. Strokes are drawn with their brush, as in the painting, so that they compensate for
+gaps of a lacy brush.
 Source: Kerbl et al. 2023, section 5 (loss, optimiser); the self-made targets are ours.
 """
 
@@ -22,7 +22,7 @@ from brushgs.refine.variables import Variables
 from brushgs.values.gaussians import Gaussians
 
 BACKGROUND = (1.0, 1.0, 1.0)  # errors are measured on white, as everywhere
-# Weight of the term that keeps strokes round where all parameters move, and the aspect up to which it is 0.
+# Weight of the roundness term if all parameters move, and the aspect up to which it is 0.
 ROUNDNESS, FREE_ASPECT = 0.05, 5.0
 
 

@@ -1,11 +1,11 @@
-"""Style features that need no trained weights: colour, its deviation, strength and direction of marks.
+"""Style features without trained weights: colour, its deviation, strength and direction of marks.
 
 At three scales, an octave apart, every position gets 25 numbers: mean and standard deviation of each channel
 around it; the energy of edges and of lines (oriented derivatives of a Gaussian; Freeman and Adelson 1991)
 pooled around it, as the mean over 8 directions and, for each direction, as the relative difference from that
-mean; and a constant, so that a cosine depends on how strong the others are. Directions are relative because
-they do not depend on contrast: a faint hatching runs the same way as a bold one.
-Each kind is scaled to a root mean square of its weight over the style image.
+mean; and a constant, so that a cosine depends on the strength of the others. Directions are relative,
+independent of contrast: faint and bold hatching have the same direction. Each kind is scaled to a root mean
+square of its weight over the style image.
 """
 
 from functools import cache
@@ -25,14 +25,14 @@ DIRECTIONS = 8
 # Standard deviation and half size, pixels of the scale: of the filters for edges and lines, and of pooling.
 SIGMA, REACH = 1.2, 4
 POOL_SIGMA, POOL_REACH = 2.0, 5
-HALO = 4 * (REACH + POOL_REACH)  # pixels of the picture around a position on which its features depend
+HALO = 4 * (REACH + POOL_REACH)  # receptive field around a position, pixels of the picture
 CONSTANT = 0.5
-FAINT = 0.01  # root of the energy below which directions fade: a flat area has none
+FAINT = 0.01  # root energy below which directions fade: flat areas have none
 # Root mean square of each kind after scaling: means of colour, deviations of colour, strengths, directions.
 WEIGHTS = (2.0, 0.5, 0.5, 2.0)
 _KINDS = (slice(0, 3), slice(3, 6), slice(6, 8), slice(8, 24))
 _CHANNELS = 24
-_CONTENT_SCALES = slice(1, 3)  # colours without the marks of the brush describe the content
+_CONTENT_SCALES = slice(1, 3)  # coarse colours, without brush marks, describe the content
 
 
 class FilterBank:

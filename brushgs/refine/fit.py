@@ -1,7 +1,7 @@
 """The optimisation loop of every refinement: Adam steps, a decaying learning rate, evaluations, checkpoints.
 
-The same strokes, views and seed give the same fit, bit for bit, also when it was stopped and resumed, and for
-any number of threads.
+Equal strokes, views and seed give bit-identical fits, also after stop and resume, and for any number of
+threads.
 """
 
 import time
@@ -28,8 +28,8 @@ from brushgs.values.gaussians import Gaussians
 
 LAST_RATE = 0.05  # learning rate of the last step over that of the first; half a cosine in between
 NUM_EVALUATIONS = 20  # over all steps, beside the one before the first step
-# The fit ends early when so many evaluations in a row gain less than so many dB together: the eye cannot see
-# 0.1 dB. Not in its first half: high rates scatter what lower ones settle later.
+# The fit ends early if this many evaluations in a row gain less than this many dB together; 0.1 dB is
+# invisible. Not in its first half, as lower rates settle what high ones scatter.
 PATIENCE, LEAST_GAIN = 5, 0.05
 
 Objective = Callable[
@@ -38,18 +38,18 @@ Objective = Callable[
 
 
 def no_progress(score: float) -> None:
-    """The `on_step` of a fit that reports nothing."""
+    """An `on_step` that reports nothing."""
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """How strokes are drawn, in the fit as in the painting.
+    """Rendering of strokes, in the fit as in the painting.
 
     Attributes:
-        texture: the stroke image.
+        texture: the brush or brushes.
         options: see `RenderOptions`; the order is "depth", the only one with a gradient.
-        motion: how strokes move, which no fit changes; None for strokes at rest.
-        takes_light: whether strokes take part in changes of colour over time.
+        motion: of the strokes, constant in the fit; None for still strokes.
+        takes_light: whether strokes follow colour changes over time.
     """
 
     texture: Brushes
@@ -66,9 +66,9 @@ class Drawing:
         *,
         takes_light: bool = True,
     ) -> "Drawing":
-        """Drawing in order of depth and without a depth image; other options default to those of `render`.
+        """A drawing by depth order, without a depth image; other options default to those of `render`.
 
-        Strokes that are tracked along a path point where their axes do: one view has no path.
+        The lock "track" becomes the axes' own direction: single views have no path.
         """
         options = options or RenderOptions.of(texture)
         lock = "anchor" if options.lock == "track" else options.lock
@@ -108,7 +108,7 @@ class LossCurve:
     Attributes:
         steps: [M] steps done until each evaluation.
         seconds: [M] of these steps; evaluations themselves are not counted.
-        losses: [M] mean loss of the steps since the previous evaluation; NaN where there was no step yet.
+        losses: [M] mean loss of the steps since the previous evaluation; NaN before the first step.
         scores: [M] in dB, higher is better.
         stopped: why the fit ended.
     """
@@ -122,15 +122,15 @@ class LossCurve:
 
 @dataclass(frozen=True)
 class FitSchedule:
-    """How long a fit runs, how fast it learns, and where its checkpoint is.
+    """Number of steps, learning rates and checkpoint of a fit.
 
     Attributes:
-        steps: at most, >= 1.
+        steps: maximum, >= 1.
         rates: learning rates of the first step.
         seed: of the order of the views.
         evaluations: over all steps, beside the one before the first step.
-        checkpoint: written every `SECONDS_BETWEEN_CHECKPOINTS`, at the end and where the fit is stopped; its
-            state, if it has one, is where the fit starts. None for none.
+        checkpoint: written every `SECONDS_BETWEEN_CHECKPOINTS`, at the end and on a stop; the fit starts from
+            its state, if any. Or None.
     """
 
     steps: int
@@ -166,7 +166,7 @@ class Fit:
         self.objective, self.score, self.schedule = objective, score, schedule
         self.optimizer = variables.optimizer(schedule.rates)
         self.curve, self.step = LossCurve(), 0
-        self._best: tuple[float, list[Tensor]] | None = None  # of the evaluations after the first
+        self._best: tuple[float, list[Tensor]] | None = None  # best of the evaluations after the first
         self._recent_losses: list[float] = []  # of the steps since the last evaluation
         self._seconds = 0.0
 
@@ -177,10 +177,10 @@ class Fit:
             on_step: called after every step with the latest score.
 
         Returns:
-            The strokes with the highest score: never worse by it than those that came in.
+            The strokes with the highest score, never below that of the input.
 
         Raises:
-            SceneError: if a checkpoint cannot be written, or does not fit these variables.
+            SceneError: if a checkpoint cannot be written, or does not match these variables.
             KeyboardInterrupt: if it is stopped, after its checkpoint is written.
         """
         self._load()
@@ -202,11 +202,11 @@ class Fit:
         every = max(1, self.schedule.steps // self.schedule.evaluations)
         while not self.curve.stopped:
             is_due = self.step % every == 0 or self.step == self.schedule.steps
-            if is_due and self.step not in self.curve.steps[-1:]:  # not again where one was stopped after it
+            if is_due and self.step not in self.curve.steps[-1:]:  # not twice after resuming
                 self._evaluate()
             if self.curve.stopped:
                 break
-            with defer_stop():  # half a step could not be resumed
+            with defer_stop():  # steps must be complete to be resumed
                 start = time.perf_counter()
                 self._step()
                 self._seconds += time.perf_counter() - start
@@ -228,7 +228,7 @@ class Fit:
         self.step += 1
 
     def _view(self) -> int:
-        """The view of this step: each once per round, shuffled by nothing but the seed and the round."""
+        """The view of this step: each once per round, shuffled by seed and round."""
         round_, place = divmod(self.step, len(self.views))
         return int(np.random.default_rng((self.schedule.seed, round_)).permutation(len(self.views))[place])
 
@@ -289,10 +289,10 @@ class Fit:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """PyTorch on one thread: its sums depend on their number. Rasterising keeps all.
+    """PyTorch on one thread, as its sums depend on their number; rasterising keeps all threads.
 
-    Its threads also wait for each other busily: on two cores with other work a step toward a style took
-    6.9 s on two threads and 0.6 s on one.
+    Its threads also busy-wait: on two shared cores a style step took 6.9 s with two threads and 0.6 s with
+    one.
     """
     before = torch.get_num_threads()
     torch.set_num_threads(1)

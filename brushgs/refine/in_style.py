@@ -1,9 +1,9 @@
-"""Strokes of a scene -> the marks that a style paints it with, and their brushes: one stage of a report.
+"""Strokes of a scene -> marks of a style, with its brushes: one stage of a report.
 
     strokes (-> at the middle moment) -> marks, see `lay` (-> at their own) -> broken colour -> brushes
 
-The brushes are images in the style file, which is written beside the strokes: these name them, and so are
-drawn with them whenever the file of strokes is painted.
+The brushes are images in the style file, which is written beside the strokes and named in them, so that
+painting the stroke file uses them.
 """
 
 from collections.abc import Callable
@@ -34,17 +34,17 @@ from brushgs.values.style import StyleMarks
 
 FIRST_SIZE = 480, 270  # pixels: the shape of the picture that `render` paints
 AROUND, AROUND_SIZE = 12, (192, 144)  # views, and their pixels
-BROKEN = 0.7  # of how far marks differ in the painting: the steps that follow make them differ too
-_BRUSH_DRAW = 9  # of the chances by which a mark gets its brush
+BROKEN = 0.7  # share of the painting's variation of marks: later steps add to it
+_BRUSH_DRAW = 9  # random stream for the choice of brushes
 
 
 @dataclass(frozen=True, eq=False)
 class Laid:
-    """What was prepared, with marks in place of strokes.
+    """A prepared painting with marks in place of strokes.
 
     Attributes:
-        prepared: its strokes are the marks, its brushes those of the style behind its own.
-        moves: [N] the marks that may change.
+        prepared: with marks as strokes, and the style's brushes appended.
+        moves: [N] mask of marks that may change.
     """
 
     prepared: Prepared
@@ -58,7 +58,7 @@ def style_beside(output: Path) -> Path:
 
 
 def brush_names(output: Path, number: int) -> tuple[str, ...]:
-    """The names of the brushes of the style beside an output, as its files hold them: from their folder."""
+    """Names of the brushes of the style beside an output, relative to its folder."""
     path = style_beside(output)
     is_file = output.suffix.lower() in SCENE_SUFFIXES
     found = path.name if is_file else f"../{path.name}"
@@ -80,15 +80,15 @@ def lay_in_style(
     """Lay the strokes that may change as the marks of a style.
 
     Args:
-        prepared: what was prepared.
-        moves: [N] the strokes that may change.
+        prepared: the prepared painting.
+        moves: [N] mask of strokes that may change.
         marks: of the style.
         shown_at: the scene in the colours of the style, at a moment of a clip or None.
-        paint: how strokes are drawn.
-        keeps: what the user decided: "stroke", "direction" or "broken_color".
-        output: that the marks will be written to.
-        report: gets the stage.
-        most: the largest number of marks; None for that of `lay_marks`.
+        paint: options of the painting.
+        keeps: options set by the user: "stroke", "direction" or "broken_color".
+        output: file for the marks.
+        report: collects the stage.
+        most: maximum number of marks; None for that of `lay_marks`.
     """
     strokes, moving, view = prepared.strokes, prepared.moving, prepared.known_view
     with report.stage("marks") as stage:
@@ -127,7 +127,7 @@ def lay_in_style(
             )
         laid = replace(laid, brushes=chosen)
         outside = replace(strokes, brushes=rows).take(~moves)
-        # Rows outside come first, so that none of them depends on how many marks there are.
+        # Other rows come first, so that they do not depend on the number of marks.
         joined = Gaussians.joined([outside, laid]) if len(outside) else laid
         marked = np.concatenate([np.zeros(len(outside), bool), np.ones(len(laid), bool)])
         options = render_options(paint.draw, texture, along_path=moving is not None)
@@ -149,16 +149,16 @@ def _brush_images(marks: StyleMarks, output: Path) -> list[StrokeTexture]:
 def _with_images(
     prepared: Prepared, images: BrushSet, output: Path, *, is_alone: bool
 ) -> tuple[BrushKit, BrushSet, int]:
-    """The kit and the brushes with those of a style, alone or behind its own, and the row of its first."""
+    """The kit and brushes with those of a style, replacing or following its own, and their first row."""
     names = brush_names(output, len(images))
-    if is_alone:  # no stroke keeps its own
+    if is_alone:  # no stroke keeps its brush
         return BrushKit(other=names), images, 0
     brushes = BrushSet((*prepared.texture.textures, *images.textures))
     return replace(prepared.kit, styled=names), brushes, len(prepared.kit.images)
 
 
 def at_reference(strokes: Gaussians, pose: Pose) -> Gaussians:
-    """Strokes at the moment of a pose -> at their reference moments; colours and opacities stay."""
+    """Strokes at the moment of a pose -> at their reference moments, with unchanged colours and opacities."""
     rows, found = match(strokes, pose.ids)
     if len(rows) == 0:
         return strokes

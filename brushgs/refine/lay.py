@@ -1,11 +1,10 @@
-"""Strokes -> the same strokes as marks of a painting: its direction, length and slenderness, before any step.
+"""Strokes -> marks of a painting, with its direction, length and slenderness, before any fit.
 
-Gradients turn and stretch a stroke slowly, and each pulls toward what its own pixels show; strokes of a scene
-are nearly round and follow its forms, so from there a fit to a painting ends as other colours in the old
-marks. Here strokes are laid first as marks of the painting run: the painting lies over the picture of a
-camera, see `mark_directions`; where the first camera sees a stroke its picture decides, and
-elsewhere those around the scene. A mark stays within what it depicts: it becomes shorter, and wider, where
-its ends would leave the surface or reach another colour (Litwinowicz 1997).
+Gradients turn and stretch strokes slowly, and strokes of a scene are nearly round and follow its forms: a fit
+from there ends as other colours in the old marks. So strokes are first laid in the direction of the
+painting's marks, with the painting over the picture of a camera, see `mark_directions`; the first camera
+decides where it sees a stroke, else those around the scene. Marks become shorter and wider where their ends
+would leave the surface or reach another colour (Litwinowicz 1997).
 """
 
 from collections.abc import Sequence
@@ -26,34 +25,34 @@ from brushgs.values.quats import quats_of
 from brushgs.values.sh import base_colors, shift_base_colors
 from brushgs.values.style import StyleMarks
 
-IN_FRONT = 0.04  # of its depth by which a stroke may lie behind what a picture shows, and still be seen
-FACING = (0.15, 0.45)  # cosine between normal and view: nearly edge-on a picture says little of a stroke
+IN_FRONT = 0.04  # depth tolerance of a visible stroke, relative to its depth
+FACING = (0.15, 0.45)  # cosine between normal and view, faded out: edge-on views say little
 FIRST = 3.0  # weight of the first view over each of the others
-STEEP = 2.0  # power of that cosine by which views count
-FAINT = 1e-6  # sum of directions that say nothing
+STEEP = 2.0  # power of that cosine as weight of views
+FAINT = 1e-6  # least meaningful sum of directions
 SMOOTH = 1.0  # weight of the neighbours over a stroke's own direction
-LENGTHS = (0.02, 0.14)  # of the shorter side of the picture: longer marks hide what a scene is
-MOST_MARKS = 12_000  # then fewer and larger ones: the time of a step grows with them
-MOST_PARTS = 12  # rows, and columns, of marks in the place of one stroke
-APART = 1.0  # of their width between rows of marks: less, and they overlap
-OWN_SIZE = 0.7  # how far marks are smaller where detail is: 0, all are of one size, to 1
+LENGTHS = (0.02, 0.14)  # limits in shorter sides of the picture: longer marks hide the scene
+MOST_MARKS = 12_000  # limit: the time of a step grows with the number of marks
+MOST_PARTS = 12  # rows, and columns, of marks per stroke
+APART = 1.0  # distance of rows of marks, in widths
+OWN_SIZE = 0.7  # how far mark sizes follow stroke sizes: 0 (one size) to 1
 SIZES = (0.35, 1.4)  # of a typical mark: the smallest and the largest
-OWN_PAINT = 0.9  # of what a stroke covered is covered by its mark at least
-SLENDER = 4.0  # aspect from which on a stroke stays what it is: posts and ropes
-LEAST_ASPECT = 1.3  # of a mark that its surroundings make short
+OWN_PAINT = 0.9  # least area of a mark over that of its stroke
+SLENDER = 4.0  # aspect above which strokes are kept: posts and ropes
+LEAST_ASPECT = 1.3  # least aspect of a shortened mark
 TRIED = (1.0, 0.8, 0.63, 0.5, 0.4, 0.32, 0.25)  # shares of the length
 OUTSIDE = 0.4  # alpha below which a picture shows no surface
-OTHER_COLOR = 0.11  # distance of RGB over which an end lies on another thing
+OTHER_COLOR = 0.11  # RGB distance above which an end lies on another object
 TINY = 1e-30
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A view and what the plain picture shows in it.
+    """A view with its plain picture.
 
     Attributes:
         camera: the view.
-        rgb: [H, W, 3] not premultiplied; anything where there is nothing.
+        rgb: [H, W, 3] straight alpha; undefined where alpha is 0.
         alpha: [H, W].
         depth: [H, W] camera z.
     """
@@ -72,9 +71,9 @@ class Seen:
         return cls(camera, rgb, frame.alpha, frame.depth)
 
     def at(self, points: F64) -> tuple[F64, F64, F64]:
-        """RGB [n, 3], alpha [n] and depth less that of the points [n, 3], where they appear.
+        """RGB [n, 3], alpha [n], and depth minus that of the points [n, 3], at their projections.
 
-        Outside the picture alpha is that of the nearest pixel, so that nothing ends at its border.
+        Outside the picture the nearest pixel counts, so that marks do not end at its border.
         """
         camera = self.camera
         x, y, z = (points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).T
@@ -96,7 +95,7 @@ class Seen:
         return np.where(is_seen, cosines, 0.0)
 
     def holds(self, points: F64) -> Array:
-        """[n] whether points lie inside the picture."""
+        """[n] whether points project into the picture."""
         camera = self.camera
         x, y, z = (points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).T
         ahead = np.where(z > camera.near, z, np.inf)
@@ -107,7 +106,7 @@ class Seen:
 
 
 def camera_place(camera: Camera) -> F64:
-    """[3] where a camera stands."""
+    """[3] the position of a camera."""
     return np.asarray(-camera.viewmat[:3, :3].T @ camera.viewmat[:3, 3], dtype=np.float64)
 
 
@@ -123,17 +122,17 @@ def lay_marks(
     """Lay strokes as the marks of a painting.
 
     Args:
-        strokes: n strokes, their planes at right angles to their shortest axes.
+        strokes: n strokes, with planes perpendicular to their shortest axes.
         marks: of the painting.
-        views: the first is the one that the painting lies over, the others are around the scene.
+        views: the first is that of the painting, the others are around the scene.
         num_sigmas: half length of a stroke in standard deviations.
-        turns: whether marks run as those of the painting; else as their strokes do.
-        most: the largest number of marks, at least n; None for `MOST_MARKS`.
+        turns: whether marks take the direction of the painting's marks; else that of their strokes.
+        most: maximum number of marks, at least n; None for `MOST_MARKS`.
 
     Returns:
-        The marks, and of each the row of its stroke, ascending. A typical mark is as long in the first view
-        as in the painting, within `LENGTHS`; a stroke that is larger becomes several, in the colours that
-        are seen there.
+        The marks, and the row of each one's stroke, ascending. A typical mark has the same length in the
+        first view as in the painting, within `LENGTHS`; larger strokes become several marks, in the visible
+        colours.
     """
     if len(strokes) == 0:
         return strokes, np.arange(0)
@@ -154,7 +153,7 @@ def lay_marks(
     along = np.where(is_laid[:, None], _along(planes, units), planes.axes[:, 0])
     reach, half_width = _sizes(planes, marks, typical, num_sigmas)
     shares = _shares(planes, along, reach, views, judges)
-    # What is cut off the length goes to the width, up to the paint that the stroke had.
+    # Widen shortened marks, up to the area of the stroke.
     own_paint = OWN_PAINT * (planes.sizes * num_sigmas) ** 2
     half_length = np.maximum(shares * reach, np.minimum(reach, LEAST_ASPECT * half_width))
     widest = np.minimum(own_paint / np.maximum(half_length, TINY), half_length / LEAST_ASPECT)
@@ -165,7 +164,7 @@ def lay_marks(
 
 
 def _weights_of(views: Sequence[Seen]) -> F64:
-    """[V, 1] the first view has most to say."""
+    """[V, 1] weights of views; the first counts most."""
     return np.where(np.arange(len(views)) == 0, FIRST, 1.0)[:, None]
 
 
@@ -176,7 +175,7 @@ def _own_directions(planes: Planes) -> F64:
 def _as_seen(
     strokes: Gaussians, planes: Planes, views: Sequence[Seen], judges: Rows, is_part: Mask
 ) -> Gaussians:
-    """Parts of strokes in the colours that the views show where they are."""
+    """Parts of strokes in the visible colours at their positions."""
     steps = np.zeros((len(strokes), 3))
     own = base_colors(strokes.sh)
     for index, view in enumerate(views):
@@ -202,7 +201,7 @@ def _split(
     num_sigmas: float,
     most: int,
 ) -> tuple[Gaussians, Rows]:
-    """Strokes that are larger than marks as several that fill their place, in rows along the direction."""
+    """Split strokes larger than marks into rows of marks along the direction."""
     along = _along(planes, unit_pairs(pairs)[0])
     across = np.cross(planes.axes[:, 2], along)
     extents = num_sigmas * planes.scales[:, :2]
@@ -240,7 +239,7 @@ def _split(
 
 
 def _bricks(columns: int, rows: int) -> tuple[F64, F64]:
-    """Places [k] of marks in rows within the unit disk, every other row shifted by half a mark."""
+    """Positions [k] of marks in rows within the unit disk, every other row shifted by half a mark."""
     if columns * rows == 1:
         return np.zeros(1), np.zeros(1)
     v, u = np.mgrid[:rows, :columns]
@@ -251,7 +250,7 @@ def _bricks(columns: int, rows: int) -> tuple[F64, F64]:
 
 
 def mark_length(marks: StyleMarks, view: Seen, planes: Planes, facing: F64) -> float:
-    """Length of a typical mark, world units: that of the painting, at the depth where strokes are seen."""
+    """Length of a typical mark of the painting, world units, at the depth of the visible strokes."""
     camera = view.camera
     z = planes.means @ camera.viewmat[2, :3] + camera.viewmat[2, 3]
     seen = facing > 0
@@ -261,7 +260,7 @@ def mark_length(marks: StyleMarks, view: Seen, planes: Planes, facing: F64) -> f
 
 
 def _directions(planes: Planes, marks: StyleMarks, views: Sequence[Seen], facing: F64) -> F64:
-    """[n, 2] pairs in the planes of strokes: what the painting over each view says of what it shows."""
+    """[n, 2] direction pairs in the planes of strokes, from the painting over each view."""
     total = np.zeros((len(planes), 2))
     weights = ramp(facing, *FACING) * facing**STEEP * _weights_of(views)
     norm = np.maximum(weights.sum(axis=0), 1e-9)
@@ -272,7 +271,7 @@ def _directions(planes: Planes, marks: StyleMarks, views: Sequence[Seen], facing
 
 
 def _sizes(planes: Planes, marks: StyleMarks, typical: float, num_sigmas: float) -> tuple[F64, F64]:
-    """Half length and half width [n], world units: strokes keep some of how much they differ in size."""
+    """Half length and half width [n], world units; part of the variation of stroke sizes is kept."""
     size = 0.5 * typical / np.sqrt(marks.aspect)  # root of half length times half width
     own = planes.sizes * num_sigmas
     median = float(np.median(own)) or 1.0
@@ -282,7 +281,7 @@ def _sizes(planes: Planes, marks: StyleMarks, typical: float, num_sigmas: float)
 
 
 def _shares(planes: Planes, along: F64, reach: F64, views: Sequence[Seen], judges: Rows) -> F64:
-    """[n] share of the length within which a mark stays on its surface and its colour, in the view of it."""
+    """[n] share of the length within which a mark stays on its surface and colour, in its best view."""
     shares = np.ones(len(planes))
     for index, view in enumerate(views):
         rows = np.flatnonzero(judges == index)

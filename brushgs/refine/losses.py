@@ -1,4 +1,4 @@
-"""Losses of strokes, and of painted pictures without a target, in torch, all differentiable."""
+"""Differentiable losses of strokes, and of painted pictures without a target, in torch."""
 
 import torch
 from torch import Tensor

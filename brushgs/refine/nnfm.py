@@ -1,8 +1,8 @@
-"""Nearest-neighbour feature matching (NNFM): each place of a picture resembles some place of the style image.
+"""Nearest-neighbour feature matching (NNFM).
 
 The loss is the mean cosine distance from each feature of the picture to the nearest one of the style image.
-It is computed tile by tile, and of each tile only the gradient by its pixels is kept, so that memory does not
-grow with the picture (deferred back-propagation).
+It is computed by tiles, keeping only gradients by pixels, so that memory does not grow with the picture
+(deferred back-propagation).
 Source: Zhang et al. 2022, ARF, eq. 1 and section 4.2.
 """
 
@@ -13,8 +13,8 @@ import torch
 from torch import Tensor
 
 TILE = 256  # pixels; a multiple of every stride
-MAX_STYLE = 4096  # features of the style image: more give nearer neighbours and take longer
-POSITIONS_AT_A_TIME = 2048  # distances from so many to all of these are in memory at once
+MAX_STYLE = 4096  # features of the style image; more are slower
+POSITIONS_AT_A_TIME = 2048  # rows of the distance matrix in memory
 
 
 class Features(Protocol):
@@ -45,8 +45,8 @@ class Style:
     Args:
         features: how they are computed.
         painting: [3, H, W] RGB, 0 to 1.
-        alpha: [H, W] of the style image: features are taken where it is above one half; None for 1.
-        seed: of the random choice where there are more than `MAX_STYLE` features.
+        alpha: [H, W] of the style image: features are used where it is above one half; None for 1.
+        seed: of the random choice if there are more than `MAX_STYLE` features.
     """
 
     def __init__(
@@ -90,13 +90,13 @@ def style_gradient(
     Args:
         picture: [3, H, W] RGB, 0 to 1.
         style: features of the style image.
-        content: [3, H, W] picture whose features should stay in their places; None for no content loss.
+        content: [3, H, W] picture whose features should be kept; None for no content loss.
         content_weight: of the mean cosine distance to these.
-        counts: [H, W] weight of each position, 0 to 1, somewhere above 0; None for equal weights. An empty
-            background has no marks of a brush and resembles no style.
+        counts: [H, W] weight of each position, 0 to 1, not all 0, to exclude empty background; None for equal
+            weights.
 
     Returns:
-        The two losses, and the gradient [3, H, W]: zeros where torch's gradients are off.
+        The two losses, and the gradient [3, H, W]; zeros if torch's gradients are off.
     """
     features, gradient = style.features, torch.zeros_like(picture)
     counts = torch.ones(picture.shape[1:], dtype=picture.dtype) if counts is None else counts
@@ -140,7 +140,7 @@ def _weighted_mean(distances: list[Tensor], shares: list[Tensor]) -> Tensor:
 def _tiles(size: torch.Size, halo: int) -> Iterator[tuple[slice, slice, tuple[int, int, int, int]]]:
     """Rows and columns of each tile with its halo, and top, bottom, left and right of the tile in these."""
     height, width = size
-    margin = -(-halo // 32) * 32  # a multiple of every stride: positions of tiles and picture are the same
+    margin = -(-halo // 32) * 32  # a multiple of every stride, so that tiles and picture share positions
     for top in range(0, height, TILE):
         for left in range(0, width, TILE):
             bottom, right = min(top + TILE, height), min(left + TILE, width)

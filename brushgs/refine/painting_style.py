@@ -1,7 +1,7 @@
-"""What `refine --style` is given -> a style and its painting: a painting is learnt from, a style is painted.
+"""The argument of `refine --style` -> a style and its painting: paintings are learnt, styles are painted.
 
-The features that strokes are matched to are those of a picture. A style file has none, so one is painted of
-what it says: its marks, in its directions and colours, with its brushes.
+Strokes are matched to features of a picture. A style file has no picture, so one is painted with its marks,
+directions, colours and brushes.
 """
 
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.style import Style, StyleMarks
 
-SIZE = 480, 360  # pixels of a painting that is painted of a style
-COVER = 5.0  # times that its marks cover it
+SIZE = 480, 360  # pixels of a painting made from a style
+COVER = 5.0  # layers of marks
 MOST_MARKS = 20_000
 LUMPS = 6.0  # areas of one tone along its shorter side
-SPREAD = 0.35  # of the tone of a mark around that of its area, of the whole range
+SPREAD = 0.35  # deviation of a mark's tone from that of its area, over the whole range
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class PaintingStyle:
     """A style, and the picture that shows it.
 
     Attributes:
-        style: its marks are None where a painting shows none.
+        style: its marks are None if the painting shows none.
         painting: [H, W, C] as `read_image` returns it.
     """
 
@@ -41,7 +41,7 @@ class PaintingStyle:
 
 
 def is_style(path: Path) -> bool:
-    """Whether a file is a style by its name, and no picture."""
+    """Whether a file name is that of a style."""
     return path.suffix.lower() == STYLE_SUFFIX
 
 
@@ -65,10 +65,10 @@ def open_style(path: Path) -> PaintingStyle:
 
 
 def at_size(painting: Array, shorter: int) -> Array:
-    """A painting [H, W, C], averaged down so that its shorter side is at most that of the pictures.
+    """A painting [H, W, C], averaged down to at most the shorter side of the pictures.
 
-    Marks are shares of the shorter side: so features see them in one size. Beside a painting of twice the
-    size the marks of a picture look like its bristles.
+    Mark sizes are relative to the shorter side, so features then see equal sizes; in a painting of twice the
+    size the bristles would match the picture's marks.
     """
     height, width = painting.shape[:2]
     if min(height, width) <= shorter:
@@ -127,7 +127,7 @@ def painted(style: Style, *, seed: int = 0) -> F32:
 
 
 def _angles(marks: StyleMarks, u: F64, v: F64, rng: np.random.Generator) -> F64:
-    """[n] of marks at shares of the width and height; any where the style has no direction."""
+    """[n] angles of marks at shares of the width and height; random if the style has no direction."""
     rows, columns = marks.directions.shape[:2]
     i, j = (np.clip(share * n, 0, n - 1).astype(np.intp) for share, n in ((v, rows), (u, columns)))
     pairs = marks.directions[i, j].astype(np.float64)
@@ -136,7 +136,7 @@ def _angles(marks: StyleMarks, u: F64, v: F64, rng: np.random.Generator) -> F64:
 
 
 def _colors(style: Style, x: F64, y: F64, rng: np.random.Generator) -> F64:
-    """[n, 3] of marks: the colours of the palette in their shares, neighbours of like tone."""
+    """[n, 3] colours of marks: the palette's colours in their shares, with similar neighbours."""
     assert style.palette is not None, "a painting has colours"
     phases = rng.uniform(0, 2 * np.pi, 4)
     turns = 2 * np.pi * 0.5 * LUMPS

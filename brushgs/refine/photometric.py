@@ -1,8 +1,7 @@
 """The loss of a painted picture to its target, by absolute difference and structural similarity.
 
-Number and gradient are computed together, by the compiled core. A window of SSIM lies around every second
-pixel either way (with one around each the loss falls alike); it is clipped at the borders of the picture, and
-its weights sum to 1.
+Value and gradient are computed together by the compiled core. SSIM windows are centred on every second pixel
+in both directions (one per pixel gives similar fits), clipped at the borders, with weights that sum to 1.
 
 Source: Kerbl et al. 2023, eq. 7 (L1 and D-SSIM); Wang et al. 2004, Image Quality Assessment (SSIM).
 """
@@ -16,7 +15,7 @@ from torch.autograd.function import once_differentiable
 
 from brushgs.core.native import core as _core
 
-DSSIM_SHARE = 0.2  # of the loss, the rest is L1: the loss that scenes are trained with
+DSSIM_SHARE = 0.2  # of the loss, the rest is L1, as in training
 SIGMA, REACH = 1.5, 5  # standard deviation and half size of the window of SSIM, pixels
 _WINDOW = np.exp(-0.5 * (np.arange(-REACH, REACH + 1) / SIGMA) ** 2)
 _WINDOW /= _WINDOW.sum()

@@ -26,16 +26,16 @@ class Refinement:
     """A refinement in figures.
 
     Attributes:
-        params: what moved.
+        params: fitted parameters.
         strokes: number of strokes.
-        moved: how many of them could change.
+        moved: number of strokes that could change.
         psnr_before: to the plain picture, in dB, mean over the validation views.
         psnr_after: the same after the fit.
         stopped: why the fit ended.
         is_styled: whether the target was a style image.
         steps: [M] steps done until each evaluation.
         seconds: [M] of these steps.
-        losses: [M] mean of the steps since the previous evaluation; NaN where there was no step yet.
+        losses: [M] mean of the steps since the previous evaluation; NaN before the first step.
         scores: [M] PSNR to the plain picture in dB, or -10 log10 of the loss to the style image.
     """
 
@@ -64,7 +64,7 @@ class RefineReport(ExperimentReport):
     schema: ClassVar[int] = SCHEMA
 
     def print_figures(self, console: "Console") -> None:
-        """Print nothing: the line of the stage has the figures."""
+        """Print nothing: the stage's line has the figures."""
 
 
 def write_plot(result: Refinement, pictures: dict[str, Array], path: Path, title: str) -> None:

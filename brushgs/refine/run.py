@@ -2,9 +2,8 @@
 
 stroke (-> palette) -> load -> prune -> cluster (-> recolor) (-> follow) -> views -> refine -> write
 
-Strokes of a moving scene learn from views at several of its moments. There is one set of them, and how they
-move stays as it is: only the strokes at their reference moments change. They are written as scene files, one
-a moment.
+For a moving scene, views are at several moments. Strokes change only at their reference moments; their motion
+stays. They are written as one scene file per moment.
 """
 
 import importlib.util
@@ -45,7 +44,7 @@ if TYPE_CHECKING:
 NUM_VALIDATION_VIEWS = 6
 # Training views. A picture of the scene takes milliseconds, and strokes overfit to few views.
 SELF_VIEWS, STYLE_VIEWS = 320, 24
-MOST_BYTES = 6e8  # of their target pictures: fewer views where these are larger, unless a number is given
+MOST_BYTES = 6e8  # limit for target pictures: larger pictures mean fewer views, unless a number is given
 
 
 def refine_file(
@@ -58,22 +57,22 @@ def refine_file(
     folder: str | Path | None = None,
     wants_plot: bool = True,
 ) -> RefineReport:
-    """Refine the strokes of a scene file; write them as a scene file, or those of a clip as one a moment.
+    """Refine the strokes of a scene; write them as a scene file, for a moving scene as one per moment.
 
     Args:
-        scene: the files of a trained 3D Gaussian scene, or a moving scene that has files.
+        scene: the files of a trained 3D Gaussian scene, or of a moving scene.
         output: scene file (.ply) to write; for a moving scene a folder, see
             `check_strokes_output`.
-        paint: how strokes are made and will be drawn; of its view only `up` is used.
-        config: see `RefineConfig`. What is resumed is the checkpoint beside the output, see `checkpoint_of`;
-            where there is none the fit starts anew, and a note says so.
-        report: gets the stages and the figures; a new one if None.
-        folder: gets `refine.json` and `refine.png`, the curve and the pictures before and after, and is made
-            if missing; or one file that ends in .json or .png; None for neither.
+        paint: options of the painting; of its view only `up` is used.
+        config: see `RefineConfig`. The checkpoint beside the output is resumed, see `checkpoint_of`; without
+            one the fit starts anew, with a note.
+        report: collects stages and figures; None makes a new one.
+        folder: for `refine.json` and `refine.png` (the curve, and pictures before and after), made if
+            missing; or one .json or .png file; or None.
         wants_plot: whether a folder gets the plot, if matplotlib is installed.
 
     Returns:
-        The report, with one stage per step.
+        The report, one stage per step.
 
     Raises:
         SceneError: if a file cannot be read or written.
@@ -95,7 +94,7 @@ def refine_file(
             paint = replace(paint, palette=_palette_of(config.style, learnt, output))
     prepared = prepare(
         scene,
-        paint if config.where is None else replace(paint, palette=None),  # which is for that part alone
+        paint if config.where is None else replace(paint, palette=None),  # applied to that part alone
         report,
         asks=(*STROKES, "first_view", "scene"),
     )
@@ -126,7 +125,7 @@ def refine_file(
             is_laid=is_laid,
         )
         report.settings = _settings(scene, paint, config, view)
-        # First: a plot that fails must not lose it.
+        # First, so that a failing plot does not lose it.
         write_strokes(refined, prepared, output, name, report)
         checkpoint.remove()
     if outputs is not None:
@@ -170,8 +169,9 @@ def refine_strokes(
 ) -> Gaussians:
     """Refine strokes toward the plain picture, or toward a style image, as one stage of a report.
 
-    `moves` [N] are those that may change, None for all; `painting` is that of `config.style`, opened, None to
-    open it here; `is_laid` says whether strokes are laid as its marks. The figures become `report.result`.
+    `moves` [N] is a mask of strokes that may change, None for all; `painting` is the opened `config.style`,
+    None to open it here; `is_laid`: strokes are already laid as its marks. The figures become
+    `report.result`.
     """
     from brushgs.refine.distil import distil, mean_psnr
     from brushgs.refine.variables import Variables
@@ -277,7 +277,7 @@ def _open_style(style: StyleConfig, report: Report) -> PaintingStyle:
 def _recolored(
     prepared: Prepared, moves: Mask | None, palette: PaletteConfig, config: RefineConfig, report: Report
 ) -> tuple[Prepared, Gaussians]:
-    """Strokes, or those that may change, in the colours of a palette; and the scene they are fitted to."""
+    """Strokes (those that may change) in the colours of a palette, and the target scene."""
     from brushgs.passes.color.recolor import recolor
 
     gaussians, inside = prepared.whole_scene, None
@@ -301,9 +301,9 @@ def _in_style(
     output: Path,
     report: RefineReport,
 ) -> tuple[Prepared, Mask | None, bool]:
-    """What was prepared with the marks of the style, those that may change, and whether there are any.
+    """The painting with the marks of the style, a mask of those that may change, and whether there are any.
 
-    The style file beside the output is written.
+    Also writes the style file beside the output.
     """
     marks = None if learnt is None or config.params == "color" else learnt.style.marks
     if learnt is None or marks is None or prepared.texture.kind != "image":
@@ -327,7 +327,7 @@ def check_libraries(config: RefineConfig) -> None:
     """Refuse to refine without PyTorch, or toward a style image without kornia, before any work.
 
     Raises:
-        ValueError: if one is not installed; VGG weights take the place of kornia.
+        ValueError: if one is not installed; with VGG weights kornia is not needed.
     """
     if importlib.util.find_spec("torch") is None:
         raise ValueError("refine needs PyTorch, which is not installed; pip install torch")
@@ -337,17 +337,17 @@ def check_libraries(config: RefineConfig) -> None:
 
 
 def checkpoint_of(output: Path) -> Path:
-    """The file from which a stopped run that writes `output`, a file or a folder, resumes."""
+    """The checkpoint file of a run that writes `output`, a file or folder."""
     name = output.stem if output.suffix.lower() in SCENE_SUFFIXES else output.name
     return output.with_name(f"{name}.checkpoint")
 
 
 @contextmanager
 def _resumable(checkpoint: Checkpoint, config: RefineConfig, report: RefineReport) -> Iterator[Checkpoint]:
-    """The checkpoint of a run, read if it is resumed; a run that ends early says how to resume it.
+    """The checkpoint of a run, read if resumed; a stopped run tells how to resume.
 
     Raises:
-        SceneError: if it cannot be read, or is that of another fit.
+        SceneError: if it cannot be read, or belongs to another fit.
         KeyboardInterrupt: if the run is stopped.
     """
     path = checkpoint.path
@@ -364,7 +364,7 @@ def _resumable(checkpoint: Checkpoint, config: RefineConfig, report: RefineRepor
         yield checkpoint
     except KeyboardInterrupt:
         raise KeyboardInterrupt(checkpoint.advice) from None
-    except Exception:  # a full disk: what was fitted is not lost
+    except Exception:  # such as a full disk: keep the fit
         if checkpoint.step is not None:
             report.tell(checkpoint.advice)
         raise
@@ -372,7 +372,7 @@ def _resumable(checkpoint: Checkpoint, config: RefineConfig, report: RefineRepor
 
 @dataclass(frozen=True)
 class _Shown:
-    """What the pictures of a report show, and from where."""
+    """Contents and camera of the report's pictures."""
 
     scene: Gaussians
     before: Gaussians
@@ -396,7 +396,7 @@ class _Shown:
 def _settings(
     scene: SceneFiles | Clip, paint: PaintConfig, config: RefineConfig, view: FirstView
 ) -> dict[str, Any]:
-    """All that a reader needs to repeat the figures."""
+    """All settings needed to reproduce the figures."""
     settings = plain_paint(files_of(scene), replace(paint, view=ViewConfig(up=up_text(view.up)))) | {
         "refine": plain_config(config),
         "validation_views": NUM_VALIDATION_VIEWS,
@@ -407,7 +407,7 @@ def _settings(
 def _shown_over_time(
     prepared: Prepared, recolored: Gaussians, paint: PaintConfig
 ) -> Callable[[int | None], Gaussians]:
-    """The scene that strokes are fitted to: at a moment of a clip, or None for one at rest."""
+    """The target scene at a moment of a clip; None for a still one."""
     moving = prepared.moving
     if moving is None:
         return lambda moment: recolored

@@ -1,4 +1,4 @@
-"""Strokes refined toward a style image: its features in the painting, the content and the calm of the scene.
+"""Refine strokes toward a style image: its features, with the content and smoothness of the scene.
 
 Source: Zhang et al. 2022, ARF (NNFM, content and total variation; colours are transferred first).
 """
@@ -24,13 +24,13 @@ from brushgs.values.arrays import Array
 from brushgs.values.colors import flatten, split_alpha
 from brushgs.values.gaussians import Gaussians
 
-# Strokes turn and stretch further here than in a fit to their own scene: marks of a painting run elsewhere.
+# Strokes turn and stretch further than in a fit to their scene, as marks of a painting have other directions.
 RATES = Rates(means=0.04, scales=0.03, quats=0.04, sh_base=0.03)
-# Strokes that were laid as marks hardly turn: each view pulls toward its own nearest patches, and at `RATES`
-# neighbours that ran the same way scatter (turned by 25 degrees in the median after 40 steps, here by 11).
+# Strokes laid as marks should hardly turn: each view pulls toward its own nearest patches, and at `RATES`
+# parallel neighbours scatter (median turn of 25 degrees after 40 steps, here 11).
 LAID_RATES = Rates(means=0.01, scales=0.01, quats=0.01, opacities=0.01, sh_base=0.02)
 
-# Over all steps: one takes six views, as long as six steps or more, and 20 of them took most of the time.
+# Over all steps: an evaluation of six views takes as long as six steps or more.
 EVALUATIONS = 8
 
 
@@ -40,8 +40,8 @@ class Weights:
 
     Attributes:
         content: of the mean cosine distance to the features of the recoloured plain picture.
-        outline: of the mean squared difference of alpha from the plain picture's: outside the subject there
-            are no features that would hold back strokes that turn out of it.
+        outline: of the mean squared difference of alpha to the plain picture: outside the subject no features
+            hold strokes back.
         variation: of the total variation.
         color: of the squared distance of mean and covariance of the colours from the style image's.
     """
@@ -53,11 +53,11 @@ class Weights:
 
 
 def style_of(painting: Array, vgg_weights: Path | None = None, seed: int = 0) -> Style:
-    """The features of a style image: those of VGG where there are weights, else of the filter bank.
+    """The features of a style image, by VGG if there are weights, else by the filter bank.
 
     Args:
         painting: [H, W, C] the style image as `read_image` returns it; transparent parts have no style.
-        vgg_weights: torchvision's file of VGG-16 or VGG-19; None for one in the cache of torch's hub, if any.
+        vgg_weights: torchvision's file of VGG-16 or VGG-19; None for one in torch's hub cache, if any.
         seed: see `Style`.
 
     Raises:
@@ -73,7 +73,7 @@ def style_of(painting: Array, vgg_weights: Path | None = None, seed: int = 0) ->
     weights = vgg_weights or find_weights()
     features: Features
     if weights is None:
-        from brushgs.refine.filter_bank import FilterBank  # loads kornia, which VGG does not need
+        from brushgs.refine.filter_bank import FilterBank  # imports kornia, not needed for VGG
 
         features = FilterBank(pixels)
     else:
@@ -96,8 +96,7 @@ def stylise(
 
     Args:
         variables: recoloured strokes to optimise, and which of their parameters.
-        training_views: views of the loss; their target pictures, in the colours of the style image, are the
-            content.
+        training_views: views of the loss, with target pictures in the colours of the style image as content.
         validation_views: other views, for the score.
         style: features of the style image.
         painting: [H, W, C] the style image itself, for its colours.
@@ -114,7 +113,7 @@ def stylise(
     mean, covariance = (torch.from_numpy(v).float() for v in (palette.mean, palette.covariance))
 
     def loss_of(rgb: Tensor, alpha: Tensor, view: TargetView) -> Tensor:
-        picture = ba.Frame(rgb, alpha).over(mean)  # the mean colour of the style image stands out least
+        picture = ba.Frame(rgb, alpha).over(mean)  # the style image's mean colour is the least conspicuous
         style_loss, content_loss, gradient = style_gradient(
             picture.permute(2, 0, 1).detach(),
             style,
@@ -122,7 +121,7 @@ def stylise(
             weights.content,
             view.alpha,
         )
-        linear = (picture.permute(2, 0, 1) * gradient).sum()  # carries the gradient, but not the value
+        linear = (picture.permute(2, 0, 1) * gradient).sum()  # has the right gradient, not the value
         loss = style_loss + weights.content * content_loss + (linear - linear.detach())
         loss = loss + weights.variation * total_variation(picture)
         loss = loss + weights.outline * (alpha - view.alpha).square().mean()

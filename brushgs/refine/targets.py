@@ -1,7 +1,6 @@
-"""Views and what they should show: the plain picture of the scene, at rest or at a moment of a clip.
+"""Views with target pictures: the plain picture of the scene, still or at a moment of a clip.
 
-All pictures are drawn once, before the fit. Those of a clip are drawn moment by moment, so that no more than
-one of its moments is in memory beside them.
+All are drawn once, before the fit; those of a clip moment by moment, so that only one moment is in memory.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,7 +31,7 @@ class TargetView:
         camera: the view.
         rgb: [H, W, 3] premultiplied, of the plain picture.
         alpha: [H, W] of it.
-        moment: of the view, a row of the moments of a clip; None for a scene at rest.
+        moment: index into the moments of a clip; None for a still scene.
     """
 
     camera: Camera
@@ -56,7 +55,7 @@ def draw_targets(
     shown_at: Callable[[int | None], Gaussians],
     num_threads: int | None = None,
 ) -> list[TargetView]:
-    """The plain pictures of views, several at a time: one alone leaves a core idle where it sorts and checks.
+    """The plain pictures of views, several in parallel, to keep cores busy.
 
     Args:
         views: n views.
@@ -80,12 +79,12 @@ def draw_targets(
 def scene_over_time(
     moving: Moving, members: Gaussians, palette: Palette | None = None, strength: float = 1.0
 ) -> Callable[[int], Gaussians]:
-    """The scene that strokes of a clip stand for, at each of its moments.
+    """The scene behind the strokes of a clip, at each of its moments.
 
     Args:
         moving: the moving scene, and its moments.
-        members: what strokes were made of. Where rows correspond, only these rows are in the picture.
-        palette: the colours it takes; None for its own. The map of colours is that of `members` at all times.
+        members: the Gaussians that strokes were made of. If rows correspond, only these are drawn.
+        palette: new colours, mapped as for `members` at all times; None keeps its own.
         strength: of the palette, see `recolor`.
     """
     weights = paint_of(members)

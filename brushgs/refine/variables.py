@@ -1,4 +1,4 @@
-"""Strokes -> the parameters that an optimiser moves, and back to strokes.
+"""Strokes -> parameters of an optimiser, and back to strokes.
 
 Scales are optimised as logarithms and opacities as logits, so that they stay in range. Rows outside the mask
 and columns outside the chosen set come back bit for bit.
@@ -24,18 +24,18 @@ MOVING: dict[Params, tuple[str, ...]] = {
     "free": ("sh_base", "sh_rest", "means", "scales", "quats"),
     "all": ("sh_base", "sh_rest", "means", "scales", "quats", "opacities"),
 }
-LEAST_SCALE = 1e-7  # over the radius of the scene: a scale of zero has no logarithm
-# Opacities of 0 and 1 have no logit. The rasteriser limits alpha to 0.99, so the upper limit changes no
-# picture, and from there an opacity can fall again: the logit of 0.9999 is twice as large.
+LEAST_SCALE = 1e-7  # over the radius of the scene, for logarithms
+# Limits of opacities for logits. The rasteriser limits alpha to 0.99, so the upper limit changes no picture,
+# and opacity can still fall from there: the logit of 0.9999 is twice as large.
 LEAST_OPACITY, MOST_OPACITY = 1e-4, 0.99
 
 
 @dataclass(frozen=True)
 class Rates:
-    """Learning rates of Adam: how far a parameter moves in a step, about.
+    """Learning rates of Adam: approximate step sizes.
 
     Attributes:
-        means: over the middle scale of the stroke itself, so large strokes move further.
+        means: relative to the stroke's middle scale, so large strokes move further.
         scales: of the logarithm.
         quats: of the unit quaternion.
         opacities: of the logit.
@@ -106,7 +106,7 @@ class Variables:
         return ba.Gaussians(**tensors, antialiased=self.strokes.antialiased, **self._integers)
 
     def result(self) -> Gaussians:
-        """The current strokes as arrays; what may not change is bit for bit what came in."""
+        """The current strokes as arrays; fixed values are bit-identical to the input."""
         arrays = {name: column.copy() for name, column in self.strokes.columns().items()}
         for name, column in self._columns().items():
             arrays[name][self.moves] = column.detach().numpy()

@@ -1,4 +1,4 @@
-"""Style features from VGG-16 or VGG-19, for users who have a file of their trained weights.
+"""Style features from VGG-16 or VGG-19, with a weights file of the user.
 
 The file is torchvision's (a state dict with features.0.weight and so on); nothing is downloaded. Features are
 the activations of the third block, as in ARF.
@@ -18,7 +18,7 @@ from brushgs.errors import SceneError
 _BLOCKS: dict[int, tuple[int | str, ...]] = {16: (64, 64, "pool", 128, 128, "pool", 256, 256, 256)}
 _BLOCKS[19] = (*_BLOCKS[16], 256)
 _FIRST_OF_BLOCK_3 = 6  # index in `_BLOCKS`
-_MEAN, _STD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)  # of ImageNet: the weights expect such input
+_MEAN, _STD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)  # ImageNet normalization of the input
 HUB_NAMES = ("vgg16-397923af.pth", "vgg19-dcbb9e9d.pth")  # file names in the cache of torch's hub
 
 
@@ -27,7 +27,7 @@ class Vgg:
 
     Attributes:
         depth: 16 or 19.
-        strides: pixels between positions, of the one group there is.
+        strides: pixels between positions, of the single group.
         halo: pixels around a position on which its features depend.
     """
 
@@ -38,7 +38,7 @@ class Vgg:
         """Read the weights.
 
         Raises:
-            SceneError: if the file is missing, not a state dict, or of other layers than VGG-16 or VGG-19.
+            SceneError: if the file is missing, not a state dict, or not of VGG-16 or VGG-19.
         """
         state = _state(path)
         is_19 = any(name.startswith("features.34.") for name in state)
@@ -74,7 +74,7 @@ class Vgg:
 
 
 def find_weights() -> Path | None:
-    """The file of weights in the cache of torch's hub; None where there is none."""
+    """The weights file in torch's hub cache, or None."""
     folder = Path(torch.hub.get_dir()) / "checkpoints"
     return next((folder / name for name in HUB_NAMES if (folder / name).is_file()), None)
 

@@ -1,7 +1,7 @@
-"""Cameras around a scene for refinement: training and validation views that need no photographs.
+"""Cameras around a scene for refinement: generated training and validation views.
 
-Both sets are spread evenly over the same range of directions around the subject; a shift keeps them apart.
-Those of a clip are spread over its moments too.
+Both sets are spread evenly over the same directions around the subject, with a shift between them; for clips
+also over the moments.
 """
 
 from typing import NamedTuple
@@ -14,11 +14,11 @@ from brushgs.cameras.orbit import orbit
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
-GOLDEN_SHARE = (np.sqrt(5) - 1) / 2  # of a turn: any number of such steps are spread evenly over the circle
-# Of a clip, for the moments: 1 over the real root of x^3 = x + 1. No whole numbers relate it to the golden
-# section, so views fill directions and moments evenly together (Weyl 1916).
+GOLDEN_SHARE = (np.sqrt(5) - 1) / 2  # of a turn: any number of steps is spread evenly over the circle
+# For the moments of a clip: 1 over the real root of x^3 = x + 1, rationally independent of the golden
+# section, so that views fill directions and moments evenly together (Weyl 1916).
 PLASTIC_SHARE = 0.7548776662466927
-OWN_VIEWS = 4  # one view in so many is of the camera that films the clip
+OWN_VIEWS = 4  # one view in this many is from the camera of the clip
 ELEVATION_RANGE = np.radians(45.0)  # from lowest to highest view; the default elevation is in the middle
 MAX_ELEVATION = np.radians(80.0)
 
@@ -40,7 +40,7 @@ def views_around(
         width: pixels.
         height: pixels.
         up: see `frame_scene`.
-        shift: of the whole set, in steps between its views, in [0, 1); different shifts share no view.
+        shift: of the set, in steps between views, in [0, 1); different shifts share no view.
 
     Raises:
         ValueError: if a number is out of range.
@@ -60,11 +60,11 @@ def views_around(
 
 
 class TimedView(NamedTuple):
-    """A view, of a clip at one of its moments.
+    """A view, and its moment of a clip.
 
     Attributes:
-        camera: from where.
-        moment: when, a row of the moments of the clip; None for a scene at rest.
+        camera: the view.
+        moment: index into the moments of the clip; None for a still scene.
     """
 
     camera: Camera
@@ -81,7 +81,7 @@ def views_over_time(
     own: Camera | None = None,
     shift: float = 0.0,
 ) -> list[TimedView]:
-    """Views of the subject of a clip from all around, each at a moment, spread evenly over both together.
+    """Views of the subject of a clip from all around, spread evenly over directions and moments together.
 
     Args:
         scene: see `views_around`.
@@ -89,8 +89,8 @@ def views_over_time(
         num_moments: T >= 1.
         width: pixels.
         height: pixels.
-        own: the camera that films the clip: one view in four is of it, the first at least, and these are
-            spread evenly over the moments of their own. None for none of it.
+        own: the camera of the clip: one view in four uses it, at least the first, spread evenly over the
+            moments. Or None.
         shift: see `views_around`.
 
     Raises:

@@ -20,8 +20,8 @@ from brushgs.formats.files import scratch_folder
 from brushgs.values.arrays import F64, U8
 from brushgs.values.colors import linear_from_srgb, srgb_from_linear
 
-# Texels between brushes, all transparent, and what their places are multiples of: the first four halvings of
-# the texture mix no brush with another.
+# Transparent texels between brushes, and the grid of their positions: the first four halvings of the texture
+# do not mix brushes.
 GAP = 16
 DARK = 0.06  # display-encoded: a darker mean of a brush counts as this, or all in it would shine
 BRIGHT, MOST_GAIN = (
@@ -49,8 +49,7 @@ class Atlas:
     def of(cls, images: Sequence[U8]) -> "Atlas":
         """The atlas of images, coverage [h, w] or [h, w, 4], at least one: rows of them, the highest first.
 
-        Of all widths that are powers of two, the one that needs the fewest texels is taken, of these the most
-        nearly square.
+        The width is the power of two that needs the fewest texels, ties the most nearly square.
         """
         cells = np.array([[-(-(side + GAP) // GAP) * GAP for side in image.shape[1::-1]] for image in images])
         least = _power_of_two(GAP + int(cells[:, 0].max()))
@@ -123,7 +122,7 @@ def _disc() -> NDArray[np.uint8]:
 
 
 def _rows_of(cells: NDArray[np.int64], width: int) -> tuple[list[tuple[int, int]], int]:
-    """Where the cells [B, 2] (width, height) lie in rows of a width, and the height of all."""
+    """Positions of cells [B, 2] (width, height) in rows of a given width, and the total height."""
     corners = [(0, 0)] * len(cells)
     x, y, row_height = GAP, GAP, 0
     for index in np.lexsort((-cells[:, 0], -cells[:, 1])):

@@ -1,4 +1,4 @@
-"""`brushgs export -o FILE.glb`: a scene file becomes rectangles. One stage follows those of `prepare`."""
+"""`brushgs export -o FILE.glb`: a scene file -> textured rectangles. One stage after those of `prepare`."""
 
 from pathlib import Path
 
@@ -30,14 +30,14 @@ def export_quads(
         config: see `PaintConfig`.
         title: of the scene in the file, any text; None for its name.
         for_view: see `write_quads`.
-        report: gets the stages; a new one if None.
+        report: collects the stages; None makes a new one.
 
     Returns:
-        The report, with one stage per step.
+        The report, one stage per step.
 
     Raises:
         SceneError: if a file cannot be read or written, or no stroke is left to write.
-        ValueError: if an option does not suit the scene, before any long work where that can be known.
+        ValueError: if an option does not suit the scene; before long work if possible.
     """
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     source = SceneSource.of(scene)

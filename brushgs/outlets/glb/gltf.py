@@ -4,9 +4,9 @@
         "first view" (the camera)
         a node with a mesh for each coat
 
-Below "scene" all coordinates are those of the scene: without its rotation and translation they are those of
-the scene's file. The meshes share one material, which is unlit, blended and seen from both sides, and one
-texture. glTF means linear light by the colours of vertices, so these are decoded from the display encoding.
+Below "scene" all coordinates are those of the scene file, apart from its rotation and translation. The meshes
+share one unlit, blended, double-sided material and one texture. Vertex colours in glTF are linear, so they
+are decoded from the display encoding.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from brushgs.values.quats import quats_of
 
 UNLIT = "KHR_materials_unlit"
 _LINEAR, _LINEAR_MIPMAP_LINEAR, _CLAMP_TO_EDGE = 9729, 9987, 33071
-# Two triangles, counter-clockwise for who sees the brush as it is.
+# Two triangles, counter-clockwise seen from the front of the brush.
 TRIANGLES = np.array([0, 2, 1, 0, 3, 2], np.uint32)
 _GL_AXES = np.diag([1.0, -1.0, -1.0])  # a camera of glTF looks along -z, y is up
 
@@ -39,8 +39,8 @@ def model_of(
         atlas: the brushes.
         camera: the first view.
         up: [3] unit vector, world axes, that becomes +y.
-        center: [3] world units, what becomes the origin; rows of meshes are relative to it, so that scenes
-            far from their own origin keep their digits.
+        center: [3] new origin, world units; mesh positions are relative to it, so that scenes far from their
+            origin keep precision.
         title: of the scene.
     """
     model = GlbWriter()
@@ -69,10 +69,10 @@ def model_of(
 
 
 def upright(up: F64, camera: Camera) -> F64:
-    """[3, 3] rotation after which `up` is +y, and a camera sees from the side of +z, as glTF has a front."""
+    """[3, 3] rotation that takes `up` to +y and the camera to the side of +z, the front in glTF."""
     _, down, forward = camera.viewmat[:3, :3]
     level = forward - (forward @ up) * up
-    if np.linalg.norm(level) < 1e-6:  # straight down or up: what is up in the picture lies ahead
+    if np.linalg.norm(level) < 1e-6:  # straight down or up: use the picture's up
         ahead = down if forward @ up > 0 else -down
         level = ahead - (ahead @ up) * up
     z = -level / np.linalg.norm(level)
@@ -91,7 +91,7 @@ def _add_camera(model: GlbWriter, camera: Camera) -> int:
         "yfov": 2 * atan(camera.height / (2 * fy)),
         "znear": float(camera.near),
     }
-    size = {"width": int(camera.width), "height": int(camera.height)}  # pixels, for who renders it
+    size = {"width": int(camera.width), "height": int(camera.height)}  # pixels, for renderers
     return model.add("cameras", name="first view", type="perspective", perspective=lens, extras=size)
 
 

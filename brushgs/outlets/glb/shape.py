@@ -1,7 +1,7 @@
-"""Coats and a camera -> rectangles in space, each with a brush: those that are drawn first stand first.
+"""Coats and a camera -> rectangles in space with brushes, in drawing order.
 
-Two ways. `lying`: each stroke lies in the plane of its two longest axes, to be walked around. `baked`: each
-is the box that the renderer paints in one view, at its depth, parallel to the picture.
+`lying`: each stroke lies in the plane of its two longest axes, for free viewpoints. `baked`: each is the box
+that the renderer paints in one view, at its depth, parallel to the picture.
 """
 
 from collections.abc import Sequence
@@ -22,25 +22,25 @@ from brushgs.values.camera import Camera
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
 
-# Of the box, along u and v: left top, right top, right bottom, left bottom of the brush.
+# Along u and v of the box: left top, right top, right bottom, left bottom of the brush.
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-# How far behind a lying stroke its underpaint is, in sizes of the stroke: the renderer has it one size deeper
-# in each view, which a place in space cannot be. Seen from the first view, and 40 and 150 degrees beside it,
-# koala differs from its painting by 0.026, 0.027, 0.030 without underpaint (larger strokes), 0.028, 0.026,
-# 0.025 with 1 and 0.022, 0.020, 0.021 with 0.5; the still life by 0.029, 0.051, 0.007, by 0.030, 0.053, 0.014
-# and by 0.027, 0.049, 0.011.
+# Distance of underpaint behind a lying stroke, in stroke sizes: in the renderer it is one size deeper in each
+# view, which is impossible in space. Seen from the first view, and 40 and 150 degrees beside it, koala
+# differs from its painting by 0.026, 0.027, 0.030 without underpaint (larger strokes), 0.028, 0.026, 0.025
+# with 1 and 0.022, 0.020, 0.021 with 0.5; the still life by 0.029, 0.051, 0.007, by 0.030, 0.053, 0.014 and
+# by 0.027, 0.049, 0.011.
 SETBACK = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Quads:
-    """M rectangles in space, those that lie behind in the first view first.
+    """M rectangles in space, farthest in the first view first.
 
     Attributes:
         corners: [M, 4, 3] in the scene's coordinates, in the order of `CORNERS`.
         colors: [M, 3] RGB, display-encoded, 0 to 1.
-        alphas: [M] where the brush is full, 0 to 0.99.
-        brushes: [M] row of the brush among those of the coat; one beyond the last is the soft kernel.
+        alphas: [M] at full coverage, 0 to 0.99.
+        brushes: [M] row of the coat's brush; one beyond the last is the soft kernel.
     """
 
     corners: F64  # [M, 4, 3]
@@ -57,15 +57,15 @@ class Quads:
 
     @staticmethod
     def joined(parts: "Sequence[Quads]") -> "Quads":
-        """Several behind each other, at least one."""
+        """Concatenate one or more."""
         columns = ([getattr(part, field.name) for part in parts] for field in fields(Quads))
         return Quads(*(np.concatenate(column) for column in columns))
 
 
 def baked(coat: Coat, camera: Camera) -> tuple[Quads, ProjectCounts]:
-    """What the renderer paints of a coat in one view, underpaint too; and the strokes that it does not.
+    """The boxes of a coat in one view, with underpaint, as rectangles; and cull counts.
 
-    Seen by this camera each rectangle covers just the box of its stroke, in the colour seen from there.
+    From this camera each rectangle exactly covers the box of its stroke, in its colour from there.
     """
     boxes, counts = coat.boxes(camera)
     brush_set = BrushSet.of(coat.texture)
@@ -86,7 +86,7 @@ def baked(coat: Coat, camera: Camera) -> tuple[Quads, ProjectCounts]:
             opacity=underpaint.opacity,
         )
         quads, depths = Quads.joined([quads, below]), np.concatenate([depths, behind])
-    # Nearest first, as the renderer sorts them, the other way round.
+    # Reverse of the renderer's order, nearest first.
     quads = quads.take(np.argsort(depths, kind="stable")[::-1])
     return quads.take((quads.alphas >= MIN_ALPHA) & _have_area(quads)), counts
 
@@ -121,14 +121,13 @@ def _unprojected(
 def lying(coat: Coat, camera: Camera) -> Quads:
     """The strokes of a coat in the planes of their two longest axes; u runs along the longest.
 
-    A stroke has one colour, the mean over all directions: seen through what it covers, from behind, the
-    harmonics were never trained. The camera decides the order, and which side of a stroke is its front: from
-    there brushes are not mirrored, and underpaint lies behind. Strokes without an area, or of an opacity
-    under 1/255, are left out.
+    A stroke has one colour, the mean over all directions, as SH are untrained for views from behind. The
+    camera decides the order and the front side, where brushes are not mirrored and underpaint lies behind.
+    Strokes without area, or with an opacity below 1/255, are left out.
     """
     strokes = shown_by(coat)
     opacities = strokes.opacities.astype(np.float64)
-    if coat.normals is not None:  # lines of silhouettes, or one-sided strokes: those that the first view has
+    if coat.normals is not None:  # silhouette lines and one-sided strokes: as in the first view
         shares = facing_shares(coat.strokes.means, coat.normals, camera, is_one_sided=coat.is_one_sided)
         opacities[: len(shares)] *= shares
     means, scales = strokes.means.astype(np.float64), strokes.scales.astype(np.float64)
@@ -172,7 +171,7 @@ def _alphas(opacities: F64) -> F64:
 
 
 def _have_area(quads: Quads) -> NDArray[np.bool_]:
-    """[M] whether both sides are longer than nothing, and all corners can be written as float32."""
+    """[M] whether both sides are longer than 0, and all corners fit float32."""
     along = np.abs(quads.corners[:, 1] - quads.corners[:, 0]).max(axis=1)
     across = np.abs(quads.corners[:, 3] - quads.corners[:, 0]).max(axis=1)
     size = np.abs(quads.corners).max(axis=(1, 2))

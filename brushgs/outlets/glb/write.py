@@ -1,4 +1,4 @@
-"""A painting becomes a file of textured rectangles."""
+"""Write a painting as textured rectangles."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.colors import linear_from_srgb, srgb_from_linear
 from brushgs.values.sh import used_sh_degree
 
-MIDDLE = 0.5  # px by which the middle of a picture may lie beside the axis of its camera
+MIDDLE = 0.5  # px: allowed offset of the principal point
 
 
 def write_quads(
@@ -36,13 +36,13 @@ def write_quads(
     """Write a .glb file; it appears when it is complete.
 
     Args:
-        painting: its coats become rectangles.
-        camera: the first view, which the file has too.
-        output: the name of the file.
-        view: of the scene: which way is up, and what becomes the origin.
+        painting: the coats to write.
+        camera: the first view, stored in the file.
+        output: the file.
+        view: of the scene, for up axis and origin.
         title: any text.
-        for_view: whether rectangles are the boxes of the first view, see `baked`; else they lie in the plane
-            of their strokes, see `lying`.
+        for_view: write the boxes of the first view, see `baked`; else rectangles in the planes of strokes,
+            see `lying`.
         report: gets the stage "quads".
 
     Raises:
@@ -86,7 +86,7 @@ def write_quads(
 
 
 def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
-    """Sentences on what the painting has and the file does not show."""
+    """Sentences on parts of the painting that the file does not show."""
     found = {
         "ground and tooth of the paper are not in the file, strokes have nothing behind them": (
             painting.surface is not None

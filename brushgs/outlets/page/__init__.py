@@ -1,1 +1,1 @@
-"""A painting as one HTML file, which draws its strokes by WebGL2: no server, no network, no library."""
+"""A painting as one HTML file that draws its strokes with WebGL2: no server, network or library."""

@@ -1,11 +1,11 @@
-"""What a page has to paint, as bytes: one compressed block that tells whether it is complete.
+"""The contents of a page as bytes: one compressed block with a checksum.
 
     gzip( b"brushgs" 0x01, uint32 length of the header, header as JSON, zeros up to a multiple of 8, arrays,
           uint32 CRC-32 of all before )
 
-All numbers are little-endian. The key "arrays" of the header says where each array begins among the arrays,
-its dtype and its shape. The bytes of an array are stored in planes: the first bytes of all its numbers, then
-all second ones, and so on, since signs and exponents of neighbours are alike and compress well together.
+All numbers are little-endian. The key "arrays" of the header gives offset, dtype and shape of each array.
+Bytes of an array are stored in planes (the first bytes of all numbers, then all second ones, and so on),
+since similar signs and exponents compress well together.
 """
 
 import gzip
@@ -42,7 +42,7 @@ def write_container(contents: PageContents, *, level: int = LEVEL) -> bytes:
         planes.append(_planes(array))
         offset += array.nbytes
     text = json.dumps({**contents.header, "arrays": places}, allow_nan=False, separators=(",", ":"))
-    header = text.encode("ascii")  # json escapes all else
+    header = text.encode("ascii")  # json escapes other characters
     start = MAGIC + struct.pack("<I", len(header)) + header
     body = start.ljust(-(-len(start) // 8) * 8, b"\0") + b"".join(planes)
     return gzip.compress(body + struct.pack("<I", zlib.crc32(body)), level, mtime=0)

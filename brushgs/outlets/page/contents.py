@@ -1,8 +1,7 @@
-"""A painting -> what a page needs to paint it: a header of facts and columns of numbers.
+"""A painting -> contents of a page: a header and columns of numbers.
 
-The one source for the file of `brushgs export` and for the server of `brushgs view`. Every number comes from
-the function that also serves the exact renderer; nothing is computed anew here. Names in the header are those
-of JavaScript, camelCase.
+The common source of the file of `brushgs export` and the server of `brushgs view`. All numbers come from the
+functions of the exact renderer. Names in the header are camelCase, as in JavaScript.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,8 +34,8 @@ if TYPE_CHECKING:
     from brushgs.rendering.light import Lamp
 
 VERSION = 1  # of the header; grows when a key changes its name or meaning
-MOST_GROUND = 640  # px, the longer side of a ground that is a picture: it lies behind all strokes
-MOST_PLAIN = 100_000  # Gaussians among the strokes of a coat: some 3 MB; more is no page for a phone
+MOST_GROUND = 640  # px, longer side of a picture used as ground
+MOST_PLAIN = 100_000  # plain Gaussians of a coat: about 3 MB; more is too much for phones
 _HALF = np.finfo(np.float16)
 _DTYPES: dict[str, type[np.generic]] = dict.fromkeys(("means", "quats", "scales"), np.float32)
 _DTYPES |= dict.fromkeys(("brush", "region", "streakStart"), np.uint8)
@@ -44,13 +43,13 @@ _DTYPES |= dict.fromkeys(("brush", "region", "streakStart"), np.uint8)
 
 @dataclass(frozen=True, eq=False)
 class PageContents:
-    """What a page paints.
+    """The contents of a page.
 
     Attributes:
-        header: for JSON, finite numbers only; names arrays, see `page_contents`.
+        header: for JSON, finite numbers only; refers to arrays by name, see `page_contents`.
         arrays: columns and images by name: float32, float16 or uint8.
-        rows: for each coat, the rows of its strokes in the order in which the page has them.
-        omitted: sentences on what the painting has and the page does not show.
+        rows: for each coat, rows of its strokes in page order.
+        omitted: sentences on parts of the painting that the page does not show.
     """
 
     header: Mapping[str, Any]
@@ -60,13 +59,13 @@ class PageContents:
 
     @property
     def num_strokes(self) -> int:
-        """Of all coats."""
+        """Number of strokes of all coats."""
         return sum(coat["count"] for coat in self.header["coats"])
 
 
 @dataclass
 class _Collected:
-    """What is gathered while coats are read."""
+    """Header and arrays collected from coats."""
 
     arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
     brushes: list[dict[str, Any]] = field(default_factory=list)
@@ -79,7 +78,7 @@ class _Collected:
         return name
 
     def column(self, coat: int, name: str, values: NDArray[Any]) -> str:
-        """Adds float16, unless `_DTYPES` has another: values beyond its range become its largest ones."""
+        """Add a column as float16, or the dtype in `_DTYPES`; values are clamped to its range."""
         dtype = _DTYPES.get(name, np.float16)
         if dtype == np.float16:
             values = np.clip(values, float(_HALF.min), float(_HALF.max))
@@ -90,7 +89,7 @@ class _Collected:
             self.omitted.append(sentence)
 
     def brush(self, texture: StrokeTexture) -> int:
-        """The index of a brush image among those of the page; equal ones are stored once."""
+        """The index of a brush image in the page; equal ones are stored once."""
         height = None if texture.height is None else paint_height(texture)
         shape = np.array(texture.coverage.shape).tobytes()
         tint = texture.tint
@@ -126,18 +125,17 @@ def page_contents(
     background: ArrayLike | None = None,
     regions: Sequence[str] = (),
 ) -> PageContents:
-    """What a page needs to show a painting.
+    """The contents of a page for a painting.
 
     Args:
         painting: at least one coat.
-        camera: the first view, that of `render`.
-        view: what the camera of the page turns around.
+        camera: the first view, as for `render`.
+        view: target of the page's camera.
         title: any text; the page shows it as text only.
-        command: the scene, and the options with which `brushgs render SCENE OPTIONS` paints this.
-        background: what lies behind the strokes where the painting has no surface: one RGB colour or a
-            picture [H, W, 3]; None for transparent.
-        regions: the names of the regions of the strokes from 1 on, any text; those that have none are called
-            by their numbers.
+        command: scene and options of `brushgs render SCENE OPTIONS` that paint the same.
+        background: behind the strokes, if the painting has no surface: one RGB colour or a picture [H, W, 3];
+            None for transparent.
+        regions: names of the strokes' regions, from region 1, any text; missing names become numbers.
 
     Returns:
         The header has the keys version, title, generator, command, camera (first view, world axes), origin
@@ -183,9 +181,9 @@ def page_contents(
 
 
 def shown_by(coat: "Coat") -> Gaussians:
-    """The strokes of a coat in the page, before they are sorted: its own, and the Gaussians among them.
+    """The strokes of a coat for the page, unsorted: its own, and its plain Gaussians.
 
-    Of these, which carry the row of the soft brush, those `MOST_PLAIN` that carry most paint.
+    Plain Gaussians have the row of the soft brush; the `MOST_PLAIN` with the most paint are kept.
     """
     if coat.plain is None:
         return coat.strokes
@@ -193,25 +191,24 @@ def shown_by(coat: "Coat") -> Gaussians:
     rows = np.full(len(plain), len(BrushSet.of(coat.texture)) - 1, np.uint8)
     brushes = coat.strokes.brushes
     own = np.zeros(len(coat.strokes), np.uint8) if brushes is None else brushes
-    missing = max(0, plain.sh.shape[1] - coat.strokes.sh.shape[1])  # where strokes have one colour each
+    missing = max(0, plain.sh.shape[1] - coat.strokes.sh.shape[1])  # strokes may have one colour each
     sh = np.pad(coat.strokes.sh, ((0, 0), (0, missing), (0, 0)))
     return Gaussians.joined([replace(coat.strokes, sh=sh, brushes=own), replace(plain, brushes=rows)])
 
 
 def _names_of_regions(painting: "Painting", names: Sequence[str]) -> list[str]:
-    """A name for each region from 1 on, as many as there are names or numbers."""
+    """A name for each region from 1, as many as there are names or numbers."""
     columns = [coat.strokes.regions for coat in painting.coats if coat.strokes.regions is not None]
     highest = max(int(column.max(initial=0)) for column in columns)
     return [*names, *(f"Region {number}" for number in range(len(names) + 1, highest + 1))]
 
 
 def coarse_to_fine(strokes: Gaussians) -> Rows:
-    """[N] rows, those first that carry most paint: by the area of their two larger axes times opacity.
+    """[N] rows by descending paint: area of the two larger axes times opacity, ties by row.
 
-    The first k of them cover more than any other k, whatever the view, and small ones only refine what they
-    lie on: so a share of the strokes is a coarser painting of the same thing. Ties are by row. The order in
-    which a painting grows (`pipeline/growth/order.py`) hides gaps better, but is that of one view, and merges
-    strokes for its beginning.
+    The first k cover more than any other k in any view, and small strokes only refine: so a share of the
+    strokes is a coarser painting. The order of growing paintings (`pipeline/growth/order.py`) hides gaps
+    better, but belongs to one view, and merges strokes for its start.
     """
     larger = np.sort(strokes.scales.astype(np.float64), axis=1)[:, 1:]
     return np.argsort(-larger.prod(axis=1) * strokes.opacities, kind="stable")
@@ -266,13 +263,13 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
 def _columns(
     coat: "Coat", strokes: Gaussians, origin: F64, brush: NDArray[Any] | None
 ) -> dict[str, NDArray[Any]]:
-    """What the page knows of each stroke of a coat, by name, in the order of the file."""
+    """Columns of the strokes of a coat, by name, in page order."""
     options, own = coat.options, len(coat.strokes)
     quats = strokes.quats.astype(np.float64)
-    quats /= np.abs(quats).max(axis=1, keepdims=True, initial=0)  # squares of any length stay in range
+    quats /= np.abs(quats).max(axis=1, keepdims=True, initial=0)  # avoids overflow of squares
     quats /= np.linalg.norm(quats, axis=1, keepdims=True)
-    ids = np.arange(len(strokes))  # what hashes the row is made of the rows of the strokes
-    has_regions = strokes.regions is not None and strokes.regions.any()  # a coat without lies elsewhere
+    ids = np.arange(len(strokes))  # row hashes use the rows of the strokes
+    has_regions = strokes.regions is not None and strokes.regions.any()  # a coat without regions lies in none
     reliefs = None if options.relief is None else options.relief.of_strokes(coat.strokes)
     columns: dict[str, NDArray[Any] | None] = {
         "means": strokes.means.astype(np.float64) - origin,
@@ -292,7 +289,7 @@ def _columns(
 
 
 def _of_rows(values: Sigmas, rows: Rows) -> list[float]:
-    """What belongs to each brush that is used, of one number for all or one for each."""
+    """The value of each used brush, from one number for all or one per brush."""
     return [float(values[row] if isinstance(values, tuple) else values) for row in rows]
 
 

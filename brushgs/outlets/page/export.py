@@ -1,4 +1,4 @@
-"""`brushgs export`: a scene file becomes a page. The stages are those of `prepare`, then picture and page."""
+"""`brushgs export`: a scene file -> a page. Stages: those of `prepare`, then picture and page."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -31,7 +31,7 @@ def export_file(
     preview: Preview | None = None,
     report: Report | None = None,
 ) -> Report:
-    """Paint a scene file to a page, whose first view is the picture that `paint_file` paints.
+    """Paint a scene file to a page, whose first view is the picture of `paint_file`.
 
     Args:
         scene: the files of a trained 3D Gaussian scene, or of strokes.
@@ -44,11 +44,11 @@ def export_file(
         report: gets the stages; a new one if None.
 
     Returns:
-        The report, with one stage per step.
+        The report, one stage per step.
 
     Raises:
         SceneError: if a file cannot be read or written.
-        ValueError: if an option does not suit the scene, before any long work where that can be known.
+        ValueError: if an option does not suit the scene; before long work if possible.
     """
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     source = SceneSource.of(scene)
@@ -71,7 +71,7 @@ def export_file(
 
 
 def view_of(prepared: Prepared, config: PaintConfig) -> PageView:
-    """What the camera of a page turns around, for a painting whose first view is known."""
+    """The target of the page's camera, for a painting with a known first view."""
     assert prepared.first_view is not None, "ask for first_view"
     view = prepared.first_view
     is_framed = config.view.camera_file is None
@@ -81,13 +81,13 @@ def view_of(prepared: Prepared, config: PaintConfig) -> PageView:
 def command_of(
     source: SceneSource, options: Sequence[str], notes: "LoadNotes | None" = None
 ) -> tuple[str, list[str]]:
-    """The scene and the options of `brushgs render SCENE OPTIONS`; a scene of several files begins these.
+    """Scene and options of `brushgs render SCENE OPTIONS`; further files of a scene are part of the options.
 
     Args:
         source: its files.
         options: the words of the options.
-        notes: what was read of it: of a moving scene one moment, which the options name, as without it
-            `render` paints a film.
+        notes: of the scene; the moment of a moving scene is added to the options, as `render` would paint a
+            film.
     """
     first, *more = map(str, source.paths)
     lod = [] if source.lod is None else ["--lod", str(source.lod)]

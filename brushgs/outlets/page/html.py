@@ -1,7 +1,7 @@
 """The text of a page: the template, the style, the joined scripts with their shaders, and the contents.
 
-What a page runs is in `web/`, one idea a file, and is joined here: there is no build tool. Nothing that comes
-from a scene is markup: titles are escaped, and all else lies in the contents, as base64.
+The scripts in `web/` are joined here, without a build tool. Nothing from a scene is markup: titles are
+escaped, and the contents are base64.
 """
 
 import base64
@@ -18,7 +18,7 @@ from urllib.parse import quote, urljoin
 from brushgs.outlets.page.shared import SHARED, shared_glsl
 from brushgs.version import __version__
 
-# In this order: a class is defined before another one extends it. Those that are missing are skipped.
+# In this order: classes are defined before subclasses. Missing files are skipped.
 SCRIPTS = (
     "container.js",
     "matrix.js",
@@ -47,9 +47,9 @@ SCRIPTS = (
     "live.js",
     "app.js",
 )
-# Those that only the page of a server has.
+# Files for pages with a server only.
 LIVE_SCRIPTS = frozenset({"live_server.js", "live_fields.js", "live_outputs.js", "live_where.js", "live.js"})
-SHARED_GLSL = "shared.glsl"  # is no file, see `brushgs.outlets.page.shared`
+SHARED_GLSL = "shared.glsl"  # generated, see `brushgs.outlets.page.shared`
 SHADER_SUFFIXES = (".vert", ".frag", ".glsl")
 _INCLUDE = re.compile(r'^[ \t]*#include "([^"\n]+)"[ \t]*$', re.MULTILINE)
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
@@ -146,7 +146,7 @@ def page_html(
 
 
 def plain_text(text: str) -> str:
-    """A text on one line: control characters, line ends and half characters become spaces."""
+    """A text on one line: control characters, line ends and lone surrogates become spaces."""
     shown = (" " if unicodedata.category(letter) in ("Cc", "Zl", "Zp", "Cs") else letter for letter in text)
     return " ".join("".join(shown).split())
 
@@ -184,7 +184,7 @@ def page_script(*, live: bool = False) -> str:
 
 
 def script_beginning() -> str:
-    """What all scripts share: the constants `SHADERS` and `SHARED`."""
+    """The start of all scripts: the constants `SHADERS` and `SHARED`."""
     return "\n".join(
         f"const {name} = {_quoted(value)};"
         for name, value in (("SHADERS", shaders()), ("SHARED", dict(SHARED)))
@@ -200,7 +200,7 @@ def shaders() -> dict[str, str]:
 
 
 def web_files() -> list[str]:
-    """The names of the files that a page is joined of."""
+    """The names of the files of a page."""
     return sorted(entry.name for entry in _web().iterdir() if entry.is_file())
 
 
@@ -251,5 +251,5 @@ def _web() -> "resources.abc.Traversable":
 
 @lru_cache(maxsize=64)
 def web_text(name: str) -> str:
-    """The text of a file that a page is joined of."""
+    """The text of a file of a page."""
     return (_web() / name).read_text(encoding="utf-8")

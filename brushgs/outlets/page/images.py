@@ -1,4 +1,4 @@
-"""Pictures that a page carries, made smaller."""
+"""Downscaling of pictures for pages."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,7 +7,7 @@ from brushgs.values.arrays import F64
 
 
 def reduced(image: NDArray[np.generic], longest: int) -> F64:
-    """[h, w, C] a picture [H, W, C] averaged down to a longest side; of its size where it is no larger."""
+    """[h, w, C] a picture [H, W, C] averaged down to at most a longest side."""
     pixels = np.asarray(image, np.float64)
     factor = longest / max(pixels.shape[:2])
     if factor >= 1:

@@ -1,6 +1,6 @@
-"""The numbers that the page shares with the renderer: said once, in Python, for shaders and scripts.
+"""Numbers shared by page and renderer, defined once in Python for shaders and scripts.
 
-Scripts have them as `SHARED`. Shaders say `#include "shared.glsl"` and have them as constants.
+Scripts have them as `SHARED`, shaders as constants by `#include "shared.glsl"`.
 """
 
 from collections.abc import Mapping
@@ -28,7 +28,7 @@ from brushgs.values.hashing import GOLDEN_32
 INTEGERS = frozenset({"GOLDEN_32"})  # of 32 bits, which a float cannot hold
 Shared = float | tuple[float, float] | list[list[int]]
 
-# Names are those in Python where they say alone what they belong to.
+# Names are those in Python if they are clear alone.
 SHARED: Mapping[str, Shared] = MappingProxyType(
     {
         "NEAR_SHARE": NEAR_SHARE,

@@ -1,4 +1,4 @@
-"""The first view of a page, painted by the exact renderer: the picture for browsers that cannot paint."""
+"""The first view of a page by the exact renderer, for browsers that cannot paint."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ QUALITIES = (85, 75, 60, 45, 30)  # of JPEG, tried in turn
 
 
 def paint_first_view(painting: Painting, camera: Camera) -> tuple[Frame, Weight]:
-    """The picture of the first view, and how heavy it is to paint. Warns where it is nearly blank."""
+    """The picture of the first view, and its rendering cost. Warns if it is nearly blank."""
     painting = painting.with_depth(False)
     canvas = painting.canvas(camera)
     is_painted = np.zeros((camera.height, camera.width), bool)
@@ -53,9 +53,9 @@ def icon_of(frame: Frame, background: Background) -> bytes:
 
 
 def still_of(frame: Frame, background: Background) -> bytes:
-    """A JPEG of at most `STILL_SIDE` pixels and `MOST_BYTES`; what is transparent is on white.
+    """A JPEG of at most `STILL_SIDE` pixels and `MOST_BYTES`; transparent parts are white.
 
-    JPEG, since a browser without WebGL2 may be too old for other formats.
+    JPEG, since browsers without WebGL2 may be too old for other formats.
     """
     pixels = reduced(frame.bytes_over((1.0, 1.0, 1.0) if background is None else background), STILL_SIDE)
     whole = np.rint(pixels).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""What the camera of a page turns around, how far away that is, and which way is up."""
+"""Target, distance and up axis of the page's camera."""
 
 from dataclasses import dataclass
 
@@ -19,8 +19,8 @@ class PageView:
 
     Attributes:
         up: [3] unit vector, world axes.
-        center: [3] what the camera turns around, world units: on the axis of the first camera, so that the
-            first view is a turn around it without being moved aside.
+        center: [3] target of the camera, world units: on the axis of the first camera, so that no pan is
+            needed.
         radius: of the subject, world units, > 0.
         is_inside: whether the scene is seen from inside: the camera looks around and does not turn around it.
         subject: how far the subject reaches from the middle of the first view, to the sides and up and down,
@@ -40,7 +40,7 @@ class PageView:
         Args:
             first_view: of the scene.
             camera: that of the first view of the page.
-            look_at: what the camera was framed on, see `frame_scene`; None for the default.
+            look_at: framing target of the camera, see `frame_scene`; None for the default.
         """
         is_inside = first_view.eye is not None and look_at is None
         points = points_of(first_view, look_at)

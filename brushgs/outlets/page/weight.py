@@ -1,4 +1,4 @@
-"""How heavy a page is for the machine that shows it: bytes, vertices, fragments, and which devices suffer."""
+"""Cost of a page for the device that shows it: bytes, vertices, fragments; and warnings for slow devices."""
 
 from dataclasses import dataclass, replace
 
@@ -18,9 +18,9 @@ class Weight:
     """What a page costs.
 
     Attributes:
-        vertices: of one picture: four for each stroke, and four more for its underpaint.
-        fragments: of the first view: the areas of all boxes within the picture, those of underpaint too.
-        fragments_bare: without those of underpaint.
+        vertices: of one picture: four per stroke, and four more for its underpaint.
+        fragments: of the first view: areas of all boxes within the picture, including underpaint.
+        fragments_bare: without underpaint.
         painted: pixels of the first view that strokes paint.
         pixels: of the first view.
     """
@@ -33,17 +33,17 @@ class Weight:
 
     @property
     def overdraw(self) -> float:
-        """How often a painted pixel is painted, in the mean."""
+        """Mean number of fragments per painted pixel."""
         return self.fragments / max(self.painted, 1)
 
     @property
     def per_pixel(self) -> float:
-        """Fragments for each pixel of the picture, in the mean: hardly depends on its size."""
+        """Mean number of fragments per pixel of the picture, which hardly depends on its size."""
         return self.fragments / self.pixels
 
 
 def vertices_of(coat: Coat, count: int) -> int:
-    """Vertices of so many strokes of a coat."""
+    """Vertices of `count` strokes of a coat."""
     return count * CORNERS * (1 if coat.options.underpaint is None else 2)
 
 
@@ -60,14 +60,14 @@ def fragments_of(coat: Coat, boxes: Boxes, camera: Camera) -> tuple[float, float
 
 
 def warnings_of(weight: Weight, num_bytes: int) -> list[str]:
-    """Sentences on the devices for which a page is too heavy; mostly none.
+    """Sentences on devices for which a page is too heavy; usually none.
 
-    The limits are estimates: none was measured on a device. A phone waits some seconds for 8 MB
-    (`PHONE_BYTES`) on a mobile network. 24 fragments a pixel (`PHONE_FRAGMENTS`) of 1280 x 720 pixels at 30
-    frames a second are 0.7 thousand million a second, each with two or three reads of textures and blended
-    into half floats. A headset has two eyes of about 1.4 million pixels at 72 frames a second, so that 6
-    fragments a pixel (`HEADSET_FRAGMENTS`) are 1.2 thousand million: a million small splats run on a Quest 3,
-    and 47 thousand large ones lag.
+    The limits are estimates, not measured on devices. A phone takes some seconds to load 8 MB (`PHONE_BYTES`)
+    on a mobile network. 24 fragments a pixel (`PHONE_FRAGMENTS`) of 1280 x 720 pixels at 30 frames a second
+    are 0.7 billion per second, each with two or three texture reads and blended into half floats. A headset
+    has two eyes of about 1.4 million pixels at 72 frames per second: 6 fragments per pixel
+    (`HEADSET_FRAGMENTS`) are 1.2 billion per second. A million small splats run on a Quest 3, 47 thousand
+    large ones lag.
     """
     found = []
     if num_bytes > PHONE_BYTES:

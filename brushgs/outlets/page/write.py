@@ -1,4 +1,4 @@
-"""A painting becomes the file of a page."""
+"""Write a painting as a page."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -35,10 +35,10 @@ def write_page(
     """Write a page; the file appears when it is complete.
 
     Args:
-        painting: see `page_contents`, as all that is not named here.
+        painting: see `page_contents`, also for other arguments.
         camera: the first view.
         output: the name of the file.
-        view: what the camera of the page turns around.
+        view: target of the page's camera.
         title: any text.
         command: the scene and the options of `brushgs render`.
         background: one RGB colour, a picture [H, W, 3], or None for transparent.

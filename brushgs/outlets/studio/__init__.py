@@ -1,6 +1,7 @@
-"""`brushgs view`: the page of a painting, served to this machine's own browser, with what needs more than it.
+"""`brushgs view`: the page of a painting, served to this machine's browser, with controls that need the
+program.
 
-From the inside out: `settings` reads what the page asks for; `session` makes a painting of it, pictures and
-videos, without threads and HTTP; `work` has threads that do one thing at a time; `hearing` hears them;
-`studio` is the state that the page shows; `server` puts HTTP before it; `serve` is the command.
+From the inside out: `settings` parses requests of the page; `session` makes paintings, pictures and videos of
+them, without threads and HTTP; `work` has worker threads; `hearing` collects their warnings; `studio` is the
+state of the page; `server` is the HTTP front; `serve` is the command.
 """

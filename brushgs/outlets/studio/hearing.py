@@ -1,4 +1,4 @@
-"""Warnings about scenes, by the thread that they were given in: each piece of work has its own."""
+"""Scene warnings by thread, so that each task gets its own."""
 
 import threading
 import warnings
@@ -10,13 +10,13 @@ from brushgs.errors import SceneWarning
 
 
 class Heard:
-    """The warnings that threads gave."""
+    """Warnings by thread."""
 
     def __init__(self) -> None:
         self._of_thread: dict[int, list[str]] = {}
 
     def take(self) -> list[str]:
-        """What this thread was warned of since it asked last."""
+        """The warnings of this thread since the last call."""
         return self._of_thread.pop(threading.get_ident(), [])
 
     def _hear(self, message: Warning | str, *_: Any, **__: Any) -> None:
@@ -25,9 +25,9 @@ class Heard:
 
 @contextmanager
 def hearing_warnings() -> Iterator[Heard]:
-    """Within the block SceneWarnings of all threads are heard and none is printed.
+    """Within the block SceneWarnings of all threads are collected, not printed.
 
-    Filters belong to the process, so this is done once, where the threads are started.
+    Warning filters are per process, so use it once, where the threads are started.
     """
     heard = Heard()
     with warnings.catch_warnings():

@@ -15,7 +15,7 @@ from brushgs.outlets.studio.studio import Studio
 from brushgs.pipeline.outputs import check_folder
 from brushgs.pipeline.report import Report
 
-SECONDS_TO_LEAVE = 10.0  # that the end waits for the stage that runs
+SECONDS_TO_LEAVE = 10.0  # to wait for the running stage at the end
 
 
 def paint_first(session: Session, report: Report) -> Painted:
@@ -45,14 +45,14 @@ def serve(
         session: whose painting is shown.
         first: what `paint_first` returned.
         config: where.
-        say: gets the address, and the paths of files that were written.
-        note: gets sentences for people.
-        opens_browser: whether the browser of this machine is opened.
-        is_for_headset: whether a headset is told of.
+        say: called with the address and paths of written files.
+        note: called with sentences for people.
+        opens_browser: open the browser of this machine.
+        is_for_headset: print how to reach the page from a headset.
 
     Raises:
         SceneError: if the address or the certificate cannot be used.
-        KeyboardInterrupt: at the end, when all work was left.
+        KeyboardInterrupt: at the end, after all work is abandoned.
     """
     with ExitStack() as stack:
         heard = stack.enter_context(hearing_warnings())
@@ -73,7 +73,7 @@ def serve(
 
 
 def headset_hint(server: StudioServer) -> str:
-    """How a headset reaches the page: browsers give one only to https and to its own localhost."""
+    """How to reach the page from a headset: browsers allow headsets only over https or localhost."""
     if server.tls is not None:
         return f"headset: open {server.address()} in its browser"
     port = server.port

@@ -1,8 +1,8 @@
-"""HTTP in front of a studio: the server of the standard library, and strict about what it is asked.
+"""The HTTP front of a studio, on the standard library's server, with strict checks of requests.
 
-The standard library's, since ten routes for one user need no framework, and each rule stands here to be read:
-who may ask (a token, the name of the host, the origin of what changes something), how much (lengths, times,
-connections), and that no part of a request is ever the name of a file.
+Ten routes for one user need no framework, and all rules are here: who may ask (a token, the host name, the
+origin of changing requests), how much (lengths, times, connections), and that no part of a request is used as
+a file name.
 """
 
 import hmac
@@ -33,11 +33,11 @@ from brushgs.outlets.studio.studio import Studio
 MAX_UPLOAD = 16 << 20  # bytes of a dropped picture
 MAX_JSON = 1 << 18  # 500 cameras take 200 kB
 MAX_CONNECTIONS = 48  # a browser keeps six; more wait for none
-REQUEST_SECONDS = 30.0  # from the first byte of a request to its last: pictures come from this very machine
-STATE_SECONDS = 20.0  # that a request for the next state waits at most
+REQUEST_SECONDS = 30.0  # for one request: uploads come from this machine
+STATE_SECONDS = 20.0  # longest wait of a request for the next state
 READ_BYTES = 1 << 16
 
-# Whatever is not the page itself runs nothing and shows nothing.
+# Replies other than the page must not run or render anything.
 PLAIN_POLICY = "default-src 'none'; frame-ancestors 'none'"
 PAGE_POLICY = "frame-ancestors 'none'; base-uri 'none'; form-action 'none'; object-src 'none'"
 HEADERS = {
@@ -51,7 +51,7 @@ HEADERS = {
 
 
 class RefusedError(Exception):
-    """A request that is not answered, with its status and a sentence."""
+    """A refused request, with status and sentence."""
 
     def __init__(self, status: HTTPStatus, sentence: str) -> None:
         super().__init__(sentence)
@@ -60,7 +60,7 @@ class RefusedError(Exception):
 
 @dataclass(frozen=True)
 class Reply:
-    """What a request is answered with."""
+    """The reply to a request."""
 
     content: bytes
     kind: str = "application/json"
@@ -85,7 +85,7 @@ class StudioServer(ThreadingHTTPServer):
     """
 
     daemon_threads = True
-    block_on_close = False  # connections that are kept open would hold up the end
+    block_on_close = False  # keep-alive connections would delay the end
     allow_reuse_address = sys.platform != "win32"
     request_queue_size = 16
 
@@ -115,9 +115,9 @@ class StudioServer(ThreadingHTTPServer):
         return f"{self.scheme}://{name}:{self.port}/?token={self.token}"
 
     def is_own_host(self, text: str) -> bool:
-        """Whether the header Host names this server, and not a name that was bent to its address.
+        """Whether the header Host names this server (against DNS rebinding).
 
-        A number cannot be bent, so where others are served any number is taken, as the machine has several.
+        Numeric addresses cannot be rebound, so any is accepted if other machines are served.
         """
         default = 80 if self.tls is None else 443
         match = re.fullmatch(r"([A-Za-z0-9.-]{1,253}|\[[0-9A-Fa-f:.]{2,45}\])(?::([0-9]{1,5}))?", text)
@@ -149,11 +149,11 @@ class StudioServer(ThreadingHTTPServer):
         super().shutdown_request(request)
 
     def begin(self, request: socket.socket, current: socket.socket, seconds: float) -> None:
-        """Give a connection so long for what it sends next; infinity where it is the server's turn.
+        """Set the time limit for a connection's next request; infinity during the server's turn.
 
         Args:
             request: the connection as it was accepted.
-            current: the same, or what encrypts it now.
+            current: the same, or its TLS wrapper.
             seconds: from now on.
         """
         with self._lock:
@@ -167,11 +167,12 @@ class StudioServer(ThreadingHTTPServer):
             late = [current for until, current in self._deadlines.values() if until < now]
         for request in late:
             with suppress(OSError):
-                # Its thread reads an end, answers and closes it. TLS has its own, not for two threads.
+                # Only shut down reading: its own thread answers and closes. TLS objects must not be used by
+                # two threads.
                 socket.socket.shutdown(request, socket.SHUT_RD)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Connections that break are nothing to people."""
+        """Ignore broken connections."""
 
 
 class StudioHandler(BaseHTTPRequestHandler):
@@ -184,7 +185,7 @@ class StudioHandler(BaseHTTPRequestHandler):
     server: StudioServer
 
     def setup(self) -> None:
-        """Begin a connection; a handshake must not hold up others, so it happens here."""
+        """Start a connection; the TLS handshake happens here, in its own thread."""
         self.plain_request = self.request
         if self.server.tls is not None:
             self.request.settimeout(self.timeout)
@@ -217,10 +218,10 @@ class StudioHandler(BaseHTTPRequestHandler):
         self._answer()
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Nothing is logged: the terminal shows what was written."""
+        """Log nothing: the terminal shows written files."""
 
     def handle_expect_100(self) -> bool:
-        """The answer to `Expect: 100-continue`: only after all has been checked; browsers never ask."""
+        """Answer `Expect: 100-continue` only after all checks; browsers never send it."""
         self.send_error(HTTPStatus.EXPECTATION_FAILED)
         return False
 
@@ -239,7 +240,7 @@ class StudioHandler(BaseHTTPRequestHandler):
         except TimeoutError:
             sentence = "the request took too long"
             self._send(HTTPStatus.REQUEST_TIMEOUT, Reply.of({"error": sentence}), closes=True)
-        except ValueError as error:  # of what was sent
+        except ValueError as error:  # invalid request data
             reply = Reply.of({"error": " ".join(str(error).split())})
             self._send(HTTPStatus.BAD_REQUEST, reply, closes=True)  # its body may not have been read
         except OSError as error:
@@ -271,7 +272,7 @@ class StudioHandler(BaseHTTPRequestHandler):
         return ROUTES[self.command, url.path](self, query, body)
 
     def _has_token(self, given: str | None) -> bool:
-        """Whether a request knows the token, by its cookie or, the first time, by the address."""
+        """Whether a request has the token, by cookie or, the first time, by address."""
         if given is None:
             try:
                 cookies = SimpleCookie("; ".join(self.headers.get_all("Cookie", [])))
@@ -282,13 +283,13 @@ class StudioHandler(BaseHTTPRequestHandler):
         return hmac.compare_digest(given.encode(errors="replace"), self.server.token.encode())
 
     def _check_origin(self, host: str) -> None:
-        """Refuse what another page asks for in the name of this one."""
+        """Refuse cross-origin requests."""
         origins = self.headers.get_all("Origin", [])
         if origins != [f"{self.server.scheme}://{host}"]:
             raise RefusedError(HTTPStatus.FORBIDDEN, "only the page itself may ask for that")
 
     def _body(self, most: int) -> bytes:
-        """What a request holds, at most so many bytes; a GET holds nothing."""
+        """The body of a request, at most `most` bytes; empty for GET."""
         lengths = self.headers.get_all("Content-Length", [])
         if "Transfer-Encoding" in self.headers:
             raise RefusedError(HTTPStatus.LENGTH_REQUIRED, "say the length, in place of chunks")
@@ -319,31 +320,31 @@ class StudioHandler(BaseHTTPRequestHandler):
                 self.send_header(name, value)
             self.send_header("Content-Type", reply.kind)
             self.send_header("Content-Length", str(len(reply.content)))
-            if closes:  # what it still sends is no request
+            if closes:  # the rest of its data is not a request
                 self.send_header("Connection", "close")
                 self.close_connection = True
             self.end_headers()
             if self.command != "HEAD":
                 self.wfile.write(reply.content)
-        except OSError:  # the browser went away
+        except OSError:  # the browser closed the connection
             self.close_connection = True
 
     def page(self, query: Mapping[str, str], body: bytes) -> Reply:
-        """The page; from now on its cookie knows the token."""
+        """The page; sets the cookie with the token."""
         secure = "; Secure" if self.server.tls is not None else ""
         cookie = f"{self.server.cookie}={self.server.token}; Path=/; HttpOnly; SameSite=Strict{secure}"
         headers = {"Set-Cookie": cookie, "Content-Security-Policy": PAGE_POLICY}
         return Reply(self.server.studio.page().encode(), "text/html; charset=utf-8", headers)
 
     def state(self, query: Mapping[str, str], body: bytes) -> Reply:
-        """The state, as soon as it is another than the one whose number is given."""
+        """The state, as soon as it differs from the given number."""
         known = query.get("known", "0")
         if not re.fullmatch(r"[0-9]{1,15}", known):
             raise ValueError("known must be the number of a state")
         return Reply.of(self.server.studio.state(int(known), STATE_SECONDS))
 
     def choices(self, query: Mapping[str, str], body: bytes) -> Reply:
-        """What the page offers."""
+        """The choices of the page's controls."""
         return Reply.of(self.server.studio.choices())
 
     def contents(self, query: Mapping[str, str], body: bytes) -> Reply:
@@ -357,16 +358,16 @@ class StudioHandler(BaseHTTPRequestHandler):
         return Reply.of({"number": studio.change(read_settings(read_json(body), studio.session.known))})
 
     def file(self, query: Mapping[str, str], body: bytes) -> Reply:
-        """Keep a picture that was dropped."""
+        """Store a dropped picture."""
         name = "".join(letter for letter in query.get("name", "") if letter.isprintable())[:200]
         return Reply.of({"id": self.server.studio.add_file(name or "picture", body)})
 
     def render(self, query: Mapping[str, str], body: bytes) -> Reply:
-        """Have a picture painted."""
+        """Start painting a picture."""
         return Reply.of({"id": self.server.studio.shoot(read_shot(read_json(body)))})
 
     def video(self, query: Mapping[str, str], body: bytes) -> Reply:
-        """Have a video painted."""
+        """Start painting a video."""
         return Reply.of({"id": self.server.studio.film(read_film(read_json(body)))})
 
     def where(self, query: Mapping[str, str], body: bytes) -> Reply:
@@ -378,7 +379,7 @@ class StudioHandler(BaseHTTPRequestHandler):
         return Reply.of({"stopped": self.server.studio.stop(query.get("id", ""))})
 
     def icon(self, query: Mapping[str, str], body: bytes) -> Reply:
-        """Browsers ask for one; an empty one spares a complaint."""
+        """An empty favicon, which browsers request."""
         return Reply(b"", "image/png")
 
     def output(self, query: Mapping[str, str], body: bytes) -> Reply:

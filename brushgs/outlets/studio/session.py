@@ -1,7 +1,7 @@
-"""From settings to a painting for the page, and from a view of it to a picture or a video.
+"""Settings -> painting for the page; a view of it -> picture or video.
 
-No threads and no HTTP: one call after the other. Steps that a change does not touch are not made again, see
-`brushgs.pipeline.memory`; pictures and videos show the very strokes of the page.
+No threads and no HTTP. Steps unaffected by a change are not repeated, see `brushgs.pipeline.memory`; pictures
+and videos show the same strokes as the page.
 """
 
 import os
@@ -33,7 +33,7 @@ from brushgs.values.arrays import Rows
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-QUICK = 1  # of gzip: nothing is sent far. Level 9 takes 0.5 s for 6700 strokes, this 0.1 s
+QUICK = 1  # gzip level for local use: 0.1 s for 6700 strokes; level 9 takes 0.5 s
 MAX_NUMBER = 99_999  # of the files of one name
 
 
@@ -42,8 +42,8 @@ class Dropped:
     """A picture that was dropped on the page.
 
     Attributes:
-        name: that it had, for people and for the command line.
-        path: where it lies now.
+        name: original name, for people and the command line.
+        path: stored file.
     """
 
     name: str
@@ -55,13 +55,13 @@ class Painted:
     """A painting that the page shows.
 
     Attributes:
-        settings: that it was made with.
-        config: what they mean.
+        settings: its settings.
+        config: their options.
         prepared: its strokes.
         contents: of the page, as `write_container` packs them.
-        facts: what the panel shows of it, for JSON.
-        rows: for each coat, the rows of its strokes in the order in which the page has them.
-        command: words of a command line that paint the same, after `brushgs render`.
+        facts: values for the panel, for JSON.
+        rows: for each coat, rows of its strokes in page order.
+        command: words after `brushgs render` that paint the same.
     """
 
     settings: Settings
@@ -75,16 +75,16 @@ class Painted:
 
 @dataclass
 class Session:
-    """A scene that is being painted.
+    """A scene in the studio.
 
     Attributes:
         source: its files.
-        config_of: the options of the command line with values in place of some flags, see `overrides_of`.
+        config_of: makes options from the command line with overrides, see `overrides_of`.
         look: the look of the command line.
-        options: its words for `brushgs render`, without those that values take the place of.
-        folder: where pictures and videos are written.
-        dropped: pictures that were dropped, by id.
-        writes_metadata: whether pictures and videos say how they were painted.
+        options: words of `brushgs render` from the command line, without overridden ones.
+        folder: for pictures and videos.
+        dropped: dropped pictures by id.
+        writes_metadata: whether pictures and videos get metadata.
     """
 
     source: SceneSource
@@ -99,18 +99,18 @@ class Session:
 
     @property
     def known(self) -> Known:
-        """The names that settings may have now."""
+        """The names currently allowed in settings."""
         looks = LOOKS if self.look in LOOKS else (self.look, *LOOKS)
         files = {key: one.path for key, one in self.dropped.items()}
         return Known(looks, tuple(note.name for note in stroke_notes()), files)
 
     @property
     def made(self) -> Mapping[str, int]:
-        """How often each step was made."""
+        """Number of runs of each step."""
         return self._memory.made
 
     def config(self, settings: Settings) -> PaintConfig:
-        """The options that settings mean.
+        """The options of settings.
 
         Raises:
             ValueError: if one is out of range, or they exclude each other.
@@ -146,10 +146,10 @@ class Session:
         return Painted(settings, config, prepared, packed, facts, contents.rows, (first, *options))
 
     def find(self, painted: Painted, text: object) -> Members:
-        """The strokes in a part of the scene that was typed, see `brushgs.outlets.studio.where`.
+        """The strokes in a part of the scene given as text, see `brushgs.outlets.studio.where`.
 
         Raises:
-            ValueError: if it cannot be read, names what is not there, or would read files.
+            ValueError: if it is invalid, does not exist, or would read files.
         """
         return self._finder.find(painted.prepared, painted.rows, read_where(text, given_in(painted.config)))
 
@@ -175,7 +175,7 @@ class Session:
 
         config, view = film.config, painted.prepared.known_view
         num_frames = max(round(config.seconds * config.fps), 3)
-        if film.center is not None and view.eye is not None:  # inside, there is nothing to turn around
+        if film.center is not None and view.eye is not None:  # a view from inside has no orbit
             cameras = sway(film.cameras[0], view, num_frames)
             path = CameraPath(cameras, True, config.fps, "a small circle, inside the scene")
         elif film.center is None:
@@ -195,19 +195,19 @@ class Session:
         return target
 
     def _origin(self, painted: Painted) -> Origin | None:
-        """What files say of how they came about."""
+        """Metadata of outputs."""
         words = map(without_folders, painted.command)
         return Origin(shlex.join(["brushgs", "render", *words])) if self.writes_metadata else None
 
     def _options(self, settings: Settings) -> list[str]:
-        """The words of a command line that paint the same; a dropped picture is called as it was."""
+        """Command-line words that paint the same; dropped pictures have their original names."""
         names = {key: one.name for key, one in self.dropped.items()}
         return self.options(overrides_of(settings, self.known)) + flags_of(settings, names)
 
     def _facts(
         self, settings: Settings, config: PaintConfig, prepared: Prepared, omitted: Sequence[str]
     ) -> Mapping[str, Any]:
-        """What the panel shows: the values that are in force, whoever set them."""
+        """Values for the panel: those in force, from settings, command line or look."""
         brushes = config.brushes.names
         return {
             "look": settings.look or self.look,
@@ -224,7 +224,7 @@ class Session:
 
     @contextmanager
     def _new_file(self, painted: Painted, suffix: str) -> "Iterator[Path]":
-        """A name that no file has, SCENE-LOOK-1.png and so on; it is free again where the block fails."""
+        """A free name, SCENE-LOOK-1.png and so on; released if the block fails."""
         stem = f"{self.source.name}-{Path(painted.facts['look']).stem}"
         path = reserve(self.folder, stem, suffix)
         try:
@@ -235,7 +235,7 @@ class Session:
 
 
 def reserve(folder: Path, stem: str, suffix: str) -> Path:
-    """Make an empty file of the first number that is free, so that nobody else takes its name.
+    """Reserve the first free numbered name by an empty file.
 
     Raises:
         SceneError: if the folder cannot be written to.

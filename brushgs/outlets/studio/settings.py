@@ -1,6 +1,6 @@
-"""What the page asks for, as JSON, into values; strictly: nothing unknown, and nothing of another type.
+"""Parse requests of the page (JSON) strictly: unknown fields and other types are refused.
 
-A message names the field. Ranges are those of the options that the values become.
+Messages name the field. Ranges are those of the options.
 """
 
 import json
@@ -34,7 +34,7 @@ def _row(step: str, field: str) -> Row:
     return row_of(STEPS[step], field)
 
 
-# Settings that the page has -> where the value of each goes, and its line in the table of options.
+# Settings of the page -> target of the value, and row of the option table.
 SETTINGS: Mapping[str, tuple[str, Row | None]] = {
     "look": ("look", None),
     "strokes": ("cluster.strokes", _row("cluster", "strokes")),
@@ -57,9 +57,9 @@ def schema() -> dict[str, Any]:
 class Settings(Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
     """What was changed in the page; None for what is as on the command line, or in the look.
 
-    A `stroke_size`, the typical length of strokes in pixels of the first view, is given in place of a number
-    of `strokes`. The `lamp` is (azimuth, elevation), degrees. The `ground` is one of `GROUNDS` or "#rrggbb".
-    A `stroke` is one of `Known.strokes`, or the id of a dropped picture, as a `palette` is, or "none".
+    `stroke_size`, the typical length of strokes in pixels of the first view, replaces `strokes`. `lamp` is
+    (azimuth, elevation), degrees. `ground` is one of `GROUNDS` or "#rrggbb". `stroke` is one of
+    `Known.strokes` or the id of a dropped picture; `palette` is such an id or "none".
     """
 
     look: str | None = None
@@ -75,18 +75,18 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
 
     @property
     def given(self) -> dict[str, Any]:
-        """Those that are set."""
+        """The changed values."""
         return {name: value for name, value in msgspec.structs.asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True)
 class Known:
-    """The names that settings may have.
+    """Names allowed in settings.
 
     Attributes:
-        looks: those that come with the program, and the one of the command line.
-        strokes: built-in strokes, and the one of the command line.
-        files: what was dropped, by id: where it lies.
+        looks: built-in looks, and that of the command line.
+        strokes: built-in strokes, and that of the command line.
+        files: paths of dropped files by id.
     """
 
     looks: Sequence[str] = LOOKS
@@ -108,10 +108,10 @@ def read_json(text: bytes) -> Json:
 
 
 def read_settings(value: Json, known: Known) -> Settings:
-    """The settings that the page sent.
+    """Parse settings.
 
     Raises:
-        ValueError: if there is an unknown field, or a value of another type, or an unknown name.
+        ValueError: if a field or name is unknown, or a value has another type.
     """
     settings = _request(value, Settings)
     offered = {
@@ -134,9 +134,9 @@ def read_settings(value: Json, known: Known) -> Settings:
 
 
 def overrides_of(settings: Settings, known: Known) -> dict[str, Any]:
-    """The values that these settings put in place of flags, by step and field as `ConfigFlags` names them.
+    """The overrides of flags, by step and field.
 
-    A palette file of None stands for no palette, whatever the command line says.
+    A palette file of None removes the palette of the command line.
     """
     values = {}
     for name, value in settings.given.items():
@@ -150,7 +150,7 @@ def overrides_of(settings: Settings, known: Known) -> dict[str, Any]:
 
 
 def flags_of(settings: Settings, names: Mapping[str, str]) -> list[str]:
-    """The flags that say the same on a command line; `names` are those of dropped files, by id."""
+    """The equivalent flags; `names` are original names of dropped files by id."""
     words = []
     for name, value in settings.given.items():
         _, row = SETTINGS[name]
@@ -212,19 +212,19 @@ class PartRequest(Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True)
 class Shot:
-    """A picture that is asked for: the camera in the size of the picture."""
+    """A requested picture: the camera in its size."""
 
     camera: Camera
 
 
 @dataclass(frozen=True)
 class Film:
-    """A video that is asked for.
+    """A requested video.
 
     Attributes:
         config: its kind, duration and size.
-        cameras: the view that a turn begins with, or the key views of a path.
-        center: [3] what a turn goes around, world units; None for a path.
+        cameras: first view of a turn, or key views of a path.
+        center: [3] centre of a turn, world units; None for a path.
     """
 
     config: FilmConfig
@@ -262,7 +262,7 @@ def shown_lamp(lamp: tuple[float, float] | None) -> list[float]:
 
 
 def camel(name: str) -> str:
-    """A name of Python as one of JSON."""
+    """snake_case to camelCase."""
     first, *rest = name.split("_")
     return first + "".join(word.capitalize() for word in rest)
 

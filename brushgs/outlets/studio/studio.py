@@ -1,8 +1,8 @@
-"""What the page of a viewer shows: what is painted, what is worked on, and what was written.
+"""The state of the viewer's page: painting, running work and written outputs.
 
-Changes of the painting and outputs (pictures and videos) have a lane of work each, so that a long video does
-not hold up a change. The latest change wins. An output begins when no change is worked on: it shows all that
-were made before it was asked for. Every change of the state has a new number, which the page waits for.
+Changes of the painting and outputs (pictures and videos) have separate worker threads, so that long videos do
+not delay changes. The latest change wins. An output starts when no change is running, and includes all
+earlier changes. Every change of the state has a new number, which the page waits for.
 """
 
 import re
@@ -22,9 +22,9 @@ from brushgs.outlets.studio.session import Dropped, Painted, Session
 from brushgs.outlets.studio.settings import Film, Settings, Shot, schema
 from brushgs.outlets.studio.work import AbandonedError, Lane, Progress, Task, WatchedReport
 
-MAX_OUTPUTS = 32  # that wait or run; more is a page gone wild
+MAX_OUTPUTS = 32  # waiting or running; more is a faulty page
 MAX_DROPPED = 64  # pictures that were dropped
-KEPT_OUTPUTS = 200  # whose names the page may ask for
+KEPT_OUTPUTS = 200  # that the page may request
 
 Kind = Literal["picture", "video"]
 OutputState = Literal["waiting", "running", "done", "failed", "stopped"]
@@ -33,17 +33,17 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Output:
-    """A picture or a video that was asked for.
+    """A requested picture or video.
 
     Attributes:
         key: its id.
-        kind: which of them.
-        state: what became of it.
-        words: its size and length.
-        progress: of its work, while it runs.
-        path: of the file, where it is done.
-        error: a sentence, where it failed.
-        notes: what it warned of.
+        kind: picture or video.
+        state: of its work.
+        words: size and length.
+        progress: while it runs.
+        path: of the file, when done.
+        error: a sentence, if it failed.
+        notes: its warnings.
     """
 
     key: str
@@ -56,7 +56,7 @@ class Output:
     notes: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """For the page."""
+        """The output for the page."""
         return {
             "id": self.key,
             "kind": self.kind,
@@ -76,12 +76,12 @@ class Studio:
     Args:
         session: whose painting is shown.
         first: its first painting.
-        uploads: an empty folder, where dropped pictures are kept while the studio is open.
-        heard: warnings of scenes by thread; None where nobody hears them.
-        say: gets the path of a file that was written.
+        uploads: empty folder for dropped pictures while the studio is open.
+        heard: scene warnings by thread; or None.
+        say: called with the path of each written file.
 
     Attributes:
-        hint: how a headset reaches the page, which shows it; "" for none.
+        hint: how to reach the page from a headset; or "".
     """
 
     def __init__(
@@ -109,17 +109,17 @@ class Studio:
 
     @property
     def session(self) -> Session:
-        """Whose painting is shown."""
+        """The session of the painting."""
         return self._session
 
     def page(self) -> str:
-        """The text of the page, with the painting as it is now."""
+        """The text of the page, with the current painting."""
         with self._changed:
             contents = self._painted.contents
         return page_html(contents, title=self._session.source.name, live=True)
 
     def contents(self) -> tuple[int, bytes]:
-        """The version of the painting, and what the page paints it from."""
+        """The version of the painting, and the page's contents."""
         with self._changed:
             return self._version, self._painted.contents
 
@@ -128,7 +128,7 @@ class Studio:
 
         Args:
             known: the number of the state that the page has.
-            seconds: how long to wait for another one.
+            seconds: longest wait for another one.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._number != known or self._is_closed, seconds)
@@ -145,7 +145,7 @@ class Studio:
             }
 
     def choices(self) -> Mapping[str, Any]:
-        """What the page offers, for JSON: it does not change but for dropped pictures."""
+        """The choices of the page's controls, for JSON; only dropped pictures change them."""
         from brushgs.brushes.builtin import stroke_notes
         from brushgs.options.look import Look
 
@@ -163,7 +163,7 @@ class Studio:
         }
 
     def change(self, settings: Settings) -> int:
-        """Have a painting made of other settings; it replaces what is worked on.
+        """Start a painting with other settings; it replaces the running one.
 
         Returns:
             The number of the state.
@@ -174,40 +174,40 @@ class Studio:
         self._session.config(settings)
         with self._changed:
             self._wanted, self._error, self._progress = settings, None, Progress("waiting")
-            # While the state is held, so that lanes and states have one order.
+            # While the state is locked, so that tasks and states have the same order.
             self._changes.submit(lambda task: self._paint(settings, task))
             return self._bump()
 
     def shoot(self, shot: Shot) -> str:
-        """Have a picture painted; returns the id of the output. Raises ValueError if too many wait."""
+        """Start painting a picture; returns the id of the output. Raises ValueError if too many wait."""
         words = f"{shot.camera.width} x {shot.camera.height}"
         return self._add("picture", words, lambda one, report: self._session.shoot(one, shot, report))
 
     def film(self, film: Film) -> str:
-        """Have a video painted; returns the id of the output. Raises ValueError if too many wait."""
+        """Start painting a video; returns the id of the output. Raises ValueError if too many wait."""
         config = film.config
         words = f"{config.width} x {config.height}, {config.seconds:g} s"
         return self._add("video", words, lambda one, report: self._session.film(one, film, report))
 
     def find(self, text: object) -> dict[str, Any]:
-        """The strokes in a part of the scene that was typed, for JSON; nothing is painted anew.
+        """The strokes in a part of the scene given as text, for JSON; nothing is painted.
 
         Returns:
             The version of the painting, `num` of `total` strokes, and for each coat a column of bytes, 0 to
             255 for 0 to 1, as base64.
 
         Raises:
-            ValueError: if it cannot be read, or names what is not there.
+            ValueError: if it is invalid or does not exist.
         """
         with self._changed:
             painted, version = self._painted, self._version
-        with self._finding:  # one after the other: each may use all processors
+        with self._finding:  # one at a time: each may use all processors
             found = self._session.find(painted, text)
         columns = [b64encode(column.tobytes()).decode("ascii") for column in found.columns]
         return {"version": version, "num": found.num, "total": found.total, "columns": columns}
 
     def stop(self, key: str) -> bool:
-        """Stop an output; False if there is none that waits or runs."""
+        """Stop an output; False if it neither waits nor runs."""
         with self._changed:
             output = self._outputs.get(key)
             if output is None or output.state not in ("waiting", "running"):
@@ -218,10 +218,10 @@ class Studio:
             return True
 
     def add_file(self, name: str, content: bytes) -> str:
-        """Keep a picture that was dropped; returns its id.
+        """Store a dropped picture; returns its id.
 
         Raises:
-            ValueError: if it is no picture that can be read, or there are too many.
+            ValueError: if it is not a readable picture, or there are too many.
         """
         if len(self._session.dropped) >= MAX_DROPPED:
             raise ValueError(f"at most {MAX_DROPPED} pictures can be dropped; start the viewer again")
@@ -243,20 +243,20 @@ class Studio:
         return key
 
     def output(self, key: str) -> Path | None:
-        """The file of an output that is done."""
+        """The file of a finished output."""
         with self._changed:
             output = self._outputs.get(key)
             return None if output is None or output.state != "done" else output.path
 
     def wait(self, seconds: float | None = None) -> bool:
-        """Wait until nothing is worked on; returns False if that takes longer."""
+        """Wait until no work is left; returns False if that takes longer."""
         until = None if seconds is None else time.monotonic() + seconds
         if not self._changes.wait(seconds=seconds):
             return False
         return self._writing.wait(seconds=None if until is None else max(until - time.monotonic(), 0.0))
 
     def close(self, seconds: float = 10.0) -> bool:
-        """Abandon all work, and wait until it is left; returns False if that takes longer."""
+        """Abandon all work, and wait until it has ended; returns False if that takes longer."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()
@@ -336,7 +336,7 @@ class Studio:
             sentence = " ".join(str(error).split())
         else:
             sentence = f"internal error, {type(error).__name__}: {error}"
-        for key, one in self._session.dropped.items():  # where it lies is nothing to people
+        for key, one in self._session.dropped.items():  # hide its path
             sentence = sentence.replace(str(one.path), one.name).replace(key, one.name)
         return sentence
 
@@ -352,7 +352,7 @@ class Studio:
 
 
 def _plain_stem(name: str) -> str:
-    """What is left of a name that a page gave, so that it can be that of any file: the page shows it."""
+    """A file-safe stem of a name given by the page."""
     return re.sub(r"[^A-Za-z0-9_-]+", "-", PurePath(name).stem)[:40].strip("-") or "picture"
 
 
@@ -363,7 +363,7 @@ def _progress(progress: Progress | None) -> dict[str, Any] | None:
 
 
 def _settings(settings: Settings) -> dict[str, Any]:
-    """The settings as the page sends them, without those that are not set."""
+    """The changed settings, as the page sends them."""
     from brushgs.outlets.studio.settings import camel
 
     return {camel(name): value for name, value in settings.given.items()}

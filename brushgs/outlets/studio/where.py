@@ -1,7 +1,7 @@
-"""Which strokes of a painting lie in a part of its scene that was typed in the page.
+"""Find the strokes of a painting in a part of its scene, given as text in the page.
 
-The part is found among the Gaussians of the scene, as everywhere, and a stroke is in it as those around its
-centre are. It is shown only: nothing is painted anew.
+The part is evaluated on the Gaussians of the scene; a stroke takes the mean of those around its centre. It is
+only shown: nothing is painted.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from brushgs.values.gaussians import Gaussians
 
 MAX_TYPED = 2000  # characters
-AROUND = 8  # Gaussians around a stroke: one that an edge cuts is in it in part
+AROUND = 8  # Gaussians around a stroke: strokes at an edge are partly inside
 
 
 def read_where(text: Any, given: Sequence[WhereConfig] = ()) -> WhereConfig:
@@ -32,11 +32,10 @@ def read_where(text: Any, given: Sequence[WhereConfig] = ()) -> WhereConfig:
 
     Args:
         text: of the request.
-        given: parts that the command line names: their files may be asked for again, and no others.
+        given: parts of the command line; only their files may be used.
 
     Raises:
-        ValueError: if it is no expression, or has a term that the command line does not have and that reads
-            files.
+        ValueError: if it is not an expression, or has a term that reads files not on the command line.
     """
     if not isinstance(text, str):
         raise ValueError("where must be text")
@@ -58,7 +57,7 @@ def read_where(text: Any, given: Sequence[WhereConfig] = ()) -> WhereConfig:
 
 
 def given_in(config: PaintConfig) -> tuple[WhereConfig, ...]:
-    """The parts that the options of a painting name: what is painted, and those of its rules."""
+    """The parts in the options of a painting: the painted part, and those of rules."""
     painted = () if config.painted is None else (config.painted,)
     rules = () if config.rules is None else [config.rules.where(rule) for rule in config.rules.rules]
     return (*painted, *rules)
@@ -66,7 +65,7 @@ def given_in(config: PaintConfig) -> tuple[WhereConfig, ...]:
 
 @dataclass(frozen=True)
 class Members:
-    """How far the strokes of a painting are in a part of its scene.
+    """Membership of the strokes of a painting in a part of its scene.
 
     Attributes:
         columns: for each coat, [n] uint8, 0 to 255 for 0 to 1, in the order of the page.
@@ -80,7 +79,7 @@ class Members:
 
 
 class Finder:
-    """Finds members; keeps which Gaussians are around the strokes of the last painting. For one thread."""
+    """Finds members; caches the Gaussians around the strokes of the last painting. For one thread."""
 
     def __init__(self) -> None:
         self._of: Prepared | None = None
@@ -91,11 +90,11 @@ class Finder:
 
         Args:
             prepared: a painting, which keeps its scene.
-            rows: for each coat, which strokes the page has, in its order.
+            rows: for each coat, rows of strokes in page order.
             config: the part.
 
         Raises:
-            ValueError: if a term names what is not there.
+            ValueError: if a term refers to something missing.
             SceneError: if a mask cannot be read.
         """
         from brushgs.passes.where import memberships
@@ -116,7 +115,7 @@ class Finder:
 
 
 def _around(scene: "Gaussians", coats: "Sequence[Coat]") -> dict[str, Rows]:
-    """By coat, [n, k] the rows of the Gaussians around each stroke; none of a backdrop, which is no scene."""
+    """Coat name -> [n, k] rows of the Gaussians around each stroke; without the backdrop."""
     from brushgs.passes.neighbours import nearest
 
     count = min(AROUND, len(scene))

@@ -1,7 +1,7 @@
-"""Threads that do one piece of work at a time, and leave it where nobody waits for it any more.
+"""Worker threads that do one task at a time, and stop abandoned ones.
 
-Threads and not processes: the core works without the interpreter's lock, and strokes need not be sent. Work
-is left at the next stage or frame: in between nothing is half done.
+Threads, not processes: the core releases the GIL, and strokes need not be sent. Abandoned work stops at the
+next stage or frame.
 """
 
 import threading
@@ -13,37 +13,37 @@ from brushgs.pipeline.report import Report
 
 
 class AbandonedError(Exception):
-    """The result of this work is not wanted any more."""
+    """The result of this work is no longer needed."""
 
 
 class Task:
-    """A piece of work that waits, runs or is done."""
+    """A task that waits, runs or is done."""
 
     def __init__(self, run: "Callable[[Task], None]") -> None:
         self.run = run
         self._is_abandoned = threading.Event()
 
     def abandon(self) -> None:
-        """Say that nobody waits for it."""
+        """Mark the task as no longer needed."""
         self._is_abandoned.set()
 
     @property
     def is_abandoned(self) -> bool:
-        """Whether nobody waits for it."""
+        """Whether the task is no longer needed."""
         return self._is_abandoned.is_set()
 
     def check(self) -> None:
-        """Raise AbandonedError if nobody waits for it."""
+        """Raise AbandonedError if the task is no longer needed."""
         if self.is_abandoned:
             raise AbandonedError
 
 
 class Lane:
-    """A thread that does one task after the other.
+    """A thread that runs one task after the other.
 
     Args:
         name: of the thread.
-        latest_wins: whether a new task replaces those that wait, and the one that runs.
+        latest_wins: whether a new task replaces waiting and running ones.
     """
 
     def __init__(self, name: str, *, latest_wins: bool = False) -> None:
@@ -56,7 +56,7 @@ class Lane:
         self._thread.start()
 
     def submit(self, run: Callable[[Task], None]) -> Task:
-        """Have a function called in the thread of the lane; it may raise AbandonedError, and nothing else."""
+        """Run a function in the lane's thread; it may raise only AbandonedError."""
         task = Task(run)
         with self._changed:
             if self._is_closed:
@@ -72,7 +72,7 @@ class Lane:
         """Wait until nothing is left to do; returns False if that takes longer than `seconds`.
 
         Args:
-            task: that waits for it, in another lane: AbandonedError is raised soon after it is abandoned.
+            task: waiting task of another lane: AbandonedError is raised soon after it is abandoned.
             seconds: None for any time.
         """
         with self._changed:
@@ -121,7 +121,7 @@ class Lane:
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a piece of work is.
+    """Progress of a task.
 
     Attributes:
         stage: of the report.
@@ -139,7 +139,7 @@ class WatchedReport(Report):
     """A report that tells each stage and frame when it begins.
 
     Attributes:
-        watch: is called with it, and may raise to leave the work.
+        watch: called with the progress; may raise to stop the work.
     """
 
     watch: Callable[[Progress], None] = field(default=lambda progress: None, kw_only=True)
