@@ -1,1 +1,1 @@
-"""A scene file becomes a picture, numbered frames or a video: the stages in order, each timed."""
+"""From a scene file to a picture, numbered frames or a video: timed stages, in order."""

@@ -1,4 +1,4 @@
-"""What stands around the strokes of a scene: loose strokes, or a stage; as a coat that is laid first."""
+"""The backdrop around the strokes of a scene, loose strokes or a stage: a coat that is laid first."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -32,28 +32,28 @@ if TYPE_CHECKING:
     from brushgs.passes.form.edges import Edges
     from brushgs.rendering.plain import PlainViews
 
-USUAL_STROKES = 6000  # of a painting, with which the strokes of a stage have their usual size
-LOOKED_AT = 160  # pixels of the longer side of a picture that tells whether a scene fills it
-LEAST_NEAR = 0.05  # how near an outline a stroke is that counts as being at it
-THIN = 0.4  # height of the paint along an outline, in that of the stage
+USUAL_STROKES = 6000  # of a painting, at which the strokes of a stage have their usual size
+LOOKED_AT = 160  # pixels, longer side of the picture that shows whether a scene fills it
+LEAST_NEAR = 0.05  # nearness to an outline above which a stroke is at it
+THIN = 0.4  # height of the paint along an outline, relative to the stage
 MOST_CHROMA = 0.075  # of a stage in the hues of a style, OKLab: it stays behind its subject
 SIZES = (0.6, 1.8)  # least and most size of the strokes of a stage, however many the subject has
 
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What a backdrop depends on beside the materials of a painting.
+    """Inputs of a backdrop besides the materials of a painting.
 
     Attributes:
         gaussians: the scene, pruned.
-        first_view: of the scene; None where none was needed.
-        site: where it stands and how it is lit; None where no stage is asked for.
-        suns: [K, 3] toward the lamp during a day, world axes; None where the light stands still.
+        first_view: of the scene; None if not needed.
+        site: where it stands and how it is lit; None without a stage.
+        suns: [K, 3] toward the lamp during a day, world axes; None for a fixed light.
         cameras: of the job.
         views: plain pictures of some of them; None without.
-        kit: which strokes each of the brushes suits.
-        colors: changes of colour that the backdrop follows.
-        styles: of the painting; None without any.
+        kit: which strokes each brush suits.
+        colors: colour changes that the backdrop follows.
+        styles: of the painting, or None.
     """
 
     gaussians: Gaussians
@@ -68,12 +68,12 @@ class Setting:
 
 
 def needs_place(ground: GroundConfig, gaussians: Gaussians, camera: Camera) -> bool:
-    """Whether a stage has to know how a scene stands: not one that fills the picture of a given camera.
+    """Whether a stage depends on how the scene stands: not if it fills the picture of a given camera.
 
     Args:
         ground: the options.
         gaussians: the scene.
-        camera: that is given.
+        camera: the given camera.
     """
     if not ground.stage or ground.backdrop_always:
         return ground.stage
@@ -86,9 +86,9 @@ def needs_place(ground: GroundConfig, gaussians: Gaussians, camera: Camera) -> b
 def open_backdrop(
     config: PaintConfig, setting: Setting, materials: Materials, report: Report
 ) -> tuple[list[Coat], Materials, F32 | None]:
-    """The coat of the backdrop, none where the look or the scene has none; and the materials on it.
+    """The coat of the backdrop, if look and scene have one, and the materials on it.
 
-    The third is what each sun of a day adds to the colours of that coat, RGB [K, n, 3]; None for nothing.
+    The third is what each sun of a day adds to the colours of that coat, RGB [K, n, 3], or None.
     """
     ground, first_view = config.ground, setting.first_view
     has_one = ground.stage or ground.backdrop > 0
@@ -187,9 +187,9 @@ def _finished(strokes: Gaussians, *, setting: Setting, has_colors: bool, seed: i
 
 
 def with_cut_edges(painting: Painting, camera: Camera, edges: "Edges | None" = None) -> Painting:
-    """A painting whose stage is laid over the outline of its subject a little, as one view shows it.
+    """A painting whose stage slightly overlaps the outline of its subject in one view.
 
-    Only in opaque paint: drawn stages have no paint to cut in with. With edges only those that are found.
+    Only in opaque paint: drawn stages have no paint to cut in with. With `edges`, only along found edges.
     """
     backdrop, *coats = painting.coats
     is_cut = backdrop.name == BACKDROP and backdrop.is_one_sided and backdrop.texture.is_directed
@@ -204,7 +204,7 @@ def with_cut_edges(painting: Painting, camera: Camera, edges: "Edges | None" = N
     if brushes is not None and len(strokes):
         strokes = replace(strokes, brushes=np.resize(brushes, len(strokes)))
     options, relief = backdrop.options, backdrop.options.relief
-    if relief is not None:  # or their ends would stand around the subject like a ring
+    if relief is not None:  # or their ends would form a ring around the subject
         options = replace(options, relief=replace(relief, thickness=0.0, gain=THIN * relief.gain))
     coat = replace(backdrop, name=CUT_IN, strokes=strokes, options=options, normals=None, is_one_sided=False)
     return replace(painting, coats=(backdrop, paint[0], coat, *coats[1:])) if len(strokes) else painting

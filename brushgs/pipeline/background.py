@@ -1,4 +1,4 @@
-"""What lies behind the strokes: a named colour, "#rrggbb" or an image file becomes a colour or an array."""
+"""The background of a picture: a named colour, "#rrggbb" or an image file becomes a colour or an array."""
 
 import math
 from pathlib import Path
@@ -13,7 +13,7 @@ from brushgs.values.colors import flatten, rgb_of
 
 TRANSPARENT = "transparent"  # no background
 _ROWS = 64
-_FAR = 8  # times the picture: from there on block means look the same as antialiased scaling
+_FAR = 8  # times the picture: above this, block means look the same as antialiased scaling
 Background = tuple[float, float, float] | NDArray[np.float32] | None
 
 
@@ -38,8 +38,8 @@ def open_background(text: str, width: int, height: int) -> Background:
         height: of the picture, pixels.
 
     Returns:
-        None for transparent, one RGB colour 0 to 1, or float32 [height, width, 3]: the image scaled to
-        fill the picture and cropped evenly to its centre; where it is transparent, on white.
+        None for transparent, one RGB colour 0 to 1, or float32 [height, width, 3]: the image scaled to fill
+        the picture and cropped evenly to its centre, on white if transparent.
 
     Raises:
         ValueError: if the text is no background.

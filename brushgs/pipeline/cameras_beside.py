@@ -1,4 +1,4 @@
-"""How a scene is seen by cameras that lie beside its file, and the one note that says so."""
+"""The view from the cameras beside a scene file, and the note about them."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,12 +19,12 @@ SWITCH = "--camera-file none"
 
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """What cameras beside a scene gave.
+    """Result of the search for cameras beside a scene.
 
     Attributes:
         note: which file was found, and what it gives, or why it gives nothing.
-        view: the first view; None where no cameras fit the scene.
-        path: of the cameras that do; None where none do.
+        view: the first view; None if no cameras fit the scene.
+        path: file of the cameras that fit; or None.
     """
 
     note: str
@@ -39,12 +39,12 @@ def view_beside(
 
     Args:
         gaussians: N >= 1 Gaussians.
-        config: cameras are not sought where it names a camera file, or all that they could give.
-        notes: of the files of the scene; there are none of Gaussians in memory, and strokes know their view.
-        stated: up as flags or the header state it.
+        config: no cameras are searched if it names a camera file, or states all that they could give.
+        notes: of the files of the scene; Gaussians in memory have none, and strokes know their view.
+        stated: the up axis stated by flags or header.
 
     Returns:
-        None where no cameras lie there, or they are not sought.
+        None if there are no cameras, or none are searched.
     """
     given = _given(config, has_up=stated is not None)
     if notes is None or notes.is_strokes or config.camera_file is not None or not given:
@@ -72,7 +72,7 @@ def view_beside(
 
 
 def _given(config: ViewConfig, *, has_up: bool) -> str:
-    """What cameras give that options and the header leave open, in words; may be nothing."""
+    """What cameras add to options and header, in words; may be empty."""
     has_azimuth = config.azimuth is not None or config.side is not None
     has_elevation = config.elevation is not None or config.side == "top"
     return " and ".join(

@@ -1,4 +1,4 @@
-"""The stages before clustering that drop what a painting does not need: floaters, crumbs, what is unseen."""
+"""The stages before clustering that drop floaters, crumbs and unseen Gaussians."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
 
 MIN_SEEN = 0.2  # pixels; the plain picture without Gaussians that make up less is within 55 dB on five views
 STRONG_HELPS = 3e-4  # share of the painted area; where only "strong" drops so much more, the report says so
-SAMPLE = 20_000  # rows in which gaps between clumps are searched
+SAMPLE = 20_000  # rows in which gaps between clumps are searched for
 FAR_CLUMPS = (
     "the scene lies in clumps so far apart that from one the others are dots; the heaviest is painted "
     "(--clean off keeps all)"
 )
-MAX_VIEWS = 24  # of a path, evenly spread: what is seen between them is seen from one of them
+MAX_VIEWS = 24  # of a path, evenly spread; they show what is seen between them
 
 
 def clean_scene(
     gaussians: Gaussians, config: CleanConfig, report: Report, *, is_strokes: bool = False
 ) -> Gaussians:
-    """Drop floaters; none of a file of strokes."""
+    """Drop floaters, except from a file of strokes."""
     with report.stage("clean") as stage:
         num_before = len(gaussians)
         stage.counts = {"before": num_before, "after": num_before, "floaters": config.floaters}
@@ -65,12 +65,12 @@ def clean_scene(
 
 
 def drop_crumbs(gaussians: Gaussians, first_view: FirstView, report: Report) -> Gaussians:
-    """Drop what hangs below an object, see `find_crumbs`.
+    """Drop crumbs below an object, see `find_crumbs`.
 
     Args:
         gaussians: the scene, without floaters, N >= 1.
         first_view: of it.
-        report: gets a stage, only where something is dropped.
+        report: gets a stage only if something is dropped.
     """
     from brushgs.passes.reduce.contribution import paint_of
     from brushgs.passes.reduce.crumbs import find_crumbs
@@ -99,7 +99,7 @@ def select_seen(
         gaussians: the scene.
         cameras: the views.
         report: gets the stage.
-        at: the same Gaussians as the view of a number sees them, where they move; None where they rest.
+        at: the same Gaussians, moved to the moment of a view, by its index; None for a still scene.
     """
     with report.stage("seen") as stage:
         from brushgs.rendering.visibility import visible_areas

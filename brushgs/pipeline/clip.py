@@ -15,10 +15,10 @@ from brushgs.values.arrays import F64, Rows
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 
-NUM_SAMPLED = 12  # moments of a clip that tell how its rows move
-FULL_SHARE = 0.5  # of the opacity of the fullest moment: one with so much shows how the scene looks
-SAME_MOMENT = 1e-6  # seconds: moments nearer to each other are one
-ROUNDING = 1e-6  # of a frame: a clip that is longer by less has no further one
+NUM_SAMPLED = 12  # moments of a clip that show how its rows move
+FULL_SHARE = 0.5  # of the opacity of the fullest moment, enough to show how the scene looks
+SAME_MOMENT = 1e-6  # seconds: closer moments are the same
+ROUNDING = 1e-6  # of a frame: a smaller excess adds no frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +27,8 @@ class Film:
 
     Attributes:
         times: [F] seconds of the scene.
-        others: [F] seconds that a frame fades into.
-        shares: [F] how far it has, 0 to 1.
+        others: [F] seconds of the scene that a frame cross-fades into.
+        shares: [F] progress of the cross-fade, 0 to 1.
         fps: frames a second.
         is_loop: whether the frame after the last is the first again.
     """
@@ -41,24 +41,24 @@ class Film:
 
     @property
     def moments(self) -> F64:
-        """[T] all times that frames show, ascending, each once."""
+        """[T] all times that frames show, ascending, without duplicates."""
         return np.unique(np.concatenate([self.times, self.others[self.shares > 0]]))
 
     def moment(self, frame: int) -> tuple[float, float, float]:
-        """Equal for frames that show the same of the scene."""
+        """A key that is equal for frames with the same content."""
         return float(self.times[frame]), float(self.others[frame]), float(self.shares[frame])
 
     def runs(self) -> "list[Run]":
-        """What is seen without a jump in time: the whole film, or each turn of a loop that cross-fades.
+        """Sequences without a jump in time: the whole film, or each pass of a loop that cross-fades.
 
-        Such a turn begins in the frames in which the turn before it fades.
+        A pass begins in the frames in which the previous pass fades.
         """
         if not self.shares.any():
             return [Run(np.arange(len(self.times)), self.times, 0)]
         starts = [0, *(np.flatnonzero(np.diff(self.times) < 0) + 1), len(self.times)]
         turns = [np.arange(start, end) for start, end in pairwise(starts)]
         ends = [turn[self.shares[turn] > 0] for turn in turns]
-        # A film that loops begins where its last turn ends; any other may end while it fades.
+        # A looping film begins where its last pass ends; any other may end while it fades.
         before = [ends[-1] if self.is_loop else ends[-1][:0], *ends[:-1]]
         after = [] if self.is_loop else [(ends[-1], turns[-1][:0])]
         runs = []
@@ -71,12 +71,12 @@ class Film:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Frames that are seen without a jump in time.
+    """Frames without a jump in time between them.
 
     Attributes:
-        frames: [n] their numbers; those that fade, and the others, ascending.
+        frames: [n] frame numbers: first the fading frames, then the others, ascending.
         times: [n] seconds of the scene.
-        num_fading: so many of them, the first, are those that a turn before this one fades into.
+        num_fading: number of leading frames that the previous pass cross-fades into.
     """
 
     frames: Rows
@@ -86,7 +86,7 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """A moving scene, and what of it is shown.
+    """A moving scene, and which part of it is shown.
 
     Attributes:
         scene: the moving scene.
@@ -107,9 +107,9 @@ class Clip:
         """The moment of each frame.
 
         Args:
-            fps: frames a second, > 0; None for that of the options, or 30.
-            num_frames: of a camera path, >= 1: where it is longer than the clip, the scene rests at its end,
-                or goes on where it loops; None for as many as the clip has.
+            fps: frames a second, > 0; None for the rate of the options, or 30.
+            num_frames: of a camera path, >= 1: if it is longer than the clip, the scene stops at its end, or
+                repeats if it loops; None for as many as the clip has.
 
         Raises:
             ValueError: if the part of the scene is empty, or has too many frames.
@@ -124,7 +124,7 @@ class Clip:
             raise ValueError(f"cross-fade must be at most half of the {length:g} s shown, got {fade:g} s")
         shown = length - fade
         if config.loop and not fade:
-            shown = max(0.0, shown - held)  # it turns at the last moment, where it does not rest
+            shown = max(0.0, shown - held)  # it turns at the last moment without stopping
         steps = shown / step
         if steps > MAX_FRAMES:
             raise ValueError(
@@ -133,7 +133,7 @@ class Clip:
             )
         if not config.loop:
             num = int(steps + ROUNDING) + 1
-            if held:  # whole frames up to the end, at which there is no moment
+            if held:  # whole frames up to the end, which is no moment itself
                 num = max(1, round(steps))
                 step = length / num
             times = first + np.minimum(np.arange(num_frames or num) * step, length)
@@ -156,28 +156,28 @@ class Clip:
         return Film(times, others, shares, rate, is_loop=num % whole == 0)
 
     def _held(self, last: float) -> float:
-        """Seconds that the last moment is shown for, if all of them are; 0 where the clip ends with it."""
+        """Duration of the last moment in seconds, if all are shown; 0 if the clip ends with it."""
         duration, times = self.scene.duration, self.scene.times
         if times is None or not len(times) or last < duration or duration <= times[-1] * (1 + ROUNDING):
             return 0.0
         return float(duration - times[-1])
 
     def sampled(self) -> F64:
-        """A few moments of the part that is shown, from its first to its last, each once."""
+        """A few moments of the shown part, from first to last, without duplicates."""
         return np.unique(np.linspace(*self.ends(), NUM_SAMPLED))
 
     def moments(self) -> Iterator[Gaussians]:
-        """The Gaussians of each of these moments that shows any, made when they are asked for."""
+        """The Gaussians of each sampled moment that is not empty, made on demand."""
         for time in self.sampled():
             gaussians = self.scene.at(float(time))
             if gaussians.opacities.any():
                 yield gaussians
 
     def first_seen(self) -> Gaussians:
-        """The Gaussians of the first of these moments that shows at least half of what the fullest does.
+        """The Gaussians of the first sampled moment with at least half the opacity of the fullest.
 
         Raises:
-            ValueError: if none shows any.
+            ValueError: if all are empty.
         """
         weights = [float(gaussians.opacities.sum(dtype=np.float64)) for gaussians in self.moments()]
         if not weights:
@@ -188,7 +188,7 @@ class Clip:
         return next(islice(self.moments(), first, None))
 
     def file_times(self) -> F64 | None:
-        """The moments that files hold of what is shown, and the next on either side; None for a formula.
+        """The moments in the files within the shown part, plus one on either side; None for a formula.
 
         [T] seconds, ascending.
         """
@@ -201,7 +201,7 @@ class Clip:
         return np.asarray(times[max(int(start), 0) : int(stop)])
 
     def ends(self) -> tuple[float, float]:
-        """The first and the last moment that is shown, seconds.
+        """The first and the last shown moment, seconds.
 
         Raises:
             ValueError: if the scene does not have them.
@@ -218,9 +218,9 @@ class Clip:
 
 
 def as_files(scene: SceneFiles | Clip) -> SceneFiles | Clip:
-    """What strokes are made of that are written, one file a moment: at the rate of its own files, else 24.
+    """The scene for writing strokes, one file per moment: a clip at the rate of its files, else 24.
 
-    So there is one for each of its files, and they last as long. A rate that its options name is kept.
+    So there is one output file per input file, of the same duration. A rate in its options is kept.
     """
     if not isinstance(scene, Clip) or scene.config.fps is not None:
         return scene

@@ -1,7 +1,7 @@
-"""Changes of colour that do not come from the scene: a palette, styles, swaps and adjustments.
+"""Colour changes that do not come from the scene: a palette, styles, swaps and adjustments.
 
-A change is fitted once, to the strokes of a painting. What belongs to it then changes alike: strokes that are
-born later or drawn coarser, the backdrop and the ground.
+A change is fitted once, to the strokes of a painting, and then also applied to strokes that are born later or
+drawn coarser, to the backdrop and to the ground.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
     from brushgs.values.style import Style
 
 UNCHANGED = Affine(np.eye(3), np.zeros(3))
-FEW_COLORS = 4096  # of a ground, from which on each of them is mapped once
+FEW_COLORS = 4096  # of a ground; from this number on each distinct colour is mapped once
 
 
 class FittedMap:
-    """A change of colours that is fitted to the first strokes that it is given, and then is the same for all.
+    """A colour change that is fitted to the first strokes it receives, then applied unchanged.
 
     Args:
         fit: from strokes to a map.
-        first_view: of the scene, for changes that depend on how it stands.
-        names: of the features of a stroke that the map needs beside its colour.
+        first_view: of the scene, for changes that depend on its orientation.
+        names: stroke features that the map needs besides colour.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class FittedMap:
         return map_colors(strokes, self.map, self.features(strokes))
 
     def features(self, strokes: Gaussians) -> "StrokeFeatures | None":
-        """What the map depends on beside colour; None for nothing."""
+        """The features that the map needs besides colour; None for none."""
         if not self._names:
             return None
         from brushgs.passes.style.features import stroke_features
@@ -66,7 +66,7 @@ class FittedMap:
         return stroke_features(strokes, self._first_view, names=self._names)
 
     def colors(self, rgb: Array, by: ColorMap | None = None) -> Array:
-        """Colours [..., 3] that belong to no stroke, 0 to 1; as they are where nothing was fitted yet."""
+        """Map colours [..., 3] of no stroke, 0 to 1; unchanged if nothing was fitted yet."""
         one = by or self.map
         if one is None:
             return rgb
@@ -106,8 +106,8 @@ def style_change(styles: Styles, first_view: FirstView | None, cameras: Sequence
     Args:
         styles: of the painting.
         first_view: see `FittedMap`.
-        cameras: what they show of each stroke counts toward the colours of the scene: on a koala the distance
-            to three paintings falls by 78 to 81 % so, and by 57 to 60 % where hidden paint counts as well.
+        cameras: only the visible share of each stroke counts toward the colours of the scene. On koala this
+            reduces the distance to three paintings by 78 to 81 %, instead of 57 to 60 % with hidden paint.
     """
 
     def map_of(style: "Style", strokes: Gaussians) -> ColorMap:
@@ -131,7 +131,7 @@ def style_change(styles: Styles, first_view: FirstView | None, cameras: Sequence
 
 
 def _shown(strokes: Gaussians, cameras: Sequence[Camera]) -> Array:
-    """[N] how much of the painting each stroke is, by what some cameras show of it if they show any."""
+    """[N] weight of each stroke in the painting, by its visible area if any camera shows strokes."""
     if cameras:
         from brushgs.passes.seen import shown_areas
 
@@ -156,12 +156,12 @@ def adjust_change(config: AdjustConfig) -> FittedMap:
 
 @dataclass(frozen=True, eq=False)
 class Changes:
-    """Styles and adjustments of a painting: its passes, and what else they change.
+    """Styles and adjustments of a painting: their passes, and the colours of backdrop and ground.
 
     Attributes:
-        styles: None without any.
+        styles: or None.
         adjust: the adjustments.
-        first_view: of the scene; None where no style needs it.
+        first_view: of the scene; None if no style needs it.
         cameras: see `style_change`.
     """
 
@@ -172,7 +172,7 @@ class Changes:
 
     @property
     def are_any(self) -> bool:
-        """Whether anything changes."""
+        """Whether there are any changes."""
         return self.styles is not None or self.adjust.changes
 
     @cached_property
@@ -201,13 +201,13 @@ class Changes:
         return [StrokePass("style colours", f"in the colours of {', '.join(styles.names)}", restyled)]
 
     def adjust_passes(self) -> list[StrokePass]:
-        """The stage of adjustments, if there are any: the last change of colours, so that grey is grey."""
+        """The stage of adjustments, if any: the last colour change, so that grey stays grey."""
         if self._adjust is None:
             return []
         return [StrokePass("adjust", f"with {described(self.adjust)}", self._adjust)]
 
     def backdrop(self, strokes: Gaussians) -> Gaussians:
-        """Strokes of a backdrop, after the stages ran."""
+        """Recolor strokes of a backdrop, after the stages ran."""
         return in_colors(strokes, self._behind(base_colors(strokes.sh), has_grounds=False))
 
     def adjusted(self, strokes: Gaussians) -> Gaussians:
@@ -217,7 +217,7 @@ class Changes:
         return in_colors(strokes, self._adjust.colors(base_colors(strokes.sh)))
 
     def ground(self, rgb: Array) -> Array:
-        """A ground [3] or [H, W, 3], after the stages ran."""
+        """Recolor a ground [3] or [H, W, 3], after the stages ran."""
         return self._behind(rgb, has_grounds=True)
 
     def _behind(self, rgb: Array, *, has_grounds: bool) -> Array:
@@ -229,16 +229,16 @@ class Changes:
 
 
 def _map_behind(one: ColorMap | None, styles: Styles, mean: F64, *, has_grounds: bool) -> ColorMap | None:
-    """The map of styles, for what lies behind the strokes.
+    """The colour map of styles for what lies behind the strokes.
 
-    What a map that was fitted to strokes makes of other colours need not be in the painting: the complement
-    of a scene became a brown in the blues of a night. So all is shifted until its mean is in it.
+    A map fitted to strokes may map other colours out of the painting: the complement of a scene became a
+    brown in the blues of a night. So the result is shifted until its mean is in the painting.
 
     Args:
-        one: for the strokes.
+        one: the map of the strokes.
         styles: of the painting.
-        mean: [3] colour of what lies there.
-        has_grounds: whether it is on the way to the grounds of styles already.
+        mean: [3] mean colour behind the strokes.
+        has_grounds: whether the ground is already blended with those of styles.
     """
     if not isinstance(one, Blend):
         return one

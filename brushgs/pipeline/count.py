@@ -1,7 +1,7 @@
-"""The stages that choose how many strokes a scene is made of, where the options give a target, not a count.
+"""The stages that choose the number of strokes if the options give a target instead of a count.
 
 Targets are the knee of error over cost ("auto"), an error budget and a stroke size. `stroke_count` estimates
-the count; for the knee the estimate is the count, for the others it is where the search starts.
+the count: final for the knee, the start of the search for the others.
 """
 
 import warnings
@@ -32,14 +32,14 @@ def open_view_model(
     background: Background,
     report: Report,
 ) -> "ViewModel":
-    """Render the plain picture of the whole scene, which counts of strokes are compared with.
+    """Render the plain picture of the whole scene, the truth for stroke counts.
 
     Args:
         gaussians: the scene as loaded.
         camera: the view.
         texture: the stroke.
         options: how strokes become a frame.
-        background: what lies behind the strokes; None counts as white.
+        background: behind the strokes; None counts as white.
         report: gets the stage.
     """
     with report.stage("plain") as stage:
@@ -67,8 +67,8 @@ def choose_count(
 
     Args:
         gaussians: the scene, pruned.
-        config: its target, and how Gaussians are merged.
-        view_model: the view that the target is for.
+        config: target, and how Gaussians are merged.
+        view_model: the view of the target.
         report: gets the stage.
         are_changed: whether strokes are changed after clustering, see `choose_for_view_model`.
     """
@@ -101,7 +101,7 @@ def choose_count(
 
 
 def _explain(choice: "Choice", at_least: str) -> str:
-    """Why this count, in words; `at_least` where strokes will be better than the cells of the estimate."""
+    """Why this count, in words; `at_least` if strokes will be better than the cells of the estimate."""
     if choice.rule == "size":
         return f"estimated to be {choice.size:.0f} px long"
     if choice.rule == "psnr":
@@ -134,7 +134,7 @@ def cluster_to_target(
 
 
 def describe_search(found: "Found", target: ErrorBudget | StrokeSize, stage: Stage) -> None:
-    """Report what a search reached, and warn of a size that it missed."""
+    """Report the result of a search, and warn of a missed size."""
     from brushgs.stroke_count.search import SIZE_TOLERANCE
 
     stage.counts |= {"tries": found.tries, "size": round(found.size, 2), "psnr": round(found.psnr, 3)}
@@ -147,11 +147,11 @@ def describe_search(found: "Found", target: ErrorBudget | StrokeSize, stage: Sta
 
 
 def _size_cure(size: float, target: StrokeSize) -> str:
-    """What to do where strokes are so many pixels long, and the target cannot be reached."""
+    """What to do if strokes are `size` pixels long and the target cannot be reached."""
     if size == 0:
         return "nothing is visible: check that the camera and the scene belong together"
     nearest = f"take --stroke-size {size:.2g}px" if size < 10 else f"take --stroke-size {size:.0f}px"
-    if size > target.pixels:  # not even one stroke per Gaussian is so small
+    if size > target.pixels:  # not even one stroke per Gaussian is small enough
         return (
             f"{nearest}, paint a smaller picture (--size) or a smaller --zoom, or keep more with --keep 100%"
         )

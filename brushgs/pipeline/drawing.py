@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
 NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
 CURE = "run `brushgs doctor` on the scene, its file may encode opacities in another way"
-BLANK = 0.01  # mean alpha of a picture below which one sees next to nothing
-FAINT = 0.1  # mean opacity, weighed by area; nine trained scenes have 0.28 to 0.99, each row counted once
+BLANK = 0.01  # mean alpha below which a picture is almost empty
+FAINT = 0.1  # mean opacity weighted by area; nine trained scenes have 0.28 to 0.99, unweighted
 CULLED = {  # field of ProjectCounts -> words
     "behind_near": "at or behind the near plane of the camera",
     "outside": "outside the picture",
@@ -53,13 +53,13 @@ def open_brushes(
     by_material: bool,
     stroke_color: StrokeColor | None = None,
 ) -> "tuple[BrushSet, BrushKit]":
-    """Open the stroke images, or the kernel; and which strokes each of several suits.
+    """Open the stroke images, or the kernel, and assign several images to kinds of strokes.
 
     Args:
-        named: brushes by what they suit.
-        stroke: the stroke where there are none of these.
+        named: brushes by the strokes that they suit.
+        stroke: the stroke if `named` is empty.
         size: (width, height) of the picture, pixels; None for the usual one.
-        styled: names of the brushes of styles, which no kernel is mixed with.
+        styled: names of the brushes of styles; a kernel cannot be mixed with them.
         report: gets the stage.
         by_material: whether smooth and rough surfaces have brushes of their own.
         stroke_color: whose colour paint has.
@@ -108,8 +108,7 @@ def render_options(
 ) -> "RenderOptions":
     """Resolve the options for one picture, or for all frames along a path.
 
-    Fields that `DrawConfig` and `RenderOptions` share are handed on by name, so that a new one needs no line
-    here.
+    Fields that `DrawConfig` and `RenderOptions` share are passed on by name.
 
     Raises:
         ValueError: if the lock is "track" and there is no path.
@@ -128,7 +127,7 @@ def render_options(
 
 
 def open_picture_background(config: DrawConfig, camera: Camera, report: Report) -> Background:
-    """Open the background of a picture; a stage only where an image is read."""
+    """Open the background of a picture; a stage only if an image is read."""
     if not Path(config.background).is_file():
         return open_background(config.background, camera.width, camera.height)
     with report.stage("background") as stage:
@@ -142,11 +141,11 @@ def project_coat(coat: "Coat", camera: Camera, report: Report, *, advice: str = 
     """Project the strokes of a coat to boxes on the picture, nearest first.
 
     Args:
-        coat: strokes in space, and how they are laid.
+        coat: strokes in space with drawing options.
         camera: the view.
         report: gets the stage.
-        advice: what the report adds where most strokes lie outside the picture.
-        among: how many coats the painting has: one of several is named.
+        advice: added to the report if most strokes lie outside the picture.
+        among: number of coats of the painting; one of several is named.
     """
     strokes, options = coat.strokes, coat.options
     with report.stage(_stage_name("project", coat, among)) as stage:
@@ -194,13 +193,13 @@ def lay_coat(canvas: "Canvas", coat: "Coat", boxes: Boxes, report: Report, *, am
 
 
 def warn_if_blank(coat: "Coat", boxes: Boxes, camera: Camera, painted: float) -> None:
-    """Warn where one sees next to nothing of the scene, and say why.
+    """Warn if the picture is almost empty, and say why.
 
     Args:
-        coat: that shows most.
-        boxes: of it.
+        coat: the coat with most paint.
+        boxes: of the coat.
         camera: the view.
-        painted: its mean alpha.
+        painted: mean alpha of the coat.
     """
     if len(boxes) == 0:
         warnings.warn(SceneWarning(why_nothing_is_seen([coat.strokes])), stacklevel=2)
@@ -209,7 +208,7 @@ def warn_if_blank(coat: "Coat", boxes: Boxes, camera: Camera, painted: float) ->
 
 
 def light_canvas(canvas: "Canvas", painting: "Painting", camera: Camera, report: Report) -> Frame:
-    """The finished picture; a stage only where there is a lamp."""
+    """The finished picture; a stage only if there is a lamp."""
     if painting.lamp is None:
         return canvas.finish()
     with report.stage("light") as stage:
@@ -240,7 +239,7 @@ def _rounded(sigmas: "Sigmas") -> Any:
 
 
 def why_nothing_is_seen(strokes: Iterable[Gaussians]) -> str:
-    """Why no stroke of these is in a picture, and what to do about it."""
+    """Why none of these strokes is in a picture, and what to do about it."""
     most = max((float(one.opacities.max(initial=0)) for one in strokes), default=0.0)
     if most >= MIN_ALPHA:
         return NOTHING_SEEN
@@ -260,7 +259,7 @@ def _why_blank(boxes: Boxes, camera: Camera, painted: float) -> str:
 
 
 def _describe_levels(boxes: Boxes, texture: "Brushes", filter: str, stage: Stage) -> None:
-    """Report how many mip levels of the stroke image were not made, because no stroke samples them."""
+    """Report how many mip levels of the stroke image were skipped, because no stroke samples them."""
     if texture.kind != "image":
         stage.details.append("no texture filter: a kernel is computed, not sampled")
         return
@@ -283,7 +282,7 @@ def write_picture(
     report: Report,
     shot: "Shot | None" = None,
 ) -> None:
-    """Write the picture on its background, and in formats that hold it what else is known of it."""
+    """Write the picture on its background, with layers and metadata if the format holds them."""
     with report.stage("write") as stage:
         from brushgs.formats.pictures.images import write_frame
 

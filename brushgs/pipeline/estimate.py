@@ -1,4 +1,4 @@
-"""How long a job will take, and how much memory, estimated from what headers of files say."""
+"""Estimate the time and memory of a job from file headers."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -6,8 +6,8 @@ from typing import NamedTuple
 from brushgs.pipeline.blocks.budget import FOR_ALL, bytes_each
 from brushgs.pipeline.explain import Explained
 
-# Seconds of a step on two cores: at least, and for each million Gaussians more. Fitted by eye to five scenes
-# of 14,000 to 150,000 Gaussians; a job is within a factor of two of the sum.
+# Seconds of a step on two cores: minimum, and per million Gaussians. Fitted by eye to five scenes of 14,000
+# to 150,000 Gaussians; a job is within a factor of two of the sum.
 SECONDS = {
     "own_brushes": (0.15, 0.0),
     "read": (0.02, 1.0),
@@ -29,12 +29,12 @@ SECONDS = {
     "growth": (0.3, 3.0),
     "followed": (1.0, 20.0),
 }
-FRAME = (0.05, 0.35)  # of a frame: at least, and for each million pixels more
+FRAME = (0.05, 0.35)  # seconds of a frame: minimum, and per million pixels
 PIXEL_BYTES = 1.5  # of a PNG of a painting
 
 
 class Estimate(NamedTuple):
-    """What a job costs.
+    """Cost of a job.
 
     Attributes:
         seconds: on two cores.
@@ -59,11 +59,11 @@ def estimate(
     """Estimate the cost of a job.
 
     Args:
-        steps: of the job; those that are undecided count half.
+        steps: of the job; undecided steps count half.
         num_gaussians: in its files.
         num_terms: spherical-harmonic terms of each.
         size: (width, height) of a frame, pixels.
-        num_frames: that are painted.
+        num_frames: number of painted frames.
     """
     share = {"yes": 1.0, "undecided": 0.5, "no": 0.0}
     millions, pixels = num_gaussians / 1e6, size[0] * size[1]

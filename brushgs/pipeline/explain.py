@@ -1,4 +1,4 @@
-"""What a job would make, and why not the rest: its graph, followed without a step that costs anything."""
+"""Which steps a job would run, and why not the others: its graph, followed without any costly step."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -16,12 +16,12 @@ class Explained:
 
     Attributes:
         name: of the step.
-        makes: names of the values that it makes.
-        takes: names of the values that it may take.
+        makes: names of its output values.
+        takes: names of its possible input values.
         does: what it makes, in words.
         runs: whether it runs.
-        why: the reason where it does not run, or may not.
-        is_work: whether it tells what it does in a report, or says when it is not needed.
+        why: the reason if it does not run, or may not.
+        is_work: whether it has a stage in the report, or a rule to skip it.
     """
 
     name: str
@@ -38,18 +38,18 @@ class Explained:
 
 
 class _UnknownError(Exception):
-    """A value that only running the job tells; its argument names it."""
+    """A value that is known only when the job runs; its argument names it."""
 
 
 def explain(job: Job, facts: Mapping[str, Any]) -> list[Explained]:
     """Follow the graph of a job.
 
     Args:
-        job: that did not run.
-        facts: values that are known without it, such as what the header of a file says.
+        job: a job that has not run.
+        facts: values that are known without running it, such as those of a file header.
 
     Returns:
-        All steps that what is asked for may depend on, each after those that it takes values of.
+        All steps that the requested values may depend on, each after the steps of its inputs.
     """
     return _Explanation(job, facts).steps()
 
@@ -60,8 +60,8 @@ class _Explanation:
         self.graph, self.asked = graph, job.asked
         self.known = {name: value for name, value in job.inputs.items() if name not in graph.services}
         self.known |= facts
-        self.unknown: dict[str, str] = {}  # what only running the job tells, and which value is to blame
-        self.used: dict[str, set[str]] = {}  # by step that was evaluated: values that it asked for later
+        self.unknown: dict[str, str] = {}  # values known only when the job runs -> the value that is to blame
+        self.used: dict[str, set[str]] = {}  # by evaluated step: values that it requested later
         self.found: dict[str, tuple[Runs, str]] = {}
 
     def steps(self) -> list[Explained]:
@@ -76,7 +76,7 @@ class _Explanation:
         return Explained(step.name, step.makes, step.takes, step.does, runs, why, is_work)
 
     def _visit(self, name: str, runs: Runs, why: str) -> None:
-        """A value is needed, for certain or perhaps, and why only perhaps."""
+        """Mark a value as needed, for certain or perhaps, and why only perhaps."""
         step = self.graph.step_of.get(name)
         if step is None:
             return
@@ -117,7 +117,7 @@ class _Explanation:
             self._visit(name, runs, why)
 
     def _value(self, name: str) -> Any:
-        """What a value will be, where that follows from options and facts alone."""
+        """The value, if it follows from options and facts alone."""
         if name in self.known:
             return self.known[name]
         if name in self.unknown:

@@ -20,7 +20,7 @@ def film_of(
     how: tuple[Camera | PathConfig | None, ClipConfig | None, SequenceConfig],
     report: Report | None,
 ) -> Report:
-    """Paint a moving scene; `how` is the camera, the part that is shown, and where frames are painted."""
+    """Paint a moving scene; `how` is the camera, the shown part, and where frames are painted."""
     camera, clip, workers = how
     source = None
     if not isinstance(scene, MovingScene):

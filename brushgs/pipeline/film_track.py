@@ -1,4 +1,4 @@
-"""Which way strokes point over a film: a track for each of its runs."""
+"""Stroke directions over a film: a track for each of its runs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from brushgs.values.gaussians import Gaussians
 
 @dataclass(frozen=True, eq=False)
 class FilmTrack:
-    """Which way the strokes of a coat point in each frame of a film, a track for each of its runs.
+    """The stroke directions of a coat in each frame of a film, a track for each of its runs.
 
     Attributes:
         runs: of the film.
@@ -31,12 +31,12 @@ class FilmTrack:
         return track.directions(place)
 
     def directions_into(self, frame: int) -> Directions:
-        """The directions in what a frame fades into."""
+        """The directions at the moment that a frame cross-fades into."""
         track, place = self._place(frame, fading_in=True)
         return track.directions(place)
 
     def place(self, frame: int) -> float:
-        """Where a frame lies among the knots of its run."""
+        """The position of a frame among the knots of its run."""
         track, place = self._place(frame, fading_in=False)
         return float(track.positions[place])
 
@@ -58,19 +58,19 @@ def track_film(
     is_loop: bool,
     num_threads: int | None,
 ) -> FilmTrack:
-    """Choose which way the strokes of a coat point over a film.
+    """Choose the stroke directions of a coat over a film.
 
     Args:
         strokes: of the coat.
         cameras: one per frame.
         moving: how the strokes move.
-        is_loop: whether the frame after the last is the first again, for the camera as for the scene.
+        is_loop: whether the frame after the last is the first again, for both camera and scene.
         num_threads: None takes the processors available to this process.
     """
     runs, tracks = moving.film.runs(), []
     for run in runs:
         frames, times = run.frames, run.times
-        if is_loop and len(runs) == 1 and not run.num_fading:  # it ends with its first frame again
+        if is_loop and len(runs) == 1 and not run.num_fading:  # it ends with a copy of its first frame
             frames, times = np.append(frames, frames[0]), np.append(times, times[0])
         tracks.append(
             track_moving(

@@ -1,6 +1,6 @@
-"""What a painter does last, with the whole picture before him: edges lost and found, values, and accents.
+"""Finishing of a whole picture: lost and found edges, values, and accents.
 
-All are decided once for a job, on small pictures in a few of its views, before paint and canvas are lit: so
+All are decided once per job, on small pictures in a few of its views, before paint and canvas are lit, so
 they are the same in every frame.
 """
 
@@ -30,19 +30,19 @@ if TYPE_CHECKING:
     from brushgs.passes.color.values import Values
     from brushgs.passes.form.edges import Edges
 
-SIDE = 480  # pixels of the longer side of the pictures; with fewer leaves widen, and their darks count more
-TOLD = 5  # every so many pixels of them are looked at for the report
+SIDE = 480  # pixels, longer side of the pictures; in smaller ones leaves widen and their darks count more
+TOLD = 5  # stride in pixels of the samples for the report
 MOST_VIEWS = 3  # of a path
-NEAR_VIEWS = 4  # of those that strokes are made by: the view of a still and those around it
-STANDING_OUT = 3.0  # times as much more an accent is worth where it is looked at
+NEAR_VIEWS = 4  # of the guide views: the view of a still and those near it
+STANDING_OUT = 3.0  # factor on the worth of an accent in the focus
 
 
 class Seen(NamedTuple):
-    """A painting in a few views of its job, small and unlit.
+    """Small unlit pictures of a painting in a few views of its job.
 
     Attributes:
         pictures: [H, W, 3] of each view, opaque.
-        coverages: [H, W] of each, how far the strokes of the scene cover it.
+        coverages: [H, W] of each, coverage by the strokes of the scene.
     """
 
     pictures: list[Array]
@@ -53,8 +53,8 @@ def seen_small(cameras: Sequence[Camera], backdrop: Sequence[Coat], materials: M
     """Paint small pictures of a painting.
 
     Args:
-        cameras: of the job, at least one; of many, some that are evenly spread.
-        backdrop: the coat of what stands around the strokes, or none.
+        cameras: of the job, at least one; of many, an evenly spread sample.
+        backdrop: the coat of the backdrop, or none.
         materials: of the strokes.
     """
     subject, behind, seen = _alone(coats_of(materials)), _alone(backdrop), Seen([], [])
@@ -69,7 +69,7 @@ def seen_small(cameras: Sequence[Camera], backdrop: Sequence[Coat], materials: M
 
 
 def _alone(coats: Sequence[Coat]) -> Painting:
-    """Coats on nothing, flat, as a still shows them: along a path strokes turn only in its own views."""
+    """Coats without ground and relief, drawn as a still: tracks exist only in the views of a path."""
 
     def still(options: RenderOptions) -> RenderOptions:
         flat = replace(options, order="depth", relief=None, depth=False)
@@ -88,16 +88,16 @@ def with_values(
     has_own: str | None,
     views: PlainViews | None = None,
 ) -> "tuple[list[Coat], Materials, Values | None]":
-    """The backdrop and the strokes in graded colours, and the grading; None where there is none.
+    """The backdrop and the strokes in graded colours, and the grading or None.
 
     Args:
         config: the options.
         cameras: of the job.
         backdrop: the coat of what stands around the strokes, or none.
         materials: of the strokes.
-        report: gets the stage, only where values are asked for.
-        has_own: what has values of its own, such as "the palette"; None for nothing.
-        views: plain pictures of the scene, the first that of the job; None for none.
+        report: gets the stage, only if values are requested.
+        has_own: what has its own values, such as "the palette"; or None.
+        views: plain pictures of the scene, the first in the view of the job; or None.
     """
     strength = config.color.values
     if strength == 0 or not cameras or len(materials.strokes) == 0:
@@ -130,17 +130,17 @@ def with_edges(
     focus: F64 | None,
     ground: "Ground | None",
 ) -> "tuple[Materials, Edges | None]":
-    """The strokes with lost and found edges, and what each is to them; None where there are none.
+    """The strokes with lost and found edges, and the role of each stroke in them; or None.
 
     Args:
         config: the options.
         cameras: of the job, or a few small ones.
         backdrop: the coat of what stands around the strokes, or none.
         materials: of the strokes.
-        report: gets the stage, only where edges are asked for.
+        report: gets the stage, only if edges are requested.
         gaussians: the scene, N, pruned.
-        focus: [N] factors of its Gaussians; None for none.
-        ground: that the scene brings, which has no outline to lose; None for none.
+        focus: [N] factors of its Gaussians; or None.
+        ground: the scene's own ground, which has no outline to lose; or None.
     """
     strength, strokes = config.strokes.edges, materials.strokes
     if strength == 0 or not cameras or len(strokes) == 0:
@@ -175,15 +175,15 @@ def with_accents(
     materials: Materials,
     report: Report,
 ) -> list[Coat]:
-    """The coat of accents, pure lights and darks that are laid last; none where nothing is missing.
+    """The coat of accents, pure lights and darks that are laid last; none if nothing is missing.
 
     Args:
         config: the options.
-        views: plain pictures of the scene, the first that of the job.
+        views: plain pictures of the scene, the first in the view of the job.
         gaussians: the scene, pruned.
-        focus: [N] factors of its Gaussians; None for none.
-        made: the strokes as they were made, in the light of the scene, which they lack something of.
-        materials: of the strokes as they are painted.
+        focus: [N] factors of its Gaussians; or None.
+        made: the strokes as made, in the light of the scene, which lack the accents.
+        materials: of the strokes as painted.
         report: gets the stage.
     """
     from brushgs.passes.add.accents import accents, num_accents
@@ -195,7 +195,7 @@ def with_accents(
         from brushgs.passes.color.repaint import repaint
 
         near = PlainViews(views.cameras[:NEAR_VIEWS], views.frames[:NEAR_VIEWS])
-        if config.color.grades or config.color.pigments:  # what grading took away is not missing
+        if config.color.grades or config.color.pigments:  # what grading removed is not missing
             made = repaint(made, gaussians, near)
         if focus is not None:
             focus = 1 + STANDING_OUT * (focus - 1) / max(float(focus.max()) - 1, 1e-9)
@@ -204,7 +204,7 @@ def with_accents(
         stage.counts = {"strokes": len(found)}
         if len(found) == 0:
             return []
-        # Lit and graded as the stroke that each lies on, and with its brush.
+        # Lit and graded like the stroke below each, and with its brush.
         rows = nearest_rows(made, found)
         shifts = base_colors(materials.strokes.sh) - base_colors(made.sh)
         found = shift_base_colors(found, shifts[rows])
@@ -214,9 +214,9 @@ def with_accents(
 
 
 def in_own_lights(backdrop: Sequence[Coat], materials: Materials) -> tuple[list[Coat], Materials]:
-    """The backdrop and the strokes with paint as thick as they are light, see `Relief.by_light`.
+    """The backdrop and the strokes with thickness by lightness, see `Relief.by_light`.
 
-    What is light is decided by the strokes of the scene, for all coats.
+    The range of lightness is that of the strokes of the scene, for all coats.
     """
 
     def lit(options: RenderOptions) -> RenderOptions:
@@ -228,7 +228,7 @@ def in_own_lights(backdrop: Sequence[Coat], materials: Materials) -> tuple[list[
 
 
 def _describe(stage: Stage, values: "Values", seen: Seen) -> None:
-    """Report what the grading does to the first view."""
+    """Report the effect of the grading on the first view."""
     from brushgs.passes.color.squint import Squint
 
     picture, coverage = (one[::TOLD, ::TOLD] for one in (seen.pictures[0], seen.coverages[0]))

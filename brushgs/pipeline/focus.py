@@ -1,4 +1,4 @@
-"""The stage that decides where more strokes go: from the option `--focus` to a factor per Gaussian."""
+"""The stage of `--focus`: from the option to a factor per Gaussian on the strokes per area."""
 
 import warnings
 from pathlib import Path
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from brushgs.values.arrays import F64, Array
 
 DARK = 0.02  # luminance up to which a mask is dark
-MOST = 0.95  # share of the Gaussians; of more in focus the report says that it hardly matters
-SAME = 1.02  # contrast of factors up to which a focus changes nothing
+MOST = 0.95  # share of the Gaussians in focus above which the report says that it hardly matters
+SAME = 1.02  # contrast of factors up to which a focus has no effect
 
 
 def open_mask(path: Path, width: int, height: int) -> "Array":
-    """[height, width] how light a picture is, 0 to 1, scaled to fill a view; what is transparent is dark.
+    """[height, width] lightness of a picture, 0 to 1, scaled to fill a view; transparent pixels are dark.
 
     Raises:
         SceneError: if the picture cannot be read, or is dark all over.
@@ -49,16 +49,16 @@ def place_focus(
     """The factor [N] of each Gaussian on the strokes per area; None, without a stage, if there is no focus.
 
     Args:
-        gaussians: N Gaussians that strokes are made of.
+        gaussians: N Gaussians to make strokes of.
         focus: where more strokes go.
-        camera: the first view of the job, whose place a mask takes.
-        first_view: of the scene, for its subject and what stands out in it.
+        camera: the first view of the job, which a mask covers.
+        first_view: of the scene, for its subject and salience.
         report: gets the stage.
         num_threads: None takes the processors available to this process.
 
     Raises:
-        SceneError: if the mask cannot be read, is dark all over, or light only where nothing is seen.
-        ValueError: if nothing of the scene lies in the sphere.
+        SceneError: if the mask cannot be read, is dark all over, or light only where the picture is empty.
+        ValueError: if no part of the scene lies in the sphere.
     """
     if focus is None:
         return None

@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class FrameView:
-    """One frame to paint: everything that differs from frame to frame.
+    """One frame to paint: all data that differ between frames.
 
     Attributes:
-        index: which frame of the path, from 0.
+        index: number of the frame on the path, from 0.
         camera: the view.
-        directions: of the strokes of each coat, None for one whose strokes are not tracked.
+        directions: of the strokes of each coat, None for a coat without tracking.
         time: of a painting that grows, 0 to 1.
         hour: share of a day that has passed, 0 to 1; None where the light stands still.
         pose: where strokes are that move; None where nothing moves.
@@ -61,12 +61,12 @@ class FrameView:
 
 @dataclass(frozen=True, eq=False)
 class FrameKind:
-    """What a frame becomes.
+    """The output form of a frame.
 
     Attributes:
         suffix: one of `PICTURE_SUFFIXES` for the bytes of such a file, None for pixels of a video.
-        output: bits and layers; of a video the bits are given.
-        fps: frames a second, for files that say so; None where it is not known.
+        output: bits and layers; the bits of a video are given.
+        fps: frames a second, for files that store it; None if not known.
         manifest: see `Shot`.
         origin: see `Shot`.
     """
@@ -80,15 +80,14 @@ class FrameKind:
 
 @dataclass(frozen=True, eq=False)
 class FramePainter:
-    """Everything that is equal in all frames; it is sent to each process once.
+    """Paints the frames; it holds all data common to them, and is sent to each process once.
 
     Attributes:
-        painting: the coats of strokes, and what they are laid on; `num_threads` of their options are those of
-            one process.
-        background: what lies behind the painting, see `open_background`; None keeps pictures transparent.
-        kind: what frames become.
-        growth: how the painting comes into being; None for one that is finished in all frames.
-        fade: the time in which a stroke comes, see `GrowingPainting.at`.
+        painting: coats of strokes and their ground; `num_threads` of their options are those of one process.
+        background: behind the painting, see `open_background`; None keeps pictures transparent.
+        kind: output form of frames.
+        growth: how the painting grows; None if it is finished in all frames.
+        fade: the time in which a stroke appears, see `GrowingPainting.at`.
         takes_light: see `Moving`.
         hand: how far the film is made by hand; None for a steady one.
     """
@@ -102,7 +101,7 @@ class FramePainter:
     hand: "Hand | None" = None
 
     def frame(self, view: FrameView) -> Frame:
-        """Paint the frame, with depth if its file holds it, and the layers that are asked for."""
+        """Paint the frame, with depth if its file holds it, and the requested layers."""
         suffix, output = self.kind.suffix, self.kind.output
         has_depth = suffix is not None and holds_depth(f"a{suffix}")
         start = view if self.hand is None else view.held.get(self.hand.starts(view.index)[0], view)
@@ -144,7 +143,7 @@ class FramePainter:
     def __call__(self, view: FrameView) -> "bytes | Pixels":
         """The content of the finished picture file, or the pixels of a video, see `video_pixels`.
 
-        Pictures are encoded here, so that as many processes as paint share that work too.
+        Pictures are encoded here, in the painting processes, to share that work too.
         """
         frame, kind = self.frame(view), self.kind
         if kind.suffix is None:
@@ -158,7 +157,7 @@ class FramePainter:
 
 
 def _faded(frame: Frame, into: Frame, share: float) -> Frame:
-    """A frame that fades into another."""
+    """A cross-fade of two frames."""
     mixed: dict[str, Any] = {}
     for name in ("rgb", "alpha", "depth", "height"):
         from_, to = getattr(frame, name), getattr(into, name)

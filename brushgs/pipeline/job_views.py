@@ -1,8 +1,7 @@
-"""The stage that draws what strokes are made for: a few small plain pictures, chosen once per job.
+"""The stage that draws the guide views of strokes: a few small plain pictures, chosen once per job.
 
-They are drawn for their own sake and not taken from larger pictures of the same view, such as the one that
-`--strokes auto` compares with: strokes must not depend on how their number was chosen, nor on the size of
-the picture.
+They are not taken from larger pictures of the same view, such as the truth of `--strokes auto`: strokes must
+depend neither on how their number was chosen nor on the size of the picture.
 """
 
 from collections.abc import Sequence
@@ -36,12 +35,12 @@ def draw_job_views(
     Args:
         gaussians: the scene, N >= 1.
         cameras: those of the picture or the path.
-        view: the options that framed the picture.
+        view: the framing options.
         report: gets the stage.
-        first_view: of the scene, which the ring begins with.
-        is_path: whether the cameras are a path, whose own views take the place of those near a picture.
+        first_view: of the scene, where the ring begins.
+        is_path: whether the cameras are a path, whose own views replace those near a picture.
         is_framed: whether the camera of a picture was framed by the options, not given or from a file.
-        with_ring: whether views from all around the scene are among them.
+        with_ring: whether to include views from all around the scene.
         depth: see `plain_views`.
         num_threads: None takes the processors available to this process.
     """
@@ -76,7 +75,7 @@ def draw_job_views(
 
 
 def is_from_outside(view: ViewConfig) -> bool:
-    """Whether options ask for a view from outside also of a scene that is seen from inside."""
+    """Whether options request a view from outside even of a scene that is seen from inside."""
     return view.look_at is not None or view.side is not None
 
 
@@ -89,7 +88,7 @@ def _target(
     is_inside: bool,
     num_threads: int | None,
 ) -> F64:
-    """[3] what a camera is turned about: its own place inside a scene, else what it looks at."""
+    """[3] the pivot of a camera: its own position inside a scene, else its target."""
     from brushgs.cameras.around import point_ahead, small_view, subject_ahead
 
     if is_inside:

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from brushgs.rendering.day import Day
     from brushgs.rendering.light import Lamp
 
-SMALL = 240  # pixels of the longer side of views that tell where strokes face
+SMALL = 240  # pixels, longer side of the views that show where strokes face
 MOST_VIEWS = 8
-INSIDE = 0.5  # strength of the light in a room, over that on an object: walls are flat, and show every error
-SUN_STEP = 3.0  # degrees of the way of a sun, between which colours are interpolated
+INSIDE = 0.5  # strength of the light in a room, relative to an object: walls are flat and show every error
+SUN_STEP = 3.0  # degrees of the sun's path between interpolated colours
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Key:
     Attributes:
         strength: 0 to 1.
         site: where the scene stands, and its lamp.
-        cameras: that see the strokes, a few small ones.
+        cameras: a few small cameras that see the strokes.
         is_inside: whether the scene is seen from inside.
     """
 
@@ -51,11 +51,11 @@ class Key:
         cameras: Sequence[Camera],
         first_view: FirstView | None,
     ) -> "Key | None":
-        """The key light of options; None where there is none.
+        """The key light of options, or None.
 
         Args:
             light: the options.
-            site: where the scene stands; None where that is not known.
+            site: where the scene stands; None if not known.
             cameras: of the job, or small ones of it.
             first_view: of the scene.
         """
@@ -66,13 +66,13 @@ class Key:
         return cls(light.key * (INSIDE if is_inside else 1), site, small, is_inside)
 
     def on(self, strokes: Gaussians) -> "KeyLight":
-        """Strokes that wait for a lamp."""
+        """The strokes, ready for a lamp."""
         from brushgs.passes.color.key_light import KeyLight
 
         return KeyLight.of(strokes, self.cameras, self.site.place, is_inside=self.is_inside)
 
     def stroke_pass(self, *, skip: str | None) -> StrokePass:
-        """The pass that lights strokes; `skip` says why it does not run."""
+        """The pass that lights strokes; `skip` is the reason not to run."""
 
         def lit(strokes: Gaussians) -> Gaussians:
             return self.on(strokes).lit(self.site.towards, self.strength)
@@ -83,14 +83,14 @@ class Key:
 
 
 def some_small(cameras: Sequence[Camera], most: int, side: int) -> list[Camera]:
-    """At most so many of some cameras, evenly spread, with so many pixels on the longer side or fewer."""
+    """At most `most` cameras, evenly spread, with at most `side` pixels on the longer side."""
     rows = np.unique(np.linspace(0, len(cameras) - 1, min(len(cameras), most)).round().astype(int))
     chosen = (cameras[row] for row in rows)
     return [camera.in_side(min(side, max(camera.width, camera.height))) for camera in chosen]
 
 
 def check_sun(light: LightConfig, *, is_film: bool, is_moving: bool) -> None:
-    """Refuse a sun that passes over what is no film of a standing scene.
+    """Refuse a moving sun, except in a film of a still scene.
 
     Raises:
         ValueError: saying what to do.
@@ -106,7 +106,7 @@ def check_sun(light: LightConfig, *, is_film: bool, is_moving: bool) -> None:
 
 
 def suns_of(light: LightConfig, first_view: FirstView | None) -> F64 | None:
-    """[K, 3] unit vectors toward the suns of a day, evenly spread; None where the light stands still."""
+    """[K, 3] unit vectors toward the suns of a day, evenly spread; None for a fixed light."""
     if light.sun is None or not light.has_day or first_view is None:
         return None
     from brushgs.cameras.framing import camera_axes
@@ -120,14 +120,14 @@ def suns_of(light: LightConfig, first_view: FirstView | None) -> F64 | None:
 def day_of(
     suns: F64, key: Key | None, strokes: Gaussians, coats: Sequence[Coat], of_backdrop: F32 | None
 ) -> "Day":
-    """The day that passes over a painting.
+    """The light of a day on a painting.
 
     Args:
         suns: [K, 3] see `suns_of`.
-        key: the light on the strokes; None where they keep theirs.
-        strokes: as they were made, k.
+        key: the light on the strokes; None if they keep theirs.
+        strokes: k strokes, as made.
         coats: of the painting.
-        of_backdrop: [K, n, 3] what each sun adds to the colours of the backdrop, RGB; None for nothing.
+        of_backdrop: [K, n, 3] what each sun adds to the colours of the backdrop, RGB; or None.
     """
     from brushgs.rendering.day import Day
 
@@ -144,11 +144,11 @@ def day_of(
 
 
 def towards_lamp(light: LightConfig, first_view: FirstView, axes: F64) -> F64 | None:
-    """[3] unit vector toward the lamp that options name, world axes; None for the usual one.
+    """[3] unit vector toward the lamp of the options, world axes; None for the usual one.
 
     Args:
         light: the options.
-        first_view: whose up axis and front the angles of a sun are measured from.
+        first_view: the angles of a sun are measured from its up axis and front.
         axes: [3, 3] rows right, down and ahead of the first view of the job.
     """
     if light.sun is not None:
@@ -175,9 +175,9 @@ def cast_towards(light: LightConfig, first_view: FirstView) -> F64:
 
 
 def open_lamp(light: LightConfig, site: "Site | None") -> "Lamp | None":
-    """The lamp of a look; None where pictures stay flat.
+    """The lamp of a look; None if pictures stay flat.
 
-    It stands in the scene where it lights that, or where options place it and it throws a shadow there.
+    It is fixed in the scene if it lights the scene, or if options place it and it casts a shadow there.
     """
     if light.relief == 0:
         return None

@@ -1,4 +1,4 @@
-"""The stages that make a painting of strokes: what it is laid on, how high paint lies, and lines."""
+"""The stages between strokes and a painting: ground, relief and lines."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from brushgs.rendering.relief import Relief
     from brushgs.rendering.surface import Surface
 
-BOUGHT = {"canvas": "#dccfb8", "paper": "#f7f3ea"}  # grounds as they come
-BY_LIGHT = 2.0  # how far paint lies thick in the lights and thin in the darks, over the strength of the key
+BOUGHT = {"canvas": "#dccfb8", "paper": "#f7f3ea"}  # untoned grounds
+BY_LIGHT = 2.0  # ratio of `Relief.by_light` to the strength of the key light
 LINE_BRUSH = "line"
 
 
 def open_relief(config: LightConfig) -> "Relief | None":
-    """How high the paint of a look lies; None where nothing is seen of it."""
+    """The relief of a look's paint; None if it is not visible."""
     if config.relief == 0 or config.gain == config.base == 0:
         return None
     from brushgs.rendering.relief import Relief
@@ -44,15 +44,15 @@ def open_surface(
     camera: Camera,
     report: Report,
 ) -> "Surface | None":
-    """What a look is painted on, in the size of the picture; None where strokes lie on a plain background.
+    """The ground and canvas of a look, in the size of the picture; None for a plain background.
 
     Args:
         ground: its options.
-        canvas: what lies under it, and how strong its grain is.
-        background: what is seen where there is no ground, as `open_background` takes it.
-        gaussians: the scene, whose colours a toned ground goes with.
+        canvas: below the ground, and the strength of its grain.
+        background: shown without a ground, as `open_background` takes it.
+        gaussians: the scene, whose colours a toned ground matches.
         camera: gives the size.
-        report: gets the stage, only where there is a surface.
+        report: gets the stage, only if there is a surface.
 
     Raises:
         SceneError: if the ground is an image that cannot be read.
@@ -80,7 +80,7 @@ def open_surface(
 
 
 def recolored_ground(surface: "Surface | None", change: Callable[[Array], Array]) -> "Surface | None":
-    """What a look is painted on in other colours; `change` takes those of the ground, [3] or [H, W, 3]."""
+    """A surface with recolored ground; `change` takes the ground, [3] or [H, W, 3]."""
     if surface is None:
         return None
     from brushgs.rendering.surface import in_color
@@ -90,7 +90,7 @@ def recolored_ground(surface: "Surface | None", change: Callable[[Array], Array]
 
 
 def shown_ground(surface: "Surface | None", background: Background) -> Background:
-    """What is seen where nothing is painted: RGB [3] or [H, W, 3]; None where that is transparent."""
+    """The color of unpainted pixels: RGB [3] or [H, W, 3]; None if transparent."""
     return background if surface is None or background is None else surface.rgb
 
 
@@ -116,7 +116,7 @@ def open_lines(
     threads: int | None,
     report: Report,
 ) -> "tuple[Lines, BrushSet] | tuple[None, None]":
-    """The lines of a drawing medium, as the views of the job show them, and their brushes; or None.
+    """The lines of a drawing medium, from the views of the job, and their brushes; or None.
 
     `width` is that of `find_lines`.
     """

@@ -1,9 +1,9 @@
-"""From Gaussians to strokes of any number: clustering and the passes after it, as one function of the number.
+"""Clustering and the passes after it, as one function from a number of strokes to strokes.
 
     cluster -> solid -> direction -> repaint (-> recolor) -> broken colour
 
-Whoever needs strokes calls it: a painting once, the search for an error budget or a stroke size again and
-again, and the bench for each point of its curves. So what is measured is what is painted.
+A painting calls it once, the search for an error budget or a stroke size repeatedly, and the bench for each
+point of its curves, so all measure what is painted.
 """
 
 from collections.abc import Sequence
@@ -32,20 +32,20 @@ class StrokeMaker:
 
     Attributes:
         gaussians: the scene, pruned.
-        cluster: how they are merged; its number of strokes is that of each call.
-        views: small plain pictures of the scene that decide about strokes; None for the scene alone.
-        focus: [N] factors on the strokes per area; None for the same everywhere.
-        is_solid: whether strokes that are not worth keeping are dropped, see `passes.reduce.worth`; where
-            there are views, others take their places.
-        passes: what is done to the clusters, in this order.
+        cluster: how they are merged; the number of strokes is the argument of each call.
+        views: small plain pictures of the scene that guide strokes; None for the scene alone.
+        focus: [N] factors on the strokes per area; None for 1.
+        is_solid: whether strokes that are not worth keeping are dropped, see `passes.reduce.worth`; with
+            views, other strokes replace them.
+        passes: applied to the clusters, in this order.
         pass_watch: adds up the seconds of all passes.
-        memory: of groupings, and of strokes merged of them.
-        economy: share in which few large strokes describe what is flat, see `group`.
-        cameras: views in which no stroke is longer than a share of the picture, see `passes.form.slabs`;
-            none where that does not matter.
-        has_accents: whether as many strokes fewer are made as accents may follow, see `num_accents`.
-        motion: [N, m] how the Gaussians move, see `group`: then strokes have the numbers of their clusters as
-            ids, or where each Gaussian is a stroke that of its row. None where nothing moves.
+        memory: of groupings, and of strokes merged from them.
+        economy: how far few large strokes cover flat areas, see `group`.
+        cameras: views in which stroke length is limited to a share of the picture, see `passes.form.slabs`;
+            empty for no limit.
+        has_accents: whether to make fewer strokes, to leave room for accents, see `num_accents`.
+        motion: [N, m] how the Gaussians move, see `group`: then the ids of strokes are the numbers of their
+            clusters, or of their rows if each Gaussian is a stroke. None if nothing moves.
     """
 
     gaussians: Gaussians
@@ -63,19 +63,19 @@ class StrokeMaker:
 
     @property
     def skip(self) -> str | None:
-        """Why all passes are skipped, in words; None where one runs."""
+        """Why all passes are skipped, in words; None if any runs."""
         reasons = {one.skip for one in self.passes}
         if None in reasons:
             return None
         return reasons.pop() if len(reasons) == 1 else "they are switched off"
 
     def __call__(self, num_strokes: int) -> "Clustered":
-        """At most so many strokes, and how the Gaussians were grouped; None where each is a stroke."""
+        """At most `num_strokes` strokes, and the grouping of the Gaussians; None if each is a stroke."""
         strokes, grouping = self.clusters(num_strokes)
         return self._shortened(self.finished(strokes)), grouping
 
     def clusters(self, num_strokes: int) -> "Clustered":
-        """The same before the passes: Gaussians that stand for those of the scene."""
+        """The same before the passes: merged Gaussians of the scene."""
         if self.has_accents and num_strokes < len(self.gaussians):
             from brushgs.passes.add.accents import num_accents
 
@@ -98,7 +98,7 @@ class StrokeMaker:
             The strokes, and the cluster or group of each, ascending.
         """
         strokes, clusters = self._merged(grouping, most, into)
-        strokes = self.finished(strokes)  # coarser strokes of a painting that grows may be longer
+        strokes = self.finished(strokes)  # coarser strokes of a growing painting may be longer
         return (strokes if into is not None else self._shortened(strokes)), clusters
 
     def _clustered(self, num_strokes: int) -> "Clustered":
@@ -137,7 +137,7 @@ class StrokeMaker:
     def _merged(
         self, grouping: "Grouping", most: int, into: "Rows | None" = None
     ) -> "tuple[Gaussians, Rows]":
-        """The strokes that are worth keeping, at most so many, and the cluster of each."""
+        """The strokes that are worth keeping, at most `most`, and the cluster of each."""
         strokes = grouping.merged(self.cluster.merge, into)
         rows = np.arange(len(strokes))
         if self.is_solid:
@@ -147,7 +147,7 @@ class StrokeMaker:
         return self._with_ids(strokes, rows), rows
 
     def _shortened(self, strokes: Gaussians) -> Gaussians:
-        """Strokes that are not too long in the cameras, after the passes, which turn them."""
+        """Strokes shortened to the limit in the cameras, after the passes that turn them."""
         if not self.cameras:
             return strokes
         from brushgs.passes.form.slabs import shorten_slabs
@@ -159,7 +159,7 @@ class StrokeMaker:
 
 
 def _worth_keeping(strokes: Gaussians) -> "Mask":
-    """Mask [k] of the strokes that paint something; all, where that would be none."""
+    """Mask [k] of the visible strokes; all if none is visible."""
     from brushgs.passes.reduce.worth import worth_keeping
 
     kept = worth_keeping(strokes)
@@ -167,7 +167,9 @@ def _worth_keeping(strokes: Gaussians) -> "Mask":
 
 
 def _most_worth(strokes: Gaussians, most: int) -> "Rows":
-    """Rows of at most so many: as more are made where some are not worth keeping, a few may be too many."""
+    """Rows of at most `most` strokes: extra ones are made in place of those not worth keeping, perhaps too
+    many.
+    """
     if len(strokes) <= most:
         return np.arange(len(strokes))
     from brushgs.passes.reduce.contribution import contributions

@@ -1,4 +1,4 @@
-"""Painted masks from files, each with the camera that its picture was made with."""
+"""Painted masks from files, each with the camera of its picture."""
 
 import re
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.colors import split_alpha
 
 SUFFIXES = suffixes_of(PICTURE_FORMATS)
-SAME_SHAPE = 0.02  # by which the sides of a mask and of its camera may differ in ratio
+SAME_SHAPE = 0.02  # tolerance in the aspect of a mask and its camera
 
 
 @dataclass(frozen=True)
@@ -39,10 +39,9 @@ class MaskOpener:
         return read_cameras(self.camera_file)
 
     def __call__(self, path: Path) -> Sequence[MaskView]:
-        """The masks of a picture, or of a folder of pictures: white is inside, alpha how much is known.
+        """The masks of a picture, or of a folder of pictures: white is inside, alpha is certainty.
 
-        A picture belongs to the camera whose picture had its name, without suffix; where no name is known,
-        the pictures in the order of their names to the cameras in theirs.
+        Pictures and cameras are matched by picture name without suffix; without names, in sorted order.
 
         Raises:
             SceneError: if there is no picture, one cannot be read, or has no camera.
@@ -86,7 +85,7 @@ def _pictures(path: Path, what: str) -> list[Path]:
 
 
 def _order(file: Path) -> tuple[list[tuple[int, str]], str]:
-    """By name, numbers in it by their value: 2.png before 10.png."""
+    """Sort key: by name, with numbers by value: 2.png before 10.png."""
     words = re.findall(r"[0-9]+|[^0-9]+", file.name)
     return [(int(word), "") if word.isdigit() else (-1, word) for word in words], file.name
 
@@ -108,7 +107,7 @@ def open_with_camera(file: Path, camera: Camera, cure: str) -> tuple[Array, Arra
     """RGB [h, w, 3] and alpha [h, w] of a picture, and its camera in the size of the picture.
 
     Raises:
-        SceneError: if it cannot be read, or has other sides than its camera; then with this cure.
+        SceneError: if it cannot be read, or differs in aspect from its camera; then with this cure.
     """
     image = read_image(file)
     height, width, _ = image.shape
@@ -121,7 +120,7 @@ def open_with_camera(file: Path, camera: Camera, cure: str) -> tuple[Array, Arra
 
 
 def _of_size(camera: Camera, width: int, height: int) -> Camera:
-    """The same view in a picture of another size, which shows the same."""
+    """The same view in another picture size."""
     K = camera.K.copy()
     K[0] *= width / camera.width
     K[1] *= height / camera.height

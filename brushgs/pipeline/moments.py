@@ -1,4 +1,4 @@
-"""Strokes as an output: a scene file, or of a clip a folder of them, one a moment."""
+"""Strokes as an output: a scene file, or for a clip a folder of scene files, one per moment."""
 
 import os
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from brushgs.values.gaussians import Gaussians
 
 
 def check_moments(output: str | Path, clip: Clip, inputs: tuple[Path, ...] = ()) -> None:
-    """Refuse an output that strokes of a clip cannot be written to, before any work.
+    """Refuse an invalid output for the strokes of a clip, before any work.
 
     A name stands for a folder if it ends in a slash, has no suffix, or is an existing folder.
 
@@ -46,10 +46,10 @@ def check_moments(output: str | Path, clip: Clip, inputs: tuple[Path, ...] = ())
 
 
 def check_strokes_output(scene: SceneFiles | Clip, output: str | Path, inputs: tuple[Path, ...] = ()) -> None:
-    """Refuse an output that strokes of a scene, or of a clip, cannot be written to, before any work.
+    """Refuse an invalid output for the strokes of a scene or a clip, before any work.
 
     Raises:
-        ValueError: if it is not of a scene file, or of a clip no folder.
+        ValueError: if it is no scene file, or no folder for a clip.
         SceneError: if it cannot be written, or an input would be lost.
     """
     if isinstance(scene, Clip):
@@ -61,12 +61,12 @@ def check_strokes_output(scene: SceneFiles | Clip, output: str | Path, inputs: t
 def write_strokes(
     strokes: Gaussians, prepared: Prepared, output: str | Path, name: str, report: Report
 ) -> Report:
-    """Write strokes of what was prepared, and complete the report: a file, or of a clip a folder.
+    """Write the strokes of a prepared scene to a file, or of a clip to a folder, and complete the report.
 
-    What no strokes were made of follows them as it is.
+    Gaussians outside the painted part follow the strokes unchanged.
 
     Args:
-        strokes: those of `prepared`, or what became of them.
+        strokes: those of `prepared`, perhaps changed.
         prepared: with a first view.
         output: see `check_strokes_output`.
         name: of the scene.

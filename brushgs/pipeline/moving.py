@@ -1,7 +1,7 @@
-"""The stages of a moving scene: what strokes are made of, and how they follow it.
+"""The stages of a moving scene: the source of strokes, and how they follow the scene.
 
-Strokes are made once, of Gaussians at their reference moments, by the stages of a still scene. Then they
-follow what they paint: nothing is clustered again. Where rows do not correspond strokes may be born later.
+Strokes are made once, from Gaussians at their reference moments, by the stages of a still scene. Then they
+follow their Gaussians: nothing is clustered again. If rows do not correspond, strokes may be born later.
 """
 
 import warnings
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
     from brushgs.values.moving import MovingScene
     from brushgs.values.notes import LoadNotes
 
-POORLY_FOUND = 0.5  # share of Gaussians from moment to moment below which it is said
+POORLY_FOUND = 0.5  # share of Gaussians found from moment to moment below which a warning is given
 
 
 @dataclass(frozen=True, eq=False)
 class Moving:
-    """How what is prepared moves.
+    """The motion of a prepared scene.
 
     Attributes:
         scene: the moving scene.
         film: the moment of each frame.
         motion: of the strokes.
-        positions: [F] of the moment of each frame in the motion.
-        takes_light: whether strokes take part in changes of colour: marks of a drawing do not.
+        positions: [F] position of each frame's moment in the motion.
+        takes_light: whether strokes follow colour changes of the scene: marks of a drawing do not.
     """
 
     scene: "MovingScene"
@@ -50,7 +50,7 @@ class Moving:
 
     @classmethod
     def of(cls, scene: "MovingScene", film: Film, motion: StrokeMotion, *, takes_light: bool) -> "Moving":
-        """With the positions of a film."""
+        """The motion over a film."""
         return cls(scene, film, motion, motion.positions(film.times), takes_light)
 
     def pose(self, frame: int) -> Pose:
@@ -58,14 +58,14 @@ class Moving:
         return self.motion.pose(float(self.positions[frame]))
 
     def pose_into(self, frame: int) -> Pose:
-        """Where they are in what a frame fades into."""
+        """Where they are at the moment that a frame cross-fades into."""
         return self.motion.pose(float(self.motion.positions(self.film.others[frame : frame + 1])[0]))
 
 
 def with_rows(clip: Clip, report: Report) -> Clip:
-    """The clip with rows that correspond, where the files hold the same Gaussians in any order.
+    """The clip with corresponding rows, if the files hold the same Gaussians in any order.
 
-    Where they do not the clip is as it was; the report says how much of a moment is found in the next.
+    Otherwise the clip is unchanged; the report says how much of a moment is found in the next.
     """
     scene, moments = clip.scene, clip.file_times()
     if scene.has_rows or moments is None or len(moments) < 2:
@@ -85,11 +85,11 @@ def with_rows(clip: Clip, report: Report) -> Clip:
 
 
 def load_clip(clip: Clip, report: Report) -> "tuple[Gaussians, LoadNotes | None, Canonical | None]":
-    """What stands for a moving scene while strokes are made of it.
+    """The Gaussians that represent a moving scene while strokes are made.
 
     Returns:
-        Its Gaussians with ids: each at its reference moment, or where rows do not correspond those of the
-        first moment; what its files hold beside them; and how rows move, None where they do not correspond.
+        Gaussians with ids, each at its reference moment, or those of the first moment if rows do not
+        correspond; notes on its files; and how rows move, None if they do not correspond.
     """
     with report.stage("load") as stage:
         scene, notes, found = clip.scene, clip.scene.notes, None
@@ -128,7 +128,7 @@ def seen_at(clip: Clip, film: Film, gaussians: Gaussians) -> Callable[[int], Gau
 
 
 def features_of(found: "Canonical | None", gaussians: Gaussians) -> "F32":
-    """How Gaussians move, for `StrokeMaker.motion`: [N, 0] where that is not known."""
+    """How Gaussians move, for `StrokeMaker.motion`: [N, 0] if not known."""
     if found is None:
         return np.empty((len(gaussians), 0), np.float32)
     from brushgs.passes.motion import canonical
@@ -155,17 +155,17 @@ def follow_strokes(
         clip: the moving scene.
         film: the moments that are shown.
         strokes: made of `members`, with ids.
-        grouping: how; None where each is a stroke.
-        members: the Gaussians as `load_clip` gave them, pruned; of those of `found` pieces too.
-        finish: what is done to strokes that are born later, after they were merged.
+        grouping: of `members`; None if each is a stroke.
+        members: the Gaussians of `load_clip`, pruned; with `found` they may be cut into pieces.
+        finish: changes to strokes that are born later, after merging.
         report: gets the stage.
-        found: how rows move, as `load_clip` gave it.
-        plain: Gaussians as `load_clip` gave them, which are followed one by one; None for none.
-        asked: the number of strokes that was asked for; None for no certain number.
+        found: how rows move, from `load_clip`.
+        plain: Gaussians of `load_clip` that are followed one by one; or None.
+        asked: the requested number of strokes; None for no fixed number.
 
     Returns:
-        The strokes, those that are born later behind the others; the Gaussians, with ids after those of
-        strokes; and the motion of both.
+        The strokes, those born later at the end; the plain Gaussians, with ids after those of strokes; and
+        the motion of both.
     """
     moments = _followed(clip, film)
     labels = np.arange(len(members)) if grouping is None else grouping.labels.astype(np.intp)
@@ -220,7 +220,7 @@ def follow_strokes(
 
 
 def _lengths(clip: Clip, film: Film) -> list[str]:
-    """Which of film and scene ends first, where that is not together."""
+    """Say which of film and scene ends first, if they differ."""
     if clip.config.loop:
         return []
     num, whole = len(film.times), len(clip.film(fps=film.fps).times)
@@ -230,7 +230,7 @@ def _lengths(clip: Clip, film: Film) -> list[str]:
 
 
 def _warn_of_other_moments(clip: Clip, shares: F64) -> None:
-    """Say where few of the Gaussians of a moment were there the moment before."""
+    """Warn if few Gaussians of a moment existed at the moment before."""
     if len(shares) == 0 or (usual := float(np.median(shares))) >= POORLY_FOUND:
         return
     what = (
@@ -241,18 +241,18 @@ def _warn_of_other_moments(clip: Clip, shares: F64) -> None:
 
 
 def _followed(clip: Clip, film: Film) -> F64:
-    """The moments at which strokes are followed: those that a film shows, or all that files hold there."""
+    """The moments at which strokes are followed: those of the film, or all moments of the files within it."""
     moments = clip.file_times()
     return film.moments if clip.scene.has_rows or moments is None else moments
 
 
 def attached(coats: "Sequence[Coat]", strokes: Gaussians, *, resting: Sequence[str] = ()) -> "list[Coat]":
-    """Coats whose marks all have the id of a stroke: lines of the scene that of the nearest one.
+    """Coats whose marks all have the id of a stroke; lines get that of the nearest stroke.
 
     Args:
         coats: of a painting.
         strokes: with ids, at their reference moments.
-        resting: names of coats that rest whatever moves.
+        resting: names of coats that never move.
     """
     if len(strokes) == 0 or strokes.ids is None:
         return list(coats)

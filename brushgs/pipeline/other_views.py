@@ -1,7 +1,7 @@
-"""A painting that is prepared already, seen by other cameras: its strokes stay as they are.
+"""A prepared painting seen by other cameras, with the same strokes.
 
-`prepare` for another camera makes other strokes where small views of the job guide them. Who turns a painting
-and asks for a picture of what is seen wants these: only what has the size of the picture is made anew.
+`prepare` for another camera makes other strokes if small views of the job guide them. A viewer that turns a
+painting needs the same strokes: only data in the size of the picture are remade.
 """
 
 from dataclasses import replace
@@ -25,9 +25,9 @@ def seen_by(prepared: Prepared, config: PaintConfig, camera: Camera, report: Rep
 
     Args:
         prepared: with its `scene`.
-        config: that it was prepared with.
+        config: options of `prepared`.
         camera: the view, in any size.
-        report: gets the stages of what has the size of the picture.
+        report: gets the stages of data in the size of the picture.
     """
     background = open_picture_background(config.draw, camera, report)
     surface = open_surface(
@@ -44,9 +44,9 @@ def along(prepared: Prepared, config: PaintConfig, path: "CameraPath", report: R
 
     Args:
         prepared: of a still, with its `scene`.
-        config: that it was prepared with.
+        config: options of `prepared`.
         path: its cameras.
-        report: gets the stages of what has the size of the pictures.
+        report: gets the stages of data in the size of the pictures.
     """
     seen = seen_by(prepared, config, path.cameras[0], report)
     coats = tuple(_along(coat, config.draw) for coat in seen.painting.coats)

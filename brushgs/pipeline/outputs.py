@@ -1,4 +1,4 @@
-"""Outputs: whether they can be written, before the work for them is done."""
+"""Checks that outputs can be written, before the work for them."""
 
 import hashlib
 import os
@@ -19,16 +19,16 @@ from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.pipeline.background import TRANSPARENT
 
-_PIECE, _MOST_PIECES = 1 << 14, 1 << 12  # bytes, and their number, that are read for a digest
+_PIECE, _MOST_PIECES = 1 << 14, 1 << 12  # bytes per piece, and number of pieces, read for a digest
 
 
 def scene_inputs(scene: SceneFiles | None) -> tuple[Path, ...]:
-    """The files and folders of a scene, and the files in these folders; none of one in memory."""
+    """The files and folders of a scene, and the files in these folders; none for a scene in memory."""
     return () if scene is None else SceneSource.of(scene).files()
 
 
 def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ...]:
-    """The files that a painting is made of; names of built-in strokes and colours among them are no files."""
+    """The input files of a painting; names of built-in strokes and colours among them are no files."""
     palette = () if config.palette is None else (config.palette.file,)
     styles = () if config.style is None else config.style.files
     return (
@@ -48,9 +48,9 @@ def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ..
 
 
 def digest_of(files: Iterable[Path]) -> str:
-    """Text that stands for the content of files; names of none count nothing.
+    """A digest of the content of files; names without a file are ignored.
 
-    All of what is at most 64 MiB counts, of more 4096 pieces at even distances.
+    Files up to 64 MiB are read completely, larger ones in 4096 evenly spaced pieces.
     """
     found = [path for path in files if is_plain(path)]
     hashed, num_pieces = hashlib.blake2b(digest_size=8), max(_MOST_PIECES // max(len(found), 1), 4)
@@ -68,12 +68,12 @@ def digest_of(files: Iterable[Path]) -> str:
 def free_name(
     default: Path, origin: Origin | None = None, is_ours: Callable[[Path], bool] | None = None
 ) -> Path:
-    """The first of NAME, NAME-2, NAME-3 and so on that is free or may be replaced; a warning tells of others.
+    """The first of NAME, NAME-2, NAME-3, ... that is free or may be replaced; warns if it is not NAME.
 
     Args:
-        default: the name; without a suffix it is that of a folder.
-        origin: of the picture: one whose metadata say the same may be replaced. None for no file.
-        is_ours: whether a file may be replaced, in place of that.
+        default: the name; without a suffix that of a folder.
+        origin: of the picture: a file with equal metadata may be replaced. None for no file.
+        is_ours: whether a file may be replaced, instead of comparing `origin`.
     """
     from brushgs.formats.pictures.metadata import is_painted_by
 
@@ -119,10 +119,10 @@ def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...]
 
 
 def check_encoding(path: Path, config: PaintConfig) -> None:
-    """Refuse a background, layers, a codec or bits that an output does not hold, before any work.
+    """Refuse a background, layers, a codec or bits that an output does not support, before any work.
 
     Raises:
-        ValueError: if it does not.
+        ValueError: if it does not support one of them.
     """
     output, transparent = config.output, config.draw.background.lower() == TRANSPARENT
     choose_encoding(path, codec=output.codec, bits=output.bits, transparent=transparent)
@@ -134,9 +134,9 @@ def check_encoding(path: Path, config: PaintConfig) -> None:
 
 
 def check_folder(folder: Path, path: Path) -> None:
-    """Refuse a folder that `path` could not be written to, and a name that libraries cannot take.
+    """Refuse a folder that is not writable, and a name that libraries do not accept.
 
-    A missing folder is not made here, but when the first file is written to it, see `replacing`.
+    A missing folder is created later, with its first file, see `replacing`.
 
     Raises:
         SceneError: if the folder, or the one that it would be made in, is read-only or a file, or if the name

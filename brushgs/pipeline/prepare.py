@@ -1,4 +1,4 @@
-"""The one preparation of every command: from a scene and options to the strokes, the views and how to draw.
+"""The preparation for every command: from a scene and options to strokes, views and drawing options.
 
 Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
 """
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.plain import PlainViews
     from brushgs.values.notes import LoadNotes
 
-# What callers ask for, by the names of `Prepared`.
+# Values that callers may request, by the names of `Prepared`.
 STROKES = (
     "strokes",
     "plain",
@@ -61,38 +61,37 @@ _FIRST = (
     "own_brushes",
     "palette",
 )  # files that options name: wrong ones are refused early
-_EARLY = ("first_view", *VIEW, "scene")  # what is found before the long work, in this order
+_EARLY = ("first_view", *VIEW, "scene")  # values that are found before the long work, in this order
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Prepared:
-    """What was asked of a painting; None, or nothing, where it was not asked for.
+    """The requested values of a painting; others are None or empty.
 
     Attributes:
         strokes: the strokes in space.
         texture: the stroke images, or a kernel.
-        kit: which strokes each of several images suits; its names are rows of the strokes' brushes.
-        options: how strokes become a frame, of a still or along a path.
+        kit: which strokes each of several images suits; the strokes' brushes are its rows.
+        options: how strokes are drawn, for a still or along a path.
         cameras: the views, one per frame.
         path: the path that the cameras belong to; None for a still.
-        background: what lies behind the strokes; None for transparent.
-        palette: the colours that the strokes took; None if they kept their own.
-        notes: what the scene file holds beside its Gaussians; None for Gaussians in memory.
-        first_view: how the scene is seen.
-        painting: the coats that strokes are laid in, on what, and in which light.
+        background: behind the strokes; None for transparent.
+        palette: the palette of the strokes; None if they keep their colours.
+        notes: what the scene file holds besides its Gaussians; None for Gaussians in memory.
+        first_view: of the scene.
+        painting: coats of strokes, ground and lamp.
         scene: the Gaussians as loaded, without floaters.
-        pruned: those that strokes are made of.
+        pruned: the Gaussians that strokes are made of.
         maker: makes other numbers of strokes.
-        growth: how the painting comes into being.
+        growth: how the painting grows.
         moving: how the strokes move; None for a still scene.
-        rest: what no strokes were made of, since it lies outside of the part of the scene that was asked for;
-            None where strokes are of all.
-        region_names: of the parts that are painted otherwise, from label 1 on.
-        plain: Gaussians that are shown as they are among the strokes; None where all is painted.
-        edges: what the strokes are to lost and found edges; None where there are none.
-        ground_changes: what was done to the colours of the ground, in this order.
-        view: the options of the view, with the size and the place that a composed picture was given.
-        plain_views: small plain pictures that strokes were made by; None where the scene alone decides.
+        rest: Gaussians outside the requested part of the scene, without strokes; None if all are painted.
+        region_names: of the parts with their own rules, from label 1 on.
+        plain: Gaussians that are drawn unpainted among the strokes; None if all are painted.
+        edges: role of each stroke in lost and found edges; None without them.
+        ground_changes: colour changes of the ground, in order.
+        view: the options of the view, with the size and position of a composed picture.
+        plain_views: small plain pictures that guided the strokes; None if the scene alone decides.
     """
 
     strokes: Gaussians = None  # type: ignore[assignment]  # who reads what he did not ask for fails at once
@@ -126,25 +125,25 @@ class Prepared:
 
     @property
     def known_view(self) -> FirstView:
-        """How the scene is seen, of a caller that asked for it."""
+        """The first view, for a caller that requested it."""
         assert self.first_view is not None, "ask for first_view"
         return self.first_view
 
     @property
     def whole_scene(self) -> Gaussians:
-        """The Gaussians as loaded, without floaters, of a caller that asked for them."""
+        """The Gaussians as loaded, without floaters, for a caller that requested them."""
         assert self.scene is not None, "ask for scene"
         return self.scene
 
     @property
     def stroke_maker(self) -> StrokeMaker:
-        """What makes strokes of the pruned scene, of a caller that asked for it."""
+        """The maker of strokes, for a caller that requested it."""
         assert self.maker is not None, "ask for maker"
         return self.maker
 
 
 class JobOptions(TypedDict, total=False):
-    """Of `open_job`, which says what they are."""
+    """The keywords of `open_job`, documented there."""
 
     asks: Collection[str]
     views: Camera | PathConfig | GrowConfig | None
@@ -159,19 +158,19 @@ class JobOptions(TypedDict, total=False):
 def prepare(
     source: SceneFiles | Gaussians | Clip, config: PaintConfig, report: Report, **options: Unpack[JobOptions]
 ) -> Prepared:
-    """Make strokes of a scene, and what else is asked for; nothing that it does not depend on.
+    """Make strokes of a scene and other requested values, and nothing that they do not need.
 
-    Peak memory: a scene is freed as soon as the next one is made of it, unless the caller holds it.
+    Peak memory: a scene is freed as soon as the next one is made from it, unless the caller holds it.
 
     Args:
-        source: see `open_job`, as for all others.
+        source: see `open_job`.
         config: of the painting.
         report: gets the stages of the steps that run.
-        options: what is asked for, and from where it is seen.
+        options: the requested values, and the views; see `open_job`.
 
     Raises:
         SceneError: if a file cannot be read.
-        ValueError: if an option does not suit the scene, before any long work where that can be known.
+        ValueError: if an option does not suit the scene; before long work if possible.
     """
     job = open_job(source, config, report, **options)
     found = job.run()
@@ -180,7 +179,7 @@ def prepare(
 
 
 def _note_unseen(config: PaintConfig) -> None:
-    """Warn of colours that are asked for and that a medium of one colour does not have."""
+    """Warn if colours are requested of a monochrome medium."""
     media = config.media
     chroma = config.color.chroma
     unseen = [("--palette", config.palette is not None), (f"--chroma {chroma:g}", chroma > 1)]
@@ -205,22 +204,22 @@ def open_job(
     workers: SequenceConfig | None = None,
     steps: Steps = PAINTING,
 ) -> Job:
-    """A job of the graph of a painting, of which nothing has run yet.
+    """A job of the graph of a painting; no step has run yet.
 
     Args:
         source: the files of a scene; Gaussians in memory, which count as a scene and not as strokes; or a
-            moving scene, of which a film is painted: then `Prepared.cameras` are one per frame of it.
+            moving scene for a film: then `Prepared.cameras` has one per frame.
         config: see `PaintConfig`.
         report: gets the stages of the steps that run.
-        asks: names of fields of `Prepared`.
-        views: one camera, or a path; None for the one camera that `config.view` describes, and a painting
-            that grows is seen by it too.
-        check_path: refuses a path before the long work, by raising.
+        asks: names of requested fields of `Prepared`.
+        views: one camera, or a path; None for the camera that `config.view` describes, also for a painting
+            that grows.
+        check_path: raises for an unsuitable path, before the long work.
         on_background: whether the background of the options lies behind the painting.
-        memory: of earlier jobs for the same source: steps whose inputs are as they were are not made again,
-            and have no stage. None has that of `holding`, or makes all of them.
-        where: the part of the scene that strokes are made of; `Prepared.rest` is all else. None for all.
-        workers: that read a scene larger than memory; None for this machine.
+        memory: of earlier jobs for the same source: steps with unchanged inputs are not repeated, and have no
+            stage. None takes that of `holding`, or repeats all.
+        where: the part of the scene that strokes are made of; `Prepared.rest` is the rest. None for all.
+        workers: read a scene larger than memory; None for this machine.
         steps: the graph.
 
     Raises:

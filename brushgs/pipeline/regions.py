@@ -1,7 +1,6 @@
-"""Parts of a scene that are painted otherwise: what rules name, opened, and which Gaussians they hold.
+"""Parts of a scene with their own rules: the opened rules, and the Gaussians of each part.
 
-Which part a Gaussian belongs to is decided once, before anything is made of it; strokes bear the part of
-their Gaussians.
+The part of a Gaussian is decided once, before strokes are made; strokes keep the part of their Gaussians.
 """
 
 from collections.abc import Sequence
@@ -28,15 +27,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """One part, with what it names opened.
+    """One part, with its files opened.
 
     Attributes:
         label: its number, from 1.
         name: for reports.
-        rule: of it.
-        palette: None where it takes that of the painting.
-        styles: None where it takes those of the painting, or its own have no share.
-        kit: its brushes; None where it takes those of the painting.
+        rule: the rule.
+        palette: None for that of the painting.
+        styles: None for those of the painting, or if its own have no share.
+        kit: its brushes; None for those of the painting.
     """
 
     label: int
@@ -48,19 +47,19 @@ class Region:
 
     @property
     def palette_config(self) -> PaletteConfig | None:
-        """How far it takes the colours of its palette; None where it has none of its own."""
+        """The options of its own palette; None without one."""
         rule = self.rule
         return None if rule.palette is None else PaletteConfig(rule.palette, rule.palette_strength)
 
     @property
     def recolors(self) -> bool:
-        """Whether it has other colours than the painting."""
+        """Whether its colours differ from those of the painting."""
         rule = self.rule
         return self.palette is not None or rule.style is not None or rule.adjust is not None
 
     @property
     def direction(self) -> Direction | None:
-        """Which way its strokes run; None for that of the painting."""
+        """The direction of its strokes; None for that of the painting."""
         if self.rule.direction is None and self.styles is not None:
             turned = self.styles.taken("direction")
             has_marks = any(style.marks is not None and share > 0 for style, share in turned)
@@ -82,25 +81,25 @@ class Regions:
 
     @property
     def names(self) -> list[str]:
-        """Of the parts, for reports."""
+        """Names of the parts, for reports."""
         return [region.name for region in self.regions]
 
     @property
     def brushes(self) -> list[str]:
-        """Names of all brushes that parts have of their own."""
+        """Names of all brushes of parts."""
         names = [name for region in self.regions for name in region.rule.brushes]
         styles = [region.styles for region in self.regions if region.styles is not None]
         return [*names, *(name for one in styles for of_style in one.brushes for name in of_style)]
 
     @property
     def needs_first_view(self) -> bool:
-        """Whether it matters how the scene is seen."""
+        """Whether a part depends on the first view."""
         styles = (region.styles for region in self.regions)
         return self.rules.needs_first_view or any(one is not None and one.needs_first_view for one in styles)
 
     @property
     def recolors(self) -> bool:
-        """Whether a part has other colours than the scene."""
+        """Whether the colours of a part differ from those of the scene."""
         return any(region.recolors for region in self.regions)
 
     def place(
@@ -109,7 +108,7 @@ class Regions:
         """The Gaussians with the label of the first part that each is in, see `Gaussians.regions`.
 
         Raises:
-            ValueError: if nothing lies in any part.
+            ValueError: if all parts are empty.
             SceneError: if a part cannot be found.
         """
         with report.stage("regions") as stage:
@@ -150,7 +149,7 @@ class Regions:
         return sides(shares, gaussians)
 
     def shares(self, gaussians: Gaussians, focus: "F64 | None") -> "F64 | None":
-        """A focus [N], times how many times as many strokes per area each Gaussian gets by its part."""
+        """A focus [N], multiplied by the stroke density of each Gaussian's part."""
         factors = np.array([1.0, *(region.rule.share for region in self.regions)])
         if gaussians.regions is None or (factors == 1).all():
             return focus
@@ -159,7 +158,7 @@ class Regions:
 
 
 def open_regions(rules: Rules | None, report: Report) -> Regions | None:
-    """Open the files that rules name, but for brushes; None where there are no rules.
+    """Open the files of rules except brushes; None without rules.
 
     Args:
         rules: the options.
@@ -178,7 +177,7 @@ def open_regions(rules: Rules | None, report: Report) -> Regions | None:
         if rule.palette is not None:
             palette = open_palette(PaletteConfig(rule.palette, rule.palette_strength), report)
         kit = None
-        if rule.brushes:  # a single name stands for its variants too, as in a look
+        if rule.brushes:  # a single name includes its variants, as in a look
             kit = BrushKit.of(rule.brushes) if len(rule.brushes) > 1 else BrushKit(other=rule.brushes)
         styles = open_styles(rule.style, report)
         regions.append(Region(label, rules.label(label), rule, palette, styles, kit))

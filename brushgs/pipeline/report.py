@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
-# Of the JSON; grows when a key changes its name or meaning. Since 2 a stage has `skipped` in place of
-# `left_out`, of which some lines are `details` now, and the counts of the stage "count" have `target` and
-# `sampled` in place of `aim` and `looks`.
+# Version of the JSON; increases when a key changes its name or meaning. Since 2 a stage has `skipped` in
+# place of `left_out`, of which some lines are `details` now, and the counts of the stage "count" have
+# `target` and `sampled` in place of `aim` and `looks`.
 SCHEMA = 2
 
-# The short table: what a line tells, and its stage, the first of these that ran.
+# The short table: label of a line, and its stage, the first of these that ran.
 SHORT = {
     "scene": ("build", "load"),
     "first view": ("first view",),
@@ -28,10 +28,10 @@ SHORT = {
     "brush": ("brushes", "stroke"),
     "refine": ("refine",),
     "measure": ("measure",),
-    "file": ("write", "page", "quads"),  # last: where lines are too many it is left out, as stdout has it
+    "file": ("write", "page", "quads"),  # last: dropped first, since stdout has it
 }
-MOST_LINES = 8  # of the short table, with those of what was skipped and of the total
-# First words of stages that skip only what a flag, the look or the camera leaves out: no one misses that.
+MOST_LINES = 8  # of the short table, including those of skipped work and the total
+# First words of skipped stages that flags, the look or the camera switch off: not worth a line.
 EXPECTED = {"clean", "slabs", "prune", "cluster", "solid", "direction", "repaint", "broken", "key", "track"}
 EXPECTED |= {"recolor", "project"}
 
@@ -43,7 +43,7 @@ class Stage:
     Attributes:
         name: of the step, as the table shows it.
         seconds: wall-clock time spent on it.
-        did: what it did, in words.
+        did: its result, in words.
         counts: numbers and names for machines, by name.
         skipped: work that this scene does not need, and why.
         details: how it was done; the table shows them only when verbose.
@@ -80,10 +80,10 @@ class Report:
 
     Attributes:
         stages: see `Stage`.
-        notes: warnings about files that could be used only in part, and what was told while the run went on.
-        output: the file that was written, if one was.
+        notes: warnings about files that could be used only in part, and notes given during the run.
+        output: the written file, if any.
         shows_progress: whether bars are drawn on stderr while stages run.
-        tells: whether notes that cannot wait for the end are printed on stderr.
+        tells: whether urgent notes are printed on stderr during the run.
         verbose: whether the table shows all stages, with their details.
     """
 
@@ -112,10 +112,10 @@ class Report:
 
         Args:
             name: of the step, as the table shows it.
-            total: how many frames it makes, if it is one that calls `advance` after each.
-            unit: what it makes in place of frames.
-            earlier: time that was spent on this step while another one ran, and counts here.
-            apart: time that is spent on another step while this one runs, and does not count here.
+            total: number of frames, if the step calls `advance` after each.
+            unit: word for what is counted, if not frames.
+            earlier: time already spent on this step while another one ran; counts here.
+            apart: time spent on another step while this one runs; does not count here.
         """
         stage = Stage(name)
         self._unit = unit
@@ -131,13 +131,13 @@ class Report:
         self.stages.append(stage)
 
     def expect(self, total: int, unit: str) -> None:
-        """Say how many units the running step makes, where that is known only after it has begun."""
+        """Set the number of units of the running step, if it is known only after the start."""
         self._unit = unit
         if self._progress is not None and self._bar is not None:
             self._progress.update(self._bar, total=total)
 
     def advance(self, note: str = "") -> None:
-        """Show that the running step has made one more frame, or other unit; a note is added to the bar."""
+        """Count one more frame or unit of the running step; a note is added to the bar."""
         if self._progress is None or self._bar is None:
             return
         task = self._progress.tasks[-1]
@@ -146,7 +146,7 @@ class Report:
         self._progress.update(self._bar, completed=done, words=words)
 
     def tell(self, note: str) -> None:
-        """Print a note that a user should read now, not at the end: what is waited for, what is resumed."""
+        """Print a note during the run, such as a wait or a resumption."""
         self.notes.append(note)
         if self.tells:
             print(f"brushgs: note: {note}", file=sys.stderr, flush=True)  # rich prints it above its bars
@@ -163,7 +163,7 @@ class Report:
             self._progress = None
 
     def as_json(self) -> str:
-        """The run for machines: one JSON object; `counts` of a stage are flat."""
+        """The run as one JSON object; `counts` of a stage are flat."""
         value = {
             "schema": SCHEMA,
             "output": self.output,
@@ -175,9 +175,9 @@ class Report:
         return json.dumps(value, indent=2)
 
     def short_table(self) -> list[tuple[str, str]]:
-        """At most `MOST_LINES` lines, (what it tells, words).
+        """At most `MOST_LINES` lines, (label, words).
 
-        All stages where so few ran, else those of `SHORT`; the longest where nearly none of these ran.
+        All stages if few ran, else those of `SHORT`; the longest stages if hardly any of these ran.
         """
         of_note = (stage for stage in self.stages if stage.name.split()[0] not in EXPECTED)
         skipped = "; ".join(why for stage in of_note for why in stage.skipped)

@@ -1,7 +1,7 @@
-"""What a run depends on, in the form that a manifest or a checkpoint holds: `--resume` compares it.
+"""The inputs of a run, as stored in a manifest or a checkpoint and compared by `--resume`.
 
-Arrays are recorded as digests. The digest of the strokes covers the scene and everything that was done to it:
-where clustering rounds differently on another machine, the strokes differ, and the comparison shows it.
+Arrays are recorded as digests. The digest of the strokes covers the scene and all work on it: if clustering
+rounds differently on another machine, the strokes differ, and the comparison shows it.
 """
 
 import hashlib
@@ -91,7 +91,7 @@ def describe_painting(
     grow: GrowConfig | None = None,
     clip: ClipConfig | None = None,
 ) -> dict[str, Any]:
-    """Everything that frames depend on: the options, and digests of what was made from the files."""
+    """All inputs of frames: the options, and digests of strokes and other prepared data."""
     strokes, path, background = prepared.strokes, prepared.path, prepared.background
     plain = prepared.plain
     assert path is not None
@@ -120,7 +120,7 @@ def read_manifest(
     grow: GrowConfig | None = None,
     clip: ClipConfig | None = None,
 ) -> Manifest | None:
-    """Read the manifest of the painting that is to be resumed; None if there are no frames yet.
+    """Read the manifest of the painting to resume; None if there are no frames yet.
 
     Raises:
         SceneError: if there are frames without a manifest, or options differ from those of the manifest.
@@ -141,7 +141,7 @@ def check_same_painting(manifest: Manifest, expected: Mapping[str, Any]) -> None
     """Refuse to resume another painting.
 
     Raises:
-        SceneError: if anything expected differs in the manifest; names everything that differs.
+        SceneError: if the manifest differs; names all differences.
     """
     if differing := differences(manifest.painting, expected):
         raise SceneError(
@@ -152,7 +152,7 @@ def check_same_painting(manifest: Manifest, expected: Mapping[str, Any]) -> None
 
 
 def differences(found: Mapping[str, Any], expected: Mapping[str, Any]) -> str:
-    """Everything expected that differs in what was found, in words such as "seed 0, now 5"; "" if nothing.
+    """All differences of `found` from `expected`, in words such as "seed 0, now 5"; "" if none.
 
     A value is a number, text, a digest, or what `named_digest` gives.
     """
@@ -170,7 +170,7 @@ def differences(found: Mapping[str, Any], expected: Mapping[str, Any]) -> str:
 
 
 def _content(value: Any) -> Any:
-    """What is compared: a file may have been renamed, and fields of a step may be told in another order."""
+    """The compared content: files may be renamed, and fields of a step may come in another order."""
     if isinstance(value, str):
         return sorted(value.split(", "))
     return value.get(_DIGEST) if isinstance(value, dict) else value
@@ -183,24 +183,24 @@ def _label(value: Any) -> str:
 
 
 def content_of(gaussians: Gaussians) -> list[NDArray[Any]]:
-    """All that a digest of Gaussians covers; antialiased ones, and those with brushes, have more of it."""
+    """All arrays in a digest of Gaussians; antialiased ones, and those with brushes, have more."""
     brushes = [] if gaussians.brushes is None else [gaussians.brushes]
     return [*gaussians.columns().values(), *[np.ones(1)] * gaussians.antialiased, *brushes]
 
 
 def named_digest(name: str, *arrays: NDArray[Any]) -> dict[str, str]:
-    """A file by its content; the name is for messages."""
+    """A digest of a file's content, with the name for messages."""
     return {"name": name, _DIGEST: digest(*arrays)}
 
 
 def named_file_digest(path: Path) -> dict[str, str]:
-    """The same of a file that is not read as arrays."""
+    """The same for a file that is not read as arrays."""
     with path.open("rb") as file:
         return {"name": path.name, _DIGEST: f"{_DIGEST} {hashlib.file_digest(file, 'blake2b').hexdigest()}"}
 
 
 def motion_digest(moving: "Moving") -> str:
-    """A digest of how strokes move, a moment at a time: the table may be larger than memory."""
+    """A digest of the motion of strokes, one moment at a time: the table may be larger than memory."""
     film, motion = moving.film, moving.motion
     poses = (np.asarray(numbers) for numbers in motion.table)
     return digest(film.times, film.others, film.shares, motion.ids, motion.pivots, *poses)
@@ -212,7 +212,7 @@ def _numbers(camera: Camera) -> NDArray[np.float64]:
 
 
 def digest(*arrays: NDArray[Any]) -> str:
-    """Text that stands for arrays: their shapes, types and bytes."""
+    """A digest of arrays as text: of their shapes, types and bytes."""
     hashed = hashlib.blake2b(digest_size=16)
     for array in arrays:
         hashed.update(f"{array.shape} {array.dtype.str}".encode())

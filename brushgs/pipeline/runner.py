@@ -1,7 +1,7 @@
-"""The graph of steps: a painting is what is asked of it, and nothing else is made.
+"""The graph of steps: only requested values, and the values that they need, are made.
 
-A step is a plain function. Its name is the value that it makes, its parameters name the values that it takes.
-Nobody calls steps in order: who wants a value asks for it, and what it depends on is made first, once.
+A step is a plain function. Its name is the name of its output value, its parameters are the names of its
+inputs. Steps are not called in order: a caller requests a value, and its inputs are made first, once.
 """
 
 import inspect
@@ -24,16 +24,16 @@ class Later(Generic[T]):
     """A value that a step may not need: `def key(light, camera: Later[Camera])`, and in it `camera()`."""
 
     def __init__(self, make: Callable[[], T]) -> None:
-        """With what makes it."""
+        """Wrap the function that makes it."""
         self._make = make
 
     def __call__(self) -> T:
-        """The value; the steps that make it run now, unless they ran before."""
+        """The value; the steps for it run now, unless they ran before."""
         return self._make()
 
 
 def makes(*names: str) -> Callable[[Callable[..., T]], Callable[..., T]]:
-    """Say that a step returns a tuple of several values with these names, in place of one with its own."""
+    """Declare that a step returns a tuple of several values with these names."""
 
     def named(step: Callable[..., T]) -> Callable[..., T]:
         step.makes = names  # type: ignore[attr-defined]
@@ -43,20 +43,20 @@ def makes(*names: str) -> Callable[[Callable[..., T]], Callable[..., T]]:
 
 
 def anew(step: Callable[..., T]) -> Callable[..., T]:
-    """Say that the result of a step is never kept: it changes while it is used."""
+    """Declare that the result of a step is never kept: it changes while it is used."""
     step.is_kept = False  # type: ignore[attr-defined]
     return step
 
 
 class Memory:
-    """The last result of each step, by its name, and what it was made of.
+    """The last result and inputs of each step, by its name.
 
-    A step is made again where an input differs. Options are compared by value; arrays and what holds them by
-    identity: a step that is not made again returns the very same object, so what follows it is found
-    unchanged too.
+    A step is repeated if an input differs. Options are compared by value; arrays, and objects that hold them,
+    by identity: a step that is not repeated returns the same object, so later steps find their inputs
+    unchanged.
 
     Attributes:
-        made: how often each step was made.
+        made: how often each step has run.
     """
 
     def __init__(self) -> None:
@@ -68,9 +68,9 @@ class Memory:
 
         Args:
             step: its name.
-            inputs: everything that its result depends on: options, arrays and what holds them, and tuples of
+            inputs: all that its result depends on: options, arrays and objects that hold them, and tuples of
                 both.
-            make: makes the result. It is not remembered if it raises.
+            make: makes the result; nothing is stored if it raises.
         """
         known = self.known(step)
         if known is not None and is_same(known[0], tuple(inputs)):
@@ -82,11 +82,11 @@ class Memory:
         return result
 
     def known(self, step: str) -> tuple[tuple[object, ...], Any] | None:
-        """What a step was made of the last time, and its result."""
+        """The last inputs of a step, and its result."""
         return self._kept.get(step)
 
     def forget(self, step: str) -> None:
-        """Drop the result of a step, before another takes its room."""
+        """Drop the result of a step, to free its memory."""
         self._kept.pop(step, None)
 
     def keep(self, step: str, inputs: tuple[object, ...], result: object) -> None:
@@ -96,7 +96,7 @@ class Memory:
 
 
 class NoMemory(Memory):
-    """Makes every step, and keeps nothing."""
+    """A memory that keeps nothing, so every step runs."""
 
     def keep(self, step: str, inputs: tuple[object, ...], result: object) -> None:
         """Forget it."""
@@ -106,13 +106,13 @@ _held: ContextVar[Memory | None] = ContextVar("held", default=None)
 
 
 def held() -> Memory | None:
-    """The memory of the block, see `holding`."""
+    """The memory of the enclosing block, see `holding`."""
     return _held.get()
 
 
 @contextmanager
 def holding(memory: Memory | None) -> Iterator[None]:
-    """Within the block jobs that are given no memory have this one."""
+    """Within the block, jobs without a memory use this one."""
     token = _held.set(memory)
     try:
         yield
@@ -126,17 +126,17 @@ def is_same(known: object, other: object) -> bool:
         return True
     if isinstance(known, tuple) and isinstance(other, tuple):
         return len(known) == len(other) and all(map(is_same, known, other))
-    return (known == other) is True  # arrays, and what holds them, are compared by identity
+    return (known == other) is True  # arrays, and objects that hold them, are compared by identity
 
 
 @dataclass(frozen=True)
 class Rule:
-    """When a step is not needed.
+    """A condition under which a step is not needed.
 
     Attributes:
-        why: the reason in words, of the values that decide it; None where the step runs.
-        takes: names of these values.
-        instead: what the step's values are without it: names of other values, or anything else as it is.
+        why: function of the deciding values: the reason in words, or None if the step runs.
+        takes: names of the deciding values.
+        instead: replacements for the step's values: names of other values, or constants.
     """
 
     why: Callable[..., str | None]
@@ -148,17 +148,17 @@ class Rule:
         return self.why(**{one: value(one) for one in self.takes})
 
     def stand_ins(self, value: Callable[[str], Any]) -> list[Any]:
-        """The values of the step without it."""
+        """The replacements for the step's values."""
         return [value(one) if isinstance(one, str) else one for one in self.instead]
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """Names of the values that stand in for those of the step."""
+        """Names of the values that replace those of the step."""
         return tuple(one for one in self.instead if isinstance(one, str))
 
 
 def unless(why: Callable[..., str | None], *instead: Any) -> Callable[[Callable[..., T]], Callable[..., T]]:
-    """Say when a step is not needed, and what its values are then; see `Rule`. Without `instead` None."""
+    """Declare when a step is not needed, and its values then; see `Rule`. Without `instead` None."""
 
     def ruled(step: Callable[..., T]) -> Callable[..., T]:
         step.rule = Rule(why, tuple(inspect.signature(why).parameters), instead)  # type: ignore[attr-defined]
@@ -174,10 +174,10 @@ class Step:
     Attributes:
         name: of the function.
         run: the function.
-        needs: names of the values that it takes.
-        later: those of them that it may turn out not to need.
-        makes: names of the values that it returns.
-        rule: when it does not run; None where it always does.
+        needs: names of its inputs.
+        later: those of them that it may not need.
+        makes: names of its outputs.
+        rule: when it does not run; None if it always runs.
         is_kept: whether a memory keeps its result.
     """
 
@@ -201,12 +201,12 @@ class Step:
 
     @property
     def takes(self) -> tuple[str, ...]:
-        """Names of all values that it may take, and its rule."""
+        """Names of all inputs of the step and of its rule."""
         ruled = () if self.rule is None else (*self.rule.takes, *self.rule.sources)
         return tuple(dict.fromkeys((*ruled, *self.needs)))
 
     def values_of(self, result: Any) -> Sequence[Any]:
-        """The values that a result of the function is."""
+        """A result of the function, as one value per name."""
         return result if len(self.makes) > 1 else (result,)
 
     @property
@@ -222,12 +222,12 @@ def _is_later(annotation: object) -> bool:
 
 
 class Steps:
-    """Functions by the names of what they make.
+    """Functions by the names of their outputs.
 
     Attributes:
         step_of: the step that makes a value.
         inputs: names of the values that come from outside.
-        services: those inputs that say nothing about a result, such as where progress is reported.
+        services: inputs without influence on results, such as the report.
     """
 
     def __init__(
@@ -236,8 +236,8 @@ class Steps:
         """Check that each value can be made.
 
         Raises:
-            TypeError: if steps wait for each other in a circle, or one takes a value that nothing makes, or
-                two make the same.
+            TypeError: if steps depend on each other in a circle, an input is made by no step, or two steps
+                make the same value.
         """
         self.inputs, self.services = frozenset(inputs), frozenset(services)
         self.step_of: dict[str, Step] = {}
@@ -262,11 +262,11 @@ class Steps:
         sound.add(name)
 
     def altered(self, name: str, change: Callable[[Any, Mapping[str, Any]], Any]) -> "Steps":
-        """The same graph, where something more is done to a value.
+        """The same graph with a further change of one value.
 
         Args:
-            name: of the value, which is all that its step makes.
-            change: makes another of it, and of what its step took.
+            name: of the value, the only output of its step.
+            change: returns the changed value, given the value and the inputs of its step.
         """
         step = self.step_of[name]
 
@@ -278,7 +278,7 @@ class Steps:
         return other
 
     def below(self, names: Iterable[str]) -> list[Step]:
-        """The steps that some values may depend on, each after those that it takes values of."""
+        """The steps that some values may depend on, each after the steps of its inputs."""
         found: dict[str, Step] = {}
 
         def add(name: str) -> None:
@@ -294,13 +294,13 @@ class Steps:
 
 
 class Job:
-    """What is asked of a graph, once; a value is freed as soon as nothing more depends on it.
+    """One request to a graph; a value is freed as soon as nothing more depends on it.
 
     Attributes:
         steps: the graph.
-        asked: names of the values that are asked for.
-        seconds: that each step took that ran, without those that it waited for.
-        skipped: why others did not, by their names.
+        asked: names of the requested values.
+        seconds: of each step that ran, without the steps that it waited for.
+        skipped: why the others did not run, by name.
     """
 
     def __init__(
@@ -319,22 +319,22 @@ class Job:
         self.skipped: dict[str, str] = {}
         self._memory, self._values = memory or NoMemory(), dict(inputs)
         self._waited = 0.0
-        self._done: set[str] = set()  # names of steps that are through
-        self._readers = Counter(self.asked)  # of values: steps that may still take them
+        self._done: set[str] = set()  # names of finished steps
+        self._readers = Counter(self.asked)  # by value: number of steps that may still take it
         for step in steps.below(asked):
             self._readers.update(step.takes)
 
     def explain(self, facts: Mapping[str, Any] | None = None) -> "list[Explained]":
-        """Which steps would run, and why others would not, without running one that costs anything.
+        """Which steps would run, and why others would not, without running any costly step.
 
-        `facts` are values that are known without it, such as what the header of a file says.
+        `facts` are values that are known beforehand, such as those of a file header.
         """
         from brushgs.pipeline.explain import explain
 
         return explain(self, facts or {})
 
     def run(self) -> dict[str, Any]:
-        """Make the values that are asked for, and what they depend on."""
+        """Make the requested values, and their inputs."""
         return {name: self._value(name) for name in self.asked}
 
     def _value(self, name: str) -> Any:
@@ -347,7 +347,7 @@ class Job:
         return self._values[name]
 
     def _finish(self, step: Step) -> None:
-        """A step is through, or will not run: it takes nothing more."""
+        """Mark a step as finished or skipped: it takes no more inputs."""
         self._done.add(step.name)
         for name in step.takes:
             self._readers[name] -= 1
@@ -359,7 +359,7 @@ class Job:
                 self._finish(maker)
 
     def _results(self, step: Step) -> Sequence[Any]:
-        """The values that a step makes, made, kept, or what stands in for them."""
+        """The outputs of a step: made, remembered or replaced."""
         if step.rule is not None and (why := step.rule.reason(self._value)) is not None:
             self.skipped[step.name] = why
             return step.rule.stand_ins(self._value)
@@ -374,7 +374,7 @@ class Job:
         return step.values_of(self._made(step, needs, memory))
 
     def _made(self, step: Step, needs: dict[str, Any], memory: Memory) -> Any:
-        used: dict[str, Any] = {}  # what was asked for later is an input too
+        used: dict[str, Any] = {}  # values requested later are inputs too
 
         def later(one: str) -> Later[Any]:
             def get() -> Any:
@@ -393,7 +393,7 @@ class Job:
         return result
 
     def _is_unchanged(self, known: tuple[Any, ...], needs: Mapping[str, Any]) -> bool:
-        """Whether what a step takes is as it was: first what it takes in any case."""
+        """Whether the inputs of a step are unchanged; inputs that it always takes are compared first."""
         before, services = dict(known), self.steps.services
         at_once = all(is_same(before.get(one), x) for one, x in needs.items() if one not in services)
         return at_once and all(is_same(x, self._value(one)) for one, x in before.items() if one not in needs)

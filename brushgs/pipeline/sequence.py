@@ -1,8 +1,9 @@
-"""A path, or a painting that grows: a scene file becomes a video or numbered pictures.
+"""From a scene file to a video or numbered pictures, along a path or of a painting that grows.
 
-The stages are those of `prepare`, then track -> paint -> write. What happens to a stroke is decided before
-any frame is painted: its directions along the whole path, or when it comes. After that frames do not depend
-on each other: any number of processes paint the same files, bit for bit; missing ones can be painted alone.
+The stages are those of `prepare`, then track -> paint -> write. The directions of a stroke along the whole
+path, and the time when it appears, are decided before any frame is painted. After that frames are
+independent: any number of processes paint the same files, bit for bit, and missing frames can be painted
+alone.
 """
 
 import time
@@ -60,9 +61,9 @@ if TYPE_CHECKING:
 
     AnyTrack = Track | FilmTrack
 
-CALM_STEP = 10.0  # degrees a frame of the camera, above which films say that strokes turn too
-FILM_FRAMES = 12  # fewer are looked at one by one
-NUM_SAMPLED_VIEWS = 8  # of a path, to see whether any stroke is visible: thousands of frames need no more
+CALM_STEP = 10.0  # degrees a frame of the camera, above which a note says that strokes turn visibly
+FILM_FRAMES = 12  # fewer frames are viewed one by one
+NUM_SAMPLED_VIEWS = 8  # of a path, to check whether any stroke is visible; enough for thousands of frames
 
 
 def paint_sequence(
@@ -76,29 +77,28 @@ def paint_sequence(
     sheet: str | Path | None = None,
     origin: Origin | None = None,
 ) -> Report:
-    """Paint a scene file along a camera path, as it comes into being, or as it moves.
+    """Paint a scene file along a camera path, as it grows, or as it moves.
 
     Args:
         scene: the files of a trained 3D Gaussian scene, or a moving scene.
         output: a video (.mp4, .mov, .webm, .mkv, .gif), a pattern of numbered pictures such as
-            frames/%05d.png (any picture format; the last folder is made), or a folder, which means %05d.png
-            in it.
-        path_config: where the camera goes, or how the painting grows before one camera; before a moving scene
-            a camera that stands still, None for that of `config`.
+            frames/%05d.png (any picture format; the last folder is created), or a folder, which means
+            %05d.png in it.
+        path_config: the camera path, or how the painting grows; for a moving scene also a fixed camera, None
+            for that of `config`.
         config: see `PaintConfig`; of its view what `plan_path` takes.
         sequence: where the frames are painted, and which.
-        report: gets the stages; a new one if None.
-        sheet: another picture, which shows the plain scene from all around, see `views_sheet`; None for none.
-        origin: what the files say of how they came about; None for nothing.
+        report: gets the stages; None makes a new one.
+        sheet: output of a contact sheet of the plain scene, see `views_sheet`; or None.
+        origin: metadata of the files, or None.
 
     Returns:
         The report, with one stage per step.
 
     Raises:
-        SceneError: if a file cannot be read or written, or the frames that are to be resumed are of
-            another painting.
+        SceneError: if a file cannot be read or written, or the frames to resume are of another painting.
         ValueError: if an option does not suit the scene, the path or the output, or no frame shows a stroke.
-        KeyboardInterrupt: if the run is stopped; says how to resume it. Frames are whole or not there.
+        KeyboardInterrupt: if the run is stopped; says how to resume it. Every written frame is complete.
     """
     config, sequence, report = config or PaintConfig(), sequence or SequenceConfig(), report or Report()
     grow = path_config if isinstance(path_config, GrowConfig) else None
@@ -141,20 +141,20 @@ def paint_sequence(
 
 
 def _rate_of(path_config: PathConfig | GrowConfig | Camera | None, clip: ClipConfig | None) -> float | None:
-    """Frames a second that the options name."""
+    """The frame rate of the options."""
     named = path_config if isinstance(path_config, PathConfig | GrowConfig) else clip
     return None if named is None else named.fps
 
 
 def _check_video(target: Path | NumberedFiles, path: "CameraPath", config: PaintConfig) -> None:
-    """Refuse a rate or a size of frames that does not suit a video."""
+    """Refuse a frame rate or size that does not suit a video."""
     if isinstance(target, Path):
         check_rate(target, path.fps)
         check_size(target, path.cameras[0].width, path.cameras[0].height, config.output.codec)
 
 
 def _check_seen(prepared: Prepared) -> None:
-    """Refuse to paint frames of which none shows a stroke."""
+    """Refuse a path on which no frame shows a stroke."""
     if not _sees_any(prepared, NUM_SAMPLED_VIEWS) and not _sees_any(prepared, len(prepared.cameras)):
         why = why_nothing_is_seen(coat.strokes for coat in prepared.painting.coats if coat.name != BACKDROP)
         raise ValueError(f"in all {len(prepared.cameras)} frames {why}")
@@ -163,14 +163,14 @@ def _check_seen(prepared: Prepared) -> None:
 def paint_prepared(
     prepared: Prepared, target: Path, config: PaintConfig, report: Report, origin: Origin | None = None
 ) -> Report:
-    """Paint what is prepared along its path, as a video.
+    """Paint a prepared scene along its path to a video.
 
     Args:
         prepared: with a path.
         target: the video to write.
-        config: that it was prepared with.
+        config: options of `prepared`.
         report: gets the stages; `advance` after each frame.
-        origin: what the video says of how it came about; None for nothing.
+        origin: metadata of the video, or None.
 
     Raises:
         ValueError: if the rate or the size does not suit the video.
@@ -187,7 +187,7 @@ def paint_prepared(
 
 
 def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTrack | None]":
-    """Choose the directions of the strokes along the whole path, of each coat whose strokes are tracked."""
+    """Choose the stroke directions along the whole path, for each tracked coat."""
     with report.stage("track") as stage:
         cameras, coats = prepared.cameras, prepared.painting.coats
         tracked = [coat for coat in coats if coat.options.lock == "track"]
@@ -216,11 +216,11 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
 
 
 def _note_coarse(cameras: Sequence[Camera]) -> None:
-    """Say where a camera turns so far from frame to frame that strokes turn visibly too."""
+    """Add a note if the camera turns so far per frame that strokes turn visibly."""
     if len(cameras) < FILM_FRAMES:
         return
     viewmats = np.stack([camera.viewmat for camera in cameras])
-    turns = view_changes(viewmats[:-1], viewmats[1:], np.inf)  # without what shifts alone change
+    turns = view_changes(viewmats[:-1], viewmats[1:], np.inf)  # without the effect of shifts
     step = float(np.degrees(np.median(turns[turns > 0]))) if (turns > 0).any() else 0.0
     if step > CALM_STEP * (1 + 1e-6):
         most = degrees(MOST_TURN if radians(step) <= WIDE_STEP else MOST_WIDE_TURN)
@@ -230,7 +230,7 @@ def _note_coarse(cameras: Sequence[Camera]) -> None:
 
 
 def _sees_any(prepared: Prepared, num_views: int) -> bool:
-    """Whether a stroke is visible in so many of the views, evenly spread."""
+    """Whether a stroke is visible in any of `num_views` evenly spread views."""
     from brushgs.rendering.options import project_with
 
     step, moving = -(-len(prepared.cameras) // num_views), prepared.moving
@@ -311,7 +311,7 @@ class _Frames:
         return "motion" in self.config.output.all_layers and self.grow is None
 
     def _neighbour(self, index: int) -> tuple[int, int]:
-        """The frame that follows, and 1; at the end of an open path the one before, and -1."""
+        """The next frame, and 1; at the end of an open path the previous one, and -1."""
         num_frames = len(self.path.cameras)
         if index + 1 < num_frames:
             return index + 1, 1
@@ -348,7 +348,7 @@ class _Frames:
         return *found, *held, self.hand.state(index)
 
     def _seen(self, index: int) -> tuple[object, ...]:
-        """What decides the colours of a frame."""
+        """A key of everything that decides the colours of a frame."""
         camera = self.path.cameras[index]
         places = (_place(track, index) for track in self.tracks if track is not None)
         lens = camera.K.tobytes(), camera.width, camera.height, camera.near
@@ -366,7 +366,7 @@ class _Frames:
 
 
 def _place(track: "AnyTrack", index: int) -> float:
-    """Where a frame lies among the knots of its track."""
+    """The position of a frame among the knots of its track."""
     return track.place(index) if isinstance(track, FilmTrack) else float(track.positions[index])
 
 
@@ -379,11 +379,10 @@ def _paint(
 ) -> Stopwatch:
     """Paint frames and pass each, in order, to `take`, which writes it.
 
-    While the camera rests, one picture serves all its frames. Where one process paints, the next frame is
-    painted while `take` has this one.
+    Equal frames are painted once. With a single process, the next frame is painted while `take` runs.
 
     Returns:
-        The time that `take` took; it belongs to the stage of writing.
+        The time of `take`, for the stage of writing.
     """
     sequence, writing, making, start = frames.sequence, Stopwatch(), Stopwatch(), time.perf_counter()
     with report.stage("paint", total=len(indices), apart=writing) as stage:
@@ -472,7 +471,7 @@ def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
         writing = _paint(frames, indices, kind, lambda _, pixels: reel.add(pixels), report)
         with report.stage("write", earlier=writing) as stage:
             reel.finish()
-    # Only now the file has its name, and its size.
+    # Only now the file has its name and size.
     num_bytes, padded = target.stat().st_size, padded_size(target, *size, output.codec)
     codec = codec_of(target, output.codec).name
     stage.did = f"{target}, {path.fps:g} frames per second, {file_size(num_bytes)}, on {background}"
@@ -511,7 +510,7 @@ def _paint_files(frames: _Frames, files: NumberedFiles, found: Manifest | None, 
 
 
 def _kind_of(frames: _Frames, files: NumberedFiles) -> FrameKind:
-    """What files of frames hold; the names of strokes, if they are many, are written once beside them."""
+    """The content of frame files; the names of strokes, if many, are written once beside them."""
     output, manifest = frames.config.output, None
     if output.deep or "stroke" in output.all_layers:
         from brushgs.formats.pictures.exr.cryptomatte import is_long, write_manifest

@@ -1,4 +1,4 @@
-"""Outputs of a path: what their names stand for, and whether they suit the options and can be written."""
+"""Outputs of a path: the meaning of their names, and checks that they suit the options and can be written."""
 
 import os
 from pathlib import Path
@@ -45,7 +45,7 @@ def check_target(
 ) -> None:
     """Refuse an output that does not suit the options or cannot be written, before any work.
 
-    `rate` is the number of frames a second that is asked for; None for none.
+    `rate` is the requested number of frames a second, or None.
 
     Raises:
         ValueError: if the background, the frame rate, the size, the codec or the bits do not suit the output.

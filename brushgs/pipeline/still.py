@@ -1,4 +1,4 @@
-"""One picture: a scene file, or Gaussians in memory, becomes a still.
+"""From a scene file, or Gaussians in memory, to one picture.
 
 The stages are those of `prepare`, then project -> rasterise -> write.
 """
@@ -53,18 +53,18 @@ def paint_file(
         scene: the files of a trained 3D Gaussian scene.
         output: picture to write; the suffix decides the format, see `formats.registry`.
         config: see `PaintConfig`.
-        camera: the view, in place of the one that `config.view` describes.
-        report: gets the stages; a new one if None.
-        sheet: another picture, which shows the plain scene from all around, see `views_sheet`; None for none.
-        first: share of the strokes that are laid, 0 to 1: the painting as it is when so much of it is done.
-        origin: what the picture, and the sheet, say of how they came about; None for nothing.
+        camera: the view, in place of that of `config.view`.
+        report: gets the stages; None makes a new one.
+        sheet: output of a contact sheet of the plain scene, see `views_sheet`; or None.
+        first: share of the strokes that are laid, 0 to 1: an unfinished painting.
+        origin: metadata of picture and sheet, or None.
 
     Returns:
         The report, with one stage per step.
 
     Raises:
         SceneError: if a file cannot be read or written.
-        ValueError: if an option does not suit the scene, before any long work where that can be known.
+        ValueError: if an option does not suit the scene; before long work if possible.
     """
     check_share(first)
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
@@ -107,14 +107,14 @@ def paint(
         scene: N Gaussians, which count as a scene and not as strokes, or the files of one.
         look: a look, its name ("oil") or its TOML file, or all options, see `PaintConfig`. None for oil, the
             look of `brushgs render`.
-        camera: the view, in place of the one that the options describe; None frames the scene.
-        report: gets the stages; a new one if None.
+        camera: the view, in place of that of the options; None frames the scene.
+        report: gets the stages; None makes a new one.
         first: see `paint_file`.
-        is_on_background: whether the background of the options lies behind the paint: then the frame is
-            opaque, unless that is "transparent".
+        is_on_background: whether to draw on the background of the options: the frame is then opaque, unless
+            the background is "transparent".
 
     Returns:
-        The picture. It is opaque where the look has a ground, and has a height where it has a relief.
+        The picture. It is opaque if the look has a ground, and has a height if it has a relief.
 
     Raises:
         SceneError: if a file cannot be read.
@@ -132,7 +132,7 @@ def paint(
 
 
 def check_share(first: float) -> None:
-    """Refuse a share of strokes that is none.
+    """Refuse an invalid share of strokes.
 
     Raises:
         ValueError: if it is not in 0 to 1.
@@ -163,7 +163,7 @@ def paint_view(
         painted = lay_coat(canvas, coat, boxes, report, among=len(painting.coats))
         if coat.name not in (BACKDROP, CUT_IN):
             shown.append((painted, len(boxes), boxes, coat))
-    if prepared.growth is None:  # else little may be painted yet
+    if prepared.growth is None:  # an unfinished painting may be almost empty
         painted, _, boxes, coat = max(shown, key=lambda one: one[:2])
         warn_if_blank(coat, boxes, camera, painted)
     frame = light_canvas(canvas, painting, camera, report)

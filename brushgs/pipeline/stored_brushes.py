@@ -1,4 +1,4 @@
-"""The brushes that a file of strokes names: they paint its strokes, unless others are asked for."""
+"""The brushes of a file of strokes, used unless others are requested."""
 
 import warnings
 from pathlib import Path
@@ -26,7 +26,7 @@ def open_stored_brushes(
     size: tuple[int, int] | None,
     report: Report,
 ) -> "tuple[BrushSet, BrushKit] | None":
-    """The brushes of strokes that have some; None where the painting has others, or they cannot be opened.
+    """The stored brushes of strokes; None if the painting has others, or they cannot be opened.
 
     Args:
         gaussians: as loaded.
@@ -34,7 +34,7 @@ def open_stored_brushes(
         source: the file; brushes that are files are looked for beside it first.
         named: the brushes of the painting.
         size: (width, height) of the picture, pixels; None for the usual one.
-        report: gets a stage where there are any.
+        report: gets a stage if there are any.
     """
     if gaussians.brushes is None or notes is None or not notes.is_strokes or not notes.brushes:
         return None
@@ -61,7 +61,7 @@ def open_stored_brushes(
 
 
 def _located(name: str, folder: Path) -> str:
-    """A name as it is opened: of one image, and beside the file of strokes where there is such a file."""
+    """The name to open for a stored brush: the path beside the file of strokes if there is such a file."""
     from brushgs.brushes.texture import brush_of_style, variants_of
 
     if variants := variants_of(name):

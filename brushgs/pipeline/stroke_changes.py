@@ -1,4 +1,4 @@
-"""The passes that options ask for, in all of a painting and in parts of its scene."""
+"""The passes of the options, for a whole painting and for parts of its scene."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,9 +30,9 @@ class StrokeChanges:
     """The passes of a painting.
 
     Attributes:
-        making: what makes strokes of clusters.
-        finish: what is done after that: nothing, where all of it is done while they are made.
-        colors: changes of colour that do not come from the scene, for what lies behind the strokes.
+        making: passes that make strokes of clusters.
+        finish: later passes; none if all run while strokes are made.
+        colors: colour changes that do not come from the scene, for backdrop and ground.
     """
 
     making: Sequence[StrokePass]
@@ -40,7 +40,7 @@ class StrokeChanges:
     colors: Changes
 
     def later(self) -> Finish:
-        """What is done to strokes that are made after the views were drawn: they are not in these."""
+        """The passes for strokes that are made later, which the views do not show."""
         return Finish([*(one for one in self.making if one.name != "repaint"), *self.finish.passes])
 
 
@@ -50,12 +50,12 @@ def in_parts(
     has_own: Callable[[Region], object],
     of: Callable[[Region], Sequence[StrokePass]],
 ) -> list[StrokePass]:
-    """The passes of a painting for what has none of its own, then those of the parts that have.
+    """The passes of a painting, for all without own passes, then those of parts with own passes.
 
     Args:
         passes: of the painting.
         parts: of its scene.
-        has_own: whether a part has passes of its own, which may be none at all.
+        has_own: whether a part has its own passes, perhaps an empty list.
         of: the passes of such a part.
     """
     own = [part for part in parts if has_own(part)]
@@ -67,7 +67,7 @@ def in_parts(
 
 
 def solid_pass(config: StrokesConfig, skip: str | None, memory: Memory) -> StrokePass:
-    """Strokes as solid paint."""
+    """The pass that makes strokes solid paint."""
 
     def solid(strokes: Gaussians) -> Gaussians:
         from brushgs.passes.form.solid import solidify
@@ -79,7 +79,7 @@ def solid_pass(config: StrokesConfig, skip: str | None, memory: Memory) -> Strok
 
 
 def size_passes(part: Region) -> list[StrokePass]:
-    """Other sizes and opacities in a part, after strokes became solid; none where these stay."""
+    """Sizes and opacities of a part, after strokes became solid; none if unchanged."""
     rule: Rule = part.rule
     if rule.size == 1 and rule.opacity == 1:
         return []
@@ -95,12 +95,12 @@ def size_passes(part: Region) -> list[StrokePass]:
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """Which way strokes run.
+    """A direction of strokes.
 
     Attributes:
-        words: that name it.
+        words: its name.
         opened: as `orient` takes it.
-        labels: of the parts where they run so; None for the whole painting.
+        labels: of the parts with this direction; None for the whole painting.
     """
 
     words: str
@@ -113,7 +113,7 @@ def open_fields(
 ) -> list[Field]:
     """The directions of a painting and of parts of its scene, each with all parts that have it.
 
-    `camera` is that of the first picture; None where no direction depends on it.
+    `camera` is that of the first picture; None if no direction depends on it.
     """
     fields: dict[str, Field] = {}
     if direction.kind != "own":
@@ -137,7 +137,7 @@ def _opened(direction: Direction, styles: Styles | None, camera: Camera | None) 
 def direction_pass(
     gaussians: Gaussians, direction: Direction, fields: Sequence[Field], skip: str | None, memory: Memory
 ) -> StrokePass:
-    """Strokes turn; in each field they are all seen, since they agree with their neighbours."""
+    """The pass that turns strokes; each field sees all strokes, for agreement with neighbours."""
 
     def turned(strokes: Gaussians) -> Gaussians:
         from brushgs.passes.form.orient import orient
@@ -162,7 +162,7 @@ def direction_pass(
 def repaint_pass(
     gaussians: Gaussians, views: "PlainViews | None", skip: str | None, memory: Memory
 ) -> StrokePass:
-    """Strokes take the colours that views of the scene show where they lie."""
+    """The pass that takes colours from views of the scene at the strokes."""
 
     def seen(strokes: Gaussians) -> Gaussians:
         from brushgs.passes.color.repaint import repaint
@@ -176,7 +176,7 @@ def repaint_pass(
 
 
 def broken_color_pass(config: StrokesConfig, *, seed: int, skip: str | None) -> StrokePass:
-    """Colours differ from stroke to stroke, after a palette."""
+    """The pass that varies colours from stroke to stroke, after a palette."""
 
     def broken(strokes: Gaussians) -> Gaussians:
         from brushgs.passes.color.broken_color import CHROMA, LIGHTNESS, break_colors
@@ -190,7 +190,7 @@ def broken_color_pass(config: StrokesConfig, *, seed: int, skip: str | None) -> 
 
 
 def grading_passes(config: ColorConfig, *, seed: int) -> list[StrokePass]:
-    """The passes that grade colours; none where a look leaves them."""
+    """The passes that grade colours; none if the look does not."""
 
     def graded(strokes: Gaussians) -> Gaussians:
         from brushgs.passes.color.tone import grade
@@ -219,7 +219,7 @@ def grading_passes(config: ColorConfig, *, seed: int) -> list[StrokePass]:
 
 
 def brush_passes(kit: "BrushKit", config: StrokesConfig, *, seed: int) -> list[StrokePass]:
-    """The pass that chooses a brush for each stroke; none where there is one brush."""
+    """The pass that chooses a brush for each stroke; none for a single brush."""
     if len(kit.images) == 1:
         return []
 
@@ -237,11 +237,11 @@ def part_brush_passes(kit: "BrushKit", row_of: Mapping[str, int], *, seed: int) 
 
     Args:
         kit: of the part.
-        row_of: by their names, which are the brushes of the painting.
-        seed: of what is chosen by chance.
+        row_of: row of each name among the brushes of the painting.
+        seed: of random choices.
 
     Raises:
-        ValueError: if the painting has a kernel in place of brushes.
+        ValueError: if the painting has a kernel instead of brushes.
     """
     if not set(kit.images) <= set(row_of):
         raise ValueError(

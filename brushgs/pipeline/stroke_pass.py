@@ -1,4 +1,4 @@
-"""Passes on strokes: they change strokes and keep their number, or most of it; some in parts of a scene."""
+"""Passes on strokes, which keep all or most strokes; some are for parts of a scene."""
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,16 +20,16 @@ class StrokePass:
 
     Attributes:
         name: of its stage.
-        what: it does, in words.
+        what: its effect, in words.
         run: from strokes to strokes.
-        skip: why it does not run, in words; None where it does.
+        skip: why it does not run, in words; None if it runs.
         counts: for its stage.
-        inputs: what `run` depends on beside the strokes.
-        memory: of what it returned.
-        labels: of the parts of a scene whose strokes alone it sees, 0 for what is in none; None for all.
+        inputs: what `run` depends on besides the strokes.
+        memory: of results.
+        labels: of the parts of a scene that it is limited to, 0 for no part; None for all.
         watch: adds up its seconds.
-        num_before: strokes that it was last called with.
-        num_after: and that it returned.
+        num_before: number of strokes in the last call.
+        num_after: number of returned strokes.
     """
 
     name: str
@@ -45,7 +45,7 @@ class StrokePass:
     num_after: int = 0
 
     def __call__(self, strokes: Gaussians) -> Gaussians:
-        """The strokes after the pass; they themselves where it is skipped."""
+        """The strokes after the pass; the same object if it is skipped."""
         rows = None if self.labels is None else rows_of(strokes, self.labels)
         self.num_before = self.num_after = len(strokes) if rows is None else len(rows)
         if self.skip is not None or (rows is not None and len(rows) == 0):
@@ -60,7 +60,7 @@ class StrokePass:
         return after
 
     def within(self, labels: Collection[int], part: str | None = None) -> "StrokePass":
-        """The same for some parts of a scene; `part` is a name of these."""
+        """The same pass for some parts of a scene; `part` is their name."""
         name = self.name if part is None else f"{self.name} ({part})"
         return replace(self, name=name, labels=frozenset(labels), watch=Stopwatch())
 
@@ -82,7 +82,7 @@ class StrokePass:
 
 @dataclass(frozen=True, eq=False)
 class Finish:
-    """What is done to strokes after they were made.
+    """The passes on finished strokes.
 
     Attributes:
         passes: in this order.
@@ -91,7 +91,7 @@ class Finish:
     passes: Sequence[StrokePass] = ()
 
     def __call__(self, strokes: Gaussians, report: Report | None = None) -> Gaussians:
-        """The strokes after it; with a report its stages are told."""
+        """The strokes after the passes; a report gets their stages."""
         for one in self.passes:
             strokes = one(strokes)
             if report is not None:
@@ -99,12 +99,12 @@ class Finish:
         return strokes
 
     def then(self, name: str, run: Callable[[Gaussians], Gaussians]) -> "Finish":
-        """The same with one more thing that is done."""
+        """The same with one more function."""
         return Finish([*self.passes, StrokePass(name, name, run)])
 
 
 def put(strokes: Gaussians, rows: Rows, part: Gaussians) -> Gaussians:
-    """The strokes, with those of some rows as they are in a part [len(rows)]."""
+    """The strokes, with some rows replaced by a part [len(rows)]."""
     columns: dict[str, Any] = {}
     for name in (*strokes.columns(), "brushes"):
         ours, theirs = getattr(strokes, name), getattr(part, name)
@@ -117,21 +117,21 @@ def put(strokes: Gaussians, rows: Rows, part: Gaussians) -> Gaussians:
 
 
 def rows_of(strokes: Gaussians, labels: Collection[int]) -> Rows:
-    """The rows of the strokes that are in some parts of a scene."""
+    """The rows of the strokes in some parts of a scene."""
     if strokes.regions is None:
         return np.arange(len(strokes) if 0 in labels else 0)
     return np.flatnonzero(np.isin(strokes.regions, np.array(sorted(labels), np.uint8)))
 
 
 def nearest_regions(strokes: Gaussians, others: Gaussians) -> Gaussians:
-    """Other strokes, each with the label of the stroke that it lies nearest to."""
+    """Other strokes, each with the label of the nearest stroke."""
     if strokes.regions is None or len(others) == 0:
         return others
     return replace(others, regions=strokes.regions[nearest_rows(strokes, others)])
 
 
 def nearest_rows(strokes: Gaussians, others: Gaussians) -> Rows:
-    """[n] the row of the stroke that each of the others lies nearest to; 0 where there is none."""
+    """[n] the row of the nearest stroke of each other stroke; 0 if there is none."""
     if len(strokes) == 0:
         return np.zeros(len(others), np.intp)
     from brushgs.passes.reduce.lloyd import assign

@@ -36,23 +36,23 @@ if TYPE_CHECKING:
     from brushgs.values.arrays import F64, Mask
     from brushgs.values.notes import LoadNotes
 
-SMALL_SCENE = 256  # Gaussians that are kept where the number of strokes is yet to be chosen
+SMALL_SCENE = 256  # Gaussians that are kept if the number of strokes is not chosen yet
 TRAINED = {"antialiased": "antialiased", "2dgs": "2DGS, flat discs"}  # in words
-MOST_NAMES = 6  # of columns that are not read
+MOST_NAMES = 6  # of unread columns
 SMALLEST, LARGEST = 1e-24, 1e24  # world units: beyond, float32 leaves pictures blank
 
 
 def load_scene(
     scene: SceneFiles, report: Report, *, makes_strokes: bool = False, workers: SequenceConfig | None = None
 ) -> "tuple[Gaussians, LoadNotes]":
-    """Read the Gaussians of a scene, and notes on what else its files hold.
+    """Read the Gaussians of a scene, and notes on its files.
 
     Args:
         scene: see `SceneSource`.
         report: gets the stage.
-        makes_strokes: whether only strokes are made of them: then a scene larger than memory is read in
+        makes_strokes: whether they are only used to make strokes: then a scene larger than memory is read in
             blocks and merged, see `brushgs.pipeline.blocks`.
-        workers: that read such blocks; None for this machine.
+        workers: read such blocks; None for this machine.
     """
     with report.stage("load") as stage:
         from brushgs.formats.scenes.read import open_files, read_files
@@ -99,7 +99,9 @@ def load_scene(
 
 
 def _check_unit(gaussians: Gaussians, source: SceneSource) -> None:
-    """Refuse a scene in whose unit float32 has no room: by the largest number, or by the half of all rows."""
+    """Refuse a scene whose unit is out of the range of float32: by the largest number, or by half of all
+    rows.
+    """
     reach = np.maximum(np.abs(gaussians.means).max(axis=1), gaussians.scales.max(axis=1))
     size = float(reach.max(initial=0))
     if 0 < size < SMALLEST or (size > LARGEST and (size := float(np.median(reach))) > LARGEST):
@@ -134,19 +136,19 @@ def prune_scene(
 ) -> Gaussians:
     """Keep the Gaussians of highest weight.
 
-    Unless the config states a share, all strokes are kept, and of a scene at least as many Gaussians as
-    strokes are asked for: pruning is for those that would be merged anyway.
+    Unless the config states a share, all strokes are kept, and of a scene at least as many Gaussians as the
+    requested number of strokes: pruning is for those that would be merged anyway.
 
     Args:
         gaussians: the scene as loaded.
         config: which Gaussians are kept.
         report: gets the stage.
         is_strokes: whether they are strokes already.
-        is_seen: whether they are only those that the views show: hidden and faint ones are gone already.
-        is_merged: whether they were merged while they were read: a painting of 500 or 2000 strokes of the
-            truck is 0.1 to 0.3 dB better if none of those goes.
-        cluster: how many strokes will be made of them; None if they will not be clustered.
-        among: [N] those that may go; None for all.
+        is_seen: whether hidden and faint Gaussians are already dropped.
+        is_merged: whether they were merged while reading: a painting of the truck in 500 or 2000 strokes is
+            0.1 to 0.3 dB better without pruning.
+        cluster: how many strokes will be made; None if they will not be clustered.
+        among: [N] those that may be dropped; None for all.
     """
     with report.stage("prune") as stage:
         num_before = len(gaussians)
@@ -177,7 +179,7 @@ def _why_kept(
     is_merged: bool,
     cluster: ClusterConfig | None,
 ) -> tuple[str | None, int]:
-    """Why all Gaussians are kept, None if not, and how many are kept at least."""
+    """Why all Gaussians are kept, or None, and the minimum number to keep."""
     if config.keep is not None:
         return ("keep = 1" if config.keep == 1 else None), 1
     if is_strokes:
@@ -199,15 +201,15 @@ def _why_kept(
 def cluster_scene(
     maker: StrokeMaker, report: Report, *, num_loaded: int, view_model: "ViewModel | None" = None
 ) -> "Clustered":
-    """Merge Gaussians into fewer and larger ones: the strokes in space; and do to them what options ask for.
+    """Merge Gaussians into fewer and larger ones, the strokes in space, and apply the passes of the options.
 
-    Returns the strokes, and how the Gaussians were grouped; None where each is a stroke.
+    Returns the strokes, and the grouping of the Gaussians; None if each is a stroke.
 
     Args:
         maker: makes strokes of the pruned scene.
-        report: gets the stage, that of choosing the count where there is a target, and those of the passes.
-        num_loaded: number of Gaussians in the scene as loaded, of which a share is taken.
-        view_model: what `open_view_model` returned: the view that a target is for.
+        report: gets the stage, that of the choice of a count for a target, and those of the passes.
+        num_loaded: number of Gaussians in the scene as loaded; a share refers to it.
+        view_model: from `open_view_model`: the view of a target.
     """
     gaussians, config = maker.gaussians, maker.cluster
     choice, are_changed = None, maker.skip is None
@@ -266,7 +268,7 @@ def _describe_clusters(
 
 
 def open_palette(config: PaletteConfig | None, report: Report) -> "Palette | None":
-    """Measure the colours of a painting; a stage only where there is a palette."""
+    """Open the palette; a stage only if there is one."""
     if config is None:
         return None
     with report.stage("palette") as stage:
@@ -303,9 +305,9 @@ def _palette_of_style(config: PaletteConfig, stage: Stage) -> "Palette":
 
 
 def cut_scene(gaussians: Gaussians, cameras: Sequence[Camera], report: Report) -> Gaussians:
-    """Gaussians of which none covers much of a picture.
+    """Gaussians cut so that none covers much of a picture.
 
-    They are cut before strokes are made of them, so that the pieces count as strokes.
+    They are cut before strokes are made, so that the pieces count as strokes.
     """
     with report.stage("slabs") as stage:
         from brushgs.passes.form.slabs import LONGEST, cut_slabs
@@ -329,9 +331,9 @@ def recolor_scene(
     is_strokes: bool = True,
     shares: "F64 | None" = None,
 ) -> Gaussians:
-    """Give strokes, or Gaussians, the colours of the palette; a stage only where there is one.
+    """Give strokes, or Gaussians, the colours of the palette; a stage only if there is one.
 
-    `shares` [N] 0 to 1 are how far each is recoloured, None for 1: those of 0 keep theirs bit for bit.
+    `shares` [N] 0 to 1 is the strength for each, None for 1: at 0 colours are unchanged, bit for bit.
     """
     if palette is None or config is None:
         return gaussians
@@ -349,7 +351,7 @@ def recolor_scene(
 
 
 def name_of(source: SceneFiles | None, notes: "LoadNotes | None" = None) -> str:
-    """The name of a scene: that of the scene that strokes were made of, else that of the files."""
+    """The name of a scene: for strokes that of their scene, else that of the files."""
     stored = None if notes is None else notes.scene
     return stored or ("scene" if source is None else SceneSource.of(source).name)
 
@@ -366,9 +368,9 @@ def write_scene(
 ) -> Report:
     """Write Gaussians to a scene file, and complete the report.
 
-    The file records whether they are strokes, the name of the scene that they were made of, how that is seen,
-    so that `render` shows both from the same cameras, and the brushes that strokes have, as far as its format
-    holds these. Where that rounds numbers, the stage tells by how much.
+    As far as its format allows, the file records whether they are strokes, the name and first view of their
+    scene, so that `render` shows both from the same cameras, and the brushes of strokes. If the format rounds
+    numbers, the stage reports by how much.
     """
     with report.stage("write") as stage:
         from brushgs.formats.scenes import write

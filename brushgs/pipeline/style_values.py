@@ -1,7 +1,6 @@
-"""Styles and a look -> the numbers between: strokes and how broken their colour is, ground and relief.
+"""Numbers blended between styles and a look: strokes, broken colour, ground and relief.
 
-It is a layer between a look and flags: what a flag says wins. Colours and directions are no numbers, see
-`pipeline.styling`.
+This is a layer between a look and flags: flags win. For colours and directions see `pipeline.styling`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,8 +21,8 @@ from brushgs.values.style import Style, StyleMarks
 # to 3.9 on truck, which has a street around it; the same for 2000 to 14,000 strokes. With 2.0 the truck falls
 # apart: there its strokes are twice as wide as the marks.
 LAYERS = 3.5
-CANVAS = 1000, 750  # pixels, of the picture for which strokes are counted
-# Strokes of a style. Large washes would be 100 strokes; with 800 the truck is no truck any more.
+CANVAS = 1000, 750  # pixels of the picture that stroke counts refer to
+# Range of strokes of a style. Large washes would be 100 strokes; with 800 the truck is unrecognisable.
 FEWEST, MOST = 2400, 20_000
 # OKLab lightness, that of the look of broken colour: marks of paintings differ by 0.05 to 0.14, but much of
 # this is what they depict; with 0.05 a grey street turns to confetti.
@@ -32,16 +31,16 @@ MOST_TINT = 0.2  # of a ground, OKLab a and b
 
 
 def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> StepValues:
-    """The values of a look, moved toward what the marks of styles say, each by its share.
+    """The values of a look, blended with those of the marks of styles by share.
 
     Args:
-        styles: with their shares, 0 to 1, at most 1 in all; those without marks leave the look alone.
-        values: step -> field -> value of a look; what is missing has the default of its class.
+        styles: with their shares, 0 to 1, sum at most 1; those without marks have no effect.
+        values: step -> field -> value of a look; missing values have the default of their class.
 
     Returns:
-        The values with others for the broken colour, the relief where a style has some, the number of strokes
-        where that of the look is a `UsualCount`, and the ground where it has one colour and a style has one;
-        the input itself where no share is above 0.
+        The values with a changed broken colour, a relief if a style has one, the number of strokes if that of
+        the look is a `UsualCount`, and the ground if it has one colour and a style has one; the input itself
+        if no share is above 0.
     """
     marked = [(style.marks, share) for style, share in styles if style.marks is not None and share > 0]
     if not marked:
@@ -69,14 +68,14 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
 
 
 def count_of(marks: StyleMarks) -> int:
-    """How many strokes have the size of marks in a picture of 1000 x 750."""
+    """The number of strokes for the mark size of a style in a picture of 1000 x 750."""
     short = min(CANVAS)
     area = (marks.length * short) ** 2 / marks.aspect
     return round(min(max(LAYERS * CANVAS[0] * CANVAS[1] / area, FEWEST), MOST))
 
 
 def _of_look(values: StepValues, step: str, field: str) -> Any:
-    """What a look says, or the default of the class."""
+    """The value of a look, or the default of the class."""
     of_step: Mapping[str, Any] = values.get(step, {})
     if field in of_step:
         return of_step[field]
@@ -89,7 +88,7 @@ def _moved_ground(values: StepValues, marked: Sequence[tuple[StyleMarks, float]]
     kind = str(_of_look(values, "ground", "ground"))
     if not grounds:
         return {}
-    if kind == "toned":  # by its numbers: it stays a complement of the scene by what is missing of 1
+    if kind == "toned":  # by its numbers: the missing share of 1 stays a complement of the scene
         own = {
             name: np.array(_of_look(values, "ground", name)) for name in ("lightness", "complement", "warmth")
         }

@@ -1,6 +1,6 @@
-"""The stages that choose where pictures are seen from: the first view of a scene, one camera, or a path.
+"""The stages that choose the view: the first view of a scene, one camera, or a path.
 
-`choose_first_view` is the only place where a scene is examined for how it is seen.
+Only `choose_first_view` examines a scene for its first view.
 """
 
 from collections.abc import Iterable
@@ -37,17 +37,17 @@ def choose_first_view(
     *,
     moments: Iterable[Gaussians] = (),
 ) -> FirstView:
-    """How a scene is seen: as its file says, by cameras beside it that fit, or as the scene itself looks.
+    """The first view of a scene: from its file, from fitting cameras beside it, or estimated from the scene.
 
     Args:
         gaussians: the scene as loaded, N >= 1.
-        config: `up` is stronger than all else; no front is searched where `azimuth` is given.
-        notes: of the file; those of strokes hold the first view of their scene, which is used as it is.
+        config: `up` has precedence; no front is searched for if `azimuth` is given.
+        notes: of the file; those of strokes hold the first view of their scene, used unchanged.
         report: gets the stage.
-        moments: of a moving scene, all of which the view must have room for.
+        moments: of a moving scene; the view must have room for all.
 
     Raises:
-        ValueError: if there are no Gaussians, or `up` is no direction.
+        ValueError: if there are no Gaussians, or `up` is zero.
     """
     with report.stage("first view") as stage:
         view, how, known, beside = _stored_view(config, notes) or _found_view(
@@ -65,7 +65,7 @@ def choose_first_view(
 
 
 class _Found(NamedTuple):
-    """A first view, how it was found, in words and for machines, and what cameras beside the scene gave."""
+    """A first view, its source, in words and for machines, and the result from cameras beside the scene."""
 
     view: FirstView
     how: str
@@ -74,7 +74,7 @@ class _Found(NamedTuple):
 
 
 def _stored_view(config: ViewConfig, notes: "LoadNotes | None") -> _Found | None:
-    """That of the scene that strokes were made of."""
+    """The first view of the scene of strokes, from their notes."""
     stored = None if notes is None else notes.first_view
     if stored is None:
         return None
@@ -87,7 +87,7 @@ def _stored_view(config: ViewConfig, notes: "LoadNotes | None") -> _Found | None
 def _found_view(
     gaussians: Gaussians, config: ViewConfig, notes: "LoadNotes | None", moments: Iterable[Gaussians]
 ) -> _Found:
-    """By cameras beside the scene, or as it looks."""
+    """The first view from cameras beside the scene, or estimated."""
     from brushgs.first_view import find_first_view, with_moments
 
     stated = config.up or (None if notes is None else notes.up)
@@ -112,7 +112,7 @@ def with_up_of(
     notes: "LoadNotes | None",
     camera: Camera | None,
 ) -> ViewConfig:
-    """The view with the up axis of a given camera or those of a file, unless flags or notes state it."""
+    """The view with the up axis of a given camera or those of a file, unless flags or notes state one."""
     is_known = notes is not None and (notes.up is not None or notes.first_view is not None)
     if config.up is not None or is_known or len(gaussians) == 0:
         return config
@@ -133,9 +133,9 @@ def with_up_of(
 def default_first_view(
     gaussians: Gaussians, notes: "LoadNotes | None", report: Report, *, up: Up | None = None
 ) -> FirstView:
-    """How `render` sees a scene by default, which is without floaters; for passes that need no view.
+    """The default first view of `render`, without floaters; for passes that need no view.
 
-    Where `up` is given, it is that.
+    A given `up` is used.
     """
     if notes is None or notes.first_view is None:
         is_strokes = notes is not None and notes.is_strokes
@@ -144,7 +144,7 @@ def default_first_view(
 
 
 def known_first_view(gaussians: Gaussians, notes: "LoadNotes | None") -> FirstView | None:
-    """A first view for the place and size of the subject alone; None if there are no Gaussians."""
+    """A first view for the position and size of the subject only; None if there are no Gaussians."""
     if notes is not None and notes.first_view is not None:
         return notes.first_view
     return plain_first_view(gaussians) if len(gaussians) else None
@@ -158,15 +158,15 @@ def choose_camera(
     camera: Camera | None = None,
     is_composed: bool = False,
 ) -> Camera:
-    """Take the camera that is given, or one of the camera file, or frame the scene.
+    """The given camera, or one of the camera file, or one framed on the scene.
 
     Args:
-        first_view: of the scene; None only where a camera or a camera file is given.
+        first_view: of the scene; None only if a camera or a camera file is given.
         config: see `ViewConfig`.
         report: gets the stage.
-        camera: is taken where it is given.
-        is_composed: whether the options are those that `composed` gave: then the report names the size among
-            the flags that give the picture again.
+        camera: used if given.
+        is_composed: whether the options come from `composed`: then the report includes the size in the flags
+            that reproduce the picture.
     """
     with report.stage("camera") as stage:
         if camera is not None:
@@ -224,7 +224,7 @@ def in_doubt(view: FirstView) -> bool:
 
 
 def doubt_in_words(view: FirstView) -> str:
-    """The likely axes and what is taken: "not sure which way is up (+z 0.41, -y 0.38): -y is taken"."""
+    """The likely axes and the chosen one: "not sure which way is up (+z 0.41, -y 0.38): -y is taken"."""
     from brushgs.first_view.up import ranking_text
 
     taken = _axis_of(view)
@@ -232,12 +232,12 @@ def doubt_in_words(view: FirstView) -> str:
 
 
 def _axis_of(view: FirstView) -> str:
-    """The axis that is up, perhaps tilted."""
+    """The up axis in words, perhaps tilted."""
     return max(AXES, key=lambda name: float(view.up @ AXES[name]))
 
 
 def _is_up_of(view: FirstView, up: Up) -> bool:
-    """Whether an up axis as given is that of a view."""
+    """Whether a given up axis is that of a view."""
     return bool(np.allclose(unit_of(up), view.up, rtol=0, atol=1e-12))
 
 
@@ -263,7 +263,7 @@ def _describe_first_view(stage: Stage, view: FirstView, how: str, known: str) ->
 
 
 def _doubt_and_cure(view: FirstView) -> str:
-    """That the picture may be upside down, and what to do then."""
+    """A warning that the picture may be upside down, and the remedy."""
     taken = _axis_of(view)
     other = next((name for name, _ in view.ups if name != taken), DEFAULT_UP)
     cure = f"--up {other} turns it, and 'brushgs views' shows them all"

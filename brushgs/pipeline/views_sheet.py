@@ -1,9 +1,9 @@
 """A contact sheet of a scene: small plain pictures from all around, each with the flags that give it.
 
-Columns are azimuths, beginning with that of the first view. Rows are elevations; where it is not sure which
-way is up, they are the up axes in question, the most probable first. Where it is known from where a scene was
-photographed, azimuths and elevations at which nobody stood come last. Of a scene that is seen from inside the
-first row holds the other usable views from there; what is left shows it from outside.
+Columns are azimuths, beginning with that of the first view. Rows are elevations; if the up axis is in doubt,
+they are the possible up axes, most probable first. If the positions of the photographer are known, azimuths
+and elevations far from them come last. For a scene seen from inside, the first row holds the other usable
+views from there, and the rest shows it from outside.
 """
 
 import warnings
@@ -41,12 +41,12 @@ if TYPE_CHECKING:
     from brushgs.rendering.options import RenderOptions
 
 NUM_AZIMUTHS = 8
-RISES = (0.0, 30.0, -12.0)  # degrees from the elevation of the first view, one a row
+RISES = (0.0, 30.0, -12.0)  # degrees from the elevation of the first view, one per row
 LOWEST, HIGHEST = -30.0, 80.0  # degrees of elevation
-STOOD_WITHIN = 15.0  # degrees from the elevation of a row within which someone stood
-MOST_UPS, LEAST_PROBABLE = 4, 0.01  # rows where up is in doubt
+STOOD_WITHIN = 15.0  # degrees from an elevation to the nearest photographer
+MOST_UPS, LEAST_PROBABLE = 4, 0.01  # of rows if up is in doubt
 FIRST, INSIDE = "the first view", "from inside"
-DIGITS = 3  # of the size of a scene, to which places are rounded
+DIGITS = 3  # of positions, relative to the size of a scene
 CELL = (256, 192)  # pixels of a picture
 GAP, CAPTION, TITLE = 10, 40, 52  # pixels
 PAPER, INK = (0.945, 0.910, 0.847), (0.200, 0.149, 0.110)
@@ -60,9 +60,9 @@ class Cell:
     Attributes:
         row: from the top, from 0.
         column: from the left, from 0.
-        first_view: how the scene is seen in this row.
+        first_view: of the scene in this row.
         config: the view.
-        flags: what gives the view on the command line.
+        flags: flags for this view on the command line.
         note: words beside them.
     """
 
@@ -121,10 +121,10 @@ def paint_views(
     Args:
         scene: a trained 3D Gaussian scene, or strokes.
         output: picture to write; the suffix decides the format.
-        config: of its `view` `up`, `fov_y`, `zoom`, `look_at`, `pan` and `roll` are those of all pictures,
-            and `size` is that of one, 256 x 192 if None; `clean` and `draw.threads` are used too.
-        report: gets the stages and the cells; a new one if None.
-        origin: what the sheet says of how it came about; None for nothing.
+        config: `up`, `fov_y`, `zoom`, `look_at`, `pan` and `roll` of its `view` are for all pictures, `size`
+            is that of one, 256 x 192 if None; `clean` and `draw.threads` are used too.
+        report: gets the stages and the cells; None makes a new one.
+        origin: metadata of the sheet, or None.
 
     Raises:
         SceneError: if a file cannot be read or written.
@@ -135,7 +135,7 @@ def paint_views(
     check_output(output, PICTURE_SUFFIXES, inputs=scene_inputs(scene))
     gaussians, notes = load_scene(scene, report)
     gaussians = clean_scene(gaussians, config.clean, report, is_strokes=notes.is_strokes)
-    with warnings.catch_warnings():  # the title of the sheet says it if up is in doubt
+    with warnings.catch_warnings():  # the title of the sheet says if up is in doubt
         warnings.simplefilter("ignore", SceneWarning)
         first_view = choose_first_view(gaussians, view, notes, report)
     report.cells = write_sheet(
@@ -167,12 +167,12 @@ def write_sheet(
 
     Args:
         gaussians: the scene.
-        first_view: how it is seen.
+        first_view: of the scene.
         output: picture to write.
         report: gets the stage.
         name: of the scene, for the title.
         view: see `PaintConfig.view` of `paint_views`.
-        threads: None takes every processor available; the picture does not depend on it.
+        threads: None takes all available processors; the picture does not depend on it.
         origin: see `paint_views`.
 
     Returns:
@@ -211,7 +211,7 @@ def write_sheet(
 
 
 def sheet_beside(output: str | Path, name: str) -> Path:
-    """The sheet of a painting, in the same folder; numbered frames have a folder for themselves."""
+    """The path of a painting's sheet, in the same folder; numbered frames have a folder of their own."""
     path = Path(output)
     folder = path.parent.parent if "%" in path.name else path.parent
     return folder / f"{name}-views{PICTURE_SUFFIXES[0]}"
@@ -226,9 +226,9 @@ def write_sheet_of(
     name: str,
     origin: Origin | None = None,
 ) -> None:
-    """Write the sheet of a scene that is being painted, prepared with its first view and kept.
+    """Write the sheet of a painted scene, prepared with its first view and the Gaussians.
 
-    A view that options ask for does not matter: the sheet is there to choose one.
+    The view of the options is ignored: the sheet is for choosing one.
     """
     view = ViewConfig(up=config.view.up, fov_y=config.view.fov_y)
     write_sheet(
@@ -252,11 +252,11 @@ def plan_sheet(first_view: FirstView, view: ViewConfig, others: "Sequence[Stand]
         for name, probability in first_view.ups[:MOST_UPS]:
             if probability < LEAST_PROBABLE and len(rows) > 1:
                 break
-            is_known = bool(first_view.up @ AXES[name] > 0.7)  # it may be tilted
+            is_known = bool(first_view.up @ AXES[name] > 0.7)  # up may be tilted
             # With the eye the flags of these views say that they are from outside.
             seen = first_view if is_known else replace(turned(first_view, name), eye=first_view.eye)
             words = f"up is {name}: {probability:.2f}"
-            says_up = not is_known or seen.eye is None  # of a view from inside the flag would lose the eye
+            says_up = not is_known or seen.eye is None  # the flag would lose the eye of a view from inside
             stands = others if is_known else ()
             rows.append(_row(len(rows), seen, view, 0.0, words, stands, with_up=says_up, is_first=is_known))
         return rows
@@ -280,7 +280,7 @@ def _row(
 ) -> list[Cell]:
     """One row of a sheet; `is_first` if it begins with the first view.
 
-    From inside are seen that one and `others`, all else from outside.
+    The first view and `others` are from inside, all others from outside.
     """
     elevation = _raised(seen, rise)
     cells = []
@@ -300,9 +300,9 @@ def _row(
 
 
 def _seen_from(seen: FirstView, view: ViewConfig, stand: "Stand") -> ViewConfig:
-    """The options, in few digits, of a view from another place inside a scene.
+    """The options, in few digits, of a view from another position inside a scene.
 
-    The point that is looked at is as far away as gives the near plane of a view from the eye of the scene.
+    The distance of the target gives the same near plane as a view from the eye of the scene.
     """
     azimuth, elevation = (radians(round(degrees(a), 1)) for a in (stand.azimuth, stand.elevation))
     turned_view = replace(view, azimuth=azimuth, elevation=elevation)
@@ -324,13 +324,13 @@ def _raised(seen: FirstView, rise: float) -> float:
 
 
 def _rises(seen: FirstView) -> list[float]:
-    """`RISES`, those last at whose elevation nobody stood."""
+    """`RISES`, with elevations far from all photographers last."""
     stood = None if seen.stood is None else seen.stood[:, 1]
     return sorted(RISES, key=lambda rise: _is_strange(_raised(seen, rise), stood, STOOD_WITHIN))
 
 
 def _azimuths(seen: FirstView) -> list[float]:
-    """The azimuth of each column, radians, from that of the first view; those last where nobody stood."""
+    """The azimuth of each column, radians, from that of the first view, far from all photographers last."""
     turns = (360 / NUM_AZIMUTHS * column for column in range(1, NUM_AZIMUTHS))
     others = [radians(round((degrees(seen.azimuth) + turn) % 360, 1)) for turn in turns]
     stood = None if seen.stood is None else seen.stood[:, 0]
@@ -339,7 +339,7 @@ def _azimuths(seen: FirstView) -> list[float]:
 
 
 def _is_strange(angle: float, stood: F64 | None, reach: float) -> bool:
-    """Whether nobody stood within so many degrees of an angle, as far as that is known."""
+    """Whether an angle is known to be further than `reach` from all photographers."""
     if stood is None:
         return False
     away = np.abs((stood - angle + np.pi) % (2 * np.pi) - np.pi)

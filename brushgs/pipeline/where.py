@@ -1,4 +1,4 @@
-"""The stage that finds which Gaussians, or strokes, lie in the part of a scene that is meant."""
+"""The stage that finds the Gaussians, or strokes, of a part of a scene."""
 
 import warnings
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def files_where(config: WhereConfig | None) -> tuple[Path, ...]:
-    """The files that a part of a scene is told by, which an output must not replace."""
+    """The files that define a part of a scene, which an output must not replace."""
     return () if config is None else config.files
 
 
@@ -35,14 +35,14 @@ def where_in(
     what: str = "Gaussians",
     num_threads: int | None = None,
 ) -> F64 | None:
-    """[N] memberships, 0 to 1, as one stage of a report; None, without a stage, where all is meant.
+    """[N] memberships, 0 to 1, as one stage of a report; None, without a stage, for the whole scene.
 
     Args:
         gaussians: N Gaussians; of a moving scene at their reference moment.
         config: the part; None for all.
         first_view: of the scene; None only where `config.needs_first_view` is not so.
         report: gets the stage.
-        what: they are called.
+        what: name of the Gaussians, for the report.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Raises:
@@ -77,7 +77,7 @@ def where_in(
 def context_of(
     config: WhereConfig, first_view: FirstView | None, num_threads: int | None = None
 ) -> "WhereContext":
-    """What the memberships of a part depend on beside the Gaussians; its files are opened when needed."""
+    """Inputs of the memberships of a part besides the Gaussians; files are opened when needed."""
     from brushgs.passes.where import WhereContext
     from brushgs.pipeline.masks import MaskOpener
 
@@ -100,7 +100,7 @@ def _relevance(
 def _finder(
     gaussians: Gaussians, folder: Path, first_view: FirstView, num_threads: int | None
 ) -> "WordFinder":
-    """One scene as a model sees it: several words, and several rules, ask what was looked at once."""
+    """The view of a model on a scene, computed once for several words and rules."""
     from brushgs.passes.where.text import word_finder
 
     return word_finder(gaussians, folder, first_view, num_threads=num_threads)
@@ -115,7 +115,7 @@ def rows_where(
     what: str = "Gaussians",
     num_threads: int | None = None,
 ) -> Mask | None:
-    """[N] `where_in`, with each Gaussian on one side: of a soft edge those that `sides` says."""
+    """[N] mask from `where_in`; soft edges are decided by `sides`."""
     found = where_in(gaussians, config, first_view, report, what=what, num_threads=num_threads)
     if found is None:
         return None
@@ -132,7 +132,7 @@ def part(
     *,
     num_threads: int | None = None,
 ) -> tuple[Gaussians, Gaussians | None]:
-    """What is painted, as a scene of its own, and the rest; None where that is nothing.
+    """The painted part, as a scene of its own, and the rest; None if empty.
 
     Args:
         gaussians: N Gaussians.
@@ -153,7 +153,7 @@ def part(
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """What lies outside of the part of a scene that strokes are made of.
+    """The Gaussians outside the painted part of a scene.
 
     Attributes:
         gaussians: its rows, in the order of the scene; of a moving scene at their reference moments.
@@ -164,7 +164,7 @@ class Rest:
     clip: Clip | None = None
 
     def behind(self, strokes: Gaussians, time: float | None = None) -> Gaussians:
-        """Strokes, and behind them the rest as it is, at a moment of a moving scene in seconds."""
+        """Strokes followed by the unchanged rest, at a moment of a moving scene in seconds."""
         rest = self.gaussians
         if self.clip is not None and time is not None:
             assert rest.ids is not None, "they are rows of a moving scene"
@@ -173,7 +173,7 @@ class Rest:
 
 
 def with_ids(gaussians: Gaussians) -> Gaussians:
-    """The same with the numbers of their rows, unless they have them: `split_where` finds them again so."""
+    """The same with row numbers as ids, unless they have ids; for `split_where`."""
     if gaussians.ids is not None:
         return gaussians
     return replace(gaussians, ids=np.arange(len(gaussians), dtype=np.int32))
@@ -187,18 +187,18 @@ def split_where(
     report: Report,
     clip: Clip | None = None,
 ) -> tuple[Gaussians, Rest]:
-    """What lies in a part of a scene, without floaters, and the rest with all that is there.
+    """The Gaussians of a part of a scene, without floaters, and the rest including floaters.
 
     Args:
         loaded: [N] the scene, with ids.
-        cleaned: those that are no floaters.
+        cleaned: those without floaters.
         config: the part.
         first_view: see `where_in`.
         report: gets the stage.
         clip: the moving scene; None for one at rest.
 
     Raises:
-        ValueError: as `where_in`, and if a clip has no rows that could be followed outside of the part.
+        ValueError: as `where_in`, or if the rest of a clip has no rows that could be followed.
     """
     if clip is not None and not clip.scene.has_rows:
         raise ValueError(

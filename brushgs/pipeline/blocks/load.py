@@ -1,4 +1,4 @@
-"""The files of a scene that is larger than memory become Gaussians that are not."""
+"""Read a scene larger than memory into Gaussians that fit."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -34,18 +34,18 @@ def load_in_blocks(
 ) -> tuple[Gaussians, LoadNotes]:
     """Read a scene in blocks, each once, and merge it.
 
-    Before, some rows of each file are: centre and radius of the scene are those of a sample of 262,144 rows.
+    First some rows of each file are read: centre and radius of the scene are those of a sample of 262,144
+    rows.
 
     Args:
         files: as `read.open_files` gives them.
-        lod: level of detail that they were opened with.
-        budget: that the scene is too large for.
-        workers: where blocks are read: in so many processes, or by a Dask cluster whose workers see the same
-            files. None, or one process, for as many of this machine as are worth it.
+        lod: level of detail of the open files.
+        budget: the memory budget, too small for the scene.
+        workers: where blocks are read: a number of processes, or a Dask cluster whose workers see the same
+            files. None, or one process, for as many processes of this machine as are worth it.
         block_rows: rows in memory at a time; None for some 100 MB of them. The Gaussians depend on it by
             rounding only.
-        report: whose running stage shows how many blocks are read, and that says where a cluster keeps it
-            waiting.
+        report: its running stage shows how many blocks are read, and it reports a wait for a cluster.
 
     Returns:
         The merged Gaussians, and notes on the files: `rows_each` says how many are one.
@@ -88,7 +88,7 @@ def load_in_blocks(
 
 
 class _Survey(NamedTuple):
-    """What is known of a scene before it is read.
+    """Facts about a scene before it is read.
 
     Attributes:
         frame: centre and radius, of a sample.
@@ -110,7 +110,7 @@ def _survey(files: Sequence[SceneFile], opened: OpenFiles, block_rows: int) -> _
         if not file.has_fixed_encoding:
             warn_of_other_encoding(file.path, sample)
         means.append(sample.means)
-        step = file.num_rows if rows.is_sequential else block_rows  # those in order are one block
+        step = file.num_rows if rows.is_sequential else block_rows  # rows in order are one block
         starts = range(0, file.num_rows, step)
         blocks += [Block(number, start, min(start + step, file.num_rows)) for start in starts]
     return _Survey(robust_frame(np.concatenate(means)), blocks, is_whole)

@@ -1,4 +1,4 @@
-"""What is done with a block of a scene, in this process or another: it is read, and summed up by cell."""
+"""The work on a block of a scene, in this process or another: read it, and sum it up by cell."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,7 +22,7 @@ class Block(NamedTuple):
 
 
 class BlockSums(NamedTuple):
-    """What a block adds to the scene, and the rows of it that cannot be drawn."""
+    """The sums of a block, and its rows that cannot be drawn."""
 
     file: int
     sums: CellSums
@@ -30,7 +30,7 @@ class BlockSums(NamedTuple):
 
 
 class OpenFiles:
-    """The files of a scene, of which one is open at a time, the last that was asked for."""
+    """The files of a scene; only the file requested last is open."""
 
     def __init__(self, paths: Sequence[Path], lod: int | None) -> None:
         self._paths, self._lod = paths, lod
@@ -55,7 +55,7 @@ class SumBlock:
         frame: see `cell_sums`.
         most: cells of a whole scene.
         block_rows: rows in memory at a time.
-        antialiased: how the scene was trained.
+        antialiased: whether the scene was trained so.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class SumBlock:
         self.antialiased = antialiased
 
     def __call__(self, block: Block) -> BlockSums:
-        """Read the rows of a block, a whole file if it must be, and sum them up."""
+        """Read the rows of a block, a whole file if necessary, and sum them up."""
         table, dropped = CellTable(self.most), Dropped()
         rows = self.files.rows(block.file)
         for columns, some in read_blocks(rows, block.start, block.stop, self.block_rows):
@@ -76,5 +76,5 @@ class SumBlock:
 
 
 def usual_block_rows(num_terms: int) -> int:
-    """Rows of a block that take as much memory whatever their spherical harmonics are."""
+    """Rows of a block, for constant memory at any number of spherical-harmonic terms."""
     return BLOCK_ROWS * 5 // (4 + num_terms)

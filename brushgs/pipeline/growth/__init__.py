@@ -1,1 +1,1 @@
-"""How a painting comes into being: coarser strokes to begin with, and the order in which all are laid."""
+"""Growth of a painting: coarser strokes first, and the order in which all are laid."""

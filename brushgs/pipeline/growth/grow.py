@@ -1,4 +1,4 @@
-"""From the coats of a painting to one that comes into being, coat after coat."""
+"""From the coats of a painting to a painting that grows, coat after coat."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -21,9 +21,9 @@ from brushgs.values.gaussians import Gaussians
 if TYPE_CHECKING:
     from brushgs.passes.reduce.cluster import Grouping
 
-PACE = 0.15  # power of the number of strokes in the time of a stage: small ones come faster
-# Shares of a time after which what waits comes: of that of later coats, for strokes that they cover for the
-# most part; of that of its own coat, for what this hides and later coats are tested against.
+PACE = 0.15  # exponent of the number of strokes in the duration of a stage: small strokes come faster
+# Shares of a duration after which waiting strokes come: of later coats, for strokes that those mostly cover;
+# of its own coat, for strokes that it hides and that later coats are tested against.
 COVERED_FROM, HIDDEN_FROM = 0.3, 0.9
 
 
@@ -36,13 +36,13 @@ def grow(
     camera: Camera,
     report: Report,
 ) -> GrowingPainting:
-    """Find how a painting grows.
+    """Plan how a painting grows.
 
     Args:
-        painting: the finished one. Coats that hold the very strokes begin with coarser ones; the strokes of
-            others come by their size alone.
-        strokes: of the painting, see `Layers.of` for these and what follows.
-        grouping: None where there are no coarser strokes.
+        painting: the finished painting. Coats of these very strokes begin with coarser ones; the strokes of
+            other coats come by size alone.
+        strokes: of the painting; for these and the next three see `Layers.of`.
+        grouping: None if there are no coarser strokes.
         maker: of the strokes.
         finish: of the strokes.
         camera: the view.
@@ -66,7 +66,7 @@ def grow(
 def _paced(
     coats: Sequence[Coat], layers: Sequence[Layers], orders: Sequence[Order]
 ) -> tuple[tuple[GrowingCoat, ...], int]:
-    """The coats with the times of their strokes, and the number of these."""
+    """The coats with the times of their strokes, and the number of strokes."""
     counts = np.concatenate([*(order.counts for order in orders), np.zeros(1, np.intp)])
     laid, passed = np.cumsum(counts), np.cumsum(counts**PACE)
     duration = max(float(passed[-1]), 1.0)
@@ -86,7 +86,7 @@ def _paced(
     growing, at_end = [], num_laid - sum(int((come == 1).sum()) for come in comes)
     for coat, of_coat, time, come in zip(coats, layers, times, comes, strict=True):
         leaves = np.full(len(time), np.inf)
-        leaves[of_coat.num_finished :] = 1.0  # where nothing is worth keeping of what a stroke gives way to
+        leaves[of_coat.num_finished :] = 1.0  # if no replacement of a stroke is worth keeping
         replacing = np.flatnonzero(of_coat.parents != NONE)
         leaves[of_coat.parents[replacing]] = time[replacing]
         laid = np.where(np.isfinite(come), np.searchsorted(in_turn, come), np.inf)
@@ -99,7 +99,7 @@ def _paced(
 
 
 def _with_coarser(coat: Coat, layers: Layers) -> Coat:
-    """The coat with all its strokes; the paint of the finished ones lies as thick as without the others."""
+    """The coat with all strokes; the finished ones keep the thickness they have without the others."""
     if layers.strokes is coat.strokes:
         return coat
     options = coat.options
@@ -109,10 +109,10 @@ def _with_coarser(coat: Coat, layers: Layers) -> Coat:
 
 
 def _of_finished(relief: Relief, strokes: Gaussians) -> Relief:
-    """A relief that other strokes have as these."""
+    """A fixed relief for all strokes with the heights of these."""
     return replace(relief, size=median_size(strokes)).in_lights_of(strokes)
 
 
 def _spread(start: float, count: int) -> F64:
-    """So many times from a start to the end."""
+    """`count` evenly spread times from a start to the end."""
     return np.linspace(start, 1, count, endpoint=False)

@@ -1,8 +1,7 @@
-"""The strokes of a painting and the coarser ones that it is begun with, level by level.
+"""The strokes of a painting and the coarser strokes before them, level by level.
 
-What a level shows is a painting of its own: the cluster of each stroke is merged and goes through the same
-passes as the strokes of the finished painting. A cluster that is never cut is its finished stroke from the
-level on where it first stands.
+Each level is a complete painting: each of its clusters is merged and goes through the same passes as the
+strokes of the finished painting. A cluster that is never cut is its finished stroke from its first level on.
 """
 
 from collections.abc import Callable
@@ -21,16 +20,16 @@ NONE = -1  # in place of a row
 
 @dataclass(frozen=True, eq=False)
 class Layers:
-    """Strokes of all levels, N, and what gives way to what.
+    """Strokes of all levels, N, and which strokes replace which.
 
     Attributes:
         strokes: those of the finished painting, then those that are painted over.
-        num_finished: how many of the former.
-        levels: rows of the strokes of each level, the coarsest first; the last are those of the painting.
-        level_of: [N] at which a stroke comes.
-        parents: [N] the row that a stroke replaces, together with others; `NONE` for one that replaces none.
-        broods: [N] equal for strokes that come together.
-        num_merged: how many levels are coarser than the first clusters of the scene.
+        num_finished: number of strokes of the finished painting.
+        levels: rows of the strokes of each level, coarsest first; the last level is the finished painting.
+        level_of: [N] level at which a stroke appears.
+        parents: [N] the row that a stroke replaces, together with others; `NONE` if it replaces none.
+        broods: [N] equal for strokes that appear together.
+        num_merged: number of levels coarser than the first clusters of the scene.
     """
 
     strokes: Gaussians
@@ -55,18 +54,18 @@ class Layers:
         maker: StrokeMaker,
         finish: Callable[[Gaussians], Gaussians],
     ) -> "Layers":
-        """Strokes of a scene, with all coarser ones.
+        """Strokes of a scene with all coarser strokes.
 
         Args:
-            strokes: of the finished painting, as `maker` made them, and `finish` changed them after that.
+            strokes: of the finished painting, made by `maker` and then changed by `finish`.
             grouping: of the scene, as `maker` returned it.
             maker: makes the coarser ones.
-            finish: what is done to strokes after that, such as a palette.
+            finish: later changes to strokes, such as a palette.
         """
         tree = Hierarchy.of(grouping, seed=maker.cluster.seed)
         finished, clusters = maker.of_groups(grouping, most=len(strokes))
         if len(finished) != len(strokes) or len(clusters) != len(strokes):
-            return cls.flat(strokes)  # a pass has dropped some: which is not known
+            return cls.flat(strokes)  # a pass has dropped unknown rows
         at_end = np.full(grouping.num_clusters, NONE)
         at_end[clusters] = np.arange(len(strokes))
         growing = _Growing(strokes, at_end)
@@ -82,7 +81,7 @@ class Layers:
 
 
 class _Growing:
-    """Layers in the making, from the coarsest level to the last."""
+    """Builds layers, from the coarsest level to the last."""
 
     def __init__(self, strokes: Gaussians, at_end: Rows) -> None:
         self._parts, self._at_end = [strokes], at_end

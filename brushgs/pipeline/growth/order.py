@@ -1,7 +1,8 @@
-"""The order in which a painter lays strokes: the largest first, then what mends most, lights last.
+"""The order in which strokes are laid: largest first, then largest reduction of error, lights last.
 
-Strokes that the finished painting hides come at the very end, when what hides them is there; so no frame
-shows the far side of a thing. Errors are those of small pictures of flat dabs, as clusters were cut by them.
+Strokes that the finished painting hides come at the very end, when they are covered, so no frame shows the
+far side of an object. Errors are measured on small pictures of flat dabs, like those by which clusters were
+cut.
 """
 
 from collections.abc import Sequence
@@ -22,12 +23,12 @@ from brushgs.values.colors import oklab_of
 from brushgs.values.frame import Frame
 from brushgs.values.sh import base_colors
 
-# Shares of a stroke that are seen, below which it is hidden: of a finished one, and of one that is painted
-# over. Without the strokes seen to 3 % koala comes within 29 dB of the finished picture, to 0.1 % within 39.
+# Visible shares below which a stroke is hidden: of a finished stroke, and of one that is painted over.
+# Without strokes visible to less than 3 % koala is within 29 dB of the finished picture, 0.1 % within 39 dB.
 HIDDEN, HIDDEN_COARSE = 1e-3, 0.03
-COVERED = 0.5  # share of what is seen of a stroke in its own coat, of which later coats leave less
-LIGHTS = 0.08  # share of the broods that come last, those that lighten most
-LEAST_LIGHT = 0.03  # OKLab L by which they do at least
+COVERED = 0.5  # share of a stroke's visible area in its own coat; later coats leave less
+LIGHTS = 0.08  # share of the broods that come last: those that lighten most
+LEAST_LIGHT = 0.03  # minimum of that, OKLab L
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +36,13 @@ class Order:
     """When strokes are laid.
 
     Attributes:
-        ranks: [N] how many strokes are laid before each one's brood.
-        is_unseen: [N] the coarse strokes that never come, since their level hides them.
-        is_hidden: [N] the strokes that wait for the end, though what they replace leaves in its turn.
-        is_covered: [N] those that wait for later coats, which cover most of them.
-        is_ahead: whether the coat is complete before the next one is begun, which is tested against it: then
-            the end of what is hidden is that of the coat, and nothing waits for later coats.
-        counts: how many strokes come in each stage, without those that wait.
+        ranks: [N] number of strokes that are laid before the brood of each stroke.
+        is_unseen: [N] coarse strokes that never come, because their level hides them.
+        is_hidden: [N] strokes that wait for the end; the stroke that they replace still leaves in its turn.
+        is_covered: [N] strokes that wait for later coats, which cover most of them.
+        is_ahead: whether the coat is complete before the next one begins, which is tested against it: then
+            hidden strokes wait for the end of the coat only, and no stroke waits for later coats.
+        counts: number of strokes in each stage, without waiting strokes.
     """
 
     ranks: Rows
@@ -61,7 +62,7 @@ def lay_orders(coats: Sequence[Coat], layers: Sequence[Layers], camera: Camera) 
         order, alpha = _lay_order(of_coat, camera, passed, with_lights=not orders, is_ahead=is_ahead)
         orders.append(order)
         is_ahead = is_ahead or coat.tolerance is not None
-        if coat.blend == "cover" and coat.dry == 0:  # what is below a glaze or in the tooth of paper is seen
+        if coat.blend == "cover" and coat.dry == 0:  # paint below a glaze or in the tooth of paper is visible
             passed = passed * (1 - alpha)
     return orders[::-1]
 
@@ -74,7 +75,7 @@ def _lay_order(
     Args:
         layers: of the coat.
         camera: a small view.
-        passed: [H, W] what later coats let through.
+        passed: [H, W] transmittance of later coats.
         with_lights: whether the lights come last.
         is_ahead: see `Order`.
     """
@@ -102,13 +103,13 @@ def _lay_order(
 
 @dataclass(frozen=True, eq=False)
 class _Measured:
-    """Strokes in the pictures of their levels.
+    """Measures of strokes in the pictures of their levels.
 
     Attributes:
-        own: [N] share of each stroke that its coat shows.
-        seen: [N] share that the painting shows.
-        before: [N] squared error under it in the last level where it stands: there it is replaced.
-        after: [N] in the first: there it came.
+        own: [N] visible share of each stroke in its coat.
+        seen: [N] visible share in the painting.
+        before: [N] squared error under the stroke in its last level, where it is replaced.
+        after: [N] the same in its first level, where it appeared.
         sizes: [N] area, pixels.
         alpha: [H, W] of the finished strokes.
     """
@@ -136,7 +137,7 @@ def _measure(layers: Layers, camera: Camera, passed: Array) -> _Measured:
         is_new, is_coarse = sizes[here] == 0, here >= layers.num_finished
         before[here[is_new]] = sums[is_new, 0]
         after[here] = sums[:, 0]
-        shown = is_new | is_coarse  # of a coarse one where it comes, of others in the finished painting
+        shown = is_new | is_coarse  # of a coarse stroke where it appears, of others in the finished painting
         paint = np.maximum(whole * boxes.opacities, 1e-9)
         own[here[shown]], seen[here[shown]] = (sums[:, 1] / paint)[shown], (areas / paint)[shown]
         sizes[here] = np.maximum(whole, 1e-9)
@@ -145,10 +146,10 @@ def _measure(layers: Layers, camera: Camera, passed: Array) -> _Measured:
 
 
 def _turns(layers: Layers, is_unseen: Mask, found: _Measured) -> F64:
-    """[N] when the brood of each stroke has its turn in its level, from 0 to 1.
+    """[N] the turn of each stroke's brood within its level, 0 to 1.
 
-    What nothing visible gives way to lies behind and comes first. Then what mends most; a brood that makes
-    the picture worse until others come goes along with one that mends more than that.
+    Broods that replace nothing visible lie behind and come first. Then those that reduce the error most; a
+    brood that increases it until others come is combined with one that reduces it more.
     """
     is_behind = (layers.parents == NONE) | is_unseen[layers.parents]
     broods, first, places = np.unique(layers.broods, return_index=True, return_inverse=True)
@@ -165,7 +166,7 @@ def _turns(layers: Layers, is_unseen: Mask, found: _Measured) -> F64:
 
 
 def _lights(layers: Layers, is_coarse: Mask) -> Mask:
-    """Mask of the strokes that come last: they lighten most what was there, and nothing replaces them."""
+    """Mask of the strokes that come last: they lighten most, and nothing replaces them."""
     lightness = oklab_of(base_colors(layers.strokes.sh))[:, 0]
     has_parent = layers.parents != NONE
     before = np.where(has_parent, lightness[layers.parents], np.median(lightness) if len(lightness) else 0)

@@ -1,1 +1,1 @@
-"""From strokes to coats of paint: one file for each medium, each a function of the strokes alone."""
+"""From strokes to coats of paint: one file per medium, each a function of the strokes alone."""

@@ -1,7 +1,7 @@
 """Charcoal and chalk on toned paper: a smudge of soft tone, dark marks in the tooth, white chalk, lines.
 
-Tones, not colours: what is as light as the paper stays paper. Marks are pressed through the tooth, and lie
-only where the smudge shows the same surface. Constants were settled by eye on five captured scenes.
+Tones, not colours: tones as light as the paper stay paper. Marks are pressed through the tooth, and only
+where the smudge shows the same surface. Constants were settled by eye on five captured scenes.
 """
 
 from dataclasses import replace
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from brushgs.pipeline.media.staging import Staging
 
 SMUDGE_POWER = 1.4  # of darkness: light tones stay paper
-REACH = 1.1  # of the smudge, in that of the strokes
-LEAST_MARK = 0.12  # opacity of the faintest mark, in that of the darkest
-STAGE, STAGE_BORDER = 1.9, 0.1  # darkness of the masses around a subject, and where they end in the picture
+REACH = 1.1  # of the smudge, relative to the strokes
+LEAST_MARK = 0.12  # opacity of the faintest mark, relative to the darkest
+STAGE, STAGE_BORDER = 1.9, 0.1  # darkness of the masses around a subject, and their margin in the picture
 CHALK = (0.98, 0.97, 0.94)
-CHALK_RANGE = 0.22  # tones over which chalk gets opaque
+CHALK_RANGE = 0.22  # range of tones over which chalk becomes opaque
 
 
 def charcoal(materials: Materials) -> list[Coat]:
@@ -48,7 +48,7 @@ def charcoal(materials: Materials) -> list[Coat]:
 
 
 def stage(materials: Materials, staging: "Staging") -> Coat:
-    """A stage in smudged masses, darker in the shadow; what is as light as the paper stays paper."""
+    """A stage in smudged masses, darker in the shadow; tones as light as the paper stay paper."""
     strokes = staging.painted()
     paper = oklab_of(np.array([materials.paper]))[0, 0]
     dark = np.clip(1 - oklab_of(base_colors(strokes.sh).astype(np.float64))[:, 0] / paper, 0, 1)

@@ -14,8 +14,8 @@ from brushgs.values.sh import in_colors
 if TYPE_CHECKING:
     from brushgs.pipeline.media.staging import Staging
 
-WASHES = ((0.30, 0.45), (0.55, 0.18))  # tone below which, and how dark a grey is: of ink on paper
-REACH = 1.15  # of the wash, in that of the strokes
+WASHES = ((0.30, 0.45), (0.55, 0.18))  # tone below which a wash is laid, and its share of ink on paper
+REACH = 1.15  # of the wash, relative to the strokes
 
 
 def ink(materials: Materials) -> list[Coat]:

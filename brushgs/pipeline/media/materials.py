@@ -1,4 +1,4 @@
-"""What every medium is made of: the strokes of a painting, their brushes, and how strokes are altered."""
+"""The materials of every medium: strokes, their brushes, and functions that alter strokes."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from brushgs.values.arrays import F64
 
 M = TypeVar("M", bound=Medium)
-BACKDROP = "backdrop"  # name of the coat of whatever stands around the strokes of a scene
+BACKDROP = "backdrop"  # name of the coat around the strokes of a scene
 CUT_IN = "cutting in"  # of strokes of a stage along the outline of its subject, in one view
 ACCENTS = "accents"  # of pure lights and darks, which are laid last
 Color = tuple[float, float, float]
@@ -37,16 +37,16 @@ LINE_TOLERANCE = (
 
 @dataclass(frozen=True, eq=False)
 class Materials:
-    """What a medium makes its coats of.
+    """Inputs of a medium.
 
     Attributes:
         strokes: the strokes of the painting, N.
         texture: their stroke image, or images.
-        options: how they become a frame.
+        options: how they are drawn.
         media: the numbers of the medium.
-        color: how tones are found.
-        ground: what is seen where nothing is painted, RGB [3] or [H, W, 3]; None for nothing.
-        lines: along edges of the scene; None where the medium has none.
+        color: how tones are computed.
+        ground: unpainted pixels, RGB [3] or [H, W, 3]; None if transparent.
+        lines: along edges of the scene; None if the medium has none.
         line_texture: their stroke image, or images.
         contour: how the lines of styles look; None without.
     """
@@ -63,7 +63,7 @@ class Materials:
 
     @cached_property
     def paper(self) -> Color:
-        """One colour for the ground: what drawing media leave open, and mix their greys from."""
+        """One colour for the ground, which drawing media leave open and mix their greys with."""
         if self.ground is None:
             return 1.0, 1.0, 1.0
         red, green, blue = np.asarray(self.ground, np.float64).reshape(-1, 3).mean(axis=0)
@@ -78,16 +78,16 @@ class Materials:
 
     @cached_property
     def solidity(self) -> "F64":
-        """[N] 0 to 1: how far a stroke counts as paint; faint ones are drawn fainter still."""
+        """[N] 0 to 1, solidity of a stroke as paint; faint strokes are drawn fainter still."""
         return np.asarray(np.minimum(2 * self.strokes.opacities.astype(np.float64), 1))
 
     def marks(self, name: str, strokes: Gaussians, *, dry: float) -> Coat:
-        """A coat of single marks: without underpaint and streaks, and only where they are seen."""
+        """A coat of separate marks: without underpaint and streaks, and only on visible surfaces."""
         options = self.options.for_marks(self.texture)
         return Coat(name, strokes, self.texture, options, dry=dry, tolerance=self.media.behind)
 
     def glaze(self, name: str, strokes: Gaussians, *, dry: float) -> Coat:
-        """A coat of transparent marks, which multiply what lies below."""
+        """A coat of transparent marks, which multiply the colours below."""
         return replace(self.marks(name, strokes, dry=dry), blend="glaze")
 
     def smudge(self, name: str, strokes: Gaussians) -> Coat:
@@ -143,7 +143,7 @@ class Materials:
 
 
 def numbers_of(kind: type[M], materials: Materials) -> M:
-    """The numbers of the medium that these are the materials of."""
+    """The options of the medium of these materials."""
     assert isinstance(materials.media, kind), f"coats of {kind.__name__} for {materials.media}"
     return materials.media
 

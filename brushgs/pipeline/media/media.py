@@ -1,4 +1,4 @@
-"""The media by name: what each makes of strokes."""
+"""The media by name, and their coats."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def coats_of(materials: Materials) -> list[Coat]:
     """The coats of a painting in its medium, the first laid first.
 
-    A medium is a function in the module of its name beside this one, where `stage` makes what is around it.
+    A medium is a function in the module of its name beside this one, where `stage` makes its stage.
     """
     make: Callable[[Materials], list[Coat]] = getattr(_module_of(materials), materials.media.kind)
     return make(materials)

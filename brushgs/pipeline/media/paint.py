@@ -9,7 +9,7 @@ from brushgs.rendering.coat import Coat
 if TYPE_CHECKING:
     from brushgs.pipeline.media.staging import Staging
 
-QUIET = 0.5  # height of the paint of a stage, in that of the subject
+QUIET = 0.5  # height of the paint of a stage, relative to the subject
 
 
 def paint(materials: Materials) -> list[Coat]:

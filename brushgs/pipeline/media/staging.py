@@ -1,4 +1,4 @@
-"""What a medium makes the coat of a stage of, beside its materials."""
+"""Inputs of the coat of a stage, besides the materials of its medium."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ from brushgs.values.gaussians import Gaussians
 
 @dataclass(frozen=True, eq=False)
 class Staging:
-    """A stage and the hand that paints it.
+    """A stage and how it is painted.
 
     Attributes:
         stage: table, wall, shadow and tones.
         hand: how strokes are painted.
         cameras: of the job, at least one.
-        finished: strokes in the brushes and the changed colours of the subject.
+        finished: applies the brushes and colour changes of the subject to strokes.
         seed: of random numbers.
     """
 

@@ -1,7 +1,8 @@
 """Watercolour on white paper: a pale wet wash, glazes that multiply, smaller ones in the dark, thin lines.
 
-Light is the paper: nothing is painted white. Colours are lifted before they are laid, for glazes over one
-another get darker than any of them. Source: Bousseau et al. 2006 (density of pigment, dark edges).
+Lights are bare paper: nothing is painted white. Colours are lightened first, since overlapping glazes are
+darker than each alone.
+Source: Bousseau et al. 2006 (density of pigment, dark edges).
 """
 
 from dataclasses import replace
@@ -18,7 +19,7 @@ from brushgs.values.sh import base_colors, in_colors
 if TYPE_CHECKING:
     from brushgs.pipeline.media.staging import Staging
 
-PALEST = 1.15  # tone at which a wash would be clear water
+PALEST = 1.15  # tone of a wash of clear water
 SHADOW_LAB = (0.62, 0.006, -0.035)  # OKLab of the wash of a cast shadow: a cool violet
 DETAIL_TONE = 0.30  # below which there are smaller glazes
 

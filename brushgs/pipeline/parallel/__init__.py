@@ -1,7 +1,7 @@
 """The same work for many items, in several processes or on a Dask cluster; results in order.
 
-Where an item is processed decides when its result is ready and nothing else: an item must carry everything
-that sets it apart, as a `FrameView` of a sequence does.
+Results must not depend on where an item is processed: an item carries everything specific to it, as a
+`FrameView` of a sequence does.
 """
 
 import operator
@@ -25,7 +25,7 @@ class WorkerPool(Protocol):
         """The most items in flight: submitted, and their result not yet fetched."""
 
     def submit(self, index: int, item: object) -> Callable[[], Any]:
-        """Start an item; the function returned waits for its result and returns it."""
+        """Start an item; the returned function waits for its result and returns it."""
 
 
 def parallel_map(

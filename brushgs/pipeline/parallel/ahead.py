@@ -1,4 +1,4 @@
-"""The next result is made while the one before is used."""
+"""Make the next result while the previous one is used."""
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
@@ -17,8 +17,8 @@ def one_ahead(results: "Generator[R, None, None]", making: "Stopwatch") -> "Gene
     """Make results in a thread of their own, at most one before it is requested.
 
     Args:
-        results: their maker; closed at the end. What it does outside Python's lock runs beside the caller.
-        making: gets the time that making them took, however long the caller waited for them.
+        results: makes them; closed at the end. Its work outside Python's lock runs beside the caller.
+        making: gets the time to make them, however long the caller waited.
 
     Returns:
         A generator of the same results.

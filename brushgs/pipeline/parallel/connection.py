@@ -1,4 +1,4 @@
-"""The connection to an existing Dask cluster, with one clear message for each way it can fail."""
+"""The connection to an existing Dask cluster, with a clear message for each kind of failure."""
 
 import logging
 import socket
@@ -16,7 +16,7 @@ import brushgs
 from brushgs.options.sequence import WORKERS_TIMEOUT
 
 CONNECT_TIMEOUT = 10.0  # seconds for the scheduler to answer
-_LENGTH = struct.Struct("<Q")  # what a scheduler says first: the length of its greeting, some hundred bytes
+_LENGTH = struct.Struct("<Q")  # a scheduler first sends the length of its greeting, some hundred bytes
 MAX_GREETING = 1 << 20  # Dask asks for the memory of any length: that of an SSH server is 2.8 EiB
 # Packages whose versions must agree up to the last number: 3.11.7 and 3.11.9 do, 2026.8.0 and 2026.8.1 do.
 MATCHED_PACKAGES = "python", "distributed"
@@ -25,17 +25,17 @@ LOGGERS = "distributed.client", "tornado.application"
 
 
 def _is_unexpected(record: logging.LogRecord) -> bool:
-    """Log filter: drop what is raised here as an error anyway, or is only an early Ctrl-C."""
+    """Log filter: drop records of errors that are raised here anyway, or of an early Ctrl-C."""
     return record.name == "tornado.application" and "sync.<locals>.cancel" not in record.getMessage()
 
 
 @dataclass(frozen=True)
 class Waiting:
-    """How long to wait for a worker where a scheduler has none.
+    """How long to wait for a worker if a scheduler has none.
 
     Attributes:
-        seconds: > 0, before that is an error. Batch systems are slow to start.
-        tell: called with a sentence when waiting begins, which may take so long.
+        seconds: > 0, timeout. Batch systems are slow to start.
+        tell: called with a sentence when a long wait begins.
     """
 
     seconds: float = WORKERS_TIMEOUT
@@ -100,7 +100,7 @@ def check_scheduler(address: str, waiting: Waiting | None = None) -> None:
 
     Raises:
         ValueError: if the text is not an address, or Dask is not installed, or versions differ.
-        ConnectionError: if no scheduler answers there, or no worker comes for as long as is waited.
+        ConnectionError: if no scheduler answers, or no worker connects in time.
     """
     with connect(address, waiting):
         pass
@@ -159,7 +159,7 @@ def wait_for_workers(client: Any, waiting: Waiting) -> None:
     """Return as soon as there is a worker.
 
     Raises:
-        ConnectionError: if there is none for as long as is waited.
+        ConnectionError: if none connects in time.
     """
     if client.nthreads():
         return
@@ -183,7 +183,7 @@ def check_versions(client: Any) -> None:
             communicate.
     """
 
-    def version() -> str:  # a nested function is pickled by value: it runs even where brushgs is missing
+    def version() -> str:  # a nested function is pickled by value: it runs even if brushgs is missing
         import brushgs
 
         return brushgs.__version__

@@ -93,7 +93,7 @@ class DaskPool:
             wait_for_workers(self._client, self._waiting)
             try:
                 return self._client.scatter(self._work, broadcast=True, hash=False)
-            except TimeoutError:  # the last one was lost in between: wait for another, as long as is stated
+            except TimeoutError:  # the last one was lost in between: wait for another, up to the timeout
                 continue
 
 

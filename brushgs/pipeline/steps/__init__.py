@@ -1,4 +1,4 @@
-"""The steps of a painting, as functions that name what they take; see `brushgs.pipeline.runner`."""
+"""The steps of a painting, as functions whose parameters name their inputs; see `brushgs.pipeline.runner`."""
 
 from collections.abc import Callable
 from types import ModuleType
@@ -13,7 +13,7 @@ SERVICES = ("report", "memory", "workers", "check_path")
 
 
 def _steps_of(module: ModuleType) -> list[Callable[..., Any]]:
-    """The functions that a module makes public."""
+    """The public functions of a module."""
     found = (one for name, one in vars(module).items() if callable(one) and not name.startswith("_"))
     return [one for one in found if one.__module__ == module.__name__]
 

@@ -1,4 +1,4 @@
-"""Steps that say what is done to strokes: directions, colours, light, brushes; also in parts of a scene."""
+"""Steps for the passes on strokes: directions, colours, light, brushes; also in parts of a scene."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 def parts(regions: Regions | None) -> Sequence[Region]:
-    """The parts of the scene that are painted otherwise."""
+    """The parts of the scene with their own rules."""
     return () if regions is None else regions.regions
 
 
@@ -57,7 +57,7 @@ def fields(
     parts: Sequence[Region],
     cameras: Later[Sequence[Camera]],
 ) -> Sequence[Field]:
-    """Which way strokes run, as `orient` takes it, in the painting and in its parts."""
+    """The directions of strokes, as `orient` takes them, in the painting and in its parts."""
     named = direction, *(part.direction for part in parts)
     is_laid_over = any(one is not None and one.needs_camera for one in named)
     return open_fields(direction, styles, parts, cameras()[0] if is_laid_over else None)
@@ -73,7 +73,7 @@ def making(
     skip: str | None,
     memory: Memory,
 ) -> list[StrokePass]:
-    """What makes strokes of clusters."""
+    """The passes that make strokes of clusters."""
     direction = strokes_config.direction
     return [
         solid_pass(strokes_config, skip, memory),
@@ -91,7 +91,7 @@ def colors(
     stance: Later[FirstView | None],
     plain_views: "PlainViews | None",
 ) -> Changes:
-    """Changes of colour that do not come from the scene, fitted to the first strokes that they are given."""
+    """The colour changes that do not come from the scene, fitted to the first strokes."""
     seen = stance() if styles is not None or regions is not None else None
     return Changes(styles, adjust_config, seen, () if plain_views is None else plain_views.cameras)
 
@@ -107,7 +107,7 @@ def coloring(
     parts: Sequence[Region],
     skip: str | None,
 ) -> list[StrokePass]:
-    """What changes the colours of strokes, but for light."""
+    """The passes that change colours, except light."""
     palettes, restyling, adjusting = (
         palette_passes(palette, palette_config),
         colors.style_passes(),
@@ -122,7 +122,7 @@ def coloring(
         ),
         *grading_passes(color_config, seed=clustering.seed),
         broken_color_pass(strokes_config, seed=clustering.seed, skip=skip),
-        *in_parts(  # after it: what differs from its neighbours is a colour of the style too
+        *in_parts(  # after it, so that broken colours are colours of the style too
             restyling,
             parts,
             lambda part: part.rule.style is not None,
@@ -158,7 +158,7 @@ def choosing(
 ) -> list[StrokePass]:
     """What chooses a brush for each stroke, and gives strokes the colours of their brushes."""
     seed, row_of = clustering.seed, {image: row for row, image in enumerate(kit.images)}
-    has_brushes = skip == ALREADY_STROKES and pruned.brushes is not None  # then strokes keep them
+    has_brushes = skip == ALREADY_STROKES and pruned.brushes is not None  # strokes keep them
     return [
         *in_parts(
             [] if has_brushes else brush_passes(kit, strokes_config, seed=seed),
@@ -187,10 +187,10 @@ def changes(
     key: Key | None,
     skip: str | None,
 ) -> StrokeChanges:
-    """All that is done to strokes, while they are made and after."""
+    """All passes on strokes, while they are made and after."""
     lit = [] if key is None else [key.stroke_pass(skip=skip)]
     if palette is None and not colors.are_any and (regions is None or not regions.recolors):
-        # So that a budget, which compares with the scene, is met with them; but the scene has another light.
+        # A budget compares with the scene, so it must include them; but the scene has another light.
         return StrokeChanges([*making, *coloring, *choosing], Finish(lit), colors)
-    # Lit first: light and shade have colours of the palette and the style.
+    # Lit first, so that light and shade take colours of the palette and the style.
     return StrokeChanges(making, Finish([*lit, *coloring, *choosing]), colors)

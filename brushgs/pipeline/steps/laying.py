@@ -1,6 +1,6 @@
-"""Steps that lay strokes: how they follow what moves, what stands around them, and the coats of a painting.
+"""Steps that lay strokes: motion, backdrop, and the coats of a painting.
 
-None of their results is kept from one painting to the next: they change with the first option of a look.
+None of their results is kept from one painting to the next: they change with almost any option of a look.
 """
 
 from collections.abc import Callable, Sequence
@@ -55,7 +55,7 @@ Change = Callable[[Array], Array]
 
 @anew
 def painted_with(config: PaintConfig, view: ViewConfig) -> PaintConfig:
-    """All options, with the view that a composed picture was given."""
+    """All options, with the view of a composed picture."""
     return replace(config, view=view)
 
 
@@ -63,7 +63,7 @@ def painted_with(config: PaintConfig, view: ViewConfig) -> PaintConfig:
 def options(
     draw_config: DrawConfig, texture: "BrushSet", along_path: bool, light_config: LightConfig
 ) -> "RenderOptions":
-    """How strokes become a frame."""
+    """The options for drawing strokes."""
     return render_options(draw_config, texture, along_path=along_path, relief=open_relief(light_config))
 
 
@@ -82,7 +82,7 @@ def followed(
     rows: "Canonical | None",
     report: Report,
 ) -> tuple[Gaussians, Gaussians | None, StrokeMotion | None]:
-    """The strokes, those that are born later among them; what is shown as it is; and how both move."""
+    """The strokes, including those born later; the unpainted Gaussians; and the motion of both."""
     return follow_strokes(
         clip,
         film,
@@ -99,7 +99,7 @@ def followed(
 
 @anew
 def colored_ground(ground: "Surface | None", finished: Gaussians, changes: StrokeChanges) -> "Surface | None":
-    """What strokes are laid on, in changed colours, which are fitted to the finished strokes."""
+    """The ground, recolored by changes that are fitted to the finished strokes."""
     return recolored_ground(ground, changes.colors.ground) if changes.colors.are_any else ground
 
 
@@ -115,7 +115,7 @@ def materials(
     line_brushes: "BrushSet | None",
     contour: Contour | None,
 ) -> Materials:
-    """What the medium makes its coats of."""
+    """The materials of the medium."""
     behind, config = shown_ground(colored_ground, background), painted_with
     return Materials(
         strokes, texture, options, config.media, config.color, behind, lines, line_brushes, contour
@@ -125,7 +125,7 @@ def materials(
 @anew
 @unless(lambda lighting: None if lighting.has_day else "the light stands still")
 def suns(lighting: LightConfig, stance: FirstView | None) -> F64 | None:
-    """[K, 3] toward the lamp during a day, world axes; None where it is not known how the scene stands."""
+    """[K, 3] toward the lamp during a day, world axes; None if the first view is not known."""
     return suns_of(lighting, stance)
 
 
@@ -154,8 +154,8 @@ def staged(
     styles: Styles | None,
     report: Report,
 ) -> tuple[list[Coat], Materials, F32 | None]:
-    """The coat of what stands around the strokes, and the strokes on it; see `open_backdrop`."""
-    seen_as = stance if is_placed else None  # known for the light alone
+    """The coat of the backdrop, and the strokes on it; see `open_backdrop`."""
+    seen_as = stance if is_placed else None  # known only for the light
     setting = Setting(pruned, seen_as, site, suns, cameras, plain_views, kit, changes.colors, styles)
     return open_backdrop(painted_with, setting, materials, report)
 
@@ -175,7 +175,7 @@ def edged(
     site: "Site | None",
     report: Report,
 ) -> "tuple[Materials, Edges | None]":
-    """The strokes with lost and found edges, and what each is to them."""
+    """The strokes with lost and found edges, and the role of each in them."""
     near = cameras if plain_views is None or is_path else plain_views.cameras[:NEAR_VIEWS]
     ground = None if site is None else site.ground
     return with_edges(
@@ -195,7 +195,7 @@ def graded_strokes(
     plain_views: "PlainViews | None",
     report: Report,
 ) -> "tuple[list[Coat], Materials, Values | None]":
-    """The strokes and what stands around them in graded colours, with paint as thick as they are light."""
+    """The strokes and the backdrop in graded colours, with thickness by lightness."""
     has_own = "the palette" if palette is not None else None if styles is None else "the style"
     laid, found, values = with_values(
         painted_with, cameras, backdrop, softened, report, has_own=has_own, views=plain_views
@@ -208,7 +208,7 @@ def graded_strokes(
 def graded_ground(
     colored_ground: "Surface | None", changes: StrokeChanges, values: "Values | None"
 ) -> "tuple[Surface | None, list[Change]]":
-    """What strokes are laid on, and what was done to its colours, in this order."""
+    """The ground in graded colours, and its colour changes in order."""
     done: list[Change] = [changes.colors.ground] if changes.colors.are_any else []
     if values is None:
         return colored_ground, done
@@ -227,7 +227,7 @@ def accents(
     made: Gaussians,
     report: Report,
 ) -> list[Coat]:
-    """The coat of accents, if something is missing."""
+    """The coat of accents, if any."""
     return with_accents(painted_with, plain_views, pruned, focus, made, graded, report)
 
 
@@ -249,12 +249,12 @@ def coats(
 
 @anew
 def lamp(light_config: LightConfig, site: "Site | None") -> "Lamp | None":
-    """How light falls on paint and canvas; None where pictures stay flat."""
+    """The lamp on paint and canvas; None if pictures stay flat."""
     return open_lamp(light_config, site)
 
 
 def region_names(regions: Regions | None) -> tuple[str, ...]:
-    """Of the parts that are painted otherwise, from label 1 on."""
+    """Names of the parts with their own rules, from label 1 on."""
     return () if regions is None else tuple(regions.names)
 
 
@@ -287,7 +287,7 @@ def painting(
 @anew
 @unless(lambda is_moving: None if is_moving else "the scene does not move")
 def moving(clip: Clip, film: Film, motion: StrokeMotion, media_config: Medium) -> Moving:
-    """How the strokes move."""
+    """The motion of the strokes."""
     return Moving.of(clip.scene, film, motion, takes_light=not media_config.has_own_color)
 
 
@@ -302,7 +302,7 @@ def growth(
     cameras: Sequence[Camera],
     report: Report,
 ) -> "GrowingPainting":
-    """How the painting comes into being."""
+    """The growth of the painting."""
     from brushgs.pipeline.growth.grow import grow
 
     finish = changes.finish if values is None else changes.finish.then("values", values.strokes)

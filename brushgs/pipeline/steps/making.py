@@ -1,4 +1,4 @@
-"""Steps that make strokes: what guides them, which Gaussians they are made of, and clusters of these."""
+"""Steps that make strokes: guide views, selection of Gaussians, and clusters."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -48,21 +48,21 @@ def is_empty(cleaned: Gaussians) -> bool:
 
 
 def skip(is_empty: bool, is_strokes: bool) -> str | None:
-    """Why no pass changes strokes; None where passes do."""
+    """Why no pass changes strokes; None if passes run."""
     if is_empty:
         return "there are no Gaussians"
     return ALREADY_STROKES if is_strokes else None
 
 
 def is_for_view(clustering: ClusterConfig, is_strokes: bool, is_moving: bool, clip: Later[Clip]) -> bool:
-    """Whether strokes are made only of what the views show: what a first moment does not, another may."""
+    """Whether strokes are made only of visible Gaussians; not if later moments may show others."""
     if clustering.strokes_for != "view" or is_strokes:
         return False
     return not is_moving or clip().scene.has_rows
 
 
 def num_loaded(subject: Gaussians, notes: "LoadNotes | None") -> int:
-    """The number of Gaussians, also of a scene that was merged while it was read."""
+    """The number of Gaussians in the files, before any merging while reading."""
     return len(subject) if notes is None else round(len(subject) * notes.rows_each)
 
 
@@ -74,9 +74,9 @@ def _no_guide(skip: str | None, sees: bool, focused_on: Focus | None) -> str | N
 def guide(
     stance: FirstView | None, subject: Gaussians, standing_config: ViewConfig, notes: "LoadNotes | None"
 ) -> FirstView:
-    """How the scene is seen while strokes are made of it.
+    """The first view while strokes are made.
 
-    Where it decides nothing else there is no stage, and no doubt about it is told.
+    If nothing else depends on it there is no stage, and no warning of doubt.
     """
     return stance or choose_first_view(subject, standing_config, notes, Report())
 
@@ -115,7 +115,7 @@ def plain_views(
     threads: int | None,
     report: Report,
 ) -> "PlainViews":
-    """Small plain pictures that decide about strokes."""
+    """Small plain pictures that guide strokes."""
     return draw_job_views(
         subject,
         cameras,
@@ -132,7 +132,7 @@ def plain_views(
 
 @unless(lambda skip, sees: skip or (None if sees else "--see off"), "subject")
 def finest(subject: Gaussians, plain_views: "PlainViews") -> Gaussians:
-    """The Gaussians with the finest line that the views show."""
+    """The Gaussians with the finest line width that the views resolve."""
     from brushgs.passes.finest import finest_of
 
     return replace(subject, finest=finest_of(subject, plain_views.cameras))
@@ -170,7 +170,7 @@ def seen(
 
 
 def is_economical(economy: float, skip: str | None) -> bool:
-    """Whether few large strokes describe what is flat, and accents the rest."""
+    """Whether few large strokes cover flat areas, and accents the rest."""
     return economy > 0 and skip is None
 
 
@@ -189,7 +189,7 @@ def _no_slabs(is_economical: bool, clustering: ClusterConfig) -> str | None:
 def cut(
     seen: Gaussians, cameras: Sequence[Camera], clip: Clip | None, rows: "Canonical | None", report: Report
 ) -> Gaussians:
-    """Gaussians of which none covers much of a picture; a clip needs rows that correspond."""
+    """Gaussians cut so that none covers much of a picture; a clip needs corresponding rows."""
     return seen if clip is not None and rows is None else cut_scene(seen, cameras, report)
 
 
@@ -217,7 +217,7 @@ def pruned(
 
 def _no_focus(focused_on: Focus | None, skip: str | None, rules_config: Rules | None) -> str | None:
     if rules_config is not None:
-        return None  # parts may get more strokes
+        return None  # parts may need more strokes
     return skip or ("--focus off" if focused_on is None else None)
 
 
@@ -232,7 +232,7 @@ def focus(
     threads: int | None,
     report: Report,
 ) -> "F64 | None":
-    """[N] factors on the strokes per area; None for the same everywhere."""
+    """[N] factors on the strokes per area; None for 1."""
     factors = None
     if skip is None and focused_on is not None:
         camera = None if focused_on.mask is None else cameras()[0]
@@ -255,7 +255,7 @@ def _no_site(lighting: LightConfig, has_stage: bool) -> str | None:
 def site(
     lighting: LightConfig, pruned: Gaussians, stance: FirstView | None, cameras: Sequence[Camera]
 ) -> "Site | None":
-    """Where the scene stands and how it is lit; None where that is not known."""
+    """Where the scene stands and how it is lit; None if not known."""
     if stance is None or len(pruned) == 0:
         return None
     from brushgs.passes.add.stage import find_site
@@ -271,7 +271,7 @@ def key(
     stance: FirstView | None,
     cameras: Sequence[Camera],
 ) -> Key | None:
-    """The light of a lamp on the strokes; None where it is not known how the scene stands."""
+    """The light of a lamp on the strokes; None if the first view is not known."""
     seen_from = cameras if plain_views is None else plain_views.cameras
     return Key.of(lighting, site, seen_from, stance)
 
@@ -293,7 +293,7 @@ def maker(
     cameras: Later[Sequence[Camera]],
     memory: Memory,
 ) -> StrokeMaker:
-    """What makes strokes of the scene, any number of them."""
+    """The maker of strokes of the scene, for any number."""
     return StrokeMaker(
         pruned,
         clustering,
@@ -314,7 +314,7 @@ def maker(
 def clustered(
     view_model: "ViewModel | None", maker: StrokeMaker, num_loaded: int, report: Report
 ) -> "tuple[Gaussians, Grouping | None]":
-    """The strokes as they are made, and how the Gaussians were grouped."""
+    """The strokes as made, and the grouping of the Gaussians."""
     return cluster_scene(maker, report, num_loaded=num_loaded, view_model=view_model)
 
 

@@ -1,4 +1,4 @@
-"""Steps that open files: what options name, and the scene."""
+"""Steps that open files: those of options, and the scene."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -44,7 +44,7 @@ Views = Camera | PathConfig | GrowConfig | None
 
 @makes("sees", "focused_on", "direction", "is_solid", "economy")
 def of_strokes(strokes_config: StrokesConfig) -> tuple[bool, Focus | None, Direction, bool, float]:
-    """The options of strokes one by one: each decides about other steps."""
+    """The options of strokes, separately: different steps depend on each."""
     config = strokes_config
     return config.see == "views", config.focus, config.direction, config.solid, config.economy
 
@@ -57,12 +57,12 @@ def of_draw(draw_config: DrawConfig) -> tuple[str, StrokeColor | None, str, int 
 
 
 def asked_size(view_config: ViewConfig) -> tuple[int, int] | None:
-    """The size that a picture is asked to have."""
+    """The requested size of the picture."""
     return view_config.fixed_size
 
 
 def along_path(source: SceneFiles | Gaussians | Clip, views: Views) -> bool:
-    """Whether many frames are painted of these strokes."""
+    """Whether many frames are painted."""
     return isinstance(source, Clip) or isinstance(views, PathConfig)
 
 
@@ -79,7 +79,7 @@ def regions(rules_config: Rules, report: Report) -> Regions | None:
 
 
 def more_brushes(styles: Styles | None, regions: Regions | None) -> tuple[str, ...]:
-    """Names of the brushes that styles and parts have of their own."""
+    """Names of the brushes of styles and parts."""
     of_styles = [] if styles is None else [name for names in styles.brushes for name in names]
     return (*of_styles, *([] if regions is None else regions.brushes))
 
@@ -115,7 +115,7 @@ def palette(palette_config: PaletteConfig, report: Report) -> "Palette | None":
 def read(
     source: SceneFiles | Gaussians | Clip, workers: SequenceConfig | None, report: Report
 ) -> "tuple[Gaussians, LoadNotes | None, Canonical | None, Clip | None]":
-    """The Gaussians of a scene; what its files hold beside them; and how they move."""
+    """The Gaussians of a scene, notes on its files, and how they move."""
     if isinstance(source, Clip):
         clip = with_rows(source, report)
         return *load_clip(clip, report), clip
@@ -140,7 +140,7 @@ def stored_brushes(
     asked_size: tuple[int, int] | None,
     report: Report,
 ) -> "tuple[Gaussians, BrushSet, BrushKit]":
-    """Strokes with the brushes that their file names, and these; or without, where others are asked for."""
+    """Strokes with the brushes of their file, and these; without, if others are requested."""
     if loaded.brushes is None:
         return loaded, *own_brushes
     from brushgs.pipeline.stored_brushes import open_stored_brushes
@@ -153,7 +153,7 @@ def stored_brushes(
 
 @unless(lambda where: "no --where" if where is None else None, "brushed")
 def numbered(brushed: Gaussians) -> Gaussians:
-    """The Gaussians with the numbers of their rows, where only a part of them becomes strokes."""
+    """The Gaussians with row numbers as ids, if only a part of them becomes strokes."""
     return with_ids(brushed)
 
 
@@ -163,6 +163,6 @@ def cleaned(numbered: Gaussians, clean_config: CleanConfig, is_strokes: bool, re
 
 
 def clustering(cluster_config: ClusterConfig, along_path: bool, is_strokes: bool) -> ClusterConfig:
-    """How many strokes are made, of what and how."""
+    """The options of clustering."""
     config = cluster_config.of_film if along_path else cluster_config
     return replace(config, strokes=None) if is_strokes and config.keeps_strokes else config

@@ -1,4 +1,4 @@
-"""Steps that decide from where a scene is seen, which part of it is painted, and on what."""
+"""Steps that choose the view of a scene, its painted part, and the ground."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -43,7 +43,7 @@ def is_moving(source: SceneFiles | Gaussians | Clip) -> bool:
 
 
 def is_framed(views: Views, view_config: ViewConfig) -> bool:
-    """Whether a view is framed on the scene, not given by a camera or a file."""
+    """Whether the view is framed on the scene, not given by a camera or a file."""
     if views is None or isinstance(views, GrowConfig):
         return view_config.camera_file is None
     return not isinstance(views, Camera) and views.orbit is not None
@@ -59,7 +59,7 @@ def is_placed(
     cleaned: Later[Gaussians],
     views: Views,
 ) -> bool:
-    """Whether it matters where in the picture the scene stands, not only how it is lit."""
+    """Whether the position of the scene in the picture matters, not only its light."""
     named = any(one is not None and one.needs_first_view for one in (styles, regions, painted_config))
     if is_framed or named:
         return True
@@ -69,7 +69,7 @@ def is_placed(
 
 
 def standing_config(view_config: ViewConfig) -> ViewConfig:
-    """The options of the view that decide how the scene stands."""
+    """The options of the view that decide how the scene is oriented."""
     given = view_config
     return ViewConfig(
         camera_file=given.camera_file,
@@ -90,7 +90,7 @@ def first_view(
     clean_config: CleanConfig,
     report: Report,
 ) -> FirstView:
-    """How the scene stands, and from where it is seen first."""
+    """The orientation of the scene, and where it is seen from first."""
     gaussians = cleaned
     moments: Iterable[Gaussians] = ()
     if clip is not None and (notes is None or notes.first_view is None):
@@ -105,13 +105,13 @@ def first_view(
 
 
 def is_stance_seen(is_placed: bool, lighting: LightConfig, on_background: bool) -> bool:
-    """Whether it shows in the painting how the scene stands."""
+    """Whether the painting depends on the orientation of the scene."""
     return is_placed or (on_background and lighting.is_in_scene)
 
 
 @unless(lambda is_stance_seen: None if is_stance_seen else "it does not show how the scene stands")
 def stance(first_view: FirstView) -> FirstView:
-    """How the scene stands; None where that decides nothing."""
+    """The orientation of the scene; None if nothing depends on it."""
     return first_view
 
 
@@ -124,7 +124,7 @@ def composed_view(
     clip: Clip | None,
     cast_light: "Later[F64 | None]",
 ) -> tuple[ViewConfig, bool]:
-    """The options of the view, with the size and the place that a composed picture is given."""
+    """The options of the view, with the size and position of a composed picture."""
     is_composed = view_config.size == "auto" and is_framed and views is None and clip is None
     if not is_composed or stance is None:
         return view_config, is_composed
@@ -139,7 +139,7 @@ def cast_light(
     lighting: LightConfig,
     painted_config: WhereConfig | None,
 ) -> "F64 | None":
-    """[3] direction toward the light of a stage, world axes; None where nothing throws a shadow."""
+    """[3] direction toward the light of a stage, world axes; None without shadows."""
     if not ground_config.stage or ground_config.shadow == 0 or painted_config is not None or stance is None:
         return None
     from brushgs.pipeline.lamp import cast_towards
@@ -159,7 +159,7 @@ def planned(
     check_path: "Callable[[CameraPath], None] | None",
     report: Report,
 ) -> "tuple[Sequence[Camera], CameraPath | None, Film | None]":
-    """The cameras that strokes are made for; the path of a film, one per frame; and the moments of a clip."""
+    """The cameras that strokes are made for; the path, one camera per frame; and the moments of a clip."""
     film: Film | None = None
     path: CameraPath | None = None
     if isinstance(views, PathConfig):
@@ -196,7 +196,7 @@ def _no_crumbs(is_moving: bool, clean_config: CleanConfig, is_strokes: bool) -> 
 
 @unless(_no_crumbs, "cleaned")
 def whole(cleaned: Gaussians, stance: FirstView | None, report: Report) -> Gaussians:
-    """The Gaussians without what hangs below an object."""
+    """The Gaussians without crumbs below an object."""
     return cleaned if stance is None or len(cleaned) == 0 else drop_crumbs(cleaned, stance, report)
 
 
@@ -209,7 +209,7 @@ def parted(
     threads: int | None,
     report: Report,
 ) -> tuple[Gaussians, Gaussians | None]:
-    """What is painted, and what is shown as it is."""
+    """The painted Gaussians, and the unpainted ones that are shown too."""
     return part(whole, painted_config, stance, report, num_threads=threads)
 
 
@@ -217,7 +217,7 @@ def parted(
 def placed(
     inside: Gaussians, regions: Regions, stance: FirstView | None, threads: int | None, report: Report
 ) -> Gaussians:
-    """The Gaussians with the labels of the parts that they are in."""
+    """The Gaussians with the labels of their parts."""
     return regions.place(inside, stance, report, num_threads=threads)
 
 
@@ -231,13 +231,13 @@ def split(
     first_view: FirstView,
     report: Report,
 ) -> tuple[Gaussians, Rest]:
-    """What strokes are made of, and all else of a scene of which only a part becomes strokes."""
+    """The Gaussians that become strokes, and the rest of the scene."""
     return split_where(numbered, placed, where, first_view, report, clip)
 
 
 @unless(lambda on_background: None if on_background else "the picture has no background")
 def background(draw_config: DrawConfig, cameras: Sequence[Camera], report: Report) -> Background:
-    """What lies behind the painting; None for nothing."""
+    """The background behind the painting; None for transparent."""
     return open_picture_background(draw_config, cameras[0], report)
 
 
@@ -246,7 +246,7 @@ def _no_ground(ground_config: GroundConfig, canvas: tuple[Canvas, float]) -> str
 
 
 def canvas(light_config: LightConfig) -> tuple[Canvas, float]:
-    """What lies under the paint, and how strong its grain is."""
+    """The canvas under the paint, and the strength of its grain."""
     return light_config.canvas, light_config.canvas_strength
 
 
@@ -259,7 +259,7 @@ def ground(
     cameras: Sequence[Camera],
     report: Report,
 ) -> "Surface | None":
-    """What strokes are laid on, in its own colour."""
+    """The ground below the strokes, in its own colour."""
     return open_surface(ground_config, canvas, background_name, whole, cameras[0], report)
 
 
@@ -274,8 +274,8 @@ def view_model(
     ground: "Surface | None",
     report: Report,
 ) -> "ViewModel":
-    """The view that the number of strokes is chosen for."""
-    # Strokes are counted for a still with the default lock and order, whatever is painted of them.
+    """The view for which the number of strokes is chosen."""
+    # The count is chosen for a still with the default lock and order, whatever is painted.
     still = render_options(replace(draw_config, lock=None, order=None), texture, along_path=False)
     behind = background if on_background else open_picture_background(draw_config, cameras[0], report)
     behind = behind if ground is None or behind is None else ground.rgb
@@ -291,13 +291,13 @@ def _standing(camera: Camera, num_frames: int, fps: float) -> "CameraPath":
 def _without_floaters(
     clip: Clip, gaussians: Gaussians, notes: "LoadNotes | None", config: CleanConfig
 ) -> Callable[[Gaussians], Gaussians]:
-    """What is painted of a moment of a clip.
+    """The painted Gaussians of a moment of a clip.
 
     Args:
         clip: the moving scene.
-        gaussians: that stand for it, cleaned.
+        gaussians: represent the clip, cleaned.
         notes: of its files.
-        config: what a floater is.
+        config: defines floaters.
     """
     if clip.scene.has_rows and len(gaussians):
         assert gaussians.ids is not None, "they are rows of a moving scene"
