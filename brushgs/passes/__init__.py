@@ -1,1 +1,1 @@
-"""Passes: functions from Gaussians to Gaussians, by what they change; `where` selects."""
+"""Passes: functions from Gaussians to Gaussians, in folders by what they change; `where` selects."""

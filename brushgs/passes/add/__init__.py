@@ -1,1 +1,1 @@
-"""What is added to the strokes of a scene: accents, a backdrop or a stage, and lines."""
+"""Passes that add strokes: accents, a backdrop or a stage, and lines."""

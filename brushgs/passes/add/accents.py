@@ -1,8 +1,7 @@
 """A painting and its scene -> a few small strokes of pure light and dark, to be laid last.
 
-A painter ends with the highlight on the eye and the dark under the lid. Merged strokes have the mean colour
-of their members, so the extreme lights and darks of a scene are what a painting lacks first. Where the
-lightest and the darkest of the plain pictures are missing most, accents are laid in these colours.
+Merged strokes have the mean colour of their members, so a painting loses the extreme lights and darks of its
+scene, such as the highlight in an eye. Accents in these colours are laid where they are missing most.
 """
 
 from dataclasses import dataclass, replace
@@ -27,24 +26,24 @@ from brushgs.values.sh import shift_base_colors
 
 # Accents of a painting of 4800 strokes and more; of fewer one to 80 strokes, and of less than 400 none.
 NUM_ACCENTS, STROKES_EACH, LEAST_STROKES = 60, 80, 400
-EXTREMES = 0.05  # share of what views show that is light, and as much that is dark
-LEAST_CONTRAST = 0.08  # OKLab L by which lights and darks differ from the middle at least
+EXTREMES = 0.05  # share of the pixels of views that is light, and the same for dark
+LEAST_CONTRAST = 0.08  # OKLab L, minimum difference of lights and darks from the middle
 OPAQUE = 0.8  # alpha of pixels that are compared
-LACKS = (0.03, 0.12)  # OKLab L: lacking by less is none, by more full
+LACKS = (0.03, 0.12)  # OKLab L: a smaller lack counts 0, a larger one 1
 PURER = 0.02  # OKLab L beyond the colour of the scene
 LENGTH = 0.014  # of an accent, over the diagonal of the first view: 7 pixels of 400x300
 ASPECT, THICKNESS = 2.2, 0.15  # length over width, and thickness over width
-APART = 3.0  # lengths, at least, between two accents: side by side they read as a fence
+APART = 3.0  # minimum distance of two accents, in lengths: side by side they look like a fence
 OPACITY = 0.95
-BEFORE = 8  # strokes nearby, before all of which an accent lies
-LEAST = 0.05  # OKLab L times pixels, over all views, that are missing at an accent
-MOST_PLACES = 20  # that are compared, for each accent
+BEFORE = 8  # nearest strokes, all of which an accent lies in front of
+LEAST = 0.05  # minimum lack at an accent, OKLab L times pixels over all views
+MOST_PLACES = 20  # candidates per accent
 SURE = 0.5  # alpha of a pixel that shows a colour
-MOST_LIFT = 1.5  # lengths by which it comes before its place at most
+MOST_LIFT = 1.5  # maximum shift toward the camera, in lengths
 
 
 def num_accents(num_strokes: int, economy: float) -> int:
-    """How many of so many strokes are left to accents at most."""
+    """Maximum number of accents among `num_strokes` strokes."""
     most = min(NUM_ACCENTS, num_strokes // STROKES_EACH) if num_strokes >= LEAST_STROKES else 0
     return round(economy * most)
 
@@ -57,20 +56,19 @@ def accents(
     count: int = NUM_ACCENTS,
     focus: F64 | None = None,
 ) -> Gaussians:
-    """New strokes of the lights and darks that a painting lacks.
+    """New strokes for the lights and darks that a painting lacks.
 
     Args:
-        strokes: k strokes, as they are painted.
-        gaussians: that they were made of, N Gaussians.
-        views: plain pictures of the scene, the first that of the picture; a few are enough. What none shows
-            gets no accent.
-        count: at most so many, half of them lights where both are missing, >= 0.
-        focus: [N] > 0, how much more an accent is worth at each Gaussian; None for 1.
+        strokes: k strokes, as painted.
+        gaussians: the N Gaussians of the strokes.
+        views: plain pictures of the scene, the first in the view of the picture; a few are enough. Hidden
+            Gaussians get no accent.
+        count: maximum number, half of them lights if both are missing, >= 0.
+        focus: [N] > 0, weight of an accent at each Gaussian; None for 1.
 
     Returns:
-        At most `count` strokes in the columns of the others: flat ones, along the stroke that each lies on,
-        slightly before it as the first view sees it, without view-dependent colour. Fewer where less is
-        missing; none where nothing is.
+        At most `count` flat strokes with the columns of the others, each along the stroke below it and
+        slightly in front of it in the first view, without view-dependent colour. Fewer if less is missing.
     """
     if count <= 0 or len(strokes) == 0 or len(gaussians) == 0 or len(views) == 0:
         return strokes.take(slice(0, 0))
@@ -95,7 +93,7 @@ def accents(
 
 @dataclass(frozen=True, eq=False)
 class _Chosen:
-    """Gaussians that accents are laid at, the first first.
+    """Gaussians for accents, best first.
 
     Attributes:
         rows: [n] of the Gaussians.
@@ -110,7 +108,7 @@ class _Chosen:
 
 
 def _ends(plain: list[F32], views: PlainViews) -> tuple[float, float]:
-    """OKLab L up to which what views show is dark, and from which on it is light."""
+    """OKLab L of views below which pixels are dark, and above which they are light."""
     shown = np.concatenate([one[frame.alpha > SURE] for one, frame in zip(plain, views.frames, strict=True)])
     dark, middle, light = np.quantile(shown, (EXTREMES, 0.5, 1 - EXTREMES)) if shown.size else (0.0, 0.5, 1.0)
     return min(float(dark), float(middle) - LEAST_CONTRAST), max(float(light), float(middle) + LEAST_CONTRAST)
@@ -119,13 +117,13 @@ def _ends(plain: list[F32], views: PlainViews) -> tuple[float, float]:
 def _pure(
     gaussians: Gaussians, views: PlainViews, lacks: F64, end: tuple[float, float], size: F64, count: int
 ) -> _Chosen:
-    """Where most of the lights, or darks, is missing: at most so many Gaussians that are such themselves.
+    """Gaussians of light, or dark, colour where most of it is missing, at most `count`.
 
-    The end is a sign, 1 for lights and -1 for darks, and the lightness from which on they are.
+    The end is a sign, 1 for lights and -1 for darks, and the limit of their lightness.
     """
     sign, lightness = end
     rows = np.flatnonzero(lacks > 0)
-    # Those that lack most, ties by place; of more no accent would be chosen.
+    # Those that lack most, ties by position; no accent would be chosen from more.
     rows = rows[np.lexsort((*gaussians.means[rows].T, -lacks[rows]))[: MOST_PLACES * count]]
     lab = _extremes(gaussians.means[rows].astype(np.float64), views, sign)
     are_pure = sign * (lab[:, 0] - lightness) >= 0
@@ -142,7 +140,7 @@ def _lacks(
     plain: list[F32],
     ends: tuple[float, float],
 ) -> F64:
-    """[N, 2] OKLab L x pixels of darks, and of lights, that Gaussians show and the painting lacks."""
+    """[N, 2] lack of darks, and of lights, of the painting at Gaussians, OKLab L x pixels."""
     kernel, dab = StrokeTexture.open("gaussian"), StrokeTexture.open("ellipse")
     found, (dark, light) = np.zeros((len(gaussians), 2)), ends
     kernel_options, options = RenderOptions.of(kernel), RenderOptions.of(dab, depth=False)
@@ -151,7 +149,7 @@ def _lacks(
         camera, frame = views.cameras[index], views.frames[index]
         _, painted = draw_with(strokes, camera, dab, options)
         away = plain[index] - oklab_planes(_on_grey(painted))[0]
-        covered = np.minimum(frame.alpha, painted.alpha) > OPAQUE  # beside an outline nothing is missing
+        covered = np.minimum(frame.alpha, painted.alpha) > OPAQUE  # no lack beside an outline
         missing = np.zeros((*away.shape, 3))
         missing[..., 0] = _missing(-away) * (plain[index] <= dark) * covered
         missing[..., 1] = _missing(away) * (plain[index] >= light) * covered
@@ -173,14 +171,14 @@ def _missing(away: Array) -> F64:
 
 
 def _length(gaussians: Gaussians, camera: Camera) -> F64:
-    """[N] how long an accent is at each Gaussian, world units."""
+    """[N] length of an accent at each Gaussian, world units."""
     depths = gaussians.means.astype(np.float64) @ camera.viewmat[2, :3] + camera.viewmat[2, 3]
     pixels = LENGTH * float(np.hypot(camera.width, camera.height))
     return np.asarray(np.maximum(np.abs(depths), camera.near) * pixels / float(camera.K[0, 0]))
 
 
 def _apart(means: F64, lacks: F64, size: F64, count: int) -> Rows:
-    """Places around which most is missing, none near another, at most `count`, the first first."""
+    """Positions of the largest lack, apart from each other, at most `count`, largest first."""
     away = np.zeros((len(means), len(means)))
     for column in means.T:
         away += (column[:, None] - column) ** 2
@@ -195,7 +193,7 @@ def _apart(means: F64, lacks: F64, size: F64, count: int) -> Rows:
 
 
 def _laid(strokes: Gaussians, means: F64, size: F64, camera: Camera) -> Gaussians:
-    """Accents at places [n, 3], each along the stroke that it lies on and before all those around."""
+    """Accents at positions [n, 3], each along the stroke below and in front of all strokes around."""
     others = strokes.means.astype(np.float64)
     near = nearest(others, means, min(BEFORE, len(others)))[1]
     under = strokes.take(near[:, 0])
@@ -219,9 +217,9 @@ def _laid(strokes: Gaussians, means: F64, size: F64, camera: Camera) -> Gaussian
 
 
 def _extremes(means: F64, views: PlainViews, sign: float) -> F64:
-    """[n, 3] OKLab of the lightest (sign 1) or darkest (-1) that views show at places [n, 3].
+    """[n, 3] OKLab of the lightest (sign 1) or darkest (-1) pixel of views at positions [n, 3].
 
-    Where none shows anything it is a middle grey.
+    A middle grey if no view shows the position.
     """
     found, best = np.tile([0.5, 0.0, 0.0], (len(means), 1)), np.full(len(means), -np.inf)
     for camera, frame in views.pairs():

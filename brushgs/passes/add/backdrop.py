@@ -1,8 +1,8 @@
-"""What lies behind a scene: a ground in a colour that goes with it, and a backdrop of loose strokes in space.
+"""The background of a scene: a toned ground, and a backdrop of loose strokes in space.
 
-A captured object hangs in a void. Painters tone the canvas in the complement of their subject, and lay a
-few loose strokes around it. Here these are a sphere around the scene and all cameras, so that they stay where
-they are while the camera moves. They are a set of strokes of their own, to be painted before the others.
+A captured object hangs in a void. Painters tone the canvas in the complement of their subject, and lay a few
+loose strokes around it. Here these lie on a sphere around the scene and all cameras, so that they are fixed
+while the camera moves. They are a separate set of strokes, to be painted before the others.
 """
 
 from collections.abc import Sequence
@@ -24,8 +24,8 @@ from brushgs.values.sh import C0, base_colors
 
 RADIUS = 2.6  # of the sphere, in radii of the scene
 BEYOND_EYE = 1.35  # or in distances of the farthest camera, whichever is larger
-MOST_ZOOM = 2.2  # beyond it strokes get larger in the picture: more would be a pattern
-JITTER = 0.42  # of places, in distances between strokes: so much hides the lattice
+MOST_ZOOM = 2.2  # beyond it strokes get larger in the picture instead of more numerous
+JITTER = 0.42  # of positions, in distances between strokes: enough to hide the lattice
 SIZE_JITTER = 0.2  # of the logarithm of sizes
 # Standard deviations to which a stroke may be seen. Boxes extend 2, but seen aslant their corners lie further
 # out than a ball of that size: with 2.2 one of 10,000 strokes was missing.
@@ -33,21 +33,21 @@ REACH = 3.0
 THICKNESS = 0.01  # of a stroke, over its size
 # The field of their directions: around the vertical, up and down by waves, and a little at random.
 _SWAY, _WAVES, _LOOSE = 0.8, np.array([2.17, -0.62, 1.55]), 0.25
-_RISE = 1.1  # how fast lightness changes with height over the horizon
+_RISE = 1.1  # rate of change of lightness with height over the horizon
 
 BORDER = 0.08  # of the smaller side of a picture, on each side
-# Mean alpha of the border from which a scene fills its pictures. Objects have up to 0.14, and a truck on a
-# plaza under an empty sky 0.55: it gains most.
+# Mean alpha of the border above which a scene fills its pictures. Objects have up to 0.14, and a truck on a
+# plaza under an empty sky 0.55.
 FULL_BORDER = 0.8
 
 
 @dataclass(frozen=True)
 class Tone:
-    """A colour that goes with the mean colour of a scene, in OKLab.
+    """A colour that matches the mean colour of a scene, in OKLab.
 
     Attributes:
         lightness: 0 to 1.
-        complement: the part of the scene's a and b that is taken with the opposite sign.
+        complement: share of the scene's a and b, with the opposite sign.
         warmth: (a, b) added to that.
     """
 
@@ -56,20 +56,20 @@ class Tone:
     warmth: tuple[float, float] = (0.012, 0.04)
 
     def lab(self, mean: F64) -> F64:
-        """[3] this tone where the mean colour is [3], both OKLab."""
+        """[3] this tone for a mean colour [3], both OKLab."""
         return np.array([self.lightness, *(-self.complement * mean[1:] + self.warmth)])
 
 
 @dataclass(frozen=True)
 class Backdrop:
-    """How the strokes of a backdrop look.
+    """Style of the strokes of a backdrop.
 
     Attributes:
-        strokes: how many on the whole sphere, at the usual field of view.
+        strokes: number on the whole sphere, at the usual field of view.
         above: tone of the zenith.
         below: tone of the nadir.
         aspect: length over width, >= 1.
-        size: of a stroke, in distances between strokes; 1.6 covers most of what lies behind.
+        size: of a stroke, in distances between strokes; 1.6 covers most of the sphere.
         opacity: above 0 to 1.
         lightness: standard deviation of L in OKLab from stroke to stroke.
         chroma: standard deviation of a and b.
@@ -108,8 +108,8 @@ def mean_lab(gaussians: Gaussians, weights: Array | None = None) -> F64:
 
     Args:
         gaussians: N Gaussians.
-        weights: [N] >= 0; None for opacity x mean projected area, the paint they carry. Where none is above
-            zero, as in an empty scene, the mean is a middle grey.
+        weights: [N] >= 0; None for their paint, opacity x mean projected area. If all are zero, as in an
+            empty scene, the mean is a middle grey.
     """
     if weights is None:
         weights = paint_of(gaussians)
@@ -122,7 +122,7 @@ def mean_lab(gaussians: Gaussians, weights: Array | None = None) -> F64:
 def ground_color(
     gaussians: Gaussians, tone: Tone = TONED, *, weights: Array | None = None
 ) -> tuple[float, float, float]:
-    """RGB, display-encoded, 0 to 1, of a ground that is toned for a scene.
+    """RGB, display-encoded, 0 to 1, of a toned ground for a scene.
 
     Args:
         gaussians: N Gaussians.
@@ -134,15 +134,15 @@ def ground_color(
 
 
 def reason_for_none(first_view: FirstView, plain: Sequence[Frame]) -> str | None:
-    """Why a scene gets no backdrop, for the report; None where it stands in a void, and gets one.
+    """Why a scene gets no backdrop, for the report; None if it gets one.
 
-    A scene gets none where it is seen from inside, or fills its pictures; nor where it is flat, as land seen
-    from the air is: that lies on a table, and strokes that float below it look like water. Surroundings alone
-    do not tell: a plaza may end at the horizon, and have no sky.
+    A scene gets none if it is seen from inside, or fills its pictures, or is flat, such as land seen from the
+    air: floating strokes below it would look like water. Surroundings alone do not decide: a plaza may end at
+    the horizon without a sky.
 
     Args:
         first_view: of the scene.
-        plain: plain pictures of it, in some views of the job; without any it counts as not filling them.
+        plain: plain pictures of it, in some views of the job; without any it is assumed not to fill them.
     """
     if first_view.eye is not None:
         return "the scene is seen from inside"
@@ -171,19 +171,19 @@ def backdrop(
     weights: Array | None = None,
     seed: int = 0,
 ) -> Gaussians:
-    """Loose strokes on a sphere around a scene and all cameras, those that some camera sees.
+    """Loose strokes on a sphere around a scene and all cameras, only those visible to some camera.
 
     Args:
-        gaussians: the scene, N Gaussians; its colours and its extent count.
-        first_view: of the scene; which way is up.
-        cameras: all views of the job. They decide how far away the sphere is, how many strokes it has (the
-            narrower the field of view, the more, up to 2.2^2 times as many), and which are kept.
-        look: how the strokes look; None for loose dry ones, light above and dark below.
+        gaussians: the scene, N Gaussians, for colours and extent.
+        first_view: of the scene, for its up axis.
+        cameras: all views of the job. They decide the radius of the sphere, the number of strokes (more for a
+            narrow field of view, up to 2.2^2 times as many), and which are kept.
+        look: style of the strokes; None for loose dry ones, light above and dark below.
         weights: see `mean_lab`.
-        seed: another one gives other jitter.
+        seed: of the jitter.
 
     Returns:
-        The strokes, flat ones that face the centre, without view-dependent colour; in the dtype of the scene.
+        Flat strokes that face the centre, without view-dependent colour, in the dtype of the scene.
 
     Raises:
         ValueError: if there is no camera.
@@ -239,7 +239,7 @@ def _sphere(count: int, g: np.random.Generator) -> tuple[F64, F64]:
 
 
 def _zoom(camera: Camera) -> float:
-    """How much narrower than usual the field of view of a camera is, at least 1."""
+    """Zoom of a camera relative to the usual field of view, at least 1."""
     return max(float(camera.K[1, 1]) / (0.5 * camera.height) * tan(0.5 * DEFAULT_FOV_Y), 1.0)
 
 

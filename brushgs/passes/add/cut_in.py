@@ -1,6 +1,6 @@
-"""Cutting in: strokes of the stage along the outline of its subject, which they overlap a little.
+"""Cutting in: strokes of the stage along the outline of its subject, with a small overlap.
 
-A painter draws an edge from outside, with the paint of what lies behind it. The strokes belong to one view.
+A painter draws an edge from outside, with the paint of the background. The strokes belong to one view.
 """
 
 from typing import NamedTuple
@@ -19,23 +19,23 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of
 from brushgs.values.sh import C0, in_colors
 
-SIDE = 360  # pixels of the longer side of the picture in which the outline is sought
+SIDE = 360  # pixels, longer side of the picture in which the outline is found
 SMOOTH = 2.0  # pixels of it over which the outline is smoothed
-STRAIGHT, AROUND = 0.9, 4.0  # mean of the unit normals around a point from which it is straight; pixels
+STRAIGHT, AROUND = 0.9, 4.0  # length of the mean unit normal around a straight point; pixels around it
 OVERLAP = (3.0, 6.0)  # pixels of a picture of 1000 x 750
 LENGTH, ASPECT = 0.075, 2.6  # of strokes, in widths of the picture; length over width
 APART = 0.45  # distance between strokes, in lengths
 SIGMAS = 3.6  # length of a stroke in standard deviations
 THICKNESS, OPACITY = 0.01, 0.95
-FOUND = 0.3  # share of an outline that is to be found, above which it is cut in
-DIFFERS = 0.10  # OKLab distance across an outline from which it is cut in: a lost edge stays lost
-# Pixels within which a hard outline goes from solid paint to none: fur and leaves are not trimmed.
+FOUND = 0.3  # found share of an edge, above which it is cut in
+DIFFERS = 0.10  # minimum OKLab distance across an outline that is cut in: a lost edge stays lost
+# Maximum width in pixels of a hard outline: fur and leaves are not trimmed.
 HARD, SOLID = 3.0, 0.8
-IN_FRONT = 0.98  # depth of the strokes, in that of the outline
+IN_FRONT = 0.98  # depth of the strokes, relative to the outline
 
 
 class _Points(NamedTuple):
-    """Of an outline: [n] rows and columns, [n, 2] unit normals inward as x and y, [n] depths."""
+    """Points of an outline: [n] rows and columns, [n, 2] unit normals inward as x and y, [n] depths."""
 
     rows: F64
     columns: F64
@@ -47,13 +47,13 @@ class _Points(NamedTuple):
 
 
 def cut_in(subject: Gaussians, stage: Gaussians, camera: Camera, *, found: Array | None = None) -> Gaussians:
-    """Strokes along the outline of a subject, in the colors of the stage outside of it; float64.
+    """Strokes along the outline of a subject, in the colors of the stage beside it; float64.
 
     Args:
-        subject: its strokes, in the colors in which they are painted.
+        subject: its strokes, in their painted colors.
         stage: the strokes of its stage.
         camera: the view.
-        found: [k] 0 to 1, how far each stroke is at an outline that is to be found; None for all of them.
+        found: [k] 0 to 1, how far each stroke is at a found edge; None for all.
     """
     small = camera.in_side(SIDE)
     kernel = StrokeTexture.open("gaussian")
@@ -73,7 +73,7 @@ def cut_in(subject: Gaussians, stage: Gaussians, camera: Camera, *, found: Array
 
 
 def _outline(frame: Frame) -> _Points:
-    """The points of an outline at which it is straight."""
+    """The straight points of an outline."""
     mask = (frame.alpha > 0.5).astype(np.float64)
     smooth = blurred(mask, SMOOTH)
     down, across = np.gradient(smooth)
@@ -100,7 +100,7 @@ def _outline(frame: Frame) -> _Points:
 
 
 def _spread(points: _Points, apart: float, g: np.random.Generator) -> _Points:
-    """Points of which no two are nearer than so many pixels: greedily, in random order."""
+    """Points at least `apart` pixels from each other, chosen greedily in random order."""
     at = np.stack([points.columns, points.rows], axis=1)
     kept: list[int] = []
     for row in g.permutation(len(at)):
@@ -110,7 +110,7 @@ def _spread(points: _Points, apart: float, g: np.random.Generator) -> _Points:
 
 
 def _outside_colors(points: _Points, over: Frame, behind: Frame, outside: float) -> tuple[F64, Mask]:
-    """[n, 3] colors of the stage beside the points, and whether the subject differs from them there."""
+    """[n, 3] colors of the stage beside the points, and whether the subject differs from them."""
     colors, covered = _seen(points, behind, -outside)
     inside, solid = _seen(points, over, HARD)
     _, beyond = _seen(points, over, -2 * outside)
@@ -121,7 +121,7 @@ def _outside_colors(points: _Points, over: Frame, behind: Frame, outside: float)
 
 
 def _seen(points: _Points, frame: Frame, steps: float) -> tuple[F64, F64]:
-    """[n, 3] colors and [n] alphas of a frame, so many pixels inward from points."""
+    """[n, 3] colors and [n] alphas of a frame, `steps` pixels inward from points."""
     height, width = frame.alpha.shape
     rows = np.clip((points.rows + steps * points.normals[:, 1]).astype(np.int64), 0, height - 1)
     columns = np.clip((points.columns + steps * points.normals[:, 0]).astype(np.int64), 0, width - 1)
@@ -130,7 +130,7 @@ def _seen(points: _Points, frame: Frame, steps: float) -> tuple[F64, F64]:
 
 
 def _strokes(points: _Points, colors: F64, camera: Camera, outside: float, length: float) -> Gaussians:
-    """Strokes in the world that cross the picture along the outline."""
+    """Strokes in space that lie along the outline in the picture."""
     count = len(points.rows)
     depths = IN_FRONT * points.depths
     x = (points.columns - outside * points.normals[:, 0] - camera.K[0, 2]) / camera.K[0, 0]

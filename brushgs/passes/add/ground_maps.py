@@ -45,16 +45,16 @@ class Grid(NamedTuple):
 
 
 def blurred(values: F64, sigma: float) -> F64:
-    """A map [h, w] blurred by a Gaussian of so many cells; 0 lies beyond it.
+    """A map [h, w] blurred by a Gaussian of `sigma` cells; zero outside.
 
-    As products of matrices: to import scipy.ndimage takes 0.6 s, more than all of a stage.
+    As matrix products: the import of scipy.ndimage takes 0.6 s, more than a whole stage.
     """
     height, width = values.shape
     return np.asarray(_weights(height, sigma) @ values @ _weights(width, sigma))
 
 
 def _weights(count: int, sigma: float) -> F64:
-    """[count, count] how much each cell counts at each other one."""
+    """[count, count] weight of each cell at each other cell."""
     steps = np.arange(count)
     weights = np.exp(-0.5 * ((steps[:, None] - steps) / sigma) ** 2)
     return np.asarray(weights / weights.sum(axis=1).max())

@@ -1,9 +1,9 @@
-"""Chains of several views -> those that stand in space, each once.
+"""Chains of several views -> chains fixed in space, each once.
 
-A line that one view found is looked for in the others, where it is in sight: at its projection. What another
-view found there is the same line and is dropped. A crease or a mark that other views do not find is dropped
-too. A silhouette that other views, from well beside, find at the same place is the edge of something sharp,
-and stays fixed; one that they do not is the side of something round, and fades as it is seen from beside.
+A line found in one view is searched for in the others at its projection, if visible. A line that another view
+found there is a duplicate and is dropped. A crease or mark that other views do not find is dropped too. A
+silhouette that views from the side find at the same place is a sharp edge, and stays fixed; otherwise it is
+the side of a round body, and fades as it is seen from the side.
 """
 
 from dataclasses import dataclass, replace
@@ -19,30 +19,30 @@ from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 
-IN_SIGHT = 0.03  # of the depth, by which a point may lie behind the plain picture
-SAME = 3  # px within which it is the same line
-SHARP = 2  # px within which a sharp edge must be found from well beside
-BESIDE = 0.3  # sine of the angle from which a silhouette of something round is elsewhere
-NEAREST = 0.15  # sine: a view from less far beside has nearly the same silhouette
-FARTHEST = 0.5  # sine from which on a silhouette is gone also where no other view has its own
+IN_SIGHT = 0.03  # tolerance of depth behind the plain picture, relative
+SAME = 3  # px, distance within which lines are the same
+SHARP = 2  # px, distance within which a view from the side must find a sharp edge
+BESIDE = 0.3  # sine of the angle from which the silhouette of a round body has moved
+NEAREST = 0.15  # sine: a view from a smaller angle has nearly the same silhouette
+FARTHEST = 0.5  # sine above which a silhouette is gone even if no other view has its own
 WIDEST = 1.6  # times the middle width of the lines of the first view
-NEARER = 2.0  # times the width of a line of the view that sees it from nearest is the most
-SMALLER = 2.5  # times: what a view has so much smaller than another it does not show
+NEARER = 2.0  # maximum width, relative to the view that is nearest to the line
+SMALLER = 2.5  # factor: a view ignores lines that are this much smaller than in another view
 FOUND = (0.2, 0.4)  # share of the views that see a mark in which it must be an edge: of the first, of others
 HALF, GONE = (BOUNDS[0] + share * (BOUNDS[1] - BOUNDS[0]) for share in (0.5, 0.9))  # of a silhouette
-CLEAR = 0.7  # share of a chain that is left out, above which the rest is too
+CLEAR = 0.7  # share of a chain that is dropped, above which the rest is dropped too
 REACH = 5  # points to each side over which the votes of views are averaged
 
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """What a view knows of its edges.
+    """The edges of a view, for comparison with other views.
 
     Attributes:
         camera: the view.
-        depth: [H, W] depth of the farthest plain surface within a pixel, infinite where nothing is.
-        is_edge: [H, W] where an edge is within `SAME`.
-        is_line: [H, W] where an edge that is worth a line is within `SHARP`.
+        depth: [H, W] depth of the farthest plain surface within a pixel, infinite for empty pixels.
+        is_edge: [H, W] whether an edge is within `SAME`.
+        is_line: [H, W] whether an edge that is worth a line is within `SHARP`.
         unit: focal length in widths of a line.
     """
 
@@ -54,14 +54,14 @@ class Sight:
 
     @classmethod
     def of(cls, camera: Camera, frame: Frame, edges: F64, lines: F64) -> "Sight":
-        """Of a plain picture with depth, the points [E, 2] of its edges, and those that are worth a line."""
+        """Build from a plain picture with depth, the points [E, 2] of its edges, and those worth a line."""
         assert frame.depth is not None
         depth = ndimage.maximum_filter(np.where(frame.alpha > 0.5, frame.depth, np.inf), 3)
         is_edge, is_line = _around(edges, SAME, depth.shape), _around(lines, SHARP, depth.shape)
         return cls(camera, depth, is_edge, is_line, unit_of(camera))
 
     def project(self, points: F64) -> tuple[F64, Mask]:
-        """Pixels [P, 2] of points in space, and which are in sight."""
+        """Pixels [P, 2] of points in space, and which are visible."""
         camera = self.camera
         t = points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
         z = np.maximum(t[:, 2], camera.near)
@@ -74,7 +74,7 @@ class Sight:
 
 
 def _around(points: F64, reach: int, shape: tuple[int, ...]) -> Mask:
-    """[H, W] the pixels within so many of points [E, 2]."""
+    """[H, W] the pixels within `reach` of points [E, 2]."""
     mask = np.zeros(shape, np.uint8)
     columns, rows = points.astype(np.intp).T
     mask[rows, columns] = 1
@@ -82,15 +82,15 @@ def _around(points: F64, reach: int, shape: tuple[int, ...]) -> Mask:
 
 
 def agreed(found: list[Chains], sights: list[Sight], *, least: float) -> Chains:
-    """The chains of all views that stand, the first view's first.
+    """The confirmed chains of all views, those of the first view first.
 
-    What the first view, which is the picture, has in sight it draws alone: lines of others over its own would
-    be strays.
+    The first view is the picture: other views add no lines where it sees the surface, since they would be
+    strays.
 
     Args:
         found: chains of each view.
         sights: of each view.
-        least: px, length of a chain that is kept.
+        least: px, minimum length of a chain.
     """
     parts: list[Chains] = []
     for view, chains in enumerate(found):
@@ -107,8 +107,8 @@ def agreed(found: list[Chains], sights: list[Sight], *, least: float) -> Chains:
 
 
 def _no_wider(chains: Chains) -> Chains:
-    """Chains of lines that are not much wider than those of the first view: what is far away there may be
-    near elsewhere, and is thinner there.
+    """Chains of lines that are not much wider than those of the first view: a distant line there may be near
+    in another view, so it is made thinner.
     """
     of_first = chains.sizes[chains.views == chains.views[0]]
     return replace(chains, sizes=np.minimum(chains.sizes, WIDEST * np.median(of_first)))
@@ -149,7 +149,7 @@ def _supported(chains: Chains, sights: list[Sight], own: int) -> Chains:
 
 
 def _shown(chains: Chains, sight: Sight) -> Mask:
-    """Which points a view has in sight, and not too small."""
+    """Which points are visible in a view, and not too small."""
     _, seen = sight.project(chains.points)
     depths = (chains.points - sight.camera.position) @ sight.camera.viewmat[2, :3]
     seen &= depths / sight.unit < SMALLER * chains.pixels
@@ -157,7 +157,7 @@ def _shown(chains: Chains, sight: Sight) -> Mask:
 
 
 def _covered(chains: Chains, parts: list[Chains], sight: Sight) -> Mask:
-    """Which points lie on lines that there are already, as this view sees them."""
+    """Which points lie on existing lines in this view."""
     there = [np.zeros((0, 2))]
     for part in parts:
         pixels, seen = sight.project(part.points)
@@ -172,9 +172,7 @@ def _covered(chains: Chains, parts: list[Chains], sight: Sight) -> Mask:
 
 
 def _without(chains: Chains, is_left_out: Mask, most: float) -> Chains:
-    """Chains without the points around which more than a share are left out, and without what little then
-    remains of a chain.
-    """
+    """Chains without points in whose neighborhood more than a share is dropped, and without short remains."""
     along = Along.of(chains.chains)
     left_out = is_left_out.astype(np.float64)
     is_kept = (along.mean(left_out, REACH) < most) & (along.means(is_left_out) <= CLEAR)[along.chains]

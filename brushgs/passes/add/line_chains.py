@@ -1,8 +1,8 @@
 """Edge points -> chains: ordered points of one line each.
 
-Every point is linked to the best point before and after it along its edge, where these links are mutual; ends
-that face each other over a small gap are linked too. What is linked is a path, which is put in order by
-following all links at once, twice as far with each step.
+Every point is linked to the best point before and after it along its edge if these links are mutual; ends
+that face each other over a small gap are linked too. The paths are ordered by following all links at once,
+twice as far with each step.
 """
 
 from dataclasses import dataclass
@@ -21,8 +21,8 @@ def link(points: F64, normals: F64, *, gap: float, min_arm: int = 4) -> Rows:
     Args:
         points: [E, 2] pixels.
         normals: [E, 2] unit vectors across the edges, of either sign.
-        gap: px, over which ends that face each other are linked.
-        min_arm: points that a chain must have for a gap to be crossed.
+        gap: px, maximum gap between ends that face each other.
+        min_arm: minimum points of a chain for a gap to be crossed.
 
     Returns:
         [E, 2] the two neighbours of each point, -1 for none.
@@ -48,7 +48,7 @@ def _best(points: F64, tangents: F64, pairs: Rows, *, straight: float) -> Rows:
     pairs = pairs[is_good]
     turn, distance, ahead, back = (v[is_good] for v in (turn, distance, ahead, back))
     cost = distance * (1 + 2 * (1 - np.abs(ahead)) + 2 * (1 - np.abs(back)) + (1 - turn))
-    # Both ways: what lies ahead of the first is behind the second.
+    # Both ways: a point ahead of the first is behind the second.
     first, second = np.concatenate([pairs, pairs[:, ::-1]]).T
     is_behind = np.concatenate([ahead < 0, back > 0])
     cost = np.concatenate([cost, cost])
@@ -66,7 +66,7 @@ def _dot(some: F64, others: F64) -> F64:
 
 
 def _mutual(links: Rows) -> Rows:
-    """Links that both points want; each with its own side."""
+    """Mutual links, each with its own side."""
     rows = np.arange(len(links))[:, None]
     back = links[links]  # [E, 2, 2] the links of the linked
     wanted = (links >= 0) & (back == rows[:, :, None]).any(axis=2)
@@ -122,7 +122,7 @@ class Order:
 
     Attributes:
         rows: [P] points, chain after chain, in order along each.
-        chains: [P] which chain each is of, from 0 on, ascending.
+        chains: [P] chain of each point, from 0 on, ascending.
     """
 
     rows: Rows
@@ -130,7 +130,7 @@ class Order:
 
 
 def in_order(links: Rows) -> Order:
-    """Put linked points [E, 2] in order; points without a link are left out, circles are cut open."""
+    """Order linked points [E, 2]; points without a link are dropped, circles are cut open."""
     links = _cut_circles(links)
     ends, distances = _follow(links)
     linked = np.flatnonzero((links >= 0).any(axis=1))
@@ -143,10 +143,10 @@ def in_order(links: Rows) -> Order:
 
 
 def _follow(links: Rows) -> tuple[Rows, Rows]:
-    """[E, 2] the last point that is reached by leaving each point over either link, and the steps to it.
+    """[E, 2] the end point reached from each point over either link, and the steps to it.
 
-    A state is a point and the side on which it is left. On a circle no last point is reached: then the point
-    is any of it, the number of steps at least that of the points.
+    A state is a point and the side on which it is left. A circle has no end: then the result is any of its
+    points, and the number of steps is at least the number of points.
     """
     num = len(links)
     states = np.arange(2 * num)

@@ -1,7 +1,7 @@
-"""Chains of a picture that are worth a line: long or strong, and not the zigzag of texture.
+"""Chains of a picture that are worth a line: long or strong, without the zigzag of texture.
 
-What is worth a line depends on what else there is: a face has few edges, and faint ones, where a truck has
-many. So faint lines are drawn only as long as a picture has few.
+The limit depends on the picture: a face has few and faint edges, a truck has many. So faint lines are drawn
+only if a picture has few.
 """
 
 import numpy as np
@@ -12,16 +12,16 @@ from brushgs.values.arrays import F64
 
 SHORTEST = 20.0  # px
 WORTH = 4.5  # px x strength: 40 px of 1/8
-ENOUGH = 0.3  # strength that counts: a short line of great contrast is a short line
+ENOUGH = 0.3  # maximum strength that counts: a short line of high contrast is still short
 PEAK = 0.1  # strength that a line must have somewhere
-ZIGZAG = 0.03  # radians to and fro per px that halve the strength
-RANGE = (0.5, 1.4)  # of the least importance that is drawn: in an empty picture, and in a full one
-CLOSE, LESSER, MOSTLY = 5.0, 2.0, 0.6  # px, times less, share of a chain: it is drawn already
+ZIGZAG = 0.03  # radians of zigzag per px that halve the strength
+RANGE = (0.5, 1.4)  # of the minimum importance that is drawn: in an empty picture, and in a full one
+CLOSE, LESSER, MOSTLY = 5.0, 2.0, 0.6  # px, factor of importance, share of a chain: of a double
 AMOUNT = 4300.0  # px of lines that a picture should have
 
 
 def importance(points: F64, strengths: F64, steps: F64, along: Along) -> F64:
-    """[C] how much each chain is worth a line, about 1 for the faintest that is.
+    """[C] importance of each chain, about 1 for the faintest that is drawn.
 
     Args:
         points: [P, 2] px, smooth.
@@ -42,7 +42,7 @@ def importance(points: F64, strengths: F64, steps: F64, along: Along) -> F64:
 def without_doubles(importances: F64, points: F64, strengths: F64, along: Along) -> F64:
     """[C] importances, 0 for chains that run close beside much longer or stronger ones.
 
-    The rows of Gaussians of a surface seen from the side make such chains, and the shade along an outline.
+    Such chains come from rows of Gaussians on a surface seen from the side, and from shade along an outline.
     """
     kept = np.flatnonzero(importances[along.chains] >= RANGE[0])
     chains = along.chains[kept]
@@ -57,7 +57,7 @@ def without_doubles(importances: F64, points: F64, strengths: F64, along: Along)
 
 
 def least_drawn(points: F64, importances: F64, along: Along) -> float:
-    """The importance from which on chains are drawn in a picture: less where it has few of them.
+    """The minimum importance of drawn chains: lower in a picture with few chains.
 
     Args:
         points: [P, 2] px, smooth.
@@ -71,7 +71,7 @@ def least_drawn(points: F64, importances: F64, along: Along) -> float:
 
 
 def zigzag(points: F64, along: Along) -> F64:
-    """Radians per px by which each chain turns to and fro: all its turning but for what goes one way."""
+    """Radians of zigzag per px of each chain: its total turning minus its net turning."""
     ahead, behind = points[along.near(3)] - points, points - points[along.near(-3)]
     cross = behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0]
     turn = np.arctan2(cross, (behind * ahead).sum(axis=1)) / 3

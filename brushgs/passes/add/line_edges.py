@@ -1,9 +1,9 @@
-"""A plain picture with its depth -> edge points: where a person would draw a line, to a fraction of a pixel.
+"""A plain picture with its depth -> edge points, where a person would draw a line, with subpixel precision.
 
-An edge is a step of colour (OKLab) or of disparity, the inverse of depth. Steps of one place add up, so what
-differs in both gives one line and not two beside each other. Slopes that go on over a wider window are
-shading or a floor that recedes, and are taken off. Texture is edges too, but everywhere and to all sides:
-an edge counts by how much the steps around it agree, or by how alone it stands.
+An edge is a step of colour (OKLab) or of disparity, the inverse of depth. Coincident steps of both add up, so
+they give one line instead of two side by side. Slopes that continue over a wider window are shading or a
+receding floor, and are subtracted. Texture has edges in all directions: an edge counts by the agreement of
+the steps around it, or by its isolation.
 Sources: Di Zenzo 1986 (gradient of several channels); Canny 1986 (maxima along the gradient, hysteresis);
 Devernay 1995 (their place between pixels); Grigorescu et al. 2003 (suppression by the surround).
 """
@@ -19,18 +19,18 @@ from brushgs.values.frame import Frame
 
 FINE = 1.4  # px, deviation of the smoothing: of captured scenes, less shows single Gaussians
 SILHOUETTE = 1.8  # px, of depth: hair has one outline
-RIDGE = 0.8  # px, of the size of steps: the largest are cut off, and a flat ridge has two lines
+RIDGE = 0.8  # px, of the size of steps: clipped steps form flat ridges, which would give two lines
 STEP = 2.5 * FINE  # px: height of a smoothed step over its greatest slope
 BORDER = 2  # px of the picture without edges
 WIDE = 9  # px, the window in which steps must agree
 SURROUND = 25  # px, the window in which an edge must stand out
-SOLID = 0.5  # alpha from which on a pixel shows a surface
-NEAREST = 0.05  # of the depth of the subject; nearer is there
-CHROMA = 1.6  # of a step of chroma, in steps of lightness: a red mark on a grey of its lightness is seen
+SOLID = 0.5  # minimum alpha of a pixel that shows a surface
+NEAREST = 0.05  # of the depth of the subject; smaller depths are clipped to this
+CHROMA = 1.6  # weight of chroma, relative to lightness: a red mark on an equally light grey is visible
 DISPARITY = 2.2  # of a step of disparity over that of the subject, in steps of lightness
 LEAST_DISPARITY = 0.025  # of that of the subject: the depth of trained scenes is as rough as this
-SURE_DISPARITY = 0.06  # from which on an edge is surely one of depth
-MOST_DISPARITY = 0.25  # a greater step of depth is no better a line
+SURE_DISPARITY = 0.06  # above which an edge is surely an edge of depth
+MOST_DISPARITY = 0.25  # maximum that counts
 AGREED = 1.15  # of a straight edge, the inverse of how much its steps agree
 TEXTURE = 1.0  # of the mean step around that does not agree, which an edge must exceed
 ALONE = (2.0, 4.5)  # edge strength over the mean of the surround: from texture to an edge that stands alone
@@ -42,9 +42,9 @@ class EdgePoints:
 
     Attributes:
         points: [E, 2] (x, y), pixels.
-        normals: [E, 2] unit vectors across the edge; to the far side where depth makes the edge.
-        strengths: [E] step of lightness over the edge, about 0 to 1, less where it is texture.
-        steps: [E] whether depth makes the edge, 0 to 1.
+        normals: [E, 2] unit vectors across the edge, toward the far side of a step of depth.
+        strengths: [E] step of lightness over the edge, about 0 to 1, less in texture.
+        steps: [E] how far the edge is a step of depth, 0 to 1.
     """
 
     points: F64
@@ -62,11 +62,11 @@ class EdgePoints:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """What edges are sought in.
+    """The channels in which edges are found.
 
     Attributes:
         lab: [3, H, W] OKLab of the plain picture, over its own mean colour.
-        disparity: [H, W] inverse depth over that of the subject; 0 where nothing is.
+        disparity: [H, W] inverse depth over that of the subject; 0 for empty pixels.
         alpha: [H, W] of the plain picture.
     """
 
@@ -92,7 +92,7 @@ class Picture:
 
 
 def _solidity(alpha: F32) -> F32:
-    """How far something is there that could have an outline: fog has none."""
+    """How far a pixel is solid enough to have an outline: fog has none."""
     return np.asarray(np.clip(1.5 * alpha - 0.5, 0, 1))
 
 
@@ -100,11 +100,11 @@ def edge_points(picture: Picture, *, least: float) -> EdgePoints:
     """Find the points of edges.
 
     Args:
-        picture: to look at.
-        least: strength below which there is no edge.
+        picture: see `Picture`.
+        least: minimum strength of an edge.
     """
     full, half = _Tensor.zeros(picture.alpha.shape), _Tensor.zeros(picture.alpha[::2, ::2].shape)
-    # Steps of colour count where there is something solid on both sides.
+    # Steps of colour count if both sides are solid.
     shape = picture.alpha.shape
     solid = _doubled(_solidity(ndimage.minimum_filter(picture.alpha[::2, ::2], 3)), shape)
     for channel in picture.lab:
@@ -133,9 +133,7 @@ def edge_points(picture: Picture, *, least: float) -> EdgePoints:
 
 
 def _counted(x: F32, y: F32) -> F32:
-    """The factor of each slope of disparity: what goes on around it is a floor, little is noise, more is
-    enough.
-    """
+    """The factor of each slope of disparity, without slopes of a floor and without noise, and clipped."""
     shape = x.shape
     mean_x, mean_y = (_doubled(_mean(v[::2, ::2], SURROUND // 2 + 1), shape) for v in (x, y))
     size = np.maximum(np.hypot(x, y), 1e-9)
@@ -180,19 +178,19 @@ def _smooth(values: F32, deviation: float = FINE) -> F32:
 
 
 def _doubled(values: F32, shape: tuple[int, ...]) -> F32:
-    """Values of every other pixel for all pixels."""
+    """Upsample values of every other pixel to all pixels."""
     return values.repeat(2, axis=0)[: shape[0]].repeat(2, axis=1)[:, : shape[1]]
 
 
 def _maxima(size: F32, strength: F32, tensor: _Tensor, depth: tuple[F32, F32], least: float) -> EdgePoints:
-    """The points where steps are greatest along the gradient.
+    """The points of maximum step along the gradient.
 
     Args:
         size: [H, W] height of steps.
-        strength: [H, W] what of it is no texture.
+        strength: [H, W] the same without texture.
         tensor: of the gradient.
-        depth: [H, W] both slopes of disparity, as far as they count.
-        least: strength of a point.
+        depth: [H, W] both slopes of disparity, weighted.
+        least: minimum strength of a point.
     """
     is_inside = np.zeros(size.shape, bool)
     is_inside[BORDER:-BORDER, BORDER:-BORDER] = strength[BORDER:-BORDER, BORDER:-BORDER] > least

@@ -18,11 +18,11 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of
 from brushgs.values.sh import C0
 
-DEVIATION = 0.25  # of the width, by which a piece may leave its line
-ARM = 2  # points to each side between which a bend is measured: nearer ones show the grid of pixels
+DEVIATION = 0.25  # maximum distance of a piece from its line, in widths
+ARM = 2  # points to each side for measuring a bend: nearer ones show the grid of pixels
 LONGEST = 40.0  # widths of a piece
-OVERLAP = 0.35  # widths by which each end of a piece reaches over that of the next
-TAPER = 9.0  # widths over which a free end gets thin
+OVERLAP = 0.35  # widths by which each end of a piece overlaps the next
+TAPER = 9.0  # widths over which a free end tapers
 SHORT = 0.35  # of a line, at most, at each end
 THIN = 0.3  # of the width, at a free end
 TINY = np.finfo(np.float64).tiny
@@ -35,7 +35,7 @@ class Pieces:
     Attributes:
         centers: [L, 3] world units.
         axes: [L, 3] unit vectors along the line.
-        halves: [L] half lengths, world units, with what reaches over the neighbours.
+        halves: [L] half lengths, world units, including the overlap.
         widths: [L] world units.
         strengths: [L] see `EdgePoints`.
         normals: [L, 3] see `Chains`.
@@ -52,7 +52,7 @@ class Pieces:
 
 
 def fit(chains: Chains, widths: F64) -> Pieces:
-    """Fit pieces to chains, which get thin at free ends.
+    """Fit pieces to chains, tapered at free ends.
 
     Args:
         chains: P points.
@@ -76,7 +76,7 @@ def fit(chains: Chains, widths: F64) -> Pieces:
     offsets = end - begin
     lengths = np.maximum(np.linalg.norm(offsets, axis=1), TINY)
     axes = offsets / lengths[:, None]
-    # Between the chord and the height of the arc: the piece leaves the line as far on either side.
+    # Between the chord and the height of the arc: equal distance from the line on either side.
     heights = middle - 0.5 * (begin + end)
     heights -= (heights * axes).sum(axis=1, keepdims=True) * axes
     centers = 0.5 * (begin + end + heights)
@@ -86,7 +86,7 @@ def fit(chains: Chains, widths: F64) -> Pieces:
 
 
 def _tapers(points: F64, widths: F64, along: Along) -> F64:
-    """[P] share of the width that a line has: less toward its ends, unless they meet."""
+    """[P] width of a line, as a share: less toward its ends, unless they meet."""
     at = np.cumsum(along.lengths(points))
     begin, end = at[along.first], at[along.last]
     reach = np.maximum(np.minimum(TAPER * widths, SHORT * (end - begin)), TINY)
@@ -97,7 +97,7 @@ def _tapers(points: F64, widths: F64, along: Along) -> F64:
 
 
 def _amounts(points: F64, widths: F64, along: Along) -> F64:
-    """[P] places on one number line for all chains: each piece is 1 long, and chains are 1 apart."""
+    """[P] positions on one number line for all chains: each piece has length 1, and chains are 1 apart."""
     before, after = points - points[along.near(-ARM)], points[along.near(ARM)] - points
     back, ahead = (np.maximum(np.linalg.norm(v, axis=1), TINY) for v in (before, after))
     turns = np.linalg.norm(after / ahead[:, None] - before / back[:, None], axis=1)
@@ -116,14 +116,14 @@ def _amounts(points: F64, widths: F64, along: Along) -> F64:
 def strokes_of(
     pieces: Pieces, color: ArrayLike, opacity: float, num_sigmas: float, like: Gaussians
 ) -> Gaussians:
-    """Strokes whose boxes are these pieces, where a box is cut at so many standard deviations.
+    """Strokes whose boxes, of `num_sigmas` standard deviations, are these pieces.
 
     Args:
         pieces: L.
         color: [3] RGB, display-encoded.
         opacity: 0 to 1.
         num_sigmas: > 0.
-        like: the scene, whose dtype strokes have.
+        like: the scene, for the dtype.
     """
     across = np.cross(pieces.axes, np.eye(3)[np.argmin(np.abs(pieces.axes), axis=1)])
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), TINY)

@@ -10,17 +10,17 @@ from brushgs.values.arrays import F64, Mask, Rows
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 
-PIXELS = 480_000  # 800x600: the picture that widths and lengths are given for
+PIXELS = 480_000  # 800x600, the picture size that widths and lengths refer to
 # Depth is read on the near side, px from the edge: beyond the outer place the picture mixes both sides. From
 # there on to the edge, that of something flat changes by 0.8 of its change between both places, that of
 # something round, which goes as the root of the distance, by 2.
 INNER, OUTER = 4.5, 2.0
 ONWARD = 1.5
-MIXED = 0.06  # of the depth, between both places: then the outer one shows both sides
-SOLID = 0.3  # alpha from which on a pixel has a depth
-SMOOTH = 12  # times that a line is averaged with its neighbours, one pixel away
-DEPTH_REACH = 12  # px to each side over which depth is averaged, twice: that of trained scenes is rough
-JUMP, JUMP_REACH = 0.04, 10  # of the depth, px on either side: there a line goes on with another body
+MIXED = 0.06  # of the depth, between both positions: above it the outer one mixes both sides
+SOLID = 0.3  # minimum alpha of a pixel with a depth
+SMOOTH = 12  # passes of averaging with neighbours one pixel away
+DEPTH_REACH = 12  # px to each side over which depth is averaged, twice: depth of trained scenes is rough
+JUMP, JUMP_REACH = 0.04, 10  # of the depth, px on either side: lines are cut between bodies
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,15 +29,15 @@ class Chains:
 
     Attributes:
         points: [P, 3] world units.
-        normals: [P, 3] of the surface, where the edge is a silhouette; its length says how much of one, 0 for
-            what is fixed in space.
+        normals: [P, 3] of the surface at a silhouette; the length says how far it is one, 0 for edges fixed
+            in space.
         strengths: [P] see `EdgePoints`.
         steps: [P] see `EdgePoints`.
         importances: [P] of the chain in its picture, see `importance`.
         pixels: [P] size of a pixel at this depth, world units, of its view in `PIXELS`.
-        sizes: [P] the same of a line, where another view sees it from nearer.
+        sizes: [P] the same for the width of a line, from the nearest view.
         chains: [P] ascending.
-        views: [P] the view in which it was found.
+        views: [P] the view of the chain.
     """
 
     points: F64
@@ -75,14 +75,14 @@ class Chains:
 
 
 def unit_of(camera: Camera) -> float:
-    """Focal length in pixels, were the picture one of `PIXELS`."""
+    """Focal length in pixels, scaled to a picture of `PIXELS`."""
     return float(np.sqrt(camera.K[0, 0] * camera.K[1, 1] * PIXELS / (camera.width * camera.height)))
 
 
 def lift(
     edges: EdgePoints, along: Along, importances: F64, camera: Camera, frame: Frame, view: int
 ) -> Chains:
-    """Carry chains into space; every second point is kept.
+    """Lift chains into space; every second point is kept.
 
     Args:
         edges: P points in order.
@@ -119,7 +119,7 @@ def lift(
 
 
 def _jumps(logs: F64, along: Along) -> F64:
-    """[P] jump of the depth before each point, as far as it stays: surfaces seen from the side are saws."""
+    """[P] lasting jump of depth before each point: the depth of surfaces seen from the side is a sawtooth."""
     total = np.concatenate([[0.0], np.cumsum(logs)])
     rows = np.arange(len(logs))
     low, high = along.near(-JUMP_REACH), along.near(JUMP_REACH - 1) + 1
@@ -130,7 +130,7 @@ def _jumps(logs: F64, along: Along) -> F64:
 
 
 def _depths_of(edges: EdgePoints, along: Along, frame: Frame) -> F64:
-    """[P] depth at edges, infinite where nothing is."""
+    """[P] depth at edges, infinite for empty pixels."""
     assert frame.depth is not None, "render the plain picture with depth"
     depth = np.where(frame.alpha > SOLID, frame.depth, np.inf).astype(np.float64)
     inner, outer = (_depths(depth, edges, inside) for inside in (INNER, OUTER))
@@ -142,7 +142,7 @@ def _depths_of(edges: EdgePoints, along: Along, frame: Frame) -> F64:
 
 
 def _depths(depth: F64, edges: EdgePoints, inside: float) -> F64:
-    """[P] depth so many pixels to the near side of edges, as far as depth makes them."""
+    """[P] depth `inside` pixels to the near side of edges, less far for edges that are no step of depth."""
     at = edges.points - inside * edges.normals * edges.steps[:, None]
     height, width = depth.shape
     columns = np.clip(at[:, 0].astype(np.intp), 0, width - 1)

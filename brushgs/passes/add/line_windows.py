@@ -37,15 +37,15 @@ class Along:
 
     @property
     def num(self) -> int:
-        """How many chains there are."""
+        """Number of chains."""
         return int(self.chains[-1]) + 1 if len(self) else 0
 
     def near(self, shift: int) -> Rows:
-        """[P] the point so many further on, or the end of the chain."""
+        """[P] the point `shift` further on, or the end of the chain."""
         return np.clip(np.arange(len(self)) + shift, self.first, self.last)
 
     def smooth(self, values: F64, times: int) -> F64:
-        """Values [P, k] averaged so often with their neighbours, a deviation of root(times / 2) points.
+        """Values [P, k] averaged `times` times with their neighbours, a deviation of root(times / 2) points.
 
         Ends stay.
         """
@@ -58,20 +58,20 @@ class Along:
         return values
 
     def mean(self, values: F64, reach: int) -> F64:
-        """Mean of values [P] over the points up to so many away."""
+        """Mean of values [P] over the points up to `reach` away."""
         total = np.concatenate([[0.0], np.cumsum(values)])
         low, high = self.near(-reach), self.near(reach) + 1
         return np.asarray((total[high] - total[low]) / (high - low))
 
     def even_mean(self, values: F64, reach: int) -> F64:
-        """The same over as many points to either side, fewer near ends: a slope stays what it is."""
+        """The same over equally many points to either side, fewer near ends, which preserves slopes."""
         rows = np.arange(len(self))
         reaches = np.minimum(np.minimum(rows - self.first, self.last - rows), reach)
         total = np.concatenate([[0.0], np.cumsum(values)])
         return np.asarray((total[rows + reaches + 1] - total[rows - reaches]) / (2 * reaches + 1))
 
     def median(self, values: F64, reach: int) -> F64:
-        """Median of values [P] over the points up to so many away."""
+        """Median of values [P] over the points up to `reach` away."""
         return np.median(np.stack([values[self.near(shift)] for shift in range(-reach, reach + 1)]), axis=0)
 
     def totals(self, values: F64 | Mask) -> F64:
@@ -79,7 +79,7 @@ class Along:
         return np.bincount(self.chains, values, minlength=self.num).astype(np.float64)
 
     def means(self, values: F64 | Mask) -> F64:
-        """Mean of values [P] over each chain; of a mask the share that it holds."""
+        """Mean of values [P] over each chain; for a mask the share."""
         return self.totals(values) / np.maximum(np.bincount(self.chains, minlength=self.num), 1)
 
     def cut(self, is_kept: Mask, is_cut: Mask | None = None) -> Rows:

@@ -21,26 +21,26 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 
 LEAST = 0.065 * RANGE[0]  # strength of an edge
-# Radians, and distances of what is seen, between views that show the same lines, and nearly the same.
+# Radians, and shares of the distance, between views that show the same lines, and nearly the same.
 ALIKE, WITNESS = 0.08, 0.3
-GAP = 8.0  # px that a line crosses
+GAP = 8.0  # px, maximum gap in a line
 WIDTH = 2.2  # px, of the strongest line, in a picture of 800x600
 FAINT = 0.4  # of that, the width of the faintest
-FULL = 0.35  # strength from which on a line has its full width
+FULL = 0.35  # strength above which a line has its full width
 LINE_SIGMAS = 1.76  # half length of a box, standard deviations: `fitted_sigmas` of the stroke "line"
 
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Lines of a scene, as L strokes: nearly straight pieces, each reaching a little over the next.
+    """Lines of a scene, as L strokes: nearly straight pieces, each overlapping the next.
 
     Attributes:
         strokes: the pieces; their longest axis runs along the line.
-        strengths: [L] of the line, 0 for the faintest that are drawn to 1: 0.5 is twice as long or as strong
-            an edge as those have, see `stronger_than`.
-        chains: [L] line of each piece, ascending; pieces of a line stand in order.
-        normals: [L, 3] of the surface where it is a silhouette, for `fade_by_facing`: the longer, the sooner
-            it fades. 0 for what is fixed in space.
+        strengths: [L] of the line, from 0 (the faintest that is drawn) to 1: an edge at 0.5 is twice as long
+            or as strong as at 0, see `stronger_than`.
+        chains: [L] line of each piece, ascending; the pieces of a line are in order.
+        normals: [L, 3] of the surface at a silhouette, for `fade_by_facing`: longer normals fade sooner. 0
+            for lines fixed in space.
     """
 
     strokes: Gaussians
@@ -67,19 +67,19 @@ def find_lines(
     num_sigmas: float = LINE_SIGMAS,
     num_threads: int | None = None,
 ) -> Lines:
-    """Find the lines that a contour drawing of a scene has.
+    """Find the lines of a contour drawing of a scene.
 
-    Edges of colour and depth are sought in the plain picture of each view, carried into space by its depth
-    and compared with the other views; see the modules of this folder. The first view is the picture: it is
-    looked at in 480,000 pixels, and what it has in sight it decides alone. Others add what it cannot see, for
-    a camera that moves.
+    Edges of colour and depth are found in the plain picture of each view, lifted into space by its depth and
+    compared with the other views; see the modules of this folder. The first view is the picture: it is drawn
+    at 480,000 pixels, and decides alone about the surfaces it sees. Other views add lines on hidden surfaces,
+    for a moving camera.
 
     Args:
         gaussians: N Gaussians.
         views: cameras, or plain pictures already drawn; those with depth are not drawn again. Some 120,000
             pixels each are enough.
-        width: px of the strongest lines in a picture of 480,000 pixels, > 0; lines have it at their place in
-            space, so that nearer is wider.
+        width: px of the strongest lines in a picture of 480,000 pixels, > 0; fixed in space, so near lines
+            are wider.
         color: RGB of all lines, display-encoded.
         opacity: 0 to 1.
         num_sigmas: half length of a box in standard deviations that the strokes will be drawn with, > 0:
@@ -87,7 +87,7 @@ def find_lines(
         num_threads: None takes the processors available to this process. The lines do not depend on it.
 
     Returns:
-        The lines, those of the first view first; none where there is nothing to draw.
+        The lines, those of the first view first; perhaps none.
 
     Raises:
         ValueError: if there is no view, or a number is out of range.
@@ -132,14 +132,14 @@ def find_lines(
 
 @dataclass(frozen=True, eq=False)
 class _Traced:
-    """A picture and its chains, all that may be worth a line.
+    """A picture and all its candidate chains.
 
     Attributes:
         camera: the view.
         frame: its plain picture, with depth.
         edges: all edge points.
         rows: [P] edge points, chain after chain, in order.
-        smooth: [P, 2] their places, px, smooth.
+        smooth: [P, 2] their smoothed positions, px.
         along: their chains.
         importances: [C] of the chains.
     """
@@ -154,7 +154,7 @@ class _Traced:
 
     @classmethod
     def of(cls, camera: Camera, frame: Frame, *, only_edges: bool = False) -> "_Traced":
-        """Of a plain picture; with no chains where only its edges are wanted."""
+        """Trace a plain picture; without chains if `only_edges`."""
         edges = edge_points(Picture.of(frame), least=LEAST)
         if only_edges:
             none = np.zeros(0, np.intp)
@@ -168,7 +168,7 @@ class _Traced:
 
     @property
     def distance(self) -> float:
-        """Of what the picture shows, world units; 0 where it shows nothing."""
+        """Distance of the visible surfaces, world units; 0 for an empty picture."""
         assert self.frame.depth is not None
         seen = self.frame.depth[self.frame.alpha > 0.5]
         return float(np.median(seen)) if len(seen) else 0.0
@@ -181,7 +181,7 @@ class _Traced:
         return lift(points, along, importances, self.camera, self.frame, view)
 
     def sight(self, least: float) -> Sight:
-        """What the view knows of edges, and of those that are worth a line."""
+        """The edges of the view, and those worth a line."""
         lines = self.rows[self._kept(least)] if len(self.rows) else self.edges.strengths > LEAST / RANGE[0]
         return Sight.of(self.camera, self.frame, self.edges.points, self.edges.points[lines])
 
@@ -190,7 +190,7 @@ class _Traced:
 
 
 def _in_pixels(camera: Camera, pixels: int) -> Camera:
-    """The same view of about so many pixels; the camera itself where it has as many."""
+    """The same view with about `pixels` pixels; the camera itself if it has as many."""
     factor = float(np.sqrt(pixels / (camera.width * camera.height)))
     width, height = (max(round(side * factor), 1) for side in (camera.width, camera.height))
     if (width, height) == (camera.width, camera.height):
@@ -200,12 +200,12 @@ def _in_pixels(camera: Camera, pixels: int) -> Camera:
 
 
 def _others(cameras: Sequence[Camera], distance: float) -> list[tuple[int, bool]]:
-    """Which cameras but the first do not show what an earlier one shows already; and of each, whether it
-    shows so little else than the first that it is only asked for what it sees of its lines.
+    """Cameras after the first that differ from all earlier ones, each with whether it is so similar to the
+    first that it only confirms its lines.
 
     Args:
         cameras: the views.
-        distance: of what they show.
+        distance: of the visible surfaces.
     """
     kept = [0]
     for row, camera in enumerate(cameras):
@@ -215,7 +215,7 @@ def _others(cameras: Sequence[Camera], distance: float) -> list[tuple[int, bool]
 
 
 def _is_like(camera: Camera, other: Camera, distance: float, most: float) -> bool:
-    """Whether two pictures of something at this distance have nearly the same edges."""
+    """Whether two pictures of a surface at this distance have nearly the same edges."""
     turn = np.arccos(np.clip(camera.viewmat[2, :3] @ other.viewmat[2, :3], -1, 1))
     moved = np.linalg.norm(camera.position - other.position)
     zoom = unit_of(camera) / unit_of(other)

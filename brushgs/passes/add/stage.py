@@ -1,8 +1,8 @@
-"""A stage: a table and a wall around a subject, in tones that set it off, with the shadow that it throws.
+"""A stage: a table and a wall around a subject, in contrasting tones, with the shadow of the subject.
 
     gaussians -> place -> ground, lamp -> surface, shadow -> tones -> strokes
 
-They are strokes in space, so films, pages and 3D files have them like all others.
+It consists of strokes in space, so films, pages and 3D files contain it.
 """
 
 from collections.abc import Sequence
@@ -27,23 +27,23 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
 
-MOST_ROWS = 40_000  # Gaussians of a scene that are looked at: of more every n-th
-FRINGE = 1.5  # radius of a ground with its torn border, in that of what it covers
+MOST_ROWS = 40_000  # maximum number of Gaussians that are examined: of more every n-th
+FRINGE = 1.5  # radius of a ground with its torn border, relative to its covered area
 LOW = 0.3  # of the height of a stage, below which strokes belong to the table
 
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """What is around a subject, before it is painted.
+    """The surroundings of a subject, before they are painted.
 
     Attributes:
         place: where the subject stands.
-        ground: that the scene brings; None for none.
+        ground: of the scene itself, or None.
         surface: of table and wall.
-        shadow: that the subject throws.
+        shadow: of the subject.
         tones: of table and wall.
-        follows_light: whether the lamp is where shadows in the scene show that the light was.
-        others: shadows that the subject throws at other times of a day.
+        follows_light: whether the lamp is estimated from shadows in the scene.
+        others: shadows of the subject at other times of a day.
     """
 
     place: Place
@@ -55,7 +55,7 @@ class Stage:
     others: tuple[Shadow, ...] = ()
 
     def at(self, shadow: Shadow) -> "Stage":
-        """The stage at a time of the day at which this shadow falls, one of `shadow` and `others`."""
+        """The stage at the time of day of a shadow, one of `shadow` and `others`."""
         others = tuple(one for one in (self.shadow, *self.others) if one is not shadow)
         return replace(self, place=shadow.place, shadow=shadow, others=others)
 
@@ -81,11 +81,11 @@ class Site:
     """Where a subject stands and how it is lit, before anything is painted.
 
     Attributes:
-        gaussians: of the scene, at most some 40,000 that stand for it.
+        gaussians: a sample of at most about 40,000 of the scene.
         weights: [n] the paint of each; 0 for those of a ground.
         place: where the subject stands.
-        ground: that the scene brings; None for none.
-        follows_light: whether the lamp is where shadows in the scene show that the light was.
+        ground: of the scene itself, or None.
+        follows_light: whether the lamp is estimated from shadows in the scene.
     """
 
     gaussians: Gaussians
@@ -101,13 +101,13 @@ class Site:
 
 
 def find_site(gaussians: Gaussians, first_view: FirstView, towards: F64 | None = None) -> Site:
-    """Where a scene stands, and its lamp.
+    """Find the place of a scene, and its lamp.
 
     Args:
-        gaussians: the scene, N >= 1 Gaussians, which throw the shadow.
-        first_view: which way is up, and where the usual lamp is.
-        towards: [3] unit vector toward the lamp, world axes; None for the light that shadows in the scene
-            show, else the usual lamp.
+        gaussians: the scene, N >= 1 Gaussians, which cast the shadow.
+        first_view: for the up axis and the usual lamp.
+        towards: [3] unit vector toward the lamp, world axes; None estimates it from shadows in the scene, or
+            takes the usual lamp.
     """
     step = -(-len(gaussians) // MOST_ROWS)
     gaussians = gaussians.take(slice(None, None, step))
@@ -136,8 +136,8 @@ def open_stage(
 
     Args:
         site: where it stands.
-        strokes: made of it, in the colors in which they are painted, which the tones set off.
-        cameras: of the job, at least one: they stand inside.
+        strokes: of the scene, in their painted colors, which the tones contrast with.
+        cameras: of the job, at least one; the stage encloses them.
         tone: see `choose_tones`.
         suns: [3] unit vectors toward the lamp at other times of a day, world axes.
         values: see `choose_tones`.

@@ -1,7 +1,7 @@
-"""The ground that a scene brings: a plaza, a cloth, the paper that an object lay on.
+"""The ground of a captured scene: a plaza, a cloth, or the paper below an object.
 
-It is level paint at the foot of the subject that reaches beyond it. The table of the stage meets it at its
-level and in its color, and its torn border dissolves into the paint of the table.
+It is level paint at the foot of the subject, larger than the subject. The table of the stage continues it at
+the same level and in the same color, and its torn border dissolves into the paint of the table.
 """
 
 from dataclasses import dataclass, replace
@@ -17,20 +17,20 @@ from brushgs.values.quats import shortest_axes
 from brushgs.values.sh import C0, base_colors
 
 SIDE, REACH = 96, 2.0  # cells of a map, and half its side in radii of the subject
-LEVEL = 0.85  # cosine of the angle with up to which a Gaussian is level
-LOW = 0.4  # of the height of a scene, below which its ground is sought
+LEVEL = 0.85  # minimum cosine between the normal of a level Gaussian and up
+LOW = 0.4  # of the height of a scene, below which its ground is searched for
 BIN, BAND = 0.02, 0.07  # of heights, and half the thickness of a ground, in radii
 # Of six objects without a ground and three with one: the share of level paint in one band is 0.3 to 0.8 and
 # 0.8 to 1, paint below it over that in it 0.03 to 3.7 and 0 to 0.3, and the area that nothing stands on, in
 # areas of what stands on it, up to 0.7 and from 2.7.
 SHARE, BELOW, BEYOND = 0.6, 0.6, 1.2
-COVERED, THIN = 0.4, 0.2  # paint over area from which a cell is covered, where a ground is sought and mapped
-EDGE = (0.45, 0.8)  # coverage between which a ground dissolves
-HANGS = -0.4  # height, in that of the band, below which paint at the border hangs down
-SMOOTH, CORE = 2.0, 0.9  # cells over which coverage is smoothed, and where a ground is far from its border
-RIM = 0.75  # coverage up to which a ground is its border
+COVERED, THIN = 0.4, 0.2  # minimum paint over area of a covered cell, for finding and for mapping a ground
+EDGE = (0.45, 0.8)  # range of coverage over which a ground dissolves
+HANGS = -0.4  # height, relative to the band, below which paint at the border hangs down
+SMOOTH, CORE = 2.0, 0.9  # cells over which coverage is smoothed, and smoothed coverage far from the border
+RIM = 0.75  # maximum coverage of the border of a ground
 FILLS = ((1.0, 1.0), (3.0, 1e-2), (10.0, 1e-4), (30.0, 1e-7))  # cells over which color spreads, and its share
-MUTED = 0.75  # of the chroma of a ground that the table has
+MUTED = 0.75  # chroma of the table, relative to the ground
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +38,11 @@ class Ground:
     """The ground of a scene, as maps [SIDE, SIDE] by right and away around the foot.
 
     Attributes:
-        place: of the subject, whose foot is on this ground.
+        place: of the subject, which stands on this ground.
         coverage: 0 to 1, smoothed: 1 inside, 0.5 at the border.
         lab: [SIDE, SIDE, 3] OKLab inside, spread beyond the border.
         tone: [3] OKLab along the border.
-        extent: radius of what is covered, world units.
+        extent: radius of the covered area, world units.
     """
 
     place: Place
@@ -52,18 +52,18 @@ class Ground:
     extent: float
 
     def at(self, points: F64) -> tuple[F64, F64]:
-        """Of local points [n, 3]: [n] coverage, and [n, 3] OKLab of the ground or what continues it."""
+        """At local points [n, 3]: [n] coverage, and [n, 3] OKLab of the ground or its continuation."""
         grid, level = _grid(self.place), points[:, [0, 2]]
         lab = np.stack([grid.samples(self.lab[..., k], level) for k in range(3)], axis=1)
         return grid.samples(self.coverage, level), lab
 
     def is_on(self, points: F64) -> Mask:
-        """[n] whether local points [n, 3] are of the ground, not of what stands on it."""
+        """[n] whether local points [n, 3] belong to the ground, not to objects on it."""
         return np.asarray(np.abs(points[:, 1]) < BAND * self.place.radius)
 
 
 def find_ground(gaussians: Gaussians, place: Place, weights: F64) -> Ground | None:
-    """The ground that a scene brings; None where it has none."""
+    """The ground of a scene, or None."""
     points = place.local(gaussians.means)
     is_level = np.abs(shortest_axes(gaussians.quats, gaussians.scales) @ place.axes[1]) > LEVEL
     level = _find_level(points, place, weights * is_level)
@@ -84,7 +84,7 @@ def find_ground(gaussians: Gaussians, place: Place, weights: F64) -> Ground | No
 
 
 def _find_level(points: F64, place: Place, weights: F64) -> float | None:
-    """The height over the foot at which most level paint lies; None where it lies at many heights."""
+    """The height over the foot with most level paint; None if it is spread over many heights."""
     rows = np.flatnonzero((points[:, 1] < LOW * place.height) & (weights > 0))
     heights, paint = points[rows, 1] / place.radius, weights[rows]
     if not paint.sum() > 0:
@@ -99,7 +99,7 @@ def _find_level(points: F64, place: Place, weights: F64) -> float | None:
 
 
 def _mapped(gaussians: Gaussians, points: F64, place: Place, weights: F64, standing: Mask) -> Ground | None:
-    """The maps of a ground: of paint of `weights` [N], of what lies around things; None if scattered."""
+    """The maps of a ground, from paint of `weights` [N] around objects; None if scattered."""
     grid, level = _grid(place), points[:, [0, 2]]
     lab = oklab_of(base_colors(gaussians.sh[:, :1]).astype(np.float64))
     paint = grid.sums(level, weights)
@@ -133,12 +133,12 @@ def _usual(lab: F64, weights: F64) -> F64:
 
 
 def dissolved(strokes: Gaussians, ground: Ground, table: F64 | None) -> Gaussians:
-    """Strokes whose ground goes over into the table toward its border; those under the table are gone.
+    """Strokes with a ground that blends into the table toward its border; those under the table are dropped.
 
     Args:
-        strokes: N, in the colors in which they are painted.
+        strokes: N, in their painted colors.
         ground: of their scene.
-        table: [3] OKLab of the table; None for bare paper, on which the ground thins out.
+        table: [3] OKLab of the table; None for bare paper, where the ground fades out.
     """
     points = ground.place.local(strokes.means)
     coverage, _ = ground.at(points)

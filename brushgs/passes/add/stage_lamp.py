@@ -1,7 +1,7 @@
-"""Where the light of a scene was, by the shadows on the ground that it brings.
+"""Estimate the light of a scene from the shadows on its ground.
 
-Shadows are predicted for many lamps and compared with the darkness of the ground. A lamp is believed where
-one side explains it well, and the other sides do not.
+Shadows are predicted for many lamps and compared with the darkness of the ground. A lamp is accepted if one
+direction explains it well, and the others do not.
 """
 
 from dataclasses import replace
@@ -15,23 +15,23 @@ from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 
 SIDE, REACH = 64, 1.6  # cells of a map, and half its side in radii
-MOST_ROWS = 3000  # of what throws the shadow
-AZIMUTHS = np.arange(0, 360, 20)  # degrees, from the right toward away
+MOST_ROWS = 3000  # of the objects that cast the shadow
+AZIMUTHS = np.arange(0, 360, 20)  # degrees, from right to away
 ELEVATIONS = np.array([30.0, 45.0, 62.0])  # degrees
 BLUR = 0.06  # of shadows, in radii
-FREE, INSIDE = 0.3, 0.7  # shade of what stands on it below which ground is free, and coverage inside of it
-FEWEST, EVEN = 60, 0.02  # cells that are compared, and OKLab deviation below which they show no shadow
-# Correlation of a believed shadow with the darkness of the ground, and how much better it is than the best of
-# those that fall 75 degrees or more from it: under a truck it is dark wherever the lamp stands.
+FREE, INSIDE = 0.3, 0.7  # maximum shade of free ground, and minimum coverage inside it
+FEWEST, EVEN = 60, 0.02  # minimum number of compared cells, and minimum OKLab deviation of a visible shadow
+# Minimum correlation of an accepted shadow with the darkness of the ground, and its minimum lead over the
+# best shadow 75 degrees or more away: under a truck it is always dark.
 CORRELATION, MARGIN = 0.45, 0.15
 
 
 def found_lamp(gaussians: Gaussians, ground: Ground, weights: F64) -> F64 | None:
-    """[3] unit vector toward the light, local; None where shadows do not show it.
+    """[3] unit vector toward the light, local; None if shadows do not show it.
 
     Args:
         gaussians: the scene, N.
-        ground: that it brings.
+        ground: of the scene.
         weights: [N] the paint of each; 0 for the ground.
     """
     rows = np.flatnonzero(weights > 0)
@@ -74,13 +74,13 @@ def _lamp(azimuth: float, elevation: float) -> F64:
 
 
 def _shade(grid: Grid, level: F64, paint: F64, place: Place) -> F64:
-    """[SIDE, SIDE] how much of the light paint at level points [n, 2] keeps off, 0 to 1."""
+    """[SIDE, SIDE] share of the light that paint at level points [n, 2] blocks, 0 to 1."""
     density = blurred(grid.sums(level, paint) / grid.cell**2, BLUR * place.radius / grid.cell)
     return np.asarray(1 - np.exp(-density))
 
 
 def _correlation(a: F64, b: F64) -> float:
-    """Of two columns; 0 where one is constant."""
+    """Correlation of two columns; 0 if one is constant."""
     a, b = a - a.mean(), b - b.mean()
     norm = float(np.sqrt((a @ a) * (b @ b)))
     return float(a @ b) / norm if norm > 1e-12 else 0.0

@@ -12,11 +12,11 @@ from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
-LEAST_LENGTH = 0.03  # of a mark, in radii, however close a camera stands
-ASIDE = 0.12  # standard deviation of places, in lengths or spacings
+LEAST_LENGTH = 0.03  # minimum length of a mark, in radii, even for a close camera
+ASIDE = 0.12  # standard deviation of positions, in lengths or spacings
 THICKNESS = 0.01
-CROSS_AT, CROSS_TURN = 0.55, np.radians(62.0)  # shade from which hatching is crossed, and by how much
-PASSES, LEAST = 3, 0.5  # lines along the edge of a table, and how much of them is left out
+CROSS_AT, CROSS_TURN = 0.55, np.radians(62.0)  # minimum shade of cross-hatching, and its angle
+PASSES, LEAST = 3, 0.5  # lines along the edge of a table, and the share that is dropped
 EDGE_SPREAD = 0.02  # of these lines, in radii of the table
 
 
@@ -28,7 +28,7 @@ class Marking:
         length: of a mark, in widths of the picture.
         aspect: length over width.
         spacing: between lines of marks, in widths of a mark.
-        lightest: shade from which there are marks, 0 to 1.
+        lightest: minimum shade of marks, 0 to 1.
         is_crossed: whether the dark is hatched in a second direction.
         opacity: in full shade, 0 to 1; at `lightest` a third of it.
     """
@@ -49,14 +49,14 @@ EDGE_LENGTH, EDGE_ASPECT = 0.06, 40.0  # of lines along the edge of a table, as 
 def shadow_marks(
     place: Place, shadow: Shadow, cameras: Sequence[Camera], marking: Marking, *, seed: int = 0
 ) -> Gaussians:
-    """Marks on the level ground in the shadow of a subject, along it, black; float64.
+    """Black marks on the level ground in the shadow of a subject, along the shadow; float64.
 
     Args:
         place: of the subject.
-        shadow: that it throws.
-        cameras: of the job, at least one: marks are as large as these see them.
-        marking: how they fill it.
-        seed: another one gives other jitter.
+        shadow: of the subject.
+        cameras: of the job, at least one; sizes of marks refer to their pictures.
+        marking: how marks fill the shadow.
+        seed: of the jitter.
     """
     g = np.random.default_rng([seed, 11])
     length = max(marking.length * place.seen_width(cameras), LEAST_LENGTH * place.radius)
@@ -82,7 +82,7 @@ def _rows_of_marks(
     least: float,
     g: np.random.Generator,
 ) -> tuple[F64, F64, F64]:
-    """[n, 3] local points of parallel rows of marks where the shade is at least so much; it; their angles."""
+    """[n, 3] local points of parallel rows of marks in a minimum shade; the shade there; their angles."""
     half = REACH * place.radius
     across, along = np.arange(-half, half, spacing), np.arange(-half, half, 0.8 * length)
     v, u = (grid.ravel() for grid in np.meshgrid(across, along, indexing="ij"))
@@ -97,13 +97,13 @@ def _rows_of_marks(
 
 
 def table_edge(place: Place, surface: Surface, cameras: Sequence[Camera], *, seed: int = 0) -> Gaussians:
-    """A few broken lines along the edge of the table, black; float64.
+    """A few black broken lines along the edge of the table; float64.
 
     Args:
         place: of the subject.
         surface: of the table.
         cameras: of the job, at least one.
-        seed: another one gives other lines.
+        seed: of random numbers.
     """
     g = np.random.default_rng([seed, 13])
     length = max(EDGE_LENGTH * place.seen_width(cameras), LEAST_LENGTH * place.radius)

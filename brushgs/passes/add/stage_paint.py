@@ -1,4 +1,4 @@
-"""The strokes of a painted stage: few, large and quiet, small only where the shadow has an edge."""
+"""The strokes of a painted stage: few, large and quiet, small only at the edge of the shadow."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,10 +21,10 @@ from brushgs.values.sh import C0
 # Size of strokes, the root of length times width, in widths of the picture: near the subject and far from it,
 # by distance in its radii. They are 1.5 times as long, 0.19 to 0.4 of the width.
 NEAR_SIZE, FAR_SIZE, FAR = 0.12, 0.26, 3.0
-FINE = 0.55  # size of strokes in the shadow, in that of others there
-OVERLAP = 9.6  # strokes that cover a place
+FINE = 0.55  # size of strokes in the shadow, relative to others at that distance
+OVERLAP = 9.6  # strokes over each point
 PLACE_JITTER, SIZE_JITTER = 0.35, 0.18  # in widths of a cell; standard deviation of the logarithm of sizes
-LEAST_SIZE = 0.1  # of a stroke, in radii, however close a camera stands
+LEAST_SIZE = 0.1  # minimum size of a stroke, in radii, even for a close camera
 SIGMAS = 3.6  # size of a stroke in standard deviations
 THICKNESS = 0.01
 OPACITY = 0.95
@@ -80,18 +80,18 @@ def stage_strokes(
         surface: to paint on.
         shadow: of the subject.
         tones: of table and wall.
-        hand: how strokes are.
-        cameras: of the job, at least one: strokes are as large as these see them.
-        others: shadows that fall at other times, where strokes are as small.
-        ground: that the scene brings; None for none.
-        seed: another one gives other jitter.
+        hand: how strokes are painted.
+        cameras: of the job, at least one; sizes of strokes refer to their pictures.
+        others: shadows at other times, where strokes are fine too.
+        ground: of the scene itself, or None.
+        seed: of the jitter.
     """
     g, of_broad, of_fine = np.random.default_rng([seed, 7]).spawn(3)
     usual = _sizes(surface, place, cameras)
     if hand.manner is not None:
         return _in_manner(hand.manner, place, surface, (shadow, tones, ground), hand, cameras, usual, g)
     broad, broad_sizes = _laid(surface, usual * hand.size, of_broad)
-    # However large the strokes, a shadow keeps its shape.
+    # Fine strokes keep the shape of the shadow, even if other strokes are large.
     fine_usual = usual * FINE * min(hand.size, 1.0)
     fine, fine_sizes = _laid(surface, fine_usual, of_fine, until=REACH * place.radius)
     shadows = (shadow, *others)
@@ -224,14 +224,14 @@ def _colors(
     if hand.shadow == 0:
         return lab
     shade, contact, reflected = shadow.at(spots.points)
-    share = hand.shadow * (1 - covered)  # a ground of the scene has its own
+    share = hand.shadow * (1 - covered)  # a ground of the scene has its own shadow
     lab[:, 1:] += (share[:, None] * REFLECTED * reflected) + (share * shade)[:, None] * COOLER
     lab[:, 0] *= (1 - DARKEST * share * shade) * (1 - CONTACT * share * contact)
     return lab
 
 
 def _table(points: F64, surface: Surface, tones: Tones, ground: Ground | None) -> F64:
-    """[n, 3] OKLab of a table at local points: darker far away and in front; near a ground in its colors."""
+    """[n, 3] OKLab of a table at local points: darker at the back and in front; near a ground like it."""
     right, _, away = points.T
     lab = np.tile(tones.table, (len(points), 1))
     far = np.clip(away / surface.wall, -1, 1)

@@ -1,4 +1,4 @@
-"""Where a subject stands: its foot, its size, which way is up, and where its light comes from."""
+"""The place of a subject: its foot, size, up axis and lamp."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,10 +14,10 @@ from brushgs.values.quats import quats_of
 
 # Toward the lamp, in the level axes (right, up, away) of the first view: the upper left, a little in front.
 LAMP = (-0.75, 0.95, -0.55)
-LEAST_RISE = 0.14  # sine of the elevation of a lamp, 8 degrees: lower, shadows do not end
+LEAST_RISE = 0.14  # minimum sine of the elevation of a lamp, 8 degrees: below, shadows are too long
 LOWEST = 0.004  # share of the paint below the foot: fringes hang lower
-SIGMAS = 2.0  # to which a single Gaussian is seen
-LEAST = 0.05  # width and height of a subject, in radii
+SIGMAS = 2.0  # visible extent of a single Gaussian
+LEAST = 0.05  # minimum width and height of a subject, in radii
 TAILS = 0.01  # share of the paint outside of the subject's width, on each side
 
 
@@ -53,13 +53,13 @@ class Place:
         return np.asarray(self.foot + points @ self.axes)
 
     def seen_width(self, cameras: Sequence[Camera]) -> float:
-        """Width of a picture where the subject stands, world units: the median over the views."""
+        """Width of a picture at the subject, world units: the median over the views."""
         distances = [np.linalg.norm(self.local(camera.position[None])[0]) for camera in cameras]
         views = [camera.width / camera.K[0, 0] for camera in cameras]
         return float(np.median(np.multiply(distances, views)))
 
     def quats(self, frames: F64) -> F64:
-        """[n, 4] world quaternions of local frames [n, 3, 3], whose axes are columns; the second may turn.
+        """[n, 4] world quaternions of local frames [n, 3, 3] with axes as columns; the second may be flipped.
 
         The local axes are left-handed.
         """
@@ -68,7 +68,7 @@ class Place:
         return quats_of(turned)
 
     def cast(self, points: F64) -> F64:
-        """[n, 2] where the shadows of local points [n, 3] fall on the plane of the ground: right and away."""
+        """[n, 2] shadows of local points [n, 3] on the plane of the ground: right and away."""
         lamp = self.lamp / self.lamp[1]
         return np.asarray(points[:, [0, 2]] - points[:, 1:2] * lamp[[0, 2]])
 
@@ -79,7 +79,7 @@ def lamp_direction(lamp: tuple[float, float, float] = LAMP) -> F64:
 
 
 def above_ground(lamp: F64) -> F64:
-    """[3] a unit vector toward a lamp, local, that throws a shadow of finite length: at least so high."""
+    """[3] a local unit vector toward a lamp, raised to the minimum elevation for a finite shadow."""
     up = max(float(lamp[1]), LEAST_RISE)
     level = lamp[[0, 2]]
     level = level * (np.sqrt(1 - up**2) / max(float(np.linalg.norm(level)), 1e-9))
@@ -89,11 +89,11 @@ def above_ground(lamp: F64) -> F64:
 def find_place(
     gaussians: Gaussians, first_view: FirstView, weights: F64, towards: F64 | None = None
 ) -> Place:
-    """Where a scene stands, its foot at its lowest paint.
+    """The place of a scene, with the foot at its lowest paint.
 
     Args:
         gaussians: the scene, N >= 1 Gaussians.
-        first_view: which way is up, and which way is right.
+        first_view: for the up axis and the right direction.
         weights: [N] the paint of each, see `contribution.paint_of`.
         towards: [3] unit vector toward the lamp, world axes; None for the usual one.
     """

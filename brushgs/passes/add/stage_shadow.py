@@ -1,8 +1,7 @@
-"""What the lamp throws on the ground: the shadow of a subject, its contact with the ground, reflected color.
+"""Maps on the ground: the shadow of a subject, its contact with the ground, and reflected color.
 
-Each is a map on the plane of the ground. The shadow is the density of what lies above it, projected along
-the lamp, in layers of height: the higher a layer, the softer its edge. A point over the ground is in the
-shadow of the place to which the lamp projects it.
+The shadow is the density of paint above the ground, projected along the lamp, in layers of height: the higher
+a layer, the softer its edge. A point above the ground has the shade at its projection along the lamp.
 """
 
 from dataclasses import dataclass
@@ -22,8 +21,8 @@ REACH = 3.2  # half its side, in radii of the subject
 LAYERS = ((0.0, 0.25), (0.25, 0.6), (0.6, 1.2), (1.2, 9.0))  # of height, in radii
 BLUR, BLUR_BY_HEIGHT = 0.02, 0.07  # of an edge, in radii: at the ground, and for each radius above it
 DENSITY, CONTACT_DENSITY = 1.6, 1.2  # optical depth of paint that covers the ground once
-TOUCHING, CONTACT_BLUR = 0.15, 0.05  # height of what darkens the ground below it, and how far, in radii
-NEAR, REFLECTED_BLUR = 0.45, 0.16  # height of what reflects its color, and how far, in radii
+TOUCHING, CONTACT_BLUR = 0.15, 0.05  # maximum height of paint that darkens the ground, and its blur, in radii
+NEAR, REFLECTED_BLUR = 0.45, 0.16  # maximum height of paint that reflects its color, and the blur, in radii
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +31,10 @@ class Shadow:
 
     Attributes:
         place: of the subject.
-        shade: 0 to 1, the light that is kept off.
-        contact: 0 to 1, how close something touches the ground.
-        reflected: [SIDE, SIDE, 2] OKLab a and b of what stands near.
-        nearness: 0 to 1, how much of that there is.
+        shade: 0 to 1, share of blocked light.
+        contact: 0 to 1, nearness of paint above the ground.
+        reflected: [SIDE, SIDE, 2] OKLab a and b of near objects.
+        nearness: 0 to 1, weight of the reflection.
     """
 
     place: Place
@@ -45,7 +44,7 @@ class Shadow:
     nearness: F64
 
     def at(self, points: F64) -> tuple[F64, F64, F64]:
-        """Of local points [n, 3]: [n] shade, [n] contact, [n, 2] a and b times how much is reflected."""
+        """At local points [n, 3]: [n] shade, [n] contact, [n, 2] a and b times nearness."""
         grid, level = _grid(self.place), points[:, [0, 2]]
         shade = grid.samples(self.shade, self.place.cast(points))
         ab = [grid.samples(self.reflected[..., k] * self.nearness, level) for k in (0, 1)]
@@ -56,9 +55,9 @@ def cast_shadow(gaussians: Gaussians, place: Place, weights: F64) -> Shadow:
     """The maps of a subject.
 
     Args:
-        gaussians: N, of which those above the ground count.
+        gaussians: N; those above the ground count.
         place: where they stand.
-        weights: [N] the paint of each; 0 for those that throw none, as the ground itself.
+        weights: [N] the paint of each; 0 for those without a shadow, such as the ground itself.
     """
     points = place.local(gaussians.means)
     points[:, 1] = np.maximum(points[:, 1], 0)

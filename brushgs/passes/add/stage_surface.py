@@ -1,7 +1,7 @@
-"""The surface that a stage is painted on: a table that rises in a soft cove to a wall, around all cameras.
+"""The surface of a stage: a table that rises in a soft cove to a wall, around all cameras.
 
-It is a surface of revolution around the subject, so that every view of an orbit sees the same. Strokes lie on
-it along a spiral of equal areas, small near the subject and large far away.
+It is a surface of revolution around the subject, so it looks the same in every view of an orbit. Strokes lie
+on it along a spiral of equal areas, small near the subject and large far away.
 """
 
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ from brushgs.passes.add.stage_place import Place
 from brushgs.values.arrays import F64
 
 STEPS = 400  # of the profile
-BEYOND_EYE = 1.5  # distance of the wall, in that of the farthest camera
-TABLE = 3.0  # radius of the level table, in that of the subject, or so; beyond it lies the cove
-LEAST_WALL = 3.0  # distance of the wall, in the same
-RISE = 0.85  # height of the cove, in the distance of the wall
-TOP = 1.1  # height of the wall above the cove, in the same
-NOISE = 5  # random numbers of a stroke, beside those of its place
+BEYOND_EYE = 1.5  # distance of the wall, relative to the farthest camera
+TABLE = 3.0  # approximate radius of the level table, relative to the subject; the cove lies beyond
+LEAST_WALL = 3.0  # minimum distance of the wall, in the same unit
+RISE = 0.85  # height of the cove, relative to the distance of the wall
+TOP = 1.1  # height of the wall above the cove, in the same unit
+NOISE = 5  # random numbers of a stroke, besides those of its position
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """The profile of a stage: distance from the axis, height, and how far along it that is.
+    """The profile of a stage: distance from the axis, height, and arc length.
 
     Attributes:
         rho: [STEPS] distance from the axis, world units.
@@ -47,7 +47,7 @@ class Surface:
 
 
 class Spots(NamedTuple):
-    """Where strokes lie.
+    """Positions of strokes.
 
     n local points, [n] radians around the axis, [n] lengths along the profile, and [n, NOISE] random numbers
     of standard deviation 1, which do not depend on how many spots follow.
@@ -85,11 +85,11 @@ def spots_on(
     """Points on a surface, evenly spread where cells are equal.
 
     Args:
-        surface: to lie on.
+        surface: of the points.
         cells: [STEPS] the area of each point's cell, along the profile, world units squared.
-        jitter: of places, in widths of a cell.
+        jitter: of positions, in widths of a cell.
         g: random numbers.
-        until: distance from the axis up to which there are points, world units.
+        until: maximum distance of points from the axis, world units.
     """
     counts = np.cumsum(2 * np.pi * surface.rho * np.gradient(surface.length) / cells)
     last = int(np.searchsorted(surface.rho, until))

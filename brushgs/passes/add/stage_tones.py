@@ -1,7 +1,7 @@
-"""The tones of a stage by counterchange: light behind what is dark, dark behind what is light.
+"""The tones of a stage by counterchange: light behind dark parts of the subject, dark behind light parts.
 
 Table and wall are two masses, one warm and one cool. Their lightness is chosen so that the silhouette of the
-subject reads against them in the views of the job.
+subject stands out in the views of the job.
 """
 
 from collections.abc import Sequence
@@ -21,28 +21,28 @@ from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of
 from brushgs.values.gaussians import Gaussians
 
-SIDE, MOST_VIEWS = 160, 3  # pixels of the longer side of a view in which the outline is sought; views
-BLUR, NEARLY = 1.5, 0.8  # pixels of what is seen of an outline, and share of the subject around its pixels
-READS = 0.15  # difference of OKLab lightness at which a silhouette reads
-LIGHTNESS = np.arange(0.30, 0.80, 0.04)  # of table and wall, that are tried
+SIDE, MOST_VIEWS = 160, 3  # pixels, longer side of a view in which the outline is found; views
+BLUR, NEARLY = 1.5, 0.8  # pixels, blur of an outline, and share of the subject around its pixels
+READS = 0.15  # OKLab lightness difference at which a silhouette stands out
+LIGHTNESS = np.arange(0.30, 0.80, 0.04)  # candidates for table and wall
 SLOPES = np.array(
     [-0.14, -0.07, 0.0, 0.07, 0.14]
 )  # change of the wall's lightness from its middle to the right
 RANGES: dict[StageTone, tuple[float, float]] = {"auto": (0.0, 1.0), "light": (0.6, 0.8), "dark": (0.3, 0.46)}
-# Costs, in shares of an outline that reads: of a wall away from middle tones, of a slope, of a table more or
-# less different from the wall than is usual.
+# Costs, in shares of an outline that stands out: of a wall away from middle tones, of a slope, of an unusual
+# difference between table and wall.
 AWAY, SLOPED, TOO_NEAR, TOO_FAR = 0.4, 0.4, 1.0, 0.8
-APART, OPENED = (0.06, 0.16), 0.12  # and more where the values of the picture are opened
-COMPLEMENT, CHROMA = 0.6, (0.018, 0.045)  # of the subject's color that the wall has, and its least and most
-WARM, COOL = np.array([0.010, 0.030]), np.array([-0.005, -0.022])  # what the table has instead
-OF_SUBJECT = 0.2  # of the subject's color that the table has
+APART, OPENED = (0.06, 0.16), 0.12  # and more if the values of the picture are opened
+COMPLEMENT, CHROMA = 0.6, (0.018, 0.045)  # of the subject's color in the wall; minimum and maximum chroma
+WARM, COOL = np.array([0.010, 0.030]), np.array([-0.005, -0.022])  # a and b of the table instead
+OF_SUBJECT = 0.2  # of the subject's color in the table
 
 
 class Outline(NamedTuple):
-    """Pixels of the outline of a subject: its lightness there, and the place of the stage behind it.
+    """Pixels of the outline of a subject: its lightness, and the part of the stage behind it.
 
-    [n] OKLab lightness inside; [n] whether the table is behind; [n] how far to the right the wall behind it
-    is, -1 to 1.
+    [n] OKLab lightness inside; [n] whether the table is behind; [n] horizontal position of the wall behind,
+    -1 to 1.
     """
 
     lightness: F64
@@ -73,11 +73,11 @@ def outline_of(
     """The outline of a subject in some of the views.
 
     Args:
-        subject: the strokes that stand on the stage, in the colors in which they are painted.
+        subject: the strokes on the stage, in their painted colors.
         cameras: at least one.
         place: of the subject.
         surface: the stage.
-        own: radius of the ground that the scene brings; what stands before that is not before the stage.
+        own: radius of the scene's own ground; parts of the subject before it are not before the stage.
     """
     kernel = StrokeTexture.open("gaussian")
     options = RenderOptions.of(kernel)
@@ -115,7 +115,7 @@ def _outline_in(
 
 
 def _off_border(shape: tuple[int, ...]) -> Mask:
-    """Pixels at which nothing beyond the picture is missing."""
+    """Pixels far enough from the border of the picture."""
     inner = np.zeros(shape, bool)
     inner[3:-3, 3:-3] = True
     return inner
@@ -134,8 +134,8 @@ def choose_tones(
     Args:
         mean: [3] OKLab, its mean color.
         outline: of the subject.
-        choice: "light" or "dark" walls, or OKLab of table and wall as they are to be.
-        ground: [3] OKLab, of the ground that the scene brings: the table has its color.
+        choice: "light" or "dark" walls, or OKLab of table and wall.
+        ground: [3] OKLab of the scene's own ground, which is the color of the table.
         values: 0 to 1, how far the values of the picture are opened: table and wall are its largest masses.
     """
     if isinstance(choice, tuple):
@@ -161,7 +161,7 @@ def choose_tones(
 
 
 def _reads(outline: Outline, tables: F64, walls: F64, slopes: F64) -> F64:
-    """[tables, walls, slopes] share of the outline that reads."""
+    """[tables, walls, slopes] share of the outline that stands out."""
     on_table = outline.is_table
     count = max(len(outline.lightness), 1)
     below = np.abs(outline.lightness[on_table] - tables[:, None]) >= READS
