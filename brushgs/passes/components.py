@@ -1,4 +1,4 @@
-"""Which rows hang together by links, by the compiled core: SciPy's import takes longer than the work here."""
+"""Connected components, by the compiled core: SciPy's import takes longer than the work here."""
 
 import numpy as np
 from numpy.typing import NDArray

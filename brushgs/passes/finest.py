@@ -1,12 +1,12 @@
-"""Area as pictures show it: nothing is drawn thinner than the low-pass of the renderer.
+"""Area in pictures: nothing is drawn thinner than the low-pass of the renderer.
 
-A needle has no area, but a picture paints a line of it, as wide as the low-pass (0.3 pixels squared); in
-some captured scenes one Gaussian in five is a needle. What that width is in world units depends on the
-distance from which strokes are looked at: `Gaussians.finest`. Whatever weighs, merges or compares what
-Gaussians paint takes their scales from here.
+A needle has no area, but is drawn as a line with the width of the low-pass (0.3 pixels squared); in some
+captured scenes one Gaussian in five is a needle. That width in world units, `Gaussians.finest`, depends on
+the viewing distance. Code that weighs, merges or compares the paint of Gaussians takes their scales from
+here.
 
-A disc keeps its area although it is thinner still: seen from its edge it would show a line, but in captured
-scenes discs are surfaces, and lines at their edges cost the skull 0.2 dB.
+A disc keeps its area although it is thinner still: from its edge it would show a line, but in captured scenes
+discs are surfaces, and lines at their edges cost the skull 0.2 dB.
 """
 
 from collections.abc import Iterable
@@ -20,21 +20,19 @@ from brushgs.values.arrays import Array
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
-ROWS = 720  # of the picture that strokes are made for, whatever its size is: strokes do not depend on that
-DISTANCE = 2.4  # radii of a scene from which it is looked at where no view is known
-INSIDE = 0.5  # radii: the distance of what a camera in the middle of a scene looks at
+ROWS = 720  # of the picture that strokes are made for; strokes do not depend on the actual size
+DISTANCE = 2.4  # viewing distance in radii of a scene if no view is known
+INSIDE = 0.5  # radii: distance of surfaces from a camera in the middle of a scene
 
 
 def finest_of(gaussians: Gaussians, cameras: Iterable[Camera] | None = None) -> float:
-    """Standard deviation of the finest line that pictures show of Gaussians, world units, >= 0.
+    """Standard deviation of the finest line in pictures of Gaussians, world units, >= 0.
 
-    It is `Gaussians.finest` where that is known, and 0 for antialiased Gaussians: these get fainter in place
-    of thicker.
+    It is `Gaussians.finest` if known, and 0 for antialiased Gaussians, which get fainter instead of thicker.
 
     Args:
         gaussians: N Gaussians.
-        cameras: of some views, at least one, of which the median counts; None for a view through the default
-            lens from `DISTANCE`.
+        cameras: at least one, of which the median counts; None for the default lens at `DISTANCE`.
     """
     if gaussians.antialiased:
         return 0.0
@@ -49,20 +47,20 @@ def finest_of(gaussians: Gaussians, cameras: Iterable[Camera] | None = None) -> 
 
 
 def usual_finest(radius: float) -> float:
-    """`finest_of` a scene of so many world units that no view is known of."""
+    """`finest_of` a scene of this radius in world units, without a known view."""
     return _low_pass(2 * float(np.tan(0.5 * DEFAULT_FOV_Y)) * DISTANCE * radius)
 
 
 def _low_pass(height: float) -> float:
-    """Its standard deviation where the height of a picture is so many world units."""
+    """Standard deviation of the low-pass if the height of a picture is `height` world units."""
     return float(np.sqrt(LOW_PASS)) * height / ROWS
 
 
 def seen_scales(scales: Array, finest: float) -> Array:
-    """Standard deviations of Gaussians as pictures show them, [N, 3], world units, along the own axes.
+    """Visible standard deviations of Gaussians, [N, 3], world units, along their axes.
 
-    Those whose middle axis is thinner than `finest` become as thick as that, needles in both directions; the
-    column itself where there are none. As a disc narrows to a needle they change without a jump.
+    Gaussians with a middle axis below `finest` get at least that thickness, needles in both directions; the
+    column itself if there are none. The result is continuous as a disc narrows to a needle.
     """
     one, two, three = scales.T
     middle = np.maximum(np.minimum(one, two), np.minimum(np.maximum(one, two), three))

@@ -1,1 +1,1 @@
-"""Passes that change colours: palettes, grading, broken colour, and the light of a lamp in the scene."""
+"""Passes that change colours: palettes, grading, broken colour, and the light of a lamp."""

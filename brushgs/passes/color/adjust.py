@@ -1,8 +1,9 @@
-"""Brightness, contrast, saturation, temperature and swaps of colours, as one map of colours.
+"""Brightness, contrast, saturation, temperature and swaps of colours, as one colour map.
 
 The first four are affine in display-encoded RGB, so a painting of adjusted strokes is the adjusted painting,
-up to clipping. A swap moves a colour to another one, and what is near along: shades of the same hue turn and
-move with it in OKLab, greys and other hues stay.
+up to clipping. A swap moves one colour to another: shades of the same hue move with it in OKLab, greys and
+other hues stay.
+
 After Chang et al. 2015, Palette-based Photo Recoloring: lightness by a monotone curve, chroma by a weight
 that falls with distance.
 """
@@ -22,23 +23,23 @@ from brushgs.values.colors import LUMINANCE, oklab_of, rgb_of, rgb_of_oklab
 if TYPE_CHECKING:
     from brushgs.passes.style.features import StrokeFeatures
 
-MIDDLE = 0.5  # display-encoded: what contrast leaves
+MIDDLE = 0.5  # display-encoded, fixed point of contrast
 # Logarithms of the gains of red, green and blue at temperature 1: about from 6500 K to 4000 K.
 WARMTH = (0.25, 0.0, -0.35)
-GREY = 0.04  # chroma of OKLab below which a colour is swapped by its distance, not by its hue
-# Where a swap holds entirely, and from where it does not at all: angle from the hue, and chroma over that of
-# the colour; for greys distance in chroma, and in lightness. Of a hue all shades go along: where an end in
-# lightness was tried too, cream that became navy was darker than the shades below it.
+GREY = 0.04  # OKLab chroma below which a colour is swapped by distance, not by hue
+# Limits of the full and of any effect of a swap: angle from the hue, and chroma relative to the colour; for
+# greys distance in chroma, and in lightness. All shades of a hue move: with a limit in lightness too, cream
+# swapped to navy was darker than the shades below it.
 HUES, CHROMA = np.radians((25.0, 55.0)), (0.65, 0.25)
 GREY_CHROMA, GREY_LIGHTNESS = (0.02, 0.07), (0.10, 0.35)
-GENTLE = 3.0  # times a change of lightness: the least width over which one of greys ends, so that order stays
+GENTLE = 3.0  # minimum width of the falloff of a swap of greys, in changes of lightness, to preserve order
 MOST_CHROMA = 0.32  # of OKLab within the gamut
 NEAR_END = 0.05  # of lightness: colours this near to black or white are swapped with it
-KEPT = 0.12  # of lightness on both sides of a swapped colour: differences within stay as they are
+KEPT = 0.12  # range of lightness on both sides of a swapped colour in which differences are preserved
 
 
 def adjust_map(config: AdjustConfig) -> ColorMap:
-    """The map of some changes of colour: swaps, in their order, then one affine map of the others."""
+    """The colour map of adjustments: swaps, in their order, then one affine map of the others."""
     luminance = np.ones((3, 1)) * LUMINANCE
     gains = np.exp(config.temperature * np.array(WARMTH))
     gains /= gains @ LUMINANCE  # greys keep their luminance
@@ -52,11 +53,11 @@ def adjust_map(config: AdjustConfig) -> ColorMap:
 
 @dataclass(frozen=True, eq=False)
 class Swap:
-    """One colour to another, and what is near along: a `ColorMap`.
+    """A swap of one colour and its shades for another: a `ColorMap`.
 
     Attributes:
-        before: [3] OKLab of the one.
-        after: [3] OKLab of the other.
+        before: [3] OKLab.
+        after: [3] OKLab.
     """
 
     before: F64
@@ -76,7 +77,7 @@ class Swap:
         moved[:, 0] = self._curve(within) + lab[:, 0] - within
         moved[:, 1:] = self._moved_chroma(lab[:, 1:])
         mapped = rgb_of_oklab(lab + weights[:, None] * (moved - lab))
-        return np.where(weights[:, None] > 0, mapped, rgb)  # what stays, stays bit for bit
+        return np.where(weights[:, None] > 0, mapped, rgb)  # unaffected colours stay, bit for bit
 
     def slopes(self, rgb: F64, after: F64, features: "StrokeFeatures | None" = None) -> F64:
         """See `ColorMap`."""
@@ -87,13 +88,13 @@ class Swap:
         return float(np.hypot(*self.before[1:]))
 
     def _moved_chroma(self, ab: F64) -> F64:
-        """[M, 2] a and b after: of colours turned, their chroma by a monotone curve; of greys shifted."""
+        """[M, 2] a and b after: colours are rotated, with chroma by a monotone curve; greys are shifted."""
         if self._chroma < GREY:
             return ab + (self.after[1:] - self.before[1:])
         old, new = complex(*self.before[1:]), complex(*self.after[1:])
         turn = new / old / abs(new / old) if abs(new) > 1e-9 else 1.0
         chroma = np.hypot(*ab.T)
-        # By one factor dull shades of a dull colour that became bright would leave the gamut by far.
+        # A constant factor would move shades of a dull colour that becomes bright far out of gamut.
         last = max(abs(old), abs(new), MOST_CHROMA) + 0.01
         curve = PchipInterpolator([0, abs(old), last], [0, abs(new), last])
         factors = curve(np.minimum(chroma, last)) + np.maximum(chroma - last, 0)
@@ -102,9 +103,9 @@ class Swap:
 
     @cached_property
     def _curve(self) -> PchipInterpolator:
-        """Lightness after by lightness before: slope 1 around the colour, and black and white stay.
+        """Lightness after as a function of lightness before: slope 1 around the colour; black and white stay.
 
-        Where the colour is black or white itself, these move with it.
+        If the colour is black or white itself, these move with it.
         """
         old, new = float(self.before[0]), float(np.clip(self.after[0], 0.02, 0.98))
         kept = min(KEPT, 0.6 * min(new, 1 - new))
@@ -116,7 +117,7 @@ class Swap:
         return PchipInterpolator(*np.transpose(knots))
 
     def _weights(self, lab: F64) -> F64:
-        """[M] how far each colour takes part, 0 to 1."""
+        """[M] weight of each colour, 0 to 1."""
         if self._chroma < GREY:
             whole, none = GREY_LIGHTNESS
             none = max(none, whole + GENTLE * abs(self.after[0] - self.before[0]))

@@ -1,7 +1,7 @@
-"""Maps of colour on Gaussians: base colours by the map, view-dependent terms by its derivative there.
+"""Colour maps on Gaussians: base colours by the map, view-dependent terms by its derivative.
 
-So highlights stay highlights. Blending is linear in colour: an affine map of Gaussians, and of what lies
-behind them, equals the same map of the picture, up to clipping; any other map is right to first order.
+So highlights stay highlights. Blending is linear in colour: an affine map of Gaussians and background equals
+the same map of the picture, up to clipping; other maps are right to first order.
 """
 
 from collections.abc import Sequence
@@ -24,19 +24,18 @@ STEP = 1e-3  # of RGB: for derivatives by differences
 
 
 class ColorMap(Protocol):
-    """From display-encoded colours to others; values beyond 0 to 1 are kept, not clipped."""
+    """A map of display-encoded colours; values beyond 0 to 1 are not clipped."""
 
     def colors(self, rgb: F64, features: "StrokeFeatures | None" = None) -> F64:
         """[M, 3] the colours after the map.
 
         Args:
             rgb: [M, 3] before.
-            features: of the M strokes that have these colours; None for colours that belong to no stroke, as
-                of a ground.
+            features: of the M strokes with these colours; None for colours of no stroke, such as a ground.
         """
 
     def slopes(self, rgb: F64, after: F64, features: "StrokeFeatures | None" = None) -> F64:
-        """[M, 3, 3] the derivative of the colours after by those before; `after` is what `colors` gave."""
+        """[M, 3, 3] the derivative of the map; `after` is the result of `colors`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +61,7 @@ class Affine:
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """Several maps, each in its share: c + sum of share x (map(c) - c), linear in every share.
+    """Several maps, blended by shares: c + sum of share x (map(c) - c), linear in every share.
 
     Attributes:
         maps: with their shares, each 0 to 1.
@@ -84,10 +83,10 @@ class Blend:
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Maps one after the other.
+    """A composition of maps.
 
     Attributes:
-        maps: the first is done first.
+        maps: in the order of application.
     """
 
     maps: Sequence[ColorMap]
@@ -108,7 +107,7 @@ class Chain:
 
 
 def difference_slopes(one: ColorMap, rgb: F64, features: "StrokeFeatures | None" = None) -> F64:
-    """[M, 3, 3] the derivative of a map without a formula for it, by central differences."""
+    """[M, 3, 3] the numerical derivative of a map, by central differences."""
     slopes = np.empty((len(rgb), 3, 3))
     for channel, step in enumerate(STEP * np.eye(3)):
         ahead, behind = one.colors(rgb + step, features), one.colors(rgb - step, features)

@@ -1,9 +1,9 @@
-"""Display-encoded RGB to the space in which colours are matched, back, and the derivatives of both.
+"""Conversions between display-encoded RGB and the space in which colours are matched, and derivatives.
 
 "srgb" is the encoded RGB itself, "linear" linear light, "lab" CIELAB (white D65), divided by 100 so that all
 three have numbers of order one. Out-of-gamut colours, encoded values beyond 0 to 1, survive the round trip.
-Source: IEC 61966-2-1 (sRGB); ISO/CIE 11664-4 (CIELAB).
-OKLab, in which shifts are made, is that of `brushgs.values.colors`.
+Source: IEC 61966-2-1 (sRGB); ISO/CIE 11664-4 (CIELAB). For OKLab, used for shifts, see
+`brushgs.values.colors`.
 """
 
 from collections.abc import Callable
@@ -30,14 +30,15 @@ _XYZ_OVER_WHITE = _XYZ_FROM_RGB / _XYZ_FROM_RGB.sum(axis=1, keepdims=True)
 _LAB_FROM_ROOTS = np.array([[0.0, 1.16, 0.0], [5.0, -5.0, 0.0], [0.0, 2.0, -2.0]])
 _BLACK = np.array([-0.16, 0.0, 0.0])  # offset that makes the lightness of black 0
 _DARKEST_ROOT = 6 / 29  # below, the cube root is replaced by its tangent
-_HALVINGS = 10  # of the way from a color to one that is asked for
+_HALVINGS = 10  # bisection steps between a color and a requested one
 
 
 def in_gamut(colors: F64, asked: F64, rgb_of: Callable[[F64], F64]) -> F64:
-    """Display-encoded colors in 0 to 1 that come as near to those asked for as a display allows.
+    """Display-encoded colors in 0 to 1, as near to the requested ones as a display allows.
 
-    Each goes as far from its own color as it can, so that a saturated light stays that rather than turn
-    white; one that is to be darker, from its own color in less light.
+    Each moves from its color toward the requested one as far as possible, so that a saturated light stays
+    saturated instead of turning white. If the requested color is darker, the start is its color in less
+    light.
 
     Args:
         colors: [n, 3] in CIELAB or OKLab, in gamut, lightness first.

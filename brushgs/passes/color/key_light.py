@@ -1,9 +1,9 @@
-"""Strokes that are lit by a lamp in the scene: warm and light where it shines, cool in the shade.
+"""Strokes lit by a lamp in the scene: warm and light where it shines, cool in the shade.
 
-Light is a key, which falls by the angle and is kept off by what stands in it, and a fill, which comes from
-above and is reflected by the table. Colours of strokes move by the ratio of this light to the one that they
-have already, in OKLab. That one is unknown in a capture: then the mean of the new light stands for it, so the
-scene is on the whole as light as before, and as much as its colours follow the lamp already is left out.
+Light is a key, which depends on the angle and is blocked by strokes, and a fill, which comes from above and
+is reflected by the table. Colours of strokes are changed in OKLab by the ratio of this light to their present
+light. That is unknown in a capture: then the mean of the new light is used, so the scene keeps its overall
+lightness, and the share of the lamp that is already in its colours is subtracted.
 """
 
 from collections.abc import Sequence
@@ -25,34 +25,34 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, shift_base_colors
 
 # The light. Beside a key of 1:
-FILL = 0.3  # in a capture, whose shade is to be readable
-KNOWN_FILL = 0.06  # where the lamp of a scene is known, which is 0.04 in the still life
-FROM_BELOW, FROM_TABLE = 0.45, 0.4  # fill of what faces down, over that from above; and more at the table
-BELOW_ENDS = 0.9  # radii above the table at which it reflects nothing
+FILL = 0.3  # in a capture, for legible shade
+KNOWN_FILL = 0.06  # for a known lamp of a scene; 0.04 in the still life
+FROM_BELOW, FROM_TABLE = 0.45, 0.4  # fill facing down, relative to up; and the addition near the table
+BELOW_ENDS = 0.9  # radii above the table where its reflection ends
 # By which light reaches around: of a plane, and more where neighbours disagree; and the latter where the lamp
 # is known.
 WRAP, ROUGH_WRAP, KNOWN_ROUGH_WRAP = 0.1, 0.5, 0.3
 SOFT = 0.05  # cosine over which the light ends
-DETAIL = 0.65  # share in which a plane has its own light, not that of the mass around it; 1 makes fur mottled
+DETAIL = 0.65  # share of a plane's own light, against that of the mass around it; 1 makes fur mottled
 
 # The colours, OKLab.
 KNOWN_SLOPE = 0.3  # of log L by log light; linear light has 1/3, displays compress it
-TONED = 0.7  # exponent of L by which it moves in a capture: dark things show form too
-TOP, BOTTOM = 0.985, 0.06  # L that lights and darks come near to, not past
-LEAST_GROWN, MOST_GROWN = 0.8, 1.12  # times that chroma grows with lightness in a capture
+TONED = 0.7  # exponent of L of its change in a capture: dark objects show form too
+TOP, BOTTOM = 0.985, 0.06  # limits of L for lights and darks
+LEAST_GROWN, MOST_GROWN = 0.8, 1.12  # limits of the growth of chroma with lightness in a capture
 MOST_KNOWN_GROWN = 2.0  # the same where the lamp is known
 WARM = np.array([0.005, 0.018])  # a and b between middle and full light
 TURNS = 0.35  # logarithm of the light over which the temperature changes
-FULL_WARMTH = 0.45  # L from which colours take all of it
-COOL = 0.6  # of it where lights are cool: shade in warm colours is soon mud
-WARM_ENOUGH = 12.0  # CIELAB b* of lights over darks from which no warmth is added: few paintings have more
-CLEAR = 0.25  # correlation of L and b from which the colours say so; measured: koala -0.59, skull 0.31
+FULL_WARMTH = 0.45  # L above which colours take all of it
+COOL = 0.6  # share of it if lights are cool: shade in warm colours is soon muddy
+WARM_ENOUGH = 12.0  # CIELAB b* of lights over darks above which no warmth is added: few paintings have more
+CLEAR = 0.25  # minimum correlation of L and b that is clear; measured: koala -0.59, skull 0.31
 
-# What the colours tell of the light that they are in.
-FIRST_PAIR, PAIR_STEP = 2, 2  # of those around a stroke that it is compared with
+# Estimate of the present light from colours.
+FIRST_PAIR, PAIR_STEP = 2, 2  # among the neighbours of a stroke, for comparison
 LIKE = 0.03  # distance of a and b at which neighbours are the same paint
-LEAST_SPREAD = 0.01  # mean square difference of log light between neighbours that tells of half
-LEAST_EXPLAINED = -0.2  # share of a light that colours may go against
+LEAST_SPREAD = 0.01  # mean square difference of log light between neighbours that counts half
+LEAST_EXPLAINED = -0.2  # minimum explained share of a light
 
 FARTHEST = 1e6  # radii; farther is there
 _TINY = np.finfo(np.float64).tiny
@@ -60,16 +60,16 @@ _TINY = np.finfo(np.float64).tiny
 
 @dataclass(frozen=True, eq=False)
 class KeyLight:
-    """Strokes that wait for a lamp: all that does not depend on where it is.
+    """Strokes prepared for a lamp: all data that do not depend on its position.
 
     Attributes:
         strokes: k strokes.
         place: where they stand.
-        facing: where they face, local axes of the place.
-        centers: [k, 3] where they are, local, in radii from the middle of the subject.
-        blockers: what keeps light off.
-        is_inside: whether the light comes in from outside: then walls and ceiling keep none off.
-        lit_by: [3] unit vector toward the lamp that lit the scene, world axes; None where it is unknown.
+        facing: their normals, local axes of the place.
+        centers: [k, 3] their positions, local, in radii from the middle of the subject.
+        blockers: block light.
+        is_inside: whether the light comes in from outside: then walls and ceiling block none.
+        lit_by: [3] unit vector toward the lamp that lit the scene, world axes; None if unknown.
 
     Example:
         >>> light = KeyLight.of(strokes, cameras, place)
@@ -95,11 +95,11 @@ class KeyLight:
         is_inside: bool = False,
         lit_by: F64 | None = None,
     ) -> "KeyLight":
-        """Look at strokes.
+        """Prepare strokes.
 
         Args:
             strokes: k strokes.
-            cameras: that see them, a few small ones; see `find_facing`.
+            cameras: a few small cameras that see them; see `find_facing`.
             place: where they stand.
             is_inside: whether the scene is seen from inside.
             lit_by: see the attribute.
@@ -115,8 +115,8 @@ class KeyLight:
         """[k, 3] display-encoded colours of the strokes without their view-dependent part, 0 to 1.
 
         Args:
-            lamp: [3] unit vector toward the light, world axes. A small turn changes colours by little.
-            strength: 0 (as they are) to 1.
+            lamp: [3] unit vector toward the light, world axes. A small turn changes colours little.
+            strength: 0 (unchanged) to 1.
         """
         lab = self._lab
         if len(lab) == 0 or strength == 0:
@@ -125,7 +125,7 @@ class KeyLight:
         return in_gamut(lab, lab + strength * (moved - lab), rgb_of_oklab)
 
     def lit(self, lamp: F64, strength: float = 1.0) -> Gaussians:
-        """The strokes in the colours of `colors`; they themselves where the strength is 0."""
+        """The strokes in the colours of `colors`; the same object if the strength is 0."""
         if len(self.strokes) == 0 or strength == 0:
             return self.strokes
         return shift_base_colors(self.strokes, self.colors(lamp, strength) - base_colors(self.strokes.sh))
@@ -144,7 +144,7 @@ class KeyLight:
 
     @cached_property
     def fill(self) -> F64:
-        """[k] light that arrives from all around, 1 for what faces up."""
+        """[k] light that arrives from all around, 1 for surfaces facing up."""
         up = self.facing.normals[:, 1]
         above = self.centers[:, 1] + 0.5 * self.place.height / self.place.radius
         near = 1 - smoothstep(above / BELOW_ENDS)
@@ -153,7 +153,7 @@ class KeyLight:
 
     @property
     def pairs(self) -> NDArray[np.int64]:
-        """[k, n] rows of others nearby that each stroke is compared with."""
+        """[k, n] rows of neighbours for comparison with each stroke."""
         return self.facing.wide.rows[:, FIRST_PAIR::PAIR_STEP]
 
     @cached_property
@@ -166,10 +166,10 @@ class KeyLight:
         return np.asarray(paint / paint.sum())
 
     def _mean(self, values: F64) -> F64:
-        """Of values of strokes, by the paint that they carry."""
+        """Mean of values, weighted by the paint of strokes."""
         return np.asarray(self._paint @ values)
 
-    # A capture: the light that it has is unknown.
+    # A capture, whose light is unknown.
 
     def _seen_lit(self, lamp: F64) -> F64:
         """[k, 3] OKLab colours in a light whose mean is that of the scene."""
@@ -190,14 +190,14 @@ class KeyLight:
         return np.concatenate([lightness[:, None], ab], axis=1)
 
     def explained(self, light: F64) -> float:
-        """Share of a light, 0 to 1, that is in the colours of the strokes already."""
+        """Share of a light, 0 to 1, that is already in the colours of the strokes."""
         weights, steps, tones = self._compared(light / 3)
         own = (weights * steps**2).sum() + weights.sum() * LEAST_SPREAD / 9
         return float(np.clip((weights * steps * tones).sum() / max(own, _TINY), LEAST_EXPLAINED, 1))
 
     @cached_property
     def temperature(self) -> float:
-        """How warm lights are to be made: 1, less where they are warm already, below 0 where clearly cool."""
+        """Warmth to add to lights: 1, less if they are warm already, below 0 if clearly cool."""
         lab, rows = self._lab, self.pairs
         if rows.shape[1] == 0:
             return 1.0
@@ -209,7 +209,7 @@ class KeyLight:
 
     @cached_property
     def warmth(self) -> float:
-        """By how much CIELAB b* of the lights that are seen of the strokes is above that of their darks."""
+        """Difference of CIELAB b* between the visible lights and darks of the strokes."""
         lab = lab_of(base_colors(self.strokes.sh))
         order = np.argsort(self.facing.wide.means(lab[:, 0]), kind="stable")
         areas, yellow = (self.facing.shown if self.facing.shown.any() else self._paint)[order], lab[order, 2]

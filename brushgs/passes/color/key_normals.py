@@ -1,10 +1,10 @@
-"""Strokes, and views of them -> which way the surface faces that each stroke lies on.
+"""Strokes, and views of them -> the surface normal at each stroke.
 
-The flat side of a stroke is known but for its sign, and of needles and crumbs not even that: in fur and
-leaves neighbours disagree. So flat sides are averaged over neighbours as axes, without a sign, then turned
-toward the views that see them, and averaged as vectors: the shorter such a mean, the less there is a
-surface, and what is missing is taken from a wider neighbourhood. Where flat sides turn all ways, the plane
-through the places of strokes takes their place: a mass of fur is lit as a mass.
+The shortest axis of a stroke is a normal without sign, and undefined for needles and crumbs: in fur and
+leaves neighbours disagree. So normals are averaged over neighbours as axes, without sign, then turned toward
+the views that see them, and averaged as vectors. The shorter such a mean, the less there is a surface, and
+the rest is taken from a wider neighbourhood. If normals point in all directions, the plane through the
+positions of strokes is used: a mass of fur is lit as a mass.
 Source: Toksvig 2005, Mipmapping normal maps (the length of a mean normal says how rough a surface is).
 """
 
@@ -30,23 +30,23 @@ from brushgs.values.quats import shortest_axes
 from brushgs.values.sh import base_colors
 
 NUM_NEAR = 8  # strokes around one, over which axes and normals are averaged
-# Around one, and every so many of these: the form of what has no surface, and the mass behind a stroke.
+# Neighbours, and the stride among them: for the form without a surface, and the mass behind a stroke.
 NUM_WIDE, WIDE_STEP = 40, 2
-LEAST_FLAT = 0.05  # weight of a stroke that is no flatter than a needle
-NUM_PATCH = 16  # around one, that tell how rough a surface is
-ROUGH = (0.45, 0.8)  # of flat sides at which they come to tell nothing; 0 where they agree, 1 of all ways
+LEAST_FLAT = 0.05  # minimum weight of a stroke, for needles
+NUM_PATCH = 16  # neighbours for the roughness of a surface
+ROUGH = (0.45, 0.8)  # roughness over which normals lose their weight; 0 if they agree, 1 for all directions
 # Of the weight of a neighbour with the square of its distance over that of the farthest.
 FALLS, WIDE_FALLS = 8.0, 5.0
 # OKLab a and b by which a neighbour may be of another body, and the most that it counts, in squares of that.
 OTHER_PAINT, MOST_APART = 0.04, 6.0
-PLACES = 1.0  # how much the plane through the places of strokes counts where their flat sides turn all ways
+PLACES = 1.0  # weight of the plane through positions if normals point in all directions
 OTHER_SIDE = 0.05  # weight of a neighbour at right angles: edges stay
 ROUNDS = 6  # of agreement among neighbours
-SURE = 1.5  # share of the pictured area by which one side must be seen more to outvote neighbours
-MOST_SHOWN = 0.05  # share of a picture that a stroke can be seen on, however large it is
-SEEN = 0.03  # share of its area in all views of which a stroke shows enough to tell its side
-GUESS = 0.02  # how much the way out of the mass counts beside views
-OUTWARD = 0.8  # from the centre of the scene, beside from the local mass, where no view tells the side
+SURE = 1.5  # lead of one side in visible area that outvotes neighbours
+MOST_SHOWN = 0.05  # maximum share of a picture for one stroke
+SEEN = 0.03  # visible share of a stroke's area in all views that is enough to decide its side
+GUESS = 0.02  # weight of the direction out of the mass, relative to views
+OUTWARD = 0.8  # weight of the direction from the scene's centre, relative to the local mass, if no view decides
 _TINY = np.finfo(np.float64).tiny
 
 
@@ -55,9 +55,9 @@ class Around:
     """Each of k strokes and its nearest others.
 
     Attributes:
-        centers: [k, 3] where strokes are, scene radii.
+        centers: [k, 3] positions of strokes, scene radii.
         rows: [k, n] the stroke itself and others, nearest first.
-        weights: [k, n] by paint, nearness and likeness of colour; they add up to 1.
+        weights: [k, n] by paint, distance and similarity of colour; sum 1.
     """
 
     centers: F64
@@ -69,7 +69,7 @@ class Around:
         return np.asarray(np.einsum("kn,kn...->k...", self.weights, values[self.rows]))
 
     def like(self, normals: F64) -> F64:
-        """[k, 3] means of normals [k, 3], in which the other side of a thin wall does not count."""
+        """[k, 3] means of normals [k, 3], without the other side of a thin wall."""
         found = normals[self.rows]
         alike = (0.5 + 0.5 * np.einsum("knc,kc->kn", found, normals)) ** 2
         weights = self.weights * alike
@@ -79,14 +79,14 @@ class Around:
 
 @dataclass(frozen=True, eq=False)
 class Facing:
-    """Where k strokes face.
+    """Normals of k strokes.
 
     Attributes:
         normals: [k, 3] unit vectors out of the surface, world axes.
-        shares: [k] how much neighbours agree, 0 (they face all ways) to 1 (a plane).
+        shares: [k] agreement of neighbours, 0 (all directions) to 1 (a plane).
         shown: [k] area of each in all views, pixels.
-        near: the neighbours that make a surface.
-        wide: those that make a mass.
+        near: the neighbours on the surface.
+        wide: the neighbours in the mass.
     """
 
     normals: F64
@@ -97,7 +97,7 @@ class Facing:
 
 
 def stroke_normals(strokes: Gaussians, views_from: Sequence[Camera] = ()) -> F64:
-    """Unit normals [k, 3] of the flat sides of strokes, see `find_facing`.
+    """Unit normals [k, 3] of strokes, see `find_facing`.
 
     Example:
         >>> brushgs.passes.color.key_normals.stroke_normals(strokes, [camera]).shape
@@ -107,15 +107,15 @@ def stroke_normals(strokes: Gaussians, views_from: Sequence[Camera] = ()) -> F64
 
 
 def find_facing(strokes: Gaussians, views_from: Sequence[Camera] = ()) -> Facing:
-    """Find where strokes face.
+    """Find the normals of strokes.
 
     Args:
         strokes: k strokes.
-        views_from: cameras that see them; sides that no camera sees agree with their neighbours. Without any,
-            strokes face away from the mass around them.
+        views_from: cameras that see them; normals that no camera decides agree with their neighbours. Without
+            cameras, strokes face away from the mass around them.
 
     Returns:
-        Their normals, which do not depend on the order of the strokes.
+        The normals; they do not depend on the order of the strokes.
     """
     if len(strokes) == 0:
         none = Around(np.empty((0, 3)), np.empty((0, 1), np.int64), np.empty((0, 1)))
@@ -162,13 +162,13 @@ def paint_shares(strokes: Gaussians) -> F64:
 
 
 def _flatness(strokes: Gaussians) -> F64:
-    """[k] how sure the shortest axis is: 1 for a thin sheet, little for needles and balls."""
+    """[k] certainty of the shortest axis: 1 for a thin sheet, small for needles and balls."""
     short, middle, _ = np.sort(strokes.scales.astype(np.float64), axis=1).T
     return np.asarray(LEAST_FLAT + (1 - LEAST_FLAT) * (1 - short / np.maximum(middle, _TINY)))
 
 
 def _agreed_axes(strokes: Gaussians, near: Around, patch: Around, wide: Around) -> F64:
-    """[k, 3] the axis, of either sign, that flat sides around come nearest to, or the places of strokes."""
+    """[k, 3] the common axis, of either sign, of the normals around, or of the positions of strokes."""
     axes = shortest_axes(strokes.quats, strokes.scales)
     around, flatness = axes[near.rows], _flatness(strokes)
     alike = np.einsum("kc,knc->kn", axes, around) ** 2
@@ -201,9 +201,9 @@ def _out_of_mass(wide: Around) -> F64:
 
 
 def _seen_from(strokes: Gaussians, cameras: Sequence[Camera]) -> tuple[F64, F64]:
-    """[k, 3] toward the views that show each stroke, by the area that each shows; and [k] that in all.
+    """[k, 3] direction to the views of each stroke, weighted by visible area; and [k] that area in all views.
 
-    1 long where all of it is seen from one side, and shorter where only specks of it show between others.
+    The length is 1 if a stroke is completely visible from one side, and less if only specks are visible.
     """
     kernel = StrokeTexture.open("ellipse")
     towards, areas, whole = np.zeros((len(strokes), 3)), *np.zeros((2, len(strokes)))
@@ -225,7 +225,7 @@ def _seen_from(strokes: Gaussians, cameras: Sequence[Camera]) -> tuple[F64, F64]
 
 
 def _turned(axes: F64, seen: F64, out: F64, near: Around) -> F64:
-    """[k, 3] axes turned toward the views that see them, else as their neighbours are."""
+    """[k, 3] axes turned toward the views that see them, else like their neighbours."""
     unsure = 1 - np.minimum(np.linalg.norm(seen, axis=1), 1)
     side = np.einsum("ki,ki->k", axes, seen + (GUESS * unsure)[:, None] * out)
     normals = axes * np.where(side < 0, -1.0, 1.0)[:, None]

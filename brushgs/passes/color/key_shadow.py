@@ -1,8 +1,8 @@
-"""Strokes and a lamp -> how much of its light reaches each of them, past the others.
+"""Strokes and a lamp -> the share of its light that reaches each stroke.
 
-What lies between a stroke and the lamp is counted in cells along the lamp. Every stroke is spread over a few
-points, and these over the cells around them, so nothing jumps where the lamp or the scene moves a little. A
-stroke looks from a place above its own surface, so that it does not shade itself.
+Paint between a stroke and the lamp is counted in cells along the direction of the lamp. Every stroke is
+spread over a few points, and these over the cells around them, so small motions of lamp or scene cause no
+jumps. The light of a stroke is read above its surface, so that it does not shade itself.
 Source: Kim and Neumann 2001, Opacity shadow maps.
 """
 
@@ -16,13 +16,13 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 
 SIDE = 96  # cells along each side, of 1/37 of the radius of the subject; 128 take three times as long
-REACH = 1.3  # half a side, in radii; what lies beyond throws no shadow
-FADES = 0.3  # radii within REACH over which it comes to throw none
-DENSITY = 1.5  # optical depth of paint that covers a cell once, as of the shadow on a table
-LEAST_SEEN = 0.15  # share of its area that a stroke shows edge on
-OFF_SURFACE, TOWARD_LAMP = 2.0, 2.0  # cells by which a stroke looks from above itself; less is speckled
+REACH = 1.3  # half a side, in radii; paint beyond casts no shadow
+FADES = 0.3  # radii within REACH over which shadows fade out
+DENSITY = 1.5  # optical depth of paint that covers a cell once, as for the shadow on a table
+LEAST_SEEN = 0.15  # minimum visible share of a stroke's area, seen edge-on
+OFF_SURFACE, TOWARD_LAMP = 2.0, 2.0  # cells above a stroke where its light is read; less is speckled
 ROUNDS = 2  # of blurs (1/4, 1/2, 1/4) across the lamp: penumbra, and no gaps between points
-LARGEST = 0.5  # radii; of larger strokes the points would be far apart
+LARGEST = 0.5  # radii; points of larger strokes would be far apart
 # Three points along each axis of a stroke, standard deviations, with the moments of a Gaussian (Gauss and
 # Hermite), and their weights.
 _POINTS, _SHARES = np.array([-(3**0.5), 0.0, 3**0.5]), np.array([1 / 6, 2 / 3, 1 / 6])
@@ -31,12 +31,12 @@ _PAIR = np.arange(2)
 
 @dataclass(frozen=True, eq=False)
 class Blockers:
-    """n points that stand in the light, in radii from the middle of a subject.
+    """n points that block light, in radii from the middle of a subject.
 
     Attributes:
         points: [n, 3] local axes, of which the second is up.
         paint: [n] opacity times area, radii squared.
-        normals: [n, 3] of the surfaces that they belong to.
+        normals: [n, 3] of their surfaces.
     """
 
     points: F64
@@ -49,10 +49,10 @@ class Blockers:
 
         Args:
             strokes: k strokes.
-            centers: [k, 3] where they are, local, in radii.
+            centers: [k, 3] their positions, local, in radii.
             axes: [3, 3] rows are the local axes.
             radius: world units.
-            normals: [k, 3] where they face, local.
+            normals: [k, 3] local.
         """
         order = np.argsort(strokes.scales, axis=1)[:, 1:]
         scales = np.take_along_axis(strokes.scales, order, axis=1).astype(np.float64)
@@ -71,7 +71,7 @@ class Blockers:
 
 
 def lamp_axes(lamp: F64) -> F64:
-    """[3, 3] rows: two directions across a unit vector, and itself; from upright by the shortest turn."""
+    """[3, 3] rows: two directions across a unit vector, and itself, by the shortest rotation from upright."""
     x, y, z = lamp
     rise = 1 / max(1 + y, 1e-6)
     return np.array([[1 - x * x * rise, -x, -x * z * rise], [-x * z * rise, -z, 1 - z * z * rise], lamp])
@@ -81,12 +81,12 @@ def light_through(blockers: Blockers, lamp: F64, centers: F64, normals: F64, *, 
     """[k] share of the light of a lamp, 0 to 1, that reaches strokes.
 
     Args:
-        blockers: what stands in the light.
+        blockers: block light.
         lamp: [3] unit vector toward it, local.
-        centers: [k, 3] where strokes are, local, in radii.
-        normals: [k, 3] where they face, local.
-        is_inside: whether the light comes in: then what turns its back to the lamp, such as walls and ceiling
-            of a room, keeps none off.
+        centers: [k, 3] positions of strokes, local, in radii.
+        normals: [k, 3] local.
+        is_inside: whether the light comes in: then surfaces that face away from the lamp, such as walls and
+            ceiling of a room, block none.
     """
     if len(blockers.points) == 0 or len(centers) == 0:
         return np.ones(len(centers))
@@ -98,7 +98,7 @@ def light_through(blockers: Blockers, lamp: F64, centers: F64, normals: F64, *, 
     cells, weights = _corners(_cells(blockers.points @ axes.T))
     sums = np.bincount(cells.ravel(), (weights * paint[:, None]).ravel(), SIDE**3)
     depths = _blurred((DENSITY / cell**2 * sums).astype(np.float32).reshape(SIDE, SIDE, SIDE))
-    # What lies above the middle of a cell.
+    # Paint above the middle of a cell.
     above = np.cumsum(depths[:, :, ::-1], axis=2)[:, :, ::-1] - 0.5 * depths
     offset = centers + cell * (OFF_SURFACE * normals + TOWARD_LAMP * lamp)
     cells, weights = _corners(_cells(offset @ axes.T))
@@ -106,7 +106,7 @@ def light_through(blockers: Blockers, lamp: F64, centers: F64, normals: F64, *, 
 
 
 def _cells(points: F64) -> F64:
-    """[n, 3] fractional cells, counted from the middle of the first; those beyond are at the border."""
+    """[n, 3] fractional cells, counted from the middle of the first, clamped to the border."""
     return np.clip((points / REACH + 1) * (SIDE / 2) - 0.5, 0, SIDE - 1 - 1e-9)
 
 

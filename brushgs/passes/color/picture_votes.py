@@ -1,8 +1,7 @@
-"""Pictures of a scene from known cameras vote on its Gaussians: what each pixel says goes to those that it
-shows, by how much of it each makes up.
+"""Votes of pictures from known cameras: the value of each pixel goes to its Gaussians, by blending weight.
 
-So a mask that is painted over pictures marks Gaussians, and the colours of edited pictures are taken up by
-them. A mean is linear: an affine map of pictures is the same map of what they say.
+So a mask painted over pictures marks Gaussians, and Gaussians take the colours of edited pictures. The mean
+is linear: an affine map of the pictures gives the same map of the votes.
 """
 
 from collections.abc import Sequence
@@ -17,7 +16,7 @@ from brushgs.values.arrays import F64, Array, check
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
-CHANNELS_AT_ONCE = 3  # that one pass over a picture sums up
+CHANNELS_AT_ONCE = 3  # summed up in one pass over a picture
 
 
 def votes(
@@ -28,19 +27,19 @@ def votes(
     pixel_weights: Sequence[Array | None] | None = None,
     num_threads: int | None = None,
 ) -> tuple[F64, F64]:
-    """Sum what pictures say over the pixels that each Gaussian makes up, over all views.
+    """Sum the pixel values of each Gaussian, over all views.
 
     Args:
         gaussians: N Gaussians.
         cameras: V >= 1 views.
         pictures: V of [h, w, C], each in the size of its camera; C >= 1 is the same for all.
-        pixel_weights: V of [h, w] >= 0, how much each pixel has to say, as the alpha of its picture; None, or
-            None for a view, for 1 everywhere.
+        pixel_weights: V of [h, w] >= 0, weight of each pixel, such as the alpha of its picture; None, or None
+            for a view, for 1 everywhere.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Returns:
         [N, C] the sums of blending weight x pixel weight x value, and [N] those of blending weight x pixel
-        weight, in pixels: their quotient is the weighted mean. Both are 0 for what no picture shows.
+        weight, in pixels: their quotient is the weighted mean. Both are 0 for invisible Gaussians.
 
     Raises:
         ValueError: if there is no view, numbers differ, or a picture has another size than its camera.
@@ -54,7 +53,7 @@ def votes(
     sums, weights = np.zeros((len(gaussians), num_channels)), np.zeros(len(gaussians))
     kernel = StrokeTexture.open("gaussian")
     options = RenderOptions.of(kernel, num_threads=num_threads)
-    plain = replace(gaussians, sh=gaussians.sh[:, :1])  # how much is seen does not depend on colours
+    plain = replace(gaussians, sh=gaussians.sh[:, :1])  # visibility does not depend on colours
     for camera, picture, say in zip(cameras, pictures, says, strict=True):
         size = f"{camera.height} {camera.width}"
         shares = np.ones(picture.shape[:2]) if say is None else say

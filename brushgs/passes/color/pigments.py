@@ -1,4 +1,4 @@
-"""Few pigments: the colours of strokes become those of a small palette that the scene itself gives."""
+"""Few pigments: move the colours of strokes toward a small palette of the scene."""
 
 import numpy as np
 
@@ -8,8 +8,8 @@ from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, in_colors
 
-HUE = 2.0  # weight of a and b over that of L: of two pigments a painter takes those of different hue
-SHARE = 0.85  # of the way to the pigment: all of it makes faces of five flat patches
+HUE = 2.0  # weight of a and b over that of L: two pigments should differ in hue
+SHARE = 0.85  # of the way to the pigment: 1 makes faces of five flat patches
 
 
 def use_pigments(strokes: Gaussians, num_pigments: int, *, share: float = SHARE, seed: int = 0) -> Gaussians:
@@ -17,7 +17,7 @@ def use_pigments(strokes: Gaussians, num_pigments: int, *, share: float = SHARE,
 
     Args:
         strokes: k strokes.
-        num_pigments: >= 1; there are fewer where strokes have fewer colours.
+        num_pigments: >= 1; fewer if strokes have fewer colours.
         share: of the way, 0 to 1.
         seed: of the start of k-means.
 

@@ -1,6 +1,6 @@
-"""What one sees of a picture who squints at it: its masses, how far apart their values are, and how warm.
+"""A picture seen through half-closed eyes: its masses, their values and their temperature.
 
-A picture and where its subject is go in, CIELAB numbers come out: L* 0 to 100, b* from blue to yellow.
+Input: a picture and a mask of its subject. Output: CIELAB numbers, L* 0 to 100, b* from blue to yellow.
 """
 
 from dataclasses import dataclass
@@ -11,17 +11,17 @@ import numpy as np
 from brushgs.passes.color.color_space import Space
 from brushgs.values.arrays import F64, Array, Mask, check
 
-BLUR = 0.035  # of the shorter side: eyes half closed
-LOW, HIGH = 5, 95  # percentiles of L* after the blur that are the ends of a picture's range
-AROUND_LOW, AROUND_HIGH = (0.03, 0.07), (0.93, 0.97)  # shares of pixels, sorted by that, that stand for them
+BLUR = 0.035  # of the shorter side
+LOW, HIGH = 5, 95  # percentiles of L* after the blur, ends of a picture's range
+AROUND_LOW, AROUND_HIGH = (0.03, 0.07), (0.93, 0.97)  # shares of sorted pixels that represent these ends
 DARKS, LIGHTS = 30, 70  # percentiles on the subject below and above which its darks and lights lie
-IS_SUBJECT, IS_GROUND = 0.5, 0.1  # coverage from which on a pixel is subject, and up to which it is ground
-FEWEST = 16  # pixels of a subject, and of a ground, of which anything is said
+IS_SUBJECT, IS_GROUND = 0.5, 0.1  # minimum coverage of a subject pixel, and maximum of a ground pixel
+FEWEST = 16  # minimum number of pixels of a subject, and of a ground
 _LAB = Space("lab")
 
 
 class ThreeValues(NamedTuple):
-    """Median L* of the lights and darks of a subject and of the ground around it; None where not seen."""
+    """Median L* of the lights and darks of a subject and of the ground around it; None if not visible."""
 
     lights: float | None
     darks: float | None
@@ -32,10 +32,10 @@ class Warmth(NamedTuple):
     """Temperature of a subject.
 
     Attributes:
-        lights: by how much b* of its lights is above that of its darks.
-        correlation: of L* and b* of its pixels, -1 to 1; 0 where one of them does not vary.
+        lights: b* of its lights minus that of its darks.
+        correlation: of L* and b* of its pixels, -1 to 1; 0 if one of them is constant.
         chroma: mean distance from grey in a* and b*.
-        apart: L* after a squint of its lights above that of its darks.
+        apart: L* of its lights minus that of its darks, after the blur.
     """
 
     lights: float
@@ -46,13 +46,13 @@ class Warmth(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Squint:
-    """A picture as it is seen by eyes half closed.
+    """A picture as seen through half-closed eyes.
 
     Attributes:
         lab: [H, W, 3] CIELAB of the picture.
         values: [H, W] L*, blurred.
         is_subject: [H, W] whether a pixel is covered by the subject.
-        is_ground: [H, W] whether it is hardly.
+        is_ground: [H, W] whether it is hardly covered.
     """
 
     lab: F64
@@ -65,8 +65,8 @@ class Squint:
         """Squint at a picture.
 
         Args:
-            picture: [H, W, 3] display-encoded, opaque; what is beyond 0 to 1 is clipped.
-            subject: [H, W] 0 to 1: how far its subject covers it.
+            picture: [H, W, 3] display-encoded, opaque; clipped to 0 to 1.
+            subject: [H, W] 0 to 1: coverage by its subject.
 
         Raises:
             ValueError: if the sizes differ or there are no pixels.
@@ -87,7 +87,7 @@ class Squint:
 
     @property
     def has_subject(self) -> bool:
-        """Whether there is enough of a subject to speak of its lights and darks."""
+        """Whether the subject is large enough for lights and darks."""
         return int(self.is_subject.sum()) >= FEWEST
 
     @property
@@ -100,7 +100,7 @@ class Squint:
 
     @property
     def warmth(self) -> Warmth:
-        """The temperature of the subject; all 0 where it has no lights or no darks."""
+        """The temperature of the subject; all 0 if it has no lights or no darks."""
         darks, lights = self.masses
         if not (darks.any() and lights.any()):
             return Warmth(0.0, 0.0, 0.0, 0.0)
@@ -117,7 +117,7 @@ class Squint:
 
     @property
     def three_values(self) -> ThreeValues:
-        """Of the subject's lights and darks, and of the ground."""
+        """The values of the subject's lights and darks, and of the ground."""
         darks, lights = self.masses
         light = self.lab[..., 0]
         medians = (
@@ -138,16 +138,16 @@ def rgb_of_lab(lab: F64) -> F64:
 
 
 def squinted(values: F64) -> F64:
-    """Maps [..., H, W] blurred as by eyes half closed; what lies beyond them has no weight."""
+    """Maps [..., H, W] with the blur of half-closed eyes; no weight outside."""
     height, width = values.shape[-2:]
     sigma = BLUR * min(height, width)
-    # Not a product of matrices: on maps this small its threads cost more than they save.
+    # No matrix product: for maps this small its threads cost more than they save.
     rows = np.einsum("...ij,kj->...ik", values, _weights(width, sigma))
     return np.asarray(np.einsum("ki,...ij->...kj", _weights(height, sigma), rows))
 
 
 def _weights(count: int, sigma: float) -> F64:
-    """[count, count] how much each pixel of a line counts at each, of which the sum is 1."""
+    """[count, count] weight of each pixel of a line at each other, with sum 1."""
     steps = np.arange(count)
     weights = np.exp(-0.5 * ((steps[:, None] - steps) / sigma) ** 2)
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))

@@ -1,7 +1,7 @@
-"""The tone of strokes, and grading of their colours: what a painter decides before the first mark.
+"""The tone of strokes, and grading of their colours.
 
-Drawing media have few tones, so the tone of a stroke is not its lightness: it stands out from what surrounds
-it in space, and all tones are in use. Both are decided once for a job, by the strokes alone.
+Drawing media have few tones, so the tone of a stroke is not its lightness: it contrasts with neighbours in
+space, and all tones are used. Both are decided once per job, from the strokes alone.
 """
 
 import numpy as np
@@ -12,12 +12,12 @@ from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, shift_base_colors
 
-NUM_ROUNDS = 6  # of means over the nearest 16: together some 100 strokes around one
-LOCAL_RANGE = 1.4  # deviations from those around that are far on the way to black or white
-LEAST_SPREAD = 0.05  # OKLab L: what differs less is flat
+NUM_ROUNDS = 6  # of means over the nearest 16: in total some 100 neighbours
+LOCAL_RANGE = 1.4  # deviations from neighbours that are almost black or white
+LEAST_SPREAD = 0.05  # OKLab L: a smaller spread counts as flat
 DARKEST, LIGHTEST = 0.04, 0.93  # shares of the painted area that become black and white
-LEAST_RANGE = 0.15  # OKLab L between them: a scene of one tone is not torn apart
-SHADOW, LIGHT = (0.62, 0.40), (0.62, 0.35)  # OKLab L at which they begin, and over how much they grow
+LEAST_RANGE = 0.15  # minimum OKLab L between them: a scene of one tone is not stretched
+SHADOW, LIGHT = (0.62, 0.40), (0.62, 0.35)  # OKLab L at which they begin, and the range over which they grow
 
 
 def grade(
@@ -35,12 +35,12 @@ def grade(
         strokes: k strokes.
         chroma: factor on a and b, >= 0.
         contrast: factor on the distance of L from `pivot`, >= 0.
-        pivot: OKLab L that contrast leaves as it is.
-        shadows: (a, b) by which dark colours are shifted, in full at L 0.22 and below.
-        lights: (a, b) by which light colours are shifted, in full at L 0.97 and above.
+        pivot: OKLab L that contrast does not change.
+        shadows: (a, b) shift of dark colours, in full at L 0.22 and below.
+        lights: (a, b) shift of light colours, in full at L 0.97 and above.
 
     Returns:
-        The strokes with other view-independent colours; the input itself where nothing is asked for.
+        The strokes with other view-independent colours; the input itself if nothing changes.
     """
     if len(strokes) == 0 or (chroma == contrast == 1 and not any((*shadows, *lights))):
         return strokes
@@ -64,10 +64,10 @@ def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5) -> 
 
     Args:
         strokes: k strokes.
-        local: 0 to 1: share of the tone that says whether a stroke is darker or lighter than those around it,
-            in units of how much these differ; the rest is its lightness in the whole scene.
+        local: 0 to 1: share of the tone relative to neighbours, in units of their spread; the rest is the
+            lightness in the whole scene.
         equalized: 0 to 1: share of the latter that is the rank of the stroke by painted area, so that all
-            tones are used alike; the rest is its place between the darkest 4 % and the lightest 7 %.
+            tones are used equally; the rest is its position between the darkest 4 % and the lightest 7 %.
     """
     if len(strokes) == 0:
         return np.empty(0)
@@ -85,14 +85,14 @@ def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5) -> 
 
 
 def painted_areas(strokes: Gaussians) -> F64:
-    """[k] opacity times the product of the two largest scales, in those of the largest stroke: 0 to 1."""
+    """[k] opacity times the product of the two largest scales, relative to the largest stroke: 0 to 1."""
     scales = np.sort(strokes.scales, axis=1)[:, 1:].astype(np.float64)
     scales /= max(float(scales.max(initial=0)), np.finfo(np.float64).tiny)
     return np.asarray(strokes.opacities * scales[:, 0] * scales[:, 1])
 
 
 def _local_tones(strokes: Gaussians, lightness: F64, paint: F64) -> F64:
-    """[k] 0 to 1: 1/2 as light as what is around, less where darker."""
+    """[k] 0 to 1: 1/2 if as light as the neighbours, less if darker."""
     others = nearest_others(strokes.means.astype(np.float64), NUM_NEIGHBORS)
     rows = np.concatenate([np.arange(len(strokes))[:, None], others], axis=1)
     weights = np.sqrt(paint) + np.finfo(np.float64).tiny

@@ -1,9 +1,9 @@
-"""Pictures of a painting -> the grading of its colours that gives it values and a temperature.
+"""Pictures of a painting -> a grading that opens its values and adds a temperature.
 
-Who squints at a painting sees a few masses. In those of painters they span 44 of CIELAB's lightness L*, and
-lights are warmer than darks; captured scenes span 34 and have no temperature. So one curve on L* opens the
-masses, and one shift of b* parts lights from darks. Both are fitted once for a job, on its pictures before
-they are lit, and act on the colours of strokes alone: every frame has the same.
+Seen through half-closed eyes, oil paintings consist of a few masses that span 44 of CIELAB's lightness L*,
+and lights are warmer than darks; captured scenes span 34 and have no temperature. So one curve on L* opens
+the masses, and one shift of b* separates lights from darks. Both are fitted once per job, on its unlit
+pictures, and applied to the colours of strokes only: every frame has the same.
 
     frames, subjects -> squints -> curve -> temperature -> Values -> colours of strokes
 """
@@ -30,29 +30,29 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, shift_base_colors
 
-KNOTS = np.linspace(0, 100, 11)  # L* at which the slope of the curve is given; linear between
+KNOTS = np.linspace(0, 100, 11)  # L* of the given slopes of the curve; linear between
 STEP = float(KNOTS[1])
-WEIGHTS = np.array([STEP / 2, *[STEP] * (len(KNOTS) - 2), STEP / 2])  # of slopes in what the curve climbs
-MOST_SLOPE = 1.6  # more tears the strokes of one form apart
-# Least slope at each knot. Less turns darks to dead blacks, which is seen sooner than lights to one white.
+WEIGHTS = np.array([STEP / 2, *[STEP] * (len(KNOTS) - 2), STEP / 2])  # of slopes in the rise of the curve
+MOST_SLOPE = 1.6  # larger slopes separate the strokes of one form
+# Minimum slope at each knot. Less makes darks dead black, which is more visible than white lights.
 LEAST_SLOPES = np.array([0.7, 0.7, 0.6, *[0.5] * (len(KNOTS) - 3)])
 RANGE = 44.0  # of L* after a squint: the mean of 53 oil paintings
-# Range from which on it is too wide, what is left of what is beyond, and by how much it closes at most.
+# Maximum range, share of the excess that is kept, and maximum reduction.
 WIDE, CLOSED, MOST_CLOSED = 46.0, 0.25, 10.0
-LEAST_RANGE = 8.0  # ranges below are more and more left alone: a scene of one value is not torn apart
+LEAST_RANGE = 8.0  # smaller ranges are opened less and less: a scene of one value is not stretched
 WARMTH = 8.0  # b* of lights above that of darks: of paintings 8.3
-WARMEST = 12.0  # and no more by this: what is warmer of its own keeps what it has
-STRONGEST = 9.0  # shift of b* at the ends: more and a white cloth is yellow
+WARMEST = 12.0  # maximum after the shift; warmer scenes keep their own
+STRONGEST = 9.0  # maximum shift of b* at the ends: more makes a white cloth yellow
 RED = 0.25  # shift of a* in that of b*: warm is orange, not lemon
 REACH = 12.0  # L* over which the shift grows from its middle
-NEAR_BLACK = 20.0  # L* below which the shift fades: a brown table of L* 12 would be blue
+NEAR_BLACK = 20.0  # L* below which the shift fades: a brown table of L* 12 would become blue
 CLEAR, CLEAR_WARMTH = -0.35, -3.0  # correlation of L* and b*, and warmth, of scenes whose lights are cool
-APART, CHROMA = 10.0, 3.0  # of a subject with less between its masses, or less colour, less is asked
-POWER, LEAST_CHROMA, MOST_CHROMA = 0.5, 0.8, 1.12  # of new to old L*: change of chroma; and its bounds
-EMPTY = 0.4  # cost of a change where no colour lies, in that where they lie evenly
+APART, CHROMA = 10.0, 3.0  # a subject with a smaller difference of masses, or less colour, is shifted less
+POWER, LEAST_CHROMA, MOST_CHROMA = 0.5, 0.8, 1.12  # of new over old L*: change of chroma; its bounds
+EMPTY = 0.4  # cost of a change without any colours, relative to evenly spread ones
 ROUNDING = 1e-6
-ENOUGH = 0.05  # of L*: no closer to the wanted range
-MOST_PIXELS = 600  # of lights, and of darks, on which a temperature is tried
+ENOUGH = 0.05  # of L*, tolerance of the target range
+MOST_PIXELS = 600  # of lights, and of darks, for fitting a temperature
 MOST_SIDE = 96  # pixels of the longer side of a picture that are read
 _ROUNDS, _TRIES, _BISECTIONS = 6, 8, 30
 
@@ -62,10 +62,10 @@ class Values:
     """A grading of colours: a curve on L*, and a shift of temperature along it.
 
     Attributes:
-        slopes: of the curve at `KNOTS`, from `LEAST_SLOPES` to `MOST_SLOPE`; linear between, so that it has
-            no slope beyond. Their weighted mean is 1: it leads from 0 to 0 and from 100 to 100.
-        warmth: shift of b* of the lightest colours, and against it of the darkest; below 0 lights get cooler.
-        middle: L* after the curve at which the temperature stays.
+        slopes: of the curve at `KNOTS`, from `LEAST_SLOPES` to `MOST_SLOPE`; linear between, so that bounds
+            hold everywhere. Their weighted mean is 1: the curve maps 0 to 0 and 100 to 100.
+        warmth: shift of b* of the lightest colours, and minus that of the darkest; below 0 lights get cooler.
+        middle: L* after the curve without a shift of temperature.
 
     Raises:
         ValueError: if there is not one slope per knot, one is out of range, or their mean is not 1.
@@ -87,12 +87,12 @@ class Values:
 
     @property
     def are_plain(self) -> bool:
-        """Whether colours stay as they are."""
+        """Whether colours are unchanged."""
         return self.warmth == 0 and all(slope == 1 for slope in self.slopes)
 
     @property
     def without_warmth(self) -> "Values":
-        """The curve alone: for a ground, whose temperature was chosen against the scene's."""
+        """The curve alone: for a ground, whose temperature already contrasts with the scene."""
         return replace(self, warmth=0.0)
 
     def at(self, strength: float) -> "Values":
@@ -112,20 +112,20 @@ class Values:
         return replace(self, slopes=slopes, warmth=strength * self.warmth)
 
     def lightness(self, lightness: Array) -> F64:
-        """L* after the curve of L* before, of any shape; what is beyond 0 to 100 counts as the ends."""
+        """L* after the curve, of any shape; clipped to 0 to 100 before."""
         return np.asarray(_climbs(lightness) @ np.asarray(self.slopes))
 
     def colors(self, rgb: Array) -> F64:
         """Colours after the grading.
 
-        L* depends on L* alone, and grows with it, up to where a display shows no such colour: a saturated
-        light stays darker than a grey one, see `in_gamut`.
+        L* is a monotone function of L*, except out of gamut: a saturated light stays darker than a grey one,
+        see `in_gamut`.
 
         Args:
-            rgb: [n, 3] display-encoded; what is beyond 0 to 1 is clipped.
+            rgb: [n, 3] display-encoded; clipped to 0 to 1.
 
         Returns:
-            [n, 3] float64, 0 to 1; the clipped colours where the grading is plain.
+            [n, 3] float64, 0 to 1; the clipped colours if the grading is plain.
         """
         check("Values.colors", rgb=(rgb, "n 3"))
         inside = np.clip(np.asarray(rgb, np.float64), 0, 1)
@@ -138,10 +138,10 @@ class Values:
         """Strokes in graded colours.
 
         Args:
-            strokes: k strokes, of the subject or of what stands around it.
+            strokes: k strokes, of the subject or its surroundings.
 
         Returns:
-            The strokes with other view-independent colours; the input itself where the grading is plain.
+            The strokes with other view-independent colours; the input itself if the grading is plain.
         """
         if self.are_plain or len(strokes) == 0:
             return strokes
@@ -149,7 +149,7 @@ class Values:
         return shift_base_colors(strokes, self.colors(colors) - colors)
 
     def picture(self, rgb: Array) -> F64:
-        """A picture [H, W, 3] of graded strokes, as it is foreseen: each pixel changes like a stroke."""
+        """A predicted picture [H, W, 3] of graded strokes: each pixel changes like a stroke."""
         return self.colors(np.reshape(rgb, (-1, 3))).reshape(np.shape(rgb))
 
     def _graded(self, lab: F64) -> F64:
@@ -171,25 +171,24 @@ def fit_values(
 ) -> Values:
     """Fit the grading of a painting on pictures of it.
 
-    A range of L* after a squint below 44 is opened to that as far as the slope allows, and one above 46
-    closed a little. Lights of the subject are made 8 warmer in b* than its darks where they are less; cooler
-    where those of the scene clearly are. A subject without light and dark, or without any colour, keeps its
-    temperature. Lights that are more than 12 warmer are brought to that, or to what the scene itself has.
+    A range of blurred L* below 44 is opened to that as far as the slope allows, and one above 46 is reduced a
+    little. Lights of the subject become 8 warmer in b* than its darks if they are less; cooler if those of
+    the scene are clearly cool. A subject without light and dark, or without colour, keeps its temperature.
+    Lights that are more than 12 warmer are reduced to that, or to the value of the scene itself.
 
     Args:
-        frames: of views of the job, [H, W, 3] each, display-encoded, opaque: all that is painted, before it
-            is lit. Of a longer side above 144 pixels every n-th is read. Do not paint them much smaller than
-            480 instead: thin strokes get wider in small pictures, and the leaves of a plant another mass.
-        subjects: [H, W] each, 0 to 1: where the strokes of the subject cover them.
+        frames: of views of the job, [H, W, 3] each, display-encoded, opaque: the whole unlit painting. If the
+            longer side is above 144 pixels, every n-th pixel is read. Do not paint them much smaller than 480
+            instead: thin strokes get wider in small pictures, which changes the masses of leaves.
+        subjects: [H, W] each, 0 to 1: coverage by strokes of the subject.
         strength: see `Values.at`.
         before: plain pictures of the scene, whose temperature may be kept.
 
     Returns:
-        Plain values where no frame shows a subject. They depend on the order of frames by rounding only.
+        Plain values if no frame shows a subject. They depend on the order of frames by rounding only.
 
     Raises:
-        ValueError: if there are not as many subjects as frames, their sizes differ, or the strength is out of
-            range.
+        ValueError: if numbers or sizes of subjects and frames differ, or the strength is out of range.
     """
     if len(frames) != len(subjects):
         counts = f"{len(subjects)} and {len(frames)}"
@@ -204,23 +203,23 @@ def fit_values(
 
 
 def _thinned(picture: Array) -> Array:
-    """Every n-th pixel of a large picture [H, W, ...]: their colours are those of strokes, unlike means."""
+    """Every n-th pixel of a large picture [H, W, ...]: unlike means, these are colours of strokes."""
     step = max(round(max(picture.shape[:2], default=1) / MOST_SIDE), 1)
     return picture[::step, ::step] if step > 1 else picture
 
 
 def _wanted_range(found: float) -> float:
-    """The range to reach, continuous in the one that there is."""
+    """The target range, continuous in the present one."""
     if found > RANGE:
         return max(min(found, WIDE) + CLOSED * max(found - WIDE, 0.0), found - MOST_CLOSED)
     return found + (RANGE - found) * min(found / LEAST_RANGE, 1.0)
 
 
 def _fit_slopes(seen: Sequence[Squint]) -> tuple[float, ...]:
-    """The least change of slopes, by squares, that gives the wanted range.
+    """The least-squares change of slopes that gives the target range.
 
-    A picture after the curve is linear in its slopes, and so is its squint. Its range is that between pixels
-    near both ends; which these are is found again after each step.
+    A picture after the curve is linear in its slopes, and so is its blur. Its range is that between pixels
+    near both ends, which are updated after each step.
     """
     maps = [_squinted_climbs(view) for view in seen]
     slopes, costs = np.ones(len(KNOTS)), _costs(seen)
@@ -236,7 +235,7 @@ def _fit_slopes(seen: Sequence[Squint]) -> tuple[float, ...]:
 
 
 def _ends_of(climbs: F64, slopes: F64) -> tuple[F64, float]:
-    """[knots] how much the range of a view grows with each slope, and the range, after `_squinted_climbs`."""
+    """[knots] derivative of the range of a view by each slope, and the range, from `_squinted_climbs`."""
     values = climbs @ slopes
     order = np.argsort(values, kind="stable")
     low, high = np.percentile(values, (LOW, HIGH))
@@ -245,19 +244,19 @@ def _ends_of(climbs: F64, slopes: F64) -> tuple[F64, float]:
 
 
 def _squinted_climbs(view: Squint) -> F64:
-    """[H W, knots] what a slope of 1 at each knot alone gives each pixel after a squint."""
+    """[H W, knots] blurred value of each pixel for a slope of 1 at each knot alone."""
     climbs = np.ascontiguousarray(np.moveaxis(_climbs(view.lab[..., 0]), -1, 0))
     return np.ascontiguousarray(squinted(climbs).reshape(len(KNOTS), -1).T)
 
 
 def _mean_of(maps: F64, order: Rows, shares: tuple[float, float]) -> F64:
-    """[knots] mean over pixels that lie between two shares of all in an order; over one at least."""
+    """[knots] mean over the pixels between two shares of an order; at least one pixel."""
     first, last = (int(share * len(order)) for share in shares)
     return np.asarray(maps[order[first : max(last, first + 1)]].mean(axis=0))
 
 
 def _slopes_for(levers: F64, costs: F64, asked: float) -> F64:
-    """[knots] the slopes of mean 1 whose range, levers @ slopes, is as asked, or next to that."""
+    """[knots] the slopes of mean 1 whose range, levers @ slopes, is as requested, or nearest to it."""
     pull = levers / WEIGHTS
     most = 2 * (MOST_SLOPE - float(LEAST_SLOPES.min())) * float(costs.max()) / max(float(np.ptp(pull)), 1e-9)
     low, high = -most, most
@@ -269,12 +268,12 @@ def _slopes_for(levers: F64, costs: F64, asked: float) -> F64:
 
 
 def _slopes_of(wishes: F64, costs: F64) -> F64:
-    """[knots] slopes within bounds: 1 and a wish over its cost, lowered alike to a mean of 1."""
+    """[knots] slopes within bounds: 1 plus wish over cost, lowered equally to a mean of 1."""
 
     def lowered(by: F64) -> F64:
         return np.clip(1 + (wishes - by[:, None]) / costs, LEAST_SLOPES, MOST_SLOPE)
 
-    # Where a slope meets a bound; between two such places the climb is linear.
+    # Where a slope reaches a bound; between two such points the rise is linear.
     bounds = [wishes - costs * (bound - 1) for bound in (LEAST_SLOPES, MOST_SLOPE)]
     places = np.sort(np.concatenate(bounds))
     climbs = lowered(places) @ WEIGHTS
@@ -283,7 +282,7 @@ def _slopes_of(wishes: F64, costs: F64) -> F64:
 
 
 def _costs(seen: Sequence[Squint]) -> F64:
-    """[knots] what a change of slope costs: least where no colour of a subject or a picture lies."""
+    """[knots] cost of a change of slope: least where no colour of a subject or a picture lies."""
     shares = [
         (_hats(view.lab[view.is_subject, 0]).mean(axis=0) + _hats(view.lab[..., 0]).mean(axis=(0, 1))) / 2
         for view in seen
@@ -292,7 +291,7 @@ def _costs(seen: Sequence[Squint]) -> F64:
 
 
 def _with_warmth(curve: Values, seen: Sequence[Squint], before: Sequence[Frame]) -> Values:
-    """A curve with the shift of temperature that the subject lacks, or has too much of."""
+    """A curve with a shift of temperature, to correct the warmth of the subject."""
     own = [view.warmth for view in seen]
     lights, correlation, chroma, apart = (float(number) for number in np.mean(own, axis=0))
     share = min(chroma / CHROMA, 1.0) * min(apart / APART, 1.0)
@@ -322,26 +321,28 @@ def _with_warmth(curve: Values, seen: Sequence[Squint], before: Sequence[Frame])
 
 
 def _warmth_of(values: Values, parts: "Sequence[_Part]") -> float:
-    """By how much b* of lights is above that of darks after a grading, mean of views."""
+    """b* of lights minus that of darks after a grading, mean of views."""
     means = [[lab_of(values.colors(mass))[:, 2].mean() for mass in part.masses] for part in parts]
     return float(np.mean([lights - darks for darks, lights in means]))
 
 
 def _own_warmth(frame: Frame) -> float:
-    """By how much b* of the lights of a scene is above that of its darks, in a plain picture of it."""
+    """b* of the lights of a scene minus that of its darks, in a plain picture."""
     alpha = _thinned(frame.alpha)
     return Squint.of(_thinned(frame.rgb) + 0.5 * (1 - alpha[..., None]), alpha).warmth.lights
 
 
 class _Part(NamedTuple):
-    """Of a view: [n] L* of its subject after the curve, and colours [m, 3] of its darks and lights before."""
+    """Data of a view: [n] L* of its subject after the curve, and colours [m, 3] of its darks and lights
+    before.
+    """
 
     lightness: F64
     masses: tuple[F64, F64]
 
 
 def _masses_after(curve: Values, view: Squint) -> _Part | None:
-    """Pixels of a subject on which its temperature is measured; None where it has no darks or no lights."""
+    """Pixels for the temperature of a subject; None if it has no darks or no lights."""
     light = curve.lightness(view.lab[..., 0])
     after = replace(view, lab=np.dstack([light, view.lab[..., 1:]]), values=squinted(light))
     darks, lights = (_some(rgb_of_lab(view.lab[mask])) for mask in after.masses)
@@ -354,7 +355,7 @@ def _some(colors: F64) -> F64:
 
 
 def _hats(lightness: F64) -> F64:
-    """[..., knots] how near L* is to each knot: 1 at it, 0 at the next ones; they sum to 1."""
+    """[..., knots] hat functions of L*: 1 at a knot, 0 at the next ones; they sum to 1."""
     return np.asarray(np.clip(1 - np.abs(lightness[..., None] - KNOTS) / STEP, 0, 1))
 
 

@@ -1,1 +1,1 @@
-"""Passes that change how strokes lie: direction, size, brush, gaps and edges."""
+"""Passes that change the form of strokes: direction, size, brush, gaps and edges."""

@@ -1,7 +1,7 @@
-"""Strokes and the nearest others of each: how much of the light the paint around a stroke stops.
+"""Coverage of each stroke by its nearest neighbours: the share of light that they stop.
 
-A stroke is looked at along its thinnest axis, as the surface that it lies on is seen (see `gaps`). Only its
-nearest others count, so where more faint strokes than that lie over each other, less is found than there is.
+A stroke is viewed along its thinnest axis, perpendicular to its surface (see `gaps`). Only its nearest
+neighbours count, so deep stacks of faint strokes are underestimated.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from brushgs.values.arrays import F64, Rows
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 
-NUM_NEIGHBORS = 16  # that are found for every stroke
+NUM_NEIGHBORS = 16  # per stroke
 ROWS_AT_A_TIME = 1 << 15  # in memory
 
 
@@ -29,10 +29,10 @@ class Coverage:
 
     Attributes:
         means: [k, 3].
-        scales: [k, 3] ascending, as pictures show them (see `finest`).
+        scales: [k, 3] ascending, as visible in pictures (see `finest`).
         axes: [k, 3, 3] as columns, in the order of the scales.
         sizes: [k] root of the product of the two largest scales, world units.
-        neighbors: [k, n] int32, nearest first, n = 16 or k - 1 where that is less.
+        neighbors: [k, n] int32, nearest first, n = 16 or k - 1 if that is less.
     """
 
     means: F64
@@ -53,15 +53,15 @@ class Coverage:
         return cls(means, scales, axes, sizes, nearest_others(means, NUM_NEIGHBORS))
 
     def passed(self, opacities: F64, rows: Rows | None = None, *, num_others: int = NUM_NEIGHBORS) -> F64:
-        """Share of the light at the centre of strokes that their neighbours let through, 0 to 1.
+        """Transmittance of the neighbours at the centre of strokes, 0 to 1.
 
         Args:
-            opacities: [k] with which each stroke counts as a neighbour.
-            rows: [n] of the strokes asked for; None for all.
-            num_others: how many neighbours count; more than 16 take another search.
+            opacities: [k] of each stroke as a neighbour.
+            rows: [n] requested strokes; None for all.
+            num_others: number of neighbours; more than 16 need another search.
 
         Returns:
-            [n]; 1 where there is no neighbour.
+            [n]; 1 without neighbours.
         """
         rows = np.arange(len(self.means)) if rows is None else rows
         passed = np.ones(len(rows))
@@ -80,7 +80,7 @@ class Coverage:
 
 
 def nearest_others(means: F64, count: int) -> NDArray[np.int32]:
-    """Rows [k, n] of the others nearest to each of k points, n = `count`, or k - 1 where that is less."""
+    """Rows [k, n] of the nearest neighbours of each of k points, n = `count`, or k - 1 if that is less."""
     neighbors = np.empty((len(means), max(0, min(count, len(means) - 1))), dtype=np.int32)
     if neighbors.size:
         _core.neighbors(means, neighbors, num_threads_or_default(None))

@@ -1,8 +1,8 @@
-"""How far a painting differs from a scene for an eye that stands where a picture is looked at from.
+"""Error of a painting for an eye at the usual viewing distance.
 
-Such an eye sees no single pixels, and no small difference of colours: pictures are averaged over squares of
-two pixels of the small views (about a blur of 2 pixels in a picture of 1000), and what differs by less than
-`SEEN` is right. So what is right keeps its large strokes, and strokes go where they are missed.
+Such an eye sees neither single pixels nor small differences of colour: pictures are averaged over squares of
+two pixels of the small views (about a blur of 2 pixels in a picture of 1000), and differences below `SEEN`
+count as none. So areas without error keep large strokes, and strokes go where they are needed.
 """
 
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from brushgs.passes.color.color_space import oklab_planes
 from brushgs.values.arrays import F32, F64, Array, smoothstep
 from brushgs.values.frame import Frame
 
-FEWEST = 0.08  # of the strokes asked for, which an economic painting starts with
+FEWEST = 0.08  # of the requested strokes, start of an economic painting
 ECONOMIC_ROUNDS = 5  # of splitting from there
 SEEN = (
     0.025,
     0.075,
-)  # OKLab: differences from which none counts, and from which all do; CIEDE2000 of 2.5, 7.5
-# Pixels of full difference, mean over small views of 400x300, for less of which a cluster is not cut. Of 6000
-# strokes of a furry toy 4 saved 19 % and cost 0.2 dB; with 0.35 none were saved.
+)  # OKLab: differences below which none counts, and above which all count; CIEDE2000 of 2.5, 7.5
+# Minimum error of a cluster that is cut, in pixels of full difference, mean over small views of 400x300. For
+# 6000 strokes of a furry toy 4 saved 19 % and cost 0.2 dB; 0.35 saved none.
 LEAST = 3.0
 
 
@@ -31,7 +31,7 @@ def first_share(economy: float, usual: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ViewingError:
-    """The colours of a plain picture as seen from afar, to compare painted ones with.
+    """The colours of a plain picture as seen from afar, the truth for painted ones.
 
     Attributes:
         planes: two of [3, h, w] OKLab, over black and over white.
@@ -41,11 +41,13 @@ class ViewingError:
 
     @classmethod
     def of(cls, plain: Frame) -> "ViewingError":
-        """That of a plain picture."""
+        """Build from a plain picture."""
         return cls(_seen(plain))
 
     def of_painted(self, painted: Frame) -> F64:
-        """The squared error [H, W] of a picture of the same view, mean over black and white; 0 if unseen."""
+        """The squared error [H, W] of a picture of the same view, mean over black and white; 0 if not
+        visible.
+        """
         height, width = painted.alpha.shape
         total = np.zeros(self.planes[0].shape[1:])
         for plain, other in zip(self.planes, _seen(painted), strict=True):
@@ -63,7 +65,9 @@ def _seen(frame: Frame) -> tuple[F32, F32]:
 
 
 def _halved(picture: Array) -> F32:
-    """[ceil(H / 2), ceil(W / 2), C] means of squares of 2 x 2 pixels; the last row and column stand alone."""
+    """[ceil(H / 2), ceil(W / 2), C] means of squares of 2 x 2 pixels; an odd last row or column is not
+    averaged.
+    """
     height, width = picture.shape[:2]
     if height % 2 or width % 2:
         picture = np.pad(picture, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")

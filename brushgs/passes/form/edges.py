@@ -1,15 +1,14 @@
-"""Strokes -> the same strokes with lost and found edges: soft where the subject meets what is behind it.
+"""Strokes -> the same strokes with lost and found edges at the outline of the subject.
 
-A painter does not draw all of an outline: a quarter of it is lost, in the shade and where both sides have one
-value, and it is hardest where one is to look. How hard it is, is found once for a job, in small views of it:
+A painter does not draw the whole outline: a quarter of it is lost, in the shade and where both sides have
+equal values, and it is hardest in the focus. Its hardness is measured once per job, in small views:
 
     hardness = contrast x light x focus
 
-So much of its lowest part gets lost that, with what was lost before, over a quarter of it is: strokes there
-are stretched along the outline, let through what is behind them, the more the nearer to the outline, and take
-of its colour. Its highest part in the focus is found, and as much more as was lost before beyond that:
-strokes are solid, do not spill, and differ from what is behind. Strokes keep what they got in all frames, so
-nothing changes as the camera moves.
+The softest part is lost, so that together with edges lost before it is over a quarter: strokes there are
+stretched along the outline, become transparent toward it, and take on the colour behind. The hardest part in
+the focus is found, more if too much was lost before: strokes are solid, do not spill, and differ from the
+colour behind. Strokes are the same in all frames, so nothing changes as the camera moves.
 """
 
 from collections.abc import Sequence
@@ -26,18 +25,18 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors, shift_base_colors
 
-MOST_VIEWS = 8  # in which outlines are sought
-FITTED_VIEWS = 2  # of them, in which what is done to strokes is looked at
-AIM = 0.27  # share of the outline that is to be lost
-YIELD, MOST = 0.4, 0.5  # share that is lost, in that which strokes are softened of; and of this, at most
-FOUND = 0.30  # share that gets found, plus what is lost too much
+MOST_VIEWS = 8  # with outlines
+FITTED_VIEWS = 2  # of them, for fitting the strength
+AIM = 0.27  # target share of lost outline
+YIELD, MOST = 0.4, 0.5  # lost share per softened share; and maximum softened share
+FOUND = 0.30  # share that is found, plus the excess of lost edges
 GAIN = 1.4  # strokes over the outline have half of themselves inside
-MIX = 0.9  # of the colour behind, in a stroke right at a lost outline; less than in proportion within it
-FADE = 0.9  # of the opacity, that it loses: several lie over each other
-STRETCH = 0.3  # by which it grows along the outline
-SHRINK = 0.3  # by which a stroke shrinks across a found outline
-SOLID, FAINT = 0.995, 2  # opacity of it; power of its own, with which it gets that: what is faint stays
-APART, CLOSE = 0.04, 0.2  # OKLab lightness that it gains from what is behind, up to a distance from that
+MIX = 0.9  # of the colour behind, in a stroke right at a lost outline; falls off quickly inside
+FADE = 0.9  # loss of opacity: several strokes overlap
+STRETCH = 0.3  # growth along the outline
+SHRINK = 0.3  # shrinkage of a stroke across a found outline
+SOLID, FAINT = 0.995, 2  # its opacity; exponent of its own opacity as a weight: faint strokes stay faint
+APART, CLOSE = 0.04, 0.2  # OKLab lightness by which it is separated from the background, up to a difference
 
 __all__ = ["Around", "Edges", "find_edges", "soften_edges"]
 
@@ -51,17 +50,17 @@ def find_edges(
     focus: Array | None = None,
     subject: Mask | None = None,
 ) -> Edges | None:
-    """Find what strokes are to the outline of the subject; None where no view has an outline.
+    """Find the role of strokes in the outline of the subject; None if no view has an outline.
 
     Args:
-        strokes: k strokes, in the colours in which they are painted.
-        cameras: of the job, of any size; of more than 8 every n-th. Of a picture, its own and some near it.
-        around: what they are seen against.
-        light: [k] how much light falls on each, in any unit, such as normals times the direction of the lamp.
-            None takes their lightness.
-        focus: [k] more in the focus, in any unit. None takes the upper part of the pictures.
-        subject: [k] whether strokes belong to the subject and not to its ground, whose outline is neither
-            lost nor found; None for all.
+        strokes: k strokes, in their painted colours.
+        cameras: of the job, of any size; of more than 8 every n-th. For a picture, its own and some near it.
+        around: stage and ground behind them.
+        light: [k] light on each, in any unit, such as normals times the direction of the lamp. None takes
+            their lightness.
+        focus: [k] larger in the focus, in any unit. None takes the upper part of the pictures.
+        subject: [k] whether strokes belong to the subject and not to its ground, whose outline is not
+            changed; None for all.
     """
     for name, values in (("light", light), ("focus", focus), ("subject", subject)):
         if values is not None:
@@ -84,7 +83,7 @@ def find_edges(
 
 
 def _lost(strokes: Gaussians, views: Sequence[View]) -> float:
-    """Share of the outlines of the subject that is lost already, all views together."""
+    """Share of the outlines of the subject that is already lost, all views together."""
     is_subject = np.concatenate([view.outline.says[:, 2] > 0.5 for view in views])
     lost = np.concatenate([view.is_lost_in(strokes) for view in views])[is_subject]
     return float(lost.mean()) if len(lost) else 0.0
@@ -94,16 +93,16 @@ def soften_edges(strokes: Gaussians, edges: Edges | None, strength: float = 1.0)
     """Soften and sharpen strokes at the outline of the subject.
 
     Args:
-        strokes: k strokes, those that the edges were found for.
+        strokes: the k strokes of `edges`.
         edges: see `find_edges`.
         strength: 0 to 1.
 
     Returns:
         The same strokes in the same order, with other scales, opacities and view-independent colours at the
-        outline; the input itself where the strength is 0 or there are no edges.
+        outline; the input itself if the strength is 0 or there are no edges.
 
     Raises:
-        ValueError: if `strength` is out of range, or edges are those of another number of strokes.
+        ValueError: if `strength` is out of range, or `edges` has another number of strokes.
 
     Example:
         >>> from brushgs.passes.form.edges import Around, find_edges, soften_edges
@@ -142,7 +141,7 @@ def soften_edges(strokes: Gaussians, edges: Edges | None, strength: float = 1.0)
 
 
 def _spread(values: Array) -> F64:
-    """[k] from 0, the least of them, to 1."""
+    """[k] values normalized to 0 to 1."""
     values = values.astype(np.float64)
     low, high = float(values.min()), float(values.max())
     return np.asarray((values - low) / (high - low) if high > low else np.zeros(len(values)))

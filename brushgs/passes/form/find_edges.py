@@ -1,7 +1,7 @@
-"""Outlines of a few views -> how hard they are, and what each stroke is to them.
+"""Outlines of a few views -> their hardness, and the role of each stroke in them.
 
-A stroke is at the outline of a view where it, or half of it, is near to one in the picture, also behind what
-shows there: what is behind a soft edge shows through it.
+A stroke is at the outline of a view if it, or half of it, is near to one in the picture, even if hidden:
+paint behind a soft edge shows through it.
 """
 
 from collections.abc import Sequence
@@ -15,28 +15,28 @@ from brushgs.values.arrays import F64, Mask, Rows, smoothstep
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 
-LOST_RAMP = 0.6  # of the share of the outline that gets lost, of which so much gradually
-FOUND_RAMP = 0.10  # share of the outline that gets found gradually
-FOCUS = 2 / 3  # rank of the focus from which on edges are found
-# Least factor of contrast, light and focus: where values meet an edge is lost in the focus too.
+LOST_RAMP = 0.6  # of the lost share of the outline, width of the gradual part
+FOUND_RAMP = 0.10  # share of the outline that is found gradually
+FOCUS = 2 / 3  # minimum rank of the focus for found edges
+# Minimum factor of contrast, light and focus: between equal values an edge is lost in the focus too.
 LEAST_CONTRAST, LEAST_LIGHT, LEAST_FOCUS = 0.10, 0.10, 0.15
-REACH = 0.035  # of the longer side of a view, to which strokes inside an outline are at it
-SHARE = 0.3  # of the width of the subject, likewise: a leg must not fade from both sides
+REACH = 0.035  # of the longer side of a view: strokes inside this distance are at the outline
+SHARE = 0.3  # the same limit, of the width of the subject: a leg must not fade from both sides
 BEYOND = 9.0  # pixels outside of a view in which strokes count
-CELL = 2.0  # pixels, in which strokes have the same nearest point of an outline
-BETWEEN = 0.15  # how soft what is neither lost nor found gets: firm, but not crisp
+CELL = 2.0  # pixels, side of cells with one nearest point of an outline
+BETWEEN = 0.15  # softness of edges that are neither lost nor found: firm, but not crisp
 _TINY = np.finfo(np.float64).tiny
 
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """What k strokes are to the outlines of the subject; all 0 for those that are at none.
+    """The role of k strokes in the outlines of the subject; all 0 for those at no outline.
 
     Attributes:
-        lost: [k] 0 to 1, how soft.
-        found: [k] 0 to 1, how crisp.
-        near: [k] 0 to 1, how near to an outline, soft or crisp.
-        behind: [k, 3] OKLab of what is behind.
+        lost: [k] 0 to 1, softness.
+        found: [k] 0 to 1, crispness.
+        near: [k] 0 to 1, nearness to an outline, soft or crisp.
+        behind: [k, 3] OKLab of the background.
         along: [k, 3, 3] mean outer product of the direction of the outline, world axes.
         across: [k, 3, 3] likewise of the direction across it.
     """
@@ -50,13 +50,13 @@ class Edges:
 
 
 def hardness(outlines: Sequence[Outline], has_focus: bool, lose: float, find: float) -> tuple[F64, F64]:
-    """How lost and how found each point is to get, over all outlines in turn, 0 to 1 both.
+    """How far each point is to be lost and found, over all outlines in turn, both 0 to 1.
 
     Args:
-        outlines: whose points say light, focus, and whether they belong to the subject.
-        has_focus: False takes the upper part of the pictures for it.
-        lose: share of the outline to the middle of the ramp in which edges get lost.
-        find: share that gets found, first what is in the focus.
+        outlines: their points hold light, focus, and whether they belong to the subject.
+        has_focus: False takes the upper part of the pictures.
+        lose: share of the outline at the middle of the ramp of lost edges.
+        find: share that is found, first in the focus.
     """
     says = np.concatenate([one.says for one in outlines])
     contrast = np.concatenate([one.contrast for one in outlines])
@@ -81,16 +81,16 @@ def _factor(ranks: F64, least: float) -> F64:
 
 
 def _ranks(values: F64) -> F64:
-    """[n] shares of values that are less, 0 to 1; of equal ones all the same."""
+    """[n] share of smaller values, 0 to 1; equal for equal values."""
     ordered = np.sort(values)
     below, up_to = (np.searchsorted(ordered, values, side=side) for side in ("left", "right"))
     return np.asarray((below + up_to) / (2 * len(values)))
 
 
 def gathered(strokes: Gaussians, views: Sequence[View], lost: F64, found: F64) -> Edges:
-    """What each stroke is to the outlines, over all views.
+    """The role of each stroke in the outlines, over all views.
 
-    How soft it is, is the root of the mean square: of an orbit few views have a stroke at their outline.
+    Softness is the root mean square: in an orbit few views have a stroke at their outline.
 
     Args:
         strokes: k strokes.
@@ -138,7 +138,7 @@ def _spots(strokes: Gaussians) -> F64:
 
 
 def _near(spots: F64, view: View) -> tuple[F64, Rows, Mask]:
-    """[k] how near strokes are to an outline, 0 to 1; the points nearest to their middles; and whether these
+    """[k] nearness of strokes to an outline, 0 to 1; the points nearest to their centres; and whether these
     are in the picture.
     """
     camera, outline = view.camera, view.outline

@@ -1,15 +1,17 @@
-"""Strokes in space -> how much each should grow, so that those of a single layer leave no gaps between them.
+"""Strokes in space -> growth of each stroke to close gaps in surfaces of a single layer.
 
 In trained scenes surfaces are several layers of Gaussians, and the gaps between strokes of one layer show the
-next. Scenes from other sources (a scanned relief, surfaces sampled by a program) have one. There Gaussians
-have 0.5 to 0.7 of their distance as standard deviation; merged by the law of total variance it is 0.29 of the
-distance, 0.34 with the usual overlap: a third of the surface would stay unpainted.
-So strokes grow where nothing else covers their place. A stroke is looked at along its thinnest axis, as the
-surface that it lies on is seen:
+next. Scenes from other sources (a scanned relief, surfaces sampled by a program) have one layer. There
+Gaussians have 0.5 to 0.7 of their distance as standard deviation; merged by the law of total variance it is
+0.29 of the distance, 0.34 with the usual overlap: a third of the surface would stay unpainted.
+
+So strokes grow if nothing else covers their place. A stroke is viewed along its thinnest axis, perpendicular
+to its surface:
 
 - `alone` is the share of its paint that no other stroke covers at its centre. On a lattice of one layer that
   is 0.85 to 0.95; on five trained scenes (2000 strokes) 0.06 to 0.2 in the median, 0.3 to 0.6 for one in ten.
-- `flat` tells a plane from what curls. Strokes on small fruit, which end at an outline, are not to spill.
+- `flat` distinguishes planes from curved surfaces. Strokes on small fruit, which end at an outline, must not
+  spill.
 - A stroke that no neighbour touches has no gap to close.
 """
 
@@ -19,19 +21,19 @@ from numpy.typing import NDArray
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
 
-NUM_NEIGHBORS = 12  # that may cover a stroke: two rings of a lattice
-NUM_TOUCHING = 8  # of these are asked for their direction
+NUM_NEIGHBORS = 12  # considered for coverage: two rings of a lattice
+NUM_TOUCHING = 8  # of these are used for flatness
 ENOUGH_TOUCHING = 4
 TOUCH = 20.0  # squared Mahalanobis distance: on a square lattice direct neighbours have 9, diagonal ones 18
 ALONE = (0.4, 0.8)  # where growth begins and is complete
 FLAT = (0.9, 0.98)  # mean cosine between normals, likewise
-# Growth of the variance between members, in units of that variance, on what curls and on planes. With 1.2 a
-# relief of 40,000 Gaussians in 2000 strokes gains 7.8 dB with the plain kernel and 2.4 with the flat brush,
-# whose best is 0.8, the kernel's is 2.2. On the curled surfaces of the still life 0.2 gains 0.4 dB with the
-# kernel and costs the brush 0.1.
+# Growth of the variance between members, in units of that variance, on curved surfaces and on planes. With
+# 1.2 a relief of 40,000 Gaussians in 2000 strokes gains 7.8 dB with the plain kernel and 2.4 with the flat
+# brush, whose best is 0.8, the kernel's is 2.2. On the curled surfaces of the still life 0.2 gains 0.4 dB
+# with the kernel and costs the brush 0.1.
 CURLED, PLANE = 0.2, 1.2
 ROWS_AT_A_TIME = 1 << 15  # in memory
-FARTHEST = 1e6  # standard deviations; farther is no other
+FARTHEST = 1e6  # standard deviations; larger distances are clipped
 ROUND_OFF = 1e-12  # of the squared area of a needle seen end-on
 
 
@@ -41,7 +43,7 @@ def growth(
     axes: NDArray[np.float64],
     opacities: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """How much the variance of each stroke along its layer is to grow, [k], 0 to `PLANE`.
+    """Growth of the variance of each stroke along its layer, [k], 0 to `PLANE`.
 
     Independent of unit, position and order of the strokes, and of the number of threads.
 
@@ -91,7 +93,7 @@ def squared_distances(
     scales: NDArray[np.float64],
     axes: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Squared Mahalanobis distance of centres to other strokes, seen along the thinnest axis of the first."""
+    """Squared Mahalanobis distance of centres to other strokes, seen along the thinnest axis of these."""
     unit = scales[others, 2, None]
     unit = np.where(unit > 0, unit, 1.0)
     in_layer = axes[rows][:, :, 1:].transpose(0, 2, 1)  # [n, 2, 3]

@@ -1,4 +1,4 @@
-"""Guides -> how strokes should run: as the nearest line in space does, less the farther away it is."""
+"""Guides -> directions of strokes: that of the nearest line in space, weaker with distance."""
 
 import numpy as np
 
@@ -8,16 +8,16 @@ from brushgs.passes.form.planes import Planes, Wish, pairs_of
 from brushgs.passes.neighbours import nearest
 from brushgs.values.arrays import F64, Rows
 
-REACH = 0.1  # scene radii, where the guides state none
-STEP = 0.125  # of the reach, between the places on a guide that are searched
-MOST_PLACES = 1 << 18  # of all guides; beyond, they lie further apart
+REACH = 0.1  # scene radii, default reach of guides
+STEP = 0.125  # of the reach, spacing of the search points on a guide
+MOST_PLACES = 1 << 18  # maximum number of search points of all guides
 
 
 def guide_wish(guides: Guides, planes: Planes) -> Wish:
-    """What guides say of strokes.
+    """The directions of strokes by guides.
 
-    A stroke on a guide follows it wholly, one at `reach` and beyond not at all; a guide that is at right
-    angles to the plane of a stroke says nothing. Strokes point where the line was drawn to.
+    A stroke on a guide follows it fully, one at `reach` and beyond not at all; a guide perpendicular to the
+    plane of a stroke has no effect. Strokes point in the direction in which the line was drawn.
     """
     center, radius = robust_frame(planes.means)
     reach = (guides.reach or REACH * radius) / radius

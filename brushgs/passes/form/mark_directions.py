@@ -1,9 +1,10 @@
-"""A painting -> how strokes should run: as its brush marks do where the first picture shows them.
+"""A painting -> directions of strokes: those of its brush marks at the strokes' positions in the first
+picture.
 
-The painting lies over the picture that the camera takes, scaled to fill it and cropped to its centre, as a
-background does. So whoever paints a portrait can lay another portrait over it, and a sky with swirls makes
-swirls in the sky. Directions are taken up once, for one camera, and stay with the strokes in space.
-Marks run where brightness changes least: along the smaller eigenvector of the structure tensor.
+The painting is laid over the picture of the camera, scaled to fill it and cropped to its centre, like a
+background. So one portrait can guide another, and a sky with swirls makes swirls in the sky. Directions are
+taken once, for one camera, and stay with the strokes in space. Marks run where brightness changes least:
+along the smaller eigenvector of the structure tensor.
 Source: Bigun and Granlund 1987, Optimal orientation detection of linear symmetry.
 """
 
@@ -16,12 +17,12 @@ from brushgs.values.arrays import F64, Array, check
 from brushgs.values.camera import Camera
 from brushgs.values.colors import LUMINANCE, flatten, split_alpha
 
-MOST_SIDE = 512  # pixels of a painting; larger ones are averaged, for marks are wider than their bristles
+MOST_SIDE = 512  # pixels of a painting; larger ones are averaged, since marks are wider than bristles
 LEAST_SIDE = 8  # pixels
 FINE = 1.0  # pixels, standard deviation of the smoothing before slopes are taken
-COARSE = 0.02  # of the shorter side: that of the area over which slopes are compared, about a mark
+COARSE = 0.02  # of the shorter side: standard deviation of the area for comparing slopes, about a mark
 FLAT = 0.1  # of the mean energy of slopes: areas with less have no marks
-CLEAR = (0.05, 0.35)  # coherence at which marks come to count
+CLEAR = (0.05, 0.35)  # range of coherence over which marks gain weight
 FACING = (0.1, 0.4)  # cosine between a stroke's normal and the view: seen edge-on it has no direction
 
 
@@ -32,7 +33,7 @@ class Marks:
     Attributes:
         camera: takes the picture.
         pairs: [h, w, 2] twice the angles of marks from +x towards +y, see `planes`; weight 0 to 1.
-        aspect: of strokes that run as the marks do, length over width, at most; None for that of others.
+        aspect: maximum length over width of strokes along the marks; None for the usual one.
     """
 
     camera: Camera
@@ -56,11 +57,11 @@ class Marks:
 
 
 def mark_wish(marks: Marks, planes: Planes) -> Wish:
-    """What the marks of a painting say of strokes.
+    """The directions of strokes by the marks of a painting.
 
-    A stroke takes the direction that appears, seen by the camera, as that of the mark at its centre, also
-    where it faces away or is hidden: the painting passes through the scene as light from a projector does.
-    Strokes outside the picture, behind the camera or seen edge-on get none.
+    A stroke takes the direction whose projection is that of the mark at its centre, even if it is hidden or
+    faces away: the painting passes through the scene like the light of a projector. Strokes outside the
+    picture, behind the camera or seen edge-on get none.
     """
     camera = marks.camera
     x, y, z = (planes.means @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).T
@@ -74,7 +75,7 @@ def mark_wish(marks: Marks, planes: Planes) -> Wish:
     directions, clear = unit_pairs(found)
     angles = 0.5 * np.arctan2(directions[:, 1], directions[:, 0])
 
-    # How the axes of the plane appear, in pixels times depth; then the vector in the plane that appears so.
+    # Projected axes of the plane, in pixels times depth; then the vector in the plane with this projection.
     axes = planes.axes @ camera.viewmat[:3, :3].T  # [n, 3, 3] in the frame of the camera
     seen_x = fx * (axes[:, :2, 0] - (x / depths)[:, None] * axes[:, :2, 2])
     seen_y = fy * (axes[:, :2, 1] - (y / depths)[:, None] * axes[:, :2, 2])
@@ -94,7 +95,7 @@ def mark_wish(marks: Marks, planes: Planes) -> Wish:
 
 
 def marks_at(marks: Marks, columns: F64, rows: F64) -> F64:
-    """The pairs [n, 2] at places of the picture, pixels, between those of the painting's four next pixels."""
+    """The pairs [n, 2] at positions in the picture, pixels, interpolated in the painting."""
     height, width = marks.pairs.shape[:2]
     camera = marks.camera
     scale = max(camera.width / width, camera.height / height)  # fills the picture
@@ -111,7 +112,7 @@ def marks_in(where: str, image: Array, least_side: int) -> F64:
     """The directions of the marks in a picture [H, W, C], [h, w, 2] as `Marks.pairs`.
 
     Args:
-        where: name of what asks, for messages.
+        where: name of the caller, for messages.
         image: as `read_image` returns it.
         least_side: pixels.
 
