@@ -16,8 +16,8 @@ def robust_frame(means: Array) -> tuple[NDArray[np.float64], float]:
         means: [N, 3] points.
 
     Returns:
-        The middle of the 1st and 99th percentiles, and half the diagonal between them. If that is zero it is
-        half the diagonal of all points, and 1 if that is zero too: the radius is always > 0.
+        The middle of the 1st and 99th percentiles, and half the diagonal between them. If that is zero,
+        the box of all points is used, and a radius of 1 if that is zero too: the radius is always > 0.
     """
     if len(means) == 0:
         return np.zeros(3), 1.0

@@ -21,7 +21,7 @@ class Groups:
 
     Attributes:
         rows: [N] int32 the rows of label 0, of label 1 and so on, each ascending.
-        begins: [k + 1] int64 where the rows of each label begin.
+        begins: [k + 1] int64, start of the rows of each label.
     """
 
     rows: NDArray[np.int32]
@@ -42,7 +42,7 @@ class Groups:
 
     @property
     def sizes(self) -> NDArray[np.int64]:
-        """How many rows each label has, [k]."""
+        """Number of rows of each label, [k]."""
         return np.diff(self.begins)
 
     def sums(self, values: Array, weights: F64, num_threads: int | None = None) -> F64:
@@ -59,10 +59,10 @@ class Groups:
 
 
 def add_rows(totals: F64, rows: NDArray[np.int32], values: Array) -> None:
-    """`totals[rows] += values`, also for rows that come twice; of 10^6 rows it takes a seventh of the time.
+    """`totals[rows] += values`, also for repeated rows; for 10^6 rows 7 times as fast as NumPy.
 
     Args:
-        totals: [N, ...] C-contiguous, which grow.
+        totals: [N, ...] C-contiguous, changed in place.
         rows: [n] 0 to N - 1.
         values: [n, ...] float32 or float64.
     """
@@ -74,7 +74,7 @@ def add_rows(totals: F64, rows: NDArray[np.int32], values: Array) -> None:
 
 
 def compacted(labels: NDArray[np.integer[Any]]) -> tuple[NDArray[np.int32], int]:
-    """The labels [N], any integers, numbered from 0 on in ascending order, and how many there are."""
+    """The labels [N], any integers, renumbered from 0 in ascending order, and their number."""
     if not len(labels):
         return np.zeros(0, np.int32), 0
     low, high = int(labels.min()), int(labels.max())

@@ -1,7 +1,7 @@
 """Nearest neighbours of points, by the k-d tree of the compiled core.
 
 SciPy's finds the same distances, bit for bit, in about the same time, but its import takes 0.25 s: longer
-than all that a painting of 50,000 Gaussians searches.
+than all searches for a painting of 50,000 Gaussians.
 """
 
 import numpy as np

@@ -14,6 +14,6 @@ def blocks_of(num: int) -> list[slice]:
 
 
 def for_blocks(work: Callable[[slice], None], num: int) -> None:
-    """Call `work` for each block of so many rows; what it writes must depend on its rows alone."""
+    """Call `work` for each block of rows; its output must depend only on its rows."""
     for _ in in_turn(work, blocks_of(num), at_once=MOST_THREADS):
         pass

@@ -1,8 +1,8 @@
-"""What views show of each Gaussian: how large it is in them, and in which colour its place is seen.
+"""Visibility of each Gaussian in views: its area, and the colour of the pictures at its position.
 
-Strokes are for the eye. A Gaussian that no picture shows needs none, and a stroke of solid paint is to have
-the colour of its place in the pictures, not the mean colour of its members: of faint highlights over dark
-skin that would be white flecks.
+An invisible Gaussian needs no stroke, and a stroke of solid paint should have the colour of the pictures at
+its position, not the mean colour of its members: for faint highlights over dark skin that would be white
+flecks.
 """
 
 from collections.abc import Sequence
@@ -23,18 +23,18 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import shift_base_colors
 
-SURE_AREA = 0.02  # pixels a view; of less the colour is partly its own, since the pixels are mostly of others
+SURE_AREA = 0.02  # pixels a view; for smaller areas, mostly covered by others, the colour is partly its own
 VISIBLE_POWER = 0.5  # of areas in k-means; with 0.375 and 0.65 seven scenes are within 0.1 dB
-LEAST_WEIGHT = 1e-2  # of the largest: a view that was not asked for shows what the others do not
+LEAST_WEIGHT = 1e-2  # of the largest: other views may show Gaussians that these do not
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What views show of N Gaussians.
+    """Visibility of N Gaussians in views.
 
     Attributes:
-        areas: [N] the part of a view that each makes up, mean over the views, pixels, >= 0.
-        gaussians: the Gaussians in the colours that are seen at their places.
+        areas: [N] visible area of each, mean over the views, pixels, >= 0.
+        gaussians: the Gaussians in the colours of the pictures at their positions.
     """
 
     areas: NDArray[np.float64]
@@ -44,21 +44,21 @@ class Seen:
         """[N] weights in k-means, relative to the largest, above 0.
 
         Args:
-            focus: [N] > 0, how many times as many strokes per area each Gaussian is to get.
+            focus: [N] > 0, factor on the strokes per area at each Gaussian.
         """
         weights = (self.areas / self.areas.max()) ** VISIBLE_POWER + LEAST_WEIGHT
         return weights if focus is None else np.asarray(weights * focus)
 
 
 def seen_in(gaussians: Gaussians, views: PlainViews) -> Seen | None:
-    """Measure what views show of each Gaussian, exactly, by the weights with which pictures are blended.
+    """Measure the visibility of each Gaussian exactly, by its blending weights in pictures.
 
     Args:
         gaussians: N Gaussians.
-        views: of the scene that they are the larger part of.
+        views: of their scene, of which they are the larger part.
 
     Returns:
-        What is seen; None where no view shows any of them.
+        The visibility; None if no view shows any of them.
     """
     kernel = StrokeTexture.open("gaussian")
     areas, away = np.zeros(len(gaussians)), np.zeros((len(gaussians), 3))
@@ -81,7 +81,7 @@ def seen_in(gaussians: Gaussians, views: PlainViews) -> Seen | None:
 
 
 def shown_areas(gaussians: Gaussians, cameras: Sequence[Camera]) -> NDArray[np.float64]:
-    """[N] the part of pictures that each stroke makes up, mean over some cameras, pixels.
+    """[N] visible area of each stroke, mean over some cameras, pixels.
 
     They are drawn as ellipses, about as large as strokes are.
     """

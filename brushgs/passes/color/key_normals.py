@@ -46,7 +46,7 @@ SURE = 1.5  # lead of one side in visible area that outvotes neighbours
 MOST_SHOWN = 0.05  # maximum share of a picture for one stroke
 SEEN = 0.03  # visible share of a stroke's area in all views that is enough to decide its side
 GUESS = 0.02  # weight of the direction out of the mass, relative to views
-OUTWARD = 0.8  # weight of the direction from the scene's centre, relative to the local mass, if no view decides
+OUTWARD = 0.8  # weight of the direction from the scene's centre, relative to the local mass, without views
 _TINY = np.finfo(np.float64).tiny
 
 

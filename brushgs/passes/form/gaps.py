@@ -93,7 +93,7 @@ def squared_distances(
     scales: NDArray[np.float64],
     axes: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Squared Mahalanobis distance of centres to other strokes, seen along the thinnest axis of these."""
+    """Squared Mahalanobis distance of centres to other strokes, seen along the thinnest axis of the first."""
     unit = scales[others, 2, None]
     unit = np.where(unit > 0, unit, 1.0)
     in_layer = axes[rows][:, :, 1:].transpose(0, 2, 1)  # [n, 2, 3]

@@ -1,12 +1,12 @@
-"""Strokes -> what surface each is of, as far as a brush asks for it: how rough, and whether smooth and light.
+"""Strokes -> the surface of each, for the choice of brushes: roughness, and whether it is smooth and light.
 
-A painter lays a light wall with a knife and drags fur with a dry brush. What things are made of is not known,
-but fur, leaves and gravel become strokes that face everywhere, in colours and sizes that differ from one to
-the next; those of walls, paper and skin are alike. So a stroke is compared with its nearest, and the
-differences are averaged over those around it: a surface is rough, not a stroke, and the outline of a smooth
-thing, where only one side of a stroke differs, is less rough than fur.
+A painter lays a light wall with a knife and drags fur with a dry brush. Materials are not known, but strokes
+of fur, leaves and gravel have varying normals, colours and sizes; those of walls, paper and skin are alike.
+So a stroke is compared with its nearest neighbours, and the differences are averaged over the neighbourhood:
+roughness belongs to a surface, not to a stroke, and the outline of a smooth object, where only one side of a
+stroke differs, is less rough than fur.
 
-All of it follows from the strokes in space: neither from a view, nor from their order, nor from the unit.
+The result depends only on the strokes in space, not on views, order or unit.
 """
 
 from dataclasses import dataclass
@@ -24,27 +24,27 @@ from brushgs.values.sh import base_colors
 
 # Found on koala, truck, plant, guitar, skull and chair, 4000 strokes each: there fur, soil and carved wood
 # are rough; paper, leaves and cushions smooth.
-NUM_COMPARED = 6  # nearest others that a stroke is compared with
+NUM_COMPARED = 6  # nearest neighbours for comparison
 NUM_ROUNDS = 2  # of means over the nearest 16 and the stroke itself
-FAR_COLOR = 0.15  # OKLab: colours that differ more are those of two things, and count as this
+FAR_COLOR = 0.15  # OKLab: larger differences are those of two objects, and are clipped to this
 FAR_SIZE = 1.0  # natural logarithm of the ratio of sizes, likewise
 FAR_NORMAL = 0.8  # of 1 - |cos| between normals
-# Mean differences, in these units, from which a surface is rough at all and in full; and their weights.
+# Mean differences, in these units, at which roughness begins and is full; and their weights.
 NORMALS, COLORS, SIZES = (0.1, 0.55), (0.2, 0.7), (0.2, 0.5)
 WEIGHTS = (0.5, 0.3, 0.2)
 # What is rough in a scene lies above its median, smooth below, but no scene of fur alone is half smooth.
 LEAST_MIDDLE, MOST_MIDDLE = 0.4, 0.55
-WIDTH = 0.15  # of roughness from the middle to what is smooth or rough in full
+WIDTH = 0.15  # of roughness, from the middle to fully smooth or rough
 
 
 @dataclass(frozen=True, eq=False)
 class Materials:
-    """What k strokes are of.
+    """Surfaces of k strokes.
 
     Attributes:
         roughness: [k] 0 (smooth) to 1.
-        smooth: [k] share 0 to 1 in which a stroke is of a surface that is smooth and light.
-        rough: [k] the same of one that is rough; of both shares one is 0.
+        smooth: [k] 0 to 1, how far a surface is smooth and light.
+        rough: [k] 0 to 1, how far it is rough; one of both is 0.
     """
 
     roughness: F64
@@ -53,7 +53,7 @@ class Materials:
 
     @classmethod
     def of(cls, strokes: Gaussians) -> "Materials":
-        """Look at k strokes."""
+        """Find the surfaces of k strokes."""
         if len(strokes) == 0:
             return cls(np.zeros(0), np.zeros(0), np.zeros(0))
         found = roughness(strokes)
@@ -64,7 +64,7 @@ class Materials:
 
 
 def roughness(strokes: Gaussians) -> F64:
-    """How rough the surface around each stroke is, [k] 0 (strokes face one way, in one colour and size) to 1.
+    """Roughness of the surface around each stroke, [k] 0 (equal normals, colours and sizes) to 1.
 
     Args:
         strokes: k strokes; one alone is smooth.
@@ -105,7 +105,7 @@ def _differences(strokes: Gaussians, others: Rows) -> tuple[F64, F64, F64]:
 
 
 def _middle(values: F64, paint: F64) -> float:
-    """The value that half of the paint lies below."""
+    """The median of values, weighted by paint."""
     largest = float(paint.max())
     weights = paint / largest if largest > 0 else np.ones(len(values))
     order = np.lexsort((weights, values))

@@ -1,4 +1,4 @@
-"""The strokes around each stroke: directions are smoothed over them, signs agree, and they show curvature."""
+"""The neighbours of each stroke, for smoothing directions, agreement of signs, and curvature."""
 
 from dataclasses import dataclass
 
@@ -21,12 +21,12 @@ HALF_BEND = 0.03  # squared difference of normals, as sines, that counts half
 
 @dataclass(frozen=True, eq=False)
 class Neighborhood:
-    """Which strokes are neighbours, and how much they agree.
+    """The neighbours of strokes, with weights.
 
     Attributes:
         rows: [n, k] the k nearest others.
-        weights: [n, k] their shares, sum 1 or 0: more for those of the same plane and colour that are not
-            smaller.
+        weights: [n, k] their weights, sum 1 or 0: more for neighbours of the same plane and colour that are
+            not smaller.
     """
 
     rows: NDArray[np.int32]
@@ -51,7 +51,7 @@ class Neighborhood:
         return cls(rows, weights / np.where(totals > 0, totals, 1.0))
 
     def smoothed(self, values: F64) -> F64:
-        """Columns [n, c], each time half their own and half the mean of the neighbours."""
+        """Columns [n, c], repeatedly averaged with the mean of the neighbours."""
         for _ in range(ROUNDS):
             values = 0.5 * values + 0.5 * self.mean(values)
         return values
@@ -64,10 +64,10 @@ class Neighborhood:
         return means
 
     def agreed(self, directions: F64, headings: F64) -> F64:
-        """Directions [n, 3], turned to point as their neighbours do; at first as `headings` [n, 3] say.
+        """Directions [n, 3], flipped to agree with their neighbours, starting from `headings` [n, 3].
 
-        The stroke image runs from its left to its right along the longest axis, as the matrix of the
-        quaternion has it: that is the direction that the lock calls its anchor.
+        The stroke image runs from left to right along the longest axis, in the sign of the quaternion's
+        matrix: the anchor direction of the lock.
         """
         for _ in range(ROUNDS):
             is_against = np.einsum("ni,ni->n", directions, headings) < 0

@@ -1,4 +1,4 @@
-"""A `Direction` as options have it -> what `orient` takes: files are read and checked here."""
+"""A `Direction` from options -> the argument of `orient`: files are read and checked here."""
 
 from brushgs.errors import SceneError
 from brushgs.formats.guides import Guides
@@ -11,11 +11,11 @@ def open_field(direction: Direction, camera: Camera | None = None) -> FieldName 
     """Open the file of a direction, if it has one.
 
     Args:
-        direction: which way strokes run.
-        camera: of a painting: the picture whose place it takes.
+        direction: of strokes.
+        camera: for a painting, which is laid over its picture.
 
     Raises:
-        ValueError: if there is a painting and no camera.
+        ValueError: if there is a painting but no camera.
         SceneError: if the file cannot be used.
     """
     if direction.kind == "guides":

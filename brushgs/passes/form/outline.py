@@ -1,7 +1,7 @@
-"""Strokes and a camera -> the points of their outline: where they end against what is behind them.
+"""Strokes and a camera -> the points of their outline against the background.
 
-That is where the picture of the strokes falls off to nothing, so that the stage shows, or to something much
-farther away. A subject does not end where it stands on its ground: there no depth falls off.
+The outline is where the picture of the strokes ends, so that the stage shows, or where the depth increases
+strongly. There is no outline where a subject stands on its ground, since the depth is continuous.
 """
 
 from dataclasses import dataclass, replace
@@ -19,16 +19,16 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import in_colors
 
-SIDE = 240  # pixels of the longer side of a view in which the outline is sought
-FALLS = 0.35  # of the inverse depth across an outline: 0.2 outlines the jaw of a skull before its neck
-SOLID = 0.5  # alpha from which on a pixel shows a surface
-NEAREST = 0.05  # of the depth of the subject; what is nearer counts as there
+SIDE = 240  # pixels, longer side of a view in which the outline is found
+FALLS = 0.35  # minimum drop of inverse depth at an outline: 0.2 outlines the jaw of a skull before its neck
+SOLID = 0.5  # minimum alpha of a pixel that shows a surface
+NEAREST = 0.05  # of the depth of the subject; smaller depths are clipped to this
 SMOOTH = 2.0  # pixels over which directions of an outline are smoothed
-BESIDE = 3.0  # pixels from an outline at which colours are looked at
+BESIDE = 3.0  # pixels from an outline at which colours are read
 BORDER = 3  # pixels of a view without outline
-WIDEST = 28  # pixels across, to which the width of a subject is known
-NUM_ALONG = 24  # points of an outline over which what is known of it is averaged: some 24 pixels
-ACROSS = np.arange(-4.0, 5.0)  # pixels from an outline, outward, at which its fall is looked at
+WIDEST = 28  # pixels, maximum measured width of a subject
+NUM_ALONG = 24  # points of an outline over which its data are averaged: some 24 pixels
+ACROSS = np.arange(-4.0, 5.0)  # pixels from an outline, outward, at which its drop is measured
 # An outline is lost already where colours differ by less across it (OKLab; 6 of CIELAB), where it falls over
 # more pixels (8 of 1000, and what a small picture blurs), and where the subject is a line that is not wider.
 FAINT, WIDE, THIN = 0.055, 2.8, 3
@@ -36,11 +36,11 @@ FAINT, WIDE, THIN = 0.055, 2.8, 3
 
 @dataclass(frozen=True, eq=False)
 class Around:
-    """What strokes are seen against.
+    """The background of strokes.
 
     Attributes:
-        stage: strokes that are laid before them; None for none.
-        ground: [3] RGB of what is painted on, where the stage leaves it open.
+        stage: strokes that are laid first, or None.
+        ground: [3] RGB of the ground, where the stage leaves it open.
     """
 
     stage: Gaussians | None = None
@@ -52,11 +52,11 @@ class Outline(NamedTuple):
 
     Attributes:
         places: [n, 2] (x, y), pixels of the view.
-        outward: [n, 2] unit vectors from the subject to what is behind it; 0 where that is undefined.
-        behind: [n, 3] OKLab of what is behind.
+        outward: [n, 2] unit vectors away from the subject; 0 if undefined.
+        behind: [n, 3] OKLab of the background.
         contrast: [n] OKLab distance between both sides.
-        says: [n, c] mean of what the strokes inside say, 0 to 1.
-        middle: [n] inverse depth between both sides, in that of the subject.
+        says: [n, c] mean of the numbers of the strokes inside, 0 to 1.
+        middle: [n] inverse depth between both sides, relative to the subject.
         width: [n] of the subject across the outline, pixels, at most `WIDEST`.
     """
 
@@ -75,9 +75,9 @@ class View:
 
     Attributes:
         camera: of the view.
-        depth: middle depth of what the strokes show, world units.
+        depth: median depth of the strokes, world units.
         outline: n >= 1 points.
-        behind: [h, w, 3] RGB of what the strokes are seen against.
+        behind: [h, w, 3] RGB of the background.
     """
 
     camera: Camera
@@ -86,7 +86,7 @@ class View:
     behind: Array
 
     def is_lost_in(self, strokes: Gaussians) -> Mask:
-        """[n] whether the outline is lost as flat dabs show it, whose rims are hard as those of paint are."""
+        """[n] whether the outline is lost, drawn with flat dabs, whose rims are as hard as those of paint."""
         places = self.outline.places + ACROSS[:, None, None] * self.outline.outward
         seen = _render(replace(strokes, brushes=None), self.camera, "ellipse").over(self.behind)
         one, other = (_lab(_at(rgb, places.reshape(-1, 2))) for rgb in (seen, self.behind))
@@ -103,8 +103,8 @@ def _render(strokes: Gaussians, camera: Camera, kernel_name: str = "gaussian") -
 
 
 class _Pictures(NamedTuple):
-    """Of a view: [h, w, 3] all that is seen, colours of the strokes, and what they say; [h, w] their inverse
-    depth, 0 where there are none.
+    """Pictures of a view: [h, w, 3] all paint, colours of the strokes, and their numbers; [h, w] their
+    inverse depth, 0 without strokes.
     """
 
     seen: Array
@@ -114,13 +114,13 @@ class _Pictures(NamedTuple):
 
 
 def view_of(strokes: Gaussians, camera: Camera, around: Around, says: F64) -> View | None:
-    """The outline of strokes in a view; None where there is none.
+    """The outline of strokes in a view, or None.
 
     Args:
-        strokes: k strokes, in the colours in which they are painted.
+        strokes: k strokes, in their painted colours.
         camera: the view, of any size.
-        around: what they are seen against.
-        says: [k, 3] numbers of each stroke, 0 to 1, that points of the outline are to have.
+        around: the background.
+        says: [k, 3] numbers of each stroke, 0 to 1, to be transferred to points of the outline.
     """
     small = camera.in_side(SIDE)
     if min(small.width, small.height) <= 2 * BORDER + 4:
@@ -145,17 +145,17 @@ def view_of(strokes: Gaussians, camera: Camera, around: Around, says: F64) -> Vi
 
 
 def _own(frame: Frame) -> Array:
-    """[h, w, 3] colours of what is painted, also where that is faint."""
+    """[h, w, 3] colours of the paint, also where it is faint."""
     return np.asarray(frame.rgb / np.maximum(frame.alpha[..., None], 1e-6))
 
 
 def _falls(inverse: F64) -> tuple[F64, F64]:
-    """[n, 2] pixels (x, y) inside the outline, and [n] inverse depth in the middle of its fall."""
+    """[n, 2] pixels (x, y) inside the outline, and [n] inverse depth in the middle of its drop."""
     found, middles = np.zeros(inverse.shape, bool), np.zeros(inverse.shape)
     for axis in (0, 1):
         for step in (1, -1):
             inner, beside, beyond = (np.roll(inverse, step * shift, axis) for shift in (1, -1, -2))
-            middle = 0.5 * (inner + beyond)  # a blurred outline falls over three pixels
+            middle = 0.5 * (inner + beyond)  # a blurred outline drops over three pixels
             falls = (inner - beyond > FALLS * inner) & (inverse > middle) & (beside <= middle)
             middles = np.where(falls & ~found, middle, middles)
             found |= falls
@@ -185,7 +185,7 @@ def _described(places: F64, middle: F64, pictures: _Pictures) -> Outline:
 
 
 def _smoothed(values: F64) -> F64:
-    """A map [h, w] blurred by a Gaussian of `SMOOTH`. In slices: a product of matrices wakes threads."""
+    """A map [h, w] blurred by a Gaussian of `SMOOTH`. In slices: a matrix product would start threads."""
     reach = round(3 * SMOOTH)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / SMOOTH) ** 2)
     weights /= weights.sum()
@@ -196,7 +196,7 @@ def _smoothed(values: F64) -> F64:
 
 
 def _at(picture: Array, places: F64) -> Array:
-    """The pixels of a picture [h, w, ...] at places [n, 2]; beyond it, those at its border."""
+    """The pixels of a picture [h, w, ...] at positions [n, 2], clamped to its border."""
     height, width = picture.shape[:2]
     columns, rows = np.clip(places, 0, (width - 1, height - 1)).astype(np.int64).T
     return np.asarray(picture[rows, columns])

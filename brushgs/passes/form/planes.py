@@ -1,8 +1,8 @@
-"""The plane that each stroke lies in, and directions in it.
+"""The plane of each stroke, and directions in it.
 
-A direction without a sign, at an angle t from the long axis of a stroke, is the pair w (cos 2t, sin 2t), w
-its weight: pairs may be added, and directions at right angles cancel. Across planes that differ it is the
-tensor w d d^T in space, of which six numbers are kept.
+A direction without sign, at an angle t from the long axis of a stroke, is the pair w (cos 2t, sin 2t) with
+weight w: pairs can be added, and perpendicular directions cancel. Between different planes it is the tensor w
+d d^T in space, of which six numbers are kept.
 """
 
 from collections.abc import Iterator
@@ -15,18 +15,18 @@ from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 
-ROWS_AT_A_TIME = 1 << 14  # strokes whose neighbours are in memory
+ROWS_AT_A_TIME = 1 << 14  # strokes with their neighbours in memory
 _ROWS, _COLUMNS = np.array([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]).T  # of the six numbers
-_TIMES = np.where(_ROWS == _COLUMNS, 1.0, 2.0)  # how often each stands in the matrix
+_TIMES = np.where(_ROWS == _COLUMNS, 1.0, 2.0)  # how often each occurs in the matrix
 
 
 @dataclass(frozen=True, eq=False)
 class Planes:
-    """The planes of n strokes, at right angles to their shortest axes.
+    """The planes of n strokes, perpendicular to their shortest axes.
 
     Attributes:
         means: [n, 3] centres, world units.
-        order: [n, 3] the columns of the rotation matrices that are the longest, middle and shortest axis.
+        order: [n, 3] columns of the longest, middle and shortest axis in the rotation matrices.
         axes: [n, 3, 3] these unit axes as rows, in that order: the last is the normal.
         scales: [n, 3] standard deviations in that order, world units.
         sizes: [n] geometric mean of the first two.
@@ -73,7 +73,7 @@ class Planes:
         return np.asarray(first[:, _ROWS] * along[:, _COLUMNS] + second[:, _ROWS] * across[:, _COLUMNS])
 
     def lower(self, tensors: F64) -> tuple[F64, F64]:
-        """What of tensors in space [n, 6] lies in the planes, as pairs [n, 2] and weights [n]."""
+        """The components of tensors in space [n, 6] within the planes, as pairs [n, 2] and weights [n]."""
         along, across = self.axes[:, 0], self.axes[:, 1]
         parts = tensors * _TIMES
         xx = np.einsum("nk,nk,nk->n", parts, along[:, _ROWS], along[:, _COLUMNS])
@@ -84,11 +84,11 @@ class Planes:
 
 @dataclass(frozen=True, eq=False)
 class Wish:
-    """How the user says that n strokes should run.
+    """The directions that the user requests for n strokes.
 
     Attributes:
-        pairs: [n, 2] directions in the planes of the strokes; weight 0 to 1, 0 for no say.
-        headings: [n, 3] where they should point, any length; 0 for no say.
+        pairs: [n, 2] directions in the planes of the strokes; weight 0 to 1, 0 for none.
+        headings: [n, 3] directions with sign, any length; 0 for none.
     """
 
     pairs: F64
@@ -102,7 +102,7 @@ def pairs_of(vectors: F64) -> F64:
 
 
 def unit_pairs(pairs: F64) -> tuple[F64, F64]:
-    """Pairs [n, 2] of weight 1, and the weights [n] that they had; (0, 0) stays as it is."""
+    """Pairs [n, 2] of weight 1, and their former weights [n]; (0, 0) stays."""
     lengths = np.hypot(pairs[:, 0], pairs[:, 1])
     return pairs / np.where(lengths > 0, lengths, 1.0)[:, None], lengths
 

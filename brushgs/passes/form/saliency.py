@@ -1,14 +1,13 @@
-"""Gaussians -> how much each stands out, 0 to 1: where the eye goes first, and a painter takes a small brush.
+"""Gaussians -> saliency, 0 to 1: where the eye goes first, and a painter takes a small brush.
 
-Signs are measured in a grid around the scene, which stands upright in it: how far a colour is from what
-surrounds it, how far it is warm as skin is where its surroundings are not, how much colours vary at a place
-where they do not around it, whether paint is thin (a line or a knob, not a wall), and whether it lies at the
-top of what stands upright. Faces and hands come
-first, in whatever else there is; the other signs count in the middle of the subject, or of the view.
+Cues are measured in an upright grid around the scene: difference of colour from the surroundings, warm
+colours of skin in other surroundings, local variation of colour, thin paint (a line or a knob, not a wall),
+and the top of upright objects. Faces and hands have priority; the other cues count in the middle of the
+subject, or of the view.
 
-Colours count by the paint that carries them, and where there is little paint as their surroundings: a floater
-does not stand out. Lengths are radii of the subject; of a scene that is seen from inside about angles at the
-eye. What the light of a whole scene does to its colours is taken off before skin is looked for.
+Colours are weighted by paint, and cells with little paint take the colour of their surroundings: a floater is
+not salient. Lengths are radii of the subject; in a scene seen from inside approximately angles at the eye.
+The colour cast of the light of a whole scene is removed before skin is detected.
 """
 
 from dataclasses import dataclass
@@ -23,11 +22,11 @@ from brushgs.values.colors import oklab_of
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors
 
-REACH = 2.0  # of the grid to each side, radii; what lies further out is contracted into it
+REACH = 2.0  # of the grid to each side, radii; positions beyond are contracted into it
 CELLS = 64  # of the grid along each axis
-NEAR, AROUND = 0.05, 0.22  # standard deviations of what is one place, and of what surrounds it
-DOUBT = 0.3  # of the paint of a usual place, which every place has in the colour of its surroundings
-INSIDE = 0.5  # of the middle distance from the eye: what is nearer is not magnified further
+NEAR, AROUND = 0.05, 0.22  # standard deviations of a place, and of its surroundings
+DOUBT = 0.3  # of the usual paint of a place, added to every place in the colour of its surroundings
+INSIDE = 0.5  # of the median distance from the eye: nearer objects are not magnified further
 # Skin in OKLab: hue, middle and half width; chroma and lightness from none to full to none.
 SKIN_HUE, SKIN_HUE_WIDTH = float(np.radians(52.0)), float(np.radians(26.0))
 SKIN_CHROMA = (0.025, 0.06, 0.13, 0.18)
@@ -35,9 +34,9 @@ SKIN_LIGHT = (0.22, 0.38, 0.90, 0.97)
 # Share of all paint that is skin around a place: to the first a face or a hand, from the second on a body of
 # wood. Face and hands of standing people have 0.005 to 0.03, the top of a guitar 0.06 to 0.11.
 SKIN_PART = (0.03, 0.06)
-ADAPTED, MOST_CAST = 0.7, 0.05  # of the mean a and b of a scene counts as its light, and at most so much
+ADAPTED, MOST_CAST = 0.7, 0.05  # share of a scene's mean a and b that counts as its light, and the maximum
 FULL_CONTRAST, FULL_DETAIL = 0.16, 0.06  # OKLab distances
-LIGHTNESS_WEIGHT = 0.6  # of L in them: shadows are deep, and not what one looks at
+LIGHTNESS_WEIGHT = 0.6  # of L in them: shadows are dark, but not salient
 ACROSS, COLUMN = 0.07, 0.35  # of a column, and the height over which what stands there counts by 1/e
 MIDDLE = 0.5  # deviation, radii or radians
 # Shares of the paint below which nothing is in focus and above which all is; and the signs of skin, and of
@@ -48,13 +47,13 @@ TINY = 1e-30
 
 
 def saliency(gaussians: Gaussians, view: FirstView) -> F64:
-    """How much Gaussians stand out, [N] 0 to 1; about a tenth of the paint of a scene does at all.
+    """Saliency of Gaussians, [N] 0 to 1; above 0 for about a tenth of the paint of a scene.
 
     Args:
         gaussians: N Gaussians.
-        view: how the scene is seen: its subject, its vertical, and its eye where that stands inside.
+        view: first view of the scene: subject, up axis, and the eye if inside.
 
-    Independent of unit and place of the scene, and but for rounding of the order of the rows.
+    Independent of unit and position of the scene, and except for rounding of the order of the rows.
     """
     if len(gaussians) == 0:
         return np.zeros(0)
@@ -87,7 +86,7 @@ def saliency(gaussians: Gaussians, view: FirstView) -> F64:
 def _contrasts(
     grid: "_Grid", weights: Array, lab: F64, near: Array, around: Array, doubt: float
 ) -> tuple[F64, F64]:
-    """How far colours of cells are from those around, and how much more they vary, both 0 to 1."""
+    """Difference of cells from the colours around, and their additional variation, both 0 to 1."""
     scaled = lab * (LIGHTNESS_WEIGHT, 1.0, 1.0)
     away, mean_squares, wide_squares = np.zeros((3, *near.shape))
     for column in scaled.T:
@@ -105,9 +104,9 @@ def _contrasts(
 
 
 def _thinness(near: Array, around: Array) -> F64:
-    """How far paint is a line or a point at each cell, 1, and not a surface or a body, 0.
+    """Thinness of paint at each cell: 1 for a line or a point, 0 for a surface or a body.
 
-    Paint of so many dimensions within a deviation s is as dense as s to that power, less 3.
+    The density of d-dimensional paint within a deviation s is proportional to s^(d - 3).
     """
     ratio = np.maximum(near, TINY) / np.maximum(around, TINY)
     return smoothstep(np.log(ratio) / np.log(AROUND / NEAR) - 1)
@@ -122,7 +121,7 @@ def _skin_focus(signs: Array, paint: Array) -> F64:
 
 
 def _other_focus(signs: Array, paint: Array) -> F64:
-    """Cells that stand out otherwise, 0 to 1: the first few, the fainter the less they do."""
+    """Other salient cells, 0 to 1: the first few, with decreasing weight."""
     low, high = _quantiles(signs, paint, OTHER_SHARES)
     least, full = OTHER_SIGNS
     strength = float(smoothstep(np.array((high - least) / (full - least))))
@@ -130,7 +129,7 @@ def _other_focus(signs: Array, paint: Array) -> F64:
 
 
 def _quantiles(values: Array, paint: Array, shares: tuple[float, float]) -> tuple[float, float]:
-    """Values of cells below which such shares of the paint lie."""
+    """Quantiles of cell values, weighted by paint."""
     used = paint > 0
     order = np.argsort(values[used], kind="stable")
     below = np.cumsum(paint[used][order])
@@ -156,13 +155,13 @@ class _Grid:
         return sums.reshape((CELLS,) * 3).astype(np.float32)  # of half the time; signs are coarse
 
     def blurred(self, values: Array, deviation: float) -> Array:
-        """Values of cells blurred by a Gaussian of this standard deviation, radii; beyond lies nothing."""
+        """Values of cells blurred by a Gaussian of this standard deviation, radii; zero outside."""
         kernel = np.exp(-0.5 * ((_STEPS[:, None] - _STEPS) / deviation) ** 2)
         kernel /= kernel[CELLS // 2].sum()
         return _along(kernel, 2, _along(kernel, 1, _along(kernel, 0, values)))
 
     def top(self, paint: Array) -> F64:
-        """How far more paint stands below each cell than above, 0 (as much, or less) to 1 (all of it)."""
+        """Excess of paint below each cell over paint above, 0 (none) to 1 (all paint below)."""
         across = np.exp(-0.5 * ((_STEPS[:, None] - _STEPS) / ACROSS) ** 2)
         spread = _along(across, 2, _along(across, 0, paint))
         down = _STEPS - _STEPS[:, None]  # from the cell of a row to that of a column
@@ -171,7 +170,7 @@ class _Grid:
         return smoothstep(1.6 * (under - over) / np.maximum(under + over, TINY) - 0.2)
 
     def middle(self, view: FirstView) -> F64:
-        """How near cells are to the middle of the subject, or inside a scene to that of the view; 0 to 1."""
+        """Nearness of cells to the middle of the subject, or inside a scene to that of the view; 0 to 1."""
         x, y, z = np.meshgrid(_STEPS, _STEPS, _STEPS, indexing="ij", sparse=True)
         squares = x * x + y * y + z * z
         if view.eye is None:
@@ -182,7 +181,7 @@ class _Grid:
         return np.asarray(np.exp((cosine - 1) / MIDDLE**2))
 
     def at(self, values: Array) -> F64:
-        """[N] values of cells where the Gaussians lie, between cells in proportion."""
+        """[N] values of cells at the Gaussians, interpolated linearly."""
         low = np.clip(np.floor(self.places - 0.5), 0, CELLS - 2).astype(np.intp)
         part = np.clip(self.places - 0.5 - low, 0, 1)
         shares, found = np.stack([1 - part, part]), np.zeros(len(self.places))
@@ -193,19 +192,19 @@ class _Grid:
 
 
 _STEPS = (np.arange(CELLS) + 0.5) * (2 * REACH / CELLS) - REACH  # middles of cells, radii
-_VOLUME = (np.sqrt(2 * np.pi) * AROUND * CELLS / (2 * REACH)) ** 3  # of what is around a place, cells
+_VOLUME = (np.sqrt(2 * np.pi) * AROUND * CELLS / (2 * REACH)) ** 3  # of the surroundings of a place, cells
 
 
 def _along(kernel: Array, axis: int, values: Array) -> Array:
     """A kernel [CELLS, CELLS] applied along one axis of the cells."""
     kernel = kernel.astype(values.dtype)
-    if axis == 0:  # one product of all would start threads, which takes longer
+    if axis == 0:  # a single product would start threads, which is slower
         return np.asarray((kernel @ values.swapaxes(0, 1)).swapaxes(0, 1))
     return np.asarray(kernel @ values if axis == 1 else values @ kernel.T)
 
 
 def _grid_of(gaussians: Gaussians, view: FirstView) -> tuple[_Grid, Array]:
-    """The grid, and how much each Gaussian [N] paints in it, at most a full place."""
+    """The grid, and the paint of each Gaussian [N] in it, at most that of a full place."""
     means = gaussians.means.astype(np.float64)
     if view.eye is not None:
         away = means - view.eye
@@ -227,7 +226,7 @@ def _grid_of(gaussians: Gaussians, view: FirstView) -> tuple[_Grid, Array]:
 
 
 def _skin_likeness(lab: F64) -> F64:
-    """How far colours [N, 3] in OKLab are those of skin in any light and of any tone, [N] 0 to 1."""
+    """Similarity of OKLab colours [N, 3] to skin of any tone in any light, [N] 0 to 1."""
     lightness, chroma = lab[:, 0], np.hypot(lab[:, 1], lab[:, 2])
     hue = np.abs(np.arctan2(lab[:, 2], lab[:, 1]) - SKIN_HUE) / SKIN_HUE_WIDTH
     return np.asarray(smoothstep(2 - hue) * _band(chroma, SKIN_CHROMA) * _band(lightness, SKIN_LIGHT))

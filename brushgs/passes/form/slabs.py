@@ -1,9 +1,9 @@
-"""Strokes -> strokes none of which covers much of a picture: long marks are laid as several shorter ones.
+"""Limit the size of strokes in pictures: long strokes are cut into several shorter ones.
 
-Near a camera one stroke can cover half a room. What is longer in some view of the job than a share of its
-diagonal is cut along its length, and along its width too where that is as long; each piece lies where that
-part of the stroke lay. What hangs right before a camera hides the scene and is nothing itself: it goes. The
-sky and all that is far behind the scene may be as large as it likes. It is decided once for all views.
+Near a camera one stroke can cover half a room. Strokes longer than a share of the diagonal in some view of
+the job are cut along their length, and along their width if it is too long too; each piece covers its part of
+the stroke. Strokes right before a camera only hide the scene and are dropped. The sky, and everything far
+behind the scene, has no limit. It is decided once for all views.
 """
 
 from collections.abc import Sequence
@@ -21,16 +21,16 @@ from brushgs.values.quats import rotation_matrices
 
 LONGEST = 0.12  # of the diagonal of a picture
 NUM_SIGMAS = 2.0  # standard deviations from the middle of a stroke to its end
-SHORTENED = 1.3  # allowed lengths, up to which a stroke is no more than shortened
-SPACING = 1.6  # of pieces, in half lengths: closer than 2, since they are narrow at their ends
-MOST_PIECES = (10, 5)  # along and across; what is larger still gets shorter instead
-BEFORE_EYE = 0.25  # of the middle depth of a view: nearer, and longer than `HIDING`, a stroke only hides
+SHORTENED = 1.3  # allowed lengths, up to which a stroke is only shortened
+SPACING = 1.6  # of pieces, in half lengths: less than 2, since their ends are narrow
+MOST_PIECES = (10, 5)  # along and across; larger strokes are shortened too
+BEFORE_EYE = 0.25  # of the median depth of a view: nearer strokes longer than `HIDING` only hide the scene
 HIDING = 0.4  # of the diagonal
 SKY = 2.5  # radii of the scene from its middle: strokes that lie further out are exempt
-MOST_VIEWS = 60  # of a path, evenly spread: a stroke near the camera is large in several frames
-MARGIN = 0.05  # of the longer side of a picture: what lies within beside it is kept, since views move
-NUM_ROUNDS = 3  # of cutting: pieces nearer to the camera than their stroke are longer than thought
-SHRINK = 0.999  # the last cut is by rounding below the limit
+MOST_VIEWS = 60  # of a path, evenly spread; a stroke near the camera is large in several frames
+MARGIN = 0.05  # of the longer side of a picture: strokes this close to it are kept, since views move
+NUM_ROUNDS = 3  # of cutting: pieces nearer to the camera than their stroke are longer than estimated
+SHRINK = 0.999  # keeps the last cut below the limit in spite of rounding
 
 
 def cut_slabs(
@@ -44,21 +44,19 @@ def cut_slabs(
 
     Args:
         strokes: k strokes.
-        cameras: all views of the job; of more than `MOST_VIEWS` as many are looked at.
+        cameras: all views of the job; at most `MOST_VIEWS` are examined.
         longest: share of the diagonal, > 0.
-        num_sigmas: half length of a stroke in standard deviations, for all or [k]: the largest that a brush
-            is stretched to.
+        num_sigmas: half length of a stroke in standard deviations, for all or [k]: the maximum of its brush.
 
     Returns:
-        The strokes, and the row that each was or is a piece of, ascending. Rows that need no change stay bit
-        for bit; where none does, the strokes are the input itself. Pieces have the columns of their stroke.
+        The strokes, and the original row of each, ascending. Strokes that fit are unchanged, bit for bit; if
+        all fit, the result is the input itself. Pieces have the columns of their stroke.
 
     Raises:
         ValueError: if `longest` is not positive.
 
-    The sky, which lies further from the middle of the scene than `SKY` of its radii, is exempt. Pieces that
-    no picture shows, `MARGIN` beside it included, are left out. Boxes may be longer by what the low-pass of
-    the renderer adds.
+    The sky, further from the middle of the scene than `SKY` radii, is exempt. Pieces outside all pictures and
+    their `MARGIN` are dropped. Boxes may be longer by the low-pass of the renderer.
     """
     if not longest > 0:
         raise ValueError(f"cut_slabs: longest must be above 0, got {longest:g}")
@@ -100,7 +98,7 @@ def too_long(strokes: Gaussians, cameras: Sequence[Camera]) -> Mask:
 
 def shorten_slabs(strokes: Gaussians, cameras: Sequence[Camera]) -> Gaussians:
     """The same strokes, row by row, with the axes of those that are too long shortened; see `cut_slabs`."""
-    for at_most in ((1, 1), None):  # two long axes can lie in one line, which is still too long
+    for at_most in ((1, 1), None):  # two long axes may coincide in a picture, which is still too long
         sizes, changes = _long(strokes, cameras)
         if not changes.any():
             break
@@ -110,7 +108,7 @@ def shorten_slabs(strokes: Gaussians, cameras: Sequence[Camera]) -> Gaussians:
 
 
 def _long(strokes: Gaussians, cameras: Sequence[Camera]) -> "tuple[_Sizes, Mask]":
-    """The sizes of strokes, and a mask of those that are longer than a mark may be."""
+    """The sizes of strokes, and a mask of those that are too long."""
     views = _Views.of(strokes, _some(cameras), LONGEST)
     sizes = views.sizes(strokes, np.full(len(strokes), NUM_SIGMAS))
     return sizes, np.asarray((sizes.length > 1) & views.are_near(strokes))
@@ -123,13 +121,13 @@ def _some(cameras: Sequence[Camera]) -> Sequence[Camera]:
 
 @dataclass(frozen=True, eq=False)
 class _Sizes:
-    """How long strokes are in the view in which each is longest, in lengths that are allowed.
+    """Maximum size of strokes over all views, in allowed lengths.
 
     Attributes:
-        length: [k] of the box; 0 where no view shows the stroke.
-        axes: [k, 3] of the own axes.
-        only_hides: [k] whether a stroke hangs right before some camera.
-        is_shown: [k] whether it lies in some picture, or beside one within `MARGIN`.
+        length: [k] of the box; 0 if no view shows the stroke.
+        axes: [k, 3] of the axes.
+        only_hides: [k] whether a stroke lies right before some camera.
+        is_shown: [k] whether it lies in some picture or its `MARGIN`.
     """
 
     length: F64
@@ -143,11 +141,11 @@ class _Sizes:
 
 @dataclass(frozen=True, eq=False)
 class _Views:
-    """Views, and what is far in them.
+    """Views, with data to detect far and near strokes.
 
     Attributes:
         cameras: the views.
-        depths: middle depth of what each shows, world units; 0 where it shows nothing.
+        depths: median depth of each, world units; 0 for an empty view.
         center: [3] of the scene.
         radius: of the scene, world units.
         longest: share of the diagonal.
@@ -176,7 +174,7 @@ class _Views:
         return np.asarray(away <= SKY * self.radius)
 
     def sizes(self, strokes: Gaussians, half: F64) -> _Sizes:
-        """The sizes of strokes whose ends are so many standard deviations from their middle."""
+        """The sizes of strokes with half lengths of `half` standard deviations."""
         num = len(strokes)
         found = _Sizes(np.zeros(num), np.zeros((num, 3)), np.zeros(num, bool), np.zeros(num, bool))
         axes = (
@@ -187,7 +185,7 @@ class _Views:
         for camera, depth in zip(self.cameras, self.depths, strict=True):
             x, y, z = _seen_from(strokes, camera)
             limit = self.longest * float(np.hypot(camera.width, camera.height))
-            # No box is longer than this: most strokes need no closer look.
+            # Upper bound of the box: most strokes need no exact size.
             focal = float(max(camera.K[0, 0], camera.K[1, 1]))
             slant = 1 + (camera.width + camera.height) / focal
             with np.errstate(over="ignore"):
@@ -221,7 +219,7 @@ def _seen_from(strokes: Gaussians, camera: Camera) -> tuple[F64, F64, F64]:
 
 
 def _pixels(x: F64, y: F64, z: F64, camera: Camera) -> tuple[F64, F64]:
-    """Places in a picture, pixels from its middle; far out for what is not in front of the camera."""
+    """Positions in a picture, pixels from its middle; far out for points not in front of the camera."""
     depth = np.maximum(z, 1e-12)
     u = camera.K[0, 0] * x / depth + camera.K[0, 2] - 0.5 * camera.width
     v = camera.K[1, 1] * y / depth + camera.K[1, 2] - 0.5 * camera.height
@@ -229,9 +227,9 @@ def _pixels(x: F64, y: F64, z: F64, camera: Camera) -> tuple[F64, F64]:
 
 
 def _slopes(along: F64, u: F64, v: F64, z: F64, camera: Camera) -> tuple[F64, F64]:
-    """[n, 3] twice: what axes [n, 3, 3], as columns, make in a picture, right and down, pixels.
+    """[n, 3] twice: projected axes, of [n, 3, 3] as columns, right and down, pixels.
 
-    The place is that of the stroke, but at most a little outside of the picture, as `project` takes it.
+    Projected at the stroke's position, clamped to slightly outside the picture, as in `project`.
     """
     (fx, cx), (fy, cy) = camera.K[0, [0, 2]], camera.K[1, [1, 2]]
     right = np.clip(u, -0.65 * camera.width, 0.65 * camera.width) + 0.5 * camera.width - cx
@@ -252,10 +250,10 @@ def _longest(ways: F64) -> F64:
 def _cut(
     strokes: Gaussians, sizes: _Sizes, rows: Rows, half: F64, *, at_most: tuple[int, int] | None
 ) -> tuple[Gaussians, Rows]:
-    """Cut these rows into pieces, and say of which row each is.
+    """Cut these rows into pieces, and return the row of each.
 
-    A stroke is cut along the axis that is longest in the picture and the next, where they are longer than
-    `SHORTENED`; with one piece at most these axes get shorter, with None strokes as a whole.
+    A stroke is cut along the two axes that are longest in the picture, if they are longer than `SHORTENED`.
+    With a maximum of one piece these axes are shortened, with None whole strokes.
     """
     each = sizes.axes[rows]
     order = np.argsort(-each, axis=1, kind="stable")[:, :2]
@@ -276,7 +274,7 @@ def _cut(
     if at_most is None:
         scales[changed] *= (SHRINK / np.maximum(sizes.length[rows], 1.0))[own, None]
     else:
-        shares = []  # where each piece lies along each axis, -1 to 1
+        shares = []  # position of each piece along each axis, -1 to 1
         for rank, at in enumerate((index % pieces[own, 0], index // pieces[own, 0])):
             axis, count, length = order[own, rank], pieces[own, rank], np.maximum(lengths[own, rank], 1.0)
             deviation = scales[changed, axis]
@@ -286,7 +284,7 @@ def _cut(
             ]
             scales[changed, axis] = deviation / length
             shares.append(share)
-        for rank in range(2):  # a stroke is narrower towards its ends, and so are its pieces
+        for rank in range(2):  # pieces get narrower toward the ends of a stroke, like the stroke
             scales[changed, order[own, rank]] *= np.sqrt(1 - shares[1 - rank] ** 2)
     dtype = found.means.dtype
     largest = np.finfo(dtype).max

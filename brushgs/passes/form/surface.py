@@ -1,8 +1,8 @@
-"""Gaussians around each stroke -> where the colour of the surface stays the same, and where it extends.
+"""Gaussians around each stroke -> direction of constant colour, and of the surface's extent.
 
-Gaussians are finer than strokes, so they show edges that strokes cross. Lengths are measured in distances of
-the farthest neighbour, whose own weight is zero: unit and position of the scene do not matter, nor which of
-two equally far neighbours is taken.
+Gaussians are finer than strokes, so they show edges that strokes cross. The unit of length is the distance of
+the farthest neighbour, whose weight is zero: the result depends neither on unit and position of the scene,
+nor on the choice between equally far neighbours.
 """
 
 from dataclasses import dataclass
@@ -20,22 +20,22 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors
 
 NUM_NEIGHBORS = 20
-SURFACE = 0.6  # share of the Gaussians that is looked at, those of most paint: the others are mostly hidden
-FARTHEST = 1e6  # scene radii; farther is there
-# A step of colour across a stroke that counts half, CIELAB / 100: 3 units are just visible side by side.
+SURFACE = 0.6  # share of the Gaussians that is used, those of most paint: the others are mostly hidden
+FARTHEST = 1e6  # scene radii; larger distances are clipped
+# Step of colour across a stroke with weight 1/2, CIELAB / 100: 3 units are just visible side by side.
 HALF_STEP = 0.03
-FLATNESS = 0.02  # of the spread of neighbours, added to it: those on a line tell nothing of across
-LONG = (0.5, 0.9)  # 1 - smaller / larger spread at which neighbours come to be long; 0.4 by chance
+FLATNESS = 0.02  # of the spread of neighbours, added to it: against neighbours on a line
+LONG = (0.5, 0.9)  # 1 - smaller / larger spread over which neighbours count as elongated; 0.4 by chance
 LEAST_SPREAD = 1e-12  # squared distances of the farthest neighbour
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """What the Gaussians around n strokes suggest, as pairs in the planes of the strokes.
+    """Directions from the Gaussians around n strokes, as pairs in the planes of the strokes.
 
     Attributes:
         color: [n, 2] along lines of equal colour; weight 0 to 1, 1/2 for a step of `HALF_STEP`.
-        long: [n, 2] along which the surface extends; weight 0 to 1, 0 for what is as long as wide, or no
+        long: [n, 2] along the extent of the surface; weight 0 to 1, 0 if it is as long as wide, or no
             surface.
     """
 
@@ -44,11 +44,11 @@ class Surface:
 
 
 def surface_around(planes: Planes, gaussians: Gaussians) -> Surface:
-    """Look at the Gaussians around strokes.
+    """Find these directions for strokes.
 
     Args:
         planes: of the strokes.
-        gaussians: N >= 1 that the strokes were made of.
+        gaussians: the N >= 1 Gaussians of the strokes.
     """
     near = _Near.of(gaussians, planes.means)
     color, long = np.empty((2, len(planes), 2))
@@ -84,13 +84,13 @@ def _surface_of(planes: Planes, near: "_Near", rows: slice) -> tuple[F64, F64]:
 
 @dataclass(frozen=True, eq=False)
 class _Near:
-    """The Gaussians of the surface nearest to each stroke. Places are in scene radii from the centre.
+    """The Gaussians of the surface nearest to each stroke. Positions are in scene radii from the centre.
 
     Attributes:
-        places: [n, 3] of the strokes.
+        places: [n, 3] positions of the strokes.
         distances: [n, k] to the nearest Gaussians, nearest first.
         found: [n, k] the rows of these.
-        points: [S, 3] places of the Gaussians.
+        points: [S, 3] positions of the Gaussians.
         radius: of the scene, world units.
         shares: [S] root of their paint over that of the largest.
         sh: [S, k, 3] their colours.
@@ -118,7 +118,7 @@ class _Near:
         return cls(places, distances, found, points, radius, shares, gaussians.sh[rows])
 
     def around(self, strokes: slice) -> tuple[F64, F64, F64, F64]:
-        """Weights [n, k], places [n, k, 3], the unit of these [n], world units, and colours [n, k, 3]."""
+        """Weights [n, k], positions [n, k, 3], their unit [n], world units, and colours [n, k, 3]."""
         places, distances, found = (x[strokes] for x in (self.places, self.distances, self.found))
         reach = np.where(distances[:, -1] > 0, distances[:, -1], 1.0)
         weights = (1 - (distances / reach[:, None]) ** 2) ** 2 * self.shares[found]
@@ -131,7 +131,7 @@ class _Near:
 
 
 def _solved(xx: F64, xy: F64, yy: F64, sides: F64) -> F64:
-    """Solve [[xx, xy], [xy, yy]] s = sides, [n, 2, 3], of matrices that are at least a little round."""
+    """Solve [[xx, xy], [xy, yy]] s = sides, [n, 2, 3], for well-conditioned matrices."""
     more = FLATNESS * (xx + yy) + LEAST_SPREAD
     xx, yy = xx + more, yy + more
     scaled = np.stack(

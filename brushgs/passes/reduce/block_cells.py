@@ -1,10 +1,10 @@
-"""Which cell of a scene each Gaussian lies in: a number that says where it is, how large, and of what colour.
+"""The cell of each Gaussian in a scene: a number for its position, size and colour.
 
 Space is the contracted one of `features`: a cube of four radii of the scene, halved along x, y and z in turn.
-A Gaussian lies in the cell that is about as large as itself, so it only ever shares one with Gaussians of its
-own size: the depth of a cell is the number of halvings. Where that gives too many cells, the deepest move
-into those that hold them, halving by halving, and small Gaussians become one before large ones do. Gaussians
-of unlike colour never share a cell: each channel is light or dark.
+The depth of a cell is the number of halvings. A Gaussian lies in a cell of about its own size, so it only
+shares one with Gaussians of similar size. If there are too many cells, the deepest move into their parents,
+one halving at a time, so small Gaussians are merged before large ones. Gaussians of different colour never
+share a cell: each channel is light or dark.
 
 The number of a cell of depth b is 1, b bits of the Morton code of its corner, and three bits of the colour.
 Source: Gargantini 1982, An Effective Way to Represent Quadtrees (linear trees; the leading 1 is common lore).
@@ -37,7 +37,7 @@ def cell_keys(gaussians: Gaussians, areas: F64, frame: SceneFrame) -> Keys:
     Args:
         gaussians: N Gaussians.
         areas: [N] their `projected_areas`, world units squared.
-        frame: centre and radius of the scene, see `robust_frame`; whatever lies outside has cells too.
+        frame: centre and radius of the scene, see `robust_frame`; outliers have cells too.
     """
     places, factors = contracted(gaussians.means, frame)
     steps = np.clip((places + EXTENT / 2) * (2**AXIS_BITS / EXTENT), 0, 2**AXIS_BITS - 1).astype(np.uint64)
@@ -52,7 +52,7 @@ def cell_keys(gaussians: Gaussians, areas: F64, frame: SceneFrame) -> Keys:
 
 
 def coarser(keys: Keys, depth: int) -> Keys:
-    """The cells of a depth that deeper ones lie in; others as they are."""
+    """The ancestors at a depth of deeper cells; other cells are unchanged."""
     cells = keys >> COLOR_BITS
     depths = np.frexp(cells.astype(np.float64))[1].astype(np.int64) - 1
     depths -= cells < (np.int64(1) << depths)  # as float64 a cell may have been rounded up to a power of 2
@@ -61,7 +61,7 @@ def coarser(keys: Keys, depth: int) -> Keys:
 
 
 def deepest(keys: Keys, most: int, below: int = MOST_DEPTH + 1) -> int:
-    """The largest depth below another that leaves at most so many different cells, 0 where none does."""
+    """The largest depth below `below` with at most `most` different cells, 0 if there is none."""
     step, high = 1, below  # too deep
     while (low := max(high - step, 0)) and not _fits(keys, low, most):
         step, high = 2 * step, low

@@ -1,4 +1,4 @@
-"""The blocks of one scene are merged: first each of them for itself, then what they gave."""
+"""Merge the blocks of one scene: first each block, then their sums."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from brushgs.values.gaussians import Gaussians
 
 
 class CellSums(NamedTuple):
-    """What some rows of a scene add to its cells: `keys` [n], each once, ascending, and `sums` [F, n]."""
+    """The sums of some rows of a scene by cell: distinct `keys` [n], ascending, and `sums` [F, n]."""
 
     keys: Keys
     sums: F64
@@ -25,7 +25,7 @@ def cell_sums(gaussians: Gaussians, frame: SceneFrame) -> CellSums:
 
     Args:
         gaussians: any rows of a scene.
-        frame: centre and radius of the whole scene, see `robust_frame`, or about; the same for all blocks.
+        frame: approximate centre and radius of the whole scene, see `robust_frame`; the same for all blocks.
     """
     gaussians = replace(gaussians, finest=usual_finest(frame[1]))
     keys = cell_keys(gaussians, seen_areas(gaussians), frame)
@@ -33,15 +33,15 @@ def cell_sums(gaussians: Gaussians, frame: SceneFrame) -> CellSums:
 
 
 def merged_of(table: CellTable, frame: SceneFrame, *, antialiased: bool = False) -> Gaussians:
-    """The Gaussians of a scene whose blocks are merged: one per cell.
+    """The merged Gaussians of a scene: one per cell.
 
-    They depend on the blocks by rounding only. A Gaussian alone in its cell is as it was, but its axes may
-    have another order.
+    They depend on the blocks by rounding only. A Gaussian alone in its cell is unchanged, except for the
+    order of its axes.
 
     Args:
-        table: that the `cell_sums` of all rows were added to; empty afterwards.
-        frame: that these were made with.
-        antialiased: how the scene was trained.
+        table: with the `cell_sums` of all rows; empty afterwards.
+        frame: of these sums.
+        antialiased: whether the scene was trained so.
     """
     finest = 0.0 if antialiased else usual_finest(frame[1])
     return gaussians_of(table.take()[1], frame[0], finest, antialiased=antialiased)

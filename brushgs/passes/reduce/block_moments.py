@@ -1,9 +1,9 @@
-"""Sums over Gaussians that merge them: what can be added up block by block, and the Gaussian that it gives.
+"""Moments of Gaussians, added up block by block, and the merged Gaussian of their sums.
 
 The rule is "cover" of `merge` with an overlap of 1, so that a merged Gaussian paints what its members
 painted: weights are opacity x mean projected area, the covariance follows the law of total variance, and the
-opacity is the probability that a ray through the footprint is stopped. That is not a sum over members: it is
-computed for members all alike, of the mean opacity and the mean share of the footprint.
+opacity is the probability that a ray through the footprint is stopped. The latter is not a sum: it is
+computed for equal members with the mean opacity and the mean share of the footprint.
 """
 
 import numpy as np
@@ -21,17 +21,17 @@ FIRST = slice(3, 6)  # weight x position
 SECOND = slice(6, 12)  # weight x (covariance + position x position), upper triangle
 COLOR = 12  # weight x spherical harmonics, from here on, term by term
 UPPER = np.triu_indices(3)
-LEAST_AREA = 1e-100  # world units squared: what paints nothing still has a place, a shape and a colour
+LEAST_AREA = 1e-100  # world units squared: Gaussians without paint keep position, shape and colour
 LEAST_OPACITY = 1e-12
 ROWS_AT_A_TIME = 1 << 15
 
 
 def moments_of(gaussians: Gaussians, center: F64) -> F64:
-    """What each Gaussian adds to the sums of its cell, [12 + 3 k, N].
+    """The moments of each Gaussian, [12 + 3 k, N].
 
     Args:
         gaussians: N Gaussians with k terms of spherical harmonics, with `finest`.
-        center: [3] what positions are relative to, world units.
+        center: [3] origin of positions, world units.
     """
     num, sh = len(gaussians), gaussians.sh
     areas = np.maximum(seen_areas(gaussians), LEAST_AREA)
@@ -51,13 +51,13 @@ def moments_of(gaussians: Gaussians, center: F64) -> F64:
 
 
 def gaussians_of(sums: F64, center: F64, finest: float, *, antialiased: bool) -> Gaussians:
-    """The Gaussian that each column of sums merges, float32.
+    """The merged Gaussian of each column of sums, float32.
 
     Args:
         sums: [12 + 3 k, n], each column the sum of one or more of `moments_of`.
         center: [3] of these.
         finest: of these, see `finest_of`.
-        antialiased: how the Gaussians were trained.
+        antialiased: whether the Gaussians were trained so.
     """
     num, num_terms = sums.shape[1], (len(sums) - COLOR) // 3
     columns: list[F32] = [

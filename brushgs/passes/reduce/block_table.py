@@ -1,4 +1,4 @@
-"""The sums of all cells of a scene, which blocks are added to: never more than so many cells."""
+"""The sums of all cells of a scene, with a maximum number of cells."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from brushgs.values.arrays import F64, Mask, Rows
 
 
 def sums_by_cell(keys: Keys, values: F64) -> tuple[Keys, F64]:
-    """The different cells, ascending [n], and the sums of the values [F, N] in each, [F, n]."""
+    """The distinct cells, ascending [n], and the sums of the values [F, N] in each, [F, n]."""
     used, cells = np.unique(keys, return_inverse=True)
     if len(used) == len(keys):
         sums = np.empty_like(values)
@@ -19,12 +19,11 @@ def sums_by_cell(keys: Keys, values: F64) -> tuple[Keys, F64]:
 class CellTable:
     """Sums by cell.
 
-    Which cells there are in the end, and the sums but for rounding, depend on what was added, and neither on
-    its order nor on how it was divided: a depth is given up as soon as its cells are too many, and later
-    blocks only bring more.
+    The final cells, and the sums except for rounding, do not depend on the order and division of the input: a
+    depth is dropped as soon as it has too many cells, and later blocks only add more.
 
     Attributes:
-        most: the largest number of cells.
+        most: maximum number of cells.
         depth: of the deepest cells.
     """
 
@@ -32,14 +31,14 @@ class CellTable:
         self.most = most
         self.depth = MOST_DEPTH
         self._keys: Keys = np.empty(0, np.int64)  # ascending
-        self._places: Rows = np.empty(0, np.intp)  # where the sums of each are
+        self._places: Rows = np.empty(0, np.intp)  # position of each cell's sums
         self._sums: list[F64] = []  # F of [most], of which the first len(self) are in use
 
     def __len__(self) -> int:
         return len(self._keys)
 
     def add(self, keys: Keys, sums: F64) -> None:
-        """Add sums [F, n] to cells, each of which is named once; F may differ from earlier ones."""
+        """Add sums [F, n] to distinct cells; F may differ from earlier ones."""
         if self.depth < MOST_DEPTH:
             keys, sums = sums_by_cell(coarser(keys, self.depth), sums)
         at, is_new = self._find(keys)
@@ -48,7 +47,7 @@ class CellTable:
             keys, sums = sums_by_cell(coarser(keys, self.depth), sums)
             at, is_new = self._find(keys)
         while len(self._sums) < len(sums):
-            self._sums.append(np.zeros(self.most))  # which takes memory only where it is written to
+            self._sums.append(np.zeros(self.most))  # takes memory only where it is written to
         known, first, last = self._places[at[~is_new]], len(self), len(self) + np.count_nonzero(is_new)
         for number, row in enumerate(self._sums):
             row[first:last] = sums[number, is_new] if number < len(sums) else 0
@@ -66,7 +65,7 @@ class CellTable:
         return keys, sums
 
     def _find(self, keys: Keys) -> tuple[Rows, Mask]:
-        """Where each key is, or belongs, and whether it is new."""
+        """The position of each key, and whether it is new."""
         at = np.searchsorted(self._keys, keys)
         is_new = np.ones(len(keys), bool)
         inside = at < len(self._keys)
@@ -74,7 +73,7 @@ class CellTable:
         return at, is_new
 
     def _give_up_depth(self, more: Keys) -> None:
-        """Move the deepest cells into those that hold them, until there is room for some more."""
+        """Move the deepest cells into their parents, until there is room for more."""
         self.depth = deepest(np.concatenate([self._keys, more]), self.most, self.depth)
         used, cells = np.unique(coarser(self._keys, self.depth), return_inverse=True)
         columns = np.empty(len(cells), np.intp)

@@ -2,8 +2,8 @@
 
 Three steps, each usable alone: `features.cluster_features` defines similarity, `group` finds the clusters by
 k-means, `merge.merge_clusters` makes one Gaussian of each. With views of the scene strokes go where pictures
-need them: what is seen weighs most (`seen`), clusters that differ from the pictures are cut (`split`), and
-strokes get the colours that are seen at their places.
+need them: visible Gaussians weigh most (`seen`), clusters that differ from the pictures are cut (`split`),
+and strokes get the colours of the pictures at their positions.
 """
 
 import operator
@@ -42,27 +42,27 @@ LEAST_DETAIL, MOST_DETAIL = 0.01, 0.1  # RGB 0 to 1; with at most 0.2 the skull 
 # Clustering methods: points [N, D], weights [N], the number of clusters and a seed in, `Clusters` out. "auto"
 # picks one, see `choose_method`. To add one, name it here and in `brushgs.options.choices`, which help reads.
 METHODS: dict[str, Callable[..., Clusters]] = {"lloyd": lloyd, "minibatch": minibatch}
-# Where clusters are then split by what views show, the start need not converge: 3 to 5 steps in place of 12
-# change three scenes by under 0.1 dB, either way.
+# If clusters are split by views afterwards, the start need not converge: 3 to 5 steps instead of 12 change
+# three scenes by less than 0.1 dB, either way.
 STARTS = METHODS | {"lloyd": partial(lloyd, gain=0.02)}
 
 
 @dataclass(frozen=True, eq=False)
 class Grouping:
-    """Clusters of Gaussians, and how they were found.
+    """Clusters of Gaussians, and data on the search.
 
     Attributes:
         labels: [N] int32, 0 to num_clusters - 1, each in use.
         num_clusters: at most the target.
-        method: one of `METHODS`; "none" where there was nothing to group.
-        reason: why that method, in words.
+        method: one of `METHODS`; "none" if there was nothing to group.
+        reason: why this method, in words.
         num_steps: Lloyd steps, or passes over the data.
         inertia: sum of weight x squared feature distance to the nearest centre.
-        num_split: how many of the clusters were made by cutting others, see `split`.
-        gaussians: the Gaussians, in the colours that are to be merged.
-        visible: [N] how visible each is, for the merge that follows; None if that was not computed.
-        parents: one array per round of splitting, the first first: the cluster before the round that each
-            cluster after it was a part of, or was.
+        num_split: number of clusters that were made by cutting others, see `split`.
+        gaussians: the Gaussians, in the colours to merge.
+        visible: [N] visibility of each, for the merge; None if not computed.
+        parents: one array per round of splitting, in order: for each cluster after the round its cluster
+            before.
     """
 
     labels: NDArray[np.int32]
@@ -77,7 +77,7 @@ class Grouping:
     parents: tuple[NDArray[np.intp], ...] = ()
 
     def merged(self, merge: Merge, into: NDArray[np.integer[Any]] | None = None) -> Gaussians:
-        """The strokes: one per cluster, or per group of clusters, `into` [num_clusters] that of each."""
+        """The strokes: one per cluster, or per group of clusters, `into` [num_clusters]."""
         if self.method == "none":
             return self.gaussians
         labels = self.labels if into is None else into[self.labels]
@@ -99,20 +99,20 @@ def cluster(
 
     Args:
         gaussians: N Gaussians.
-        num_strokes: k >= 1, the largest number of strokes.
-        features: see `brushgs.cluster`, as all that follow.
+        num_strokes: k >= 1, maximum number of strokes.
+        features: see `brushgs.cluster`, also for the following.
         merge: "cover" or "paper".
         method: "auto", "lloyd" or "minibatch".
         seed: 0 to 2^32 - 1.
-        views: what the strokes are for, or None.
+        views: guide views, or None.
         focus: [N] > 0, or None.
 
     Returns:
-        At most k Gaussians; the input itself, unmerged, where k >= N.
+        At most k Gaussians; the input itself, unmerged, if k >= N.
 
     Raises:
         TypeError: if `num_strokes` or `seed` is not an integer.
-        ValueError: if an option is out of range or unknown, or `focus` or `views` do not suit.
+        ValueError: if an option is out of range or unknown, or `focus` or `views` do not match.
     """
     _check_choice("merge", merge, get_args(Merge))
     grouping = group(
@@ -143,13 +143,12 @@ def group(
 ) -> Grouping:
     """Find clusters of similar neighbours by k-means. Arguments and errors are those of `cluster`.
 
-    `worth_keeping` is that of `split`: where strokes are not worth keeping, more than `num_strokes` clusters
-    come back. `motion` [N, m] are further features, at most 7, in radii of the scene: what moves otherwise
-    than its neighbours is another stroke; None for a scene that rests. With an `economy` above 0, up to 1,
-    clusters start few and are cut only where an eye misses it, see `passes.form.economy`: there may be
-    fewer than asked for; without views it changes nothing. `cameras` are those of `split`. No cluster
-    mixes Gaussians of different `regions`; where there are more regions than strokes are asked for, each
-    region has one.
+    `worth_keeping` is that of `split`: if strokes are not worth keeping, more than `num_strokes` clusters are
+    returned. `motion` [N, m] are further features, at most 7, in radii of the scene, to separate Gaussians
+    that move differently; None for a still scene. With an `economy` above 0, up to 1, there are few clusters
+    at first, which are cut only if the error is visible, see `passes.form.economy`: there may be fewer than
+    requested; no effect without views. `cameras` are those of `split`. No cluster mixes Gaussians of
+    different `regions`; if there are more regions than requested strokes, each region has one.
     """
     num_strokes = _integer("num_strokes", num_strokes, 1, None)
     seed = _integer("seed", seed, 0, MAX_SEED)
@@ -170,7 +169,7 @@ def group(
     chosen, reason = choose_method(num, num_strokes) if method == "auto" else (method, "asked for")
     plain = None if views is None else PlainViews.of(gaussians, views)
     finest = finest_of(gaussians, None if plain is None else plain.cameras)
-    gaussians = replace(gaussians, finest=finest)  # the same for all that is merged
+    gaussians = replace(gaussians, finest=finest)  # the same for all clusters
     seen = None if plain is None else seen_in(gaussians, plain)
     if plain is not None and seen is not None:
         return _group_seen(
@@ -188,7 +187,7 @@ def group(
             cameras,
         )
     points = _points(gaussians, features, motion)
-    # Not reused from pruning: without the pruned rows other shares are visible. With the shares of the whole
+    # Not reused from pruning: without the pruned rows the visible shares differ. With the shares of the whole
     # scene strokes are up to 0.6 dB worse (biker, 250) or 0.3 dB better (skull, 250), over six scenes 0.02 dB
     # worse; and running the passes one by one would give another painting than the whole command.
     visible = None if features == "paper" else visible_shares(gaussians)
@@ -223,10 +222,10 @@ def _group_seen(
     economy: float,
     cameras: Sequence[Camera],
 ) -> Grouping:
-    """Clusters of Gaussians by what views show of them."""
+    """Clusters of Gaussians by their visibility in views."""
     gaussians, weights = seen.gaussians, seen.weights(focus)
     points = _points(gaussians, features, motion)
-    # Merged colours are weighed by opacity x area x this: by what is seen.
+    # Merged colours are weighted by opacity x area x this, the visible area.
     largest = gaussians.opacities * seen_areas(gaussians)
     visible = seen.areas / np.maximum(largest, largest.max() * 1e-12)
     visible = np.maximum(visible, visible.max() * 1e-12)
@@ -278,7 +277,7 @@ def _points(
 
 
 def _parents(before: NDArray[np.intp], after: NDArray[np.intp]) -> NDArray[np.intp]:
-    """The label before a round of each label after it; both are [N]."""
+    """The label before a round, for each label after it; both inputs are [N]."""
     parents = np.empty(int(after.max()) + 1, np.intp)
     parents[after] = before
     return parents
@@ -304,9 +303,10 @@ def choose_method(num_points: int, num_clusters: int) -> tuple[Literal["minibatc
 def cluster_weights(gaussians: Gaussians, visible: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
     """[N] weights of Gaussians in k-means: contribution^(3/8) x colour detail, relative to the largest.
 
-    Linear weights would spend all clusters on the few largest Gaussians, equal ones on the many hidden.
-    Large Gaussians of one colour, such as a wall, need few strokes: detail (`color_detail`, at most 0.1,
-    plus 0.01) gives theirs to what has more. In trained scenes nearly everything has that much.
+    Linear weights would spend all clusters on the few largest Gaussians, equal weights on the many hidden
+    ones. Large Gaussians of one colour, such as a wall, need few strokes: detail (`color_detail`, at most
+    0.1, plus 0.01) moves them to areas with more detail. In trained scenes nearly all areas reach that
+    maximum.
 
     Args:
         gaussians: N Gaussians.

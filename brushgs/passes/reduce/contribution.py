@@ -1,4 +1,4 @@
-"""How much a Gaussian contributes to pictures of a scene, over all views: opacity x area x visible share.
+"""Contribution of a Gaussian to pictures of a scene, over all views: opacity x area x visible share.
 
 The unit is an area; only ratios are used. Memory is a few numbers per Gaussian.
 """
@@ -21,7 +21,7 @@ LINES = np.array(
     [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)], dtype=np.float64
 )
 CELLS = 64  # columns across the diameter of the scene; 32 and 128 prune no better
-REACH = 0.25  # scene radii in which occluders count: the walls of a room do not hide what stands in it
+REACH = 0.25  # scene radii within which occluders count: the walls of a room do not hide objects in it
 FARTHEST = 4.0  # scene radii; positions beyond are clipped, so that columns keep their width
 LEAST_VISIBLE = 1e-6  # weights stay above zero: a cluster may consist of hidden Gaussians
 ALMOST_OPAQUE = 0.99  # the rasteriser's limit on alpha
@@ -49,7 +49,7 @@ def projected_areas(scales: Array) -> NDArray[np.float64]:
 
 
 def paint_of(gaussians: Gaussians) -> NDArray[np.float64]:
-    """[N] the paint that Gaussians carry: opacity times mean projected area, world units squared over pi."""
+    """[N] the paint of Gaussians: opacity times mean projected area, world units squared over pi."""
     return np.asarray(gaussians.opacities * projected_areas(gaussians.scales))
 
 
@@ -63,12 +63,12 @@ def _areas(scales: Array) -> NDArray[np.float64]:
 
 
 def seen_areas(gaussians: Gaussians) -> NDArray[np.float64]:
-    """`projected_areas` as pictures show them, see `finest`, [N] float64, world units squared over pi."""
+    """`projected_areas` as visible in pictures, see `finest`, [N] float64, world units squared over pi."""
     return projected_areas(seen_scales(gaussians.scales, finest_of(gaussians)))
 
 
 def contributions(gaussians: Gaussians, visible: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
-    """Opacity x mean area as it is seen x visible share, [N] float64, world units squared over pi.
+    """Opacity x `seen_areas` x visible share, [N] float64, world units squared over pi.
 
     Args:
         gaussians: N Gaussians.
@@ -84,7 +84,7 @@ def visible_shares(gaussians: Gaussians) -> NDArray[np.float64]:
     Along each of 7 lines the scene is divided into square columns. In a column every Gaussian attenuates
     light by the share of the cross-section it covers; the light that reaches a Gaussian through the nearest
     quarter of the scene's radius, from both ends, averaged over the lines, is its share. This is an estimate:
-    Gaussians are taken to cover their column evenly.
+    Gaussians are assumed to cover their column evenly.
 
     Args:
         gaussians: N Gaussians.

@@ -1,9 +1,8 @@
-"""Crumbs: what hangs below a scanned object, remains of the table on which it stood.
+"""Crumbs: remains of the table below a scanned object.
 
-No photograph saw through the table, so whatever lies below its level costs a trained scene nothing: shadow
-and reflection of the object, smeared far down. Without the table they are black flecks in the air. They are
-few and coarse; their centers lie at the level on which the object stands, or below it, and much of them hangs
-lower than anything else does.
+No photograph saw through the table, so Gaussians below it were not constrained in training: shadow and
+reflection of the object, smeared far down. Without the table they are black flecks in the air. They are few
+and coarse; their centers lie at the level of the table or below, and they reach lower than anything else.
 """
 
 import numpy as np
@@ -15,27 +14,27 @@ from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 
-HANGS = 0.006  # of the object's height, by which a crumb at least reaches below its foot
-REACH = 2.0  # standard deviations to which a Gaussian is seen
-SMEARED = 2.0  # medians of the upright extents of all, from which one is smeared
+HANGS = 0.006  # of the object's height, minimum reach of a crumb below its foot
+REACH = 2.0  # standard deviations, visible extent of a Gaussian
+SMEARED = 2.0  # medians of all vertical extents, minimum of a smeared Gaussian
 SAMPLE = 20_000  # rows of that median
 # Standard deviations by which the center of a crumb may lie above the foot: below it are a quarter of its
 # paint and more. In the foot of a boot, which ends there, they are a tenth and less.
 ABOVE = 0.7
-# What lies below the foot as a whole may be a thin leg, which has too little paint to be framed. That is
-# finer than this share of the height, and solid.
+# Gaussians completely below the foot may be a thin leg, with too little paint to be framed. A leg is finer
+# than this share of the height, and solid.
 COARSE, FAINT = 0.01, 0.1
-# Of the paint: where more hangs it is no crumb, but a part that was not framed. The underside of a koala's
-# ground has 0.08, a reflection below a pot 0.04.
+# Of the paint: more is no crumb, but a part that was not framed. The underside of a koala's ground has 0.08,
+# a reflection below a pot 0.04.
 MOST = 0.15
 
 
 def find_crumbs(gaussians: Gaussians, view: FirstView) -> Mask:
-    """[N] mask of what hangs below an object; none where the scene is no object that stands in a void.
+    """[N] mask of the crumbs below an object; empty if the scene is not a single object in a void.
 
     Args:
         gaussians: N Gaussians.
-        view: first view of the scene: which way is up, and what the object is.
+        view: first view of the scene: up axis and subject.
     """
     none = np.zeros(len(gaussians), bool)
     is_flat = default_elevation(view.points, view.up) == FLAT_ELEVATION

@@ -1,4 +1,4 @@
-"""How much colour varies around each Gaussian: where it does, a painting needs more strokes."""
+"""Variation of colour around each Gaussian: where it is large, a painting needs more strokes."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -36,10 +36,10 @@ def row_hashes(*columns: Array) -> NDArray[np.uint64]:
 
 
 def chances(places: Array, seed: int, draw: int) -> NDArray[np.float64]:
-    """[N] even chance in 0 to 1, 1 not included, for each place: a hash of the place and the seed.
+    """[N] uniform random numbers in [0, 1), one for each position: a hash of position and seed.
 
-    Passes that must not agree by chance take different draws: broken colour 0 to 3, the choice of brushes 4,
-    those of styles 5 and 6.
+    Passes that must be independent use different draws: broken colour 0 to 3, the choice of brushes 4, styles
+    5 and 6.
     """
     states = (row_hashes(places) ^ np.uint64(seed * GOLDEN % 2**64)) + np.uint64((draw + 1) * GOLDEN % 2**64)
     return uniform(states)

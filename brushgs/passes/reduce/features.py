@@ -1,4 +1,4 @@
-"""Gaussians -> points in nine dimensions, whose distance decides which Gaussians share a stroke."""
+"""Gaussians -> points in nine dimensions; Gaussians at a small distance share a stroke."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,8 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
 
-# The difference from black to white counts like 7 % of the scene's radius. Measured at 250, 2000 and
-# 7000 strokes on five scenes: 0.05 to 0.1 are within 0.1 dB of each other, 0.3 loses 0.5 dB and more.
+# The difference from black to white equals 7 % of the scene's radius. Measured at 250, 2000 and 7000 strokes
+# on five scenes: 0.05 to 0.1 are within 0.1 dB of each other, 0.3 loses 0.5 dB and more.
 COLOR_WEIGHT = 0.07
 
 
@@ -24,7 +24,7 @@ def cluster_features(
 ) -> NDArray[np.float32]:
     """Position, linear scales and base colour of each Gaussian, [N, 9].
 
-    "paper" takes them as they are, so the result depends on the unit of the scene. "balanced" measures
+    "paper" takes them unchanged, so the result depends on the unit of the scene. "balanced" measures
     positions and scales in radii of the scene from its centre (see `robust_frame`) and weights colour by
     `COLOR_WEIGHT`; beyond one radius positions and scales are contracted to less than two radii, as
     perspective does in a view from the middle: outliers at 1e7 radii cannot claim all clusters. Colour is
@@ -34,8 +34,8 @@ def cluster_features(
     Args:
         gaussians: N Gaussians.
         features: see above.
-        frame: of "balanced", the centre and the radius of the scene; None for those of these Gaussians. The
-            moments of a scene that moves have one frame: in frames of their own what rests would move.
+        frame: for "balanced", centre and radius of the scene; None for those of these Gaussians. All moments
+            of a moving scene need the same frame, or still parts would move.
     """
     points = np.empty((len(gaussians), 9), dtype=np.float32)
     if features == "paper":
@@ -76,7 +76,7 @@ def contracted(
         frame: centre and radius of the scene; None for those of these points.
 
     Returns:
-        The positions [N, 3], and what a length there is multiplied by [N, 1].
+        The positions [N, 3], and the factor on lengths there [N, 1].
     """
     center, radius = robust_frame(means) if frame is None else frame
     places, factors = np.empty((len(means), 3)), np.empty((len(means), 1))

@@ -1,13 +1,13 @@
 """Floaters: Gaussians, alone or in small groups, that float in the air detached from everything solid.
 
 Distance alone does not identify them: a large Gaussian far from its neighbours may be a wall, a small one at
-the same distance a speck of dust. So two Gaussians touch where their visible extents meet, along the line
-between them, out to where the opacity has faded. Gaussians with many touching neighbours form groups
-(DBSCAN); groups that are large or solid are bodies, and so is what is attached to them by a short chain
-(grass, wires, whiskers). All else is detached, and clearly so where the nearest body is far for the scene.
+the same distance a speck of dust. So two Gaussians touch if their visible extents meet along the line between
+them. Gaussians with many touching neighbours form groups (DBSCAN); groups that are large or solid are bodies,
+together with Gaussians attached by a short chain (grass, wires, whiskers). All others are detached, and are
+floaters if the nearest body is far for the scene.
 
-Where Gaussians lie dense they are taken for a body without a search, so that only the others cost time: on
-1.5 million Gaussians of a campsite 1.5 s in place of 14 s.
+Dense Gaussians count as a body without a search, so that only the others take time: for 1.5 million Gaussians
+of a campsite 1.5 s instead of 14 s.
 """
 
 from dataclasses import dataclass
@@ -24,8 +24,8 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 
 FAINTEST = 0.02  # opacity at which the visible extent of a Gaussian ends
-# The 99th percentile of the opacities is 0.83 and more in real scenes. Where it is less, the scene is faint
-# as a whole, and its opacities are scaled up to this.
+# The 99th percentile of the opacities is 0.83 and more in real scenes. If it is below this, the whole scene
+# is faint, and its opacities are scaled up to this.
 STRONG = 0.8
 MANY = 6  # touching neighbours of a core Gaussian (DBSCAN): a dense fog of strays has fewer
 CHAIN = 4  # longest chain of Gaussians attached to a body
@@ -40,13 +40,13 @@ SURE_GAP, STRONG_GAP = 0.08, 0.03
 # Painted area of all floaters over the squared radius. Clean scenes: at most 4.8e-5 (sunflowers); truck 9e-4
 # (scraps of sky), koala 1.3e-3, chair 2.7e-2.
 VISIBLE = 1e-4
-# Share of the rows: where more floats, there are no bodies to be detached from. In a fragment of 1,000
-# scattered points 0.7 float; in the chair with its haze 0.04.
+# Share of the rows: if more float, there are no bodies. In a fragment of 1,000 scattered points 0.7 float; in
+# the chair with its haze 0.04.
 MOST_ROWS = 0.3
 FEWEST_ROWS = 200
-# Edge of a cell in radii, and the sum of opacities in a cell and its 26 neighbours from which on all in it is
-# part of a body: more than any floater has. Against a full search on eight scenes, 9 of the chair's 4161 sure
-# floaters are missed, and no other.
+# Edge of a cell in radii, and the minimum sum of opacities in a cell and its 26 neighbours that is part of a
+# body: more than any floater has. Against a full search on eight scenes, 9 of the chair's 4161 sure floaters
+# are missed, and no other.
 CELL, DENSE = 0.02, 8.0
 _MAX_CELLS = 1 << 20  # to each side of the middle; farther Gaussians share a cell
 LARGEST = 1e6  # scale, in radii: squares of larger ones might leave the range of float32
@@ -55,12 +55,12 @@ _ROWS_AT_A_TIME = 1 << 16  # their neighbours take some 100 MB
 
 @dataclass(frozen=True)
 class Detachment:
-    """How far each Gaussian is from the bodies.
+    """Distances of Gaussians from the bodies.
 
     Attributes:
         gaps: [N] distance to the nearest body in radii of the scene; 0 for Gaussians of a body.
         areas: [N] painted area over the squared radius.
-        has_bodies: whether enough of the scene is solid for the gaps to mean anything.
+        has_bodies: whether enough of the scene is solid for meaningful gaps.
     """
 
     gaps: NDArray[np.float64]
@@ -73,7 +73,7 @@ class Detachment:
 
 
 def measure_detachment(gaussians: Gaussians) -> Detachment:
-    """Measure how far each Gaussian is from the bodies of the scene.
+    """Measure the distance of each Gaussian from the bodies of the scene.
 
     Args:
         gaussians: N Gaussians without far outliers, and with few at the same place.
@@ -170,9 +170,9 @@ def _widths(covars: Array, lines: Array) -> Array:
 def _outside_bodies(
     opacities: Array, a: NDArray[np.int64], b: NDArray[np.int64], is_dense: Mask
 ) -> tuple[Mask, NDArray[np.int32]]:
-    """Mask of the rows that belong to no body, and the group of each row, given the pairs that touch.
+    """Mask of the rows that belong to no body, and the group of each row, given the touching pairs.
 
-    Rows that are dense belong to a body.
+    Dense rows belong to a body.
 
     Source: Ester et al. 1996, A density-based algorithm (DBSCAN: core and border points).
     """

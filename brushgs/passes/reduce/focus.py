@@ -1,8 +1,7 @@
-"""Where the strokes of a scene go: a factor per Gaussian on the strokes per area, for `cluster(focus=...)`.
+"""Focus: a factor per Gaussian on the strokes per area, for `cluster(focus=...)`.
 
-Inside the focus the factor is `STRENGTH`, of what stands out by itself `AUTO_STRENGTH`; outside 1, with a
-smooth edge between: the strokes of a painting are as many as without it, and inside there are twice as many
-to an area as outside, or up to eight times.
+Inside the focus the factor is `STRENGTH`, for salient parts `AUTO_STRENGTH`; outside 1, with a smooth edge:
+the total number of strokes is unchanged, and the density inside is twice that outside, or up to eight times.
 """
 
 from collections.abc import Sequence
@@ -16,12 +15,12 @@ from brushgs.values.arrays import F64, Array, check, smoothstep
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
-STRENGTH = 2.0  # times as many strokes to an area
-# Of 4000 strokes of a room, 7 gave the face of a cook 6.2 times as many to an area as what does not stand out
-# (1.6 without a focus), 12 gave it 7.9 times; a toy's nose had 14 times (5.5).
+STRENGTH = 2.0  # factor on the strokes per area
+# For 4000 strokes of a room, 7 gave the face of a cook 6.2 times the density of other parts (1.6 without a
+# focus), 12 gave 7.9 times; a toy's nose had 14 times (5.5).
 AUTO_STRENGTH = 8.0
 EDGE = 0.15  # half width of the smooth edge of a sphere over its radius; that of a box over its half diagonal
-LEAST_SEEN = 0.01  # pixels: what makes up less of a picture is not seen, and no focus for it is known
+LEAST_SEEN = 0.01  # pixels: Gaussians with a smaller visible area have no known focus
 
 
 def sphere_focus(gaussians: Gaussians, center: ArrayLike, radius: float) -> F64:
@@ -40,7 +39,7 @@ def sphere_focus(gaussians: Gaussians, center: ArrayLike, radius: float) -> F64:
 def subject_focus(gaussians: Gaussians, view: FirstView) -> F64:
     """Factors [N], 1 to `STRENGTH`, of a focus on the framed subject: the bounds of its points.
 
-    Of a scene without surroundings nearly everything is the subject, and nothing changes.
+    Without surroundings nearly the whole scene is the subject, and the focus has no effect.
 
     Args:
         gaussians: N Gaussians.
@@ -54,7 +53,7 @@ def subject_focus(gaussians: Gaussians, view: FirstView) -> F64:
 
 
 def auto_focus(gaussians: Gaussians, view: FirstView) -> F64:
-    """Factors [N], 1 to `AUTO_STRENGTH`, of a focus on what stands out, see `saliency`.
+    """Factors [N], 1 to `AUTO_STRENGTH`, of a focus on salient parts, see `saliency`.
 
     Args:
         gaussians: N Gaussians.
@@ -64,10 +63,10 @@ def auto_focus(gaussians: Gaussians, view: FirstView) -> F64:
 
 
 def mask_focus(gaussians: Gaussians, camera: Camera, mask: Array, *, num_threads: int | None = None) -> F64:
-    """Factors [N], 1 to `STRENGTH`, of a focus on what a view shows where a picture is light.
+    """Factors [N], 1 to `STRENGTH`, of a focus on the light parts of a picture of a view.
 
-    Each Gaussian takes the mean of the picture over the pixels that it makes up, weighted by how much of
-    each. What the view does not show, because it lies outside the picture or behind something, is no focus.
+    Each Gaussian takes the mean of the picture over its pixels, by blending weight. Gaussians that are
+    outside the picture or hidden are not in the focus.
 
     Args:
         gaussians: N Gaussians.
@@ -83,7 +82,7 @@ def mask_focus(gaussians: Gaussians, camera: Camera, mask: Array, *, num_threads
 
 
 def contrast(factors: Sequence[float] | F64) -> float:
-    """The largest factor over the smallest: 1 where a focus changes nothing."""
+    """The largest factor over the smallest: 1 for a focus without effect."""
     values = np.asarray(factors, np.float64)
     return float(values.max() / values.min()) if len(values) else 1.0
 

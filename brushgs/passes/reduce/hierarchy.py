@@ -1,8 +1,8 @@
-"""Clusters of clusters: the coarser sets of strokes that a painting can be begun with.
+"""Clusters of clusters: coarser sets of strokes for the beginning of a painting.
 
-Downward the levels are the rounds in which clusters were cut, see `split`. Upward from the first clusters
-each level has a quarter of the next one's, by the same k-means, until there are some dozens: as many as a
-painter blocks a picture in with. Every cluster of a level lies wholly in one of the level above.
+Below the first clusters the levels are the rounds of splitting, see `split`. Above them each level has a
+quarter of the clusters of the next, by the same k-means, down to a few dozen, the number for blocking in a
+picture. Every cluster lies completely in one cluster of the level above.
 """
 
 from dataclasses import dataclass
@@ -16,18 +16,18 @@ from brushgs.passes.reduce.features import cluster_features
 from brushgs.passes.reduce.lloyd import lloyd
 from brushgs.passes.reduce.pure import keep_pure
 
-FACTOR = 4  # from level to level: a stroke gives way to so many of half its length
+FACTOR = 4  # from level to level: a stroke is replaced by this many of half its length
 FEWEST = 24  # clusters of the coarsest level, about
 
 
 @dataclass(frozen=True, eq=False)
 class Hierarchy:
-    """Levels of clusters, the coarsest first; the last are those of the grouping.
+    """Levels of clusters, coarsest first; the last level is the grouping.
 
     Attributes:
-        parents: one array per level but the first: the cluster of the level above that each one lies in.
+        parents: one array per level except the first: the parent of each cluster in the level above.
         num_clusters: of the last level.
-        num_merged: how many levels lie above the first clusters, before any was cut.
+        num_merged: number of levels above the first clusters, before any was cut.
     """
 
     parents: tuple[NDArray[np.intp], ...]
@@ -36,7 +36,7 @@ class Hierarchy:
 
     @classmethod
     def of(cls, grouping: Grouping, *, seed: int = 0) -> "Hierarchy":
-        """The levels of a grouping: none but itself where it is small and nothing was cut."""
+        """The levels of a grouping: only itself if it is small and nothing was cut."""
         parents = list(grouping.parents)
         into = _down(parents, 0, grouping.num_clusters)
         num_cut = len(parents)
@@ -58,7 +58,7 @@ class Hierarchy:
         return len(self.parents) + 1
 
     def groups(self, level: int) -> NDArray[np.intp]:
-        """The cluster of a level that each cluster of the last one lies in."""
+        """The cluster of a level for each cluster of the last level."""
         return _down(list(self.parents), level, self.num_clusters)
 
 

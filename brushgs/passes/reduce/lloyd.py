@@ -2,7 +2,7 @@
 
 The k-d tree is that of the compiled core. SciPy's gives the same, bit for bit, in about the same time, but
 its import alone takes as long as all steps on a scene of 50,000 Gaussians. Only the first round of the start
-searches it for every point: afterwards a point is compared with the centres around its last one, see
+searches it for every point: afterwards a point is compared with the centres around its previous centre, see
 `reassign.cpp`. A step over 1.2 million points in 7000 clusters then takes 1/7 of the time.
 
 Every step is exact; results are the same, bit for bit, for any number of threads and from run to run.
@@ -22,8 +22,8 @@ from brushgs.values.arrays import F32
 NUM_STEPS = 20
 GAIN = 1e-3  # a step that reduces the inertia by less than this share is the last
 START_ROUNDS = (0.4, 0.3, 0.3)  # shares of the centres; ten rounds give no lower inertia
-MORE_ROUNDS = 8  # at most, to replace centres that earlier rounds drew twice, as happens with equal points
-ONE_BY_ONE = 32  # up to so many centres each get a round: few centres must not share an island of points
+MORE_ROUNDS = 8  # at most, to replace duplicate centres of earlier rounds, which occur for equal points
+ONE_BY_ONE = 32  # up to this number each centre gets its own round: few must not share an island of points
 
 
 class Clusters(NamedTuple):
@@ -54,12 +54,12 @@ def lloyd(
         weights: [N], > 0.
         num_clusters: k, 1 to N.
         seed: of the random choices of the start.
-        num_steps: Lloyd steps at most; fewer where one gains less than `gain`.
+        num_steps: maximum number of Lloyd steps; fewer if one gains less than `gain`.
         gain: share of the inertia by which a step must reduce it.
 
     Returns:
-        At most k clusters, none empty: fewer only where there are fewer distinct points. A centre without
-        points restarts at the point with the largest weighted squared distance to its centre.
+        At most k clusters, none empty: fewer only if there are fewer distinct points. A centre without points
+        restarts at the point with the largest weighted squared distance to its centre.
     """
     order = morton_order(points[:, :3])
     points, weights = points[order], weights[order]  # neighbours in memory too: cache hits
@@ -109,7 +109,7 @@ def _nearer(
     distances: NDArray[np.float64],
     nearest: NDArray[np.int32],
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Distances and indices where fresh centres follow those of which the nearest are known."""
+    """Update nearest distances and indices for additional centres."""
     if len(centers) == 0:
         return assign(points, fresh)
     members, threads = Groups.of(nearest, len(centers)), num_threads_or_default(None)
@@ -139,7 +139,9 @@ def assign(points: F32, centers: NDArray[np.float64]) -> tuple[NDArray[np.float6
 def _assign_again(
     points: F32, centers: NDArray[np.float64], members: Groups
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """What `assign` gives, several times faster: `members` are the points by the centre nearest so far."""
+    """The result of `assign`, several times faster: `members` are the points by their previous nearest
+    centre.
+    """
     return _core.nearest_again(points, centers, members.rows, members.begins, num_threads_or_default(None))
 
 

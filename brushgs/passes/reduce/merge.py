@@ -3,15 +3,15 @@
 Two rules. "paper" is the published one: plain means, and a scale that grows with the number of members.
 With "cover" the merged Gaussian paints what its members painted, where they painted it:
 
-- Members, and so their mean, are weighted by opacity x mean projected area. Areas are those that pictures
-  show (see `finest`): a needle is as wide as the low-pass of the renderer.
+- Members, and so their mean, are weighted by opacity x mean projected area. Areas are as visible in pictures
+  (see `finest`): a needle is as wide as the low-pass of the renderer.
 - The covariance follows the law of total variance, within + between. The part between is multiplied by
   `overlap`, so that neighbouring strokes overlap as paint does, and by more where a single layer of strokes
   would leave gaps (see `gaps`); a lone member keeps its covariance.
 - The opacity is the probability that a ray through the footprint (without `overlap`) is stopped if members
   lie anywhere in it: 1 - product of (1 - opacity_i x min(1, area_i / area)). For one member that is its own
   opacity, for equal ones that of the stack, for many small ones the Beer-Lambert law. Clusters with outliers
-  or needles therefore fade as they extend over what their members do not cover.
+  or needles therefore fade, since they extend over area that their members do not cover.
 - Colours are also weighted by visibility: the dark inside of a fur does not mix with its surface.
 
 Sums run in float64, in row order: equal input gives equal output, bit for bit.
@@ -59,13 +59,12 @@ def merge_clusters(
         labels: [N] any integers.
         merge: the rule.
         overlap: of "cover": factor on the variance between members, > 0; 1 conserves the covariance. None for
-            1.35, and up to 2.55 where strokes would leave gaps.
+            1.35, and up to 2.55 if strokes would leave gaps.
         visible: of "cover": [N] `visible_shares` of the Gaussians, if known.
 
     Returns:
-        One Gaussian per label in use, by ascending label, in the dtype of the input. With "cover" a
-        Gaussian alone under its label is returned as it was. Each is in the region of its first member:
-        clusters do not mix regions.
+        One Gaussian per label in use, by ascending label, in the dtype of the input. With "cover" a single
+        member is returned unchanged. Each is in the region of its first member: clusters do not mix regions.
 
     Raises:
         TypeError: if `labels` are not integers.
@@ -87,7 +86,7 @@ def merge_clusters(
     else:
         merged = _paper(gaussians, compact, groups)
     dtype = gaussians.means.dtype.type
-    # Both rules enlarge, but the largest number of the dtype stays finite.
+    # Both rules enlarge scales; the result is clipped to the largest number of the dtype.
     scales = np.minimum(merged.scales, np.finfo(dtype).max)
     regions = gaussians.regions
     if regions is not None:
@@ -143,7 +142,7 @@ def _cover(
 
 
 def shares_by_label(weights: F64, labels: NDArray[np.integer[Any]], num: int) -> F64:
-    """Weights over their sum by label; equal weights where that sum is zero."""
+    """Weights over their sum by label; equal weights if that sum is zero."""
     totals = np.bincount(labels, weights, num)
     is_void = (totals == 0)[labels]
     if is_void.any():

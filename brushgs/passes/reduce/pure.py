@@ -1,8 +1,8 @@
 """Clusters of k-means -> clusters that never mix regions, about as many and nearly as tight.
 
-A stroke that belongs to two regions would carry the colour of one into the other. Cutting the clusters of
-k-means at the border would make slivers, and more clusters than asked for; here the heaviest of the pieces so
-cut are kept as centres, and the points of each region go to the nearest centre of theirs.
+A stroke in two regions would mix their colours. Cutting the clusters of k-means at the border would make
+slivers, and more clusters than requested; instead the heaviest pieces are kept as centres, and the points of
+each region go to the nearest centre of their region.
 """
 
 from typing import Any
@@ -20,17 +20,17 @@ NUM_STEPS = 3
 
 
 def keep_pure(found: Clusters, points: F32, weights: F64, gaussians: Gaussians, most: int) -> Clusters:
-    """The same clusters, or where they mix regions others that do not.
+    """The same clusters, or if they mix regions other clusters that do not.
 
     Args:
         found: k clusters.
-        points: [N, D] that were clustered.
+        points: [N, D] the clustered points.
         weights: [N] their weights, > 0.
-        gaussians: [N] the Gaussians that they stand for, with their regions.
-        most: clusters at most, where there are not more regions than that.
+        gaussians: [N] their Gaussians, with regions.
+        most: maximum number of clusters, if there are not more regions.
 
     Returns:
-        The clusters themselves, where Gaussians have no regions or all the same one.
+        The clusters themselves if Gaussians have no regions, or all the same region.
     """
     if gaussians.regions is None or len(gaussians) == 0:
         return found
@@ -52,11 +52,11 @@ def keep_pure(found: Clusters, points: F32, weights: F64, gaussians: Gaussians, 
 
 
 def _heaviest(masses: NDArray[Any], most: int) -> NDArray[np.bool_]:
-    """Mask [k, K] of the pieces of clusters that get a centre: of each region its heaviest, then any.
+    """Mask [k, K] of the pieces of clusters that get a centre: first the heaviest of each region, then any.
 
     Args:
         masses: [k, K] weight of each region in each cluster.
-        most: pieces at most, or K where that is more.
+        most: maximum number of pieces, or K if that is more.
     """
     order = np.argsort(-masses, axis=None, kind="stable")
     first = np.ravel_multi_index((masses.argmax(axis=0), np.arange(masses.shape[1])), masses.shape)
@@ -67,7 +67,7 @@ def _heaviest(masses: NDArray[Any], most: int) -> NDArray[np.bool_]:
 
 
 def _refined(points: F32, weights: F64, labels: Rows) -> tuple[Rows, float]:
-    """Labels from 0 on, each in use, and the inertia, of points that start with labels; -1 has none yet."""
+    """Labels from 0 on, each in use, and the inertia, given initial labels; -1 for points without one."""
     known = labels >= 0
     nearest = np.unique(labels[known], return_inverse=True)[1]
     centers = _means(points[known], weights[known], nearest)

@@ -1,9 +1,9 @@
-"""Adaptive splitting: clusters are cut in two where their strokes differ from the pictures of the scene.
+"""Adaptive splitting: clusters are cut in two if their strokes differ from the pictures of the scene.
 
-Starting from about half of the strokes, some rounds of: merge, draw, measure the error under every stroke,
-and cut the clusters with the largest errors. What is quiet keeps its large strokes; what is rich in forms, or
-lies at a silhouette over which a stroke spills, gets small ones. A cut cluster is replaced: coarse strokes
-that stay behind fine ones would spill over silhouettes.
+Starting from about half of the strokes, a few rounds of: merge, draw, measure the error under every stroke,
+and cut the clusters with the largest errors. Quiet areas keep large strokes; areas rich in form, and
+silhouettes over which a stroke spills, get small ones. A cut cluster is replaced: coarse strokes behind fine
+ones would spill over silhouettes.
 Source: Hertzmann 1998, Painterly rendering with curved brush strokes of multiple sizes (layers by error;
 there they stay).
 """
@@ -26,12 +26,12 @@ from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 
-FIRST_SHARE = 0.5  # of the strokes that k-means makes; 0.3 loses 0.1 to 0.5 dB, 0.7 is as good and slower
+FIRST_SHARE = 0.5  # of the strokes, made by k-means; 0.3 loses 0.1 to 0.5 dB, 0.7 is as good and slower
 NUM_ROUNDS = 4  # two lose 0.1 to 0.6 dB, six gain 0.1
-NUM_LAST_ROUNDS = 2  # with economy: before these, every second view tells what to cut, within 0.1 dB
+NUM_LAST_ROUNDS = 2  # with economy: before these, every second view is used, a difference within 0.1 dB
 NUM_STEPS = 3  # of 2-means after the cut across the widest direction
-# Of the mean square of the ways in a cluster, at least, counts as spanned in any direction: 0.02 to 0.2 are
-# within 0.1 dB of each other, 1 gains half as much. Without spans 2000 strokes lose 0.0 to 0.5 dB.
+# Minimum span in any direction, of the mean square distance in a cluster: 0.02 to 0.2 are within 0.1 dB of
+# each other, 1 gains half as much. Without spans 2000 strokes lose 0.0 to 0.5 dB.
 LEAST_SPAN = 0.1
 
 Labels = NDArray[np.intp]
@@ -52,29 +52,27 @@ def split(
     economy: float = 0.0,
     cameras: Sequence[Camera] = (),
 ) -> Iterator[Labels]:
-    """Cut clusters until there are so many.
+    """Cut clusters until there are `num_strokes`.
 
     Args:
         labels: [N] of the clusters to start from, 0 to k - 1, each in use.
         merged: from labels to strokes, one per label, ascending.
-        points: [N, D] the Gaussians, in the space in which a cut should be short; the first three numbers are
-            positions.
+        points: [N, D] the Gaussians in feature space; the first three numbers are positions.
         spans: [N, 3, 3] half axes of the Gaussians in that space, as columns.
         weights: [N] of the Gaussians, > 0.
         views: of the scene.
-        num_strokes: >= 1, the number to reach.
+        num_strokes: >= 1, the target.
         focus: [N] > 0, factor on the errors of clusters by their members; None is 1.
-        worth_keeping: from k strokes to whether each is to be kept, [k]; those that are not do not count, so
-            that others take their places. None keeps all.
+        worth_keeping: from k strokes to a mask [k] of those to keep; others do not count toward the target.
+            None keeps all.
         num_rounds: >= 1.
-        economy: 0 to 1, share in which errors are those that an eye sees from afar, see
-            `brushgs.passes.form.economy`: clusters without any are not cut.
-        cameras: views in which strokes are cut first that are too long, see `brushgs.passes.form.slabs`.
+        economy: 0 to 1, share of errors as seen from the viewing distance, see `brushgs.passes.form.economy`:
+            clusters without any are not cut.
+        cameras: views in which strokes that are too long are cut first, see `brushgs.passes.form.slabs`.
 
     Yields:
-        [N] labels, 0 to k' - 1, each in use: those to start from, and those after each round. In the end
-        there are fewer clusters than asked for only where there is nothing left to cut: no error, or no
-        cluster of different points.
+        [N] labels, 0 to k' - 1, each in use: the initial ones, and those after each round. The final number
+        is below the target only if nothing is left to cut: no error, or no cluster of different points.
     """
     found = np.asarray(labels, dtype=np.intp)
     yield found
@@ -104,15 +102,15 @@ def split(
 def painted_errors(
     strokes: Gaussians, views: PlainViews, seen: Sequence[ViewingError] = (), economy: float = 0.0
 ) -> F64:
-    """The squared error of pictures of strokes that each stroke is part of, [k], sum over all views.
+    """The share of each stroke in the squared error of pictures, [k], sum over all views.
 
     The error at a pixel is shared among the strokes by their weights in it.
 
     Args:
         strokes: k strokes, drawn as flat dabs.
         views: of the scene.
-        seen: one for each view, if the errors that an eye sees from afar count.
-        economy: 0 to 1, the share in which they do.
+        seen: one per view, for errors as seen from the viewing distance.
+        economy: 0 to 1, the share of these errors.
     """
     kernel = StrokeTexture.open("ellipse")
     options = RenderOptions.of(kernel, depth=False)
@@ -145,10 +143,10 @@ def _squared_errors(plain: Frame, painted: Frame) -> Array:
 
 
 def cut(labels: Labels, chosen: Labels, points: Array, weights: F64, spans: F32 | None = None) -> Labels:
-    """Cut the chosen clusters in two by 2-means, which starts across the widest direction of each.
+    """Cut the chosen clusters in two by 2-means, starting across the widest direction of each.
 
-    With `spans`, see `split`, ways count less where members are long themselves: what overlaps along its
-    length stays one stroke sooner than what lies side by side.
+    With `spans`, see `split`, distances count less along the length of members: overlapping members stay
+    together rather than members side by side.
     """
     num = int(labels.max()) + 1
     place = np.full(num, -1)
@@ -164,7 +162,8 @@ def cut(labels: Labels, chosen: Labels, points: Array, weights: F64, spans: F32 
         pairs = _means(away, weights, 2 * own + is_second, 2 * len(chosen))
         first, second = pairs[2 * own], pairs[2 * own + 1]
         is_second = ((away - second) ** 2).sum(axis=1) < ((away - first) ** 2).sum(axis=1)
-    # Which half is the second must not hang on the sign of an eigenvector, which differs between processors.
+    # The order of both halves must not depend on the sign of an eigenvector, which differs between
+    # processors.
     is_second ^= is_second[np.unique(own, return_index=True)[1]][own]
     labels = labels.copy()
     labels[rows[is_second]] = num + own[is_second]
@@ -172,9 +171,9 @@ def cut(labels: Labels, chosen: Labels, points: Array, weights: F64, spans: F32 
 
 
 def _beyond_spans(away: F64, spans: F32, weights: F64, labels: Labels, num: int) -> F64:
-    """Ways from the middles of clusters in units of what members span in that direction, [n, 3].
+    """Offsets from the centres of clusters in units of the members' span in that direction, [n, 3].
 
-    The mean square of each cluster stays, so that positions weigh as much against colours as before.
+    The mean square of each cluster is kept, and with it the weight of positions against colours.
     """
     between = _mean_products(away, weights, labels, num)
     spread = np.einsum("nii->n", between)
@@ -190,7 +189,7 @@ def _beyond_spans(away: F64, spans: F32, weights: F64, labels: Labels, num: int)
 
 
 def _mean_products(ways: Array, weights: F64, labels: Labels, num: int) -> F64:
-    """Weighted mean of the products w w^T of ways [n, D] by label, [num, D, D]."""
+    """Weighted mean of the products w w^T of offsets [n, D] by label, [num, D, D]."""
     size = ways.shape[1]
     products = (ways[:, :, None] * ways[:, None, :]).reshape(len(ways), -1)
     return _means(products, weights, labels, num).reshape(num, size, size)

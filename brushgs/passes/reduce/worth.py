@@ -2,19 +2,19 @@
 
 Three kinds are not:
 
-- Faint ones where other paint covers: nobody sees them. A stroke is also faint if it is a veil, not quite as
-  faint but far larger than what lies around it.
-- Fog: faint ones where all paint together stops next to nothing. As a soft Gaussian it is haze; as a stroke
-  it is a pane of glass in the air.
-- Specks: strokes, alone or in small groups, that touch nothing else and are not firmly there.
+- Faint strokes under other paint: they are invisible. A veil also counts as faint: it is a little less faint,
+  but far larger than its neighbours.
+- Fog: faint strokes where all paint together stops almost no light. As a soft Gaussian it is haze; as a
+  stroke it is a pane of glass in the air.
+- Specks: strokes, alone or in small groups, that touch nothing else and are not solid.
 
-What stands alone but firm is kept: of the detached groups of campsite, trees, the mean opacity is 0.64 to
-0.98, of the specks around koala and truck 0.04 to 0.52. A mast or a wire is a chain of touching strokes.
-Distance alone does not tell: by the distance to the sixth neighbour in sizes, more than 6, the posts of the
-truck and the edge of koala's table are lost (-0.6 dB).
+Detached but solid groups are kept: those of campsite, trees, have a mean opacity of 0.64 to 0.98, the specks
+around koala and truck 0.04 to 0.52. A mast or a wire is a chain of touching strokes. Distance alone does not
+decide: with a limit of 6 sizes to the sixth neighbour, the posts of the truck and the edge of koala's table
+are lost (-0.6 dB).
 
-With the places of these strokes taken by others (`split`, 6000 strokes, eight scenes) PSNR changes by -0.04
-to +0.07 dB; 0 to 6 % of the strokes go.
+With other strokes in place of these (`split`, 6000 strokes, eight scenes) PSNR changes by -0.04 to +0.07 dB;
+0 to 6 % of the strokes are dropped.
 """
 
 import numpy as np
@@ -27,22 +27,23 @@ from brushgs.values.gaussians import Gaussians
 
 FAINT = 0.06  # opacity
 VEIL, VEIL_SIZE = 0.3, 2.0  # opacity below which, and neighbours' sizes above which, a stroke is a veil
-COVERED = 0.7  # share of the light that strokes which are not faint stop; at 0.5 the chair loses 0.1 dB
-# Share of the light that all strokes together stop, of which less is fog; the second around veils. Without
-# fog the chair, trained on white, stands clear; at 0.3 its upholstery, many veils deep, loses 0.4 dB.
+COVERED = 0.7  # share of the light stopped by strokes that are not faint; at 0.5 the chair loses 0.1 dB
+# Minimum share of the light stopped by all strokes together, below which they are fog; the second around
+# veils. Without fog the chair, trained on white, stands clear; at 0.3 its upholstery, many veils deep, loses
+# 0.4 dB.
 FOG, VEIL_FOG = 0.12, 0.25
 DEEP = 128  # strokes around fog that count: with 16 the chair's upholstery is taken for fog (-1 dB)
 TOUCH = 2.0  # standard deviations along the line between two strokes at which they end
 FIRM = 0.6  # opacity
 SPECK = 2.0  # sum of the opacities of a group; more is a body
-MOST_SPECKS = 0.3  # share of the strokes; where more touch nothing, that is how the scene is
+MOST_SPECKS = 0.3  # share of the strokes; if more touch nothing, the scene is made so
 
 
 def worth_keeping(strokes: Gaussians) -> Mask:
-    """Mask [k] of the strokes that paint something.
+    """Mask [k] of the strokes that are worth keeping.
 
-    Opacities count relative to those of the scene: where the 99th percentile is below 0.8, they are scaled up
-    to it. So of a scene that is haze as a whole the haze is kept; where all opacities are 0, all is kept.
+    Opacities are relative to those of the scene: if the 99th percentile is below 0.8, they are scaled up to
+    it. So a scene of haze keeps its haze; if all opacities are 0, all strokes are kept.
 
     Args:
         strokes: k strokes, as merged: not solidified yet.
@@ -51,7 +52,7 @@ def worth_keeping(strokes: Gaussians) -> Mask:
     """
     opacities = strokes.opacities.astype(np.float64)
     if not opacities.any():
-        return np.ones(len(strokes), bool)  # nothing is painted, and nothing in the way
+        return np.ones(len(strokes), bool)  # no paint at all
     strong = float(np.percentile(opacities, 99))
     opacities = np.minimum(opacities / max(min(strong / STRONG, 1.0), 1e-6), 1.0)
     around = Coverage.of(strokes)
@@ -61,7 +62,7 @@ def worth_keeping(strokes: Gaussians) -> Mask:
 
 
 def _unseen(around: Coverage, opacities: F64) -> Mask:
-    """Mask of the faint strokes that other paint covers, or that are nothing but fog."""
+    """Mask of the faint strokes that are covered or fog."""
     usual = np.median(around.sizes[around.neighbors], axis=1) if around.neighbors.size else around.sizes
     is_veil = (opacities < VEIL) & (around.sizes > VEIL_SIZE * usual)
     is_faint = is_veil | (opacities < FAINT)
@@ -78,7 +79,7 @@ def _unseen(around: Coverage, opacities: F64) -> Mask:
 
 
 def _specks(around: Coverage, opacities: F64, kept: Mask) -> Mask:
-    """Mask among the strokes `kept` of those in small groups that touch no other and are not firm."""
+    """Mask among the strokes `kept` of those in small detached groups that are not solid."""
     if not kept.any():
         return np.zeros(0, bool)
     rows, others = _touching(around, kept)

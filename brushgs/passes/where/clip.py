@@ -1,10 +1,10 @@
-"""CLIP from a folder that the user brings, as an `Encoder`: patches of pictures and words in one space.
+"""CLIP from a folder of the user, as an `Encoder`: patches of pictures and words in one space.
 
-The library is `transformers`, imported where a model is opened. Weights are read as safetensors alone: a
-pickle can run code. No file is looked for outside the folder, and nothing is asked of any network.
+The library is `transformers`, imported when a model is opened. Weights are read only as safetensors: a pickle
+can run code. No file outside the folder is read, and no network is used.
 
-CLIP is trained to say what a whole picture shows. The value path of its last attention layer, without the
-attention, says it of patches: there each patch speaks for itself.
+CLIP is trained to describe whole pictures. The value path of its last attention layer, without the attention,
+describes single patches.
 Sources: Radford et al. 2021, CLIP; Zhou et al. 2022, MaskCLIP (features of patches).
 """
 
@@ -22,7 +22,7 @@ from brushgs.formats.schema import MAX_BYTES, decode, shown
 from brushgs.values.arrays import F32, F64
 
 T = TypeVar("T")
-PICKLES = (".bin", ".pt", ".pth", ".ckpt", ".pkl", ".h5", ".msgpack")  # weights in forms that are not read
+PICKLES = (".bin", ".pt", ".pth", ".ckpt", ".pkl", ".h5", ".msgpack")  # formats of weights that are not read
 WEIGHTS = ("model.safetensors", "model.safetensors.index.json")
 # Of the pictures CLIP was trained with, for folders without a preprocessor_config.json.
 MEAN, DEVIATION = (0.48145466, 0.4578275, 0.40821073), (0.26862954, 0.26130258, 0.27577711)
@@ -32,7 +32,7 @@ MODEL = f"bring CLIP as {BRING}, as CLIPModel and CLIPProcessor of transformers 
 
 
 class ClipEncoder:
-    """A CLIP model whose pictures are seen by a vision transformer.
+    """A CLIP model with a vision transformer.
 
     Attributes:
         side: of its windows, patches.
@@ -43,13 +43,13 @@ class ClipEncoder:
         """Open the model in a folder.
 
         Args:
-            folder: with what `CLIPModel` and `CLIPTokenizer` of transformers save: config.json,
-                model.safetensors, tokenizer.json or vocab.json and merges.txt, and, unless its numbers are
-                those of the first CLIP, preprocessor_config.json.
+            folder: with the files that `CLIPModel` and `CLIPTokenizer` of transformers save: config.json,
+                model.safetensors, tokenizer.json or vocab.json and merges.txt, and preprocessor_config.json
+                unless its numbers are those of the first CLIP.
 
         Raises:
-            SceneError: with the cure, if a file is missing or not what it should be, the weights are a
-                pickle, or a library is missing.
+            SceneError: with the cure, if a file is missing or invalid, the weights are a pickle, or a library
+                is missing.
         """
         self._folder = Path(folder)
         vision = _checked(self._folder)
@@ -121,7 +121,7 @@ def _read(path: Path, kind: type[T]) -> T:
 
 
 def _checked(folder: Path) -> _Vision:
-    """The configuration of a folder that holds what it should, before anything heavy is imported."""
+    """Check the folder and read its configuration, before any heavy import."""
     if not is_dir(folder):
         what = "is a file, not the folder of a CLIP model" if exists(folder) else "is no folder"
         raise SceneError(folder, f"{what}; {MODEL}")
@@ -167,7 +167,7 @@ def _normalization(folder: Path) -> tuple[F32, F32]:
 
 
 def _opened(folder: Path) -> tuple[Any, Any]:
-    """The model in float32, ready to be asked, and its tokenizer."""
+    """The model in float32, ready for use, and its tokenizer."""
     try:
         import torch
         from transformers import CLIPModel, CLIPTokenizerFast
@@ -188,7 +188,7 @@ def _opened(folder: Path) -> tuple[Any, Any]:
                 output_loading_info=True,
                 dtype=torch.float32,
             )
-    except Exception as error:  # whatever a library raises on files that are not what they should be
+    except Exception as error:  # any error of the library for invalid files
         sentence = " ".join(str(error).split())[:200]
         raise SceneError(
             folder, f"cannot be opened as CLIP ({type(error).__name__}: {sentence}); {MODEL}"

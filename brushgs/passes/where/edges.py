@@ -13,7 +13,7 @@ def ramp(depths: F64, width: float) -> F64:
         width: of the soft edge, in the same unit, half of it to each side; 0 for a hard one.
 
     Returns:
-        0 to 1, 1/2 and more exactly where `depths` is 0 and more.
+        0 to 1, at least 1/2 exactly if `depths` is at least 0.
     """
     if not width > 0:
         return (depths >= 0).astype(np.float64)
@@ -21,7 +21,7 @@ def ramp(depths: F64, width: float) -> F64:
 
 
 def soft_mask(inside: Mask, means: Array, width: float) -> F64:
-    """Memberships [N] for what has no distance: by that to the nearest Gaussian of the other side.
+    """Memberships [N] for a mask, by the distance to the nearest Gaussian of the other side.
 
     Args:
         inside: [N].

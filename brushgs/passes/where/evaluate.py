@@ -39,20 +39,20 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.hashing import GOLDEN, uniform
 
 T = TypeVar("T")
-HALF = 0.5  # from which on a Gaussian is inside, where it cannot be in part
+HALF = 0.5  # minimum membership of a Gaussian inside, if it cannot be partial
 
 
 @dataclass(frozen=True)
 class WhereContext:
-    """What memberships depend on beside the Gaussians.
+    """Inputs of memberships besides the Gaussians.
 
     Attributes:
-        first_view: how the scene is seen; needed where `Where.needs_subject`, and for soft edges.
-        soft: width of edges as a share of the subject's size, half to each side; of colours as a distance in
+        first_view: of the scene; needed if `Where.needs_subject`, and for soft edges.
+        soft: width of edges as a share of the subject's size, half to each side; for colours a distance in
             RGB. 0 for hard edges: memberships are 0 or 1.
         open_masks: the views of a file or folder of painted masks, needed by terms `mask:`.
-        relevance: how much each of N Gaussians looks as words say, 0 to 1, inside from 1/2 on; needed by
-            terms `text:`.
+        relevance: how well each of N Gaussians matches words, 0 to 1, inside from 1/2 on; needed by terms
+            `text:`.
         num_threads: None takes the processors available to this process; no result depends on it.
     """
 
@@ -64,18 +64,18 @@ class WhereContext:
 
 
 def memberships(where: Where, gaussians: Gaussians, context: WhereContext | None = None) -> F64:
-    """How far each Gaussian is in a part of the scene.
+    """The membership of each Gaussian in a part of the scene.
 
     Args:
         where: the part.
         gaussians: N Gaussians, a scene or strokes.
-        context: what terms may need; None for nothing.
+        context: inputs of some terms, or None.
 
     Returns:
         [N] 0 to 1: `and` is the lowest, `or` the highest of its parts, `not` 1 less its part.
 
     Raises:
-        ValueError: if a term needs what the context does not have, or names a part that is not there.
+        ValueError: if a term needs something that the context lacks, or names a missing part.
 
     Does not depend on the order of the rows, or on the unit of the scene for terms without lengths.
     """
@@ -85,7 +85,7 @@ def memberships(where: Where, gaussians: Gaussians, context: WhereContext | None
 
 
 def sides(shares: F64, gaussians: Gaussians) -> Mask:
-    """[N] which Gaussians are inside, where each is so as a whole: by a hash of its place.
+    """[N] mask of the Gaussians inside, each completely, by a hash of its position.
 
     Args:
         shares: [N] memberships, 0 to 1; 1 is always inside, 0 never.
@@ -99,8 +99,8 @@ def sides(shares: F64, gaussians: Gaussians) -> Mask:
     return np.asarray(uniform(states) < shares)
 
 
-# What was found of a scene in a view, as long as both live: several rules, and what is typed after another
-# in the viewer, ask for the same subject.
+# Cache of results for a scene and a view, as long as both live: several rules, and successive inputs in the
+# viewer, need the same subject.
 _known: WeakKeyDictionary[Gaussians, WeakKeyDictionary[FirstView, dict[str, Any]]] = WeakKeyDictionary()
 
 
@@ -152,7 +152,7 @@ class _Evaluation:
 
     @cached_property
     def _width(self) -> float:
-        """Of soft edges, world units."""
+        """Width of soft edges, world units."""
         return self._context.soft * size_of(self._view) if self._context.soft > 0 else 0.0
 
     @cached_property
@@ -162,7 +162,7 @@ class _Evaluation:
         return self._context.first_view
 
     def _found(self, name: str, find: Callable[[], T]) -> T:
-        """What is looked for once in a scene and a view."""
+        """A result that is computed once per scene and view."""
         of_scene = _known.setdefault(self._gaussians, WeakKeyDictionary())
         found = of_scene.setdefault(self._view, {})
         if name not in found:

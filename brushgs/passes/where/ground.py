@@ -1,8 +1,8 @@
-"""What heights are measured from: the ground that the subject stands on.
+"""The ground below the subject, the origin of heights.
 
-That is the plane through the lowest layer around the subject, where there is one, raised to what is seen of
-it: captured ground is a layer of some thickness, on the truck 0.06 of the subject's size. Of a scene without
-a ground it is the lowest end of the subject, across up.
+It is the plane through the lowest layer around the subject, if there is one, raised to the visible surface:
+captured ground is a layer of some thickness, on the truck 0.06 of the subject's size. Without a ground it is
+the horizontal plane at the lowest end of the subject.
 """
 
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ from brushgs.values.arrays import F64, Array
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 
-# In sizes of the subject: the ring around it, whose Gaussians tell where the ground ends; how far from the
-# plane these may lie; and the layers that they are counted in.
+# In sizes of the subject: the ring around it, whose Gaussians show the top of the ground; their maximum
+# distance from the plane; and the thickness of counted layers.
 RING, THICKEST, LAYER = 0.3, 0.1, 0.005
-DENSE = 0.1  # of the densest layer: the ground ends where the layers above it hold less
-FEWEST = 100  # Gaussians that tell it
-STEEPEST = np.cos(np.radians(12.0))  # of the ground against up: steeper planes are something else
+DENSE = 0.1  # of the densest layer: the ground ends below layers with less
+FEWEST = 100  # minimum number of Gaussians for this
+STEEPEST = np.cos(np.radians(12.0))  # cosine of the ground's normal with up: steeper planes are not ground
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Ground:
     Attributes:
         plane: its normal points up.
         is_found: whether there is one; else the plane touches the lowest end of the subject.
-        subject_height: of the highest end of the subject above it, world units, >= 0.
+        subject_height: height of the top of the subject above it, world units, >= 0.
     """
 
     plane: Plane
@@ -40,7 +40,7 @@ class Ground:
 
     @classmethod
     def under(cls, gaussians: Gaussians, view: FirstView) -> "Ground":
-        """The ground of N Gaussians that are seen so."""
+        """The ground of N Gaussians with this first view."""
         up = view.up
         every = slice(None, None, max(1, -(-len(gaussians) // MOST_ROWS)))
         plane = ground_plane(gaussians.take(every), up) if len(gaussians) else None
@@ -64,7 +64,7 @@ def height_depths(height: Height, ground: Ground, means: Array) -> F64:
 
 
 def _top(gaussians: Gaussians, view: FirstView, plane: Plane) -> float:
-    """How far above its plane the ground ends, world units."""
+    """Height of the top of the ground above its plane, world units."""
     size = size_of(view)
     heights = plane.heights(gaussians.means)
     rows = np.flatnonzero(np.abs(heights) <= THICKEST * size)

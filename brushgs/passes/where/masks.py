@@ -1,7 +1,7 @@
-"""Painted pictures of a scene say which Gaussians are meant: those that paint what is white in them.
+"""Painted masks of a scene select Gaussians: those in white pixels.
 
-Each Gaussian takes the mean of the masks over the pixels that it makes up, by how much of each. That is
-trusted by how clearly it is seen; what hardly shows is as its neighbours of one surface, see `settle`.
+Each Gaussian takes the mean of the masks over its pixels, by blending weight. Trust depends on visibility;
+hardly visible Gaussians take the value of their neighbours on the same surface, see `settle`.
 """
 
 from collections.abc import Sequence
@@ -17,8 +17,8 @@ from brushgs.values.arrays import F64, Array
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
-# Of the share of a Gaussian that is not hidden, over all views. By the share itself, the table under the
-# cloth is taken for cloth: 0.80 of IoU in place of 0.94.
+# Exponent of the visible share of a Gaussian over all views. By the share itself, the table under the cloth
+# is taken for cloth: 0.80 of IoU in place of 0.94.
 TRUST_POWER = 2.0
 
 
@@ -29,7 +29,7 @@ class MaskView:
     Attributes:
         camera: of the picture.
         inside: [H, W] 0 (outside) to 1.
-        known: [H, W] 0 to 1: how much each pixel has to say.
+        known: [H, W] 0 to 1: weight of each pixel.
     """
 
     camera: Camera
@@ -38,7 +38,7 @@ class MaskView:
 
 
 def mask_votes(gaussians: Gaussians, views: Sequence[MaskView], *, num_threads: int | None = None) -> F64:
-    """[N] how much the masks say that each Gaussian is inside, 0 to 1; 1/2 where no view shows any.
+    """[N] votes of the masks for each Gaussian, 0 to 1; 1/2 if no view shows any.
 
     Args:
         gaussians: N Gaussians.
@@ -46,7 +46,7 @@ def mask_votes(gaussians: Gaussians, views: Sequence[MaskView], *, num_threads: 
         num_threads: None takes the processors available to this process. The result does not depend on it.
     """
     sums, weights, areas = (np.zeros(len(gaussians)) for _ in range(3))
-    for view in views:  # one after another: masks of a whole capture need not lie in memory as float64
+    for view in views:  # one after another: masks of a whole capture would take much memory as float64
         found, shares = votes(
             gaussians,
             [view.camera],
@@ -66,10 +66,10 @@ def mask_votes(gaussians: Gaussians, views: Sequence[MaskView], *, num_threads: 
 
 
 def _areas(gaussians: Gaussians, view: MaskView) -> tuple[F64, F64]:
-    """[N] what each Gaussian would make up of a view if nothing lay before it, pixels.
+    """[N] area of each Gaussian in a view without occlusion, pixels.
 
-    First all of it; then as much as is known at its centre, which counts where it does not show at all: it
-    may be hidden, or the picture says nothing there.
+    First the full area; then the area times the weight at its centre, for invisible Gaussians: they may be
+    hidden, or the mask has no weight there.
     """
     camera = view.camera
     kernel = StrokeTexture.open("gaussian")

@@ -1,4 +1,4 @@
-"""Connected parts of a scene: Gaussians that hang together by neighbours within a few of their own sizes.
+"""Connected parts of a scene: Gaussians linked by neighbours within a few of their own sizes.
 
 The unit of the scene does not matter, and neither does how dense it is: two Gaussians are linked where the
 gap between their centres is at most `REACH` of their sizes along the line between them.
@@ -21,7 +21,7 @@ LARGEST = 10.0  # medians of the sizes; larger ones are haze or sky, and would l
 
 
 def connected_parts(gaussians: Gaussians) -> NDArray[np.intp]:
-    """[N] the number of the connected part of each, 0 the one of most painted area, then the next.
+    """[N] the number of the connected part of each, by descending painted area from 0.
 
     Args:
         gaussians: N Gaussians.

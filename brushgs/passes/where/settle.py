@@ -1,12 +1,12 @@
-"""What is known of some Gaussians, settled for all: neighbours of one surface and one colour agree.
+"""Spread values of some Gaussians to all: neighbours of one surface and one colour agree.
 
-Masks say little of what lies behind something. Where a table shows through the cloth on it, it is seen, a
-little, in pixels that are the cloth's; the rest of the table knows better. So values minimise
+Masks say little about hidden Gaussians. If a table shows through the cloth on it, it is slightly visible in
+pixels of the cloth; the rest of the table is more reliable. So values minimise
 
     sum over i of trust_i d_i (x_i - value_i)^2 + SMOOTH / 2 x sum over neighbours of w_ij (x_i - x_j)^2
 
-where w falls with the distance in standard deviations of both, and with the difference of colour, and d_i is
-the sum of the w of a Gaussian: a random walker from each to what is trusted.
+where w decreases with the distance in standard deviations of both, and with the difference of colour, and d_i
+is the sum of the w of a Gaussian: a random walk from each to trusted values.
 Source: Grady 2006, Random Walks for Image Segmentation (with trusted values in place of seeds).
 """
 
@@ -21,15 +21,15 @@ from brushgs.values.sh import base_colors
 NUM_NEIGHBOURS = 10
 NEAR = 1.5  # standard deviations of both together, of a normal distribution of the weights
 SAME_COLOR = 0.05  # Euclidean in display-encoded RGB, likewise; with 0.08 the cloth is found by 0.02 less
-THINNEST = 0.1  # of a Gaussian's largest scale: none is thinner here, so that curved surfaces hang together
+THINNEST = 0.1  # of a Gaussian's largest scale: minimum thickness here, so that curved surfaces are linked
 LEAST = 1e-6  # weight: no Gaussian is alone
-SMOOTH = 0.1  # 1 agrees so much that the bowl is lost in what lies in it
+SMOOTH = 0.1  # at 1 the bowl takes the value of its content
 TOLERANCE, MOST_STEPS = 1e-5, 300  # of conjugate gradients
 _ROWS_AT_A_TIME = 1 << 16  # whose neighbours take some 100 MB
 
 
 def settle(gaussians: Gaussians, values: F64, trust: F64) -> F64:
-    """Values that agree between neighbours of one surface.
+    """Values with agreement between neighbours of one surface.
 
     Args:
         gaussians: N Gaussians.

@@ -1,4 +1,4 @@
-"""Which Gaussians belong to the subject of a scene, and which to what surrounds it."""
+"""Separate the subject of a scene from its surroundings."""
 
 import numpy as np
 
@@ -11,24 +11,24 @@ from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import shortest_axes
 
-MARGIN = 0.01  # of the subject's size, by which what is inside its hull may stick out
-# Of a scene with surroundings, in sizes of the subject: how far beyond its hull a part of it may reach, and
-# how far above the ground what lies level is of the ground.
+MARGIN = 0.01  # of the subject's size, tolerance of its hull
+# For a scene with surroundings, in sizes of the subject: maximum reach of a part beyond its hull, and maximum
+# height of level Gaussians that belong to the ground.
 AROUND = 0.3
 LEVEL_ON_GROUND = 0.02
 LEVEL = np.cos(np.radians(30.0))  # of the shortest axis against up
-FLAT = 2.0  # the second axis over the shortest, from which on that is a normal
-# Shares of the painted area of a connected part inside of the hull, and of all such parts in this one, from
-# which on it belongs. The fence beside the truck lies in the hull in part.
+FLAT = 2.0  # minimum ratio of the second axis to the shortest for a normal
+# Minimum shares of a connected part of the subject: its painted area inside the hull, and its part of all
+# such area. The fence beside the truck lies in the hull in part.
 MOSTLY, WORTH = 0.8, 0.005
 
 
 def find_subject(gaussians: Gaussians, view: FirstView, ground: Ground) -> Mask:
     """[N] the Gaussians of the subject.
 
-    Of a scene without surroundings and ground that is what lies in the hull of its points. Else the hull
-    holds ground, and parts of other things; then the subject is what stands on the ground and hangs together,
-    if most of it lies in the hull: all of it, also what sticks out.
+    Without surroundings and ground these are the Gaussians in the hull of its points. Otherwise the hull also
+    contains ground and parts of other objects; then the subject consists of the connected parts above the
+    ground that lie mostly in the hull, including parts that stick out.
     """
     size = size_of(view)
     inside = in_hull(gaussians.means, view.points, MARGIN * size)
@@ -45,7 +45,7 @@ def find_subject(gaussians: Gaussians, view: FirstView, ground: Ground) -> Mask:
     whole, in_it = (np.bincount(parts, weights, num) for weights in (areas, areas * inside[rows]))
     belongs = in_it >= MOSTLY * whole
     belongs &= in_it >= WORTH * in_it[belongs].sum()
-    if not belongs.any():  # nothing stands out of the ground: what lies in the hull
+    if not belongs.any():  # nothing rises above the ground: take the hull
         return inside
     found = np.zeros(len(gaussians), bool)
     found[rows] = belongs[parts]

@@ -1,14 +1,14 @@
-"""Words -> how well each Gaussian fits them, 0 to 1, by a model of pictures and words that the user brings.
+"""Words -> how well each Gaussian matches them, 0 to 1, by a model of pictures and words from the user.
 
     views all around -> windows of several scales -> similarity of each patch to the words and to phrases that
     fit anything -> votes on Gaussians -> relevance
 
-The model (`Encoder`) says how patches of a picture and words lie to each other, and nothing else: the rest
-does not depend on it. What a patch is like is voted on the Gaussians that it shows, over all views; since
-similarity is linear, that is the similarity of the mean of all that is seen of a Gaussian.
+The model (`Encoder`) only compares patches of a picture with words; the rest does not depend on it. The
+similarity of a patch is voted on its Gaussians, over all views; since similarity is linear, the result is the
+similarity of the mean over all visible parts of a Gaussian.
 
-How well real weights find things has not been measured, for none come with brushgs: measured is the vote, by
-a model whose answers are known, and the way of a real model through the code, with random weights.
+The quality with real weights has not been measured, since none come with brushgs. Tests cover the vote, with
+a model of known answers, and the code path of a real model with random weights.
 Sources: Kerr et al. 2023, LERF (canonical phrases, scales); Qin et al. 2024, LangSplat (several views, one
 answer for each Gaussian).
 """
@@ -29,18 +29,18 @@ from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
 CANONICAL = ("object", "things", "stuff", "texture")  # fit anything; of LERF
-SHARPNESS = 10.0  # on cosines before they are compared, of LERF; where relevance is 1/2 does not depend on it
-VIEW = 448  # pixels: views are square, as the windows of CLIP are; `small_view` says how many are drawn
+SHARPNESS = 10.0  # factor on cosines before comparison, from LERF; without effect on a relevance of 1/2
+VIEW = 448  # pixels: views are square, like the windows of CLIP; `small_view` sets the size
 SCALES = (1.0, 2.0)  # shorter side of the picture in windows: the whole, and parts
-BACKGROUND = 0.5  # grey behind a scene: near the mean picture that models are trained with
-SEEN = 0.05  # pixels over all views; what is seen of less is as its nearest neighbour that is seen
+BACKGROUND = 0.5  # grey behind a scene: near the mean of the training pictures of models
+SEEN = 0.05  # pixels over all views; Gaussians with less take the value of their nearest visible neighbour
 
 
 class Encoder(Protocol):
-    """A model in whose space patches of pictures and words can be compared.
+    """A model that maps patches of pictures and words to one space.
 
     Attributes:
-        side: of the windows it looks at, patches.
+        side: of its windows, patches.
         patch: side of a patch, pixels.
     """
 
@@ -85,7 +85,7 @@ def word_finder(
 
 
 class WordFinder:
-    """A scene as a model sees it, ready to be asked for words."""
+    """The features of a scene by a model, for queries by words."""
 
     def __init__(
         self,
@@ -134,7 +134,7 @@ class WordFinder:
         if not is_seen.any():
             return found
         found[is_seen] = relevance(sums[is_seen] / weights[is_seen, None])
-        # Inside a thing nothing is seen, and yet it belongs to it.
+        # The inside of an object is invisible, but belongs to it.
         means = self._gaussians.means
         nearest = cKDTree(means[is_seen]).query(means[~is_seen])[1]
         found[~is_seen] = found[is_seen][nearest]
@@ -142,7 +142,7 @@ class WordFinder:
 
 
 def relevance(similar: F64) -> F64:
-    """[n] the share of the words against that one of the canonical phrases that fits best.
+    """[n] the share of the words against the best canonical phrase.
 
     Args:
         similar: [n, 1 + P] cosines to the words, and to P phrases.
@@ -152,7 +152,7 @@ def relevance(similar: F64) -> F64:
 
 
 def similarities(grids: Sequence[F32], phrases: F64, height: int, width: int) -> F32:
-    """Cosine of what each pixel shows to each phrase, mean over scales.
+    """Cosine of each pixel's feature to each phrase, mean over scales.
 
     Args:
         grids: see `patch_grids`.
@@ -168,14 +168,14 @@ def similarities(grids: Sequence[F32], phrases: F64, height: int, width: int) ->
 
 
 def patch_grids(encoder: Encoder, picture: F32) -> list[F32]:
-    """What a model says of the patches of a picture, at each of `SCALES`.
+    """Features of the patches of a picture, at each of `SCALES`.
 
     Args:
         encoder: the model.
         picture: [h, w, 3] display-encoded RGB, 0 to 1.
 
     Returns:
-        [rows, columns, D] each: the patches lie over the whole picture. Where windows overlap, the mean.
+        [rows, columns, D] each: patches over the whole picture, with means of overlapping windows.
     """
     height, width = picture.shape[:2]
     grids = []
@@ -202,6 +202,6 @@ def _grid(encoder: Encoder, picture: F32) -> F32:
 
 
 def starts(length: int, side: int) -> list[int]:
-    """Where windows begin that cover a length and overlap by half or more, evenly spread."""
+    """Starts of evenly spread windows that cover a length and overlap by at least half."""
     count = 1 + int(np.ceil((length - side) / max(side // 2, 1)))
     return [int(start) for start in np.linspace(0, length - side, count).round()]
