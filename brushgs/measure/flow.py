@@ -1,7 +1,7 @@
-"""How a scene moves on the picture: exactly, from the motion of its Gaussians, depth and pose.
+"""The exact flow of a scene on the picture, from the motion of its Gaussians, depth and pose.
 
-Where Gaussians correspond from moment to moment, the surface that a pixel shows has moved as the Gaussians
-have that paint the pixel; nothing is estimated from pictures.
+If Gaussians correspond from moment to moment, the surface of a pixel moves like the Gaussians that paint the
+pixel; nothing is estimated from pictures.
 """
 
 from dataclasses import dataclass, replace
@@ -15,18 +15,18 @@ from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
-ON_SURFACE = 0.05  # of the depth: a mark further than this from the surface of its pixel does not show it
+ON_SURFACE = 0.05  # of the depth: maximum distance of a mark from the surface of its pixel
 
 
 def displacements(now: Gaussians, before: Array, camera: Camera, *, num_threads: int | None = None) -> Array:
-    """How the surface of each pixel gets from where it is now to where it was at another moment.
+    """The displacement of each pixel's surface from now to another moment.
 
-    The mean of the displacements of the Gaussians that paint the pixel, weighted as their colours and depths
-    are, with the built-in `gaussian` kernel: that of the surface whose plain depth `View` has. The turn of a
-    Gaussian takes no part: it moves what lies beside its centre by less than its size, and in trained scenes
-    turns are noise. Measured: a rigid body that turns by 3 degrees has a warp error 1.2 % above that of a
-    camera that turns around it; with turns it has the same to 1e-6, but the plain error of a trained scene
-    of a cook rises from 2.9 to 3.3 of 255 over 7 frames.
+    The mean displacement of the Gaussians that paint the pixel, weighted like colours and depths with the
+    built-in `gaussian` kernel, for the surface of the plain depth in `View`. Rotations of Gaussians are
+    ignored: they move points by less than the Gaussian's size, and in trained scenes they are noise.
+    Measured: a rigid body rotated by 3 degrees has a warp error 1.2 % above that of a camera that turns
+    around it; with rotations the same to 1e-6, but the plain error of a trained scene of a cook rises from
+    2.9 to 3.3 of 255 over 7 frames.
 
     Args:
         now: at the moment of the picture.
@@ -35,7 +35,7 @@ def displacements(now: Gaussians, before: Array, camera: Camera, *, num_threads:
         num_threads: see `rasterize`.
 
     Returns:
-        [H, W, 3] world units, 0 where nothing is painted, float32.
+        [H, W, 3] world units, 0 for empty pixels, float32.
 
     Raises:
         ValueError: if the rows do not correspond.
@@ -61,12 +61,12 @@ def displacements(now: Gaussians, before: Array, camera: Camera, *, num_threads:
 
 @dataclass(frozen=True, eq=False)
 class SceneFlow:
-    """How the scene moves on the picture in one step, told at the pixels of its later frame.
+    """The flow of the scene on the picture in one step, at the pixels of its later frame.
 
     Attributes:
         first: the camera of the earlier frame.
         second: the later frame; its picture does not matter.
-        displacement: [H, W, 3] of `displacements` from the second to the first; None for a scene that rests.
+        displacement: [H, W, 3] of `displacements` from the second to the first; None for a still scene.
     """
 
     first: Camera
@@ -78,9 +78,9 @@ class SceneFlow:
 
         Args:
             centers: [M, 2] (x, y) in the later picture, pixels.
-            depths: [M] camera z of marks that lie in space, world units: such a mark shows the scene if it
-                lies on the surface of its pixel, within 5 % of the depth, and moves with it from its own
-                depth. None for marks on the picture, which show what their pixel does.
+            depths: [M] camera z of marks in space, world units: such a mark shows the scene if it lies on the
+                surface of its pixel, within 5 % of the depth. None for marks on the picture, which show the
+                surface of their pixel.
 
         Returns:
             [M, 2] pixels from the earlier to the later frame, and a mask [M] of the marks that show the

@@ -1,4 +1,4 @@
-"""How similar two pictures of one view are: RMSE, PSNR, SSIM, FLIP, and missing paint.
+"""Similarity of two pictures of one view: RMSE, PSNR, SSIM, FLIP, and missing paint.
 
 Pictures are [H, W, 3], display-encoded, 0 to 1, on their background. Each function defines its number, so
 that figures of this project can be compared with those of others.
@@ -77,7 +77,7 @@ def ssim(picture: Array, truth: Array) -> float:
 
 
 def _ssim(picture: F64, truth: F64) -> float:
-    """The same of one channel [H, W], the mean over the places where the window lies in the picture."""
+    """The same for one channel [H, W], the mean over positions with the whole window in the picture."""
     from scipy.ndimage import gaussian_filter
 
     radius = SSIM_SIDE // 2

@@ -1,12 +1,12 @@
-"""The three that research on painted animation asks for: flatness, motion coherence, temporal continuity.
+"""The three goals of painted animation: flatness, motion coherence and temporal continuity.
 
-They pull against each other: marks that keep their size on the picture cannot stick to what comes nearer,
-and marks that do neither have to be replaced. Source of the terms: Benard, Bousseau and Thollot 2011,
-State-of-the-Art Report on Temporal Coherence for Stylized Animations. What follows puts numbers to them for
-marks whose boxes are known. Everything here measures boxes and paints nothing.
+They conflict: marks of constant size on the picture cannot stick to a surface that comes nearer, and
+otherwise marks must be replaced. Source of the terms: Benard, Bousseau and Thollot 2011, State-of-the-Art
+Report on Temporal Coherence for Stylized Animations. This module measures them for marks with known boxes.
+Everything here measures boxes and paints nothing.
 
-The painted area of a mark, by which everything is weighted, is the area of its box within the picture times
-its opacity.
+All figures are weighted by the painted area of a mark: the area of its box within the picture times its
+opacity.
 """
 
 from dataclasses import dataclass
@@ -29,12 +29,12 @@ class MarkFigures:
     """What happened to the marks of a clip; 0 is the best of each, and `MarkMeter` defines them.
 
     Attributes:
-        size_drift: octaves, flatness: by how much sizes on the picture differ from those of the first frame.
-        direction_drift: radians, 0 to pi / 2, flatness: the same of directions.
-        slip: motion coherence: of marks against the scene, in sizes of the mark a step; None where no mark
-            was seen to move with the scene or against it.
-        slip_pixels: the same in pixels a step.
-        births: temporal continuity: share of the painted area that appears at once, a second.
+        size_drift: flatness: difference of sizes on the picture from those of the first frame, octaves.
+        direction_drift: flatness: the same for directions, radians, 0 to pi / 2.
+        slip: motion coherence: motion of marks against the scene, in sizes of the mark per step; None if no
+            mark was on a known surface.
+        slip_pixels: the same in pixels per step.
+        births: temporal continuity: share of the painted area that appears at once, per second.
         deaths: that vanishes at once.
         pops: that changes at once.
     """
@@ -62,13 +62,13 @@ def circular_earth_movers(
     if not len(ends):
         return 0.0
     lengths = np.diff(ends, append=ends[0] + period)
-    order = np.argsort(ahead)  # what goes around the circle is free: the weighted median is best
+    order = np.argsort(ahead)  # circulation around the circle is free: the weighted median is best
     middle = ahead[order][np.searchsorted(np.cumsum(lengths[order]), 0.5 * period)]
     return float(np.abs(ahead - middle) @ lengths)
 
 
 def _ahead(values: F64, weights: F64, others: F64, other_weights: F64) -> tuple[F64, F64]:
-    """All values in order, and behind each how much more of the first sample has been met, in shares."""
+    """All values in order, and after each the lead of the first sample in cumulative shares."""
     if not (weights.sum() > 0 and other_weights.sum() > 0):
         return np.empty(0), np.empty(0)
     both = np.concatenate([values, others])
@@ -78,7 +78,7 @@ def _ahead(values: F64, weights: F64, others: F64, other_weights: F64) -> tuple[
 
 
 class _Marks(NamedTuple):
-    """What is compared between two frames, by ascending id."""
+    """Data of a frame for comparison, by ascending id."""
 
     ids: NDArray[np.int32]  # [M]
     centers: F64  # [M, 2]

@@ -1,4 +1,4 @@
-"""What all plots share: colours, fonts, and how a figure becomes a file.
+"""Common parts of all plots: colours, fonts, and writing a figure to a file.
 
 This is the only module that imports matplotlib. It avoids pyplot, which would choose a window system and keep
 every figure in a global list.
@@ -35,7 +35,7 @@ def can_plot() -> bool:
 
 
 def check_plot() -> None:
-    """Refuse a plot that cannot be drawn, before the work for it is done.
+    """Refuse a plot that cannot be drawn, before the work for it.
 
     Raises:
         ValueError: if matplotlib is not installed.
@@ -69,8 +69,8 @@ def save_figure(figure: "Figure", path: Path, *, in_full_color: bool = False) ->
     Args:
         figure: made by `new_figure`.
         path: file to write.
-        in_full_color: False stores `COLORS` and their shades to white only, all that lines on white need, in
-            a third of the bytes; figures with pictures in them need all colours.
+        in_full_color: False stores only `COLORS` and their shades to white, enough for lines on white, in a
+            third of the bytes; figures with pictures need all colours.
 
     Raises:
         SceneError: if the file cannot be written.

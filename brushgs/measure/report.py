@@ -1,4 +1,4 @@
-"""What all experiments share: a report with figures, the settings that repeat them, and its files."""
+"""Common parts of all experiments: a report with figures, the settings to repeat them, and its files."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -32,12 +32,12 @@ BARE_PARTS = ("prune", "cluster", "strokes", "draw", "view")  # steps that bare 
 
 @dataclass(frozen=True)
 class Outputs:
-    """The files of a report by suffix: the one that was named, or those of a folder.
+    """The files of a report by suffix: one named file, or those of a folder.
 
     Attributes:
         paths: by suffix, such as ".json" and ".png".
-        folder: created if missing; None where a single file was named.
-        why_no_plot: where there is none.
+        folder: created if missing; None for a single file.
+        why_no_plot: the reason if there is no plot.
     """
 
     paths: dict[str, Path]
@@ -71,11 +71,11 @@ class Outputs:
 
     @property
     def plot(self) -> Path | None:
-        """The plot; None where there is none."""
+        """The plot, or None."""
         return self.paths.get(PLOT)
 
     def check(self, inputs: tuple[Path, ...]) -> None:
-        """Refuse what could not be written, before the work for it is done.
+        """Refuse outputs that cannot be written, before the work for them.
 
         Raises:
             SceneError: if a folder is read-only or a file, or an output is one of the inputs.
@@ -100,8 +100,8 @@ class ExperimentReport(Report):
     """The stages of an experiment, and its figures.
 
     Attributes:
-        result: the figures, with a method `as_dict`; None until they are there.
-        settings: everything that is needed to repeat them, ready for JSON.
+        result: the figures, with a method `as_dict`; None until they are measured.
+        settings: everything needed to repeat them, ready for JSON.
     """
 
     name: ClassVar[str]  # key of the figures in the JSON and in `REPORT_SUFFIXES`, stem of files in a folder
@@ -112,7 +112,7 @@ class ExperimentReport(Report):
     def plan_outputs(self, output: Path, inputs: tuple[Path, ...], *, wants_plot: bool) -> Outputs:
         """The files of the report at `output`, one file or a folder, checked before any long work.
 
-        A folder goes without its plot where matplotlib is not installed, and a note says so.
+        Without matplotlib a folder gets no plot, and a note says so.
 
         Raises:
             SceneError: see `Outputs.check`.
@@ -141,7 +141,7 @@ class ExperimentReport(Report):
         texts: Mapping[str, str] | None = None,
         stage: str = "write",
     ) -> None:
-        """Write the files of the report, the JSON last: it describes this stage as well.
+        """Write the files of the report, the JSON last: it includes this stage.
 
         Args:
             outputs: see `plan_outputs`.
@@ -177,7 +177,7 @@ class ExperimentReport(Report):
         self.print_figures(console)
 
     def print_figures(self, console: "Console") -> None:
-        """Print the figures; called only when they are there."""
+        """Print the figures; called only if there are any."""
         raise NotImplementedError
 
 
@@ -193,9 +193,9 @@ def check_opaque_background(background: str) -> None:
 
 
 def plain_paint(scene: SceneFiles | None, paint: PaintConfig) -> dict[str, Any]:
-    """The scene files, None for one in memory, and how it is painted, ready for JSON.
+    """The scene files, None for a scene in memory, and the painting options, ready for JSON.
 
-    Of steps that bare strokes do not have there are those that a look or a flag has changed.
+    Steps that bare strokes do not have are included only if a look or a flag changed them.
     """
     parts = {name: getattr(paint, name) for name in BARE_PARTS}
     name = None if scene is None else str(SceneSource.of(scene))
@@ -212,7 +212,7 @@ def plain_config(config: Options) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """A value of options, ready for JSON; what has a form as text by that."""
+    """A value of options, ready for JSON; as text if it has a text form."""
     if isinstance(value, Focus | Direction | WhereConfig):
         return str(value)
     if isinstance(value, Struct):

@@ -1,12 +1,12 @@
-"""UIQM: how colourful, sharp and rich in contrast a picture is, without a truth to compare it with."""
+"""UIQM: colourfulness, sharpness and contrast of a picture, without a truth."""
 
 import numpy as np
 
 from brushgs.values.arrays import F64, Array, check
 
 COLOR, SHARPNESS, CONTRAST = 0.0282, 0.2953, 3.5753  # weights of the three parts
-TRIMMED = 0.1  # share of the least and of the greatest values that a mean of a colour channel leaves out
-BLOCK = 10  # pixels, side of the blocks in which contrast is measured; another side gives other figures
+TRIMMED = 0.1  # share of the smallest and of the largest values that the mean of a colour channel ignores
+BLOCK = 10  # pixels, side of the blocks for contrast; figures depend on it
 LUMA = 0.299, 0.587, 0.114  # weights of the sharpness of R, G, B
 
 
@@ -21,12 +21,12 @@ def uiqm(picture: Array) -> float:
     - UIConM = mean over such blocks of -q ln q, with q = (greatest - least) / (greatest + least) over all
       pixels and channels, 0 where that is undefined. Sums and differences are plain, not those of PLIP.
 
-    Codes differ in their blocks, and in that: compare figures of this function with each other only.
+    Implementations differ in these and in blocks: compare figures of this function only with each other.
     Source: Panetta, Gao and Agaian 2016, Human-Visual-System-Inspired Underwater Image Quality Measures.
 
     Args:
-        picture: [H, W, 3] display-encoded, 0 to 1, both sides at least 10 pixels; what is left over of whole
-            blocks at the right and the bottom has no part in UISM and UIConM.
+        picture: [H, W, 3] display-encoded, 0 to 1, both sides at least 10 pixels; incomplete blocks at the
+            right and the bottom are ignored in UISM and UIConM.
 
     Raises:
         ValueError: if a shape does not fit.
@@ -54,7 +54,7 @@ def sharpness(values: F64) -> float:
         edges = np.hypot(sobel(channel, axis=0), sobel(channel, axis=1)) * channel
         blocks = _blocks(edges)
         least, greatest = blocks.min(axis=(1, 3)), blocks.max(axis=(1, 3))
-        # Rounding leaves edges of 1e-13 in what is flat.
+        # Rounding leaves edges of 1e-13 in flat areas.
         is_positive = least > 1e-6
         ratios = np.divide(greatest, least, out=np.ones_like(least), where=is_positive)
         total += weight * float(2 * np.log(ratios).mean())

@@ -1,4 +1,4 @@
-"""Flicker: how far a picture is from an earlier one that is moved to its view by exact depth and pose.
+"""Flicker: difference of a picture from an earlier one that is moved to its view by exact depth and pose.
 
 Everything here measures pictures and paints nothing, so any renderer can be measured. Where depth, alpha or a
 picture is "plain" it is that of the whole scene drawn with the built-in `gaussian` kernel: the best available
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from brushgs.values.arrays import F64, Array, check
 from brushgs.values.camera import Camera
 
-PLAIN_ALPHA = 0.5  # above this the plain picture shows a surface, and its depth is that of the surface
-DEPTH_TOLERANCE = 0.01  # of the depth: two views further apart than this see two surfaces
+PLAIN_ALPHA = 0.5  # minimum alpha of a plain pixel that shows a surface
+DEPTH_TOLERANCE = 0.01  # of the depth: a larger difference between two views means two surfaces
 WORST = 0.01  # share of the pixels with the largest error, which are the most visible
 
 
@@ -45,7 +45,7 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class WarpError:
-    """How far a picture is from another one that is moved to its view.
+    """The difference of a picture from another one that is moved to its view.
 
     Attributes:
         rmse: root of the mean squared error over valid pixels and channels, 0 to 1.
@@ -62,7 +62,7 @@ class WarpError:
 
 @dataclass(frozen=True, eq=False)
 class ViewMatch:
-    """Where each valid pixel of a second view lies in a first one, see `match_views`.
+    """The position of each valid pixel of a second view in a first one, see `match_views`.
 
     Attributes:
         first_size: (height, width) of the first picture.
@@ -162,14 +162,14 @@ def points_seen(
     depths: Array,
     steps: Array | None = None,
 ) -> tuple[F64, F64, F64]:
-    """Where the first camera sees points of the picture of the second one.
+    """Project points of the second camera's picture to the first camera.
 
     Args:
-        first: the camera that sees them.
-        second: the camera in whose picture they are.
+        first: the camera to project to.
+        second: the camera of the points.
         centers: x [n] and y [n] in that picture, pixels.
         depths: [n] camera z there, world units.
-        steps: [n, 3] what they are moved by before the first camera sees them, world units; None for nothing.
+        steps: [n, 3] added to the points before projection, world units; or None.
 
     Returns:
         [n] x, [n] y in pixels, and [n] camera z; x and y are undefined where z <= 0.

@@ -7,14 +7,14 @@ from brushgs.stroke_count.curve import ErrorCurve, Knee, knee, psnr_of, value_at
 
 LEAST_POINTS = 3  # a knee lies between two ends
 LEAST_GAIN = 0.05  # dB; less is reported as nothing
-OF_TIME = {"frame": "a film", "painting": "a still"}  # who waits for it
+OF_TIME = {"frame": "a film", "painting": "a still"}  # product with this time
 
 
 def curves_of(family: Family) -> dict[str, ErrorCurve]:
-    """The curve for each time, "frame" and "painting"; none of fewer than three points.
+    """The curve for each time, "frame" and "painting"; none for fewer than three points.
 
-    A still's has the error of clustering, see `brushgs.stroke_count.curve`; in a look, which is compared with
-    itself and so has no error of a brush, the same as a film's.
+    The curve of a still has the error of clustering, see `brushgs.stroke_count.curve`; in a look, which is
+    compared with itself and has no error of a brush, the same error as that of a film.
     """
     points = {point.strokes: point for point in family.points}  # two counts may give the same strokes
     if len(points) < LEAST_POINTS:
@@ -36,7 +36,7 @@ def advice(family: Family | None) -> tuple[dict[str, Knee], str | None]:
     """The knee by each time, and the advice: "for this scene a film is worth 4,100 strokes (28.6 dB, ...".
 
     Args:
-        family: that of the number of strokes; None if it was not measured.
+        family: `strokes`; None if it was not measured.
     """
     curves = {} if family is None else curves_of(family)
     if family is None or not curves:
@@ -58,5 +58,5 @@ def _words(kind: str, bend: Knee, family: Family) -> str:
 
 
 def _rounded(count: int) -> int:
-    """To two digits: a knee is not known more precisely."""
+    """Round to two digits, the precision of a knee."""
     return int(round(count, 2 - len(str(count)))) if count >= 100 else count

@@ -1,4 +1,4 @@
-"""What speaks against the figures of a bench: a machine that had other work, and a curve that rises again."""
+"""Doubts about the figures of a bench: other work on the machine, and a curve that rises again."""
 
 import os
 from collections.abc import Sequence
@@ -9,19 +9,19 @@ import numpy as np
 from brushgs.measure.bench.figures import Family, Point
 
 STAT = Path("/proc/stat")
-BUSY = 0.1  # processors of other programs: more of them changes medians
+BUSY = 0.1  # processors used by other programs: more changes medians
 UNSTEADY = 0.25  # distance of the quartiles over the median, in the middle of all points
 RISES = 1.02  # error of the last count over the least
 
 
 class OtherLoad:
-    """Measures how many processors other programs keep busy, from its creation on."""
+    """Measures the processors used by other programs, from its creation on."""
 
     def __init__(self) -> None:
         self._start = _counters()
 
     def cores(self) -> float | None:
-        """Their mean number until now; None where the system does not tell."""
+        """Their mean number until now; None if the system does not report it."""
         before, now = self._start, _counters()
         if before is None or now is None or not now[0] > before[0]:
             return None
@@ -30,7 +30,7 @@ class OtherLoad:
 
 
 def _counters() -> tuple[float, float, float] | None:
-    """Seconds: of the clock, of all processors in use, of those used by this process."""
+    """Seconds of the clock, of all processors in use, and of those used by this process."""
     try:
         ticks = [float(word) for word in STAT.read_text().split("\n", 1)[0].split()[1:9]]
     except (OSError, ValueError):
@@ -45,11 +45,11 @@ def _counters() -> tuple[float, float, float] | None:
 
 
 def doubts_of(families: Sequence[Family], cores: float | None) -> tuple[str, ...]:
-    """A sentence for each thing that speaks against the figures.
+    """A sentence for each doubt about the figures.
 
     Args:
-        families: what was measured.
-        cores: processors that other programs kept busy meanwhile; None if that is not known.
+        families: the measured families.
+        cores: processors used by other programs meanwhile; None if not known.
     """
     found = []
     if cores is not None and cores > BUSY:
@@ -65,7 +65,7 @@ def doubts_of(families: Sequence[Family], cores: float | None) -> tuple[str, ...
 
 
 def _rise(points: Sequence[Point]) -> list[str]:
-    """That the error of a brush is not least with all strokes."""
+    """A doubt if the error of a brush is not least with all strokes."""
     if len(points) < 2:
         return []
     least, last = min(points, key=lambda point: point.error.rmse), points[-1]

@@ -1,4 +1,4 @@
-"""The families of the bench: what varies in each, what is the truth, and what is timed.
+"""The families of the bench: the varied choice, the truth and the cost of each.
 
 A family yields its points one by one, painted and verified; `measure` times them.
 """
@@ -40,8 +40,8 @@ from brushgs.values.sh import used_sh_degree
 # whether a pixel is finished.
 STOPS = tuple(1e4 * stop * MIN_TRANSMITTANCE for stop in (0.1, 3e-2, 1e-2, 1e-3, 1e-4, 1e-5, 0.0))
 SIZES = (0.125, 0.25, 0.5, 0.75, 1.0, 1.5)  # factors on the sides of the configured picture
-TRUE_SIZE = 2.0  # factor at which the truth of the sizes is painted
-SOFT_SHRINK = 4  # the reference of the soft order works pixel by pixel, so it is drawn this much smaller
+TRUE_SIZE = 2.0  # factor of the truth of sizes
+SOFT_SHRINK = 4  # the reference of the soft order is slow, so it is drawn this much smaller
 TRUTH_SIDE = 6  # pixels, of the square in which the supersampled truth is verified
 
 
@@ -66,13 +66,13 @@ class FamilyPlan:
     """A family before it is measured.
 
     Attributes:
-        title: what varies.
-        truth: what pictures are compared with.
-        cost: what is timed.
+        title: the varied choice, in words.
+        truth: the reference of pictures.
+        cost: the timed work.
         num_points: number of trials.
         trials: yields them.
         num_runs: number of different runs that are timed.
-        skip_reason: why the family does not apply to the scene; None if it does.
+        skip_reason: why the family does not apply to the scene, or None.
     """
 
     title: str

@@ -17,7 +17,7 @@ SCHEMA = 3
 
 @dataclass(frozen=True)
 class Verified:
-    """How far a picture is from its definition, see `brushgs.measure.bench.verify`."""
+    """The difference of a picture from its definition, see `brushgs.measure.bench.verify`."""
 
     against: str
     mean: float  # difference of a channel, 0 to 1, over all pixels except those beyond a step
@@ -27,20 +27,20 @@ class Verified:
 
 @dataclass(frozen=True)
 class Point:
-    """One way to paint: its error and its time.
+    """The error and the time of one way to paint.
 
     Attributes:
         label: the choice in words: "2,000", "mip", "float32, 1e-04".
         series: points of one series are joined by a line.
         value: the choice as a number, if it is one.
         error: against the truth of the family.
-        seconds: by what was timed, the cost of the family first.
-        verified: how well the picture agreed with its definition.
-        strokes: how many were painted.
+        seconds: by timed work, the cost of the family first.
+        verified: difference of the picture from its definition.
+        strokes: number of painted strokes.
         unpainted: share of the plain picture's alpha; None if that picture is not the truth.
-        clustering: RMSE of the same strokes drawn with the kernel of the truth; None where that is no matter.
-        held_out: RMSE over views that the strokes were not made for; None where there are none.
-        best_by: the times by which the point is on the Pareto front.
+        clustering: RMSE of the same strokes drawn with the kernel of the truth; None if not measured.
+        held_out: RMSE over views that the strokes were not made for; None without such views.
+        best_by: the times for which the point is on the Pareto front.
     """
 
     label: str
@@ -67,9 +67,9 @@ class Family:
 
     Attributes:
         name: as `--families` takes it.
-        title: what varies, in words.
-        truth: what pictures are compared with, in words.
-        cost: what is timed, in words.
+        title: the varied choice, in words.
+        truth: the reference of pictures, in words.
+        cost: the timed work, in words.
         points: in the order of the choice.
     """
 
@@ -98,7 +98,7 @@ class Bench:
         families: those that apply to the scene.
         knees: of the curve of strokes, by each time; empty without a curve.
         advice: one line about the knees; None without them.
-        doubts: what speaks against the figures, a sentence each.
+        doubts: about the figures, a sentence each.
     """
 
     families: tuple[Family, ...]
@@ -132,8 +132,8 @@ class Bench:
 def mark_best(points: Iterable[Point]) -> tuple[Point, ...]:
     """Mark the points on the Pareto fronts of RMSE and each of the times.
 
-    A point is on one if no other has a smaller error at no more seconds, or fewer seconds at the same error.
-    Times of which the quartiles of one lie between those of the other are the same: no more can be said.
+    A point is on a front if no other has a smaller error in at most the same time, or the same error in less
+    time. Times are equal if the quartiles of one lie between those of the other.
     """
     points = tuple(points)
     kinds = points[0].seconds if points else ()

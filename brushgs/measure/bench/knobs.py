@@ -1,6 +1,6 @@
-"""The knobs of a painting that the bench turns one by one: each a line, with the field that it fills.
+"""The knobs of a painting that the bench changes one by one: a line each, with its field.
 
-A knob that has a range is turned to its ends, a switch on and off.
+A knob with a range is set to its ends, a switch on and off.
 """
 
 from dataclasses import dataclass, replace
@@ -14,9 +14,9 @@ class Knob:
     """A choice of a look.
 
     Attributes:
-        name: as the table shows it, and its flag mostly.
-        step: of `PaintConfig` that has it.
-        values: that it is turned to, besides what a painting has.
+        name: in the table, mostly its flag.
+        step: its step in `PaintConfig`.
+        values: tried in addition to the painting's value.
         field: of the step; "" for the name.
     """
 
@@ -26,7 +26,7 @@ class Knob:
     field: str = ""
 
     def of(self, paint: PaintConfig) -> Any:
-        """What a painting has."""
+        """The value in a painting."""
         return getattr(getattr(paint, self.step), self.field or self.name)
 
     def at(self, paint: PaintConfig, value: Any) -> PaintConfig:
@@ -35,7 +35,7 @@ class Knob:
         return replace(paint, **{self.step: step})
 
     def others(self, paint: PaintConfig) -> tuple[Any, ...]:
-        """The values that a painting has not."""
+        """The values that differ from the painting's."""
         return tuple(value for value in self.values if value != self.of(paint))
 
     def label(self, value: Any) -> str:

@@ -1,6 +1,6 @@
-"""The families of the bench in a look: what varies in each, what is the truth, and what is timed.
+"""The families of the bench in a look: the varied choice, the truth and the cost of each.
 
-As those of bare strokes (`families`), but each point is a whole painting: ground, coats, light and stage.
+Like those of bare strokes (`families`), but each point is a whole painting: ground, coats, light and stage.
 """
 
 from collections.abc import Callable, Iterator
@@ -30,7 +30,7 @@ from brushgs.measure.likeness import compare
 from brushgs.options.painting import PaintConfig
 from brushgs.values.arrays import Array
 
-AS_IT_IS = "as it is"  # the painting with no knob turned
+AS_IT_IS = "as it is"  # the painting without a changed knob
 NEAR_VIEWS = 4  # of the usual views: the picture's own and those near it
 
 
@@ -149,8 +149,8 @@ def _trial(
         series: see `Point`.
         picture: the painting.
         truth: [H, W, 3] in the size of the view of the bench.
-        paint: what a whole painting is made by, which then is timed too; None for a frame alone.
-        change_views: for one that is made by other views.
+        paint: options for timing a whole painting; None to time only a frame.
+        change_views: for a painting made by other views.
     """
     frame = picture.frame()
     shown: Any = resized(subject.shown(frame), subject.camera)

@@ -1,7 +1,7 @@
-"""The subject of the bench in a look: whole paintings of one scene in one view, with all that a look has.
+"""The subject of the bench in a look: whole paintings of one scene in one view.
 
-There is no true painting, so what is measured is compared with the painting at its limit: the same look with
-a stroke for each Gaussian, made by more views, and drawn with `SAMPLES` x `SAMPLES` samples per pixel.
+There is no true painting, so paintings are compared with the limit of the look: a stroke for each Gaussian,
+made by more views, and drawn with `SAMPLES` x `SAMPLES` samples per pixel.
 """
 
 from collections.abc import Callable, Mapping
@@ -36,14 +36,13 @@ from brushgs.values.gaussians import Gaussians
 # Samples per pixel along each side at the limit. Of eight paintings of 480 x 270, compared with 6: one sample
 # is 1 to 5 of 255 off and 3 are 0.1 to 0.4; on one in ink, whose marks end in hollows of the paper, 18 and 4.
 SAMPLES = 3
-# Views that strokes are made by at the limit, beside the usual ones: azimuth and elevation beyond those of
-# the first view, degrees.
+# Guide views at the limit, besides the usual ones: azimuth and elevation relative to the first view, degrees.
 BETWEEN: Ring = (*((22.5 + 45.0 * step, 4.0) for step in range(8)), *HELD_OUT)
 ASKS = (*PICTURE, "first_view", "view", "plain_views")
 # Steps of a painting that bare strokes have too.
 BARE = {"prune", "cluster", "view", "draw", "clean", "strokes", "output"}
 
-# Makes the views that strokes are made by of the usual ones, how the scene is seen, and the scene.
+# Makes guide views from the usual ones, the first view, and the scene.
 ChangeViews = Callable[[PlainViews, FirstView | None, Gaussians], PlainViews]
 
 
@@ -87,7 +86,7 @@ class Picture:
         return replace(self, painting=replace(self.painting, surface=surface), camera=camera)
 
     def verified(self, name: str, frame: Frame) -> Verified:
-        """How far a frame is from the same painting in float64, whose kernels are compiled apart.
+        """The difference of a frame from the same painting in float64, whose kernels are compiled separately.
 
         Raises:
             WrongPictureError: if that is beyond the rounding of float32; names the point.
@@ -111,9 +110,9 @@ class LookSubject:
     Attributes:
         source: the scene files, from which whole paintings start.
         prepared: the painting as `brushgs render` makes it, of `count` strokes.
-        paint: all options, with the view that the picture got.
-        config: what is measured.
-        memory: of steps that paintings have in common.
+        paint: all options, with the view of the picture.
+        config: of the bench.
+        memory: of steps common to paintings.
     """
 
     source: SceneSource
@@ -126,7 +125,7 @@ class LookSubject:
     def open(
         cls, source: SceneSource, paint: PaintConfig, config: BenchConfig, report: Report
     ) -> "LookSubject":
-        """Make the painting. The number of strokes is that of the look, or else that of the bench.
+        """Make the painting, with the number of strokes of the look, else that of the bench.
 
         Raises:
             SceneError: if a file cannot be read.
@@ -154,7 +153,7 @@ class LookSubject:
 
     @cached_property
     def picture(self) -> Picture:
-        """The painting as it is."""
+        """The unchanged painting."""
         return Picture.of(self.prepared)
 
     @cached_property
@@ -164,12 +163,12 @@ class LookSubject:
 
     @property
     def num_views(self) -> int:
-        """The number of views that strokes are made by; 0 where they are made by the scene alone."""
+        """The number of guide views; 0 if strokes are made by the scene alone."""
         return num_views_of(self.prepared)
 
     @cached_property
     def num_between(self) -> int:
-        """The number of views that are added at the limit; 0 where they are made by the scene alone."""
+        """The number of guide views added at the limit; 0 if strokes are made by the scene alone."""
         return len(views_around(self.prepared.first_view, self.paint.view, self.camera, BETWEEN))
 
     @property
@@ -181,7 +180,7 @@ class LookSubject:
     def made(
         self, paint: PaintConfig, memory: Memory | None = None, change_views: ChangeViews | None = None
     ) -> Prepared:
-        """A painting in the same view; without a memory as `brushgs render` makes it, from the files on."""
+        """A painting in the same view; without a memory made from the files, as by `brushgs render`."""
         steps = PAINTING if change_views is None else _seen_otherwise(change_views)
         return prepare(self.source, paint, Report(), asks=ASKS, memory=memory or NoMemory(), steps=steps)
 
@@ -210,7 +209,7 @@ class LookSubject:
         return np.asarray(found.reshape(blocks).mean(axis=(1, 3)))
 
     def held_out_error(self, prepared: Prepared) -> float | None:
-        """RMSE to the limit over all views that strokes were not made for; None where there are none."""
+        """RMSE to the limit over all views that strokes were not made for; None without such views."""
         if not self._held_out:
             return None
         errors = [
@@ -232,7 +231,7 @@ class LookSubject:
 
 
 def fewer_views(count: int) -> ChangeViews:
-    """Takes the first of the views of a painting: its own, those near it, and those around the scene."""
+    """Keeps the first views of a painting; the order is its own, those near it, those around the scene."""
 
     def first(views: PlainViews, first_view: FirstView | None, gaussians: Gaussians) -> PlainViews:
         return PlainViews(views.cameras[:count], views.frames[:count])
@@ -241,7 +240,7 @@ def fewer_views(count: int) -> ChangeViews:
 
 
 def num_views_of(prepared: Prepared) -> int:
-    """The number of views that strokes of a painting are made by."""
+    """The number of guide views of a painting."""
     return 0 if prepared.plain_views is None else len(prepared.plain_views)
 
 

@@ -1,4 +1,4 @@
-"""The machine and build of a measurement; a debug build, whose times mean nothing, is refused."""
+"""The machine and build of a measurement; a debug build is refused, since its times are meaningless."""
 
 import platform
 import re

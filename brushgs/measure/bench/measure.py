@@ -20,7 +20,7 @@ def measure(subject: Subject | LookSubject, report: Report, whole: LookSubject |
     Args:
         subject: bare strokes, or a painting in a look.
         report: gets a stage for each family.
-        whole: of bare strokes, whole paintings of them, where a family asks for these.
+        whole: whole paintings of bare strokes, for families that need them.
 
     Raises:
         WrongPictureError: if a picture does not agree with its definition; it is not timed then.
@@ -50,7 +50,7 @@ def _plans(subject: Subject | LookSubject, whole: LookSubject | None) -> dict[st
 
 
 def of_whole_paintings(config: BenchConfig) -> tuple[str, ...]:
-    """The families that need whole paintings also of bare strokes."""
+    """The families that need whole paintings even for bare strokes."""
     asked = config.families_of(has_look=False)
     return tuple(name for name in asked if name not in PLAIN_FAMILIES)
 

@@ -15,7 +15,7 @@ COLORS = (BLUE, VERMILION, GREEN, PURPLE)  # of the series of a family
 COLUMNS, PANEL_WIDTH, PANEL_HEIGHT = 3, 3.4, 2.7  # inches
 DOTS_PER_INCH = 110  # low, so that a page of many scenes stays small
 WIDE = 15.0  # ratio of largest to smallest error above which the axis is logarithmic
-FLOOR = 0.3  # of the smallest error above zero: where errors of zero are drawn on a logarithmic axis
+FLOOR = 0.3  # of the smallest error above zero: position of zero errors on a logarithmic axis
 
 
 def write_plot(result: Bench, path: Path, title: str) -> None:
@@ -41,7 +41,7 @@ def write_plot(result: Bench, path: Path, title: str) -> None:
 def _draw_family(axes: "Axes", family: Family, kind: str, knee: Knee | None) -> None:
     """A panel: errors over one of the times, by series, with the front of that time.
 
-    Beside strokes stand the error of clustering and, as a line, that of one stroke per Gaussian: the brush.
+    For strokes also the error of clustering, and as a line that of one stroke per Gaussian: the brush.
     """
     errors = [255 * point.error.rmse for point in family.points]
     above = [error for error in errors if error > 0]

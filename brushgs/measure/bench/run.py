@@ -1,4 +1,4 @@
-"""`brushgs bench`: a scene file becomes curves of error against run time, as table, JSON, CSV and plot."""
+"""`brushgs bench`: curves of error against run time of a scene file, as table, JSON, CSV and plot."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -57,16 +57,16 @@ def report_bench(
         scene: the files of a trained 3D Gaussian scene.
         output: a folder, which gets `bench.json`, `bench.csv` and `bench.png` and is created if missing; or
             one file that ends in .json, .csv or .png.
-        paint: pruning, clustering, view and stroke, whose number of strokes is ignored; or a look, of which
-            whole paintings are measured, all but those of the curve of strokes with its number.
-        config: what is measured.
-        report: where the stages are added; a new one if None.
+        paint: pruning, clustering, view and stroke; the number of strokes is ignored. Or a look: then whole
+            paintings are measured, with its number of strokes except in the curve of strokes.
+        config: of the bench.
+        report: collects the stages; None makes a new one.
         wants_plot: whether a folder gets the plot, if matplotlib is installed.
 
     Raises:
         SceneError: if a file cannot be read or written.
-        ValueError: if an option does not suit the scene, before any long work where that can be known.
-        WrongPictureError: if a picture is not what it should be.
+        ValueError: if an option does not suit the scene; before long work if possible.
+        WrongPictureError: if a picture does not agree with its definition.
     """
     config, report, output = config or BenchConfig(), report or BenchReport(), Path(output)
     outputs = report.plan_outputs(output, input_files(scene, paint), wants_plot=wants_plot)
@@ -81,7 +81,7 @@ def report_bench(
         if "strokes" in config.families_of(has_look=True):
             _make_limit(subject, report)
     else:
-        # Families cluster themselves, what pruning keeps for the fewest strokes.
+        # Families cluster the Gaussians that pruning keeps for the fewest strokes.
         fewest = replace(paint, cluster=replace(paint.cluster, strokes=1))
         prepared = prepare(scene, fewest, report, asks=ASKS)
         subject = Subject(source, prepared, paint, config)

@@ -100,7 +100,9 @@ class Subject:
 
     @property
     def count(self) -> int:
-        """Their number: of `counts` the nearest to `config.count` by ratio; one that merges, if any does."""
+        """Their number: of `counts` the nearest to `config.count` by ratio; one with merging, if there is
+        one.
+        """
         merging = self.counts[:-1] or self.counts
         return min(merging, key=lambda count: abs(np.log(count / self.config.count)))
 
@@ -118,17 +120,17 @@ class Subject:
 
     @property
     def options(self) -> RenderOptions:
-        """How `brushgs render` draws a still picture."""
+        """The options of `brushgs render` for a still."""
         return replace(self.prepared.options, depth=False)
 
     @property
     def plain_options(self) -> RenderOptions:
-        """How the plain picture is drawn."""
+        """The options of the plain picture."""
         kernel, threads = StrokeTexture.open(KERNEL), self.paint.draw.threads
         return RenderOptions.of(kernel, num_sigmas=kernel.num_sigmas, depth=False, num_threads=threads)
 
     def group(self, method: Method, features: Features) -> Grouping:
-        """Which Gaussians share a stroke, of `count` strokes."""
+        """The grouping for `count` strokes."""
         return group(self.kept, self.count, features=features, method=method, seed=self.paint.cluster.seed)
 
     def cluster(self, count: int) -> Gaussians:
@@ -141,7 +143,7 @@ class Subject:
         return rmse(self.picture(frame), self.picture(self.plain))
 
     def held_out_error(self, strokes: Gaussians) -> float | None:
-        """RMSE of strokes over all views that they were not made for; None where there are none."""
+        """RMSE of strokes over all views that they were not made for; None without such views."""
         if not self._held_out:
             return None
         errors = [rmse(self.picture(self.draw(strokes, view)), plain) for view, plain in self._held_out]
@@ -177,7 +179,7 @@ class Subject:
 
 
 def views_around(first_view: FirstView | None, view: ViewConfig, camera: Camera, ring: Ring) -> list[Camera]:
-    """Small views of a scene from a ring around it, in the aspect of a camera; none where it is not known."""
+    """Small views of a scene from a ring around it, in the aspect of a camera; none without a first view."""
     if first_view is None:
         return []
     from_outside = view.camera_file is None and is_from_outside(view)

@@ -1,4 +1,4 @@
-"""Runs are timed alternately, so that a machine that slows down slows all of them."""
+"""Alternating timing of runs, so that a machine that slows down affects all of them."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -27,7 +27,7 @@ class TimeQuartiles:
         return cls(float(q1), float(median), float(q3), len(seconds))
 
     def is_same_as(self, other: "TimeQuartiles") -> bool:
-        """Whether the quartiles of one lie between those of the other: which is less cannot be said."""
+        """Whether the quartiles of one lie between those of the other, so that their order is unknown."""
         first, second = sorted((self, other), key=lambda one: one.q3 - one.q1)
         return second.q1 <= first.q1 and first.q3 <= second.q3
 
@@ -48,7 +48,7 @@ class TimedRun:
 def time_alternately(
     runs: Iterable[TimedRun], repeats: int, advance: Callable[[], None] = lambda: None
 ) -> dict[TimedRun, list[float]]:
-    """Time all runs in rounds, one after the other. Verifying them before has warmed them up.
+    """Time all runs in rounds, one after the other. Their verification was the warm-up.
 
     Slow runs (above 2 seconds) take part in 3 rounds at most, quick ones (below 0.1) run 3 times per round.
 

@@ -1,9 +1,8 @@
-"""Verification of a picture before it is timed: a fast but wrong picture must not appear on a curve.
+"""Verification of a picture before it is timed: no curve may contain a fast but wrong picture.
 
-A square of the picture, where its strokes are, is painted again from the same strokes by the float64
-definition of drawing (`brushgs.rendering.reference`). The two may differ by the rounding of float32. A pixel
-that falls on the other side of a box edge, of the skip of faint paint or of the early stop changes by more
-than rounding, so a few pixels may.
+A square of the picture with many strokes is painted again from the same strokes by the float64 definition of
+drawing (`brushgs.rendering.reference`). The two may differ by the rounding of float32. A few pixels may
+differ more, if rounding moves them across a box edge, the skip of faint paint or the early stop.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -25,12 +24,12 @@ STEP = 1 / 255  # of an 8-bit picture
 
 
 class WrongPictureError(RuntimeError):
-    """A picture that does not agree with its definition, so that its time means nothing."""
+    """A picture that does not agree with its definition, so its time is meaningless."""
 
 
 @dataclass(frozen=True)
 class Bound:
-    """How far a picture may be from its definition.
+    """The maximum difference of a picture from its definition.
 
     Attributes:
         mean: difference of a channel, 0 to 1, over all pixels except those beyond a step.
@@ -54,7 +53,7 @@ def bound_of(frame: Frame) -> Bound:
 def check_close(
     name: str, frame: Frame, expected: Frame, against: str, bound: Bound | None = None
 ) -> Verified:
-    """Measure how far a picture is from the expected one.
+    """Measure the difference of a picture from the expected one.
 
     Raises:
         WrongPictureError: if that is beyond `bound` (None: the one for its dtype); names the point.
@@ -85,7 +84,7 @@ def check_equal(name: str, result: Any, verified: Any) -> None:
         one, other = getattr(result, field.name), getattr(verified, field.name)
         if isinstance(one, Gaussians) and isinstance(other, Gaussians):
             check_equal(name, one, other)
-        # Other values that are no arrays are the very same.
+        # Other values, not arrays, are the same object.
         elif one is not other and (one is None or not np.array_equal(one, other)):
             raise WrongPictureError(f"bench: {name} gave another result when it ran again: {field.name}")
 

@@ -1,6 +1,6 @@
-"""The temporal report: how stable the strokes of a moving picture are, and what that costs.
+"""The temporal report: stability of the strokes of a moving picture, and its cost.
 
-The protocol, complete, so that others can repeat it:
+The complete protocol:
 
 1. **Path.** Frames of one size. On a loop the first frame is painted once more at the end, so that the last
    step is measured too: an orbit of 120 frames has 120 steps of 3 degrees. In the JSON and below n counts
@@ -19,7 +19,7 @@ The protocol, complete, so that others can repeat it:
    `measure_stability` takes further painters, which get the plain picture of each frame.
    Of a scene that moves the strokes are made once and followed, and `published` gives way to
    - `alone`: strokes made of each moment alone, by the same options, and drawn as a still, so with `anchor`.
-     What is each other's nearest stroke in the next frame counts as the same one there.
+     Mutually nearest strokes of consecutive frames count as the same stroke.
 3. **Directions**, from the boxes of every frame, painted or not, by `box_events.orientation_events`: flips,
    spins, size pops, kinks and strokes that vanish, each as a count and as a share of the stroke-frames
    weighted by painted area; the largest step of any direction; the share of slender strokes more than 10
@@ -55,9 +55,9 @@ The protocol, complete, so that others can repeat it:
 
 **Looks.** A painting in a look (`--look oil`) has ground, light, a stage or several coats. Then `track`,
 `anchor` and `off` paint whole frames, those of `brushgs render`, whose coats differ by their lock alone;
-`alone` paints each moment as a still; nothing is called `published`. Steps 3 and 8 are of the strokes of
-the scene, the largest coat that is tracked and is no backdrop. The plain picture lies on the mean colour of
-the ground. Drawing a frame has its projecting in it.
+`alone` paints each moment as a still; nothing is called `published`. Steps 3 and 8 refer to the strokes of
+the scene, the largest tracked coat except a backdrop. The plain picture lies on the mean colour of the
+ground. The drawing time of a frame includes projection.
 
 The plain picture is drawn of every frame. A frame is painted only where a pair, the loop or a second painting
 needs it, and kept no longer than the widest gap (the first one to the end of a loop). Values are

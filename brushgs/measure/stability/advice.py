@@ -1,8 +1,8 @@
-"""One line of advice on how to hold the strokes of a path, from the figures of its locks."""
+"""One line of advice on the lock for a path, from its figures."""
 
 from brushgs.measure.stability.figures import Figures, Stability
 
-LOCKS = "track", "anchor", "off"  # differ by their lock alone; the first one wins a tie
+LOCKS = "track", "anchor", "off"  # differ only in their lock; the first wins a tie
 IS_DEFAULT = {LOCKS[0]: " (the default)"}  # of `render` along a path
 COARSE = 0.01  # of the painted area turns or jumps in a frame: above it smaller steps are advised
 

@@ -1,7 +1,7 @@
 """The configurations of the temporal report in a look: whole paintings, with ground, coats, light and stage.
 
-Frames are those of `brushgs render`. Figures of boxes are those of the strokes of the scene: of the largest
-coat that is tracked and is no backdrop.
+Frames are those of `brushgs render`. Figures of boxes refer to the strokes of the scene: the largest tracked
+coat except a backdrop.
 """
 
 from collections.abc import Callable
@@ -32,14 +32,14 @@ def is_bare(painting: Painting) -> bool:
 
 
 def main_coat(painting: Painting) -> Coat:
-    """The coat that figures of boxes are of, see the module; the first one where no coat is tracked."""
+    """The coat for figures of boxes, see the module; the first one if no coat is tracked."""
     others = [coat for coat in painting.coats if coat.name != BACKDROP]
     tracked = [coat for coat in others if coat.options.lock == "track"]
     return max(tracked, key=lambda coat: len(coat.strokes)) if tracked else others[0]
 
 
 def behind(painting: Painting) -> Array | None:
-    """[3] the mean colour of what a painting is laid on, on which the plain picture lies; None for none."""
+    """[3] the mean colour of a painting's ground, the background of the plain picture; or None."""
     if painting.surface is None or painting.is_transparent:
         return None
     return np.asarray(painting.surface.rgb.mean(axis=(0, 1), dtype=np.float64))
@@ -50,7 +50,7 @@ class LookPainter(StrokePainter):
     """Paints whole frames; its own strokes are those of the main coat.
 
     Attributes:
-        painting: along the path, its coats locked as the configuration is.
+        painting: along the path, its coats with the lock of the configuration.
     """
 
     painting: Painting = field(kw_only=True)
@@ -68,7 +68,7 @@ class LookPainter(StrokePainter):
         return frame
 
     def _directions(self, index: int) -> list[Directions | None]:
-        """Of each coat that is tracked; chosen along the whole path at the first call."""
+        """The directions of each tracked coat; chosen along the whole path at the first call."""
         if self._tracks is None:
             with self.timer.track.running():
                 self._tracks = [
@@ -78,7 +78,7 @@ class LookPainter(StrokePainter):
         return [None if track is None else track.directions(index) for track in self._tracks]
 
     def _tracked(self) -> Track | FilmTrack:
-        """That of the main coat."""
+        """The track of the main coat."""
         self._directions(0)
         assert self._tracks is not None, "they were chosen now"
         coats = self.painting.coats
@@ -97,7 +97,7 @@ class LookPainter(StrokePainter):
 
 @dataclass
 class AloneLookPainter(AlonePainter):
-    """Paints each frame as a still of the strokes that are made of that moment alone."""
+    """Paints each frame as a still, with strokes made of that moment alone."""
 
     prepare: Callable[[int], Prepared] = field(kw_only=True)  # the painting of a frame
     _last: tuple[int, Prepared] | None = None  # one at a time: each has a canvas
@@ -124,7 +124,7 @@ class AloneLookPainter(AlonePainter):
 
 
 def locked(painting: Painting, lock: Lock) -> Painting:
-    """A painting whose tracked coats take their directions otherwise; others stay as they are."""
+    """A painting with another lock for its tracked coats; other coats are unchanged."""
     coats = (
         replace(coat, options=replace(coat.options, lock=lock)) if coat.options.lock == "track" else coat
         for coat in painting.coats
@@ -133,6 +133,6 @@ def locked(painting: Painting, lock: Lock) -> Painting:
 
 
 def in_threads(painting: Painting, num_threads: int | None) -> Painting:
-    """A painting that is drawn by so many threads."""
+    """A painting drawn by `num_threads` threads."""
     coats = (replace(coat, options=replace(coat.options, num_threads=num_threads)) for coat in painting.coats)
     return replace(painting, coats=tuple(coats))

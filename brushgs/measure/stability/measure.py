@@ -1,4 +1,4 @@
-"""Paint a path in every configuration and measure what moves, by the protocol of the package."""
+"""Paint a path in every configuration and measure its stability, by the protocol of the package."""
 
 import hashlib
 import warnings
@@ -51,7 +51,7 @@ NO_FLOW = (
     "surface could be estimated; measure a scene whose rows do"
 )
 TWO_MOMENTS = "stability: a frame that fades into another shows two moments; omit --cross-fade"
-UNLOCKED = "off"  # the configuration whose strokes turn without a lock, and whose paint weights the pixels
+UNLOCKED = "off"  # the configuration without a lock, whose paint weights the pixels
 
 
 def measure_stability(
@@ -65,13 +65,13 @@ def measure_stability(
 
     Args:
         comparison: scene, strokes, path and stroke image.
-        config: gaps, and how much is compared.
+        config: gaps, and number of comparisons.
         make_extra_painters: adds configurations to those of the report, before `plain`.
         advance: called after each painted frame; see `num_painted_frames`.
 
     Raises:
-        ValueError: if the path has fewer than two views, or views of more than one size; or if a scene moves
-            whose rows do not correspond, or fades from one moment into another.
+        ValueError: if the path has fewer than two views, or views of more than one size; or if rows of a
+            moving scene do not correspond, or it cross-fades between moments.
     """
     config = config or StabilityConfig()
     check_cameras(comparison.cameras)
@@ -95,7 +95,7 @@ def measure_stability(
 
 
 def num_painted_frames(comparison: Comparison, config: StabilityConfig) -> int:
-    """How many frames of the path are painted."""
+    """Number of painted frames of the path."""
     return len(_schedule(comparison, config).painted)
 
 
@@ -134,7 +134,7 @@ def _schedule(comparison: Comparison, config: StabilityConfig) -> FrameSchedule:
 
 
 class _Looks:
-    """What single frames and steps between neighbours add up to: marks, UIQM, SSIM."""
+    """Sums over single frames and steps between neighbours: marks, UIQM, SSIM."""
 
     def __init__(self, painters: dict[str, Painter], camera: Camera) -> None:
         size = {"width": camera.width, "height": camera.height}
@@ -164,7 +164,7 @@ class _Looks:
                 self._judged[name].append((uiqm(picture), ssim(picture, pictures[PLAIN])))
 
     def marks(self, name: str, fps: float) -> MarkFigures | None:
-        """Of a configuration; None where marks are not known."""
+        """The mark figures of a configuration; None if marks are not known."""
         return self._meters[name].figures(fps) if name in self._meters else None
 
     def judged(self, name: str) -> tuple[float, float] | tuple[None, None]:
@@ -185,7 +185,7 @@ def _paint_all(
 ) -> Iterator[tuple[int, dict[str, str]]]:
     """Paint the frames of the schedule in order and compare them; hashes of those that are painted again.
 
-    The plain picture is that of every frame: marks are measured in each step.
+    The plain picture is drawn for every frame: marks are measured in each step.
     """
     kept: dict[int, PaintedFrame] = {}
     unlocked, plain_painter = painters[UNLOCKED], painters[PLAIN]
@@ -237,7 +237,7 @@ def _depth(frame: Frame) -> Array:
 
 
 def _paint_frame(painters: dict[str, Painter], index: int, plain: Frame, picture: Array) -> dict[str, Frame]:
-    """One frame in every configuration, with the plain picture, from which some start."""
+    """One frame in every configuration; some start from the plain picture."""
     frames = {name: painter.paint(index, picture) for name, painter in painters.items() if name != PLAIN}
     return frames | {PLAIN: plain}
 
@@ -250,7 +250,7 @@ def _painted_frame(
 
 
 def _turning_share(before: Boxes, now: Boxes, painter: StrokePainter, camera: Camera) -> Array:
-    """[H, W] share of the paint of each pixel that belongs to strokes whose direction turns, 0 to 1."""
+    """[H, W] share of the paint of each pixel in strokes whose direction turns, 0 to 1."""
     _, i, j = np.intersect1d(before.ids, now.ids, assume_unique=True, return_indices=True)
     turn = now.angles[j].astype(np.float64) - before.angles[i]
     is_turning: NDArray[np.bool_] = np.zeros(len(now), np.bool_)
@@ -265,7 +265,7 @@ def _paint_again(
     schedule: FrameSchedule,
     hashes: dict[int, dict[str, str]],
 ) -> dict[str, int]:
-    """How many frames of each configuration come out the same when painted alone, in reverse order."""
+    """Number of frames of each configuration that are equal when painted alone, in reverse order."""
     equal = dict.fromkeys(painters, 0)
     plain_painter = painters[PLAIN]
     assert isinstance(plain_painter, StrokePainter)
@@ -281,7 +281,7 @@ def _hash(frame: Frame) -> str:
 
 
 def _lasts(painter: Painter) -> bool:
-    """Whether it paints strokes in space: only they last from frame to frame."""
+    """Whether it paints strokes in space, which persist from frame to frame."""
     return isinstance(painter, StrokePainter) and painter.name != PLAIN
 
 
@@ -329,5 +329,5 @@ def _events(painter: StrokePainter) -> Events:
 
 
 def _boxes_and_ellipses(painter: StrokePainter) -> tuple[Iterator[Boxes], Iterator[Boxes]]:
-    """The boxes of all frames and those of their ellipses, projected anew so that none is held in memory."""
+    """The boxes of all frames and those of their ellipses, projected again to save memory."""
     return painter.all_boxes(), painter.all_boxes("off")

@@ -1,4 +1,4 @@
-"""The configurations that the temporal report compares: how each paints a frame, and how long that takes."""
+"""The configurations of the temporal report: how each paints a frame, and its time."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.hand import Hand
 
 PLAIN = "plain"
-LOCKED: Mapping[Lock, str] = {  # configurations that differ by their lock alone
+LOCKED: Mapping[Lock, str] = {  # configurations that differ only in their lock
     "track": "directions tracked along the path",
     "anchor": "directions of each view alone",
     "off": "directions of the ellipses",
@@ -80,10 +80,10 @@ class Painter(Protocol):
 
 @runtime_checkable
 class MarkPainter(Protocol):
-    """A painter whose marks lie on the picture, and are known."""
+    """A painter with known marks on the picture."""
 
     def marks(self, index: int, plain: Array) -> Boxes:
-        """The marks of a frame: an id in another frame is the same mark. Takes what `Painter.paint` does."""
+        """The marks of a frame, with ids that persist between frames. Arguments as in `Painter.paint`."""
 
 
 @dataclass
@@ -159,7 +159,7 @@ class StrokePainter:
 class ScenePainter(StrokePainter):
     """Paints the whole scene with its own kernel."""
 
-    at: Callable[[int], Gaussians] | None = None  # of a frame; None for a scene that rests
+    at: Callable[[int], Gaussians] | None = None  # of a frame; None for a still scene
     _last: tuple[int, Gaussians] | None = None
 
     def strokes_at(self, index: int) -> Gaussians:
@@ -173,10 +173,9 @@ class ScenePainter(StrokePainter):
 
 @dataclass
 class AlonePainter(StrokePainter):
-    """Paints each frame of a moving scene with strokes that are made of that moment alone.
+    """Paints each frame of a moving scene with strokes made of that moment alone.
 
-    Its strokes are those of the frame before where each is nearest to the other: so what could be called the
-    same stroke is, and all others die and are born.
+    Mutually nearest strokes of consecutive frames count as the same; all others die and are born.
     """
 
     make: Callable[[int], Gaussians] | None = None  # the strokes of a frame
@@ -212,7 +211,7 @@ class AlonePainter(StrokePainter):
 
 
 def nearest_pairs(first: Array, second: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Rows of points [n, 3] and [m, 3] that are each nearest to the other."""
+    """Rows of mutually nearest points of [n, 3] and [m, 3]."""
     from scipy.spatial import cKDTree
 
     if not (len(first) and len(second)):
@@ -235,10 +234,11 @@ class Comparison:
         background: of every picture: one RGB colour 0 to 1, or [H, W, 3].
         fps: frames a second, as the path is played.
         moving: how the strokes move; None for a still scene.
-        truth: a moving scene whose rows correspond, for the plain pictures and the flow: mostly that which
-            the strokes were made of. `scene` then says by its ids which of its rows there are; without ids
-            all are. Or a motion that is estimated, where no rows correspond.
-        is_loop: whether the frame after the last is the first again, for camera and scene, of a moving scene.
+        truth: a moving scene with corresponding rows, for the plain pictures and the flow, mostly the scene
+            of the strokes. The ids of `scene` are its rows; without ids all rows. Or an estimated motion, if
+            rows do not correspond.
+        is_loop: for a moving scene: whether the frame after the last is the first again, for camera and
+            scene.
         remake: makes a painting of the Gaussians of one moment alone, as seen by a camera; None omits the
             configuration `alone`, which still scenes do not have.
         painting: along the path, of a look: `strokes`, `texture` and `options` are then those of its main
@@ -271,7 +271,7 @@ class Comparison:
         return found.take(self.scene.ids.astype(np.intp))
 
     def earlier_means(self, then: int, now: int, means: Array) -> Array:
-        """Where the Gaussians of a frame were in an earlier one [n, 3], of which the `means` are known."""
+        """Positions [n, 3] in an earlier frame of the Gaussians that are at `means` in a frame."""
         if self.moving is None or self.truth is None or isinstance(self.truth, MovingScene):
             return means
         times = self.moving.film.times
@@ -330,7 +330,7 @@ class Comparison:
         return painters
 
     def _look_painters(self, painting: "Painting", num_threads: int | None) -> list[StrokePainter]:
-        """The same of whole paintings; nothing was published of a look."""
+        """The same for whole paintings; there is no published configuration of a look."""
         from brushgs.measure.stability.look_painters import (
             AloneLookPainter,
             LookPainter,
@@ -368,7 +368,7 @@ class Comparison:
         return painters
 
     def _options(self, lock: Lock) -> RenderOptions:
-        """With a lock; a kernel has no direction, and is drawn as `render` does."""
+        """The options with a lock; a kernel has no direction, and is drawn as by `render`."""
         return replace(self.options, depth=False, lock=lock if self.texture.is_directed else "off")
 
     def plain_painter(self, num_threads: int | None) -> StrokePainter:

@@ -1,4 +1,4 @@
-"""What the comparisons of painted frames add up to, by configuration and gap."""
+"""Sums over the comparisons of painted frames, by configuration and gap."""
 
 from dataclasses import dataclass, replace
 
@@ -19,7 +19,7 @@ class PaintedFrame:
         pictures: [H, W, 3] on the background, by configuration.
         view: the plain picture with its depth.
         unlocked: the boxes of the strokes without a lock.
-        means: [N, 3] of the plain scene; None where that rests.
+        means: [N, 3] of the plain scene; None for a still scene.
     """
 
     pictures: dict[str, Array]
@@ -94,7 +94,7 @@ class PairErrors:
         return tuple(self._warp(name, gap) for gap in sorted(self._errors[name]))
 
     def turning(self, name: str) -> Turning | None:
-        """The error where strokes turn; None where no turning stroke was visible."""
+        """The error where strokes turn; None if no turning stroke was visible."""
         if not self._turning_weight > 0:
             return None
         rmse, plain = (float(np.sqrt(self._turning[n] / self._turning_weight)) for n in (name, PLAIN))
@@ -122,7 +122,7 @@ class PairErrors:
 
 
 def _marks(match: ViewMatch, first: PaintedFrame, second: PaintedFrame, name: str) -> tuple[float, float]:
-    """What a painting adds to the plain picture over valid pixels: RMS, and the part that is redrawn."""
+    """The marks of a painting over valid pixels: RMS, and the redrawn share."""
     before, now = (frame.pictures[name] - frame.pictures[PLAIN] for frame in (first, second))
     moved, here = match.moved(before).astype(np.float64), now.reshape(-1, 3)[match.pixels].astype(np.float64)
     power = float((moved**2 + here**2).sum())

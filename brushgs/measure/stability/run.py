@@ -1,4 +1,4 @@
-"""`brushgs stability`: a scene file and a path become figures of flicker, as table, JSON and plot."""
+"""`brushgs stability`: figures of flicker of a scene file along a path, as table, JSON and plot."""
 
 from dataclasses import dataclass, replace
 from itertools import count
@@ -79,17 +79,17 @@ def report_stability(
         output: a folder, which gets `stability.json` and `stability.png` and is created if missing; or one
             file that ends in .json or .png.
         paint: all options; its lock is ignored, every lock is painted.
-        path: the path of the camera; None for one that stands still before a moving scene.
-        config: what is measured.
+        path: the path of the camera; None for a fixed camera and a moving scene.
+        config: of the measurement.
         make_extra_painters: see `measure_stability`.
-        report: where the stages are added; a new one if None.
+        report: collects the stages; None makes a new one.
         wants_plot: whether a folder gets the plot, if matplotlib is installed.
-        truth: the same moving scene with rows that correspond, for the plain pictures and the flow, where
-            those of `scene` do not; None estimates its motion there, see `EstimatedMotion`.
+        truth: the same moving scene with corresponding rows, for the plain pictures and the flow, if rows of
+            `scene` do not correspond; None then estimates its motion, see `EstimatedMotion`.
 
     Raises:
         SceneError: if a file cannot be read or written.
-        ValueError: if an option does not suit the scene, before any long work where that can be known.
+        ValueError: if an option does not suit the scene; before long work if possible.
     """
     config, report, output = config or StabilityConfig(), report or StabilityReport(), Path(output)
     clip = scene if isinstance(scene, Clip) else None
@@ -136,7 +136,7 @@ def _check_clip(clip: Clip, *, has_truth: bool) -> None:
 def _compared(
     prepared: "Prepared", paint: PaintConfig, clip: Clip | None, truth: MovingScene | None, *, has_alone: bool
 ) -> Comparison:
-    """The scene, and its strokes or the whole painting of a look; with frames alone if these are compared."""
+    """The scene, and its strokes or the whole painting of a look; with `alone` if that is compared."""
     planned, moving, whole = prepared.path, prepared.moving, prepared.whole_scene
     assert planned is not None
     assert prepared.background is not None
@@ -144,7 +144,7 @@ def _compared(
     if moving is not None and truth is None:
         known = moving.scene if moving.scene.has_rows else _estimated(prepared)
     elif clip is not None and not clip.scene.has_rows:
-        whole = replace(whole, ids=None)  # they are no rows of the truth
+        whole = replace(whole, ids=None)  # ids are not rows of the truth
 
     painting = None if is_bare(prepared.painting) else prepared.painting
     hand = open_hand(paint, planned, prepared.painting.coats)
@@ -178,7 +178,7 @@ def _compared(
 
 
 def _estimated(prepared: "Prepared") -> "EstimatedMotion":
-    """The motion of a clip whose rows do not correspond."""
+    """The estimated motion of a clip whose rows do not correspond."""
     from brushgs.passes.motion.estimate import EstimatedMotion
 
     assert prepared.moving is not None, "of a clip"

@@ -1,4 +1,4 @@
-"""Which frames of a path are painted, which are compared, and how long each is kept."""
+"""The schedule of a path: which frames are painted and compared, and how long each is kept."""
 
 from collections.abc import Iterator
 
@@ -19,8 +19,8 @@ class FrameSchedule:
         stride: from the first frame of a pair to that of the next.
         last_use: frame -> the last frame that it is compared with.
         painted: the frames that are painted, ascending.
-        alone: those of them that are painted a second time, ascending.
-        judged: those of them whose likeness to the plain picture is measured, ascending.
+        alone: painted frames that are painted a second time, ascending.
+        judged: painted frames whose similarity to the plain picture is measured, ascending.
     """
 
     def __init__(self, num_frames: int, is_closed: bool, config: StabilityConfig) -> None:
@@ -39,7 +39,7 @@ class FrameSchedule:
         self.judged = self._spread(NUM_JUDGED)
 
     def _spread(self, num: int) -> list[int]:
-        """So many of the painted frames at most, distributed evenly."""
+        """At most `num` painted frames, evenly distributed."""
         places = np.linspace(0, len(self.painted) - 1, min(num, len(self.painted)))
         return sorted({self.painted[round(place)] for place in places})
 
