@@ -21,7 +21,9 @@ from numpy.typing import NDArray
 from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.style import MarkSpectrum
 
-HIGH_PASS = 0.03  # of the shorter side: standard deviation of the blur that is taken off
+# Of the shorter side: deviation of the blur that is taken off. Of marks as wide as that only the blur is seen:
+# then the next one is taken, as for washes.
+HIGH_PASSES = 0.03, 0.06, 0.12
 FINE = 1.2  # pixels: standard deviation of the smoothing before slopes are taken
 AREA = 0.025  # of the shorter side: that of the area over which slopes are compared
 FAINT = 0.2  # of the mean energy of a high-passed picture: that of places without marks
@@ -30,7 +32,7 @@ NUM_SAMPLES = 24_000  # places of a picture
 CLEARNESS = 0.5  # power of the coherence by which places count
 NUM_FAR = 20  # distances beyond 8 pixels, in equal ratios
 LEAST_CLEAR = 0.05  # weight of places where marks have no direction
-FARTHEST = 0.12  # of the shorter side: distances at which points are compared
+FARTHEST = 4.0  # times that deviation: distances at which points are compared
 CELLS = 10  # along the shorter side: areas in which sizes are measured for the spectrum
 LEAST_OF_CELL = 60  # samples
 PERCENTILES = (20, 50, 80)
@@ -94,12 +96,21 @@ def mark_sizes(lab: Array) -> Sizes:
     Args:
         lab: [3, H, W] OKLab of a painting.
     """
+    for share in HIGH_PASSES:
+        found = _sizes_below(lab, share)
+        if found.width < share:
+            break
+    return found
+
+
+def _sizes_below(lab: Array, share: float) -> Sizes:
+    """Sizes of marks, measured on what is left without a blur of a share of the shorter side."""
     short = min(lab.shape[1:])
-    high_pass = HIGH_PASS * short
+    high_pass = share * short
     fine = _high_passed(lab.astype(np.float32), high_pass)
     flow = _flow(fine, short)
     samples = _samples(flow, short)
-    distances = np.concatenate([np.arange(0, 8, 0.5), np.geomspace(8, FARTHEST * short + 9, NUM_FAR)])
+    distances = np.concatenate([np.arange(0, 8, 0.5), np.geomspace(8, FARTHEST * high_pass + 9, NUM_FAR)])
     along, across = (
         _correlations(fine, samples, samples.angles + turn, distances) for turn in (0, np.pi / 2)
     )
