@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.style import MarkSpectrum
 
-# Of the shorter side: deviation of the blur that is taken off. Where marks are as wide, only the blur is seen:
+# Of the shorter side: deviation of the blur taken off. Where marks are as wide, only the blur is seen:
 # then the next one is taken, as for washes.
 HIGH_PASSES = 0.03, 0.06, 0.12
 FINE = 1.2  # pixels: standard deviation of the smoothing before slopes are taken
