@@ -391,8 +391,10 @@ class _Layer:
 
     def colors(self, boxes: Boxes) -> F64:
         """[..., 3] of the window."""
-        color = self.shade[..., None] * boxes.colors[self.row].astype(np.float64)
-        return color if self.tint is None else np.maximum(color + self.tint, 0)
+        color: F64 = self.shade[..., None] * boxes.colors[self.row].astype(np.float64)
+        if self.tint is not None:
+            color = np.maximum(color + self.tint, 0)
+        return color
 
 
 def _layers(

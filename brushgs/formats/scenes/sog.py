@@ -141,7 +141,7 @@ def _open_decoder(sog: Sog, runs: list[tuple[int, int]], *, is_logit: bool) -> D
         pictures = [np.concatenate([picture[start:stop] for start, stop in runs]) for picture in pictures]
     else:
         pictures = [picture[slice(*runs[0])] for picture in pictures]
-    opacities = meta.opacities
+    opacities: NDArray[np.floating] = meta.opacities
     if meta.version == 1 and not is_logit:  # beside scenes of version 2
         opacities = 1 / (1 + np.exp(-opacities))
     return _decoder(meta, pictures, palette, opacities)

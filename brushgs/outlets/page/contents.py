@@ -71,7 +71,7 @@ class _Collected:
     brushes: list[dict[str, Any]] = field(default_factory=list)
     rows: list[Rows] = field(default_factory=list)
     omitted: list[str] = field(default_factory=list)
-    _known: dict[tuple[bytes, bytes | None], int] = field(default_factory=dict)
+    _known: dict[tuple[bytes, bytes | None, tuple[float, bytes] | None], int] = field(default_factory=dict)
 
     def add(self, name: str, array: NDArray[Any], dtype: type[np.generic]) -> str:
         self.arrays[name] = np.ascontiguousarray(array, dtype)

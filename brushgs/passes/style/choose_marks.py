@@ -70,7 +70,8 @@ def _contrasts(strokes: Gaussians, lab: F64) -> F64:
     if others.shape[1] == 0:
         return np.zeros(len(lab))
     away = lab[others, 0] - lab[:, :1]
-    return np.minimum(np.sqrt((away**2).mean(axis=1)), MOST_CONTRAST)
+    contrast: F64 = np.minimum(np.sqrt((away**2).mean(axis=1)), MOST_CONTRAST)
+    return contrast
 
 
 def _most_like(marks: MarkDictionary, lab: F64, contrasts: F64) -> NDArray[np.int64]:
