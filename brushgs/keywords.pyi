@@ -72,7 +72,7 @@ class PaintKeywords(TypedDict, total=False):
     roll: float | str | None
     fov_deg: float | str | None
     zoom: float | str | None
-    lock: Literal["track", "anchor", "off"] | None
+    lock: Literal["track", "anchor", "canonical", "off"] | None
     first: float | str | None
     layers: Sequence[str] | str | None
     deep: bool | None
@@ -150,7 +150,7 @@ class FilmKeywords(TypedDict, total=False):
     seconds: float | str | None
     fps: float | str | None
     loop: bool | None
-    lock: Literal["track", "anchor", "off"] | None
+    lock: Literal["track", "anchor", "canonical", "off"] | None
     jobs: int | str | None
     scheduler: str | None
     workers_timeout: float | str | None

@@ -487,7 +487,9 @@ class DrawConfig(Options, frozen=True):
     background: Annotated[str, option("transparent, '#rrggbb', an image file, scaled to fill the picture, "
         f"or one of {', '.join(COLORS)} #background #transparent #alpha", metavar="COLOR|FILE")] = "white"
     lock: Annotated[Lock | None, option("how stroke direction is fixed: 'track' (over the whole path), "
-        "'anchor' (in each view alone) or 'off' (as published: strokes flip) #flicker #stable",
+        "'anchor' (in each view alone), 'canonical' (in each view alone, by a field fitted to each stroke: "
+        "near views agree better, more strokes lie off their axis) or 'off' (as published: strokes flip) "
+        "#flicker #stable",
         default="track along a path, anchor for a picture")] = None
     order: Annotated[Order | None, option("occlusion of strokes: by 'depth', or 'soft' (strokes of nearly "
         "equal depth blend, so that none pops) #popping #flicker",
@@ -509,7 +511,7 @@ class DrawConfig(Options, frozen=True):
         """
         if self.lock == "track" and not along_path:
             raise ValueError(
-                "lock must be anchor or off for one picture, got track; only a path can be tracked"
+                "lock must be anchor, canonical or off for one picture, got track; only a path can be tracked"
             )
         return self.lock or ("track" if along_path else "anchor")
 

@@ -73,7 +73,7 @@ def _alone(coats: Sequence[Coat]) -> Painting:
 
     def still(options: RenderOptions) -> RenderOptions:
         flat = replace(options, order="depth", relief=None, depth=False)
-        return replace(flat, lock="anchor") if flat.lock == "track" else flat
+        return replace(flat, lock="anchor") if flat.lock in ("track", "canonical") else flat
 
     return Painting(tuple(replace(coat, options=still(coat.options)) for coat in coats))
 
@@ -211,6 +211,24 @@ def with_accents(
         if materials.strokes.brushes is not None:
             found = replace(found, brushes=materials.strokes.brushes[rows])
         return [materials.marks(ACCENTS, nearest_regions(materials.strokes, found), dry=0.0)]
+
+
+def with_fields(coats: list[Coat], report: Report) -> list[Coat]:
+    """Coats with the fields of directions of their strokes, where the lock is "canonical"."""
+    fitted = [coat for coat in coats if coat.options.lock == "canonical"]
+    if not fitted:
+        return coats
+    with report.stage("fields") as stage:
+        from brushgs.rendering.canonical import fit_canonical
+
+        fields = {
+            id(coat.strokes): fit_canonical(coat.strokes, num_threads=coat.options.num_threads)
+            for coat in fitted
+        }
+        num = sum(len(coat.strokes) for coat in fitted)
+        stage.did = f"fields of directions of {num:,} strokes"
+        stage.counts = {"strokes": num}
+    return [replace(coat, fields=fields[id(coat.strokes)]) if coat in fitted else coat for coat in coats]
 
 
 def in_own_lights(backdrop: Sequence[Coat], materials: Materials) -> tuple[list[Coat], Materials]:

@@ -71,7 +71,7 @@ class Drawing:
         The lock "track" becomes the axes' own direction: single views have no path.
         """
         options = options or RenderOptions.of(texture)
-        lock = "anchor" if options.lock == "track" else options.lock
+        lock = "anchor" if options.lock in ("track", "canonical") else options.lock
         return cls(texture, replace(options, lock=lock, order="depth", depth=False), motion, takes_light)
 
     def frame(self, strokes: Gaussians, camera: Camera, moment: int | None = None) -> Frame:
@@ -86,6 +86,7 @@ class Drawing:
             strokes = ba.moved(strokes, self.motion.pose(moment), has_color=self.takes_light)
         options = self.options
         assert options.lock != "track", "one view has no path to track"
+        assert options.lock != "canonical", "see `of`"
         return ba.render(
             strokes,
             camera,

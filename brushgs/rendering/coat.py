@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Blend
@@ -15,6 +17,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
+    from brushgs.rendering.canonical import Canonical
     from brushgs.rendering.motion import Pose
 
 
@@ -32,10 +35,18 @@ class Coat:
         tolerance: depth test: sizes of a stroke by which it may lie behind the canvas; None: laid over
             everything.
         border: width of the border in which strokes thin out, see `thin_to_border`; 0 for none.
+<<<<<<< HEAD
         normals: [N, 3] for strokes visible only edge-on, see `fade_by_facing`; None for others.
         is_one_sided: strokes with normals fade when seen from behind instead.
         plain: Gaussians shown unpainted among the strokes, by the last brush, see `showing`; or None. The ids
             of their boxes follow those of the strokes.
+=======
+        normals: [N, 3] for strokes that are seen only edge-on, see `fade_by_facing`; None for others.
+        is_one_sided: whether those with normals fade where they are seen from behind instead.
+        plain: Gaussians that are shown as they are among the strokes, by the last brush, see `showing`; None
+            for none. The ids of their boxes follow those of strokes.
+        fields: of directions of the strokes, where the lock is "canonical".
+>>>>>>> e61e87ff (Fit a field of directions to each stroke: --lock canonical)
     """
 
     name: str
@@ -49,6 +60,7 @@ class Coat:
     normals: Array | None = field(default=None, kw_only=True)
     is_one_sided: bool = field(default=False, kw_only=True)
     plain: Gaussians | None = field(default=None, kw_only=True)
+    fields: "Canonical | None" = field(default=None, kw_only=True)
 
     def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Coat":
         """The coat at a moment of a moving scene; `takes_light` as `has_color` of `Pose.moved`."""
@@ -57,7 +69,13 @@ class Coat:
         if self.options.relief is not None:
             keep_relief(strokes, self.strokes)
         plain = None if self.plain is None else pose.moved(self.plain)
-        return replace(self, strokes=strokes, normals=normals, plain=plain)
+        fields = self.fields
+        if fields is not None:
+            facing, along = (
+                pose.turned(self.strokes, one).astype(np.float64) for one in (fields.facing, fields.along)
+            )
+            fields = replace(fields, facing=facing, along=along)
+        return replace(self, strokes=strokes, normals=normals, plain=plain, fields=fields)
 
     def showing(self, plain: Gaussians) -> "Coat":
         """The coat with plain Gaussians among its strokes.
@@ -71,8 +89,16 @@ class Coat:
         return replace(self, texture=texture, options=options, plain=plain)
 
     def boxes(self, camera: Camera, directions: Directions | None = None) -> tuple[Boxes, ProjectCounts]:
+<<<<<<< HEAD
         """The boxes of one view, and cull counts."""
         options = self.options if directions is None else self.options.in_direction(directions)
+=======
+        """The boxes of one view, and what was culled."""
+        options = self.options
+        if directions is None and self.fields is not None:
+            directions = self.fields.directions(self.strokes, camera, options)
+        options = options if directions is None else options.in_direction(directions)
+>>>>>>> e61e87ff (Fit a field of directions to each stroke: --lock canonical)
         boxes, counts = project_with(self.strokes, camera, options)
         if self.border:
             from brushgs.rendering.border import thin_to_border

@@ -15,7 +15,14 @@ from brushgs.pipeline.backdrop import Setting, open_backdrop
 from brushgs.pipeline.background import Background
 from brushgs.pipeline.clip import Clip, Film
 from brushgs.pipeline.drawing import render_options
-from brushgs.pipeline.finishing import NEAR_VIEWS, in_own_lights, with_accents, with_edges, with_values
+from brushgs.pipeline.finishing import (
+    NEAR_VIEWS,
+    in_own_lights,
+    with_accents,
+    with_edges,
+    with_fields,
+    with_values,
+)
 from brushgs.pipeline.lamp import Key, day_of, open_lamp, suns_of
 from brushgs.pipeline.look import open_relief, recolored_ground, shown_ground
 from brushgs.pipeline.make_strokes import StrokeMaker
@@ -239,11 +246,12 @@ def coats(
     strokes: Gaussians,
     accents: Sequence[Coat],
     is_moving: bool,
+    report: Report,
 ) -> list[Coat]:
     """The coats of the painting, the first laid first."""
     first, *others = coats_of(graded)
     first = first if shown_plain is None else first.showing(shown_plain)
-    found = [*graded_backdrop, first, *others, *accents]
+    found = with_fields([*graded_backdrop, first, *others, *accents], report)
     return attached(found, strokes, resting=(BACKDROP,)) if is_moving else found
 
 

@@ -1,0 +1,69 @@
+"""Directions that depend on stroke and view alone."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.rendering.canonical import fit_canonical
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.options import RenderOptions
+from tests.scenes import still_life_of
+
+FLAT = bg.BrushSet.open("flat")
+
+
+@pytest.fixture(scope="module")
+def strokes():
+    return bg.cluster(still_life_of(2000), 150)
+
+
+@pytest.fixture(scope="module")
+def fields(strokes):
+    return fit_canonical(strokes)
+
+
+def turned(first, second):
+    return np.abs(np.remainder(first.astype(float) - second + np.pi, 2 * np.pi) - np.pi)
+
+
+def test_fields_are_unit_vectors_across_each_other(fields):
+    for vectors in (fields.facing, fields.along):
+        np.testing.assert_allclose(np.linalg.norm(vectors, axis=1), 1, atol=1e-9)
+    np.testing.assert_allclose((fields.facing * fields.along).sum(axis=1), 0, atol=1e-9)
+
+
+def test_a_view_straight_at_a_stroke_shows_its_vector():
+    round_ones = bg.Gaussians([[0, 0, 0]], [[1, 0, 0, 0]], [[1, 1, 1]], [1.0], [[[0, 0, 0]]])
+    field = replace(fit_canonical(round_ones), is_anchored=np.array([False]))
+    eye = 5 * field.facing[0]
+    up = field.along[0]
+    camera = bg.Camera.look_at(eye, (0, 0, 0), up, width=64, height=64)
+    angle = float(field.directions(round_ones, camera).angles[0])
+    assert angle == pytest.approx(-np.pi / 2, abs=1e-5)  # upward in the picture
+
+
+def test_near_views_agree_where_strokes_are_faced(strokes, fields):
+    cameras = bg.orbit(strokes, 120, width=64, height=48)
+    steps = []
+    for before, now in pairwise(cameras[:41]):
+        found = [fields.directions(strokes, camera).angles for camera in (before, now)]
+        towards = now.position - strokes.means
+        is_faced = (towards * fields.facing).sum(axis=1) > 0.2 * np.linalg.norm(towards, axis=1)
+        boxes = bg.project(strokes, now)
+        rows = boxes.ids[is_faced[boxes.ids]]
+        steps.append(turned(*found)[rows])
+    assert np.degrees(np.quantile(np.concatenate(steps), 0.995)) < 15
+
+
+def test_a_still_with_the_lock_takes_it(strokes, fields):
+    camera = bg.orbit(strokes, 8, width=64, height=48)[1]
+    options = RenderOptions.of(FLAT, lock="canonical")
+    coat = Coat("strokes", strokes, FLAT, options, fields=fields)
+    boxes, _ = coat.boxes(camera)
+    expected = fields.directions(strokes, camera).angles[boxes.ids]
+    assert turned(boxes.angles, expected).max() < 1e-3
+    alone = Coat("strokes", strokes, FLAT, replace(options, lock="anchor")).boxes(camera)[0]
+    assert not np.array_equal(alone.angles, boxes.angles)
