@@ -13,7 +13,7 @@ from brushgs.formats.files import exists, is_dir, is_plain
 from brushgs.formats.format import NUM_FIRST_BYTES, Format
 from brushgs.formats.moving.frames import Frames, find_frames
 from brushgs.formats.registry import SCENE_FORMATS, added, formats_of, function_of
-from brushgs.formats.scenes.columns import Columns, Encoding
+from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding
 from brushgs.formats.scenes.rows import RowSource, SceneFile
 from brushgs.formats.scenes.stored import Stored
 from brushgs.options.moment import Moment
@@ -184,7 +184,7 @@ def _made(moving: MovingScene, path: Path, time: float) -> SceneFile:
         format=f"{notes.format}, {_in_words(time, moving.duration)}",
         num_rows=len(gaussians) + notes.rows_dropped,
         num_terms=gaussians.sh.shape[1],
-        open_rows=lambda: rows,
+        open_rows=lambda encoding=STANDARD: rows,  # any other is decoded already
         up=notes.up,
         training=notes.training,
         unknown=notes.unknown,

@@ -248,9 +248,10 @@ def open_scene(path: Path) -> SceneFile:
     num_terms = check(path, header, vertex)
 
     def open_rows(encoding: Encoding = STANDARD) -> RowSource:
-        warn_of_surplus(path, header, size)
         source = path, header, vertex, num_terms, size
-        return open_compressed(*source) if has_chunks else open_inria(*source, encoding)
+        rows = open_compressed(*source) if has_chunks else open_inria(*source, encoding)
+        warn_of_surplus(path, header, size)  # of a file that is not refused
+        return rows
 
     stored = read_stored(path, lambda: read_comments(header.view_text))
     if not has_chunks:  # rows lie in order, and have a column of brushes
