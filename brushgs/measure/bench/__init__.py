@@ -22,22 +22,24 @@ The complete protocol:
    All families except `strokes` and `sh` paint one number of strokes: 2,000 (250 if quick), or the nearest
    number in the list. A family that does not apply to a scene is skipped, with the reason.
 2. **Error.** Of the picture on its background, clipped to 0 to 1, not quantised: RMSE and PSNR over pixels
-  and channels, and the largest difference. Against the plain picture also SSIM, FLIP and the share of its
-  alpha left unpainted; see `brushgs.measure.likeness`. 3. **Verified before it is timed.** Of each picture a
-  square of 32 x 32 pixels, where most strokes lie, is painted by the float64 definition from the strokes in
-  space. The picture must agree with it to 2e-5 on average, except for at most 0.2 % of the pixels that may be
-  off by more than 1/255 (float32), or to 1e-9 (float64). The plain picture and, in a smaller square, the
-  supersampled one are verified in the same way. Every timed run must give the verified picture, bit for bit,
-  and so must a whole painting. The first failure stops the bench with the name of the point. 4. **Seconds.**
-  Wall clock. All points of a family run alternately, in `repeats` rounds, so that a machine that slows down
-  slows all of them. A run of less than 0.1 s is timed three times per round, one of more than 2 s in at most
-  three rounds. A point has the median, the quartiles and the number of runs. 5. **Pareto front.** The points
-  of a family that no other point beats in both RMSE and median seconds, for each measured time: for strokes
-  one for a film, by the frame, and one for a still, by the painting. Times are equal if the quartiles of one
-  lie between those of the other. 6. **Advice.** The knees of the curve of `strokes`, a film's and a still's:
-  see `brushgs.stroke_count.curve`. 7. **Doubts.** Reported if other programs kept a tenth of a processor busy
-  meanwhile (Linux), if the quartiles of half the points are more than a quarter of the median apart, and if
-  the error of the last count is above the least.
+   and channels, and the largest difference. Against the plain picture also SSIM, FLIP and the share of its
+   alpha left unpainted; see `brushgs.measure.likeness`.
+3. **Verified before it is timed.** Of each picture a square of 32 x 32 pixels, where most strokes lie, is
+   painted by the float64 definition from the strokes in space. The picture must agree with it to 2e-5 on
+   average, except for at most 0.2 % of the pixels that may be off by more than 1/255 (float32), or to 1e-9
+   (float64). The plain picture and, in a smaller square, the supersampled one are verified in the same way.
+   Every timed run must give the verified picture, bit for bit, and so must a whole painting. The first
+   failure stops the bench with the name of the point.
+4. **Seconds.** Wall clock. All points of a family run alternately, in `repeats` rounds, so that a machine
+   that slows down slows all of them. A run of less than 0.1 s is timed three times per round, one of more
+   than 2 s in at most three rounds. A point has the median, the quartiles and the number of runs.
+5. **Pareto front.** The points of a family that no other point beats in both RMSE and median seconds, for
+   each measured time: for strokes one for a film, by the frame, and one for a still, by the painting. Times
+   are equal if the quartiles of one lie between those of the other.
+6. **Advice.** The knees of the curve of `strokes`, a film's and a still's: see `brushgs.stroke_count.curve`.
+7. **Doubts.** Reported if other programs kept a tenth of a processor busy meanwhile (Linux), if the quartiles
+   of half the points are more than a quarter of the median apart, and if the error of the last count is above
+   the least.
 
 **Looks.** A painting in a look (`--look oil`: ground, light, coats, stage) has no true picture: the plain one
 has neither canvas nor lamp. It is compared with its own limit. Points are whole paintings, and step 1 is:
