@@ -1,7 +1,7 @@
 // The only file that knows Python: it translates arrays to spans and back, and releases the GIL.
 //
-// Arguments that could take each other's place go by name. Shapes are trusted: the functions of the package
-// check them first. Arrays are not converted: an output of another dtype would be swapped for a copy and lost.
+// Arguments that could be confused are passed by name. Shapes are trusted: the functions of the package check them
+// first. Arrays are not converted: an output of another dtype would be replaced by a copy and lost.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
@@ -60,14 +60,14 @@ auto data_or_null(const std::optional<Array>& array) {
     return array ? array->data() : nullptr;
 }
 
-// A column of shape [rows, width], or [rows] where width is 0, in memory that lives as long as `owner`.
+// A column of shape [rows, width], or [rows] if width is 0, in memory that lives as long as `owner`.
 template <class T>
 nb::object column(T* values, std::size_t rows, std::size_t width, const nb::capsule& owner) {
     const std::size_t shape[2] = {rows, width};
     return nb::cast(nb::ndarray<nb::numpy, T>(values, width == 0 ? 1 : 2, shape, owner));
 }
 
-// An array of shape [rows, width] in memory that becomes its own.
+// An array of shape [rows, width] that takes over its memory.
 template <class T>
 nb::object table(brushgs::Buffer<T>& memory, std::size_t rows, std::size_t width) {
     T* values = memory.release();
@@ -76,7 +76,7 @@ nb::object table(brushgs::Buffer<T>& memory, std::size_t rows, std::size_t width
     return nb::cast(nb::ndarray<nb::numpy, T>(values, 2, shape, owner));
 }
 
-// An array of shape [count] in memory that becomes its own.
+// An array of shape [count] that takes over its memory.
 template <class T>
 nb::object row(brushgs::Buffer<T>& memory, std::size_t count) {
     T* values = memory.release();
@@ -310,7 +310,7 @@ void def_track_directions(nb::module_& m) {
 
 // Rasterisation
 
-// The filtered copies of a stroke image that a set of boxes is painted with; keeps their memory.
+// The filtered copies of a stroke image for a set of boxes; keeps their memory.
 struct Levels {
     std::vector<In<std::uint16_t, 1>> arrays;
     std::vector<In<std::uint32_t, 1>> arrays_with_height;
@@ -355,7 +355,7 @@ brushgs::Channels<T> channels_of(const std::vector<Array>& arrays, std::size_t l
     return all;
 }
 
-// M boxes as the kernels read them; keeps their memory.
+// M boxes in the form of the kernels; keeps their memory.
 template <class T>
 struct BoxArrays {
     brushgs::BoxView<T> view;
@@ -491,7 +491,7 @@ void rasterize_backward(brushgs::Kernel kernel, const Levels& levels, double min
                                              .colors = v_colors.data(),
                                              .opacities = v_opacities.data(),
                                              .layers = channels_of<T>(v_attributes, 1)};
-    // Reading beyond the memory of another trace would be no error but a crash.
+    // Reading beyond the memory of another trace would crash.
     if (trace != nullptr && !is_of(*trace, boxes.view, params.width, params.height))
         throw nb::value_error("rasterize_backward: trace must be of painting these boxes, got another");
     std::vector<double*> texels;
@@ -989,8 +989,8 @@ void def_stroke_levels(nb::module_& m) {
 NB_MODULE(_core, m) {
     m.doc() = "The compiled core of brushgs; use the functions of the package instead.";
 #if defined(NDEBUG)
-    // A program that ends early, by Ctrl-C, may leave objects behind. Users cannot do anything about the report of
-    // them; debug builds still print it.
+    // A program stopped early, by Ctrl-C, may leak objects. The leak report is useless for users; debug builds still
+    // print it.
     nb::set_leak_warnings(false);
 #endif
     m.def(

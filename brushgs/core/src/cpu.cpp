@@ -12,10 +12,9 @@ namespace brushgs {
 namespace {
 
 #if defined(__MINGW32__) && !defined(__clang__)
-// GCC emulates thread-local variables on Windows. At the end of a thread it frees their memory when the turn of a key
-// comes, and runs their destructors at the turn of another; keys take turns in the order in which they were made. The
-// first variable would make them in the wrong order, and destructors would read freed memory: a destructor that does
-// nothing makes theirs first.
+// GCC emulates thread-local variables on Windows. At the end of a thread one key frees their memory, and another runs
+// their destructors, in the order in which the keys were created. The first variable would create them in the wrong
+// order, and destructors would read freed memory: an empty destructor creates the destructors' key first.
 [[gnu::constructor(101)]] void make_key_of_destructors() {
     abi::__cxa_thread_atexit([](void*) {}, nullptr, nullptr);
 }

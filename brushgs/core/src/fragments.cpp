@@ -1,4 +1,4 @@
-// Samples become fragments: how they hide each other, and where their lists lie. The loop is in fragments_kernel.cpp.
+// From samples to fragments: how they hide each other, and their lists. The loop is in fragments_kernel.cpp.
 #include "brushgs/fragments.hpp"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct Fragment {
     T weight, shade;
 };
 
-// What the soft order keeps of a fragment beside it, see soft_order.hpp.
+// Additional data of a fragment in soft order, see soft_order.hpp.
 template <class T>
 struct SoftFragment {
     T alpha, depth, squared_softness;
@@ -34,7 +34,7 @@ struct SoftFragment {
     bool is_shown;
 };
 
-// Calls `work(block, pixel of the block, pixel of the tile, alpha, shade)` for what a record paints.
+// Calls `work(block, pixel of the block, pixel of the tile, alpha, shade)` for each painted pixel of a record.
 template <class T, class Work>
 void for_painted(const RecordSink<T>& sink, const SampledRecord<T>& record, const Work& work) {
     for (std::uint32_t blocks = record.blocks; blocks != 0; blocks &= blocks - 1) {
@@ -72,7 +72,7 @@ protected:
     std::vector<T> light_;  // behind all fragments so far
 };
 
-// Each stroke hides all that lies behind it.
+// Each stroke hides everything behind it.
 template <class T>
 class HardBlender final : public Blender<T> {
 public:
@@ -128,7 +128,8 @@ public:
         });
     }
 
-    // Where fragments met, their weights are scaled to the alpha of the pixel; those that are not seen are left out.
+    // Where fragments overlapped in depth, their weights are scaled to the alpha of the pixel; invisible ones are
+    // dropped.
     void finish() {
         for (std::size_t pixel = 0; pixel < kTilePixels; ++pixel) {
             auto& fragments = this->pixels_[pixel];
@@ -148,7 +149,7 @@ private:
         T in_front, seen;  // light that passes what lies wholly in front, and that passes what is within reach as well
     };
 
-    // Whether nothing behind this depth is seen in a pixel, nor hides any of what is.
+    // Whether no fragment behind this depth is visible in a pixel, or hides a visible one.
     bool is_dark(std::size_t pixel, T depth, T reach) {
         const auto& fragments = soft_[pixel];
         std::size_t& first = waiting_[pixel];
@@ -162,7 +163,7 @@ private:
         return std::none_of(waiting, fragments.end(), [](const SoftFragment<T>& f) { return f.is_shown; });
     }
 
-    // Lets a new fragment and those that wait hide each other.
+    // Updates how a new fragment and waiting ones hide each other.
     Hidden hide(std::size_t pixel, T depth, T squared, T alpha) {
         const auto& fragments = soft_[pixel];
         Hidden hidden{this->light_[pixel], this->light_[pixel]};
@@ -195,7 +196,7 @@ private:
     std::vector<T> reaches_;
 };
 
-// What a tile has found, all pixels behind each other.
+// The fragments of a tile, pixel after pixel.
 template <class T>
 using TileFragments = std::vector<Fragment<T>>;
 

@@ -40,7 +40,7 @@ void blur_row(const LightParams<T>& params, int y, T* __restrict__ wide, T* __re
     row[width + 1] = row[width];
 }
 
-// How much each pixel of a row faces a direction, in that of a flat one; `direction` is x and y over z. The rows are of
+// How far each pixel of a row faces a direction, relative to a flat one; `direction` is x and y over z. The rows are of
 // blurred heights, from the first pixel of the picture on.
 template <class T>
 void face_row(const T* __restrict__ above, const T* __restrict__ own, const T* __restrict__ below, int width,

@@ -16,7 +16,7 @@ constexpr std::size_t kPointsPerItem = 2048;  // work handed to a thread at a ti
 constexpr std::size_t kQueriesPerItem = 256;  // the same, of queries for several
 constexpr std::int32_t kNoRow = -1;
 
-// The `count` nearest so far, nearest first, ties by row; without the point itself, unless `own` is kNoRow.
+// The `count` nearest so far, nearest first, ties by row; without row `own`, the point itself, unless that is kNoRow.
 struct Several {
     Several(std::size_t most, std::int32_t own) : count(most), self(own) {
         std::fill_n(distances, count, squared);

@@ -1,4 +1,4 @@
-// The hot loop of what boxes make up of a picture, compiled once per instruction set (see CMakeLists.txt).
+// The hot loop of sums over the pixels of boxes, compiled once per instruction set (see CMakeLists.txt).
 #include "brushgs/painted_sums.hpp"
 
 #include "brushgs/blend_lanes.hpp"
@@ -32,11 +32,11 @@ template <class T>
     __builtin_memcpy(tile.values[3][b] + p, shares, 4 * sizeof(T));
 }
 
-// The picture by value: what lies behind a reference would be read anew after every store to the tile.
+// The picture by value: through a reference it would be reloaded after every store to the tile.
 template <class T>
 void start(const TileTask<T>& task, const PixelValues<T> picture, ValueTile<T>& tile) {
     const int columns_left = task.params.width - task.x0, rows_left = task.params.height - task.y0;
-    // Beyond the picture nothing is read: zeros, which add nothing.
+    // Beyond the picture zeros are used, which add nothing.
     const bool is_whole = columns_left >= kTileWidth && rows_left >= kTileHeight && picture.values != nullptr;
     if (!is_whole) __builtin_memset(tile.values, 0, sizeof tile.values);
     tile.alive_blocks = open_pixels(columns_left, rows_left, tile.alive);

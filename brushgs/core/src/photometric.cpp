@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kRowsAtATime = 8;  // that a thread takes: neighbours read the same pixels
 
-// Calls `work(row)` for all rows and returns the sum of what it returns, in the order of rows.
+// Calls `work(row)` for all rows and returns the sum of the results, in the order of rows.
 template <class Work>
 double sum_over_rows(int count, int num_threads, const Work& work) {
     const auto rows = static_cast<std::size_t>(count);

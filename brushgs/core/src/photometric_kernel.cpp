@@ -31,7 +31,7 @@ T sum_of(const T* row, std::size_t count) {
     return sum;
 }
 
-// Of a row of windows, the weighted sums down each column of pixels, not yet across.
+// For a row of windows, the weighted sums down each column of pixels, not yet across.
 template <class T>
 void sum_down(const PhotometricParams<T>& params, int row, const Taps<T>& taps, T* __restrict__ of_a,
               T* __restrict__ of_b, T* __restrict__ of_squares, T* __restrict__ of_products) {
@@ -64,8 +64,8 @@ void sum_down(const PhotometricParams<T>& params, int row, const Taps<T>& taps, 
     }
 }
 
-// Even and odd pixels of a row apart, and back: so what windows at every second pixel read lies side by side.
-// `channels` as a constant: a loop of unknown length for each pixel takes longer than all the rest.
+// Separates even and odd pixels of a row, and the inverse: then windows at every second pixel read contiguous memory.
+// `channels` as a constant: a loop of unknown length per pixel would dominate the time.
 template <int channels, class T>
 void part(const T* __restrict__ row, int width, T* __restrict__ even, T* __restrict__ odd) {
     for (int x = 0; x < width; ++x)
@@ -92,7 +92,7 @@ void mean_across(const T* __restrict__ even, const T* __restrict__ odd, std::ptr
     }
 }
 
-// The transpose: what even and odd pixels get from values of windows.
+// The transpose: from values of windows to even and odd pixels.
 template <class T>
 void spread_across(const T* __restrict__ windows, std::ptrdiff_t channels, const Taps<T>& taps, std::ptrdiff_t count,
                    T* __restrict__ even, T* __restrict__ odd) {
@@ -133,7 +133,7 @@ void compare(const PhotometricParams<T>& params, const T* __restrict__ mean_a, c
     }
 }
 
-// The rows of windows that see a row of pixels, the weights of its pixels in them, and their spreads.
+// The rows of windows that contain a row of pixels, the weights of its pixels in them, and their spreads.
 constexpr int kMostSeen = (kWindowTaps + 1) / kWindowStride;
 
 template <class T>
@@ -142,8 +142,8 @@ struct SeenBy {
     const T* spreads[kMostSeen];
 };
 
-// The gradient of a row of pixels, and |a - b|. A function by itself: of pointers that are not its arguments the
-// compiler does not believe that they point to different memory, and makes no vectors.
+// The gradient of a row of pixels, and |a - b|. A separate function: only for pointer arguments the compiler assumes
+// distinct memory, and vectorises.
 template <class T>
 void gather_down(const SeenBy<T>& seen_by, const T* __restrict__ a, const T* __restrict__ b, T by_difference,
                  std::size_t size, T* __restrict__ gradient, T* __restrict__ away) {

@@ -73,7 +73,7 @@ void write_row(const BoxRecord<T>& box, std::size_t row, const BoxColumns<T>& co
     columns.ids[row] = box.id;
 }
 
-// How far a Gaussian reaches: the geometric mean of its two larger scales, world units.
+// The reach of a Gaussian: the geometric mean of its two larger scales, world units.
 template <class T>
 double size_of(const T* scales) {
     const auto x = static_cast<double>(scales[0]), y = static_cast<double>(scales[1]),
@@ -89,7 +89,7 @@ BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& 
     const int num_threads = std::min(params.num_threads, static_cast<int>(most_threads));
     const std::size_t num_items = (gaussians.count + kRowsPerItem - 1) / kRowsPerItem;
 
-    // Every item has room for all its rows, so that none waits for the counts of those before it.
+    // Every item has room for all its rows, so that none waits for the counts of earlier ones.
     thread_local Scratch<BoxRecord<T>> record_memory;  // with the entries below 60 bytes a float Gaussian
     const std::span<BoxRecord<T>> records = record_memory.take(gaussians.count);
     std::vector<std::size_t> num_boxes(num_items);

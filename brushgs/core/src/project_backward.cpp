@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kRowsPerItem = 512;      // work handed to a thread at a time, some 100 us
 constexpr std::size_t kBoxesPerThread = 1000;  // with fewer, starting a thread costs more than it saves
 
-// Whether the loss changes with a box at all. Of many strokes most are hidden by others: at 150,000 more than half.
+// Whether the loss depends on a box at all. Many strokes are hidden by others: of 150,000 more than half.
 template <class T>
 bool has_gradient(const ProjectedBoxes<T>& boxes, std::size_t i) {
     const auto is_any = [i](const T* values, std::size_t width) {
@@ -33,7 +33,7 @@ void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& 
     const auto rows = BRUSHGS_KERNEL(project_backward_rows, T);
     const std::size_t most_threads = std::max<std::size_t>(boxes.count / kBoxesPerThread, 1);
     const int num_threads = std::clamp(params.num_threads, 1, static_cast<int>(most_threads));
-    // In the order of the Gaussians: what is read and written for each, most of it coefficients, then lies in a row.
+    // In the order of the Gaussians: then data for each, mostly coefficients, are contiguous.
     const auto box_of_row = std::make_unique_for_overwrite<std::uint32_t[]>(gaussians.count);
     std::fill_n(box_of_row.get(), gaussians.count, kNoBox);
     const auto num_parts = static_cast<std::size_t>(num_threads);

@@ -1,8 +1,9 @@
 // The arithmetic of `project_backward`: geometry in double for either scalar, colour in the scalar of the arrays.
 //
-// A loop over the lanes of a block repeats `place` of project_kernel.cpp forward, by the functions that it uses, and
-// goes back through it step by step. `v_name` is the gradient of the loss by `name`. Compiled once per instruction set
-// (see CMakeLists.txt): the loop holds no branch and no library call, so that the compiler turns it into vector code.
+// A loop over the lanes of a block repeats `place` of project_kernel.cpp forward, with the same functions, and
+// differentiates it backward step by step. `v_name` is the gradient of the loss by `name`. Compiled once per
+// instruction set (see CMakeLists.txt): the loop holds no branch and no library call, so that the compiler turns it
+// into vector code.
 #include "brushgs/project_backward.hpp"
 
 #include "brushgs/footprint.hpp"
@@ -22,13 +23,13 @@ struct alignas(64) Block {
     BlockLane v_mean[3], v_quat[4], v_scale[3], v_opacity;                               // made
 };
 
-// Gaussians that have a box, and those boxes: what the lanes of a block hold.
+// The data of a block: Gaussians with a box, and those boxes.
 struct Places {
     std::size_t count = 0;
     std::size_t rows[kBlock], boxes[kBlock];
 };
 
-// Fills lanes with some rows of a column, `width` values each; with zeros where there is no column.
+// Fills lanes with some rows of a column, `width` values each; with zeros if there is no column.
 template <class T>
 inline void load_rows(const T* values, std::size_t width, const std::size_t* rows, std::size_t count,
                       BlockLane* lanes) {
@@ -103,7 +104,7 @@ struct FactorGradient {
     }
 }
 
-// The covariance between a direction and the one across it: half of what the variance along it gains by turning.
+// The covariance between a direction and its perpendicular: half the derivative of the variance by the angle.
 [[gnu::always_inline]] inline double covariance(const Footprint& f, double cosine, double sine) {
     double sum = 0;
     for (int k = 0; k < 3; ++k) sum += (cosine * f.mx[k] + sine * f.my[k]) * (cosine * f.my[k] - sine * f.mx[k]);
@@ -146,7 +147,7 @@ struct FactorGradient {
     v_quat[3] = (by_z - along * z) * scale;
 }
 
-// Back through the share that the low-pass leaves of the opacity.
+// Back through the factor of the low-pass on the opacity.
 [[gnu::always_inline]] inline void add_compensation(const Footprint& f, const Compensation& c, double low_pass,
                                                     double v_share, FactorGradient& v) {
     const double slope = low_pass > 0 ? v_share * low_pass / (c.grown * __builtin_sqrt(c.grown)) : 0.0;
@@ -303,7 +304,7 @@ void turn_back(const ProjectParams& params, Block& block) {
     }
 }
 
-// The gradient by the coefficients and by the directions, from that by the colours.
+// Gradients by the coefficients and directions, from that by the colours.
 template <int degree, class T>
 void shade_back(const GaussianColumns<T>& gaussians, const ProjectedBoxes<T>& boxes,
                 const GaussianGradients<T>& gradients, const Places& places, Block& block) {

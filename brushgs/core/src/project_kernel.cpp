@@ -3,9 +3,8 @@
 // Source: Zwicker et al. 2002, EWA Splatting, for the local affine projection; Kerbl et al. 2023 for the
 // low-pass, the clamp of the Jacobian and the spherical harmonics.
 //
-// Compiled once per instruction set (see CMakeLists.txt): nothing here may have external linkage but the
-// functions at the end. Loops over `kBlock` lanes hold no branch and no library call, so that the compiler
-// turns them into vector code.
+// Compiled once per instruction set (see CMakeLists.txt): only the functions at the end may have external linkage.
+// Loops over `kBlock` lanes have no branch and no library call, so that the compiler can vectorise them.
 #include "brushgs/project_kernel.hpp"
 
 #include "brushgs/blending.hpp"
@@ -24,7 +23,7 @@ constexpr std::size_t kRowsAhead = 32;  // of coefficients, prefetched: they are
 template <class T>
 constexpr double kLargest = sizeof(T) == 4 ? 3.4028234663852886e38 : 1.7976931348623157e308;
 
-// Why a Gaussian is culled, or not; as doubles, so that they are selected in the lanes beside the geometry.
+// Why a Gaussian is culled, or not; as doubles, to be selected in the same lanes as the geometry.
 constexpr double kKept = 0, kBehindNear = 1, kNotFinite = 2, kFaint = 3, kOutside = 4;
 constexpr std::size_t kNumReasons = 5;
 
@@ -76,7 +75,7 @@ void place(const ProjectParams& params, Block& block) {
         const double half_u = block.num_sigmas[i] * __builtin_sqrt(variance.along);
         const double half_v = block.num_sigmas[i] * __builtin_sqrt(variance.across);
 
-        // An antialiased stroke that is shorter than a pixel is made fainter by its compensation already.
+        // An antialiased stroke shorter than a pixel is already made fainter by its compensation.
         const Fade fade = fade_of(camera, f.depth, 4 * half_u * half_v, major, antialiased ? 0 : p.low_pass);
         double paint = block.opacity[i] * thinness;
         if constexpr (antialiased) paint *= compensation_of(f, p.low_pass).share;
@@ -147,7 +146,7 @@ inline std::size_t choose(const Block& block, std::size_t count, std::size_t* la
     return num_kept;
 }
 
-// The fields of lane `i` but the colour, rounded to T.
+// The fields of lane `i` except the colour, rounded to T.
 template <class T>
 inline void fill(const Block& block, std::size_t i, std::size_t row, Lock lock, BoxRecord<T>& box) {
     for (int k = 0; k < 2; ++k) box.center[k] = static_cast<T>(block.center[k][i]);
@@ -179,7 +178,7 @@ std::size_t store(const GaussianColumns<T>& gaussians, std::size_t first, std::s
     std::size_t num_boxes = 0;
     for (std::size_t j = 0; j < num_kept; ++j) {
         const std::size_t i = lanes[j];
-        // An estimate: where this row is kept, those a little further mostly are.
+        // An estimate: if this row is kept, the next ones mostly are too.
         const T* ahead = sh + sh_stride * (i + kRowsAhead);
         for (std::size_t k = 0; k < row_values; k += line) __builtin_prefetch(ahead + k);
         T color[3];

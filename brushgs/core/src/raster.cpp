@@ -15,9 +15,9 @@ namespace brushgs {
 
 namespace {
 
-// Threads that pay for so much work: they are started one after another, 20 us each, so n of them are done after
-// work / n + n x 20 us, which is least at n = root(work / 20 us). On two processors a picture of 64 x 64 pixels
-// and 250 strokes, 50 us of work, takes 10 % less in one thread than in two; eight threads take three times as long.
+// The best number of threads for an amount of work: they are started one after another, 20 us each, so n threads take
+// work / n + n x 20 us, which is least at n = root(work / 20 us). On two processors a picture of 64 x 64 pixels and 250
+// strokes, 50 us of work, takes 10 % less in one thread than in two; eight threads take three times as long.
 constexpr double kThreadCost = 20;                   // us
 constexpr double kTileCost = 0.4, kVisitCost = 0.1;  // us: a tile, and a stroke in it, at least
 
@@ -66,8 +66,8 @@ LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<co
 
 namespace {
 
-// Tiles side by side that a thread takes at a time. Were it one, threads would write to lines of memory next to each
-// other: on two processors a picture of 250 strokes takes 12 % longer, one of 7000 5 %.
+// Adjacent tiles that a thread takes at a time. With single tiles, threads would write to adjacent lines of memory: on
+// two processors a picture of 250 strokes takes 12 % longer, one of 7000 5 %.
 constexpr std::size_t kRunOfTiles = 5;
 
 template <class T>
@@ -83,7 +83,7 @@ void paint_one(const Kernels<T>& kernels, const TileTask<T>& task, const Picture
     kernels.paint_tile_softly(task, queues, picture);
 }
 
-// Paints the rows of pixels that `params` names. `trace` may be null.
+// Paints the rows of pixels in `params`. `trace` may be null.
 template <class T>
 void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture, Trace<T>* trace) {
     const Kernels<T> kernels;
@@ -116,17 +116,16 @@ void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Pict
     });
 }
 
-// Entries of the lists of tiles that are made at a time: some 12 bytes each while they are.
+// Maximum number of entries of tile lists at a time: some 12 bytes each during construction.
 constexpr double kMostVisits = 1 << 26;
 
-// Half-open range of rows of pixels, whole tiles but at the end of the picture.
+// Half-open range of rows of pixels, whole tiles except at the end of the picture.
 struct Strip {
     int first_row, end_row;
 };
 
-// The strips of the picture to paint one after the other, so that the lists of tiles stay small in memory even
-// where very many boxes are very large. Counted from above: a box reaches no further than the sum of its half
-// extents.
+// The strips of the picture to paint one after the other, so that tile lists stay small in memory even for very many
+// very large boxes. An upper bound is counted: a box reaches no further than the sum of its half extents.
 template <class T>
 std::vector<Strip> strips_of(const RasterParams& params, const BoxView<T>& boxes) {
     const int columns = (params.width + kTileWidth - 1) / kTileWidth;
@@ -157,7 +156,7 @@ std::vector<Strip> strips_of(const RasterParams& params, const BoxView<T>& boxes
 
 template <class T>
 void rasterize(const RasterParams& whole, const BoxView<T>& boxes, const Picture<T>& picture, Trace<T>* trace) {
-    // What is kept of the lists is kept of all of them.
+    // A trace keeps all lists.
     const auto strips = trace == nullptr ? strips_of(whole, boxes) : std::vector<Strip>{{0, whole.height}};
     for (const Strip& strip : strips) {
         RasterParams params = whole;

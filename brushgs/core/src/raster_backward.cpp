@@ -14,7 +14,7 @@ namespace brushgs {
 
 namespace {
 
-// Tiles add to texels in so many groups, each into memory of its own, so that sums do not depend on the threads.
+// Number of groups in which tiles add to texels, each with its own memory, so that sums do not depend on the threads.
 constexpr std::size_t kTexelGroups = 8;
 
 template <class T>
@@ -38,8 +38,8 @@ struct RowGradients {
     }
 };
 
-// The gradients by box i of one of its records from what the tiles summed for that. Half extents and opacity of
-// underpaint are multiples of those of the box, so they change by the same shares.
+// The gradients by box i from one of its records, given the sums of the tiles. Half extents and opacity of underpaint
+// are multiples of those of the box, so they change in proportion.
 template <class T>
 RowGradients gradients_of(const RasterParams& params, const BoxView<T>& boxes, const Record<T>& record, bool is_image,
                           std::size_t i, const double* sums, int channels) {
@@ -90,7 +90,7 @@ void write_gradients(const RowGradients& row, std::size_t i, const BoxGradients<
     }
 }
 
-// Adds up what the tiles summed for box i and turns it into gradients.
+// Adds up the sums of the tiles for box i and turns them into gradients.
 template <int channels, class T>
 void gather_gradients(const RasterParams& params, const BoxView<T>& boxes, const Record<T>* records,
                       const BoxVisits& visits, std::size_t i, const TileSums<T>& sums,

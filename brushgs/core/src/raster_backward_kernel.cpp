@@ -16,7 +16,7 @@ namespace brushgs::BRUSHGS_ISA {
 namespace {
 
 // The pixels of one tile: planes of 4 x 4 blocks. The picture is sum of w_i c_i with w_i = T_i a_i, and the loss
-// changes like sum of w_i s_i, where s_i, the shade, is what the gradients at a pixel make of a record: v_rgb . c_i +
+// changes like sum of w_i s_i, where s_i, the shade, combines a record with the gradients at a pixel: v_rgb . c_i +
 // v_alpha + sum of v_layer (attribute_i - layer) / alpha.
 template <class T, int channels>
 struct GradientTile {
@@ -30,7 +30,8 @@ struct GradientTile {
     T min_transmittance;  // as painted
 };
 
-// Four values, one every `stride`. By reference: by value, vectors of 32 bytes go another way on each instruction set.
+// Four values, one every `stride`. By reference: the calling convention for vectors of 32 bytes depends on the
+// instruction set.
 template <class T, class Four>
 [[gnu::always_inline]] inline void load_four(const T* values, std::size_t stride, Four& four) {
     if (stride == 1) {
@@ -70,7 +71,7 @@ template <class T, int channels>
     store(tile.v_weight[b] + p, v_weight);
 }
 
-// The same where the picture ends within the block: of the four pixels the first `count`, then zeros.
+// The same at the border of the picture: the first `count` of the four pixels, then zeros.
 template <class T, int channels>
 void read_some(const PictureGradients<T>& picture, std::size_t pixel, std::size_t count, int b, int p,
                GradientTile<T, channels>& tile) {
@@ -94,13 +95,13 @@ void read_some(const PictureGradients<T>& picture, std::size_t pixel, std::size_
     read_four(four, 0, b, p, tile);
 }
 
-// The picture by value: what lies behind a reference would be read anew after every store to the tile.
+// The picture by value: through a reference it would be reloaded after every store to the tile.
 template <class T, int channels>
 void start(const TileTask<T>& task, const PictureGradients<T> picture, GradientTile<T, channels>& tile) {
     const int columns_left = task.params.width - task.x0, rows_left = task.params.height - task.y0;
     const int num_columns = columns_left < kTileWidth ? columns_left : kTileWidth;
     const int num_rows = rows_left < kTileHeight ? rows_left : kTileHeight;
-    // Beyond the picture nothing is read: zeros, which add nothing.
+    // Beyond the picture zeros are used, which add nothing.
     if (num_columns < kTileWidth || num_rows < kTileHeight) __builtin_memset(&tile, 0, sizeof tile);
     tile.alive_blocks = open_pixels(columns_left, rows_left, tile.alive);
     tile.min_transmittance = static_cast<T>(task.params.min_transmittance);
@@ -124,8 +125,8 @@ void start(const TileTask<T>& task, const PictureGradients<T> picture, GradientT
     }
 }
 
-// Adds to the gradient by the texels of the record's level what the pixels of some blocks give, whose gradients by
-// alpha are `v_alphas`.
+// Adds the pixels of some blocks, with gradients `v_alphas` by alpha, to the gradient by the texels of the record's
+// level.
 template <class T, Kernel kernel>
 void add_texels(const TileTask<T>& task, const Record<T>& record, std::uint32_t blocks,
                 const T (&v_alphas)[kNumBlocks][kBlockPixels], double* const* texels) {
@@ -169,7 +170,7 @@ struct Shades {
     alignas(64) T by_extent[kNumBlocks][kBlockPixels];
 };
 
-// What `sample_record` calls to fill `shades` with the streaks of box `id`.
+// Called by `sample_record` to fill `shades` with the streaks of box `id`.
 template <class T>
 [[gnu::always_inline]] inline auto streak_shader(const TileTask<T>& task, const Record<T>& record, std::uint32_t id,
                                                  Shades<T>& shades) {
@@ -351,7 +352,7 @@ template <class T, Kernel kernel, Shading shading = Shading::none, int channels>
     return true;
 }
 
-// By value: what lies behind a reference would be read anew after every store to the tile.
+// By value: through a reference it would be reloaded after every store to the tile.
 template <class T, Kernel kernel, int channels>
 void differentiate_all(const TileTask<T> task, GradientTile<T, channels>& tile, const RecordSums<T> sums,
                        double* const* texels) {

@@ -47,7 +47,7 @@ double visible_sigmas(double opacity) {
     return sigmas < kGaussianSigmas ? sigmas : kGaussianSigmas;
 }
 
-// What fills a box, or is its underpaint.
+// The paint of a box, or its underpaint.
 struct Filling {
     AxisMap u, v;
     double opacity;      // of the record
@@ -131,7 +131,7 @@ template <class T, class MakeFilling>
                record.bottom};
 }
 
-// Makes an outline hold another of the same place and direction.
+// Extends an outline to contain another of the same centre and direction.
 void unite(Outline& outline, const Outline& other) {
     if (other.right < other.left) return;
     if (outline.right < outline.left) {
@@ -192,8 +192,8 @@ void make_records(const RasterParams& params, const BoxView<T>& boxes, std::size
 
 namespace {
 
-// What `sample_record` calls to fill `shades` with the streaks of box `id`: the factors of its colour at the pixels of
-// a tile; 0 outside its box.
+// Called by `sample_record` to fill `shades` with the streaks of box `id`: the factors of its colour at the pixels of a
+// tile; 0 outside its box.
 template <class T, class Shades>
 [[gnu::always_inline]] inline auto streak_shader(const TileTask<T>& task, const Record<T>& record, std::uint32_t id,
                                                  Shades& shades) {
@@ -232,7 +232,7 @@ template <class T, Kernel kernel, Shading shading = Shading::none, int channels,
     using Real = typename L::Real;
     constexpr int W = L::width, num_values = 3 + channels;
     if (is_behind(task, id)) return 0;
-    // Two passes over the blocks: what a gather makes wait is then only the first, and that has few instructions.
+    // Two passes over the blocks: then only the first waits for gathers, and it has few instructions.
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
     alignas(64) T shades[shading == Shading::tints ? 3 : 1][kNumBlocks][kBlockPixels];
     alignas(64) T heights[kNumBlocks][kBlockPixels];
@@ -280,7 +280,7 @@ template <class T, Kernel kernel, Shading shading = Shading::none, int channels,
     return painted_blocks;
 }
 
-// By value: what lies behind a reference would be read anew after every store to the tile.
+// By value: through a reference it would be reloaded after every store to the tile.
 template <class T, Kernel kernel, int channels, bool has_relief>
 void blend_all(const TileTask<T> task, TileState<T, channels, has_relief>& tile) {
     const Attributes<T, channels> attributes(task.boxes.layers);
@@ -471,7 +471,7 @@ void blend_image_softly(const TileTask<T>& task, SoftQueues<T>& queues, TileStat
     blend_all_layers_softly<T, kernel, Shading::streaks>(task, queues, tile);
 }
 
-// Calls `work.operator()<channels, has_relief>()` as the picture has them.
+// Calls `work.operator()<channels, has_relief>()` with those of the picture.
 template <class T, class Work>
 void with_planes(const Picture<T>& picture, const Work& work) {
     with_channels(picture.layers.count, [&]<int channels>() {

@@ -1,7 +1,7 @@
 // Nearest centres of points whose nearest centre of a moment ago is known.
 //
-// If a point lies at a distance u from a centre a, then whatever is nearer lies within 2 u of a. So for each a what
-// is around it is listed, once for all points of its group, and each point is compared with the first few.
+// If a point lies at a distance u from a centre a, then any nearer centre lies within 2 u of a. So the centres around
+// each a are listed once for all points of its group, and each point is compared with the first few.
 // Source: Newling and Fleuret 2016, Fast k-means with accurate bounds ("exponion"; there the lists are annuli).
 #include <algorithm>
 #include <cmath>
@@ -43,8 +43,8 @@ struct Around {
         }
     }
 
-    // Offers those that may be nearer to a point at a distance `own` from the centre in the middle; returns whether
-    // none is missing.
+    // Offers the centres that may be nearer to a point at a distance `own` from the middle centre; returns whether the
+    // list is complete for it.
     bool compare(const double* point, double own, std::size_t num_dimensions, Best& best) const;
 
     double squared;  // what a centre must not exceed to be of interest

@@ -12,13 +12,13 @@ namespace {
 
 constexpr std::size_t kBlockPixels = 16;
 
-// Length of a cell: as long as pictures of crowds of 64 to 2000 strokes of alpha 0.002 to 0.99 stay within 0.3 / 255.
+// Length of a cell: the longest with errors within 0.3 / 255 for crowds of 64 to 2000 strokes of alpha 0.002 to 0.99.
 constexpr double kMostDepth = 0.7;   // in the mean reach of two strokes there
 constexpr double kMostChange = 4;    // over it, the sum of alpha / reach times its length
 constexpr double kMostSoftness = 3;  // in the least softness of the cell
 
-// The roots of the Chebyshev polynomial T_n, -1 to 1, and how a polynomial of degree n - 1 follows from its values
-// there.
+// The roots of the Chebyshev polynomial T_n, -1 to 1, and the interpolation of a polynomial of degree n - 1 from its
+// values there.
 template <std::size_t n>
 struct ChebyshevPoints {
     std::array<double, n> at;
@@ -28,7 +28,7 @@ struct ChebyshevPoints {
         for (std::size_t k = 0; k < n; ++k)
             at[k] = -std::cos((static_cast<double>(2 * k) + 1) * pi / static_cast<double>(2 * n));
     }
-    // The share of value k in the polynomial at x.
+    // The weight of value k in the polynomial at x.
     double factor(std::size_t k, double x) const {
         double product = 1;
         for (std::size_t l = 0; l < n; ++l)
@@ -63,7 +63,7 @@ public:
         crowd_.point_of_row.resize(count_);
         crowd_.factors.resize(count_ * kMostPoints);
         find_ends();
-        // By octaves of softness, then as they are: by depth.
+        // By octaves of softness, then in their order: by depth.
         std::vector<int> octaves(count_);
         for (std::size_t i = 0; i < count_; ++i)
             octaves[i] = crowd_.softness[i] > 0 ? std::ilogb(crowd_.softness[i]) : std::numeric_limits<int>::min();
@@ -88,7 +88,7 @@ public:
 private:
     static std::ptrdiff_t offset(std::size_t i) { return static_cast<std::ptrdiff_t>(i); }
 
-    // A row hides wholly what lies further back than its depth and both softnesses together, or less than that.
+    // A row completely hides everything behind its depth plus both softnesses, or even nearer.
     void find_ends() {
         farthest_.resize(count_);
         nearest_.resize(count_);

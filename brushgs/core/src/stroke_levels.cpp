@@ -22,7 +22,7 @@ double hat_integral(double x, double texel, double last) {
     return 0.5 + inside - 0.5 * inside * std::fabs(inside);
 }
 
-// Adds to the moments of one texel of the level `share` of the mean over a pixel of the source at `center`.
+// Adds `share` of the mean over a pixel of the source at `center` to the moments of one texel of the level.
 void add_pixel_mean(double center, double footprint, double share, std::size_t num_source, double* moments) {
     const auto reach = static_cast<std::ptrdiff_t>(std::ceil(footprint / 2)) + 1;
     const auto middle = static_cast<std::ptrdiff_t>(std::nearbyint(center));
@@ -37,7 +37,7 @@ void add_pixel_mean(double center, double footprint, double share, std::size_t n
 }
 
 // Solves G x = moments in place, G the Gram matrix of hat functions: 2/3, and 1/6 between neighbours, by the Thomas
-// algorithm. The outermost hats are halves: nothing is drawn beyond them.
+// algorithm. The outermost hats are halves, cut at the border.
 void solve_gram(std::size_t rows, std::size_t columns, double* x) {
     const double beside = 1.0 / 6;
     std::vector<double> diagonal(rows, 2.0 / 3);

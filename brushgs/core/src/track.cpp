@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kCostUnits = 200;  // of the logarithm of a factor of area
 constexpr double kMostCost = 500;   // of one view, so that sums over 24 views fit, see track_kernel.cpp
-// What lying along the minor axis of a needle costs. Where one axis is four times the other, lying at 45 degrees
-// costs 0.75 for the larger box.
+// The cost of lying along the minor axis of a needle. If one axis is four times the other, lying at 45 degrees costs
+// 0.75 for the larger box.
 constexpr double kMinorAxis = 0.3;
 
 template <class T>
@@ -38,7 +38,7 @@ CostTable make_cost_table() {
             for (std::size_t i = 0; i < 3 * kLineStates; ++i) {
                 const double lean = static_cast<double>(i) - static_cast<double>(phase) / kNumPhases;
                 const double off = lean * std::numbers::pi / kLineStates;
-                // By how much the box is larger than the ellipse needs, as a logarithm.
+                // The excess of the box over the area that the ellipse needs, as a logarithm.
                 const double area_factor = 0.5 * std::log1p(0.25 * slenderness * std::pow(std::sin(2 * off), 2));
                 const double across = kMinorAxis * squared_anisotropy * std::pow(std::sin(off), 2);
                 table.rows[shape][phase][i] =

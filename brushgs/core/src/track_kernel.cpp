@@ -1,7 +1,7 @@
-// Which way strokes point along a camera path, chosen over the whole path at once.
+// Stroke directions along a camera path, chosen over the whole path at once.
 //
-// Along the path a Gaussian leaves an ellipse in every view (a knot). Its major axis is a line: known up to half
-// a turn, and it spins where the ellipse is nearly round. Per Gaussian, in this order:
+// Along the path a Gaussian projects to an ellipse in every view (a knot). Its major axis is a line: known up to half a
+// turn, and it spins where the ellipse is nearly round. Per Gaussian, in this order:
 //   measure         the axis, relative to the thing where that turns by itself, and how slender the ellipse is, at
 //                   every knot
 //   choose          the cheapest sequence of directions by dynamic programming (Viterbi): a direction costs what it
@@ -14,13 +14,13 @@
 //   set_area_scales a box across a slender ellipse is large: it grows and shrinks over several knots, not at once
 //   choose_arrows   of the two arrows of the line, the one that agrees with the anchored direction over the path
 //
-// A closed path starts at the knot where the ellipse is most slender, and must come back to the direction it
-// started with. For 15 to 30 % of the strokes of trained scenes the line comes back turned by an odd
-// number of half turns; for those the choice is repeated among the 128 directions of an arrow, with steps of up
-// to 3 states, so that the half turn is spent where it costs least.
+// A closed path starts at the knot with the most slender ellipse, and must return to its first direction. For 15 to
+// 30 % of the strokes of trained scenes the line returns turned by an odd number of half turns; for those the choice is
+// repeated among the 128 directions of an arrow, with steps of up to 3 states, so that the half turn is spent where it
+// costs least.
 //
 // Compiled once per instruction set (see CMakeLists.txt): only the functions at the end may have external linkage.
-// Costs are whole numbers and sums have one order, so that all instruction sets give the same.
+// Costs are integers and sums have a fixed order, so that all instruction sets give the same result.
 #include "brushgs/track_kernel.hpp"
 
 #include "brushgs/blending.hpp"
@@ -40,23 +40,23 @@ constexpr int kReach = 2;          // states that a direction may turn from knot
 constexpr int kHalfTurnReach = 3;  // and where a half turn has to be spent
 constexpr Cost kTurnCost[] = {0, 1, 4, 12};
 
-// Where the knots are frames and far apart, a stroke may turn by 14 degrees at next to no cost: that is no spin. Where
-// frames are over 12.4 degrees apart half a turn takes more than that; there it may turn by 28 degrees, at a price.
-// (Both ends may still come nearer to their axes.) Turns of any size at a fixed price were bought by 19 to 317 strokes
-// in an orbit of 48 frames, most of them against the axis, to pay for the half turn that a closed path owes.
+// If the knots are frames and far apart, a stroke may turn by 14 degrees almost for free, which is no spin. If frames
+// are more than 12.4 degrees apart, half a turn needs more; then it may turn by 28 degrees, at a cost. (Both ends may
+// still move closer to their axes.) With turns of any size at a fixed cost, 19 to 317 strokes in an orbit of 48 frames
+// took them, mostly against the axis, for the half turn needed on a closed path.
 constexpr int kCoarseReach = 5, kWideReach = 10;
 constexpr Cost kCoarseTurnCost[] = {0, 1, 2, 3, 4, 5, 15, 20, 25, 30, 35};
 constexpr float kWide = static_cast<float>(20 * kPi / 180);  // most turn from which on the reach is wide
 constexpr Cost kSpinCost = 60;
 constexpr int kSpinReach = 26;
-// No knot costs more than 500 + 35, and 22 knots lead from the best state to any other, so no state is dearer
-// than the best by more than 22 x 535 (or, at first, kForbidden). With the best subtracted every 24 knots all sums
+// No knot costs more than 500 + 35, and 22 knots lead from the best state to any other, so the cost of a state exceeds
+// that of the best by at most 22 x 535 (or, at first, kForbidden). With the best subtracted every 24 knots all sums
 // stay under 24 x 535 + 22 x 535 = 24610: in 16 bits.
 constexpr std::size_t kKnotsPerRebase = 24;
 constexpr Cost kForbidden = 8000;
 
-// Per knot: under the 6 degrees that are promised for 1.5 degrees of view change, because paths that are not quite
-// even pass more than one knot a frame; and what is no spin (15 degrees) at 3 degrees a frame either.
+// Per knot: below the limit of 6 degrees for 1.5 degrees of view change, because uneven paths pass more than one knot a
+// frame; and below a spin (15 degrees) at 3 degrees a frame.
 constexpr float kLimit = static_cast<float>(5.2 * kPi / 180);
 constexpr float kHalfTurnLimit = static_cast<float>(7.2 * kPi / 180);
 constexpr float kSpinLimit = static_cast<float>(88 * kPi / 180);  // of a step that spins: it does not flip
@@ -146,7 +146,7 @@ void measure(const GaussianColumns<T>& gaussians, const TrackParams& params, std
             seen = f.center_y + reach > 0 ? seen : static_cast<double>(kUnseenWeight);
             seen = f.center_x - reach < camera.width ? seen : static_cast<double>(kUnseenWeight);
             seen = f.center_y - reach < camera.height ? seen : static_cast<double>(kUnseenWeight);
-            // Only what can be compared counts as before the camera and finite.
+            // Only comparable (not NaN) values count as in front of the camera and finite.
             double shown = slender <= 1e30 ? slender : (slender > 1e30 ? 1e30 : 0.0);
             shown = f.depth > camera.near ? shown : 0.0;
             const double angle = is_other ? turned : major.angle;
@@ -167,7 +167,7 @@ void measure(const GaussianColumns<T>& gaussians, const TrackParams& params, std
     }
 }
 
-// Which rows jump into each knot: 1 or 0.
+// Whether each row jumps into each knot: 1 or 0.
 void mark_jumps(const TrackParams& params, std::size_t begin, std::size_t count, std::size_t num_rows,
                 const Series& jumps) {
     for (std::size_t knot = 0; knot < params.num_views; ++knot)
@@ -228,7 +228,7 @@ inline const Cost* costs_at(const CostTable& table, const Ellipses& ellipses, st
 
 constexpr Cost turn_cost(int turn, bool is_coarse) { return is_coarse ? kCoarseTurnCost[turn] : kTurnCost[turn]; }
 
-// What the cheapest of the states within kSpinReach costs, for every state; `sum` does not wrap.
+// The cost of the cheapest state within kSpinReach, for every state; `sum` does not wrap.
 template <std::size_t states>
 void cheapest_to_spin_from(const Cost* sum, Cost* cheapest) {
     constexpr std::size_t reach = kSpinReach, window = 32, length = states + 2 * reach;
@@ -244,8 +244,8 @@ void cheapest_to_spin_from(const Cost* sum, Cost* cheapest) {
     }
 }
 
-// Sums the cheapest way to every state of every knot. `start` is the only state allowed at the first knot, or -1.
-// Where the row jumps it may spin.
+// Sums the cheapest way to every state of every knot. `start` is the only state allowed at the first knot, or -1. If
+// the row jumps it may spin.
 template <std::size_t states, int reach, bool is_coarse>
 void sum_costs(const CostTable& table, const Ellipses& ellipses, const Series& jumps, std::size_t row,
                std::size_t num_views, int start, Cost* sums) {
@@ -324,7 +324,7 @@ void trace_back(const Series& jumps, std::size_t row, std::size_t num_views, int
     }
 }
 
-// Whether a closed path has come back to its direction: whole turns, not half ones.
+// Whether a closed path has returned to its direction: whole turns, not half turns.
 bool has_closed(const std::int32_t* positions, std::size_t num_views) {
     return (positions[num_views - 1] - positions[0]) % static_cast<std::int32_t>(kCircleStates) == 0;
 }
@@ -384,7 +384,7 @@ void smooth(const TrackParams& params, const Ellipses& ellipses, const Series& l
             const Series& upper) {
     const std::size_t num_views = params.num_views, last = num_views - 1;
     const bool is_closed = params.is_closed;
-    // The squared turn from knot to knot weighs as much, for a given rate of turning, however far apart they are.
+    // For a given rate of turning, the weight of the squared turn does not depend on the distance of knots.
     const float smoothing =
         params.is_coarse ? static_cast<float>(kSmoothing / (params.step * params.step)) : kSmoothing;
     for (std::size_t knot = 0; knot < num_views; ++knot) {
@@ -448,7 +448,7 @@ void make_envelope(const TrackParams& params, const Limits& limits, const Series
     }
 }
 
-// The mean of the two envelopes keeps to the limit, equals `x` where `x` does, and is centred on what it clips.
+// The mean of the two envelopes keeps the limit, equals `x` where `x` keeps it, and is centred in clipped parts.
 void limit_steps(const TrackParams& params, const Limits& limits, const Series& x, const Series& upper) {
     const std::size_t num_views = params.num_views;
     for (std::size_t k = 0; k < num_views * kRows; ++k) upper.values[k] = x.values[k];
@@ -466,8 +466,8 @@ void limit_steps(const TrackParams& params, const Limits& limits, const Series& 
     return sine * sine;
 }
 
-// The squared area of the box of each row, in areas of the smallest box around its ellipse: as its direction makes
-// it, raised to what grows and shrinks by no more than `growth` squared from knot to knot.
+// The squared area of the box of each row, in areas of the smallest box around its ellipse: given by its direction, and
+// raised so that it grows and shrinks by no more than `growth` squared from knot to knot.
 void set_area_scales(const TrackParams& params, const Ellipses& ellipses, const Series& x, const Series& area) {
     const std::size_t last = params.num_views - 1;
     const float margin = (params.is_coarse ? 1.0F : kBetweenKnots) * 0.25F;

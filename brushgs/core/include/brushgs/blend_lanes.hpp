@@ -1,4 +1,4 @@
-// Blending in depth order: what one record weighs at the pixels of a vector.
+// Blending in depth order: the weights of one record at the pixels of a vector.
 //
 // Compiled once per instruction set, see CMakeLists.txt.
 #pragma once
@@ -18,7 +18,7 @@ struct Blended {
     [[gnu::always_inline]] inline unsigned finished() const { return L::bits(painted) & ~L::bits(kept); }
 };
 
-// `light` is what reaches the record, and then what passes it; it never falls below `darkest`.
+// `light` is the light that reaches the record, updated to the light behind it; it never falls below `darkest`.
 template <class T>
 [[gnu::always_inline]] inline Blended<T> blend_lanes(typename Lanes<T>::Real alpha, typename Lanes<T>::Real darkest,
                                                      T* light) {

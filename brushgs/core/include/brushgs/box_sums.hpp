@@ -1,4 +1,4 @@
-// What a box gets from the tiles that it reaches.
+// The sums of a box over the tiles that it reaches.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace brushgs {
 
-// What the tiles summed for one record of box i in all: `sums` are those of all entries of the tile lists.
+// The total over the tiles for one record of box i: `sums` are those of all entries of the tile lists.
 template <int width, class T>
 struct BoxSums {
     double values[width] = {};

@@ -1,4 +1,4 @@
-// Coats over coats, and paint on its ground: brushgs/rendering/canvas.py says what it means.
+// Coats over coats, and paint on its ground, as defined by brushgs/rendering/canvas.py.
 //
 // One pass over memory: NumPy needs some ten, which take as long as painting the strokes. The same bits as its sums.
 #pragma once
@@ -16,7 +16,7 @@ struct Layer {
     const T* height;  // null where there is none
 };
 
-// Where a frame is written to; may be one that is read.
+// The output frame; may be one of the inputs.
 template <class T>
 struct LayerOut {
     T* rgb;
@@ -31,12 +31,12 @@ template <class T>
 void lay_over(const Layer<T>& front, const Layer<T>& back, T hidden, std::size_t num_pixels, int num_threads,
               const LayerOut<T>& out);
 
-// Strokes on their ground, whose colour is multiplied by a tint where there is one.
+// Strokes on their ground, whose colour is multiplied by a tint, if any.
 template <class T>
 void lay_on_ground(const T* rgb, const T* alpha, const T* ground, const T* tint, std::size_t num_pixels,
                    int num_threads, T* picture);
 
-// The height of a ground, of which paint hides the share `hidden`, and of the paint where it has one.
+// The height of a ground, of which paint hides the share `hidden`, plus that of the paint, if any.
 template <class T>
 void raise_ground(const T* alpha, const T* ground, const T* paint, T hidden, std::size_t num_pixels, int num_threads,
                   T* height);

@@ -1,4 +1,4 @@
-// Which instruction set the kernels run on, and the threads they run in.
+// The instruction set and the threads of the kernels.
 #pragma once
 
 #include <atomic>
@@ -42,9 +42,9 @@ Kernel* pick_kernel(Kernel* baseline, Kernel* avx2, Kernel* avx512) {
     }
 }
 
-// The function template of that name for a scalar type T and the instruction set in use. In double, which gradients are
-// checked in and no picture of a scene file is painted in, they are compiled once, for the baseline and with little
-// optimisation: that took a third of all compile time, and the results are the same.
+// The function template of that name for a scalar type T and the instruction set in use. Versions in double, used for
+// gradient checks and never for a picture of a scene file, are compiled once, for the baseline and with little
+// optimisation: it saves a third of all compile time, and results are the same.
 #define BRUSHGS_KERNEL(name, T)                                                                       \
     [] {                                                                                              \
         if constexpr (std::is_same_v<T, double>)                                                      \
@@ -53,8 +53,8 @@ Kernel* pick_kernel(Kernel* baseline, Kernel* avx2, Kernel* avx512) {
             return pick_kernel(&baseline::name<T>, &BRUSHGS_AVX2::name<T>, &BRUSHGS_AVX512::name<T>); \
     }()
 
-// Threads that are waited for, also where starting one of them fails. Not std::jthread, which older versions of libc++,
-// the library of macOS, do not have.
+// Threads that are joined, even if starting one of them fails. Not std::jthread, which older versions of libc++, the
+// library of macOS, do not have.
 struct JoinedThreads {
     std::vector<std::thread> threads;
     ~JoinedThreads() {
@@ -62,12 +62,11 @@ struct JoinedThreads {
     }
 };
 
-// Calls `work(item)` once for every item in [0, count), spread over `num_threads` threads; items are
-// taken one by one, so uneven items balance. What `work` writes must depend on the item alone: then results
-// do not depend on the number of threads. If it throws, no more items are started and the first exception
-// is rethrown here.
-// Threads are made per call (some 20 us each): a pool that waits would break on fork, and one that
-// spins slows everything else on a busy machine.
+// Calls `work(item)` once for every item in [0, count), spread over `num_threads` threads; items are taken one by one,
+// so uneven items balance. The output of `work` must depend only on the item: then results do not depend on the number
+// of threads. If it throws, no more items are started and the first exception is rethrown here. Threads are made per
+// call (some 20 us each): a pool that waits would break on fork, and one that spins slows everything else on a busy
+// machine.
 template <class Work>
 void parallel_for(std::size_t count, int num_threads, const Work& work) {
     std::atomic<std::size_t> next{0};

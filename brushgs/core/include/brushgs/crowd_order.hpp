@@ -63,7 +63,7 @@ public:
         add_row(crowd_, samples.record.id, samples.record.depth, samples.record.squared_softness, alpha);
     }
 
-    // Blends all that was kept.
+    // Blends all stored fragments.
     [[gnu::noinline]] void finish() {
         plan_cells(crowd_);
         std::size_t passed[kNumBlocks] = {};             // fragments that lie in front of all cells to come
@@ -89,7 +89,7 @@ public:
     }
 
 private:
-    // The places of a block with the fragments that hide some of a cell in part; how many are of the cell.
+    // The places of a block with fragments that partly hide a cell, and how many of them belong to the cell.
     struct Window {
         std::size_t begin, end, num_own;
     };

@@ -9,19 +9,20 @@
 
 namespace brushgs::BRUSHGS_ISA {
 
-// What a limit leaves of a box that ends at `fade.end`, before it is smoothed: 1 and more all, 0 and less nothing.
+// The visible share of a box that ends at `fade.end`, before smoothing: 1 or more is all, 0 or less is nothing.
 template <class T>
 [[gnu::always_inline]] inline T room_before(T limit, const T* fade) {
     return (limit - fade[0]) * fade[1];
 }
 
-// Whether box `id` is seen nowhere in the tile. So much of what lies behind a surface never needs to be sampled.
+// Whether box `id` is invisible in the whole tile, so that many boxes behind a surface are never sampled.
 template <class T>
 [[gnu::always_inline]] inline bool is_behind(const TileTask<T>& task, std::uint32_t id) {
     return task.limits != nullptr && !(room_before(task.limits->farthest, task.boxes.fades + 2 * id) > 0);
 }
 
-// Fades the alphas of box `id` in these blocks. Apart from the loops that call it: without a limit they are the same.
+// Fades the alphas of box `id` in these blocks. A separate function, so that the calling loops do not change without a
+// limit.
 template <class T>
 [[gnu::noinline]] void fade_behind(const TileTask<T>& task, std::uint32_t id, std::uint32_t blocks,
                                    T (&alphas)[kNumBlocks][kBlockPixels]) {

@@ -1,11 +1,11 @@
-// The ellipse that a Gaussian leaves on the image plane, in double for either scalar: the arithmetic that
-// projecting and tracking have in common.
+// The ellipse of a Gaussian on the image plane, in double for either scalar: arithmetic common to projection and
+// tracking.
 //
 // Source: Zwicker et al. 2002, EWA Splatting, for the local affine projection; Kerbl et al. 2023 for the
 // low-pass and the clamp of the Jacobian.
 //
-// Everything here is inlined into loops over the lanes of a block, without branches and without library
-// calls, so that the compiler turns those loops into vector code.
+// Everything here is inlined into loops over the lanes of a block, without branches and library calls, so that the
+// compiler can vectorise them.
 #pragma once
 
 #include <cstddef>
@@ -21,8 +21,8 @@ constexpr double kHalfPi = 1.57079632679489661923;
 constexpr double kQuarterPi = 0.78539816339744830962;
 constexpr double kTanEighthPi = 0.41421356237309504880;
 
-// A direction is known to some units in the last place of the largest product it came from. What lies under
-// this is noise: such ellipses are round, such angles horizontal or vertical.
+// The precision of a direction is some units in the last place of the largest product in it. Smaller values are noise:
+// such ellipses are round, such angles horizontal or vertical.
 constexpr double kDirectionNoise = 1e-14;
 
 // The Jacobian is taken at most this factor outside the field of view: beyond it the affine approximation
@@ -123,7 +123,7 @@ struct Direction {
     return {is_steep ? small : large, sign * sine, sign * angle};
 }
 
-// What is the same for all Gaussians of a view.
+// Data common to all Gaussians of a view.
 struct ViewFrame {
     double w[12];             // camera from world, the first three rows
     double fx, fy, cx, cy;    // pixels
@@ -200,7 +200,7 @@ struct Variances {
     return result;
 }
 
-// The longest own axis as it projects, pixels; equally long ones: the first. Signed, and fixed in the scene.
+// The projection of the longest axis, pixels; of equally long axes the first. Signed, and fixed in the scene.
 struct LongestAxis {
     double x, y;     // its column of M
     double length;   // of that column if the axis lay across the view, pixels: rounding in x and y is relative to it

@@ -1,4 +1,4 @@
-// From the fragments of pixels to layers of a picture: means, what shows most, and samples for compositing.
+// From the fragments of pixels to layers of a picture: means, largest coverage, and samples for compositing.
 // brushgs/rendering/layers.py says what they mean. One pass over the fragments each: NumPy needs many.
 #pragma once
 
@@ -26,7 +26,7 @@ template <class T>
 void sum_fragments(const FragmentView<T>& fragments, const T* values, std::size_t num_channels, int num_threads,
                    T* sums);
 
-// What pixels are covered by, most first: those of pixel i from starts[i] to starts[i + 1] - 1.
+// The coverage of pixels, largest first: those of pixel i from starts[i] to starts[i + 1] - 1.
 template <class T>
 struct Shares {
     Buffer<std::int64_t> starts;  // [pixels + 1]
@@ -36,11 +36,11 @@ struct Shares {
 };
 
 // The sums over the fragments of each pixel of their weights, by the keys [marks] of their marks; largest first, ties
-// by key. The least are left out, as long as they are less than `least` together.
+// by key. The smallest are dropped, as long as their sum is below `least`.
 template <class T>
 Shares<T> share_fragments(const FragmentView<T>& fragments, const std::int32_t* keys, T least, int num_threads);
 
-// What a sample takes of its mark.
+// The data that a sample takes from its mark.
 template <class T>
 struct MarkView {
     const T* colors;              // [marks, 3]
@@ -51,7 +51,7 @@ struct MarkView {
     std::vector<const T*> tints;  // [pixels, 3] each: of the glazes over a coat; null: none
 };
 
-// What lies behind the strokes of each pixel, and the light on all of it.
+// The background of the strokes in each pixel, and the light on both.
 template <class T>
 struct Setting {
     const T* rest_rgb;    // [pixels, 3] premultiplied; null: nothing
@@ -61,8 +61,8 @@ struct Setting {
     const T* shines;   // [pixels] which it adds, times alpha; with `factors`
 };
 
-// Where samples are written to, those of pixel i from starts[i] on: one for each fragment, and one where the rest has
-// an alpha above 0.
+// Output of samples, those of pixel i from starts[i] on: one for each fragment, and one for the rest if its alpha is
+// above 0.
 struct SamplesOut {
     const std::int64_t* starts;  // [pixels]
     float* colors;               // [samples, 3] premultiplied
@@ -71,7 +71,7 @@ struct SamplesOut {
     std::uint32_t* ids;          // [samples]
 };
 
-// Samples that, laid over each other, have the weights of the fragments.
+// Samples whose composite has the weights of the fragments.
 template <class T>
 void make_samples(const FragmentView<T>& fragments, const MarkView<T>& marks, const Setting<T>& setting,
                   int num_threads, const SamplesOut& out);

@@ -1,8 +1,8 @@
-// What a picture is made of: the fragments that the rasteriser blends, pixel by pixel, in its order.
+// The fragments of a picture, pixel by pixel, in the order in which the rasteriser blends them.
 //
-// A fragment is a stroke, or its underpaint, at one pixel. The weights are those that `rasterize` gives them, by the
-// same arithmetic. Records are sampled by a kernel; what becomes of the samples is plain code, in fragments.cpp, for
-// fragments are asked for seldom.
+// A fragment is a stroke, or its underpaint, at one pixel. The weights are those of `rasterize`, by the same
+// arithmetic. Records are sampled by a kernel; the rest is plain code, in fragments.cpp, since fragments are rarely
+// needed.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace brushgs {
 
-// The fragments of the rows of pixels that were asked for.
+// The fragments of the requested rows of pixels.
 template <class T>
 struct Fragments {
     Buffer<std::int64_t> starts;         // [pixels + 1] pixel i has the fragments starts[i] to starts[i + 1] - 1
@@ -25,7 +25,7 @@ struct Fragments {
 };
 
 // The fragments of the rows `params.first_row` to `params.end_row`, the first of which begins a row of tiles. The
-// result depends neither on `num_threads` nor on which rows are asked for together.
+// result depends neither on `num_threads` nor on the division into calls.
 template <class T>
 Fragments<T> find_fragments(const RasterParams& params, const BoxView<T>& boxes);
 

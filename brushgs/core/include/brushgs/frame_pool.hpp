@@ -1,7 +1,7 @@
-// Memory for frames, used again from one frame to the next.
+// Memory for frames, reused from one frame to the next.
 //
-// A fresh picture of 800 x 800 costs some 2500 page faults, a third of the time of painting 250 strokes on two
-// threads. So a block given back is kept for the next request of the same size.
+// A fresh picture of 800 x 800 costs some 2500 page faults, a third of the time of painting 250 strokes on two threads.
+// So a returned block is kept for the next request of the same size.
 #pragma once
 
 #include <cstddef>

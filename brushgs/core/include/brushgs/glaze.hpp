@@ -1,5 +1,5 @@
-// Glazes: transparent paint. Each box lets a share of each colour of the light through, so that the light that comes
-// through all of them is a product, and their order plays no part. Defined by brushgs/rendering/reference.py.
+// Glazes: transparent paint. Each box transmits a share of each colour of the light, so the transmitted light is a
+// product that does not depend on the order. Defined by brushgs/rendering/reference.py.
 //
 // Compiled once per instruction set, see CMakeLists.txt.
 #pragma once
@@ -30,7 +30,7 @@ template <class T, Kernel kernel>
             const Real sampled = L::load(alphas[b] + lane);
             const Real alpha = L::where(L::at_least(all, sampled, L::set(static_cast<T>(kMinAlpha))), sampled);
             const Real before = L::load(tile.light(b) + lane), after = before - before * alpha;
-            // Numbers far below any that matter are slow to compute with.
+            // Fainter light is set to 0: denormal numbers are slow.
             L::store(tile.light(b) + lane,
                      L::where(L::at_least(all, after, L::set(static_cast<T>(kLeastLight))), after));
             for (int c = 0; c < 3; ++c) {
@@ -41,7 +41,7 @@ template <class T, Kernel kernel>
     }
 }
 
-// By value: what lies behind a reference would be read anew after every store to the tile.
+// By value: through a reference it would be reloaded after every store to the tile.
 template <class T, Kernel kernel>
 void glaze_all(const TileTask<T> task, TileState<T, 0>& tile) {
     const Attributes<T, 0> attributes(task.boxes.layers);

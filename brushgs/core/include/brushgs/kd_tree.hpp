@@ -1,4 +1,4 @@
-// A k-d tree whose nodes know the box around their centres: what lies farther than the best so far is skipped.
+// A k-d tree whose nodes know the box around their centres: nodes farther away than the best result so far are skipped.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,8 @@ namespace brushgs {
 constexpr std::size_t kLeaf = 8;        // centres that are compared one by one
 constexpr std::size_t kMostDepth = 64;  // of a tree that halves fewer than 2^31 centres, with room to spare
 
-// Sum of squares. In a fixed order, so that a sum of smaller terms never comes out larger: the distance to a box
-// must not exceed, by rounding, that to a centre inside.
+// Sum of squares. In a fixed order, so that rounding never makes a sum of smaller terms larger: the distance to a box
+// must not exceed that to a centre inside.
 template <class Difference>
 double sum_of_squares(std::size_t count, const Difference& difference) {
     double a = 0, b = 0, c = 0, d = 0;
@@ -33,7 +33,7 @@ struct Node {
     std::uint32_t second;      // the other child; the first follows at once. 0: a leaf
 };
 
-// What a search has found. `squared` is what a centre must not exceed to be of interest.
+// The result of a search. `squared` is the maximum squared distance of an interesting centre.
 struct Best {
     double squared;
     std::int32_t row;
@@ -57,7 +57,7 @@ public:
 
     const std::vector<std::int32_t>& rows() const { return rows_; }
 
-    // `best` is what is found without looking.
+    // `best` is an initial result.
     template <class Found>
     void search(const double* point, Found& best) const {
         struct Waiting {

@@ -1,8 +1,8 @@
 // Vectors of W scalars and the few operations on them that the kernels need, per instruction set.
 //
-// Arithmetic (+ - * /) works on `Real` directly: the compiler's vector types have it. What differs between
-// instruction sets (masks, selection, conversion, gather) is a static function of `Lanes<T>`. Every operation
-// rounds the same way everywhere, so pictures do not depend on the instruction set.
+// Arithmetic (+ - * /) works on `Real` directly, as a vector type of the compiler. Operations that differ between
+// instruction sets (masks, selection, conversion, gather) are static functions of `Lanes<T>`. Every operation rounds
+// the same way everywhere, so pictures do not depend on the instruction set.
 #pragma once
 
 #include <cstdint>
@@ -72,7 +72,7 @@ struct GenericLanes {
         }
         return result;
     }
-    // Four bytes from table[index] on, where m is set; elsewhere any.
+    // Four bytes from table[index] on, where m is set; undefined elsewhere.
     BRUSHGS_INLINE Int gather(const std::uint16_t* table, Int index, Mask m) {
         alignas(sizeof(Int)) Word from[W];
         store(from, index & m);
@@ -112,9 +112,9 @@ struct Lanes : GenericLanes<T, 16 / sizeof(T)> {};
 
 #if defined(__AVX2__)
 
-// By single loads: on an AMD EPYC two gathers of 8 pairs of words take 11 ns, these 7. The indices come from memory,
-// where an earlier loop has put them: so nothing waits for them. Four words take 13 % off a picture of 7000 strokes,
-// see `sample_record`.
+// By single loads: on an AMD EPYC two gathers of 8 pairs of words take 11 ns, these 7. The indices are in memory,
+// written by an earlier loop, so nothing waits for them. Four words take 13 % off a picture of 7000 strokes, see
+// `sample_record`.
 
 // Four bytes from table[index] on, of four indices.
 BRUSHGS_INLINE __m128i four_words(const std::uint16_t* table, const std::int32_t* index) {

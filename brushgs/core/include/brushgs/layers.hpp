@@ -1,6 +1,6 @@
-// Layers of a picture beside its colour: in each pixel the alpha-weighted mean of an attribute of the boxes. So far
-// there is one, the depth. Which attribute makes which layer is said in brushgs/values/boxes.py; here a layer is one
-// channel or several, and a channel is one number per box (the attribute) or per pixel (its mean).
+// Layers of a picture besides its colour: in each pixel the alpha-weighted mean of an attribute of the boxes. So far
+// there is one, the depth. The attributes of layers are defined in brushgs/values/boxes.py; here a layer is one channel
+// or several, and a channel is one number per box (the attribute) or per pixel (its mean).
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Places along a line -> the logarithm of the light that reaches each from both ends.
+// Positions along a line -> the logarithm of the light that reaches each from both ends.
 #pragma once
 
 #include <cstddef>

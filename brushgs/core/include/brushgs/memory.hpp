@@ -16,8 +16,8 @@
 
 namespace brushgs {
 
-// Memory that begins at a multiple of `alignment`, of which `size` is one too; null where there is none. Given back by
-// `Free`: Windows has no aligned_alloc, and what stands in its place there is not for `free`.
+// Memory that begins at a multiple of `alignment`, as must be `size`; null on failure. Returned by `Free`: Windows has
+// no aligned_alloc, and memory of its replacement is not for `free`.
 inline void* allocate_aligned(std::size_t alignment, std::size_t size) noexcept {
 #ifdef _WIN32
     return _aligned_malloc(size, alignment);
@@ -56,8 +56,8 @@ Buffer<T> make_buffer(std::size_t count) {
     return Buffer<T>(static_cast<T*>(memory));
 }
 
-// Memory that a thread keeps from frame to frame: pages fresh from the system cost more time than what is
-// computed in them. Grows to the largest frame.
+// Memory that a thread keeps from frame to frame: fresh pages from the system cost more time than the computation in
+// them. Grows to the largest frame.
 template <class Value>
 class Scratch {
 public:

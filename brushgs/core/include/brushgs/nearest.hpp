@@ -24,10 +24,10 @@ struct Nearest {
     std::unique_ptr<std::int32_t[]> rows;  // [num_points]; of equally near centres the first
 };
 
-// Fastest where points that follow each other lie near each other. Does not depend on `num_threads`, bit for bit.
+// Fastest if consecutive points are near each other. Does not depend on `num_threads`, bit for bit.
 Nearest find_nearest(const NearestQuery& query);
 
-// Points, by the centre that was nearest a moment ago.
+// Points, grouped by their previous nearest centre.
 struct PointGroups {
     const float* points;         // [num_points, num_dimensions]
     const double* centers;       // [num_groups, num_dimensions]
@@ -38,8 +38,8 @@ struct PointGroups {
     std::size_t num_dimensions;  // 1 to kMostDimensions
 };
 
-// What `find_nearest` finds of centres that have moved, bit for bit, but several times faster where most points stay
-// in their groups.
+// The result of `find_nearest` for moved centres, bit for bit, but several times faster if most points stay in their
+// groups.
 Nearest find_nearest_again(const PointGroups& groups, int num_threads);
 
 // Centres that are added to those of the groups.

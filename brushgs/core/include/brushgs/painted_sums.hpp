@@ -1,8 +1,8 @@
 // What each box makes up of a picture: sums of values of pixels by the weights that the box is blended with.
 //
-// The weight of a box at a pixel is its alpha times the light that passes what lies in front. Such sums are the
-// derivative of a picture by its colours, bit for bit those of `rasterize_backward`; but they need neither the picture
-// nor how coverage changes, and take 0.5 to 0.7 of its time.
+// The weight of a box at a pixel is its alpha times the transmittance in front. Such sums are the derivative of a
+// picture by its colours, bit for bit those of `rasterize_backward`; but they need neither the picture nor the slopes
+// of coverage, and take 0.5 to 0.7 of its time.
 #pragma once
 
 #include "brushgs/raster.hpp"
@@ -10,7 +10,7 @@
 
 namespace brushgs {
 
-// What is summed; layout as in brushgs.Frame.
+// The summed values; layout as in brushgs.Frame.
 template <class T>
 struct PixelValues {
     const T* values;  // [H, W, 3] or null: zeros

@@ -5,7 +5,7 @@
 // With the means m_a and m_b in a window, variances v_a and v_b and the covariance v_ab: SSIM = (2 m_a m_b + c1) /
 // (m_a^2 + m_b^2 + c1) x (2 v_ab + c2) / (v_a + v_b + c2).
 //   1. every row of windows: means, similarity, and the derivatives by the means, spread over the columns of pixels;
-//   2. every row of pixels: what it gets from the rows of windows that see it.
+//   2. every row of pixels: its sum over the rows of windows that contain it.
 // What a row writes depends on the row alone: neither number nor gradient depends on the threads.
 #pragma once
 
@@ -36,7 +36,7 @@ struct PhotometricParams {
     int window_rows() const { return (height + kWindowStride - 1) / kWindowStride; }
     double num_windows() const { return 1.0 * window_rows() * window_columns() * channels; }
     double num_values() const { return 1.0 * height * width * channels; }
-    // What makes weighted sums of the window around pixel `at` means, along an axis of `size` pixels.
+    // Factor from weighted sums to means, for the window around pixel `at`, along an axis of `size` pixels.
     double factor(int at, int size) const {
         double sum = 0;
         for (int k = 0; k < kWindowTaps; ++k)
@@ -49,7 +49,7 @@ struct PhotometricParams {
 template <class T>
 double photometric(const PhotometricParams<T>& params);
 
-// Values that `compare_windows` needs memory for.
+// Number of values of memory for `compare_windows`.
 template <class T>
 std::size_t photometric_memory(const PhotometricParams<T>& params) {
     const int padded = (params.window_columns() + 2 * kWindowRoom) * params.channels;

@@ -20,8 +20,8 @@ void for_pixels(std::size_t num_pixels, int num_threads, const Work& work) {
     });
 }
 
-// Turns what each pixel has of something, as many as `counts` say, into where that of each begins in a list of all; one
-// more entry than pixels. Returns the length of the list.
+// Turns the number of entries of each pixel, `counts`, into their starts in a list of all; one more start than pixels.
+// Returns the length of the list.
 inline std::size_t starts_of_counts(std::int64_t* counts, std::size_t num_pixels) {
     std::int64_t total = 0;
     for (std::size_t pixel = 0; pixel < num_pixels; ++pixel) {

@@ -1,5 +1,5 @@
-// How the footprint of a Gaussian becomes a stroke: the anchored direction, and the fade. With all that their
-// derivatives need; what a caller does not use is not computed.
+// From the footprint of a Gaussian to a stroke: the anchored direction, and the fade. With all values for their
+// derivatives; the compiler drops unused ones.
 #pragma once
 
 #include "brushgs/footprint.hpp"
@@ -11,7 +11,7 @@ namespace brushgs::BRUSHGS_ISA {
 // degrees turn no stroke by more than 15 degrees a step, away from the singular views; at 20 some do.
 constexpr double kAnchorPull = 8;
 
-// An anchored direction and what it comes from. In the frame of the ellipse, p along its major axis and q across.
+// An anchored direction and its intermediate values. In the frame of the ellipse, p along its major axis and q across.
 struct Anchored {
     double cosine;      // between the longest axis and the view
     double side;        // squared sine between them
@@ -47,8 +47,8 @@ struct Anchored {
     return a;
 }
 
-// The share of its opacity that a Gaussian of an antialiased scene keeps: the root of det S / det(S + low_pass I), S
-// the covariance M M^T in px^2, so that what the low-pass makes larger becomes fainter. The root of det S is the length
+// The factor on the opacity of a Gaussian in an antialiased scene: the root of det S / det(S + low_pass I), S the
+// covariance M M^T in px^2, so that Gaussians enlarged by the low-pass become fainter. The root of det S is the length
 // of the cross product of the rows of M, and det(S + h I) = det S + h (trace S + h), a sum without a difference:
 // needles and discs seen edge-on keep their digits. Source: Yu et al. 2024, Mip-Splatting, section 5.2.
 struct Compensation {
@@ -70,7 +70,7 @@ struct Compensation {
     return c;
 }
 
-// From 0 to 1 between 0 and 1, and its derivative.
+// A smooth step from 0 to 1 between 0 and 1, and its derivative.
 [[gnu::always_inline]] static inline double smooth_step(double t) {
     const double x = t < 0 ? 0 : (t > 1 ? 1 : t);
     return x * x * (3 - 2 * x);
@@ -83,14 +83,14 @@ struct Compensation {
 // A stroke fades in between the near plane and this many times its distance. The near plane of a framed camera lies
 // at 1 % of the way to the subject, and a step of 1.5 degrees around it moves the camera by 2.6 %.
 constexpr double kFadedNear = 8;
-// In the inverse length of the box, the root of the area of the picture over its own: where a box grows evenly toward
-// the camera, it fades evenly.
+// As a function of the inverse length of the box, the root of the picture's area over its own: a box that grows evenly
+// toward the camera fades evenly.
 constexpr double kWhole = 0.5;     // up to 4 pictures in area a stroke is whole,
 constexpr double kVanished = 0.1;  // and from 100 on it is gone
 
-// The share of its opacity that a stroke keeps: nothing at the near plane, nothing where its box is 100 times
-// the picture, and as much as the low-pass does not add to its length where it is shorter than a pixel; smooth in
-// between, so that no stroke appears or vanishes from one frame to the next.
+// The factor on the opacity of a stroke: 0 at the near plane, 0 if its box is 100 times the picture, times the ratio of
+// its lengths without and with the low-pass, which is small below a pixel; smooth, so that no stroke appears or
+// vanishes from one frame to the next.
 struct Fade {
     double nearness, smallness;  // whole from 1 on, nothing at 0
     double root;                 // inverse length of the box in lengths of the picture

@@ -1,4 +1,4 @@
-// Marks pressed through the tooth of the paper: brushgs/rendering/tooth.py says what it means.
+// Marks pressed through the tooth of the paper, as defined by brushgs/rendering/tooth.py.
 #pragma once
 
 #include <cstddef>

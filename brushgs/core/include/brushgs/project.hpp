@@ -28,7 +28,7 @@ struct View {
     double near;           // world units: camera z at or below it is culled
 };
 
-// Which way the u axis of a box points.
+// The direction of the u axis of a box.
 enum class Lock {
     off,     // along the major axis of the ellipse, which is known up to half a turn
     anchor,  // the half turn settled by the longest axis of the Gaussian, see anchor_direction

@@ -15,7 +15,7 @@ namespace brushgs {
 
 constexpr int kMaxDigitBits = 12;  // 4096 buckets stay in the cache
 
-// Half-open range `item` of `count` things dealt out in `num_items` parts of nearly equal size.
+// Half-open range `item` of `count` entries in `num_items` parts of nearly equal size.
 struct Range {
     std::size_t begin, end;
 };
@@ -49,7 +49,7 @@ void radix_pass(std::span<const Entry> from, std::span<Entry> to, typename Entry
     });
 }
 
-// Sorts by key, equal keys in the order they have; returns the sorted one of the two halves of memory.
+// Stable sort by key; returns the half of memory with the sorted entries.
 template <class Entry>
 std::span<const Entry> radix_sort(std::span<Entry> entries, std::span<Entry> other, int num_threads) {
     if (entries.empty()) return entries;

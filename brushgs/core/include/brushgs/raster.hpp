@@ -1,4 +1,4 @@
-// Boxes and a stroke texture become a picture: strokes are blended front to back, tile by tile.
+// From boxes and a stroke texture to a picture: strokes are blended front to back, tile by tile.
 //
 // The definition is brushgs/rendering/reference.py; this is the same, fast. In short:
 //   1. every box becomes a record: the affine map from pixel to texel, and the tiles it overlaps;
@@ -23,7 +23,7 @@ constexpr int kTileHeight = 16;  // pixels
 enum class Kernel { bilinear, nearest, gaussian, ellipse };
 enum class Blend { cover, glaze };
 
-// Each box of a stroke image once more, as a soft kernel (Kernel::gaussian) behind the stroke.
+// Each box of a stroke image again, as a soft kernel (Kernel::gaussian) behind the stroke.
 template <class T>
 struct UnderpaintView {
     const T* setbacks = nullptr;      // [M] world units behind the stroke; null: no underpaint
@@ -32,7 +32,7 @@ struct UnderpaintView {
     double opacity = 0;               // in that of the box
 };
 
-// Streaks of bristles: what a stroke's colour is multiplied by across the stroke, see brushgs/rendering/streaks.py.
+// Streaks of bristles: factors on a stroke's colour across the stroke, see brushgs/rendering/streaks.py.
 constexpr int kBristles = 12;       // across a box
 constexpr int kBristleMargin = 12;  // beyond it on either side: filtered levels of an image are larger than the box
 template <class T>
@@ -45,7 +45,7 @@ struct StreakView {
     const T* slopes = nullptr;             // [M, 2] derivative of the weights by the half extent along v, per pixel
 };
 
-// Underpaint is thinner than its stroke, and smooth: of the stroke's thickness it has so much, of its gain nothing.
+// Underpaint is thinner than its stroke, and smooth: this share of the stroke's thickness, and no gain.
 constexpr double kUnderpaintThickness = 0.15 / 0.8;
 
 // M boxes, nearest first; layout as in brushgs.Boxes.
@@ -109,8 +109,8 @@ struct Picture {
     T* height = nullptr;  // [H, W] pixels, or null; needs `reliefs` of the boxes and, of levels, pairs with height
 };
 
-// What one stroke needs at every pixel: texel = offset + gradient . (pixel - anchor). The anchor is a whole pixel
-// in or beside the picture, so that differences stay exact however far away the box centre lies. One cache line.
+// The data of one stroke at every pixel: texel = offset + gradient . (pixel - anchor). The anchor is a whole pixel in
+// or near the picture, so that differences are exact even for a distant box centre. One cache line.
 template <class T>
 struct alignas(64) Record {
     T offset_u, offset_v;  // texels (Gaussian: standard deviations; ellipse: half axes) at the anchor's centre
@@ -124,7 +124,7 @@ struct alignas(64) Record {
 };
 static_assert(sizeof(Record<float>) == 64);
 
-// The outline of a painted box, its underpaint included, for the question which tiles it reaches.
+// The outline of a painted box, including its underpaint, for the search for its tiles.
 struct Outline {
     float center_x, center_y;               // pixels
     float cos, sin;                         // of the u axis
@@ -139,20 +139,21 @@ struct TileLists {
     std::unique_ptr<std::uint32_t[]> ids;
 };
 
-// Underpaint of a stroke that has been painted, which lies behind some that have not.
+// Underpaint of a painted stroke, behind some strokes that are not painted yet.
 struct WaitingUnderpaint {
     double depth;         // world units
     std::uint32_t place;  // of the stroke, in the list of the tile
 };
 
-// The limits of one tile, in blocks of 4 x 4 pixels as the tile is painted; infinite beyond the picture.
+// The limits of one tile, in blocks of 4 x 4 pixels like the tile; infinite beyond the picture.
 template <class T>
 struct TileLimits {
     alignas(64) T limits[kTileWidth * kTileHeight / 16][16];
     T nearest, farthest;  // of those in the picture
 };
 
-// For each entry of the list of a tile the blocks of 4 x 4 pixels that its stroke paints on, a bit each, row by row.
+// For each entry of the list of a tile the blocks of 4 x 4 pixels that its stroke paints on, one bit per block, row by
+// row.
 struct PaintedBlocks {
     std::uint32_t* strokes = nullptr;      // null: not kept
     std::uint32_t* underpaints = nullptr;  // the same of underpaint; null: not kept, or there is none
@@ -188,7 +189,7 @@ template <class T>
 struct Trace;
 
 // Paint. The picture does not depend on `num_threads`, bit for bit. Needs as many layers of boxes as of the picture.
-// `trace`, unless null, becomes what the derivative needs; only for boxes that cover, without softness or limits.
+// `trace`, unless null, gets the data for the derivative; only for boxes that cover (no glazes), without softness or limits.
 template <class T>
 void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture,
                Trace<T>* trace = nullptr);

@@ -1,9 +1,9 @@
 // The derivative of `rasterize`: from the gradient of a loss by the picture to that by the boxes and the texels.
 //
-// Strokes are blended once more from front to back, tile by tile, by the code that painted them: so the light in
-// front of each fragment, the fragments too faint to count and the end of each pixel are the same, bit for bit.
-// What lies behind a fragment is the whole picture less what lies in front. Nothing is kept per fragment; which blocks
-// of pixels a record paints on, painting may have kept, see Trace.
+// Strokes are blended once more from front to back, tile by tile, by the code that painted them: so the light in front
+// of each fragment, the fragments too faint to count and the end of each pixel are the same, bit for bit. The sum
+// behind a fragment is the whole picture minus the sum in front. No data are kept per fragment; painting may have kept
+// the blocks of pixels that a record paints on, see Trace.
 //   1. every tile sums what its records get from its pixels: some numbers for each record of its list;
 //   2. every box adds up what its tiles found, tile by tile, and turns it into gradients.
 #pragma once
@@ -36,13 +36,13 @@ struct BoxGradients {
     Channels<T> layers;  // [M] each: by the attributes
 };
 
-// What a tile sums for one record. With a the alpha, x and y the pixel from the record's anchor, and U and V the
+// The sums of a tile for one record. With a the alpha, x and y the pixel from the record's anchor, and U and V the
 // derivative of the loss by u and v, but for the factor `opacity` of the record where it is an image. From kLayers on
 // there is one sum for each channel of the layers, then one of the derivative by the half extent along v as far as
 // streaks fade with it.
 enum Sum { kU, kUx, kUy, kV, kVx, kVy, kAlpha, kRed, kGreen, kBlue, kLayers };
 
-// How many numbers there are for each record: a multiple of four, since they are added up in fours.
+// Number of sums per record: a multiple of four, since they are added up in fours.
 constexpr int num_sums(int channels) { return (kLayers + channels + 1 + 3) / 4 * 4; }
 
 // Where a tile writes its sums.

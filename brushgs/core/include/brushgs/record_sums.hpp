@@ -1,9 +1,9 @@
-// What a tile sums for its records.
+// The sums of a tile for its records.
 #pragma once
 
 namespace brushgs {
 
-// The sums of some records of a tile, in the order of its list. Most lists are longer than what is seen of them.
+// The sums of some records of a tile, in the order of its list. Most lists are longer than their visible part.
 template <class T>
 struct RecordSums {
     T* values;      // [num_ids, as many as the tile sums], those of records that paint nothing in the tile unset

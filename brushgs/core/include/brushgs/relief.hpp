@@ -1,4 +1,4 @@
-// Relief: how high the paint of a record stands at the pixels of a tile.
+// Relief: the height of the paint of a record at the pixels of a tile.
 //
 // A stroke adds its weight, that of its colour, times thickness + gain (h - 1/2), h the height of its brush. Built-in
 // kernels and underpaint have no height of their own. Compiled once per instruction set, see CMakeLists.txt.
@@ -17,8 +17,8 @@ template <class T>
     return task.boxes.reliefs[2 * static_cast<std::size_t>(id)] * share;
 }
 
-// What `sample_record` calls to fill `heights` with those of the paint of box `id`, a stroke image; 0 outside the box.
-// Whatever else is to be known of its pixels, `other` asks.
+// Called by `sample_record` to fill `heights` with those of the paint of box `id`, a stroke image; 0 outside the box.
+// `other` is called for further data of its pixels.
 template <class T, class Heights, class Other>
 struct HeightShader {
     using L = Lanes<T>;

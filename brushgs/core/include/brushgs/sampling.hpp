@@ -1,4 +1,4 @@
-// How a record covers the pixels of a tile: what painting and its derivative have in common.
+// The coverage of a tile's pixels by a record, common to painting and its derivative.
 //
 // A tile is read in blocks of 4 x 4 pixels. Compiled once per instruction set, see CMakeLists.txt.
 #pragma once
@@ -45,8 +45,8 @@ template <class Tile>
     tile.alive_blocks &= ~((still_alive == 0 ? 1u : 0u) << b);
 }
 
-// Blocks of the tile whose pixels overlap the record's pixel bounds. By vectors, which have no branches: where boxes
-// end is beyond prediction (of 150,000 strokes a picture takes 4 % less so).
+// Blocks of the tile whose pixels overlap the record's pixel bounds. By vectors, without branches: the ends of boxes
+// cannot be predicted (4 % less time for a picture of 150,000 strokes).
 template <class T>
 [[gnu::always_inline]] inline std::uint32_t blocks_in_bounds(const Record<T>& record, int x0, int y0) {
     static_assert(kBlockSize == 4 && kBlockColumns == 8 && kBlockRows == 4);
@@ -56,7 +56,7 @@ template <class T>
     static_assert(offsetof(Record<T>, bottom) == offsetof(Record<T>, left) + 6);
     __builtin_memcpy(&bounds, reinterpret_cast<const char*>(&record) + offsetof(Record<T>, left), sizeof bounds);
     const Ints from = {x0, y0, x0, y0};
-    // What lies outside the tile begins behind its last block, or ends before its first.
+    // A record outside the tile begins behind its last block, or ends before its first.
     const Ints least = {0, 0, -1, -1}, most = {kTileWidth, kTileHeight, kTileWidth - 1, kTileHeight - 1};
     Ints blocks = __builtin_convertvector(bounds, Ints) - from;
     blocks = blocks < least ? least : blocks;
@@ -83,7 +83,7 @@ template <class T>
     return sum * L::exp2_of_whole(n);
 }
 
-// A constant of the tile loop: where each pixel of a block, and each block of a tile, lies (pixels).
+// Constants of the tile loop: positions of the pixels of a block, and of the blocks of a tile (pixels).
 template <class T>
 struct Offsets {
     alignas(64) T pixel_x[kBlockPixels], pixel_y[kBlockPixels], block_x[kNumBlocks], block_y[kNumBlocks];
@@ -105,7 +105,7 @@ constexpr Offsets<T> offsets{};
 template <Kernel kernel>
 constexpr bool is_image = kernel == Kernel::bilinear || kernel == Kernel::nearest;
 
-// How one kernel turns (u, v) into coverage, and between which coordinates a box lies.
+// The coverage of one kernel at (u, v), and the limits of a box in these coordinates.
 template <class T, Kernel kernel>
 struct Sampler {
     using L = Lanes<T>;
@@ -149,8 +149,8 @@ struct Sampler {
         return L::less(L::less(mask, low_v, v), v, high_v);
     }
 
-    // Coverage at a point and how it changes along u and v: of images 0 to 255 and its derivative by texels, of the
-    // Gaussian 0 to 1 and the derivative of its logarithm. Where nothing changes smoothly there is no slope.
+    // Coverage at a point and its derivatives along u and v: for images 0 to 255 and the derivative by texels, for the
+    // Gaussian 0 to 1 and the derivative of its logarithm. The slope is 0 where coverage is not smooth.
     struct Sample {
         Real coverage, slope_u, slope_v;
     };
@@ -167,7 +167,7 @@ struct Sampler {
         }
     }
 
-    // Where points lie among the texels of an image, in memory: the first texel, and the fractions beyond it.
+    // Positions of points among the texels of an image: memory index of the first texel, and the fractions beyond it.
     [[gnu::always_inline]] inline void place(Real u, Real v, typename L::Mask mask, typename L::Word* texel, T* fu,
                                              T* fv) const {
         const Real column = L::whole(u), row = L::whole(v);
@@ -225,7 +225,7 @@ private:
         return {value, step_upper + fv * (step_lower - step_upper), slope_v};
     }
 
-    // How far a point counts to be beyond a texel: to the nearest, 0 where it rounds down, 1 where it rounds up.
+    // The fraction of a point beyond a texel, for nearest sampling: 0 if it rounds down, 1 if it rounds up.
     [[gnu::always_inline]] static inline Real fraction(Real beyond) {
         if constexpr (kernel != Kernel::nearest) return beyond;
         return L::where(L::at_least(L::from_bits(~0u), beyond, L::set(T(0.5))), L::set(1));
@@ -274,7 +274,7 @@ struct BlockCoordinates {
     }
 };
 
-// How the coverage of a record changes at the pixels of a tile, see Sampler::Sample.
+// The slopes of the coverage of a record at the pixels of a tile, see Sampler::Sample.
 template <class T>
 struct Slopes {
     alignas(64) T u[kNumBlocks][kBlockPixels];
@@ -328,8 +328,8 @@ template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = fal
         v = L::set(block.v[b]) + lane_v[part];
         return sampler.inside(L::from_bits(static_cast<unsigned>(tile.alive[b]) >> (part * W)), u, v);
     };
-    // Images in two passes: what the loads of texels wait for is then done, and they do not wait for each other. With
-    // single loads in place of gathers this takes 13 % less of a whole picture of 7000 strokes.
+    // Images in two passes: then the inputs of the texel loads are ready, and the loads do not wait for each other.
+    // With single loads instead of gathers this takes 13 % less time for a picture of 7000 strokes.
     [[maybe_unused]] Places<T> places;
     if constexpr (is_image<kernel>) {
         for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {

@@ -33,9 +33,9 @@ inline void sh_basis(T x, T y, T z, T* basis) {
     }
 }
 
-// Sum over terms of basis x coefficient. Four terms of three channels are twelve numbers in a row: three
-// vectors of four, whose sums are sorted by channel at the end. The basis is taken number by number: copied as a
-// vector from where it was just written number by number, it would wait for memory, and all take twice as long.
+// Sum over terms of basis x coefficient. Four terms of three channels are twelve numbers in a row: three vectors of
+// four, whose sums are sorted by channel at the end. The basis is read number by number: a vector load right after
+// scalar stores would wait for memory, and take twice as long.
 template <int degree, class T>
 inline void add_terms(const T* sh, const T* basis, T* color) {
     constexpr int num_terms = (degree + 1) * (degree + 1);
@@ -100,7 +100,7 @@ inline void spread_terms(const T* basis, const T* v_color, T* v_sh) {
     const Quad first{r, g, b, r}, second{g, b, r, g}, third{b, r, g, b};
     for (int k = 0; k + 4 <= num_terms; k += 4) {
         const Quad weights{basis[k], basis[k + 1], basis[k + 2], basis[k + 3]};
-        // One by one: an array of three is copied in other pieces than it was written in, which makes it wait.
+        // One by one: an array of three would be copied in other pieces than it was written in, and wait.
         Quad part = first * __builtin_shufflevector(weights, weights, 0, 0, 0, 1);
         __builtin_memcpy(v_sh + 3 * k, &part, sizeof part);
         part = second * __builtin_shufflevector(weights, weights, 1, 1, 2, 2);

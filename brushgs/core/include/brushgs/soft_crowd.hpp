@@ -1,10 +1,10 @@
 // The soft order where very many fragments wait, in time linear in their number.
 //
-// The light that passes what lies around a fragment is a function of its depth and softness that is smooth at the scale
-// of its softness. So strokes of similar depth and softness form cells; the light is computed at a few Chebyshev points
-// of each cell, and interpolated at its strokes. All hide as they do by definition, at their own depths, and have their
-// own weight: nothing is merged, and nothing that passes a border jumps by more than the error of interpolation. Cells
-// with no more strokes than points have their points at the strokes, without error.
+// The light that reaches a fragment is a function of its depth and softness that is smooth at the scale of its
+// softness. So strokes of similar depth and softness form cells; the light is computed at a few Chebyshev points of
+// each cell, and interpolated at its strokes. Strokes hide others by definition, at their own depths, and keep their
+// own weight: nothing is merged, and a stroke that crosses a border jumps by no more than the error of interpolation.
+// Cells with no more strokes than points have their points at the strokes, without error.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ namespace brushgs {
 constexpr std::size_t kDepthPoints = 6, kSoftnessPoints = 4;  // of a cell
 constexpr std::size_t kMostPoints = kDepthPoints * kSoftnessPoints;
 
-// Strokes of a tile, or their underpaint, that are hidden as at the same points.
+// Strokes of a tile, or their underpaint, with common points of interpolation.
 struct CrowdCell {
     std::uint32_t first, end;   // rows that hide some of it in part; those before lie wholly in front, others behind
     std::uint32_t first_point;  // of `Crowd::points`
@@ -54,7 +54,7 @@ struct Crowd {
     std::vector<double> depths, softness;
     std::vector<double> alphas;  // the largest in the tile
     std::vector<std::uint32_t> ids;
-    // What `plan_cells` makes of it.
+    // The result of `plan_cells`.
     std::vector<CrowdCell> cells;  // by `first`
     std::vector<CrowdPoint> points;
     std::vector<std::uint32_t> cell_of_row;

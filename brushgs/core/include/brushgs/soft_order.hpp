@@ -1,8 +1,8 @@
 // The soft order: strokes fade into each other where their depths are close. Defined by brushgs/rendering/reference.py.
 //
-// A fragment whose depth is further from the next record's than their softness reaches is final: it is retired into
-// the sums, in stroke order, as sorted strokes are. The others wait in the queue of their block, all its pixels
-// together. Compiled once per instruction set, see CMakeLists.txt.
+// A fragment is final once its depth differs from the next record's by more than the reach of their softness: it is
+// retired into the sums, in stroke order, like sorted strokes. The others wait in the queue of their block, all its
+// pixels together. Compiled once per instruction set, see CMakeLists.txt.
 #pragma once
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace brushgs::BRUSHGS_ISA {
 
 constexpr std::size_t kRetiredAtOnce = 6;  // fewer are left waiting: sums are loaded and stored once for all
 
-// What a tile holds beyond `TileState`, whose `transmittance` is here that of the retired fragments that are seen.
+// The data of a tile besides `TileState`, whose `transmittance` is here that of the visible retired fragments.
 template <class T>
 struct SoftState {
     alignas(64) T light[kNumBlocks][kBlockPixels];    // behind all fragments so far, those not seen included
@@ -43,8 +43,8 @@ inline void clear(SoftQueues<T>& queues) {
         queues.free_slots[queues.num_free++] = static_cast<std::uint32_t>(slot - 1);
 }
 
-// The share of what lies behind that a fragment hides which is nearer by x times the reach of both, 0 <= x <= 1: from
-// half to all.
+// The share of a fragment that is hidden by another, nearer by x times the reach of both, 0 <= x <= 1: from half to
+// all.
 template <class T>
 [[gnu::always_inline]] inline T share_hidden(T x) {
     return T(0.5) + x * (3 - x * x) * T(0.25);
@@ -99,9 +99,9 @@ public:
         num_free_ = queues.num_free;
     }
 
-    // Begins a record: gives it a place, and finds which records with one are within reach of it, and which are final.
-    // That is the same in all blocks of the tile: with a queue of bits, a block asks for it by one `and`. Pictures of
-    // 7000 strokes take 5 to 7 % less so than with a search in each block.
+    // Begins a record: gives it a place, and finds which records with places are within reach of it, and which are
+    // final. That is the same in all blocks of the tile: with a queue of bits, a block needs a single `and`. Pictures
+    // of 7000 strokes take 5 to 7 % less so than with a search in each block.
     [[gnu::always_inline]] inline void begin(const SoftRecord<T>& record) {
         if (num_used_ == num_places_) make_place();
         constexpr auto width = static_cast<std::size_t>(W);
@@ -137,8 +137,8 @@ public:
         num_begun_ = own_ / kWordPlaces + 1;
     }
 
-    // Adds the fragments of the record that was begun, in one block, to its queue, and lets them and those that wait
-    // hide each other; false where too many wait.
+    // Adds the fragments of the current record, in one block, to its queue, and updates how they and waiting fragments
+    // hide each other; false if too many wait.
     [[gnu::always_inline]] inline bool blend(const BlockFragments<T>& fragments) {
         const int b = fragments.b;
         std::uint64_t* const queue = queue_of(b);
@@ -168,7 +168,7 @@ public:
             num_free_ = queues_.num_free;
         }
 
-        // Light that passes what lies wholly in front, and that passes the fragments within reach as well.
+        // Light behind all fragments wholly in front, and also behind those within reach.
         Real alpha[num_parts], front[num_parts], seen[num_parts];
         for (int part = 0; part < num_parts; ++part) {
             const auto painted = L::from_bits(pixels >> (part * W));
@@ -217,7 +217,8 @@ public:
         return true;
     }
 
-    // Retires all that waits. Where fragments met, their weights are scaled to the alpha of the pixel.
+    // Retires all waiting fragments. Where fragments overlapped in depth, their weights are scaled to the alpha of the
+    // pixel.
     [[gnu::always_inline]] inline void finish() {
         for (int b = 0; b < kNumBlocks; ++b) {
             if (const std::size_t count = count_before(b, num_used_); count > 0) retire(b, count);
@@ -258,7 +259,7 @@ private:
     [[gnu::always_inline]] static inline std::size_t count_bits(std::uint64_t bits) {
         return static_cast<std::size_t>(__builtin_popcountll(bits));
     }
-    // How many fragments of block b wait in the places before `end`.
+    // The number of fragments of block b that wait in the places before `end`.
     [[gnu::always_inline]] inline std::size_t count_before(int b, std::size_t end) const {
         std::size_t count = 0;
         for (std::size_t w = 0; w * kWordPlaces < end; ++w) {
@@ -269,7 +270,7 @@ private:
         return count;
     }
 
-    // Where all places are used: what is final in all blocks is retired, the others move to the front, and if that are
+    // If all places are used: fragments final in all blocks are retired, the others move to the front, and if they are
     // too many, places are added.
     [[gnu::always_inline]] inline void make_place() {
         for (int b = 0; b < kNumBlocks; ++b) {
@@ -297,7 +298,7 @@ private:
 
     // Finishes the pixels of block b that are dark behind its final fragments; returns the pixels that are open.
     [[gnu::always_inline]] inline unsigned open_pixels_behind(int b) {
-        // The light behind all is the least: where it is enough, nothing else is asked for.
+        // The light behind all is the least: if it is enough, nothing else is checked.
         unsigned finished = dark_pixels(b, soft_.light[b]);
         if (finished == 0) return tile_.alive[b];
         const std::uint64_t* const queue = queue_of(b);
@@ -310,7 +311,7 @@ private:
                 finished = dark_pixels(b, slots_[entry_of(place, b).slot].before);
                 behind_open = ~std::uint64_t{0};
             }
-            // What waits and is seen may still be hidden in part by what comes.
+            // Visible waiting fragments may still be partly hidden by later ones.
             for (; rest != 0 && finished != 0; rest &= rest - 1)
                 finished &= ~static_cast<unsigned>(
                     entry_of(w * kWordPlaces + static_cast<std::size_t>(__builtin_ctzll(rest)), b).shown);
@@ -319,7 +320,7 @@ private:
         return tile_.alive[b];
     }
 
-    // Puts the fragments of the record that was begun into the queue of a block.
+    // Puts the fragments of the current record into the queue of a block.
     [[gnu::always_inline]] inline void append(const BlockFragments<T>& fragments, unsigned pixels,
                                               const Real (&alpha)[num_parts], const Real (&front)[num_parts],
                                               const Real (&seen)[num_parts]) {

@@ -13,8 +13,8 @@
 
 namespace brushgs {
 
-// Where more fragments of a block wait, the tile is a crowd, see soft_crowd.hpp: each fragment costs as much as its
-// queue is long.
+// If more fragments of a block wait, the tile is a crowd, see soft_crowd.hpp: the cost of a fragment grows with the
+// length of its queue.
 constexpr std::size_t kMostWaiting = 160;
 
 template <class T>
@@ -71,7 +71,7 @@ void add_slots(SoftQueues<T>& queues);
 template <class T>
 void add_places(SoftQueues<T>& queues);
 
-// Drops the first `count` of the `used` places, in which nothing waits: all others move to the front.
+// Drops the first `count` of the `used` places, which are empty: all others move to the front.
 template <class T>
 void drop_places(SoftQueues<T>& queues, std::size_t count, std::size_t used);
 

@@ -1,4 +1,4 @@
-// Streaks along a stroke: the factor of its colour at a pixel, by the place across the stroke.
+// Streaks along a stroke: the factor of its colour at a pixel, by the position across the stroke.
 //
 // Compiled once per instruction set, see CMakeLists.txt.
 #pragma once
@@ -8,7 +8,7 @@
 
 namespace brushgs::BRUSHGS_ISA {
 
-// Whether streaks show in a box: many are too small. A level that reaches beyond the noise serves only such.
+// Whether streaks are visible in a box: many are too small. Only such boxes use a level that reaches beyond the noise.
 template <class T>
 [[gnu::always_inline]] inline bool shows_streaks(const TileTask<T>& task, const Record<T>& record, std::uint32_t id) {
     constexpr double most_reach = 1 + 2.0 * kBristleMargin / kBristles;
@@ -23,7 +23,7 @@ struct Streaks {
     using L = Lanes<T>;
     using Real = typename L::Real;
 
-    // How a factor, or the derivative of it by the weights, is made of noise.
+    // A factor, or its derivative by the weights, from noise.
     struct Mix {
         Real base, first, second;
 

@@ -1,4 +1,4 @@
-// Stroke images filtered for small boxes: brushgs/brushes/levels.py says what for, and which levels there are.
+// Stroke images filtered for small boxes: for the purpose and the levels see brushgs/brushes/levels.py.
 #pragma once
 
 #include <cstddef>
@@ -36,7 +36,7 @@ private:
     std::vector<std::size_t> begins_, ends_;  // of the weights of a texel that are not 0
 };
 
-// One level of an image: which of the filters along u and v, and what it becomes, [rows, columns] each.
+// One level of an image: its filters along u and v, and its output, [rows, columns] each.
 struct StrokeLevel {
     std::size_t u, v;
     std::uint8_t* coverage;
@@ -52,7 +52,7 @@ struct StrokeImage {
 // Fills the levels of an image, those of one level along u together if they are neighbours.
 //
 // A texel is rounded to 8 bits, ties to even. The height of a level is its mean over the paint, 1/2 where there is
-// hardly any: a pixel sees the height of the paint in it, not of the gaps between bristles.
+// hardly any paint: a pixel shows the height of its paint, not of the gaps between bristles.
 void fill_levels(const StrokeImage& image, std::span<const LevelFilter* const> along_u,
                  std::span<const LevelFilter* const> along_v, std::span<const StrokeLevel> levels, int num_threads);
 

@@ -34,7 +34,7 @@ struct Attributes {
     }
 };
 
-// Asks early for what record i of a tile needs: records lie in depth order, those of a tile are far apart in memory.
+// Prefetches record i of a tile: records are in depth order, so those of a tile are far apart in memory.
 template <class T, int channels>
 [[gnu::always_inline]] inline void prefetch(const TileTask<T>& task, const Attributes<T, channels>& attributes,
                                             std::size_t i) {
@@ -45,7 +45,7 @@ template <class T, int channels>
         __builtin_prefetch(attributes.columns[c].values + id * attributes.columns[c].stride);
 }
 
-// One block of 4 x 4 pixels after another, so that what a block needs is one run of memory.
+// One block of 4 x 4 pixels after another, so that the data of a block are contiguous.
 template <class T, int channels, bool has_relief = false>
 struct TileState {
     static constexpr int num_planes = 3 + channels + has_relief;
@@ -62,8 +62,8 @@ struct TileState {
         alive_blocks = open_pixels(task.params.width - task.x0, task.params.height - task.y0, alive);
     }
 
-    // Of block b: what passes its strokes so far, the transmittance, and sum k of weight x red, green, blue, each
-    // attribute, height. [kBlockPixels]
+    // Of block b: the transmittance of its strokes so far, and sum k of weight x red, green, blue, each attribute,
+    // height. [kBlockPixels]
     [[gnu::always_inline]] inline T* light(int b) { return blocks_[b].light; }
     [[gnu::always_inline]] inline const T* light(int b) const { return blocks_[b].light; }
     [[gnu::always_inline]] inline T* plane(int k, int b) { return blocks_[b].planes[k]; }
@@ -146,9 +146,9 @@ template <class T>
     for (; k < count; ++k) to[k] = from[k];
 }
 
-// By way of rows: the lines of a picture come from far away, and the fewer stores wait for one, the more lines are on
-// their way at once. A picture of 250 strokes takes 13 % less so. The picture by value: what lies behind a reference
-// would be read anew after every store.
+// Through rows: fetching a line of the picture takes long, and with fewer stores per line more lines are fetched at
+// once. A picture of 250 strokes takes 13 % less time. The picture by value: through a reference it would be reloaded
+// after every store.
 template <class T, int channels, bool has_relief>
 void write_tile(const TileTask<T>& task, const TileState<T, channels, has_relief>& tile, const Picture<T> picture) {
     const TileRows<T, channels, has_relief> rows(tile);

@@ -1,4 +1,4 @@
-// Which tiles of the picture each box reaches, and the records of the boxes.
+// The tiles that each box reaches, and the records of the boxes.
 #pragma once
 
 #include <algorithm>
@@ -22,10 +22,10 @@ namespace brushgs {
 // Below this many boxes a second thread costs more than it saves in the stages before painting.
 constexpr std::size_t kParallelFrom = 4000;
 
-// What the sides of a box are moved outwards before the question which tiles it reaches, in pixels: painting
-// decides, this must only never miss a tile. The outline is as exact as a float.
+// Outward shift of the sides of a box before the search for its tiles, in pixels: painting is exact, this search must
+// only not miss a tile. The outline has the precision of a float.
 inline double slack_of(const Outline& o) {
-    // In double: of boxes as large as a float can say, the sum would be infinite.
+    // In double: for boxes near the largest float the sum would be infinite.
     const double size = std::fabs(static_cast<double>(o.center_x)) + std::fabs(static_cast<double>(o.center_y)) +
                         static_cast<double>(o.reach_u) + static_cast<double>(o.reach_v);
     return 1e-2 + 1e-6 * size;
@@ -47,8 +47,8 @@ public:
           reach_y_(std::fabs(sin_) * reach_u_ + std::fabs(cos_) * reach_v_),
           corner_y_((cos_ < 0 ? -sin_ : sin_) * reach_u_ - (sin_ < 0 ? -cos_ : cos_) * reach_v_) {}
 
-    // Ends of the box on the rows of pixels with centres `top` to `bottom`; false where it does not reach them.
-    // The box is convex: it extends furthest right on the row nearest to its rightmost corner.
+    // Ends of the box on the rows of pixels with centres `top` to `bottom`; false if it does not reach them. The box is
+    // convex: it extends furthest right on the row nearest to its rightmost corner.
     bool find(double top, double bottom, double& left, double& right) const {
         const double low = std::max(top - center_y_, -reach_y_), high = std::min(bottom - center_y_, reach_y_);
         if (low > high) return false;
@@ -58,7 +58,7 @@ public:
     }
 
 private:
-    // Sides that lie along the rows but for this slope end no row: dividing by it would magnify rounding.
+    // Sides with a smaller slope than this count as parallel to the rows: dividing by it would magnify rounding.
     static constexpr double level_slope = 1e-6;
 
     // Largest x - center_x inside the box on the line y = center_y + dy.
@@ -84,7 +84,7 @@ struct Chunk {
     void make_room(std::size_t more) {
         if (visits.size() < count + more) visits.resize(2 * (count + more));
     }
-    // Without a branch. Needs room for one more, whether it counts or not.
+    // Without a branch. Needs room for one more entry in any case.
     void visit(int tile, bool counts) {
         visits[count] = static_cast<std::uint32_t>(tile);
         count += counts;
@@ -106,8 +106,8 @@ inline std::pair<int, int> reached_columns(const RowSpans& spans, int row, const
     return {std::max(from, range.first_column), std::min(to, range.last_column)};
 }
 
-// Two by two tiles. The box meets all four, or one of its sides passes between it and the point where they meet;
-// then it misses the tile that this side faces. Which that is, no branch could predict.
+// Two by two tiles. The box meets all four, or one of its sides passes between it and their common corner; then it
+// misses the tile that this side faces. This case cannot be predicted by branches.
 inline void visit_four(const TileRange& range, const Outline& o, int columns, Chunk& chunk) {
     const float dx = static_cast<float>(range.last_column * kTileWidth) - o.center_x;
     const float dy = static_cast<float>(range.last_row * kTileHeight) - o.center_y;
@@ -165,15 +165,15 @@ struct BoxVisits {
     std::unique_ptr<std::uint32_t[]> entries;
 };
 
-// How many records boxes have: with underpaint two each.
+// Number of records of boxes: two each with underpaint.
 template <class T>
 std::size_t num_records(const BoxView<T>& boxes) {
     return boxes.underpaint.setbacks == nullptr ? boxes.count : 2 * boxes.count;
 }
 
-// Records for all boxes, and for every tile the records that reach it. Chunks of boxes are counted apart and
-// laid end to end within each tile, so a list is in stroke order however many threads there are.
-// `visits`, unless null, becomes the same the other way round.
+// Records for all boxes, and for every tile the records that reach it. Chunks of boxes are counted separately and
+// concatenated within each tile, so lists are in stroke order for any number of threads. `visits`, unless null, gets
+// the inverse.
 template <class T>
 TileLists make_tiles(const RasterParams& params, MakeRecords<T> make_records, const BoxView<T>& boxes,
                      Record<T>* records, BoxVisits* visits = nullptr) {
@@ -251,7 +251,7 @@ void find_limits(const RasterParams& params, const T* limits, int x0, int y0, Ti
     }
 }
 
-// What there is to do for one tile. Its memory for waiting underpaint and for limits is the thread's own.
+// The work for one tile. Memory for waiting underpaint and for limits belongs to the thread.
 template <class T>
 TileTask<T> task_of(const RasterParams& params, const BoxView<T>& boxes, const Record<T>* records,
                     const TileLists& tiles, std::size_t tile) {

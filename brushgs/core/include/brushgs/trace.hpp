@@ -1,4 +1,4 @@
-// What painting finds out and its derivative needs again.
+// Data of painting that its derivative needs again.
 #pragma once
 
 #include <cstddef>
@@ -11,9 +11,9 @@
 namespace brushgs {
 
 // Kept from painting for its derivative, which takes 0.75 times as long with it for 7000 strokes and 0.6 times for
-// 150,000: many strokes paint nothing in a tile that they reach, and of the blocks that they might touch not all. In
-// memory 64 bytes for each stroke, and as much for its underpaint if it has any, twice that in double; and 12 bytes for
-// each tile that a stroke reaches, 16 with underpaint. Nothing per fragment.
+// 150,000: many strokes paint nothing in a tile that they reach, or only on some of its blocks. In memory 64 bytes for
+// each stroke, and as much for its underpaint if it has any, twice that in double; and 12 bytes for each tile that a
+// stroke reaches, 16 with underpaint. Nothing per fragment.
 template <class T>
 struct Trace {
     Buffer<Record<T>> memory;            // of `records`, where they are its own
@@ -30,7 +30,7 @@ struct Trace {
     }
 };
 
-// Whether the trace may be that of these boxes: it has as many, and as many tiles.
+// Whether the trace may be that of these boxes: the numbers of boxes and tiles agree.
 template <class T>
 bool is_of(const Trace<T>& trace, const BoxView<T>& boxes, int width, int height) {
     const bool is_wide = trace.tiles.columns == (width + kTileWidth - 1) / kTileWidth;

@@ -1,4 +1,4 @@
-// Gaussians, at rest or moving, and the views along a camera path -> which way each stroke points in each view.
+// Gaussians, still or moving, and the views along a camera path -> the direction of each stroke in each view.
 #pragma once
 
 #include <cstddef>
@@ -18,19 +18,19 @@ struct TrackParams {
     double most_turn;       // radians from knot to knot: more would spin from frame to frame
     double growth;          // of the area of a box, at most, from knot to knot, for being off its axis; > 1
     double low_pass;        // added to the projected covariance, pixels squared
-    // Where the Gaussians move, their columns hold `count` rows for each view, one view after the other: then this is
-    // `count`. 0: all views see the same rows.
+    // If the Gaussians move, their columns hold `count` rows for each view, one view after the other: then this is
+    // `count`. 0: all views have the same rows.
     std::size_t rows_per_view;
-    // [num_views, count] or null: how far the thing that each Gaussian paints has turned in the picture by itself,
+    // [num_views, count] or null: rotation in the picture of the object that each Gaussian paints, by its own motion,
     // radians, -pi to pi. Directions are chosen, limited and given relative to it.
     const float* carried;
-    // [num_views, count] or null: not 0 where the thing jumps from the view before. There a stroke may spin at the
-    // price that it pays between frames which are far apart. Of a closed path the first view has what the last has.
+    // [num_views, count] or null: not 0 if the object jumps from the previous view. There a stroke may spin at the same
+    // cost as between distant frames. On a closed path the first view equals the last.
     const std::uint8_t* jumps;
     int num_threads;
 };
 
-// What a direction is stored in: whole 2^-16 turns, which wrap as they should. 0.0055 degrees.
+// The storage type of a direction: units of 2^-16 turns, 0.0055 degrees, with the right wraparound.
 using Turn = std::int16_t;
 // The area of a box, in areas of the smallest box around its ellipse, is stored as 2^(value / kAreaScaleSteps).
 // Coarser steps show: at 32 to an octave the side of a box of 200 pixels moves by more than one.
@@ -43,8 +43,8 @@ struct Tracks {
     bool has_area_scales = false;   // whether any area_scale is not 0
 };
 
-// Gaussians that move and are fainter than what paints are tracked as if outside the picture. The result does not
-// depend on `num_threads`, bit for bit.
+// Moving Gaussians that are too faint to paint are tracked as if outside the picture. The result does not depend on
+// `num_threads`, bit for bit.
 template <class T>
 Tracks track_directions(const GaussianColumns<T>& gaussians, const TrackParams& params);
 

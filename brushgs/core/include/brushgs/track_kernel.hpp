@@ -14,8 +14,8 @@ constexpr std::size_t kCircleStates = 128;                // and of an arrow
 constexpr std::size_t kCostRow = kCircleStates + 2 * 10;  // the states of one view, repeated a little at both ends
 constexpr std::size_t kNumShapes = 32, kNumPhases = 2;
 
-// The cost of every state for every shape of ellipse, half a turn repeated thrice: reading it from another
-// start turns the ellipse.
+// The cost of every state for every shape of ellipse, half a turn repeated three times: another start rotates the
+// ellipse.
 struct CostTable {
     alignas(64) Cost rows[kNumShapes][kNumPhases][3 * kLineStates];
 };

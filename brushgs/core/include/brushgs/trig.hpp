@@ -12,7 +12,7 @@ struct SinCos {
 
 constexpr double kLargestAngle = 1e5;  // radians: what `sincos_of` takes
 
-// The angle, within (-pi, pi] where it was beyond what `sincos_of` takes. For loops that load, not for the lanes.
+// The angle, reduced to (-pi, pi] if it is out of the range of `sincos_of`. For loading loops, not for the lanes.
 [[gnu::always_inline]] static inline double within_reach(double angle) {
     const bool is_near = -kLargestAngle <= angle && angle <= kLargestAngle;
     return is_near ? angle : std::atan2(std::sin(angle), std::cos(angle));

@@ -1,8 +1,8 @@
 // The order of strokes and their underpaint within a tile: by depth, without a list of both.
 //
 // Strokes come in the order of the tile's list. The underpaint of a stroke waits in a heap until the strokes in front
-// of it are painted; so a tile that is finished early has sorted no more than it painted. Compiled once per instruction
-// set, see CMakeLists.txt.
+// of it are painted; so a tile that is finished early sorts no more than it paints. Compiled once per instruction set,
+// see CMakeLists.txt.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ template <class T>
     return record.left < x0 + kTileWidth && record.right >= x0 && record.top < y0 + kTileHeight && record.bottom >= y0;
 }
 
-// Depth of the underpaint of box `id`: as far as a number can say.
+// Depth of the underpaint of box `id`, at most the largest number.
 template <class T>
 [[gnu::always_inline]] inline double underpaint_depth(const BoxView<T>& boxes, std::uint32_t id) {
     const double depth = static_cast<double>(boxes.depths[id]) + static_cast<double>(boxes.underpaint.setbacks[id]);
@@ -72,8 +72,8 @@ struct Layer {
     bool is_underpaint;
 };
 
-// The strokes of a tile and their underpaint, if they have any, nearest first, and strokes first where depths are
-// equal. What does not reach the tile is left out.
+// The strokes of a tile and their underpaint, if any, nearest first, with strokes first for equal depths. Records that
+// do not reach the tile are skipped.
 template <class T>
 class LayerOrder {
 public:
