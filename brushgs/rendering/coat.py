@@ -35,18 +35,11 @@ class Coat:
         tolerance: depth test: sizes of a stroke by which it may lie behind the canvas; None: laid over
             everything.
         border: width of the border in which strokes thin out, see `thin_to_border`; 0 for none.
-<<<<<<< HEAD
         normals: [N, 3] for strokes visible only edge-on, see `fade_by_facing`; None for others.
         is_one_sided: strokes with normals fade when seen from behind instead.
         plain: Gaussians shown unpainted among the strokes, by the last brush, see `showing`; or None. The ids
             of their boxes follow those of the strokes.
-=======
-        normals: [N, 3] for strokes that are seen only edge-on, see `fade_by_facing`; None for others.
-        is_one_sided: whether those with normals fade where they are seen from behind instead.
-        plain: Gaussians that are shown as they are among the strokes, by the last brush, see `showing`; None
-            for none. The ids of their boxes follow those of strokes.
-        fields: of directions of the strokes, where the lock is "canonical".
->>>>>>> e61e87ff (Fit a field of directions to each stroke: --lock canonical)
+        fields: of directions of the strokes, for the lock "canonical"; or None.
     """
 
     name: str
@@ -89,16 +82,11 @@ class Coat:
         return replace(self, texture=texture, options=options, plain=plain)
 
     def boxes(self, camera: Camera, directions: Directions | None = None) -> tuple[Boxes, ProjectCounts]:
-<<<<<<< HEAD
         """The boxes of one view, and cull counts."""
-        options = self.options if directions is None else self.options.in_direction(directions)
-=======
-        """The boxes of one view, and what was culled."""
         options = self.options
         if directions is None and self.fields is not None:
             directions = self.fields.directions(self.strokes, camera, options)
         options = options if directions is None else options.in_direction(directions)
->>>>>>> e61e87ff (Fit a field of directions to each stroke: --lock canonical)
         boxes, counts = project_with(self.strokes, camera, options)
         if self.border:
             from brushgs.rendering.border import thin_to_border

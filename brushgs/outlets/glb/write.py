@@ -15,7 +15,7 @@ from brushgs.pipeline.report import Report
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.project import ProjectCounts
-from brushgs.values.arrays import U8, Array
+from brushgs.values.arrays import U8
 from brushgs.values.camera import Camera
 from brushgs.values.colors import linear_from_srgb, srgb_from_linear
 from brushgs.values.sh import used_sh_degree
@@ -129,8 +129,9 @@ def _in_atlas(made: list[tuple[Coat, Quads]]) -> tuple[list[tuple[str, Quads]], 
                 places[key] = len(images)
                 images.append(image)
             rows.append(places[key])
-        colors: Array = quads.colors
+        colors = quads.colors
         if (gains != 1).any():
-            colors = srgb_from_linear(np.clip(linear_from_srgb(colors) * gains[:, None], 0, 1))
+            lit = np.clip(linear_from_srgb(colors) * gains[:, None], 0, 1)
+            colors = np.asarray(srgb_from_linear(lit), np.float64)
         coats.append((coat.name, Quads(quads.corners, colors, quads.alphas, np.array(rows)[columns])))
     return coats, Atlas.of(images)
