@@ -4,7 +4,7 @@ still_life.jpg  what `brushgs demo` paints
 looks.jpg       the still life in six looks
 grow.webp       the painting comes into being
 strokes.jpg     lemon, pear and apple with every built-in stroke
-styles.jpg      four paintings of `tests.bench.mark_paintings`, and the still life in the style of each
+styles.jpg      four paintings of `tests.kit.mark_paintings`, and the still life in the style of each
 layers.jpg      layers of a painting, for compositing
 options.jpg     one view of the still life, once for each line of `OPTIONS`
 sway.webp       a loop: the camera moves to both sides of the still life and back
@@ -183,7 +183,7 @@ def options_chart(folder: Path, options: Sequence[str]) -> Image.Image:
 
 def styles_chart(folder: Path, paintings: Sequence[str], size: tuple[int, int]) -> Image.Image:
     """Some `PAINTINGS`, of a size, and a view of `still_life.ply` in the style of each; mixes and parts."""
-    draw = [sys.executable, "-m", "tests.bench.mark_paintings", folder, *map(str, size)]
+    draw = [sys.executable, "-m", "tests.kit.mark_paintings", folder, *map(str, size)]
     subprocess.run(draw, check=True, cwd=Path(__file__).parent.parent, stdout=subprocess.DEVNULL)
     cells = []
     for name in paintings:

@@ -32,7 +32,7 @@ from brushgs.pipeline.still import paint
 from brushgs.rendering import texture_levels
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
-from tests.bench.skipped_work import Painting, difference, shortcuts
+from tests.kit.shortcuts import Painting, difference, shortcuts
 from tests.scenes import still_life_of
 
 NAMES = [

@@ -5,7 +5,7 @@ are large and edges few. Objects stand on a foot below a low centre of mass, and
 trainers keep the axes of COLMAP, where up is -y.
 
 Priors, and all weights but the last two (fixed at 0.5), were fitted on 28 trained scenes. On 12 scenes, most
-of them among the 28, each in all 24 axis rotations weighted by prior (tests.bench.first_view), `believed_up`
+of them among the 28, each in all 24 axis rotations weighted by prior, `believed_up`
 is right in 90 %, without the last two kinds in 86 %; taking the default if the best axis is below `SURE`, 77
 and 72 %. With weights refitted leaving out the judged scene, 93 and 86 %. Not useful: view dependence,
 brightness and colour, opacity, roughness; nor a narrower, more textured or less forked upper end, in

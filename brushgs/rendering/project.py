@@ -22,7 +22,7 @@ from brushgs.values.sh import used_sh_degree
 
 LOW_PASS = 0.3  # px^2, as in training
 # Depth range of cross-fading in soft order, in stroke sizes: visible swaps vanish, and the error to the plain
-# picture does not grow (tests/bench/order.py).
+# picture does not grow.
 SOFTNESS = 0.5
 
 

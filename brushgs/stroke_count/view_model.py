@@ -30,10 +30,10 @@ from brushgs.values.gaussians import Gaussians
 
 KERNEL = "gaussian"  # of the plain picture
 # Nanoseconds of one core, least squares of relative errors; a second measurement gave 4.0, 208, 1.5 and 0.6
-# (python -m tests.bench.stroke_count --cost). Only ratios matter: a stroke costs as much as 50 pixels.
+# (examples.benchmarks.stroke_count --cost). Only ratios matter: a stroke costs as much as 50 pixels.
 PIXEL, STROKE = 3.5, 190.0
 PAINT = {"image": 1.2, "gaussian": 0.6, "ellipse": 0.6}
-# The same for plain paintings by two cores, 12 scenes (python -m tests.bench.stroke_count --still):
+# The same for plain paintings by two cores, 12 scenes (python -m examples.benchmarks.stroke_count --still):
 # clustering with views, within 11 %; passes on strokes, within 10 %; and choosing the count.
 START, CLUSTER, CUT, MAKE = 84e6, 4000.0, 42e3, 16e3
 LOOK, SEARCH = 58e6, 4600.0

@@ -5,9 +5,13 @@ import pytest
 
 import brushgs as bg
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
-from tests.baseline.published import whole_pixels
 
 SIZE = {"width": 200, "height": 100}
+
+
+def whole_pixels(boxes):
+    """Half extents rounded up to whole pixels, as the published method does."""
+    return replace(boxes, half_extents=np.ceil(boxes.half_extents))
 
 
 def boxes_of(angles, *, half_extents=(20.0, 5.0), opacities=0.8, center=(100.0, 50.0), ids=None):

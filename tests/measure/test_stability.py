@@ -19,7 +19,7 @@ from brushgs.measure.stability.table import stability_table
 from brushgs.measure.warp import View
 from brushgs.options.experiments import StabilityConfig
 from brushgs.rendering.options import RenderOptions
-from tests.baseline.painterly import painterly_painters
+from examples.benchmarks.painterly import painterly_painters
 from tests.measure.warped import warp_error
 from tests.scenes import save_upright, still_life_of
 

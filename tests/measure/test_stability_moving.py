@@ -23,7 +23,7 @@ from brushgs.rendering.options import RenderOptions
 from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
 from brushgs.values.moving import MovingScene
-from tests.baseline.painterly import painterly_painters
+from examples.benchmarks.painterly import painterly_painters
 from tests.scenes import still_life_of
 
 BRUSH = bg.StrokeTexture.open("dry_brush")

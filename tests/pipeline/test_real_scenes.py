@@ -8,7 +8,7 @@ from brushgs.measure.stability import report_stability
 from brushgs.options.experiments import StabilityConfig
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
-from tests.bench.strokes import COUNTS, FACE, Scene, measure
+from examples.benchmarks.strokes import COUNTS, FACE, Scene, measure
 from tests.scenes import real_scene
 
 SIZE = 400, 300
@@ -17,8 +17,8 @@ SIZE = 400, 300
 @pytest.fixture(autouse=True)
 def benchmark_is_small(monkeypatch):
     """Pictures near the first view have half the sides, and none is drawn again to be timed."""
-    monkeypatch.setattr("tests.bench.strokes.SIZE", SIZE)
-    monkeypatch.setattr("tests.bench.strokes.FRAMES", 1)
+    monkeypatch.setattr("examples.benchmarks.strokes.SIZE", SIZE)
+    monkeypatch.setattr("examples.benchmarks.strokes.FRAMES", 1)
 
 
 def off_and_on(file, count, **view):

@@ -15,8 +15,8 @@ from brushgs.cameras.framing import frame_scene
 from brushgs.formats import read_scene
 from brushgs.formats.styles import read_style, write_style
 from brushgs.refine.painting_style import SIZE, at_size, open_style, painted
-from tests.bench.mark_paintings import paint
 from tests.io.styles import example
+from tests.kit.mark_paintings import paint
 from tests.scenes import still_life_of
 
 SMALL = ("--size", "64x48", "--views", "2", "--steps", "2", "--up", "-y", "--see", "off", "--quiet")

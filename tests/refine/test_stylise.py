@@ -19,8 +19,8 @@ from brushgs.refine.targets import TargetView  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.vgg import Vgg  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
-from tests.bench.paintings import paint  # noqa: E402
-from tests.bench.style import distances, save_random_vgg  # noqa: E402
+from tests.kit.paintings import paint  # noqa: E402
+from tests.refine.style_distances import distances, save_random_vgg  # noqa: E402
 from tests.scenes import still_life_of  # noqa: E402
 
 SIZE = {"width": 64, "height": 48}

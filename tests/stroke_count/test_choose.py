@@ -340,7 +340,7 @@ def test_the_frames_of_a_path_can_be_gone_on_with(pears, tmp_path, capsys):
     assert (again["paint"]["painted"], again["paint"]["skipped"]) == (1, 2)
 
 
-# Knees of the full curves (tests/bench/stroke_count.py), seconds of the processor.
+# Knees of the full curves (examples/benchmarks/stroke_count.py), seconds of the processor.
 @pytest.mark.parametrize(
     ("name", "up", "knee"), [("koala.ply", "-y", 2230), ("rubber_toy_cloud.ply", "+y", 1350)]
 )

@@ -286,8 +286,8 @@ def _parents(before: NDArray[np.intp], after: NDArray[np.intp]) -> NDArray[np.in
 def choose_method(num_points: int, num_clusters: int) -> tuple[Literal["minibatch", "lloyd"], str]:
     """The method that is faster at equal or lower inertia, and why.
 
-    That is "lloyd" for every size measured (`tests/bench/cluster.py`, two threads): on koala and truck a
-    second at most against 0.4 to 35 s, at inertia from 0.4 % above to 34 % below; 300,000 points in 7000
+    That is "lloyd" for every size measured (examples/benchmarks/cluster.py, two threads): on koala and truck
+    a second at most against 0.4 to 35 s, at inertia from 0.4 % above to 34 % below; 300,000 points in 7000
     clusters take 0.5 s, in 30,000 clusters 1 s; a million in 100,000 take 4 s, against more than a quarter of
     an hour.
     It is worse where clusters are tiny (five points each: 5 % above, but in 0.05 s instead of 4) and on 9-D

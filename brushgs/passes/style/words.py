@@ -80,7 +80,7 @@ class Scale:
                 yield Word(word, fit, self.figure, value)
 
 
-# Tuned by eye on three paintings (`tests/bench/paintings.py`), a still life, a plush animal and a chair, and
+# Tuned by eye on three paintings (`tests/kit/paintings.py`), a still life, a plush animal and a chair, and
 # checked on a truck in a street and a skull: each got words that fit, and none that does not.
 LIGHTNESS = Scale("mean lightness", "dark", 0.48, "high-key", 0.72, 0.05)
 CONTRAST = Scale("range of lightness", "low in contrast", 0.35, "strong in contrast", 0.62, 0.06)

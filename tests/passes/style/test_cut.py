@@ -5,7 +5,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.passes.style.marks import learn_marks
-from tests.bench.mark_paintings import KINDS, paint
+from tests.kit.mark_paintings import KINDS, paint
 
 
 @pytest.fixture(scope="module")

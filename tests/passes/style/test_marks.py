@@ -6,9 +6,9 @@ import pytest
 from brushgs.passes.style.ground import find_ground
 from brushgs.passes.style.marks import MOST_GRID, learn_marks
 from brushgs.values.colors import rgb_of
-from tests.bench.mark_paintings import KINDS, paint
-from tests.bench.paintings import PAINTINGS, _opaque
-from tests.bench.paintings import paint as painted
+from tests.kit.mark_paintings import KINDS, paint
+from tests.kit.paintings import PAINTINGS, _opaque
+from tests.kit.paintings import paint as painted
 
 SIZE = 800, 600
 # Mean angle, degrees, between learnt and true directions: dabs are nearly as wide as long, and washes lie

@@ -10,7 +10,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
 from brushgs.values.style import NamedColor, Style, StyleEdit, StyleMarks, StylePalette
-from tests.bench.paintings import paint
+from tests.kit.paintings import paint
 
 CAMERA = Camera.look_at((0, 0, -4), (0, 0, 0), width=160, height=120, fov_y=0.8)
 

@@ -8,7 +8,7 @@ import pytest
 from brushgs.passes.where.masks import MaskView, mask_votes
 from brushgs.passes.where.settle import settle
 from brushgs.rendering.visibility import visible_areas
-from tests.bench.regions import REGIONS, cameras, iou, leakage, mask_of, owners
+from tests.kit.regions import REGIONS, cameras, iou, leakage, mask_of, owners
 from tests.scenes import still_life_of
 
 COUNT, SIZE = 8000, (240, 180)

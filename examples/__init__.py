@@ -1,0 +1,1 @@
+"""Programs that show and measure what brushgs does; no part of the package."""
