@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from brushgs.values.arrays import check
+from tests.kit.for_each import for_each
 
 
 def test_letters_are_bound_to_sizes():
@@ -13,7 +14,7 @@ def test_letters_are_bound_to_sizes():
     assert (sizes["N"], sizes["k"]) == (5, 7)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("shapes", "specifications", "message"),
     [
         ([(812, 3)], ["M 2"], "here: a must have shape [M=812, 2], got [812, 3]"),
@@ -34,7 +35,7 @@ def test_a_wrong_shape_is_named_with_the_expected_one(shapes, specifications, me
         check("here", **arrays)
 
 
-@pytest.mark.parametrize("value", [[1.0, 2.0], None, 3.0, "text"])
+@for_each("value", [[1.0, 2.0], None, 3.0, "text"])
 def test_what_is_no_array_is_named_by_its_type(value):
     with pytest.raises(TypeError, match=f"^here: a must be a NumPy array, got {type(value).__name__}$"):
         check("here", a=(value, "M"))

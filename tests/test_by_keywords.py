@@ -13,6 +13,7 @@ from brushgs.formats.pictures.images import read_image
 from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.report import Report
 from brushgs.still_life.moving import still_life_moving
+from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 
 SMALL = {"size": (64, 48), "strokes": 150}
@@ -145,7 +146,7 @@ def test_the_stub_of_keywords_is_what_its_script_writes():
     assert names["STUB"].read_text(encoding="utf-8") == names["stub"](), "run .ci/keywords"
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("paint", "message"),
     [
         (lambda g, c: bg.render("a.ply", c, "flat"), "render: gaussians must be Gaussians, got str; load"),

@@ -3,11 +3,12 @@ import pytest
 
 from brushgs.options.choices import COLORS
 from brushgs.values.colors import flatten, rgb_of, split_alpha
+from tests.kit.for_each import for_each
 
 PIXELS = np.random.default_rng(0).random((3, 5, 4), dtype=np.float32)
 
 
-@pytest.mark.parametrize(("channels", "has_alpha"), [(1, False), (2, True), (3, False), (4, True)])
+@for_each(("channels", "has_alpha"), [(1, False), (2, True), (3, False), (4, True)])
 def test_pixels_are_colour_and_alpha(channels, has_alpha):
     pixels = PIXELS[..., :channels]
     rgb, alpha = split_alpha(pixels)
@@ -27,7 +28,7 @@ def test_a_flat_picture_is_the_mean_of_paint_and_background_weighed_by_alpha(bac
     np.testing.assert_array_equal(flatten(PIXELS[..., :3], background), PIXELS[..., :3])
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "expected"),
     [
         ("white", (255, 255, 255)),
@@ -47,7 +48,7 @@ def test_every_name_is_a_colour_and_grey_is_gray():
         assert rgb_of(name) == rgb_of(name.replace("gray", "grey"))
 
 
-@pytest.mark.parametrize("text", ["redish", "#12345", "#gggggg", "", "transparent", "#1234567"])
+@for_each("text", ["redish", "#12345", "#gggggg", "", "transparent", "#1234567"])
 def test_what_is_no_colour_is_refused_with_those_known(text):
     with pytest.raises(ValueError, match=r"a colour must be '#rrggbb' or one of white, black, gray, .* got"):
         rgb_of(text)

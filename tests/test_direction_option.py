@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 
 from brushgs.options.direction import Direction
+from tests.kit.for_each import for_each
 
 
-@pytest.mark.parametrize("text", ["own", "form", "color", "painting:a/b.png", "guides:C:/lines.obj"])
+@for_each("text", ["own", "form", "color", "painting:a/b.png", "guides:C:/lines.obj"])
 def test_a_direction_and_its_text(text):
     assert str(Direction.of(text)) == text
 
@@ -18,7 +19,7 @@ def test_parts_of_a_direction():
     assert Direction() == Direction.of("form")
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "cure"),
     [
         ("shape", "got 'shape'"),

@@ -12,6 +12,7 @@ import pytest
 
 import brushgs
 from brushgs.cli.parser import COMMANDS
+from tests.kit.for_each import for_each
 
 DOCS = Path(__file__).resolve().parent.parent / ".ci" / "docs"
 BEGIN = DOCS / "begin.txt"
@@ -47,9 +48,7 @@ def test_the_example_of_a_docstring_runs(example, begun, tmp_path, monkeypatch):
     assert not said, "".join(said)
 
 
-@pytest.mark.parametrize(
-    "name", [name for name, value in public_values().items() if inspect.isfunction(value)]
-)
+@for_each("name", [name for name, value in public_values().items() if inspect.isfunction(value)])
 def test_every_public_function_has_an_example(name):
     assert name in {example.name for example in EXAMPLES}
 

@@ -22,6 +22,7 @@ import brushgs.still_life.moving
 from brushgs.formats.pictures.images import read_image
 from brushgs.still_life import still_life
 from brushgs.still_life.moving import still_life_moving
+from tests.kit.for_each import for_each
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "examples"
@@ -240,13 +241,13 @@ def test_a_command_of_the_guides_is_understood(line, tmp_path, monkeypatch, caps
     assert "--help" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+@for_each("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
 def test_the_links_of_a_page_lead_somewhere(page):
     links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
     files = [page.parent / link for link in links if not link.startswith("http")]
     assert [file for file in files if not file.exists()] == []
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.name)
+@for_each("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.name)
 def test_an_example_opens_by_saying_what_it_writes(path):
     assert path.read_text(encoding="utf-8").startswith('"""Writes ')

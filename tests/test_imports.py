@@ -5,10 +5,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 import brushgs
 from brushgs.cli.parser import COMMANDS
+from tests.kit.for_each import for_each
 
 PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
 # A module may import from its own layer and from those above it in this list.
@@ -55,7 +54,7 @@ SOURCES = sorted(
 )
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(PACKAGE)))
+@for_each("path", SOURCES)
 def test_imports_point_to_the_same_or_an_earlier_layer(path):
     own = top_name(path)
     assert own in LAYER_OF, f"{own} is in no layer; add it to LAYERS"
@@ -101,9 +100,10 @@ HEAVY |= {"dataclasses"}  # imports inspect: longer than the rest of `--help`
 WORDS = [["--help"], ["--version"], *([name, "--help"] for name in COMMANDS)]
 
 
-@pytest.mark.parametrize("words", WORDS)
-def test_help_loads_nothing_heavy(words):
-    code = f"import brushgs.cli\ntry: brushgs.cli.main({words!r})\nexcept SystemExit as e: assert e.code == 0"
+def test_help_loads_nothing_heavy():
+    """Of all commands in one process: what one of them loads, all have loaded."""
+    code = f"import brushgs.cli\nfor words in {WORDS!r}:\n    try: brushgs.cli.main(words)\n"
+    code += "    except SystemExit as e: assert e.code == 0, words"
     assert not loaded_by(code) & HEAVY
 
 

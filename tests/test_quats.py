@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 
 from brushgs.values.quats import (
@@ -11,6 +10,7 @@ from brushgs.values.quats import (
     turn_forms,
     twists,
 )
+from tests.kit.for_each import for_each
 
 
 def some_quats(n=200):
@@ -23,7 +23,7 @@ def test_rotation_matrices_agree_with_scipy():
     np.testing.assert_allclose(rotation_matrices(quats), expected, atol=1e-14)
 
 
-@pytest.mark.parametrize("length", [1e-200, 1e-30, 1e30, 1e200])
+@for_each("length", [1e-200, 1e-30, 1e30, 1e200])
 def test_length_and_sign_do_not_matter(length):
     quats = some_quats()
     np.testing.assert_allclose(rotation_matrices(-length * quats), rotation_matrices(quats), atol=1e-14)

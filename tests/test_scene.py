@@ -15,6 +15,7 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 
 N = 6
 
@@ -63,8 +64,8 @@ def columns_of(value):
     return {name: column for name, column in vars(value).items() if isinstance(column, np.ndarray)}
 
 
-@pytest.mark.parametrize("make", [gaussians, boxes])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("make", [gaussians, boxes])
+@for_each("dtype", [np.float32, np.float64])
 def test_columns_are_read_only_views_without_a_copy(make, dtype):
     source = make(dtype)
     columns = {name: column.copy() for name, column in columns_of(source).items()}
@@ -87,7 +88,7 @@ def test_a_strided_column_becomes_contiguous():
     np.testing.assert_array_equal(value.means, source.means)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("name", "shape", "message"),
     [
         ("means", (N, 2), "Gaussians: means must have shape [N=6, 3], got [6, 2]"),
@@ -104,7 +105,7 @@ def test_gaussians_of_a_wrong_shape_are_refused(name, shape, message):
         replace(gaussians(), **{name: np.zeros(shape, np.float32)})
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("name", "row", "value", "message"),
     [
         ("scales", 2, -0.1, "Gaussians: scales must be >= 0, got 1 other rows, first at 2"),
@@ -138,7 +139,7 @@ def test_half_turns_scale_zero_and_opacities_zero_and_one_are_legitimate():
     replace(source, scales=0 * source.scales, opacities=np.array([0, 1] * 3, np.float32))
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("make", "name", "value", "message"),
     [
         (
@@ -173,7 +174,7 @@ def test_columns_of_another_type_are_refused(make, name, value, message):
         replace(make(), **{name: value})
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("name", "shape", "message"),
     [
         ("centers", (N, 3), "Boxes: centers must have shape [M=6, 2], got [6, 3]"),
@@ -202,10 +203,8 @@ def test_length_and_degree():
     assert len(empty) == 0
 
 
-@pytest.mark.parametrize(
-    "rows", [np.array([4, 0, 0]), np.array([True, False] * 3), slice(1, 5, 2), np.array([], dtype=int)]
-)
-@pytest.mark.parametrize("make", [gaussians, boxes])
+@for_each("rows", [np.array([4, 0, 0]), np.array([True, False] * 3), slice(1, 5, 2), np.array([], dtype=int)])
+@for_each("make", [gaussians, boxes])
 def test_take_chooses_rows_of_every_column(rows, make):
     source = make()
     rows = np.sort(rows) if make is boxes and not isinstance(rows, slice) and rows.dtype != bool else rows
@@ -230,8 +229,8 @@ def test_boxes_need_no_softness_and_no_setbacks(name):
     assert len(without.take(slice(2))) == 2
 
 
-@pytest.mark.parametrize("name", ["softness", "setbacks"])
-@pytest.mark.parametrize(
+@for_each("name", ["softness", "setbacks"])
+@for_each(
     ("values", "error", "message"),
     [
         (
@@ -276,7 +275,7 @@ def mirrored(axis: int) -> np.ndarray:
     return matrix
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("change", "message"),
     [
         ({"viewmat": np.eye(3)}, "Camera: viewmat must have shape [4, 4], got [3, 3]"),
@@ -309,7 +308,7 @@ def test_cameras_that_are_none_are_refused(change, message):
         camera(**change)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("change", "message"),
     [
         (
@@ -381,7 +380,7 @@ def test_look_at_is_a_rotation_whatever_the_direction(seed, lean, unit):
     np.testing.assert_allclose(rotation[2], forward / np.linalg.norm(forward), atol=1e-8)
 
 
-@pytest.mark.parametrize("axis", np.vstack([np.eye(3), -np.eye(3)]))
+@for_each("axis", np.vstack([np.eye(3), -np.eye(3)]))
 def test_looking_along_up_still_gives_a_view(axis):
     value = Camera.look_at(-5 * axis, (0, 0, 0), up=axis, width=40, height=30)
     np.testing.assert_allclose(pixel_of(value, np.zeros(3)), (20, 15, 5), atol=1e-12)
@@ -421,8 +420,8 @@ def test_a_frame_lies_over_a_colour_by_name(name, rgb):
         frame.over("redish")
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("num_threads", [1, 3])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("num_threads", [1, 3])
 def test_bytes_are_rounded_the_same_by_any_number_of_threads(num_threads, dtype):
     rng = np.random.default_rng(1)
     frame = Frame(
@@ -470,8 +469,8 @@ def test_whole_numbers_are_taken_where_numbers_are_meant():
     assert replace(gaussians(np.float64), means=np.full((N, 3), 2**24 + 1)).means[0, 0] == 2**24 + 1
 
 
-@pytest.mark.parametrize("make", [gaussians, boxes])
-@pytest.mark.parametrize(
+@for_each("make", [gaussians, boxes])
+@for_each(
     "rows", [slice(1, 4), [0, 2], (1,), np.array([3, 5]), np.arange(N) % 2 == 0, [True] * 3 + [False] * 3, []]
 )
 def test_rows_are_taken_by_index_mask_list_or_slice(make, rows):
@@ -484,7 +483,7 @@ def test_rows_are_taken_by_index_mask_list_or_slice(make, rows):
         np.testing.assert_array_equal(getattr(taken, name), column[expected])
 
 
-@pytest.mark.parametrize("rows", [3, 1.5, None, [0.5], [[0, 1]], "all", (0, slice(2))])
+@for_each("rows", [3, 1.5, None, [0.5], [[0, 1]], "all", (0, slice(2))])
 def test_what_is_no_choice_of_rows_is_refused(rows):
     for source in (gaussians(), boxes()):
         with refused(TypeError, f"{type(source).__name__}: rows must be a slice, or a list or an array of"):
@@ -578,7 +577,7 @@ def test_a_notebook_shows_a_large_frame_smaller():
     assert shown(Frame(frame.rgb[:, 1:], alpha[:, 1:]))[0, 341].tolist() == [255, 0, 0, 85]
 
 
-@pytest.mark.parametrize("shape", [(), (1,), (4,), (1, 3), (2, 3, 3), (3, 1, 3), (1, 3, 4)])
+@for_each("shape", [(), (1,), (4,), (1, 3), (2, 3, 3), (3, 1, 3), (1, 3, 4)])
 def test_a_background_of_another_shape_is_refused(shape):
     frame = Frame(np.zeros((1, 3, 3)), np.zeros((1, 3)))
     with refused(ValueError, f"over: background must have shape [3] or [1, 3, 3], got {list(shape)}"):

@@ -1,14 +1,14 @@
 """Spherical harmonics turn with the Gaussian that they belong to."""
 
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 
 from brushgs.values.sh import sh_basis, sh_rotation
+from tests.kit.for_each import for_each
 
 
-@pytest.mark.parametrize("degree", range(4))
-@pytest.mark.parametrize("mirror", [1, -1])
+@for_each("degree", range(4))
+@for_each("mirror", [1, -1])
 def test_a_turned_gaussian_shows_the_colour_of_the_direction_before(degree: int, mirror: int) -> None:
     rng = np.random.default_rng([degree, mirror + 1])
     coefficients = rng.normal(size=((degree + 1) ** 2, 3))

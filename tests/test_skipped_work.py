@@ -32,6 +32,7 @@ from brushgs.pipeline.still import paint
 from brushgs.rendering import texture_levels
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 from tests.kit.shortcuts import Painting, difference, shortcuts
 from tests.scenes import still_life_of
 
@@ -132,8 +133,8 @@ def test_the_start_knows_what_the_first_step_would_find(scene, num_clusters):
     np.testing.assert_array_equal(nearest, rows)
 
 
-@pytest.mark.parametrize("dimensions", [1, 2, 3, 4, 7, 9, 16])
-@pytest.mark.parametrize("num_centers", [1, 2, 9, 700])
+@for_each("dimensions", [1, 2, 3, 4, 7, 9, 16])
+@for_each("num_centers", [1, 2, 9, 700])
 def test_the_nearest_centre_is_that_of_scipy(dimensions, num_centers):
     random = np.random.default_rng([dimensions, num_centers])
     points = random.normal(size=(3000, dimensions)).astype(np.float32)
@@ -184,7 +185,7 @@ def level_weights(num_source, level):
     return solveh_banded(gram, moments, lower=True)
 
 
-@pytest.mark.parametrize(("num_source", "level"), [(256, 1), (256, 7), (97, 4), (13, 3), (2, 1)])
+@for_each(("num_source", "level"), [(256, 1), (256, 7), (97, 4), (13, 3), (2, 1)])
 def test_filters_are_those_of_scipy(num_source, level):
     made, expected = levels._level_filter(num_source, level), level_weights(num_source, level)
     np.testing.assert_allclose(made.weights(), expected, rtol=0, atol=1.01e-6)  # smaller ones are left out
@@ -229,8 +230,8 @@ def test_a_level_made_later_is_the_one_made_with_others():
         np.testing.assert_array_equal(texture_levels._packed_levels(texture, [code])[0][0], pairs)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("ground", ["colour", "picture"])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("ground", ["colour", "picture"])
 def test_bytes_are_those_of_rounded_floats(dtype, ground):
     random = np.random.default_rng(0)
     rgb = random.uniform(-0.2, 1.3, (30, 50, 3)).astype(dtype)

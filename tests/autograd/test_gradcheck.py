@@ -8,6 +8,7 @@ torch = pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip
 import brushgs.autograd as ba  # noqa: E402
 from brushgs.rendering.backward import BOX_COLUMNS, GAUSSIAN_COLUMNS  # noqa: E402
 from brushgs.values.camera import Camera  # noqa: E402
+from tests.kit.for_each import for_each  # noqa: E402
 from tests.rendering.strokes import PATHS, boxes_of, bristles, texture_of  # noqa: E402
 from tests.rendering.test_project_backward import directions, scene_of  # noqa: E402
 
@@ -50,8 +51,8 @@ def small_boxes():
     )
 
 
-@pytest.mark.parametrize("name", GAUSSIAN_COLUMNS)
-@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+@for_each("name", GAUSSIAN_COLUMNS)
+@for_each("degree", [0, 1, 2, 3])
 def test_project_of_every_degree(degree, name):
     def function(**columns):
         boxes = ba.project(ba.Gaussians(**columns), CAMERA)
@@ -60,9 +61,9 @@ def test_project_of_every_degree(degree, name):
     check(function, columns_of(scene_of(3, degree, seed=1), GAUSSIAN_COLUMNS), name)
 
 
-@pytest.mark.parametrize("name", GAUSSIAN_COLUMNS)
-@pytest.mark.parametrize("fade", [False, True])
-@pytest.mark.parametrize("lock", ["anchor", "directions", "scaled directions"])
+@for_each("name", GAUSSIAN_COLUMNS)
+@for_each("fade", [False, True])
+@for_each("lock", ["anchor", "directions", "scaled directions"])
 def test_project_of_every_lock(lock, fade, name):
     locks = {"directions": directions(3), "scaled directions": directions(3, area_scales=True)}
 
@@ -73,9 +74,9 @@ def test_project_of_every_lock(lock, fade, name):
     check(function, columns_of(scene_of(3, 1, seed=1, sizes=(0.01, 0.3)), GAUSSIAN_COLUMNS), name)
 
 
-@pytest.mark.parametrize("name", BOX_COLUMNS)
-@pytest.mark.parametrize("depth", [False, True])
-@pytest.mark.parametrize("path", PATHS)
+@for_each("name", BOX_COLUMNS)
+@for_each("depth", [False, True])
+@for_each("path", PATHS)
 def test_rasterize_of_every_filter_and_kernel(path, depth, name):
     kind, filter = PATHS[path]
     boxes, texture = small_boxes(), texture_of(kind)
@@ -88,8 +89,8 @@ def test_rasterize_of_every_filter_and_kernel(path, depth, name):
     check(function, columns_of(boxes, BOX_COLUMNS), name)
 
 
-@pytest.mark.parametrize("name", GAUSSIAN_COLUMNS)
-@pytest.mark.parametrize(
+@for_each("name", GAUSSIAN_COLUMNS)
+@for_each(
     ("path", "lock"),
     [("bilinear", "off"), ("bilinear", "anchor"), ("mip", "off"), ("mip", "anchor"), ("gaussian", "anchor")],
 )
@@ -105,7 +106,7 @@ def test_render(path, lock, name):
     check(function, columns_of(scene, GAUSSIAN_COLUMNS), name)
 
 
-@pytest.mark.parametrize("name", GAUSSIAN_COLUMNS)
+@for_each("name", GAUSSIAN_COLUMNS)
 def test_render_over_underpaint_with_streaks(name):
     texture, scene = texture_of("image"), scene_of(3, 2, seed=1, sizes=(0.1, 0.4))
 

@@ -12,6 +12,7 @@ import brushgs as bg  # noqa: E402
 import brushgs.autograd as ba  # noqa: E402
 from brushgs.cameras.framing import frame_scene, up_vector  # noqa: E402
 from brushgs.rendering.backward import GAUSSIAN_COLUMNS  # noqa: E402
+from tests.kit.for_each import for_each  # noqa: E402
 from tests.rendering.strokes import bristles  # noqa: E402
 from tests.rendering.test_project_backward import CAMERA, scene_of  # noqa: E402
 from tests.scenes import real_scene  # noqa: E402
@@ -23,8 +24,8 @@ def columns(strokes):
     return {name: getattr(strokes, name) for name in GAUSSIAN_COLUMNS}
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("kind", TEXTURES)
+@for_each("dtype", [np.float32, np.float64])
+@for_each("kind", TEXTURES)
 def test_pictures_are_those_of_brushgs_bit_for_bit(kind, dtype):
     scene = scene_of(50, 3, dtype=dtype)
     expected = bg.render(scene, CAMERA, TEXTURES[kind])
@@ -51,8 +52,8 @@ def strokes_of(name):
     return bg.cluster(bg.prune(scene, 0.7), 2000).astype(np.float32), camera
 
 
-@pytest.mark.parametrize("name", ["koala.ply", "derived/chair.ply"])
-@pytest.mark.parametrize("stroke", ["swirl", "flat", "gaussian"])
+@for_each("name", ["koala.ply", "derived/chair.ply"])
+@for_each("stroke", ["swirl", "flat", "gaussian"])
 def test_float32_gradients_are_those_of_float64_on_trained_scenes(name, stroke):
     """2000 strokes; a loss by colour, alpha and depth. The difference is taken value by value.
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from brushgs.brushes.levels import FIRST_FOOTPRINT, axis_levels, level_coverage, level_index
+from tests.kit.for_each import for_each
 
 
 def bristles(height=64, width=256, seed=0):
@@ -62,8 +63,8 @@ def errors_against_64_samples(texels, shortest, longest, count=30):
     return np.sqrt(squares)
 
 
-@pytest.mark.parametrize(("shortest", "longest"), [(1, 3), (3, 10), (10, 30), (30, 90)])
-@pytest.mark.parametrize("is_solid", [True, False])
+@for_each(("shortest", "longest"), [(1, 3), (3, 10), (10, 30), (30, 90)])
+@for_each("is_solid", [True, False])
 def test_levels_leave_a_quarter_of_the_error_of_bilinear(shortest, longest, is_solid):
     # measured: 0.08-0.22
     texels = np.full((96, 256), 255, np.uint8) if is_solid else bristles()
@@ -80,7 +81,7 @@ def test_a_magnified_stroke_uses_its_source():
     assert axis_levels(256)[0].scale == 1
 
 
-@pytest.mark.parametrize("num_texels", [2, 3, 17, 256])
+@for_each("num_texels", [2, 3, 17, 256])
 def test_every_footprint_has_a_level_that_keeps_enough_texels(num_texels):
     levels = axis_levels(num_texels)
     for footprint in np.geomspace(FIRST_FOOTPRINT, (num_texels - 1) / 0.25, 100):

@@ -9,6 +9,7 @@ import pytest
 from brushgs.brushes.builtin import stroke_notes
 from brushgs.brushes.texture import StrokeTexture, builtin_names
 from brushgs.formats.pictures.images import read_image
+from tests.kit.for_each import for_each
 
 STROKES = Path(__file__).resolve().parents[2] / "strokes"
 NAMES = sorted(path.stem for path in STROKES.glob("*.png"))
@@ -41,7 +42,7 @@ def test_writing_gives_the_same_file(draw, tmp_path):
     assert draw.write("dry_brush", tmp_path).read_bytes() == first
 
 
-@pytest.mark.parametrize("name", NAMES)
+@for_each("name", NAMES)
 def test_a_stroke_is_small_rgba_and_fades_at_its_border(name):
     path = STROKES / f"{name}.png"
     pixels = read_image(path)
@@ -59,7 +60,7 @@ def test_all_strokes_together_are_small():
     assert sum((STROKES / f"{name}.png").stat().st_size for name in NAMES) < SMALL_ALL
 
 
-@pytest.mark.parametrize("name", NAMES)
+@for_each("name", NAMES)
 def test_a_stroke_covers_most_of_what_it_touches(name):
     coverage = StrokeTexture.open(name).coverage / 255
     assert coverage.mean() > (0.4 if name in SOLID else 0.3)
@@ -67,7 +68,7 @@ def test_a_stroke_covers_most_of_what_it_touches(name):
     assert painted.mean() > (0.75 if name in SOLID else 0.55)
 
 
-@pytest.mark.parametrize("name", ["flat", "filbert", "dry_brush", "ink", "palette_knife", "charcoal"])
+@for_each("name", ["flat", "filbert", "dry_brush", "ink", "palette_knife", "charcoal"])
 def test_a_stroke_runs_from_left_to_right(name):
     """It lands full and lifts thin, and streaks lie along it."""
     coverage = StrokeTexture.open(name).coverage / 255

@@ -9,6 +9,7 @@ import pytest
 
 from brushgs.brushes.texture import StrokeTexture, builtin_names, variants_of, without_number
 from brushgs.errors import SceneError, SceneWarning
+from tests.kit.for_each import for_each
 
 
 def write_image(path, pixels):
@@ -60,7 +61,7 @@ def test_a_suffix_or_a_folder_means_a_file(tmp_path, monkeypatch, name):
     assert StrokeTexture.open("swirl").coverage.shape != (3, 5)
 
 
-@pytest.mark.parametrize("name", ["missing.png", "somewhere/brush.png", "./gaussain", "brush.tiff"])
+@for_each("name", ["missing.png", "somewhere/brush.png", "./gaussain", "brush.tiff"])
 def test_a_missing_file_is_not_answered_with_a_builtin(name):
     with pytest.raises(SceneError, match=r"there is no such picture; check the path$") as error:
         StrokeTexture.open(name)
@@ -260,7 +261,7 @@ def test_a_texture_cannot_be_changed_from_outside():
         StrokeTexture.open("flat").height[0, 0] = 1
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("array", "error", "message"),
     [
         (
@@ -284,7 +285,7 @@ def test_a_bad_array_is_refused_by_name(array, error, message):
         StrokeTexture.from_coverage(array)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("fields", "error", "message"),
     [
         ({"kind": "blob"}, ValueError, "kind must be one of gaussian, ellipse, image, got 'blob'"),

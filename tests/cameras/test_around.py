@@ -20,6 +20,7 @@ from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.cameras.orbit import orbit
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.frame import Frame
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 UP = np.array([0.0, -1.0, 0.0])
@@ -57,7 +58,7 @@ def test_small_views_do_not_depend_on_the_size_of_the_picture(view):
     np.testing.assert_array_equal(one.viewmat, two.viewmat)
 
 
-@pytest.mark.parametrize(("width", "height"), [(1, 1), (32767, 1), (1, 32767), (1, 2)])
+@for_each(("width", "height"), [(1, 1), (32767, 1), (1, 32767), (1, 2)])
 def test_a_view_like_a_tape_keeps_within_bounds(width, height):
     camera = Camera(np.eye(4), [[10, 0, width / 2], [0, 10, height / 2], [0, 0, 1]], width, height)
     small = small_view(camera)

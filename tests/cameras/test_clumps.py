@@ -1,8 +1,8 @@
 import numpy as np
-import pytest
 
 import brushgs as bg
 from brushgs.cameras.clumps import heaviest_clump
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians, replaced
 
 ONES = np.ones(1000)
@@ -12,8 +12,8 @@ def places(seed=0):
     return np.random.default_rng(seed).normal(size=(1000, 3))
 
 
-@pytest.mark.parametrize("unit", [2.0**-60, 1.0, 2.0**60])
-@pytest.mark.parametrize("axis", range(3))
+@for_each("unit", [2.0**-60, 1.0, 2.0**60])
+@for_each("axis", range(3))
 def test_the_heaviest_of_several_clumps_is_found_along_any_axis(axis, unit):
     means = places()
     means[300:, axis] += 1e4

@@ -18,6 +18,7 @@ from brushgs.first_view import find_first_view
 from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
 from brushgs.values.camera import FirstView
 from tests.cameras.test_first_view import INSIDE, assert_same
+from tests.kit.for_each import for_each
 from tests.scenes import real_scene
 
 UP = np.array([0.0, -1.0, 0.0])
@@ -130,7 +131,7 @@ def test_a_zoom_is_about_where_the_subject_stands_and_a_pan_moves_it():
     np.testing.assert_allclose(middle(view, ViewConfig(pan=(0.1, 0))), place - (0.1, 0), atol=0.03)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("view", "config"),
     [
         (INSIDE, ViewConfig()),
@@ -152,7 +153,7 @@ def test_flat_land_gets_a_format_and_is_as_large_as_fits():
     assert_same(framed_camera(land, found), framed_camera(land, ViewConfig(size=found.size)))
 
 
-@pytest.mark.parametrize("name", OBJECTS)
+@for_each("name", OBJECTS)
 def test_real_objects_fill_their_pictures_by_their_paint(name):
     scene = bg.clean(bg.load(real_scene(name)))
     view = find_first_view(scene, up=OBJECTS[name], azimuth=0.5)

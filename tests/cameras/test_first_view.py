@@ -25,6 +25,7 @@ from brushgs.cli.parser import _joined
 from brushgs.options.painting import ViewConfig
 from brushgs.values.camera import FirstView
 from tests.cameras.test_framing import box, cloud, pixels
+from tests.kit.for_each import for_each
 
 SIZE = (96, 64)
 SMALL = {"width": 96, "height": 64}
@@ -64,7 +65,7 @@ def test_points_inside_the_subject_do_not_change_the_camera():
     assert_same(frame_scene(replace(VIEW, points=many), **SMALL), frame_scene(VIEW, **SMALL))
 
 
-@pytest.mark.parametrize("roll", [-120.0, -20.0, 35.0, 90.0])
+@for_each("roll", [-120.0, -20.0, 35.0, 90.0])
 def test_a_roll_turns_the_scene_clockwise_and_keeps_the_subject_whole(roll):
     config = ViewConfig(size=SIZE, roll=radians(roll))
     camera, level = framed_camera(VIEW, config), framed_camera(VIEW, ViewConfig(size=SIZE))
@@ -144,7 +145,7 @@ def test_a_scene_with_surroundings_can_be_shown_whole():
     assert_same(*(framed_camera(VIEW, ViewConfig(size=SIZE, look_at=at)) for at in ("scene", "subject")))
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("side", "degrees"), [("front", 70), ("right", 160), ("back", 250), ("left", -20), ("three-quarter", 90)]
 )
 def test_a_side_is_counted_from_the_front(side, degrees):

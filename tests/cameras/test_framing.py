@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 import brushgs as bg
 from brushgs.cameras.framing import AXES, MARGIN, default_elevation, frame_scene, subject, up_vector
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 from tests.scenes import real_scene
 
 
@@ -61,7 +62,7 @@ def test_the_whole_subject_is_in_the_picture_and_fills_it_in_one_direction(
     assert reach.max() > (1 - 2 * MARGIN) * 0.97 or fov_y > 1.2
 
 
-@pytest.mark.parametrize("up", sorted(AXES))
+@for_each("up", sorted(AXES))
 def test_up_points_up_in_the_picture(up):
     scene = cloud(box())
     camera = frame_scene(scene, width=64, height=64, up=AXES[up])
@@ -70,9 +71,7 @@ def test_up_points_up_in_the_picture(up):
     assert xy[1, 0] == pytest.approx(xy[0, 0], abs=0.02)
 
 
-@pytest.mark.parametrize(
-    ("up", "front"), [("-y", (0, 0, -1)), ("+y", (0, 0, 1)), ("+z", (0, -1, 0)), ("-z", (0, 1, 0))]
-)
+@for_each(("up", "front"), [("-y", (0, 0, -1)), ("+y", (0, 0, 1)), ("+z", (0, -1, 0)), ("-z", (0, 1, 0))])
 def test_azimuth_zero_looks_at_the_front(up, front):
     camera = frame_scene(cloud(box((1, 1, 1))), width=64, height=64, up=AXES[up], azimuth=0, elevation=0)
     np.testing.assert_allclose(camera.position / np.linalg.norm(camera.position), front, atol=0.03)
@@ -136,7 +135,7 @@ def test_zoom_magnifies_about_the_middle():
     np.testing.assert_allclose(pixels(near, scene.means)[0], 2 * pixels(far, scene.means)[0], atol=1e-9)
 
 
-@pytest.mark.parametrize("points", [[[0, 0, 0]], [[7, -2, 1e6]], np.zeros((5, 3)), [[0, 0, 0], [1, 0, 0]]])
+@for_each("points", [[[0, 0, 0]], [[7, -2, 1e6]], np.zeros((5, 3)), [[0, 0, 0], [1, 0, 0]]])
 def test_one_point_or_a_line_of_them_gives_a_camera_that_sees_it(points):
     camera = frame_scene(cloud(points), width=32, height=32)
     xy, z = pixels(camera, np.asarray(points, dtype=float))
@@ -156,7 +155,7 @@ def test_large_scenes_are_framed_like_a_sample_of_them():
     np.testing.assert_allclose(a.position, b.position, atol=0.03)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "vector"),
     [
         ("-y", (0, -1, 0)),
@@ -170,13 +169,13 @@ def test_up_vector_reads_axes_and_numbers(text, vector):
     np.testing.assert_allclose(up_vector(text), vector)
 
 
-@pytest.mark.parametrize("text", ["", "up", "+w", "0,0,0", "1,2", "1,2,3,4", "nan,0,1", "inf,0,0"])
+@for_each("text", ["", "up", "+w", "0,0,0", "1,2", "1,2,3,4", "nan,0,1", "inf,0,0"])
 def test_up_vector_refuses_the_rest(text):
     with pytest.raises(ValueError, match=r"up must be one of .* or three numbers"):
         up_vector(text)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("options", "sentence"),
     [
         ({"zoom": 0.0}, "zoom must be > 0"),
@@ -196,7 +195,7 @@ def test_an_empty_scene_cannot_be_framed():
         frame_scene(cloud(np.zeros((0, 3))), width=64, height=64)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("name", "up"),
     [
         ("koala.ply", "-y"),

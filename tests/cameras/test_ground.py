@@ -12,6 +12,7 @@ from brushgs.options.painting import ViewConfig
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.views import choose_first_view
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 from tests.scenes import real_scene
 
 
@@ -52,8 +53,8 @@ def statue_on_a_plaza(seed=0, noise=4.0):
     )
 
 
-@pytest.mark.parametrize("tilt", [(3, 0, 0), (0, 0, -4), (5, 0, 9)])
-@pytest.mark.parametrize("unit", [1e-4, 1.0, 1e4])
+@for_each("tilt", [(3, 0, 0), (0, 0, -4), (5, 0, 9)])
+@for_each("unit", [1e-4, 1.0, 1e4])
 def test_up_is_perpendicular_to_the_ground(tilt, unit):
     scene = statue_on_a_plaza()
     scene = Gaussians(
@@ -69,7 +70,7 @@ def test_up_is_perpendicular_to_the_ground(tilt, unit):
     assert np.linalg.norm(found) == pytest.approx(1)
 
 
-@pytest.mark.parametrize("up", sorted(AXES))
+@for_each("up", sorted(AXES))
 def test_it_does_not_depend_on_the_axis_that_is_up(up):
     rotation, _ = Rotation.align_vectors([AXES[up]], [AXES["-y"]])
     lean = Rotation.from_rotvec(np.roll(AXES[up], 1) * 4, degrees=True)

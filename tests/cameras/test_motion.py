@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from brushgs.cameras.motion import SAME_VIEW, between, is_same_view, screw_motion, view_change
 from brushgs.values.camera import Camera
 from brushgs.values.quats import rotation_matrices
+from tests.kit.for_each import for_each
 
 SIZE = {"width": 64, "height": 48}
 
@@ -64,7 +65,7 @@ def test_between_two_views_of_an_orbit_lies_a_view_of_the_orbit(start, step, sha
     np.testing.assert_allclose(found.viewmat, expected.viewmat, atol=1e-9 * max(1, radius))
 
 
-@pytest.mark.parametrize("step", [1e-15, 1e-12, 1e-8, 1e-4, 1e-2])
+@for_each("step", [1e-15, 1e-12, 1e-8, 1e-4, 1e-2])
 def test_tiny_turns_lose_no_digits(step):
     ends = [orbit_view(0, 1000.0), orbit_view(step, 1000.0)]
     for share in (0.25, 0.5):
@@ -72,7 +73,7 @@ def test_tiny_turns_lose_no_digits(step):
         np.testing.assert_allclose(between(*ends, share).viewmat, expected.viewmat, atol=1e-12)
 
 
-@pytest.mark.parametrize("gap", [0.0, 1e-15, 1e-9, 1e-5])
+@for_each("gap", [0.0, 1e-15, 1e-9, 1e-5])
 def test_turns_up_to_half_a_turn_go_round_at_an_even_rate(gap):
     first, second = camera(position=(0, 0, -2)), camera(turned((0, 1, 0), np.pi - gap), (0, 0, 2))
     steps = [between(first, second, share) for share in np.linspace(0, 1, 9)]
@@ -153,7 +154,7 @@ def test_a_path_far_from_the_origin_is_closed_by_its_own_scale():
     assert is_same_view(first, camera(position=(1e6 + 1e-4, 0, 0)), 1e3)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("call", "sentence"),
     [
         (

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 from brushgs.cameras.outline import MOST_VERTICES, outline
+from tests.kit.for_each import for_each
 
 
 def cloud(kind, num, seed):
@@ -53,7 +54,7 @@ def test_it_does_not_depend_on_the_points_inside():
     np.testing.assert_array_equal(outline(np.concatenate([found, 0.5 * found])), found)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("points", "corners"),
     [
         ([[1, 2, 3]], [[1, 2, 3]]),

@@ -19,6 +19,7 @@ from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import MAX_FRAMES, PathConfig
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 from tests.scenes import real_scene, still_life_of
 
 SIZE = {"width": 64, "height": 48}
@@ -109,8 +110,8 @@ def test_an_orbit_begins_with_the_direction_of_the_framed_view(over_poles):
     assert 1 <= first.near / framed.near < 1.5
 
 
-@pytest.mark.parametrize("over_poles", [False, True])
-@pytest.mark.parametrize("num", [3, 7, 120])
+@for_each("over_poles", [False, True])
+@for_each("num", [3, 7, 120])
 def test_an_orbit_closes_in_even_steps_and_does_not_repeat_its_first_view(over_poles, num):
     cameras = orbit(SCENE, num, over_poles=over_poles, **SIZE)
     assert len(cameras) == num
@@ -130,7 +131,7 @@ def lines_meet(cameras):
     return np.linalg.solve(off.sum(axis=0), np.einsum("nij,nj->i", off, positions))
 
 
-@pytest.mark.parametrize("up", sorted(AXES))
+@for_each("up", sorted(AXES))
 def test_an_orbit_looks_at_one_point_inside_the_subject_at_constant_elevation(up):
     cameras = orbit(SCENE, 16, up=AXES[up], elevation=0.3, **SIZE)
     center = lines_meet(cameras)
@@ -195,7 +196,7 @@ def test_an_orbit_at_the_pole_spins_the_picture_in_place():
         np.testing.assert_allclose(camera.position, cameras[0].position, atol=1e-9)
 
 
-@pytest.mark.parametrize("points", [[[0, 0, 0]], [[7, -2, 1e6]], np.zeros((5, 3)), [[0, 0, 0], [1, 0, 0]]])
+@for_each("points", [[[0, 0, 0]], [[7, -2, 1e6]], np.zeros((5, 3)), [[0, 0, 0], [1, 0, 0]]])
 def test_one_point_or_a_line_of_them_can_be_orbited(points):
     for camera in orbit(cloud(points), 5, **SIZE):
         filled, depths = reach(camera, points)
@@ -210,9 +211,7 @@ def test_an_orbit_of_nothing_or_of_no_frames_is_refused():
         orbit(SCENE, 0, **SIZE)
 
 
-@pytest.mark.parametrize(
-    "name", ["koala.ply", "derived/chair.ply", "derived/truck.ply", "derived/campsite.ply"]
-)
+@for_each("name", ["koala.ply", "derived/chair.ply", "derived/truck.ply", "derived/campsite.ply"])
 def test_the_subject_of_a_real_scene_stays_in_every_view(name):
     scene = bg.load(real_scene(name))
     up = up_vector("+z" if "chair" in name else "-y")
@@ -434,7 +433,7 @@ def test_a_camera_file_beside_a_path_is_refused():
         plan_path(plain_first_view(SCENE), ViewConfig(camera_file=Path("a.json")), PathConfig(orbit=3))
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("options", "sentence"),
     [
         ({}, "a camera path must be either an orbit or a path from a file, got neither"),

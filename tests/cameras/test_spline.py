@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from brushgs.cameras.motion import between, view_change
 from brushgs.cameras.spline import CameraSpline, through
 from brushgs.values.camera import Camera
+from tests.kit.for_each import for_each
 
 SIZE = {"width": 64, "height": 48}
 CENTER, REACH = np.array([0.5, -1.0, 2.0]), 1.0
@@ -74,8 +75,8 @@ def test_of_an_open_way_first_and_last_camera_are_the_end_keys():
     assert_same(frames[-1], keys[-1])
 
 
-@pytest.mark.parametrize("loop", [False, True])
-@pytest.mark.parametrize("seed", range(6))
+@for_each("loop", [False, True])
+@for_each("seed", range(6))
 def test_the_speed_is_even(seed, loop):
     """Of 2000 steps the worst was 1.2 % off: a single one, where turn and shift change the lead."""
     path = spline(wild_keys(seed), loop)
@@ -93,8 +94,8 @@ def velocity(path, place, step):
     )
 
 
-@pytest.mark.parametrize("loop", [False, True])
-@pytest.mark.parametrize("seed", range(4))
+@for_each("loop", [False, True])
+@for_each("seed", range(4))
 def test_there_is_no_kink_at_a_key(seed, loop):
     path = spline(wild_keys(seed), loop)
     around = [(knot, knot) for knot in path.knots[1:-1]] + [(path.knots[-1], 0.0)] * loop

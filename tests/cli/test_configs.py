@@ -21,11 +21,12 @@ from brushgs.options.painting import (
 )
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.where import Where, WhereConfig
+from tests.kit.for_each import for_each
 
 PLAIN = {"underpaint": False, "streaks": 0.0}  # of the drawing of presets that paint no underpaint
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "prune", "cluster", "draw"),
     [
         (["--look", "plain"], PruneConfig(), ClusterConfig(), DrawConfig()),
@@ -73,7 +74,7 @@ def test_flags_become_configuration(words, prune, cluster, draw):
     assert (config.prune, config.cluster, config.draw) == (prune, cluster, draw)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "expected"),
     [
         ([], StrokesConfig()),
@@ -106,7 +107,7 @@ def test_flags_of_strokes_become_configuration(words, expected):
             assert paint_config(parse([command, "a.ply", *words])).strokes == expected
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "sentence"),
     [
         (["--see", "all"], "--see: invalid choice: 'all'"),
@@ -128,7 +129,7 @@ def test_what_flags_of_strokes_do_not_take_gets_one_sentence(words, sentence):
         paint_config(parse(["render", "a.ply", *words]))
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "path", "sequence"),
     [
         (["--orbit", "120"], PathConfig(orbit=120), SequenceConfig()),
@@ -160,7 +161,7 @@ def test_view_flags_become_radians_and_keep_their_signs():
     assert (view.zoom, view.size) == (2.0, (30, 20))
 
 
-@pytest.mark.parametrize("command", ["render", "refine", "stability", "bench"])
+@for_each("command", ["render", "refine", "stability", "bench"])
 def test_the_plain_stroke_means_the_whole_scene_in_every_command(command):
     config = paint_config(parse([command, "a.ply", "--stroke", "gaussian"]))
     assert (config.prune.keep, config.cluster.strokes) == (1.0, None)
@@ -210,7 +211,7 @@ def actions(command):
     return build_parser([command])._subparsers._group_actions[0].choices[command]._actions
 
 
-@pytest.mark.parametrize("command", sorted(COMMANDS))
+@for_each("command", sorted(COMMANDS))
 def test_every_flag_of_a_step_fills_one_of_its_fields(command):
     for action in actions(command):
         step, dot, name = action.dest.partition(".")

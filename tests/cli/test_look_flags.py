@@ -23,6 +23,7 @@ from brushgs.options.painting import (
     UsualCount,
     ViewConfig,
 )
+from tests.kit.for_each import for_each
 
 OIL = Look.open("oil").config
 COMMANDS = {"render": ["a.ply"], "demo": []}
@@ -38,12 +39,12 @@ def test_oil_is_painted_where_nothing_is_named(command):
     assert config_of("--look", "oil", command=command) == OIL
 
 
-@pytest.mark.parametrize("name", LOOKS)
+@for_each("name", LOOKS)
 def test_a_look_is_painted_as_its_file_says(name):
     assert config_of("--look", name) == Look.open(name).config
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("command", "words"),
     [(name, ["a.ply"]) for name in ("prune", "cluster", "refine", "stability", "bench", "views")],
 )
@@ -86,7 +87,7 @@ def test_a_background_takes_the_place_of_ground_and_backdrop(background):
         config_of("--background", background, "--ground", "paper")
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "stage", "backdrop", "is_always"),
     [
         (["--backdrop", "on"], True, OIL.ground.backdrop, True),
@@ -107,7 +108,7 @@ def test_a_backdrop_is_a_stage_or_loose_or_none(words, stage, backdrop, is_alway
     assert (ground.stage, ground.backdrop, ground.backdrop_always) == (stage, backdrop, is_always)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "step", "name", "value"),
     [
         (["--ground", "#123456"], "ground", "ground", "#123456"),
@@ -131,7 +132,7 @@ def test_a_backdrop_is_a_stage_or_loose_or_none(words, stage, backdrop, is_alway
         (["--keep", "0.5"], "prune", "keep", 0.5),
     ],
 )
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("look", LOOKS)
 def test_every_flag_overrides_its_part_of_a_look_and_nothing_else(look, words, step, name, value):
     base = Look.open(look).config
     step_of_it = replace(getattr(base, step), **{name: value})
@@ -149,7 +150,7 @@ def test_a_look_lies_between_the_defaults_of_a_command_and_a_preset(tmp_path):
     assert paper.strokes == StrokesConfig.off()
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("look", LOOKS)
 def test_the_preset_of_a_version_keeps_its_defaults_in_any_look(look):
     words = ["render", "a.ply", "--look", look, "--preset", "0.1"]
     config = paint_config(parse(words), view=VIEW)
@@ -176,7 +177,7 @@ def test_the_preset_of_a_version_is_no_look():
     assert plain.ground == PaintConfig().ground
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "name"),
     [
         ([], "oil"),
@@ -198,7 +199,7 @@ def test_a_painting_is_called_after_its_stroke_or_its_look(words, name):
     assert painting_name(args, PaintConfig(draw=draw)) == name
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "sentence"),
     [
         (["--look", "oyl"], "oyl: neither a file nor a look, which are oil,"),

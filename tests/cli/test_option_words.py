@@ -9,6 +9,7 @@ import pytest
 from brushgs.by_keywords import _namespace
 from brushgs.cli.option_words import OptionError, named_actions, option_words
 from brushgs.cli.parser import COMMANDS, command_parser
+from tests.kit.for_each import for_each
 
 # Option of `brushgs render` -> (value of a keyword or a file, words that one types for the same).
 EXAMPLES = {
@@ -123,7 +124,7 @@ def namespace(words):
     return vars(RENDER.parse_args([*([] if has_scene else ["scene.ply"]), *words]))
 
 
-@pytest.mark.parametrize("name", named_actions(RENDER))
+@for_each("name", named_actions(RENDER))
 def test_every_option_of_render_is_what_one_types(name):
     value, typed = EXAMPLES[name]
     if name not in ("scene", "config"):  # what Python gives is stored as it is
@@ -156,7 +157,7 @@ def test_a_flag_with_an_optional_value_is_a_switch_too():
     assert option_words(parser, {"sheet": "a.png"}) == ["--sheet=a.png"]
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("name", "value", "message"),
     [
         ("strokez", 3, "strokez is no option of `brushgs render`; did you mean 'stroke'"),
@@ -184,7 +185,7 @@ def test_what_a_flag_does_not_take_is_refused_by_name(name, value, message):
     assert caught.value.name == name
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@for_each("command", COMMANDS)
 def test_flags_of_all_commands_have_names(command):
     actions = named_actions(command_parser(command))
     assert "debug" in actions

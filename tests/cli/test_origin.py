@@ -16,6 +16,7 @@ from brushgs.errors import SceneWarning
 from brushgs.formats.pictures.images import write_frame
 from brushgs.pipeline.outputs import digest_of, free_name
 from brushgs.values.frame import Frame
+from tests.kit.for_each import for_each
 from tests.scenes import save_upright
 
 FEW = ["--size", "64x48", "--strokes", "30", "--stroke", "flat", "--threads", "1"]
@@ -52,7 +53,7 @@ def names() -> list[str]:
     return sorted(str(path) for path in Path().rglob("*") if path.is_file())
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "command"),
     [
         (["render", "/home/me/a b.ply"], "brushgs render 'a b.ply'"),

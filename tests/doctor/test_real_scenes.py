@@ -9,6 +9,7 @@ import brushgs as bg
 from brushgs.cameras.framing import AXES, frame_scene
 from brushgs.doctor import cure, examine_file
 from tests.doctor import plant
+from tests.kit.for_each import for_each
 from tests.scenes import real_scene
 
 # Scene -> what is odd about it, seen in pictures: dark blobs around koala, haze around the chair, scraps of
@@ -29,7 +30,7 @@ UPS = {"rubber_toy_cloud.ply": "+y", "sunflower_tile.ply": "+z"}  # of all other
 NOT_SURE_OF_UP = ("rubber_toy_cloud.ply", "derived/chair.ply", "train_first1000.ply")
 
 
-@pytest.mark.parametrize("name", SOUND)
+@for_each("name", SOUND)
 def test_a_sound_real_scene_has_no_false_alarm(name: str) -> None:
     findings = bg.examine(real_scene(name))
     assert {f.name for f in findings if f.severity == "fault"} == set()

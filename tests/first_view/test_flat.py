@@ -11,6 +11,7 @@ from brushgs.first_view import find_first_view
 from brushgs.first_view.front import wrapped
 from brushgs.values.sh import C0
 from tests.first_view.scenes import about, gaussians, joined, moved, statue, statue_view
+from tests.kit.for_each import for_each
 from tests.scenes import real_scene
 
 LYING = about((1, 0, 0), -90)  # what faces -z then faces up, which is -y
@@ -48,8 +49,8 @@ def seen_towards(scene: bg.Gaussians) -> np.ndarray:
     return -camera.viewmat[2, :3]
 
 
-@pytest.mark.parametrize("degrees", [0, 90, 215])
-@pytest.mark.parametrize("depth", [0.03, 0.12])
+@for_each("degrees", [0, 90, 215])
+@for_each("depth", [0.03, 0.12])
 def test_a_standing_plate_or_relief_shows_its_picture(depth, degrees):
     turn = about((0, 1, 0), degrees)
     assert seen_towards(moved(plate(depth), rotation=turn)) @ turn @ (0, 0, -1) > 0.85
@@ -70,8 +71,8 @@ def test_of_a_comb_the_painted_side_is_shown(side):
     assert seen_towards(replace(scene, sh=sh.astype(np.float32)))[2] * side > 0.85
 
 
-@pytest.mark.parametrize("degrees", [0, 40])
-@pytest.mark.parametrize("made", [plate, comb])
+@for_each("degrees", [0, 40])
+@for_each("made", [plate, comb])
 def test_what_lies_is_seen_from_steeply_above(made, degrees):
     scene = moved(made(), rotation=about((0, 1, 0), degrees) @ LYING)
     view = find_first_view(scene, up="-y")

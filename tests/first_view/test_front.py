@@ -6,6 +6,7 @@ from brushgs.first_view.front import LEAN, find_front, wrapped
 from brushgs.first_view.sample import take_sample
 from brushgs.first_view.symmetry import NUM_PLANES, mirror_likeness
 from tests.first_view.scenes import about, moved, statue
+from tests.kit.for_each import for_each
 
 UP = np.array([0.0, -1.0, 0.0])
 
@@ -15,7 +16,7 @@ def apart(a, b):
     return abs(np.degrees(wrapped(a - b)))
 
 
-@pytest.mark.parametrize("turn", [0, 77, 160, 235])
+@for_each("turn", [0, 77, 160, 235])
 def test_the_front_is_where_the_face_is(turn):
     view = find_first_view(moved(statue(), rotation=about(UP, turn)))
     assert apart(view.front, np.radians(turn)) < 15

@@ -9,6 +9,7 @@ from brushgs.cameras.ground import level_up
 from brushgs.core.threads import at_most
 from brushgs.first_view import find_first_view
 from tests.first_view.scenes import moved, on_a_plaza, statue, statue_view
+from tests.kit.for_each import for_each
 
 
 def assert_alike(view, other, *, points=None, tolerance=1e-2):
@@ -114,7 +115,7 @@ EXTREME = {
 }
 
 
-@pytest.mark.parametrize("name", EXTREME)
+@for_each("name", EXTREME)
 def test_an_extreme_scene_has_a_first_view(name):
     scene = EXTREME[name]()
     with np.errstate(all="raise", under="ignore"):

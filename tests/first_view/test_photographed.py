@@ -11,6 +11,7 @@ from brushgs.first_view.photographed import UnfitError, photographed_view, up_of
 from brushgs.formats.cameras.read import read_beside
 from tests.first_view.scenes import about, moved, statue
 from tests.first_view.test_framing import relief
+from tests.kit.for_each import for_each
 from tests.scenes import real_scene
 
 MIDDLE = np.array([0.0, -0.7, 0.0])  # of the statue, roughly
@@ -91,7 +92,7 @@ def test_a_scene_that_is_seen_from_inside_is_seen_from_where_a_camera_stood():
     assert np.abs(view.eye).max() > 0
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("cameras", "why"),
     [
         (photographs(2), r"^it holds only 2 cameras$"),
@@ -130,7 +131,7 @@ REAL = [
 ]
 
 
-@pytest.mark.parametrize(("scene", "cameras", "up"), REAL, ids=lambda value: str(value))
+@for_each(("scene", "cameras", "up"), REAL, ids=lambda value: str(value))
 def test_real_cameras_fit_their_scene_and_no_other(scene, cameras, up):
     gaussians, found = bg.load(real_scene(scene)), read_beside(real_scene(cameras))
     if up is None:
@@ -140,8 +141,8 @@ def test_real_cameras_fit_their_scene_and_no_other(scene, cameras, up):
         assert np.array_equal(photographed_view(gaussians, found).up, up)
 
 
-@pytest.mark.parametrize("count", [1, 2, 40])
-@pytest.mark.parametrize(("axis", "degrees"), [((1, 0, 0), 0.0), ((1, 0, 0), 90.0), ((0, 0, 1), 180.0)])
+@for_each("count", [1, 2, 40])
+@for_each(("axis", "degrees"), [((1, 0, 0), 0.0), ((1, 0, 0), 90.0), ((0, 0, 1), 180.0)])
 def test_given_views_tell_which_way_is_up_whatever_the_scene_looks_like(count, axis, degrees):
     turn = about(axis, degrees)
     cameras = moved_cameras(photographs(count), rotation=turn)

@@ -16,6 +16,7 @@ from brushgs.first_view.sample import take_sample
 from brushgs.first_view.up import EVIDENCE, PRIORS, SURE, measure_up
 from brushgs.values.camera import FirstView
 from tests.first_view.scenes import ROTATIONS
+from tests.kit.for_each import for_each
 from tests.scenes import real_scene
 
 # Scene -> the axis that is up, whether the estimate is to be sure of it, and the azimuth in degrees at which
@@ -60,7 +61,7 @@ def upright_view_of(name: str) -> FirstView:
     return view_of(name) if is_found else find_first_view(scene_of(name), up=up)
 
 
-@pytest.mark.parametrize("name", TRUE)
+@for_each("name", TRUE)
 def test_a_real_scene_is_upright_or_said_to_be_unsure(name: str) -> None:
     up, is_sure, _ = TRUE[name]
     view = view_of(name)
@@ -80,7 +81,7 @@ def test_the_truck_is_straightened_and_level_scenes_stay_as_they_are() -> None:
             assert np.array_equal(view_of(name).up, AXES[up])
 
 
-@pytest.mark.parametrize("name", TRUE)
+@for_each("name", TRUE)
 def test_a_turned_real_scene_is_upright_or_said_to_be_unsure(name: str) -> None:
     """Turns that put up on an axis that scenes do have up, from the evidence of one: it turns with the scene.
 
@@ -99,7 +100,7 @@ def test_a_turned_real_scene_is_upright_or_said_to_be_unsure(name: str) -> None:
             assert chances.argmax() == true, (name, chances)
 
 
-@pytest.mark.parametrize("name", [name for name, (_, _, front) in TRUE.items() if front is not None])
+@for_each("name", [name for name, (_, _, front) in TRUE.items() if front is not None])
 def test_a_real_scene_is_seen_from_its_front(name: str) -> None:
     view, front = upright_view_of(name), np.radians(TRUE[name][2])
     assert abs(np.degrees(wrapped(view.front - front))) < 25
@@ -112,7 +113,7 @@ def test_a_front_is_a_guess_where_no_side_shows_more() -> None:
     assert guesses == {"rubber_toy_cloud.ply", "derived/campsite.ply", "train_first1000.ply"}
 
 
-@pytest.mark.parametrize("name", TRUE)
+@for_each("name", TRUE)
 def test_only_the_truck_is_a_subject_in_surroundings(name: str) -> None:
     assert view_of(name).has_surroundings == (name == "derived/truck.ply")
     assert view_of(name).eye is None
@@ -121,7 +122,7 @@ def test_only_the_truck_is_a_subject_in_surroundings(name: str) -> None:
 OBJECTS = [name for name in TRUE if name not in ("train_first1000.ply", "derived/truck.ply")]
 
 
-@pytest.mark.parametrize("name", OBJECTS)
+@for_each("name", OBJECTS)
 def test_an_object_is_whole_and_large_in_its_first_picture(name: str) -> None:
     """Of the pixels that a wider picture covers at most 1 % lie outside (koala's deck 0.3, else 0.1).
 

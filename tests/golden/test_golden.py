@@ -21,6 +21,7 @@ from brushgs.still_life import still_life_camera
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
 from tests.golden.cases import CASES, FOLDER, HEIGHT, NUM_STROKES, WIDTH, Case, boxes_of, scene
+from tests.kit.for_each import for_each
 
 MEAN_LIMIT = 0.1  # steps of 8 bits
 FAR = 2  # steps; at most FAR_SHARE of the pixels may be further off
@@ -118,7 +119,7 @@ def test_a_pixel_of_shift_or_a_change_of_tone_would_be_caught():
         assert mean > MEAN_LIMIT or far > FAR_SHARE
 
 
-@pytest.mark.parametrize("name", ["swirl_mip", "flat_mip", "gaussian", "ellipse"])
+@for_each("name", ["swirl_mip", "flat_mip", "gaussian", "ellipse"])
 def test_golden_pictures_do_not_hang_on_the_last_digits_of_the_scene(name):
     """Other processors and libraries give other last digits. Measured: mean 0.0007 steps at most."""
     case, gaussians = CASES[name], scene(NUM_STROKES)

@@ -14,7 +14,7 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.first_view import framed_camera
 from brushgs.cameras.framing import plain_first_view
 from brushgs.formats.pictures.oiio import quantise
-from brushgs.options.painting import PaintConfig, ViewConfig
+from brushgs.options.painting import ViewConfig
 from brushgs.passes.reduce import contribution, lloyd
 from brushgs.passes.reduce.cluster import cluster_weights, group
 from brushgs.passes.reduce.features import cluster_features

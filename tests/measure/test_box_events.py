@@ -5,6 +5,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
+from tests.kit.for_each import for_each
 
 SIZE = {"width": 200, "height": 100}
 
@@ -37,7 +38,7 @@ def covering(angle, ellipse):
     return replace(ellipse, angles=np.broadcast_to(angle, turn.shape), half_extents=np.stack([u, v], 1))
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("degrees", "flips", "spins"),
     [(10, 0, 0), (16, 0, 1), (-80, 0, 1), (100, 1, 0), (180, 1, 0), (350, 0, 0)],
 )

@@ -10,6 +10,7 @@ import brushgs as bg
 from brushgs.measure.flow import SceneFlow, displacements
 from brushgs.measure.marks import MarkMeter, circular_earth_movers, earth_movers
 from brushgs.measure.warp import View
+from tests.kit.for_each import for_each
 
 WIDTH, HEIGHT, FPS = 160, 120, 30.0
 KERNEL = bg.StrokeTexture.open("gaussian")
@@ -198,7 +199,7 @@ def test_earth_movers_distance_by_hand():
     assert earth_movers(one, np.zeros(2), two, np.ones(1)) == 0
 
 
-@pytest.mark.parametrize("shift", [0.2, 1.0, 1.5, 3.0])
+@for_each("shift", [0.2, 1.0, 1.5, 3.0])
 def test_on_a_circle_the_shorter_way_counts(shift):
     angles = np.array([0.1])
     found = circular_earth_movers(angles, np.ones(1), angles + shift, np.ones(1), period=np.pi)

@@ -20,6 +20,7 @@ from brushgs.measure.warp import View
 from brushgs.options.experiments import StabilityConfig
 from brushgs.rendering.options import RenderOptions
 from examples.benchmarks.painterly import painterly_painters
+from tests.kit.for_each import for_each
 from tests.measure.warped import warp_error
 from tests.scenes import save_upright, still_life_of
 
@@ -312,7 +313,7 @@ def test_a_path_on_which_nothing_can_be_compared_is_refused(cameras, match):
         measure_stability(comparison_of(scene, scene, cameras))
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("options", "match"),
     [
         ({"gaps": ()}, "gaps must ascend from 1, got none"),

@@ -39,7 +39,7 @@ def scene(tmp_path_factory):
     return path
 
 
-def painting(look, *, count=120):
+def painting(look, *, count=120, has_stage=False):
     """A look in a small picture of few strokes, made without views, which take most of the time."""
     config = Look.open(look).config
     return replace(
@@ -47,6 +47,7 @@ def painting(look, *, count=120):
         view=ViewConfig(size=SIZE, azimuth=0.5, look_at="scene"),
         cluster=replace(config.cluster, strokes=count),
         strokes=StrokesConfig(see="off"),
+        ground=replace(config.ground, stage=has_stage and config.ground.stage),
     )
 
 
@@ -96,7 +97,7 @@ def test_a_look_has_its_configurations_and_tells_what_it_is(scene, tmp_path):
 
 
 def test_a_scene_that_moves_has_figures_in_a_look(tmp_path):
-    clip = Clip(still_life_moving(2000), ClipConfig(start=Moment(1.2), end=Moment(1.3)))
+    clip = Clip(still_life_moving(1000), ClipConfig(start=Moment(1.2), end=Moment(1.3)))
     report, value = written(clip, tmp_path, "oil", None)
     found = report.result
     names = [figures["name"] for figures in value["stability"]["configurations"]]
@@ -107,7 +108,7 @@ def test_a_scene_that_moves_has_figures_in_a_look(tmp_path):
 
 @pytest.mark.parametrize("look", ["plain", "oil", "charcoal", "watercolour"])
 def test_only_plain_strokes_are_bare(scene, look):
-    found = prepare(scene, painting(look), Report(), views=ORBIT).painting
+    found = prepare(scene, painting(look, has_stage=True), Report(), views=ORBIT).painting
     assert is_bare(found) == (look == "plain")
     coat = main_coat(found)
     assert coat.options.lock == "track"

@@ -99,8 +99,8 @@ def test_the_flow_makes_what_moves_comparable(written, monkeypatch, tmp_path):
 
 
 def test_rows_that_do_not_correspond_are_followed_by_a_truth_or_an_estimate(tmp_path):
-    loose = clip_of(still_life_moving(2000, has_rows=False))
-    config = replace(FEW, skip_alone=True)
+    loose = Clip(still_life_moving(2000, has_rows=False), ClipConfig(start=Moment(1.2), end=Moment(1.3)))
+    config = StabilityConfig(gaps=(1,), alone=1, skip_alone=True)
     truth = still_life_moving(2000)
     estimated = report_stability(loose, tmp_path / "b.json", PAINT, None, config)
     assert any("is estimated" in detail for detail in estimated.stages[-2].details)

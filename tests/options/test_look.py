@@ -15,6 +15,7 @@ from brushgs.options.look import MAX_BASES, MAX_BYTES, Look, looks_folder
 from brushgs.options.media import Charcoal, Ink, Paint, Watercolour
 from brushgs.options.painting import STEPS, PaintConfig, UsualCount
 from brushgs.options.table import rows_of
+from tests.kit.for_each import for_each
 
 
 def written(folder, text, name="mine.toml"):
@@ -38,7 +39,7 @@ def test_a_look_says_what_it_is_and_keeps_its_meaning_when_it_is_copied(name, tm
     assert (copy.name, copy.title, copy.config) == ("mine", look.title, look.config)
 
 
-@pytest.mark.parametrize("name", sorted(set(LOOKS) - {"plain"}))
+@for_each("name", sorted(set(LOOKS) - {"plain"}))
 def test_every_look_differs_from_the_plain_one_and_counts_its_strokes(name):
     config = Look.open(name).config
     assert isinstance(config.cluster.strokes, UsualCount)

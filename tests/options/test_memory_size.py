@@ -3,9 +3,10 @@
 import pytest
 
 from brushgs.options.memory_size import memory_words, parse_memory
+from tests.kit.for_each import for_each
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "size"),
     [("8GB", 8 * 10**9), ("500 MB", 5 * 10**8), ("1.5gib", 3 << 29), ("2TiB", 2 << 40), ("0.5mb", 500_000)],
 )
@@ -13,7 +14,7 @@ def test_a_size_is_read(text: str, size: int) -> None:
     assert parse_memory(text) == size
 
 
-@pytest.mark.parametrize("text", ["", "8", "8 G", "GB", "-1GB", "0GB", "1e3MB", "1,5GB", "8GB ", "nan GB"])
+@for_each("text", ["", "8", "8 G", "GB", "-1GB", "0GB", "1e3MB", "1,5GB", "8GB ", "nan GB"])
 def test_what_is_no_size_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match=r"^memory must be a size above 0 such as 8GB or 500MB"):
         parse_memory(text)

@@ -3,9 +3,10 @@
 import pytest
 
 from brushgs.options.moment import Moment
+from tests.kit.for_each import for_each
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "moment", "again"),
     [
         ("0.4", Moment(0.4), "0.4"),
@@ -23,7 +24,7 @@ def test_a_moment_is_read_and_written(text: str, moment: Moment, again: str) -> 
     assert Moment.parse(str(moment)) == Moment.parse(again) == moment
 
 
-@pytest.mark.parametrize("text", ["", "now", "-1", "101%", "-1%", "nan", "inf", "1e999", "0,4", "1m", "%"])
+@for_each("text", ["", "now", "-1", "101%", "-1%", "nan", "inf", "1e999", "0,4", "1m", "%"])
 def test_what_is_no_moment_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match=r"^time must be"):
         Moment.parse(text)

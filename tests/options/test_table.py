@@ -14,6 +14,7 @@ from brushgs.cli.parser import COMMANDS, command_parser
 from brushgs.options.media import MEDIA
 from brushgs.options.table import Options, Row, hint_for, read_table, row_of, rows_of, values_of
 from brushgs.options.where import Where
+from tests.kit.for_each import for_each
 
 KINDS = sorted({kind for kinds in CLASSES.values() for kind in kinds} | set(MEDIA.values()), key=repr)
 # What a class needs beside a field that is tried.
@@ -34,15 +35,9 @@ NEEDED = {
 
 
 def of_each_class(law):
-    """A law of every option, a case for each class."""
-
-    @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
-    def test(kind):
-        for row in rows_of(kind):
-            if row.option.words:
-                law(kind, row)
-
-    return test
+    """A law of every option of every class."""
+    options = [(kind, row) for kind in KINDS for row in rows_of(kind) if row.option.words]
+    return for_each(("kind", "row"), options)(law)
 
 
 def bounds(row):
@@ -170,7 +165,7 @@ def test_text_files_and_keywords_give_the_same(kind, row):
             row.value(row.choices[-1] + "x")
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@for_each("command", COMMANDS)
 def test_every_flag_of_a_command_is_made_of_the_table(command):
     own = {"debug", "config"}
     for action in command_parser(command)._actions:
@@ -178,7 +173,7 @@ def test_every_flag_of_a_command_is_made_of_the_table(command):
             assert isinstance(action.row, Row), action.option_strings
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@for_each("kind", KINDS)
 def test_options_are_values(kind):
     rows = rows_of(kind)
     if all(

@@ -21,6 +21,7 @@ from brushgs.options.where_terms import (
     Surroundings,
     Words,
 )
+from tests.kit.for_each import for_each
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 above_zero = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
@@ -109,7 +110,7 @@ def test_any_text_is_a_part_or_one_sentence(text):
     assert where is None or Where.parse(str(where)) == where
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "meant"),
     [
         ("subject and not sphere:0,0,1,0.5", "subject and (not sphere:0,0,1,0.5)"),
@@ -127,7 +128,7 @@ def test_not_binds_tighter_than_and_and_that_than_or(text, meant):
     assert Where.parse(text) == Where.parse(meant)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "words"),
     [
         ("text:the red truck", "the red truck"),
@@ -143,7 +144,7 @@ def test_words_hold_spaces_and_end_before_and_or_and_parentheses(text, words):
     assert Where.parse(text).texts == (words,)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "sentence"),
     [
         ("", "where must have a term, box:"),

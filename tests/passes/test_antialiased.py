@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import brushgs as bg
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 
 PALETTE = np.random.default_rng(0).random((8, 8, 3))
@@ -18,8 +18,8 @@ PASSES = {
 }
 
 
-@pytest.mark.parametrize("name", PASSES)
-@pytest.mark.parametrize("antialiased", [False, True])
+@for_each("name", PASSES)
+@for_each("antialiased", [False, True])
 def test_every_pass_keeps_it(name, antialiased):
     scene = replace(random_gaussians(60), antialiased=antialiased)
     assert PASSES[name](scene).antialiased is antialiased

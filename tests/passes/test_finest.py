@@ -15,6 +15,7 @@ from brushgs.passes.reduce.contribution import projected_areas, seen_areas
 from brushgs.passes.reduce.prune import prune
 from brushgs.rendering.render import render
 from brushgs.values.camera import Camera
+from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same, random_gaussians, replaced
 from tests.stiff.shapes import ball
 
@@ -70,7 +71,7 @@ def test_areas_change_without_a_jump_as_a_disc_narrows_to_a_needle(thin, long):
     assert area(1 - 1e-9) == pytest.approx(area(1.0), rel=1e-6)
 
 
-@pytest.mark.parametrize("scales", [(1e-6, 1e-6, 1.0), (1e-6, 1e-6, 1e-6), (0.2, 0.2, 1.0), (1e-6, 0.5, 0.8)])
+@for_each("scales", [(1e-6, 1e-6, 1.0), (1e-6, 1e-6, 1e-6), (0.2, 0.2, 1.0), (1e-6, 0.5, 0.8)])
 def test_pictures_show_that_area_on_the_average_over_views(scales):
     """Faint, so that what a picture shows is in proportion. The formula is within a fifth."""
     one = replaced(

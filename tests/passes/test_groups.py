@@ -1,7 +1,7 @@
 import numpy as np
-import pytest
 
 from brushgs.passes.groups import Groups, add_rows, compacted
+from tests.kit.for_each import for_each
 
 SPARSE = np.array([7, -3, 10**12, 7, -3, 0])
 
@@ -28,9 +28,9 @@ def test_the_first_row_of_each_label():
     np.testing.assert_array_equal(groups.firsts, [1, 2, 0])
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("width", [1, 9, 16, 48])
-@pytest.mark.parametrize("num_threads", [1, 3])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("width", [1, 9, 16, 48])
+@for_each("num_threads", [1, 3])
 def test_sums_are_those_of_bincount_bit_for_bit(dtype, width, num_threads):
     labels, values, weights = labelled(width=width, dtype=dtype)
     totals, sums = Groups.of(labels, 17).totals_and_sums(values, weights, num_threads)
@@ -46,8 +46,8 @@ def test_sums_keep_the_shape_of_a_row():
     np.testing.assert_array_equal(sums.reshape(17, 12), groups.sums(values, weights))
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("shape", [(), (1,), (3,), (2, 3)])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("shape", [(), (1,), (3,), (2, 3)])
 def test_rows_are_added_to_the_rows_they_belong_to_bit_for_bit(dtype, shape):
     rng = np.random.default_rng(0)
     rows = rng.integers(0, 20, 500).astype(np.int32)  # many come twice
@@ -65,7 +65,7 @@ def test_no_rows_add_nothing():
     np.testing.assert_array_equal(totals, 1)
 
 
-@pytest.mark.parametrize("labels", [SPARSE, SPARSE.astype(np.int32) % 50, np.array([3, 3]), np.zeros(0, int)])
+@for_each("labels", [SPARSE, SPARSE.astype(np.int32) % 50, np.array([3, 3]), np.zeros(0, int)])
 def test_labels_are_numbered_anew_in_their_order(labels):
     expected, compact = np.unique(labels, return_inverse=True)
     found, num = compacted(labels)

@@ -6,6 +6,7 @@ import pytest
 import brushgs as bg
 from brushgs.measure.likeness import psnr, unpainted
 from brushgs.still_life import still_life_camera
+from tests.kit.for_each import for_each
 from tests.passes import layers
 from tests.scenes import still_life_of
 
@@ -80,7 +81,7 @@ def test_the_published_rule_is_beaten(subject):
     assert missing < torn + 0.01
 
 
-@pytest.mark.parametrize("name", LAYERS)
+@for_each("name", LAYERS)
 def test_a_single_layer_is_painted_closed(name):
     """Without growth 0.14 to 0.3 of it stay unpainted by the kernel."""
     scene, cameras = LAYERS[name](), layers.cameras()

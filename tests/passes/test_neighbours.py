@@ -8,9 +8,10 @@ from scipy.spatial import cKDTree
 
 from brushgs.passes import neighbours
 from brushgs.passes.components import components
+from tests.kit.for_each import for_each
 
 
-@pytest.mark.parametrize(("dimensions", "count"), [(1, 1), (2, 5), (3, 17), (3, 129), (5, 256), (16, 2)])
+@for_each(("dimensions", "count"), [(1, 1), (2, 5), (3, 17), (3, 129), (5, 256), (16, 2)])
 def test_neighbours_are_those_of_scipy(dimensions, count):
     random = np.random.default_rng([dimensions, count])
     points = random.normal(size=(700, dimensions)).astype(np.float32)
@@ -46,7 +47,7 @@ def test_every_point_may_be_asked_for_and_no_query_may_be_made():
     assert neighbours.nearest(points, points[:0], 2)[1].shape == (0, 2)
 
 
-@pytest.mark.parametrize("num_links", [0, 1, 150, 400, 5000])
+@for_each("num_links", [0, 1, 150, 400, 5000])
 def test_components_are_those_of_scipy(num_links):
     a, b = np.random.default_rng(num_links).integers(0, 500, (2, num_links))
     links = coo_array((np.ones(num_links, bool), (a, b)), shape=(500, 500))

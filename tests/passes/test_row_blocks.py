@@ -1,12 +1,12 @@
 import numpy as np
-import pytest
 
 from brushgs.core.threads import at_most
 from brushgs.passes import row_blocks
+from tests.kit.for_each import for_each
 
 
-@pytest.mark.parametrize("num", [0, 1, row_blocks.ROWS, 3 * row_blocks.ROWS + 5])
-@pytest.mark.parametrize("num_threads", [1, 3])
+@for_each("num", [0, 1, row_blocks.ROWS, 3 * row_blocks.ROWS + 5])
+@for_each("num_threads", [1, 3])
 def test_blocks_hold_every_row_once(num, num_threads):
     counts = np.zeros(num, int)
 

@@ -13,6 +13,7 @@ from brushgs.passes.reduce.split import painted_errors
 from brushgs.passes.seen import seen_in, shown_areas
 from brushgs.rendering.plain import PlainViews
 from tests.doctor.scenes import ball
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 KERNEL = bg.StrokeTexture.open("gaussian")
@@ -158,7 +159,7 @@ def test_strokes_not_worth_keeping_are_replaced():
 AWAY = [bg.Camera.look_at((0, 0, -3), (0, 0, -9), width=40, height=30)]
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("scene", "views"),
     [
         (squares(), AWAY),  # all behind the view

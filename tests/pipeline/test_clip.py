@@ -9,6 +9,7 @@ from brushgs.options.clip import ClipConfig
 from brushgs.options.moment import Moment
 from brushgs.pipeline.clip import Clip
 from brushgs.values.moving import MovingScene
+from tests.kit.for_each import for_each
 
 SECONDS = 2.0
 
@@ -66,8 +67,8 @@ def test_a_cross_fade_ends_where_the_film_begins():
     np.testing.assert_array_equal(loop.others[~fading], loop.times[~fading])
 
 
-@pytest.mark.parametrize("num_frames", [None, 7, 15, 22, 30, 41])
-@pytest.mark.parametrize("options", [{}, {"loop": True}, {"loop": True, "cross_fade": 0.5}])
+@for_each("num_frames", [None, 7, 15, 22, 30, 41])
+@for_each("options", [{}, {"loop": True}, {"loop": True, "cross_fade": 0.5}])
 def test_runs_hold_every_frame_and_have_no_jump(options, num_frames):
     shown = film(fps=10, num_frames=num_frames, **options)
     found = {}
@@ -98,8 +99,8 @@ def test_each_of_numbered_files_is_shown_as_long_as_any_other():
     assert len(held(rate=1e6).times) == 1
 
 
-@pytest.mark.parametrize("num", [2, 3, 6, 10, 31])
-@pytest.mark.parametrize("fps", [24, 25, 26.4, 29.97, 30, 60])
+@for_each("num", [2, 3, 6, 10, 31])
+@for_each("fps", [24, 25, 26.4, 29.97, 30, 60])
 def test_a_film_with_more_frames_than_moments_shows_all_of_them(num, fps):
     shown = held(num, fps=fps).times
     assert len(shown) == round(num * fps / 24)
@@ -139,7 +140,7 @@ def test_a_scene_of_one_moment_is_one_frame():
     assert film(duration=0.0, loop=True).times.tolist() == [0.0]
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("options", "message"),
     [
         ({"start": Moment(3)}, "start must be in the 2 s of the scene, got 3 s"),
@@ -154,7 +155,7 @@ def test_what_cannot_be_shown_is_refused(options, message):
         film(**options)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("options", "message"),
     [
         ({"speed": 0}, "speed must be above 0, got 0"),
@@ -169,7 +170,7 @@ def test_options_out_of_range_are_refused(options, message):
         ClipConfig(**options)
 
 
-@pytest.mark.parametrize(("amount", "is_share"), [(-1, False), (np.inf, False), (1.5, True), (np.nan, False)])
+@for_each(("amount", "is_share"), [(-1, False), (np.inf, False), (1.5, True), (np.nan, False)])
 def test_moments_out_of_range_are_refused(amount, is_share):
     with pytest.raises(ValueError, match="time must be"):
         Moment(amount, is_share)

@@ -16,6 +16,7 @@ from brushgs.pipeline.prepare import PICTURE, STROKES, open_job
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.steps import PAINTING
 from brushgs.still_life import still_life_camera
+from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 
 SCENE = still_life_of(1000)
@@ -44,12 +45,12 @@ JOBS = {
     "for the view": (config_of("oil", cluster={"strokes_for": "view"}), {}),
     "unclean": (config_of("plain", clean=CleanConfig("off")), {"asks": STROKES}),
     "given camera": (config_of("oil"), {"views": still_life_camera(width=64, height=48)}),
-    "day": (config_of("oil", light={"sun": (0.0, 0.5, 1.0, 0.8)}), {"views": PathConfig(orbit=3)}),
+    "day": (config_of("oil", light={"sun": (0.0, 0.5, 0.1, 0.6)}), {"views": PathConfig(orbit=3)}),
     "grows": (config_of("gouache"), {"views": GrowConfig(1.0)}),
 }
 
 
-@pytest.mark.parametrize("name", JOBS)
+@for_each("name", JOBS)
 def test_what_is_explained_is_what_is_made(name):
     config, options = JOBS[name]
     job = open_job(SCENE, config, Report(), **({"asks": PICTURE} | options))

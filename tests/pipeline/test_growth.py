@@ -16,10 +16,11 @@ from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.still import paint_file
+from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 
 LOOKS = ["oil", "plain", "charcoal", "ink"]
-NUM_FRAMES = 24
+NUM_FRAMES = 8
 SCENE = still_life_of(3000)
 GROW = GrowConfig(1.0, fps=8)  # six frames that grow, and two of the finished painting
 
@@ -40,7 +41,8 @@ def quick(look="oil"):
 
 @cache
 def prepared(look, count=300):
-    return prepare(SCENE, config(look, count), Report(), asks=(*PICTURE, "growth"))
+    made = config(look, count, strokes={"see": "off"}, view={"size": (160, 120)})
+    return prepare(SCENE, made, Report(), asks=(*PICTURE, "growth"))
 
 
 def of_strokes(ready):
@@ -71,11 +73,11 @@ def psnr(picture, finished):
     return -10 * np.log10(max(float(np.mean((picture - finished) ** 2)), 1e-12))
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("look", LOOKS)
 def test_every_frame_is_nearer_to_the_finished_painting_than_the_one_before(look):
     ready = prepared(look)
     finished = seen(ready.painting, ready)
-    fade = GrowConfig(NUM_FRAMES / 24).fade
+    fade = GrowConfig(1.0).fade
     curve = [
         psnr(seen(ready.growth.at(time, fade), ready), finished) for time in np.linspace(0, 1, NUM_FRAMES)
     ]
@@ -84,7 +86,7 @@ def test_every_frame_is_nearer_to_the_finished_painting_than_the_one_before(look
     assert curve[-1] == 120
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("look", LOOKS)
 def test_a_painting_begins_with_the_bare_ground_and_ends_as_itself(look):
     ready = prepared(look)
     bare = seen(replace(ready.painting, coats=()), ready)
@@ -94,14 +96,14 @@ def test_a_painting_begins_with_the_bare_ground_and_ends_as_itself(look):
         assert finished is ready.painting
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("look", LOOKS)
 def test_nothing_jumps_when_the_painting_is_finished(look):
     ready = prepared(look)
     almost = seen(ready.growth.at(1 - 1e-9, 0.05), ready)
     assert np.abs(almost - seen(ready.painting, ready)).max() < 1e-4
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("look", LOOKS)
 def test_every_stroke_of_the_painting_comes_and_stays_and_coarser_ones_leave(look):
     ready = prepared(look)
     for coat, growing in zip(ready.painting.coats, ready.growth.coats, strict=True):
@@ -144,7 +146,7 @@ def test_strokes_that_are_not_clustered_come_by_size():
     assert curve[0] < curve[6] < curve[-1]
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("look", ["oil", "ink"])
 def test_the_last_frames_are_the_still_bit_for_bit(scene, folder, look):
     paint_file(scene, "still.png", quick(look))
     paint_file(scene, "first.png", quick(look), first=1)
@@ -182,7 +184,7 @@ def test_a_first_share_is_another_picture(scene, folder):
         paint_file(scene, "a.png", quick(), first=30)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("values", "sentence"),
     [
         ((0.0,), "grow must be above 0 seconds, got 0"),

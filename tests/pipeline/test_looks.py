@@ -16,17 +16,18 @@ from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_view
 from brushgs.still_life import still_life_camera
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
-SIZE = 200, 150
-SCENE = still_life_of(3000)
+SIZE = 120, 90
+SCENE = still_life_of(1500)
 NOTHING = SCENE.take(np.zeros(0, int))
 CAMERA = still_life_camera(width=SIZE[0], height=SIZE[1])
 DRAWN = ("charcoal", "ink", "watercolour")
 PAINTED = ("oil", "impressionist", "gouache")
 
 
-def config_of(name, *, num_strokes=400, see="off", **draw):
+def config_of(name, *, num_strokes=250, see="off", **draw):
     """A look; strokes see only where a test is about that, for it takes most of the time."""
     config = Look.open(name).config
     return replace(
@@ -95,7 +96,7 @@ def test_watercolour_darkens_the_paper_and_nothing_is_lighter_than_it(frames):
     assert frames["watercolour"].rgb.mean() < paper.mean() - 0.05
 
 
-@pytest.mark.parametrize("name", LOOKS)
+@for_each("name", LOOKS)
 def test_an_empty_scene_is_the_bare_ground(name):
     with pytest.warns(bg.SceneWarning, match="no stroke is in the picture"):
         frame = painted(name, NOTHING)[0]
@@ -106,7 +107,7 @@ def test_an_empty_scene_is_the_bare_ground(name):
         assert np.abs(frame.rgb - frame.rgb.mean(axis=(0, 1))).max() < 0.2  # grain, and nothing else
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("name", "see", "unit"),  # clustering turns on the last bits of sums
     [
         ("oil", "views", 2.0**-10),
@@ -128,7 +129,7 @@ def test_a_painting_does_not_depend_on_the_unit_of_the_scene(name, see, unit):
     assert np.abs(frame.rgb - expected.rgb).mean() < 1e-3
 
 
-@pytest.mark.parametrize("name", [*PAINTED, *DRAWN])
+@for_each("name", [*PAINTED, *DRAWN])
 def test_a_transparent_background_gives_strokes_alone(name):
     config = config_of(name, background="transparent")
     ground = replace(config.ground, ground="none", backdrop=0)

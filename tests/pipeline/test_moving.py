@@ -118,16 +118,22 @@ def test_frames_do_not_depend_on_each_other(tmp_path):
     assert one == {file.name: file.read_bytes() for file in (tmp_path / "one").glob("*.png")}
 
 
-@pytest.mark.parametrize("look", ["oil", "gouache"])
-@pytest.mark.parametrize("path", [CAMERA, PathConfig(orbit=5)], ids=["standing", "orbit"])
+@pytest.mark.parametrize(
+    ("look", "path"), [("gouache", CAMERA), ("oil", PathConfig(orbit=5))], ids=["standing", "orbit"]
+)
 def test_thick_paint_does_not_depend_on_which_frame_a_process_paints_first(path, look, tmp_path):
     config = Look.open(look).config
-    config = replace(config, cluster=replace(config.cluster, strokes=80), view=replace(CONFIG.view, up="-y"))
+    config = replace(
+        config,
+        cluster=replace(config.cluster, strokes=80),
+        strokes=replace(config.strokes, see="off"),
+        view=replace(CONFIG.view, up="-y"),
+    )
     found = []
-    for jobs in (1, 2, 3):
+    for jobs in (1, 3):
         paint(tmp_path / f"{jobs}" / "%d.png", config=config, path=path, jobs=jobs)
         found.append({file.name: file.read_bytes() for file in (tmp_path / f"{jobs}").glob("*.png")})
-    assert found[0] == found[1] == found[2]
+    assert found[0] == found[1]
     (tmp_path / "1" / "2.png").unlink()
     paint(tmp_path / "1" / "%d.png", config=config, path=path, is_resumed=True)
     assert (tmp_path / "1" / "2.png").read_bytes() == found[0]["2.png"]

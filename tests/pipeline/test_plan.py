@@ -13,10 +13,11 @@ from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.values.moving import MovingScene
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 from tests.scenes import still_life_of
 
-SECONDS, NUM_MOMENTS = 1.0, 25
+SECONDS, NUM_MOMENTS = 1.0, 9
 SIZE = 1.0  # of the body, world units
 CONFIG = PaintConfig(
     prune=PruneConfig(keep=1.0), cluster=ClusterConfig(20), view=ViewConfig(size=(96, 72), up="-y")
@@ -77,9 +78,10 @@ def flying(way):
     return lambda share: replace(body, means=body.means + np.float32(share * 3 * SIZE * np.array(way)))
 
 
-@pytest.mark.parametrize("has_rows", [True, False])
-@pytest.mark.parametrize("num_resting", [0, 200, 2000])
-@pytest.mark.parametrize("way", [(1, 0, 0), (0, -1, 0)])
+@for_each(
+    ("way", "num_resting", "has_rows"),
+    [((1, 0, 0), 0, True), ((0, -1, 0), 200, True), ((0, -1, 0), 0, False), ((1, 0, 0), 2000, False)],
+)
 def test_a_body_that_moves_by_three_times_its_size_stays_in_the_picture(way, num_resting, has_rows):
     body_at = flying(way)
     camera, _ = planned(clip_of(body_at, wall(num_resting) if num_resting else None, has_rows=has_rows))
@@ -87,8 +89,7 @@ def test_a_body_that_moves_by_three_times_its_size_stays_in_the_picture(way, num
         assert share_in_picture(camera, body_at(share).means) == 1, share
 
 
-@pytest.mark.parametrize("has_rows", [True, False])
-@pytest.mark.parametrize("is_growing", [True, False])
+@pytest.mark.parametrize(("is_growing", "has_rows"), [(True, False), (False, True)])
 def test_what_grows_or_shrinks_stays_in_the_picture(is_growing, has_rows):
     body, center = ball(200), CENTER.astype(np.float32)
 
@@ -110,8 +111,7 @@ def test_only_the_part_that_is_shown_is_framed(has_rows):
     assert np.ptp(part.points[:, 0]) == pytest.approx(SIZE, rel=0.2)
 
 
-@pytest.mark.parametrize("has_rows", [True, False])
-@pytest.mark.parametrize("up", [None, "-y"])
+@pytest.mark.parametrize(("up", "has_rows"), [(None, False), ("-y", True), (None, True)])
 def test_a_scene_at_rest_is_framed_as_it_is_alone(up, has_rows):
     still = still_life_of(2000)
     config = replace(CONFIG, view=ViewConfig(size=(96, 72), up=up))

@@ -41,6 +41,7 @@ from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
+from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -600,7 +601,7 @@ def test_a_painting_that_was_stopped_is_finished_to_the_same_files(scene, folder
 # ---- progress
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("done", "total", "seconds", "text"),
     [
         (0, 5, 3.0, "0/5 frames"),

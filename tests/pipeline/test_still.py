@@ -31,6 +31,7 @@ from brushgs.rendering.coat import Coat
 from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
 from brushgs.values.notes import LoadNotes
+from tests.kit.for_each import for_each
 from tests.passes.layers import plane
 from tests.scenes import still_life_of
 
@@ -453,7 +454,7 @@ def test_describe_tells_what_a_scene_holds(scene, gaussians):
     json.dumps(facts)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("make", "sentence"),
     [
         (lambda: PruneConfig(keep=30), r"keep must be above 0 and at most 1, got 30; for 30 % write 0.3"),
@@ -476,7 +477,7 @@ def test_a_configuration_refuses_what_makes_no_sense(make, sentence):
         make()
 
 
-@pytest.mark.parametrize(("asked", "num"), [(None, 1000), (0.1, 100), (0.0001, 1), (7000, 7000), (1.0, 1000)])
+@for_each(("asked", "num"), [(None, 1000), (0.1, 100), (0.0001, 1), (7000, 7000), (1.0, 1000)])
 def test_strokes_are_a_count_a_share_or_all(asked, num):
     assert ClusterConfig(strokes=asked).num_strokes(1000) == num
 

@@ -11,6 +11,7 @@ from brushgs.passes.add.backdrop import Tone
 from brushgs.pipeline.style_values import count_of, style_values
 from brushgs.values.colors import oklab_of, rgb_of, rgb_of_oklab
 from brushgs.values.style import Style, StyleMarks
+from tests.kit.for_each import for_each
 
 MARKS = StyleMarks(
     0.04,
@@ -61,7 +62,7 @@ def test_smaller_marks_ask_for_more_strokes_within_limits():
     assert counts[-1] == 2400
 
 
-@pytest.mark.parametrize("asked", ["auto", 0.1, None, 5000])
+@for_each("asked", ["auto", 0.1, None, 5000])
 def test_a_number_of_strokes_that_is_no_usual_one_stays(asked):
     values = style_values([(style_of(), 1.0)], {"cluster": {"strokes": asked}})
     assert values["cluster"] == {"strokes": asked}

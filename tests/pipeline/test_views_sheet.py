@@ -26,6 +26,7 @@ from brushgs.pipeline.views_sheet import (
 )
 from tests.first_view.made_walks import street
 from tests.first_view.test_walk import measured
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 SMALL = ViewConfig(size=(40, 30))
@@ -178,7 +179,7 @@ def test_the_sheet_never_replaces_the_scene(tmp_path):
         paint_views(tmp_path / "a.png", tmp_path / "a.png")
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("output", "sheet"),
     [
         ("a.png", "koala-views.png"),

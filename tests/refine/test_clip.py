@@ -29,6 +29,7 @@ from brushgs.refine.variables import Rates, Variables  # noqa: E402
 from brushgs.refine.views import OWN_VIEWS, views_over_time  # noqa: E402
 from brushgs.values.quats import quat_products  # noqa: E402
 from tests.clips import clip_of, first_moment, moving_scene, save_clip  # noqa: E402
+from tests.kit.for_each import for_each  # noqa: E402
 from tests.refine.stops import stopping_after  # noqa: E402
 
 SIZE = {"width": 64, "height": 48}
@@ -114,7 +115,7 @@ def test_a_view_of_the_last_moment_teaches_strokes_at_their_reference_moment(pre
     assert mean_psnr(after, first, drawing) > mean_psnr(wrong, first, drawing) + 0.5
 
 
-@pytest.mark.parametrize(("num_views", "num_moments"), [(320, 51), (24, 51), (320, 3), (7, 1), (1, 9)])
+@for_each(("num_views", "num_moments"), [(320, 51), (24, 51), (320, 3), (7, 1), (1, 9)])
 def test_views_are_spread_over_moments_and_the_camera_of_the_film_is_among_them(num_views, num_moments):
     scene = plain_first_view(first_moment(), "-y")
     own = frame_scene(scene, **SIZE)

@@ -11,6 +11,7 @@ from brushgs.rendering.motion import AT_REST, SHIFT, SIZE, TURN, Pose
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0
 from brushgs.values.style import StyleMarks
+from tests.kit.for_each import for_each
 
 SIGMAS = 1.6
 CAMERA = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=160, height=120, fov_y=0.5)
@@ -50,7 +51,7 @@ def off(angles, degrees):
     return np.degrees(np.abs((angles - np.radians(degrees) + np.pi / 2) % np.pi - np.pi / 2))
 
 
-@pytest.mark.parametrize("degrees", [0, 30, 90, 135])
+@for_each("degrees", [0, 30, 90, 135])
 def test_marks_run_as_those_of_the_painting(degrees):
     strokes = wall()
     assert np.median(off(boxes_of(strokes).angles, 0)) < 1

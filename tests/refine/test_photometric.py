@@ -5,6 +5,7 @@ import pytest
 torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
 from brushgs.refine.photometric import photometric, ssim  # noqa: E402
+from tests.kit.for_each import for_each  # noqa: E402
 from tests.refine import photometric_reference as reference  # noqa: E402
 
 SHAPES = [(1, 1, 1), (2, 7, 3), (3, 4, 1), (12, 5, 3), (33, 71, 3), (60, 80, 1)]  # (height, width, channels)
@@ -49,7 +50,7 @@ def test_equal_pictures_have_no_loss_and_others_do():
     assert float(photometric(first, second)) > 0.05
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@for_each("shape", SHAPES)
 def test_loss_and_gradient_are_those_of_the_definition(shape):
     first, second = pair(*shape)
     loss, gradient = loss_and_gradient(photometric, first, second)
@@ -59,7 +60,7 @@ def test_loss_and_gradient_are_those_of_the_definition(shape):
     torch.testing.assert_close(ssim(first, second), reference.similarity(first, second).mean())
 
 
-@pytest.mark.parametrize("shape", SHAPES[1:])
+@for_each("shape", SHAPES[1:])
 def test_float32_is_close_to_float64(shape):
     """Measured: 3e-7 of the loss and 1e-6 of the largest derivative, 6e-5 in the smallest pictures."""
     single, double = pair(*shape, dtype=torch.float32), pair(*shape, dtype=torch.float32)

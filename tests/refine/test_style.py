@@ -9,6 +9,7 @@ import brushgs as bg  # noqa: E402
 from brushgs.refine import nnfm  # noqa: E402
 from brushgs.refine.filter_bank import _KINDS, WEIGHTS, FilterBank  # noqa: E402
 from brushgs.refine.vgg import Vgg, find_weights  # noqa: E402
+from tests.kit.for_each import for_each  # noqa: E402
 
 WIDTHS = {
     16: (64, 64, 0, 128, 128, 0, 256, 256, 256, 0, 512, 512, 512, 0, 512, 512, 512),
@@ -55,7 +56,7 @@ def test_each_kind_of_feature_has_its_weight_over_the_painting():
             assert float(group[kind].square().sum(0).mean().sqrt()) == pytest.approx(weight, rel=1e-4)
 
 
-@pytest.mark.parametrize("angle", [0.0, np.pi / 8, np.pi / 2, -np.pi / 4])
+@for_each("angle", [0.0, np.pi / 8, np.pi / 2, -np.pi / 4])
 def test_stripes_answer_to_the_filter_of_their_direction(angle):
     edges = FilterBank(noise())(stripes(angle))[0][_KINDS[3]][:8].mean(dim=(1, 2))
     # A filter at k pi / 8 bends across that direction: stripes along `angle` bend at a right angle to it.

@@ -14,6 +14,7 @@ from brushgs.rendering.growing import GrowingCoat
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.rendering.relief import Relief
 from brushgs.still_life import still_life_camera
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 CAMERA = still_life_camera(width=240, height=180)
@@ -32,12 +33,12 @@ def coat(strokes, texture=FLAT, **options):
     return Coat("strokes", strokes, texture, made)
 
 
-@pytest.mark.parametrize(
+@for_each(
     "options",
     [{}, {"order": "soft"}, {"relief": Relief()}, {"underpaint": False}],
     ids=["plain", "soft order", "relief", "no underpaint"],
 )
-@pytest.mark.parametrize("texture", [FLAT, BrushSet.open("flat,dab")], ids=["one brush", "two"])
+@for_each("texture", [FLAT, BrushSet.open("flat,dab")], ids=["one brush", "two"])
 def test_a_coat_without_strokes_is_the_plain_picture(texture, options):
     nothing = SCENE.take(slice(0))
     frame = Painting((coat(nothing, texture, **options).showing(SCENE),)).frame(CAMERA)

@@ -14,6 +14,7 @@ from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 from tests.rendering.strokes import boxes_of, bristles, random_boxes, relieved, set_back, softened
 
 TEXTURE = StrokeTexture.open("ellipse")
@@ -23,7 +24,7 @@ SCENE = Gaussians(np.zeros((2, 3)), np.ones((2, 4)), np.ones((2, 3)), np.ones(2)
 BAD_NUMBERS = [np.nan, np.inf, -np.inf]
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("option", "message"),
     [
         (
@@ -49,7 +50,7 @@ def test_options_out_of_range_are_refused_by_name(option, message):
         rasterize(BOXES, TEXTURE, **{"height": 10, "width": 10} | option)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("option", "error", "message"),
     [
         ({"filter": "cubic"}, ValueError, "filter must be one of mip, bilinear, nearest, got 'cubic'"),
@@ -65,9 +66,9 @@ def test_render_refuses_what_its_steps_refuse(option, error, message):
         render(SCENE, CAMERA, TEXTURE, **option)
 
 
-@pytest.mark.parametrize("bad", BAD_NUMBERS)
-@pytest.mark.parametrize("name", ["centers", "half_extents", "angles", "depths", "colors", "opacities"])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("bad", BAD_NUMBERS)
+@for_each("name", ["centers", "half_extents", "angles", "depths", "colors", "opacities"])
+@for_each("dtype", [np.float32, np.float64])
 def test_poisoned_boxes_are_refused_by_column_and_row(name, bad, dtype):
     boxes = random_boxes(9, 20, 20, dtype=dtype)
     column = getattr(boxes, name).copy()
@@ -76,8 +77,8 @@ def test_poisoned_boxes_are_refused_by_column_and_row(name, bad, dtype):
         replace(boxes, **{name: column})
 
 
-@pytest.mark.parametrize("bad", BAD_NUMBERS)
-@pytest.mark.parametrize("name", ["means", "quats", "scales", "opacities", "sh"])
+@for_each("bad", BAD_NUMBERS)
+@for_each("name", ["means", "quats", "scales", "opacities", "sh"])
 def test_poisoned_gaussians_are_refused_by_column_and_row(name, bad):
     column = getattr(SCENE, name).copy()
     column.reshape(2, -1)[1, -1] = bad

@@ -17,6 +17,7 @@ from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
 from tests.differences import assert_same_gradient, central_differences
+from tests.kit.for_each import for_each
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, set_back, softened, texture_of
 
 SIZE = {"width": 41, "height": 23}  # cut tiles and blocks
@@ -40,7 +41,7 @@ def backward(boxes: Boxes, texture, filter="bilinear", v=None, **options):
     return rasterize_backward(boxes, texture, frame, *v, filter=filter, **options)
 
 
-@pytest.mark.parametrize("path", PATHS)
+@for_each("path", PATHS)
 def test_gradients_are_differences_of_the_definition(path):
     """Twelve boxes over each other and the picture's edge, faint and full ones: some pixels finish."""
     kind, filter = PATHS[path]
@@ -174,8 +175,8 @@ def test_float32_is_close_to_float64_also_under_many_layers():
         assert np.linalg.norm(actual - expected) <= 3e-5 * np.linalg.norm(expected), name
 
 
-@pytest.mark.parametrize("path", PATHS)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("path", PATHS)
+@for_each("dtype", [np.float32, np.float64])
 def test_any_number_of_threads_gives_the_same_bits(path, dtype):
     kind, filter = PATHS[path]
     size = {"width": 201, "height": 97}
@@ -199,9 +200,9 @@ def traced(boxes: Boxes, texture, **how):
     return rasterize_traced(boxes, BrushSet.of(texture), **how, **options)
 
 
-@pytest.mark.parametrize("layers", [False, True])
-@pytest.mark.parametrize("path", PATHS)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("layers", [False, True])
+@for_each("path", PATHS)
+@for_each("dtype", [np.float32, np.float64])
 def test_what_painting_kept_changes_no_bit(path, dtype, layers):
     """Of strokes that hide others, some behind finished pixels and finished tiles."""
     (kind, filter), size = PATHS[path], {"width": 101, "height": 57}

@@ -20,6 +20,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from tests.differences import assert_same_gradient, central_differences
+from tests.kit.for_each import for_each
 from tests.rendering.strokes import bristles, random_boxes, set_back, softened
 from tests.rendering.test_soft import CAMERA, scene_of
 
@@ -66,9 +67,9 @@ def assert_identical(actual, expected) -> None:
 # The definition
 
 
-@pytest.mark.parametrize("look", LOOKS)
-@pytest.mark.parametrize("softness", [None, 0.5])
-@pytest.mark.parametrize("filter", FILTERS)
+@for_each("look", LOOKS)
+@for_each("softness", [None, 0.5])
+@for_each("filter", FILTERS)
 def test_kernel_agrees_with_the_definition(filter, softness, look):
     boxes = some_boxes()
     boxes = boxes if softness is None else softened(boxes, softness)
@@ -120,8 +121,8 @@ def test_the_picture_does_not_depend_on_threads(filter):
 # The size of boxes
 
 
-@pytest.mark.parametrize("lock", ["off", "anchor"])
-@pytest.mark.parametrize("underpaint", [False, True])
+@for_each("lock", ["off", "anchor"])
+@for_each("underpaint", [False, True])
 def test_boxes_have_the_size_that_suits_their_brush(lock, underpaint):
     strokes = some_strokes()
     sigmas = np.random.default_rng(0).uniform(1, 3, len(strokes))
@@ -180,8 +181,8 @@ def test_built_in_kernels_fill_every_box_whatever_its_brush():
 # Gradients
 
 
-@pytest.mark.parametrize("look", LOOKS)
-@pytest.mark.parametrize("filter", ["mip", "bilinear"])
+@for_each("look", LOOKS)
+@for_each("filter", ["mip", "bilinear"])
 def test_gradients_are_differences_of_the_picture(filter, look):
     g = np.random.default_rng(4)
     boxes = with_brushes(set_back(random_boxes(6, 14, 11, sizes=(3, 9), seed=3), 0.3))

@@ -13,6 +13,7 @@ from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import Surface, paper
 from brushgs.values.sh import in_colors
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 
 CAMERA = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=96, height=72)
@@ -128,8 +129,8 @@ def test_light_changes_the_picture_only_where_there_is_height():
     np.testing.assert_array_equal(board.rgb, Painting((coat(strokes),), surface_of()).frame(CAMERA).rgb)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("num_threads", [1, 3])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("num_threads", [1, 3])
 def test_coats_are_composed_as_numpy_does(dtype, num_threads):
     g = np.random.default_rng(0)
     shape = (150, 240)  # several pieces of work

@@ -14,6 +14,7 @@ from brushgs.rendering.render import render
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
+from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.rendering.strokes import (
     PATHS,
@@ -53,7 +54,7 @@ def assert_same(actual: Frame, expected: Frame, rtol: float = 1e-9, atol: float 
         )
 
 
-@pytest.mark.parametrize(("path", "softness", "look"), pairs_of(PATHS, (None, 0.02, 0.5), LOOKS))
+@for_each(("path", "softness", "look"), pairs_of(PATHS, (None, 0.02, 0.5), LOOKS))
 def test_kernel_agrees_with_the_definition_in_float64(path, softness, look):
     boxes = set_back(random_boxes(150, **SIZE, sizes=(0.3, 40)), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)
@@ -62,8 +63,8 @@ def test_kernel_agrees_with_the_definition_in_float64(path, softness, look):
     assert not np.allclose(actual.alpha, painted(boxes, path, None, **LOOKS[look])[0].alpha)
 
 
-@pytest.mark.parametrize("softness", [None, 0.5])
-@pytest.mark.parametrize("path", PATHS)
+@for_each("softness", [None, 0.5])
+@for_each("path", PATHS)
 def test_kernel_agrees_with_the_definition_in_float32(path, softness):
     boxes = random_boxes(150, **SIZE)
     boxes = boxes if softness is None else softened(boxes, softness)
@@ -75,8 +76,8 @@ def test_kernel_agrees_with_the_definition_in_float32(path, softness):
     assert np.abs(actual.rgb - expected.rgb).mean() < 1e-4
 
 
-@pytest.mark.parametrize("look", LOOKS)
-@pytest.mark.parametrize("softness", [None, 0.5])
+@for_each("look", LOOKS)
+@for_each("softness", [None, 0.5])
 def test_a_limit_behind_all_boxes_changes_no_bit(softness, look):
     boxes = set_back(random_boxes(150, **SIZE), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)

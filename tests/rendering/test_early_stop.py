@@ -10,6 +10,7 @@ from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.rasterize import rasterize
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
+from tests.kit.for_each import for_each
 from tests.rendering.strokes import PATHS, boxes_of, random_boxes, softened, texture_of
 
 WIDTH, HEIGHT = 70, 40
@@ -33,8 +34,8 @@ def assert_same(actual: Frame, expected: Frame, rtol: float = 1e-10, atol: float
         )
 
 
-@pytest.mark.parametrize("stop", STOPS)
-@pytest.mark.parametrize("path", PATHS)
+@for_each("stop", STOPS)
+@for_each("path", PATHS)
 def test_kernel_agrees_with_the_definition_wherever_pixels_are_finished(path, stop):
     kind, filter = PATHS[path]
     how = {"filter": filter, "min_transmittance": stop, **SIZE}
@@ -44,8 +45,8 @@ def test_kernel_agrees_with_the_definition_wherever_pixels_are_finished(path, st
     assert expected.alpha.max() > 0.5 * (1 - stop)
 
 
-@pytest.mark.parametrize("stop", STOPS)
-@pytest.mark.parametrize("path", IMAGES)
+@for_each("stop", STOPS)
+@for_each("path", IMAGES)
 def test_kernel_agrees_with_the_definition_in_soft_order(path, stop):
     kind, filter = PATHS[path]
     how = {"filter": filter, "width": 41, "height": 23}  # the definition of this order is slow
@@ -67,8 +68,8 @@ def test_where_no_stroke_leaves_enough_light_nothing_is_painted(is_soft):
             assert not getattr(frame, name).any(), name
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("path", PATHS)
+@for_each("dtype", [np.float32, np.float64])
+@for_each("path", PATHS)
 def test_the_default_is_the_constant_of_training_bit_for_bit(path, dtype):
     kind, filter = PATHS[path]
     texture, how = texture_of(kind), {"filter": filter, **SIZE}

@@ -12,6 +12,7 @@ from brushgs.rendering import reference
 from brushgs.rendering.fragments import TILE_HEIGHT, FragmentFinder, no_fragments, stacked
 from brushgs.rendering.options import RenderOptions, rasterize_with
 from brushgs.rendering.underpaint import Underpaint
+from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.rendering.strokes import (
     PATHS,
@@ -55,7 +56,7 @@ def assert_as_defined(fragments, expected, rtol=1e-9, atol=1e-12):
         np.testing.assert_allclose(getattr(fragments, name), values, rtol=rtol, atol=atol, err_msg=name)
 
 
-@pytest.mark.parametrize(("look", "softness", "is_tested"), pairs_of(LOOKS, (None, 0.1, 20.0), (False, True)))
+@for_each(("look", "softness", "is_tested"), pairs_of(LOOKS, (None, 0.1, 20.0), (False, True)))
 def test_fragments_are_those_of_the_definition(look, softness, is_tested):
     boxes = set_back(random_boxes(80, 41, 23, sizes=(0.3, 40)), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)
@@ -82,9 +83,9 @@ def test_fragments_of_several_brushes_are_those_of_the_definition(softness):
     assert_as_defined(found_in(boxes, brushes, 41, 23), expected)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("softness", [None, 0.4])
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("dtype", [np.float32, np.float64])
+@for_each("softness", [None, 0.4])
+@for_each("look", LOOKS)
 def test_weights_make_up_the_picture(look, softness, dtype):
     boxes = set_back(random_boxes(700, 90, 55, seed=4, sizes=(0.5, 20), dtype=dtype), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)

@@ -12,6 +12,7 @@ from brushgs.rendering.glaze import DARKEST
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
+from tests.kit.for_each import for_each
 from tests.rendering.strokes import PATHS, boxes_of, random_boxes, set_back, softened, texture_of
 
 SOLID = StrokeTexture.from_coverage(np.ones((2, 2)))
@@ -31,8 +32,8 @@ def shuffled(boxes: Boxes, seed: int = 0) -> Boxes:
     return replace(boxes, opacities=boxes.opacities[rows], ids=boxes.ids[rows], **columns)
 
 
-@pytest.mark.parametrize(("width", "height"), [(1, 1), (41, 23)])
-@pytest.mark.parametrize("path", PATHS)
+@for_each(("width", "height"), [(1, 1), (41, 23)])
+@for_each("path", PATHS)
 def test_kernel_agrees_with_the_definition_in_float64(path, width, height):
     actual, expected = glazed(random_boxes(150, width, height), path, width, height)
     np.testing.assert_allclose(actual.rgb, expected.rgb, rtol=1e-9, atol=1e-11)
@@ -40,7 +41,7 @@ def test_kernel_agrees_with_the_definition_in_float64(path, width, height):
     assert np.ptp(expected.rgb) > 0 or width == 1
 
 
-@pytest.mark.parametrize("path", PATHS)
+@for_each("path", PATHS)
 def test_kernel_agrees_with_the_definition_in_float32(path):
     boxes = random_boxes(150, 41, 23)
     actual, expected = glazed(boxes.astype(np.float32), path, 41, 23)[0], glazed(boxes, path, 41, 23)[1]
@@ -70,7 +71,7 @@ def test_where_nothing_is_painted_a_glaze_leaves_all_light():
     assert (empty.alpha == 0).all()
 
 
-@pytest.mark.parametrize("path", PATHS)
+@for_each("path", PATHS)
 def test_the_order_of_glazes_plays_no_part(path):
     boxes = random_boxes(200, 50, 40)
     one, other = glazed(boxes, path, 50, 40)[0], glazed(shuffled(boxes), path, 50, 40)[0]

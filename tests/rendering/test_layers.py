@@ -24,6 +24,7 @@ from brushgs.rendering.wanted import Following, Wanted
 from brushgs.still_life import still_life_camera
 from brushgs.values.layers import Matte
 from brushgs.values.quats import quat_products
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 from tests.scenes import still_life_of
 from tests.stiff.scenes import SCENES as STIFF
@@ -70,7 +71,7 @@ def flattened(deep):
 # Mattes
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("look", LOOKS)
 def test_mattes_of_every_look_sum_to_what_is_painted(look):
     painting, camera = look_of(look)
     frame = painting.frame(camera, wanted=ALL)
@@ -93,7 +94,7 @@ def test_mattes_of_every_look_sum_to_what_is_painted(look):
         assert "ground" in frame.layers["layer"].names
 
 
-@pytest.mark.parametrize("scene", STIFF)
+@for_each("scene", STIFF)
 def test_mattes_of_stiff_scenes_sum_to_alpha(scene):
     stiff = STIFF[scene]
     layers = ("stroke", "normal", "uv", "motion")
@@ -178,8 +179,8 @@ def uv_in(boxes, rows, points):
     return (1 + places) / 2
 
 
-@pytest.mark.parametrize("underpaint", [False, True])
-@pytest.mark.parametrize("move", moved_cameras())
+@for_each("underpaint", [False, True])
+@for_each("move", moved_cameras())
 def test_motion_leads_to_the_same_place_of_the_same_stroke(move, underpaint):
     camera, strokes = moved_cameras()[move], strokes_of(ids=np.arange(150, dtype=np.int32))
     options = RenderOptions.of(FLAT, underpaint=underpaint, order="soft")
@@ -322,8 +323,8 @@ def test_normals_are_means_by_what_shows():
 # Deep samples
 
 
-@pytest.mark.parametrize("is_transparent", [False, True])
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("is_transparent", [False, True])
+@for_each("look", LOOKS)
 def test_deep_samples_laid_over_each_other_are_the_picture(look, is_transparent):
     painting, camera = look_of(look)
     painting = replace(painting, is_transparent=is_transparent)
@@ -368,7 +369,7 @@ def test_height_and_unlit_are_those_of_the_canvas():
     assert (lit.layers["depth"] > 0).any()
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("look", LOOKS)
 def test_what_is_wanted_changes_no_bit_of_the_picture(look):
     painting, camera = look_of(look)
     alone, with_all = painting.frame(camera), painting.frame(camera, wanted=ALL)

@@ -9,6 +9,7 @@ import pytest
 from brushgs.rendering import reference
 from brushgs.rendering.light import MOST_STRENGTH, STRENGTH, Lamp, blur_taps, light
 from brushgs.values.camera import Camera
+from tests.kit.for_each import for_each
 
 MATT = Lamp(strength=1.0, gloss=0.0)
 SIZES = [(1, 1), (1, 9), (7, 1), (37, 53), (130, 201)]  # the last in several strips
@@ -36,9 +37,9 @@ def waves(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
 # The definition
 
 
-@pytest.mark.parametrize("lamp", [Lamp(), MATT, Lamp(0.3, 0.2, 0.7, 0.5, 7), Lamp(1, pi / 2, 0, 1, 1)])
-@pytest.mark.parametrize("blur", [0.0, 0.6, 9.0])
-@pytest.mark.parametrize("size", SIZES)
+@for_each("lamp", [Lamp(), MATT, Lamp(0.3, 0.2, 0.7, 0.5, 7), Lamp(1, pi / 2, 0, 1, 1)])
+@for_each("blur", [0.0, 0.6, 9.0])
+@for_each("size", SIZES)
 def test_kernel_agrees_with_the_definition(size, blur, lamp):
     rgb, height = colors(*size), bumps(*size)
     alpha = np.random.default_rng(1).uniform(0, 1, size)
@@ -95,9 +96,9 @@ def test_highlights_are_those_of_the_mirrored_lamp():
 # What stays as it is
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("level", [0.0, 0.37, -5.1])
-@pytest.mark.parametrize("size", SIZES)
+@for_each("dtype", [np.float32, np.float64])
+@for_each("level", [0.0, 0.37, -5.1])
+@for_each("size", SIZES)
 def test_flat_height_changes_no_bit(size, level, dtype):
     rgb = colors(*size, dtype=dtype)
     lamp = Lamp(strength=0.9, gloss=0.7)
@@ -176,7 +177,7 @@ def test_the_lamp_stands_at_the_upper_left():
     np.testing.assert_allclose(np.linalg.norm([Lamp().direction, Lamp().half_way], axis=1), 1)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("field", "value", "sentence"),
     [
         ("azimuth", np.nan, "azimuth must be finite, got nan"),

@@ -11,6 +11,7 @@ from brushgs.rendering.constants import MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.rendering.rasterize import rasterize
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
+from tests.kit.for_each import for_each
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, texture_of
 
 # (width, height); a tile is 32 x 16 pixels, a block 4 x 4.
@@ -40,8 +41,8 @@ def assert_same(actual: Frame, expected: Frame) -> None:
 # Float64
 
 
-@pytest.mark.parametrize(("width", "height"), SIZES)
-@pytest.mark.parametrize("path", PATHS)
+@for_each(("width", "height"), SIZES)
+@for_each("path", PATHS)
 def test_kernel_agrees_with_the_definition_in_float64(path, width, height):
     boxes = random_boxes(300, width, height, sizes=(0.3, 60))
     actual, expected = painted(boxes, path, width, height)
@@ -66,8 +67,8 @@ SHAPES = {
 }
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("path", PATHS)
+@for_each("shape", SHAPES)
+@for_each("path", PATHS)
 def test_kernel_agrees_for_hard_shapes(path, shape):
     boxes = random_boxes(24, 75, 50, seed=4, sizes=(3, 30))
     row = boxes_of(boxes.centers, **{"half_extents": boxes.half_extents, **SHAPES[shape]})
@@ -78,7 +79,7 @@ def test_kernel_agrees_for_hard_shapes(path, shape):
         assert expected.alpha.max() > 0.05
 
 
-@pytest.mark.parametrize("path", PATHS)
+@for_each("path", PATHS)
 def test_boxes_outside_paint_nothing_and_those_partly_outside_are_cut(path):
     away = boxes_of([[-50, 20], [200, 20], [30, -80], [30, 4000], [1e9, -1e9]], 10, angles=0.3)
     actual, expected = painted(away, path, 75, 50)
@@ -91,8 +92,8 @@ def test_boxes_outside_paint_nothing_and_those_partly_outside_are_cut(path):
     assert (actual.alpha > 0).sum() > 300
 
 
-@pytest.mark.parametrize("path", PATHS)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("path", PATHS)
+@for_each("dtype", [np.float32, np.float64])
 def test_no_boxes_paint_nothing(path, dtype):
     boxes = random_boxes(5, 40, 20, dtype=dtype)
     none = boxes.take(np.s_[:0])
@@ -109,8 +110,8 @@ def test_twenty_thousand_boxes_agree():
     assert_same(actual, expected)
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (7, 1), (2, 2), (1, 2), (300, 5)])
-@pytest.mark.parametrize("filter", ["bilinear", "mip", "nearest"])
+@for_each("shape", [(1, 1), (1, 7), (7, 1), (2, 2), (1, 2), (300, 5)])
+@for_each("filter", ["bilinear", "mip", "nearest"])
 def test_stroke_images_of_any_shape_agree(shape, filter):
     boxes, texture = random_boxes(200, 75, 50), bristles(*shape)
     size = {"width": 75, "height": 50, "filter": filter}
@@ -126,8 +127,8 @@ def test_opaque_and_empty_stroke_images_agree(filter):
     assert not rasterize(boxes, empty, **size).alpha.any()
 
 
-@pytest.mark.parametrize("path", PATHS)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("path", PATHS)
+@for_each("dtype", [np.float32, np.float64])
 def test_without_depth_the_rest_is_the_same(path, dtype):
     boxes = random_boxes(300, 75, 50, dtype=dtype)
     with_depth, _ = painted(boxes, path, 75, 50)

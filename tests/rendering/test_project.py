@@ -23,6 +23,7 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import sh_basis, used_sh_degree
+from tests.kit.for_each import for_each
 
 SIZE = {"width": 200, "height": 150}
 FRONT = Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)  # world axes are camera axes: x right, y down
@@ -85,7 +86,7 @@ def assert_identical(actual: Boxes, expected: Boxes) -> None:
 # The core against the definition
 
 
-@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+@for_each("degree", [0, 1, 2, 3])
 def test_core_agrees_with_the_definition_in_float64(degree):
     scene = random_scene(3000, degree=degree)
     boxes = project(scene, FRONT)
@@ -94,7 +95,7 @@ def test_core_agrees_with_the_definition_in_float64(degree):
     assert boxes.depths.dtype == np.float64
 
 
-@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+@for_each("degree", [0, 1, 2, 3])
 def test_core_agrees_with_the_definition_in_float32(degree):
     scene = random_scene(3000, degree=degree, dtype=np.float32)
     boxes = project(scene, FRONT)
@@ -102,8 +103,8 @@ def test_core_agrees_with_the_definition_in_float32(degree):
     assert boxes.depths.dtype == np.float32
 
 
-@pytest.mark.parametrize("low_pass", [0.0, 0.3, 2.0])
-@pytest.mark.parametrize("num_sigmas", [0.5, 3.0])
+@for_each("low_pass", [0.0, 0.3, 2.0])
+@for_each("num_sigmas", [0.5, 3.0])
 def test_core_agrees_for_other_low_passes_and_cuts(low_pass, num_sigmas):
     scene, how = random_scene(500), {"low_pass": low_pass, "num_sigmas": num_sigmas}
     assert_same_boxes(
@@ -143,9 +144,9 @@ def antialiased(scene: Gaussians) -> Gaussians:
     return replace(scene, antialiased=True)
 
 
-@pytest.mark.parametrize("fade", [False, True])
-@pytest.mark.parametrize("lock", ["off", "anchor", "given"])
-@pytest.mark.parametrize("low_pass", [0.0, 0.3])
+@for_each("fade", [False, True])
+@for_each("lock", ["off", "anchor", "given"])
+@for_each("low_pass", [0.0, 0.3])
 def test_core_agrees_with_the_definition_where_a_scene_is_antialiased(lock, fade, low_pass):
     scene = antialiased(random_scene(2000, degree=0))
     angles = np.random.default_rng(1).uniform(-3, 3, len(scene)).astype(np.float32)
@@ -169,8 +170,8 @@ def test_only_the_opacity_of_an_antialiased_scene_is_another():
     assert (fainter.opacities < plain.opacities[kept]).all()
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("aspect", [1.0, 1e2, 1e4, 1e8])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("aspect", [1.0, 1e2, 1e4, 1e8])
 def test_an_antialiased_needle_keeps_the_share_of_its_scales(aspect, dtype):
     """Facing the camera the two variances are known; a determinant ac - b^2 would be lost from 1e8 on.
 
@@ -213,7 +214,7 @@ def test_antialiasing_keeps_the_paint_of_what_is_smaller_than_a_pixel():
 # Shapes that are hard
 
 
-@pytest.mark.parametrize("aspect", [1.0, 1e2, 1e4, 1e5, 1e8])
+@for_each("aspect", [1.0, 1e2, 1e4, 1e5, 1e8])
 def test_needles_facing_the_camera_have_the_extents_of_their_scales(aspect):
     """Measured worst 4e-16 up to aspect 1e8, then some 4e-33 x its square: 4e-15 at 1e9, 4e-13 at 1e10."""
     length, pixels = 0.5, FRONT.K[0, 0] / 4
@@ -226,7 +227,7 @@ def test_needles_facing_the_camera_have_the_extents_of_their_scales(aspect):
             assert boxes.angles[0] == pytest.approx(angle, abs=1e-14)
 
 
-@pytest.mark.parametrize("aspect", [1e1, 1e3, 1e5, 1e8])
+@for_each("aspect", [1e1, 1e3, 1e5, 1e8])
 def test_needles_of_any_direction_keep_both_extents(aspect):
     """The rows of M span a parallelogram: its area over the longer extent is the shorter one.
 
@@ -283,8 +284,8 @@ def test_round_things_have_angle_zero(dtype):
     assert project(flat, FRONT).angles[0] == 0
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("noise", [0.0, 1e-17, -1e-17, 1e-15, -1e-15])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("noise", [0.0, 1e-17, -1e-17, 1e-15, -1e-15])
 def test_horizontal_is_zero_and_vertical_is_plus_a_quarter_turn(dtype, noise):
     across = project(single(quat=(1, 0, 0, noise), scale=(1, 0.1, 0.1), dtype=dtype), FRONT)
     np.testing.assert_allclose(across.angles, 0, atol=1e-14)
@@ -511,7 +512,7 @@ def test_colours_are_cut_at_zero_but_not_at_one():
         np.testing.assert_allclose(project(scene, FRONT).colors, color)
 
 
-@pytest.mark.parametrize("used", [0, 1, 2, 3])
+@for_each("used", [0, 1, 2, 3])
 def test_empty_bands_are_not_evaluated_and_change_nothing(used):
     scene = random_scene(10_000, dtype=np.float32)
     sh = scene.sh.copy()
@@ -556,9 +557,9 @@ def test_everything_left_out_is_counted_under_its_reason(dtype):
     assert counts.total == 7
 
 
-@pytest.mark.parametrize("side", [-1, 1])
-@pytest.mark.parametrize("axis", [0, 1])
-@pytest.mark.parametrize(("gap", "num_boxes"), [(-1e-6, 1), (1e-6, 0)])
+@for_each("side", [-1, 1])
+@for_each("axis", [0, 1])
+@for_each(("gap", "num_boxes"), [(-1e-6, 1), (1e-6, 0)])
 def test_a_box_is_outside_only_if_its_upright_rectangle_is(side, axis, gap, num_boxes):
     pixels = FRONT.K[0, 0] / 4  # of one world unit, at the needle
     size = (SIZE["width"], SIZE["height"])[axis]
@@ -583,7 +584,7 @@ def test_arguments_of_another_type_are_refused_by_name():
         project(single(), FRONT, num_threads=2.0)
 
 
-@pytest.mark.parametrize("value", [0.0, -1.0, np.inf, np.nan])
+@for_each("value", [0.0, -1.0, np.inf, np.nan])
 def test_num_sigmas_out_of_range_is_refused(value):
     with pytest.raises(ValueError, match=rf"project: num_sigmas must be positive and finite, got {value}"):
         project(single(), FRONT, num_sigmas=value)

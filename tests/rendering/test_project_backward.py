@@ -11,6 +11,7 @@ from brushgs.rendering.project import Directions, ProjectOptions, project
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import SH_TERMS, Gaussians
 from tests.differences import assert_same_gradient, central_differences
+from tests.kit.for_each import for_each
 
 CAMERA = Camera.look_at((0.5, -0.6, 2.6), (0, 0, 0), width=80, height=60, near=0.2)
 TERMS = {degree: terms for terms, degree in SH_TERMS.items()}
@@ -76,7 +77,7 @@ CASES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", CASES)
+@for_each("case", CASES)
 def test_gradients_are_differences_of_the_definition(case):
     scene, options = CASES[case]
     boxes = reference.project(scene, CAMERA, **options)
@@ -221,8 +222,8 @@ def test_the_angle_of_a_nearly_round_ellipse_turns_as_fast_as_it_does(lock):
     assert_same_gradient("angles", actual, central_differences(loss, scene.scales, step=1e-11), rtol=1e-3)
 
 
-@pytest.mark.parametrize("antialiased", [False, True])
-@pytest.mark.parametrize("shape", ["flat", "needle", "point", "far quats"])
+@for_each("antialiased", [False, True])
+@for_each("shape", ["flat", "needle", "point", "far quats"])
 def test_extreme_gaussians_have_finite_gradients(shape, antialiased):
     scene = scene_of(9, degree=3)
     scales = {"flat": (1, 1, 0), "needle": (1, 1e-7, 1e-7), "point": (0, 0, 0), "far quats": (1, 1, 1)}[shape]

@@ -42,6 +42,7 @@ from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import in_colors
+from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.rendering.moving_strokes import motion_of, with_ids
 from tests.rendering.strokes import (
@@ -78,7 +79,7 @@ def painted(boxes: Boxes, texture: StrokeTexture | BrushSet, path: str, **option
 # The definition
 
 
-@pytest.mark.parametrize(("path", "brush", "softness", "look"), pairs_of(PATHS, TEXTURES, (None, 0.5), LOOKS))
+@for_each(("path", "brush", "softness", "look"), pairs_of(PATHS, TEXTURES, (None, 0.5), LOOKS))
 def test_kernel_agrees_with_the_definition(path, brush, softness, look):
     size = {"width": 41, "height": 35}  # 3 x 3 tiles, the last ones cut off; the definition is slow
     boxes = relieved(set_back(random_boxes(120, *size.values(), seed=3, sizes=(0.3, 60)), 1.0))
@@ -95,10 +96,10 @@ def test_kernel_agrees_with_the_definition(path, brush, softness, look):
     assert off[off <= 4e-4].mean() < 1e-5
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("look", LOOKS)
-@pytest.mark.parametrize("softness", [None, 0.5])
-@pytest.mark.parametrize("path", PATHS)
+@for_each("dtype", [np.float32, np.float64])
+@for_each("look", LOOKS)
+@for_each("softness", [None, 0.5])
+@for_each("path", PATHS)
 def test_relief_changes_no_bit_of_the_rest(path, softness, look, dtype):
     boxes = set_back(random_boxes(400, 75, 50, seed=5, sizes=(0.3, 40), dtype=dtype), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)
@@ -319,7 +320,7 @@ def test_what_is_light_is_asked_of_the_painted_area_whatever_the_order():
     assert Relief().in_lights_of(strokes) == Relief()
 
 
-@pytest.mark.parametrize(
+@for_each(
     "columns",
     [
         {"scales": 0.0},
@@ -400,8 +401,8 @@ def test_boxes_without_reliefs_are_refused():
         rasterize(random_boxes(5, 20, 20), SOLID, width=20, height=20, relief=True)
 
 
-@pytest.mark.parametrize("name", ["thickness", "gain"])
-@pytest.mark.parametrize("value", [-0.1, np.nan, np.inf])
+@for_each("name", ["thickness", "gain"])
+@for_each("value", [-0.1, np.nan, np.inf])
 def test_numbers_out_of_range_are_refused_by_name(name, value):
     with pytest.raises(ValueError, match=f"Relief: {name} must be >= 0 and finite, got"):
         Relief(**{name: value})

@@ -18,6 +18,7 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
 
@@ -65,7 +66,7 @@ def pile(depths, softness, *, opacities=1.0, colors=None, dtype=np.float64) -> B
 # The definition
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("path", "size", "softness"), pairs_of(IMAGES, [(1, 1), (33, 17), (75, 50)], (0.02, 0.3, 2.0, 100.0))
 )
 def test_kernel_agrees_with_the_definition_in_float64(path, size, softness):
@@ -120,8 +121,8 @@ def test_the_built_in_kernels_are_drawn_by_depth(path):
 # Beside the hard order
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("path", IMAGES)
+@for_each("dtype", [np.float32, np.float64])
+@for_each("path", IMAGES)
 def test_without_softness_or_with_one_that_never_meets_every_bit_is_that_of_sorted_strokes(path, dtype):
     boxes = random_boxes(2000, 130, 75, seed=6, sizes=(0.3, 30), dtype=dtype)
     boxes = replace(boxes, depths=np.linspace(1, 9, 2000).astype(dtype))
@@ -230,8 +231,8 @@ STACKS = {
 }
 
 
-@pytest.mark.parametrize("opacity", [1.0, 0.5, 0.02, 0.004])
-@pytest.mark.parametrize("stack", STACKS)
+@for_each("opacity", [1.0, 0.5, 0.02, 0.004])
+@for_each("stack", STACKS)
 def test_stacks_of_strokes_in_one_band_are_as_defined_and_finite(stack, opacity):
     """Of full paint a pixel takes sixteen, of faint all: up to a thousand, which are a crowd."""
     depths, softness = STACKS[stack]

@@ -6,7 +6,6 @@ import sys
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,6 +16,7 @@ from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
+from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.rendering.strokes import boxes_of, bristles, depth_test_of, relieved, ridges, set_back
 from tests.rendering.test_fragments import found_in
@@ -71,16 +71,14 @@ def error_of(boxes: Boxes, **options) -> float:
     return float(max(np.abs(actual.rgb - expected.rgb).max(), np.abs(actual.alpha - expected.alpha).max()))
 
 
-@pytest.mark.parametrize(
-    ("opacities", "softness", "spread", "num"), pairs_of(OPACITIES, SOFTNESS, SPREADS, NUMBERS)
-)
+@for_each(("opacities", "softness", "spread", "num"), pairs_of(OPACITIES, SOFTNESS, SPREADS, NUMBERS))
 def test_crowds_are_as_defined_to_half_a_step_of_eight_bits(opacities, softness, spread, num):
     n, dtype = num
     boxes = crowd(n, opacities=OPACITIES[opacities], softness=SOFTNESS[softness], spread=spread, dtype=dtype)
     assert error_of(boxes) < ERROR
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("look", LOOKS)
 def test_crowds_of_every_look_are_as_defined(look):
     for softness in ("one", "wide"):
         boxes = relieved(set_back(crowd(200, opacities=(0.02, 0.2), softness=SOFTNESS[softness]), 0.5))

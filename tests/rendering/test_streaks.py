@@ -21,6 +21,7 @@ from brushgs.rendering.streaks import (
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
 from tests.differences import assert_same_gradient, central_differences
+from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
 
@@ -43,7 +44,7 @@ def kernel_of(boxes: Boxes, path: str, width: int, height: int, streaks: float) 
     return rasterize(boxes, texture_of(kind), width=width, height=height, filter=filter, streaks=streaks)
 
 
-@pytest.mark.parametrize(("path", "streaks", "softness"), pairs_of(IMAGES, (0.01, 0.5), (None, 0.5)))
+@for_each(("path", "streaks", "softness"), pairs_of(IMAGES, (0.01, 0.5), (None, 0.5)))
 def test_kernel_agrees_with_the_definition(path, streaks, softness):
     boxes = random_boxes(100, 75, 50, seed=3, sizes=(0.3, 60))
     boxes = boxes if softness is None else softened(boxes, softness)
@@ -62,8 +63,8 @@ def test_kernel_agrees_with_the_definition(path, streaks, softness):
     assert off[off <= 2e-4].mean() < 5e-6
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (3, 9), (2, 2), (300, 5)])
-@pytest.mark.parametrize("filter", ["bilinear", "mip", "nearest"])
+@for_each("shape", [(1, 1), (1, 7), (3, 9), (2, 2), (300, 5)])
+@for_each("filter", ["bilinear", "mip", "nearest"])
 def test_stroke_images_of_any_shape_agree(shape, filter):
     boxes, texture = random_boxes(200, 75, 50), bristles(*shape)
     how = {"width": 75, "height": 50, "filter": filter, "streaks": 0.4}
@@ -152,7 +153,7 @@ def test_gradients_are_differences_of_the_definition(path):
         assert_same_gradient(f"{path} {name}", getattr(actual, name), numerical)
 
 
-@pytest.mark.parametrize("streaks", [-0.1, MOST_STREAKS + 0.01, np.nan, np.inf])
+@for_each("streaks", [-0.1, MOST_STREAKS + 0.01, np.nan, np.inf])
 def test_an_amplitude_out_of_range_is_refused_by_name(streaks):
     boxes = random_boxes(5, 20, 20)
     with pytest.raises(ValueError, match=r"rasterize: streaks must be in 0 to 0.5, got"):

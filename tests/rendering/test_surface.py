@@ -17,6 +17,7 @@ from brushgs.rendering.surface import (
     linen,
     paper,
 )
+from tests.kit.for_each import for_each
 
 CANVASES = {"linen": linen, "paper": paper}
 HEIGHTS = {"linen": LINEN_HEIGHT, "paper": PAPER_HEIGHT}
@@ -92,8 +93,8 @@ def test_a_small_picture_previews_a_large_one(name):
     np.testing.assert_allclose(halved.std(), small.std(), rtol=0.2)
 
 
-@pytest.mark.parametrize("name", CANVASES)
-@pytest.mark.parametrize(("width", "height"), [(750, 1000), (1600, 1200), (1920, 1080), (700, 1600)])
+@for_each("name", CANVASES)
+@for_each(("width", "height"), [(750, 1000), (1600, 1200), (1920, 1080), (700, 1600)])
 def test_a_picture_of_another_shape_shows_the_same_from_its_upper_left_corner(name, width, height):
     """A place on the canvas has its height in a picture of any size, to what pixels resolve."""
     usual, other = canvas(name), canvas(name, width, height)
@@ -119,8 +120,8 @@ def test_the_weave_as_drawn_has_the_measured_mean_and_deviation():
     assert 0.9 < WEAVE_MEAN < 1.1
 
 
-@pytest.mark.parametrize(("width", "height"), [(1, 1), (3, 500), (16, 12), (320, 180), (3840, 2160)])
-@pytest.mark.parametrize("name", CANVASES)
+@for_each(("width", "height"), [(1, 1), (3, 500), (16, 12), (320, 180), (3840, 2160)])
+@for_each("name", CANVASES)
 def test_any_size_has_a_surface(name, width, height):
     surface = canvas(name, width, height)
     assert surface.rgb.shape == (height, width, 3)

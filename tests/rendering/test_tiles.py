@@ -6,6 +6,7 @@ import pytest
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.rasterize import rasterize
+from tests.kit.for_each import for_each
 from tests.rendering.strokes import boxes_of, random_boxes, relieved, ridges, softened
 
 SOLID = StrokeTexture.from_coverage(np.ones((2, 2)))
@@ -20,8 +21,8 @@ def num_wrong(boxes, width: int, height: int) -> int:
     )
 
 
-@pytest.mark.parametrize("quarters", [-2, -1, 0, 1, 2, 3])
-@pytest.mark.parametrize("lean", [0.0, 1e-17, 1e-13, -1e-13, 1e-9, -1e-9, 1e-7, -1e-6, 1e-5])
+@for_each("quarters", [-2, -1, 0, 1, 2, 3])
+@for_each("lean", [0.0, 1e-17, 1e-13, -1e-13, 1e-9, -1e-9, 1e-7, -1e-6, 1e-5])
 def test_boxes_that_lie_along_the_pixels_fill_all_their_tiles(quarters, lean):
     g = np.random.default_rng(1)
     for center, half in zip(g.uniform(20, 80, (40, 2)), g.uniform(10, 60, (40, 2)), strict=True):

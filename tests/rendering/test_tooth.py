@@ -8,6 +8,7 @@ import pytest
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.tooth import SOFTNESS, press
 from brushgs.values.frame import Frame
+from tests.kit.for_each import for_each
 from tests.rendering.strokes import random_boxes
 
 
@@ -26,9 +27,9 @@ def expected(frame: Frame, grain, dry: float):
     return frame.rgb * share[..., None], frame.alpha * share
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("dry", [0, 0.2, 0.42, 1])
-@pytest.mark.parametrize("size", [(37, 23), (1, 1), (16, 16), (40, 40)])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("dry", [0, 0.2, 0.42, 1])
+@for_each("size", [(37, 23), (1, 1), (16, 16), (40, 40)])
 def test_pressed_marks_are_those_of_the_formula(size, dry, dtype):
     frame = frame_of(*size, dtype=dtype)
     grain = np.random.default_rng(2).uniform(0, 1, size)

@@ -22,6 +22,7 @@ from brushgs.rendering.track import Track, track_directions
 from brushgs.rendering.visibility import visible_areas
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 
 SIZE = {"width": 160, "height": 120}
 FRONT = Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)
@@ -99,9 +100,9 @@ LOCKS = {
 }
 
 
-@pytest.mark.parametrize("fade", [False, True])
-@pytest.mark.parametrize("lock", LOCKS)
-@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@for_each("fade", [False, True])
+@for_each("lock", LOCKS)
+@for_each("dtype", [np.float64, np.float32])
 def test_the_kernel_is_the_definition_for_every_lock(lock, fade, dtype):
     scene = strokes(400, dtype=np.float32).astype(dtype)
     actual = project(scene, FRONT, lock=LOCKS[lock], fade=fade)
@@ -480,8 +481,8 @@ STIFF = {
 }
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("name", STIFF)
+@for_each("dtype", [np.float32, np.float64])
+@for_each("name", STIFF)
 def test_stiff_strokes_are_followed_without_a_fault(name, dtype):
     scene = STIFF[name].astype(dtype)
     through = [Camera.look_at((0.3 * t, 0.1, -t), (0, 0, 0.5), **SIZE) for t in np.linspace(2, -2, 60)]
@@ -527,7 +528,7 @@ def test_track_yields_the_boxes_that_a_sequence_paints():
 # Words
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("call", "words"),
     [
         (
@@ -586,8 +587,8 @@ def test_frames_that_are_far_apart_are_the_knots():
 COARSE = {3.0: 0.002, 3.4: 0.003, 3.6: 0.003, 5.0: 0.01, 7.5: 0.025, 10.0: 0.04, 15.0: 0.03}
 
 
-@pytest.mark.parametrize("is_loop", [False, True])
-@pytest.mark.parametrize("degrees", COARSE)
+@for_each("is_loop", [False, True])
+@for_each("degrees", COARSE)
 def test_at_coarse_steps_a_lock_is_better_than_none(degrees, is_loop):
     """Neither flips nor spins up to 10 degrees a frame; at 15 strokes turn by up to 29 degrees."""
     num_frames = round(360 / degrees)

@@ -14,6 +14,7 @@ from brushgs.rendering.track import track_directions
 from brushgs.rendering.track_moving import MovingTrack, track_moving
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quat_products, quats_of
+from tests.kit.for_each import for_each
 from tests.rendering.moving_strokes import motion_of, tumbling, turn_about, with_ids
 from tests.rendering.test_track import (
     FRONT,
@@ -118,8 +119,8 @@ def test_strokes_that_rest_do_not_depend_on_those_that_move():
 # What moves
 
 
-@pytest.mark.parametrize("is_closed", [False, True])
-@pytest.mark.parametrize("degrees", [20.0, 85.0, -77.0])
+@for_each("is_closed", [False, True])
+@for_each("degrees", [20.0, 85.0, -77.0])
 def test_what_turns_in_the_picture_takes_its_strokes_with_it(degrees, is_closed):
     """However fast; and hardly relative to it: wide strokes off the middle are seen a little aslant."""
     motion, positions, cameras = around_the_ray(degrees), EVERY, STILL
@@ -138,8 +139,8 @@ def test_what_turns_in_the_picture_takes_its_strokes_with_it(degrees, is_closed)
         np.testing.assert_array_equal(path.directions(0).angles, path.directions(len(path) - 1).angles)
 
 
-@pytest.mark.parametrize("is_turning", [False, True])
-@pytest.mark.parametrize("degrees", [0.5, 3.0, 6.0])
+@for_each("is_turning", [False, True])
+@for_each("degrees", [0.5, 3.0, 6.0])
 def test_strokes_of_a_moving_scene_do_not_flip_spin_or_pop(degrees, is_turning):
     """Measured at 6 degrees a step: at most 10.4 in the picture, 682 flips and 320 spins without a lock."""
     cameras = turntable(NUM_FRAMES) if is_turning else STILL
@@ -330,7 +331,7 @@ def test_what_turns_before_the_camera_and_back_behind_it_still_closes():
     assert np.degrees(steps_of(turns_of(path)).max()) < 15 + 70 / 60
 
 
-@pytest.mark.parametrize("fps", [10, 15, 60, 120])
+@for_each("fps", [10, 15, 60, 120])
 def test_the_frame_rate_does_not_change_what_happens(fps):
     """A second of a clip has 30 knots at any rate; what is played faster turns by as much in a second."""
     positions = np.arange(0, 59.01, 30 / fps)
@@ -438,7 +439,7 @@ def test_stiff_strokes_that_move_are_followed_without_a_fault(dtype):
 # Words
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("changed", "words"),
     [
         ({"cameras": []}, "track: cameras must hold at least one, got none"),

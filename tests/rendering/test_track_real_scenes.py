@@ -14,10 +14,8 @@ from tests.scenes import real_scene
 SIZE = {"width": 800, "height": 800}
 # Up, and whether the long path leads over the poles: each scene has one of the two.
 SCENES = {
-    "koala.ply": ("-y", False),
     "derived/chair.ply": ("+z", True),
     "derived/truck.ply": ("-y", False),
-    "derived/skull_sh3.ply": ("-y", True),
 }
 
 

@@ -17,6 +17,7 @@ from brushgs.rendering.underpaint import OPACITY, SIZE, STROKE_REACH, Underpaint
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
 from tests.differences import assert_same_gradient, central_differences
+from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.rendering.strokes import PATHS, boxes_of, random_boxes, set_back, softened, texture_of
 from tests.rendering.test_soft import CAMERA, scene_of
@@ -50,7 +51,7 @@ def assert_identical(actual: Frame, expected: Frame) -> None:
 # The definition
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("path", "size", "softness", "look"),
     pairs_of(IMAGES, [(1, 1), (41, 23)], (None, 0.02, 0.5, 20.0), LOOKS),
 )
@@ -65,8 +66,8 @@ def test_kernel_agrees_with_the_definition_in_float64(path, size, softness, look
     assert np.abs(actual.rgb - without.rgb).max() > 1e-6
 
 
-@pytest.mark.parametrize("softness", [None, 0.3])
-@pytest.mark.parametrize("reach", [1e-6, 0.3, 1.0, 6.0, 1e6])
+@for_each("softness", [None, 0.3])
+@for_each("reach", [1e-6, 0.3, 1.0, 6.0, 1e6])
 def test_underpaint_may_be_smaller_or_larger_than_its_stroke(reach, softness):
     boxes = set_back(random_boxes(60, 41, 23, seed=2, sizes=(1, 30)), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)
@@ -74,8 +75,8 @@ def test_underpaint_may_be_smaller_or_larger_than_its_stroke(reach, softness):
         assert_same(*painted(boxes, "mip", 41, 23, underpaint=Underpaint(reach, opacity)))
 
 
-@pytest.mark.parametrize("softness", [None, 0.5])
-@pytest.mark.parametrize("path", IMAGES)
+@for_each("softness", [None, 0.5])
+@for_each("path", IMAGES)
 def test_kernel_agrees_with_the_definition_in_float32(path, softness):
     """Rounding, but where it decides about the edge of a texel or a box, or which of two comes first."""
     boxes = set_back(random_boxes(600, 100, 60, seed=4, sizes=(0.5, 20), dtype=np.float32), 1.0)
@@ -146,8 +147,8 @@ def test_the_built_in_kernels_have_none(path):
     assert_identical(painted(bare, path, 40, 30)[0], actual)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("path", IMAGES)
+@for_each("dtype", [np.float32, np.float64])
+@for_each("path", IMAGES)
 def test_setbacks_alone_change_no_bit(path, dtype):
     boxes = random_boxes(500, 75, 50, dtype=dtype)
     assert_identical(
@@ -166,8 +167,8 @@ def test_in_soft_order_without_softness_nothing_changes(path):
 # Gradients
 
 
-@pytest.mark.parametrize("look", LOOKS)
-@pytest.mark.parametrize("path", IMAGES)
+@for_each("look", LOOKS)
+@for_each("path", IMAGES)
 def test_gradients_are_differences_of_the_definition(path, look):
     kind, filter = PATHS[path]
     texture, g = texture_of(kind), np.random.default_rng(9)
@@ -190,8 +191,8 @@ def test_gradients_are_differences_of_the_definition(path, look):
         assert_same_gradient(f"{path} {name}", getattr(actual, name), numerical)
 
 
-@pytest.mark.parametrize("look", LOOKS)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("look", LOOKS)
+@for_each("dtype", [np.float32, np.float64])
 def test_gradients_do_not_depend_on_threads(dtype, look):
     size, g = {"width": 201, "height": 97}, np.random.default_rng(1)
     boxes = set_back(random_boxes(5000, **size, seed=6, sizes=(0.3, 15), dtype=dtype), 0.5)
@@ -229,8 +230,8 @@ def test_a_stroke_outside_whose_underpaint_reaches_in_has_its_gradient():
 # Where it comes from
 
 
-@pytest.mark.parametrize("order", ["depth", "soft"])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("order", ["depth", "soft"])
+@for_each("dtype", [np.float32, np.float64])
 def test_setbacks_are_the_mean_of_the_two_larger_scales_in_every_view(dtype, order):
     scene = scene_of(2, dtype=dtype)
     boxes = project(scene, CAMERA, order=order, underpaint=True)
@@ -303,9 +304,9 @@ STACKS = {
 }
 
 
-@pytest.mark.parametrize("softness", [None, 0.05])
-@pytest.mark.parametrize("opacity", [1.0, 0.3, 0.005])
-@pytest.mark.parametrize("stack", STACKS)
+@for_each("softness", [None, 0.05])
+@for_each("opacity", [1.0, 0.3, 0.005])
+@for_each("stack", STACKS)
 def test_stacks_of_strokes_are_as_defined_and_finite(stack, opacity, softness):
     g = np.random.default_rng(1)
     depths = np.full(300, 3e38) if stack == "beyond float32" else np.linspace(1, 9, 300)
@@ -324,9 +325,9 @@ def test_stacks_of_strokes_are_as_defined_and_finite(stack, opacity, softness):
     np.testing.assert_allclose(actual.rgb, expected.rgb, atol=1e-4)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("softness", [None, 0.0, 1.0])
-@pytest.mark.parametrize("n", [0, 1])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("softness", [None, 0.0, 1.0])
+@for_each("n", [0, 1])
 def test_one_box_and_none(n, softness, dtype):
     boxes = set_back(random_boxes(5, 20, 20, sizes=(5, 9), dtype=dtype).take(np.s_[:n]), 1.0)
     boxes = boxes if softness is None else replace(boxes, softness=np.full(n, softness, dtype))

@@ -9,6 +9,7 @@ import brushgs as bg
 from brushgs.rendering.backward import rasterize_backward
 from brushgs.rendering.visibility import painted_shares, painted_sums, visible_areas
 from tests.doctor.scenes import ball
+from tests.kit.for_each import for_each
 
 CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=96, height=72)
 KERNEL = bg.StrokeTexture.open("gaussian")
@@ -69,9 +70,9 @@ def test_threads_and_the_order_of_rows_change_nothing():
     np.testing.assert_allclose(visible_areas(ball().take(order), CAMERA), areas[order], rtol=1e-4, atol=1e-4)
 
 
-@pytest.mark.parametrize("num_threads", [1, 2])
-@pytest.mark.parametrize("kernel", ["gaussian", "ellipse"])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("num_threads", [1, 2])
+@for_each("kernel", ["gaussian", "ellipse"])
+@for_each("dtype", [np.float32, np.float64])
 def test_sums_are_the_derivative_of_a_picture_by_its_colours_and_depths(dtype, kernel, num_threads):
     camera = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=101, height=70)  # tiles and blocks are cut
     kernel = bg.StrokeTexture.open(kernel)

@@ -10,6 +10,7 @@ from brushgs.rendering.project import Directions, project
 from brushgs.rendering.track import track_directions
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 from tests.stiff.precise import X, errors_of, exact, needs_digits
 from tests.stiff.scenes import END_ON, SCENES
 
@@ -57,9 +58,9 @@ def worst_errors(scenes, lock: str) -> dict[str, float]:
 
 
 @needs_digits
-@pytest.mark.parametrize("lock", ["off", "anchor", "given"])
-@pytest.mark.parametrize("kind", ["needle", "disc"])
-@pytest.mark.parametrize("aspect", [1.0, 1e2, 1e5, 1e8, 1e12])
+@for_each("lock", ["off", "anchor", "given"])
+@for_each("kind", ["needle", "disc"])
+@for_each("aspect", [1.0, 1e2, 1e5, 1e8, 1e12])
 def test_float64_boxes_are_right_to_a_millionth_of_the_promise(aspect, kind, lock):
     """The promise is 1e-4 of each extent and 1e-4 radians up to an aspect ratio of 1e5.
 
@@ -74,9 +75,9 @@ def test_float64_boxes_are_right_to_a_millionth_of_the_promise(aspect, kind, loc
 
 
 @needs_digits
-@pytest.mark.parametrize("lock", ["off", "anchor", "given"])
-@pytest.mark.parametrize("kind", ["needle", "disc"])
-@pytest.mark.parametrize("aspect", [1.0, 1e2, 1e5, 1e8, 1e12])
+@for_each("lock", ["off", "anchor", "given"])
+@for_each("kind", ["needle", "disc"])
+@for_each("aspect", [1.0, 1e2, 1e5, 1e8, 1e12])
 def test_float32_boxes_are_those_of_float64_rounded(aspect, kind, lock):
     """Extents, centres, depths, opacities to half a unit in the last place; angles by theirs (up to pi:
     1.2e-7).
@@ -91,8 +92,8 @@ def test_float32_boxes_are_those_of_float64_rounded(aspect, kind, lock):
 
 
 @needs_digits
-@pytest.mark.parametrize("tilt", [0.0, 1e-12, 1e-8, 1e-5, 1e-2])
-@pytest.mark.parametrize("aspect", [1e3, 1e5, 1e7])
+@for_each("tilt", [0.0, 1e-12, 1e-8, 1e-5, 1e-2])
+@for_each("aspect", [1e3, 1e5, 1e7])
 def test_needles_seen_end_on_keep_both_extents(aspect, tilt):
     """Where the long axis all but vanishes, what is left of it is a difference: known to 1e-16 of the axis.
 
@@ -114,7 +115,7 @@ def test_needles_seen_end_on_keep_both_extents(aspect, tilt):
 
 
 @needs_digits
-@pytest.mark.parametrize("offset", [0.0, 1e3, 1e6, 1e9])
+@for_each("offset", [0.0, 1e3, 1e6, 1e9])
 def test_far_from_the_origin_errors_grow_with_the_offset(offset):
     """Camera coordinates are differences: depths are known to 1e-16 of the largest coordinate over the depth.
 
@@ -137,8 +138,8 @@ def test_far_from_the_origin_errors_grow_with_the_offset(offset):
 
 
 @needs_digits
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("name", [name for name, stiff in SCENES.items() if stiff.outcome == "drawn"])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("name", [name for name, stiff in SCENES.items() if stiff.outcome == "drawn"])
 def test_boxes_of_every_stiff_scene_keep_the_promise(name, dtype):
     """1e-4 for all, tracked paths too. Far more is held above, where the conditions are known."""
     stiff = SCENES[name]

@@ -8,14 +8,13 @@ from itertools import pairwise
 
 import pytest
 
+from tests.kit.for_each import for_each
 from tests.stiff.shapes import ball, coverage, painted, plain, psnr
 
-SHARES = (0.05, 0.2, 0.4, 1.0)
+SHARES = (0.05, 0.2, 1.0)
 CELLS = [
-    ("needle", 1e2, False), ("needle", 1e3, False), ("needle", 1e4, False), ("needle", 1e8, False),
-    ("needle", 1e2, True), ("needle", 1e8, True),
-    ("disc", 1e2, False), ("disc", 1e8, False), ("disc", 1e8, True),
-    ("blob", 1e4, False), ("blob", 1e8, False), ("blob", 1e8, True),
+    ("needle", 1e3, False), ("needle", 1e8, False), ("needle", 1e8, True),
+    ("disc", 1e8, False), ("blob", 1e8, False),
 ]  # fmt: skip
 # dB below the same scene at aspect 10, at a fifth of the count and more. Needles lose most where one stroke
 # stands for a few: they are lines of one pixel with gaps between, at aspect 10 they blend. Blobs are not held
@@ -32,7 +31,7 @@ def measured(shape, aspect, among_others):
     return {share: (psnr(frame, expected), coverage(frame, expected)) for share, frame in frames.items()}
 
 
-@pytest.mark.parametrize(("shape", "aspect", "among_others"), CELLS)
+@for_each(("shape", "aspect", "among_others"), CELLS)
 def test_few_strokes_of_thin_gaussians_paint_what_is_seen_of_them(shape, aspect, among_others):
     found, reference = measured(shape, aspect, among_others), measured(shape, 10.0, among_others)
     for share in SHARES:

@@ -3,8 +3,7 @@
 import ast
 from pathlib import Path
 
-import pytest
-
+from tests.kit.for_each import for_each
 from tests.stiff import LIST
 from tests.stiff.scenes import SCENES
 
@@ -28,7 +27,7 @@ def test_every_line_has_its_tests():
     assert all(LIST.values())
 
 
-@pytest.mark.parametrize("line", LIST)
+@for_each("line", LIST)
 def test_every_test_named_is_there_with_an_outcome(line):
     for outcome, proof in LIST[line]:
         assert outcome in ("drawn", "dropped", "refused")

@@ -11,6 +11,7 @@ from brushgs.passes.reduce.cluster import cluster
 from brushgs.passes.reduce.prune import prune
 from brushgs.rendering.render import render
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 from tests.stiff.scenes import LARGEST, SCENES, orbit, resized, scene
 from tests.stiff.test_pictures import DTYPES, TEXTURES, assert_finite
 
@@ -22,8 +23,8 @@ HARD_FOR_MINIBATCH = {
 METHODS = [method for method in get_args(Method) if method != "auto"]  # which is one of them
 
 
-@pytest.mark.parametrize("dtype", DTYPES)
-@pytest.mark.parametrize("name", SCENES)
+@for_each("dtype", DTYPES)
+@for_each("name", SCENES)
 def test_what_passes_make_of_a_scene_can_be_painted(name, dtype):
     """`Gaussians` itself refuses NaN, infinity, zero quaternions and opacities out of range."""
     gaussians, camera = SCENES[name].scene.astype(dtype), SCENES[name].cameras[0]

@@ -1,7 +1,6 @@
 """Stiff and hostile scenes as pictures: finite whatever the option, and float32 shows what float64 shows."""
 
 import numpy as np
-import pytest
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
@@ -10,6 +9,7 @@ from brushgs.rendering.project import project, project_by
 from brushgs.rendering.render import render, render_sequence
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
+from tests.kit.for_each import for_each
 from tests.rendering.strokes import PATHS, bristles
 from tests.stiff.scenes import SCENES
 
@@ -38,8 +38,8 @@ def assert_boxes_sound(boxes: Boxes) -> None:
     assert ((boxes.opacities >= 0) & (boxes.opacities <= 1)).all()
 
 
-@pytest.mark.parametrize("dtype", DTYPES)
-@pytest.mark.parametrize("name", SCENES)
+@for_each("dtype", DTYPES)
+@for_each("name", SCENES)
 def test_every_lock_order_and_filter_paints_a_finite_picture(name, dtype):
     for low_pass in (0.3, 0.0):
         for lock in ("anchor", "off"):
@@ -49,8 +49,8 @@ def test_every_lock_order_and_filter_paints_a_finite_picture(name, dtype):
                 assert_finite(painted(name, dtype, path, lock=lock, low_pass=low_pass, order="soft"))
 
 
-@pytest.mark.parametrize("dtype", DTYPES)
-@pytest.mark.parametrize("name", SCENES)
+@for_each("dtype", DTYPES)
+@for_each("name", SCENES)
 def test_a_path_is_followed_and_painted_finite(name, dtype):
     scene, cameras = SCENES[name].scene.astype(dtype), SCENES[name].cameras
     frames = list(render_sequence(scene, cameras, TEXTURES["image"], lock="track", order="soft"))
@@ -59,8 +59,8 @@ def test_a_path_is_followed_and_painted_finite(name, dtype):
     np.testing.assert_array_equal(frames[0].rgb, frames[-1].rgb)  # the path is closed
 
 
-@pytest.mark.parametrize("dtype", DTYPES)
-@pytest.mark.parametrize("name", SCENES)
+@for_each("dtype", DTYPES)
+@for_each("name", SCENES)
 def test_what_is_not_drawn_is_counted(name, dtype):
     stiff = SCENES[name]
     for camera in stiff.cameras:
@@ -81,9 +81,9 @@ def test_what_is_not_drawn_is_counted(name, dtype):
 NO_ORDER = "the camera 1e9 away, in close-up"
 
 
-@pytest.mark.parametrize("order", ["depth", "soft"])
-@pytest.mark.parametrize("path", PATHS)
-@pytest.mark.parametrize("name", [name for name in DRAWN if name != NO_ORDER])
+@for_each("order", ["depth", "soft"])
+@for_each("path", PATHS)
+@for_each("name", [name for name in DRAWN if name != NO_ORDER])
 def test_float32_shows_what_float64_shows(name, path, order):
     """Both are given the same float32 numbers. Boxes are made in float64 either way, and sampled in float32.
 
@@ -105,9 +105,9 @@ def test_depths_closer_than_float32_can_tell_keep_the_order_of_the_rows():
     assert len(np.unique(double.depths)) > 40
 
 
-@pytest.mark.parametrize("order", ["depth", "soft"])
-@pytest.mark.parametrize("lock", ["anchor", "off"])
-@pytest.mark.parametrize("name", DRAWN)
+@for_each("order", ["depth", "soft"])
+@for_each("lock", ["anchor", "off"])
+@for_each("name", DRAWN)
 def test_float64_is_the_definition(name, lock, order):
     stiff = SCENES[name]
     camera = stiff.cameras[0].resized(40, 30)

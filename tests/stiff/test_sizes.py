@@ -13,13 +13,14 @@ from brushgs.rendering.project import Directions, project
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
 from tests.brushes.test_texture import PALETTE_PNG, blob, rgba, write_image
+from tests.kit.for_each import for_each
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
 from tests.stiff.scenes import EYE, orbit, random_scene
 from tests.stiff.test_pictures import assert_finite
 
 
-@pytest.mark.parametrize("path", PATHS)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("path", PATHS)
+@for_each("dtype", [np.float32, np.float64])
 def test_a_picture_of_one_pixel_is_as_defined(path, dtype):
     kind, filter = PATHS[path]
     boxes = random_boxes(40, 1, 1, sizes=(0.2, 4), dtype=dtype)
@@ -67,8 +68,8 @@ def test_strips_of_a_picture_are_the_picture():
         assert wide.alpha.min() > 0.9
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("path", PATHS)
+@for_each("dtype", [np.float32, np.float64])
+@for_each("path", PATHS)
 def test_boxes_of_any_finite_numbers_are_painted_finite(path, dtype):
     """Places, extents, angles, depths, colours, softness and setbacks from the smallest to the largest
     float32, at random.
@@ -98,7 +99,7 @@ def test_boxes_of_any_finite_numbers_are_painted_finite(path, dtype):
             assert_finite(rasterize(layered, texture, height=50, width=70, filter=filter, **look))
 
 
-@pytest.mark.parametrize("angle", [1e6, -3e9, 1e20, 3e38])
+@for_each("angle", [1e6, -3e9, 1e20, 3e38])
 def test_angles_of_any_size_are_turned_all_the_way(angle):
     boxes = boxes_of([(20, 15)], (12, 3), angles=angle)
     actual = rasterize(boxes, bristles(), height=30, width=40)

@@ -11,6 +11,7 @@ from brushgs.cameras.around import near_views, ring_views, subject_ahead
 from brushgs.first_view import find_first_view
 from brushgs.formats.pictures.images import read_image
 from tests.doctor.scenes import scaled
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 SIZE = {"width": 96, "height": 64}
@@ -44,7 +45,7 @@ def painted(exponent):
     }
 
 
-@pytest.mark.parametrize("exponent", [-60, -47, -30, -13, 13, 30, 47, 60])
+@for_each("exponent", [-60, -47, -30, -13, 13, 30, 47, 60])
 def test_boxes_of_a_scene_times_a_power_of_two_are_the_same_bit_for_bit(exponent):
     for name, expected in painted(0).items():
         np.testing.assert_array_equal(painted(exponent)[name], expected, err_msg=name)

@@ -28,6 +28,7 @@ from brushgs.stroke_count.choose import FEWEST, choose_strokes, counts_to_sample
 from brushgs.stroke_count.search import SIZE_TRIES
 from brushgs.stroke_count.view_model import ViewModel, typical_size
 from brushgs.values.boxes import Boxes
+from tests.kit.for_each import for_each
 from tests.scenes import real_scene, still_life_of
 
 SWIRL = bg.StrokeTexture.open("swirl")
@@ -143,7 +144,7 @@ def test_a_plain_picture_of_another_size_and_an_empty_scene_are_refused(pears, c
         choose_strokes(none, camera, SWIRL)
 
 
-@pytest.mark.parametrize(("num", "most"), [(1, 4), (255, 4), (256, 9), (10_000, 9), (10**7, 13)])
+@for_each(("num", "most"), [(1, 4), (255, 4), (256, 9), (10_000, 9), (10**7, 13)])
 def test_looks_are_few_and_below_the_scene(num, most):
     for rule in ("knee", "size"):
         counts = counts_to_sample(num, rule)
@@ -277,7 +278,7 @@ def test_the_cluster_pass_frames_the_scene_and_says_so(pears, tmp_path):
     assert len(bg.load(tmp_path / "b.ply")) == stages["cluster"].counts["after"] < len(pears)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "strokes"),
     [
         (["--strokes", "auto:frame"], "auto:frame"),
@@ -289,7 +290,7 @@ def test_the_cluster_pass_frames_the_scene_and_says_so(pears, tmp_path):
         (["--stroke", "gaussian", "--strokes", "auto"], "auto"),
     ],
 )
-@pytest.mark.parametrize("command", ["render", "stability"])
+@for_each("command", ["render", "stability"])
 def test_aims_are_read_from_the_command_line(words, strokes, command):
     assert paint_config(parse([command, "a.ply", *words])).cluster.strokes == strokes
 
@@ -313,8 +314,8 @@ def test_aims_that_mean_nothing_get_one_sentence(words, sentence, capsys):
     assert said.count("\n") == 1
 
 
-@pytest.mark.parametrize("value", [ErrorBudget, StrokeSize])
-@pytest.mark.parametrize("number", [0.0, -1.0, np.nan, 1e9])
+@for_each("value", [ErrorBudget, StrokeSize])
+@for_each("number", [0.0, -1.0, np.nan, 1e9])
 def test_aims_out_of_range_are_refused(value, number):
     with pytest.raises(ValueError, match="must be above 0"):
         value(number)

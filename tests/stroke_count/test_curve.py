@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brushgs.stroke_count.curve import STEPS, ErrorCurve, Knee, fitted_rmse, fitted_seconds, knee, psnr_of
+from tests.kit.for_each import for_each
 
 COUNTS = np.array([125 * 2**step for step in range(9)] + [100_000])
 
@@ -109,7 +110,7 @@ def test_an_error_of_zero_has_a_psnr():
     assert np.isfinite(knee(ErrorCurve([1, 10, 100], [0.5, 0.1, 0.0], [1, 2, 3])).psnr)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("strokes", "rmse", "seconds", "words"),
     [
         ([2, 1], [0.1, 0.2], [1, 2], "strokes must ascend"),

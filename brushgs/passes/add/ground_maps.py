@@ -1,5 +1,6 @@
 """Square maps of level ground around the foot of a subject."""
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +54,7 @@ def blurred(values: F64, sigma: float) -> F64:
     return np.asarray(_weights(height, sigma) @ values @ _weights(width, sigma))
 
 
+@lru_cache(maxsize=8)
 def _weights(count: int, sigma: float) -> F64:
     """[count, count] weight of each cell at each other cell."""
     steps = np.arange(count)

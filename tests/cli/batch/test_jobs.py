@@ -118,13 +118,17 @@ def test_options_of_a_job_win_over_defaults_and_those_of_lists_over_both():
             "[[job]]\ncommand='prune'\nscene='b.spz'\noutput='a.ply'\n" + job(),
             "a.ply, which job 2 reads",
         ),
-        (job("[job.each]\nseed = [" + "1," * 20_000 + "]"), "has more than 10000 jobs"),
         (job() + "\n" + job("[job.each]\nlook = [3.5, [true]]"), "line 4: job 3: look must be text"),
         ("[[job]\n", "jobs.toml: is not TOML"),
     ],
 )
 def test_what_is_wrong_in_a_file_of_jobs_is_told(text, message):
     assert message in refused(text)
+
+
+def test_too_many_jobs_are_a_typing_error(monkeypatch):
+    monkeypatch.setattr("brushgs.cli.batch.jobs.MAX_JOBS", 3)
+    assert "has more than 3 jobs" in refused(job("[job.each]\nseed = [1, 2, 3, 4]"))
 
 
 def test_outputs_are_compared_as_files():

@@ -29,7 +29,9 @@ from brushgs.still_life import still_life_camera
 from tests.rendering.strokes import bristles, random_boxes
 from tests.scenes import save_upright, still_life_of
 
-SCENE = still_life_of(3000)
+pytestmark = pytest.mark.usefixtures("few_points")
+
+SCENE = still_life_of(1000)
 STROKES = bg.cluster(bg.prune(SCENE), 200)
 CAMERA = still_life_camera(width=96, height=72)
 BRUSH = bg.StrokeTexture.open("dry_brush")
@@ -109,7 +111,7 @@ def subject_of(tmp_path, names):
     path = tmp_path / "scene.ply"
     save_upright(SCENE, path)
     paint = PaintConfig(draw=DrawConfig("dry_brush"))
-    config = BenchConfig(families=names, strokes=(50, 200), count=50, repeats=1)
+    config = BenchConfig(families=names, strokes=(50,), count=50, repeats=1)
     fewest = replace(paint, cluster=ClusterConfig(strokes=1))
     prepared = prepare(path, fewest, Report(), views=CAMERA, asks=subject.ASKS)
     return subject.Subject(SceneSource.of(path), prepared, paint, config)

@@ -16,6 +16,7 @@ from brushgs.rendering.border import thin_to_border
 from brushgs.rendering.options import project_with
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.streaks import streak_starts
+from tests.kit.for_each import for_each
 from tests.outlets.page.paintings import CAMERA, VIEW, contents_of, some_coat, some_strokes
 from tests.scenes import still_life_of
 
@@ -184,7 +185,7 @@ def test_reducing_keeps_the_mean():
     np.testing.assert_array_equal(reduced(picture, 101), picture)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("options", "told"),
     [
         ({}, None),

@@ -11,6 +11,7 @@ from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.html import Preview, fill, page_html, page_script, plain_text, shaders
 from brushgs.outlets.page.write import write_page
 from brushgs.rendering.canvas import Painting
+from tests.kit.for_each import for_each
 from tests.outlets.page.paintings import CAMERA, VIEW, contents_of, some_coat, some_strokes
 from tests.outlets.page.read import read_page
 
@@ -52,7 +53,7 @@ def hostile_page(name):
     return page_html(write_container(contents), title=name, still=JPEG)
 
 
-@pytest.mark.parametrize("name", HOSTILE)
+@for_each("name", HOSTILE)
 def test_a_hostile_name_becomes_text_and_nothing_else(name):
     text, plain = hostile_page(name), page_html(write_container(contents_of()), title="", still=JPEG)
     found, usual = Elements(text), Elements(plain)

@@ -18,6 +18,7 @@ from brushgs.outlets.studio.settings import (
     read_settings,
     read_shot,
 )
+from tests.kit.for_each import for_each
 
 KNOWN = Known(("oil", "ink"), ("dab", "flat"), {"id1": Path("/uploads/id1/picture")})
 CAMERA = {
@@ -63,7 +64,7 @@ def test_a_length_takes_the_place_of_a_number_and_no_palette_that_of_a_palette()
     assert flags_of(settings, {}) == ["--stroke-size", "24px"]
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("value", "sentence"),
     [
         ({"reliff": 1}, "reliff is no known field, the nearest is 'relief'"),
@@ -88,9 +89,7 @@ def test_what_no_page_would_send_is_refused(value, sentence):
         read_settings(value, KNOWN)
 
 
-@pytest.mark.parametrize(
-    "text", [b"", b"[]", b"1", b"{", b'{"a": NaN}', b'{"a": Infinity}', b"\xff\xfe", b'{"a":' * 50_000]
-)
+@for_each("text", [b"", b"[]", b"1", b"{", b'{"a": NaN}', b'{"a": Infinity}', b"\xff\xfe", b'{"a":' * 50_000])
 def test_what_is_no_json_object_is_refused(text):
     with pytest.raises(ValueError, match=r"^the request "):
         read_json(text)
@@ -101,7 +100,7 @@ def test_a_shot_has_its_camera_in_the_size_of_the_picture():
     assert (camera.width, camera.height, camera.K[0, 0]) == (160, 120, 100)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("change", "sentence"),
     [
         ({"width": 0}, "width must be a whole number"),
@@ -132,7 +131,7 @@ def test_a_film_of_a_path_has_cameras_in_its_size():
     assert (film.config.fps, film.config.loop, film.center) == (12, True, None)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("change", "sentence"),
     [
         ({"kind": "zoom"}, 'kind must be "path" or "turn", got "zoom"'),

@@ -16,6 +16,7 @@ import pytest
 from brushgs.cli import main
 from brushgs.cli.commands import view
 from brushgs.options.viewer import FilmConfig, ServerConfig, check_picture
+from tests.kit.for_each import for_each
 from tests.outlets.studio.conftest import FEW, SECONDS
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -52,7 +53,7 @@ def test_a_scene_that_cannot_be_read_is_refused(tmp_path, capsys):
     assert "a.ply" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("values", "sentence"),
     [
         ({"kind": "spin"}, "kind must be turn or path"),

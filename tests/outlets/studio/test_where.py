@@ -13,6 +13,7 @@ from brushgs.options.where import Where, WhereConfig
 from brushgs.outlets.studio.settings import Settings
 from brushgs.outlets.studio.where import MAX_TYPED, Finder, given_in, read_where
 from brushgs.pipeline.report import Report
+from tests.kit.for_each import for_each
 from tests.outlets.studio.conftest import FEW
 from tests.outlets.studio.test_server import ask
 from tests.outlets.studio.test_session import header_of
@@ -27,7 +28,7 @@ def found(painted, text):
     return Finder().find(painted.prepared, painted.rows, read_where(text))
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "message"),
     [
         (7, "where must be text"),

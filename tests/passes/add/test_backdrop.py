@@ -29,6 +29,7 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0, base_colors
+from tests.kit.for_each import for_each
 from tests.scenes import real_scene
 
 SIZE = {"width": 160, "height": 120}
@@ -83,7 +84,7 @@ def test_a_gaussian_counts_by_its_area_and_opacity_or_by_given_weights():
     np.testing.assert_allclose(mean_lab(two.take(slice(0))), grey)
 
 
-@pytest.mark.parametrize("color", [(0, 0, 0), (1, 1, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0)])
+@for_each("color", [(0, 0, 0), (1, 1, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0)])
 def test_a_ground_is_a_colour_that_can_be_shown(color):
     ground = ground_color(ball(color=color))
     assert all(0 <= channel <= 1 for channel in ground)
@@ -139,8 +140,8 @@ def test_it_is_lighter_above_than_below_in_the_complement_of_the_scene():
     assert (np.diff(smooth[::300]) > -5 * 0.018 * np.sqrt(2 / 301)).all()
 
 
-@pytest.mark.parametrize("elevation", [-0.3, 0.2, 1.5])
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("elevation", [-0.3, 0.2, 1.5])
+@for_each("look", LOOKS)
 def test_what_a_camera_sees_of_the_whole_sphere_it_sees_of_the_backdrop(look, elevation):
     scene = ball()
     view = plain_first_view(scene)
@@ -232,7 +233,7 @@ def test_a_scene_that_fills_its_pictures_or_is_seen_from_inside_or_is_flat_gets_
     assert "flat" in reason_for_none(flat, [frame_with(0.1)])
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("name", "up", "expected"),
     [
         ("koala.ply", None, True),

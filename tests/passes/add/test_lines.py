@@ -10,6 +10,7 @@ from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.plain import PlainViews, plain_views
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
+from tests.kit.for_each import for_each
 from tests.passes.add.scenes import SIDE, cameras, cube, cube_edges, noisy_plane, sphere
 from tests.passes.scenes import assert_same, random_gaussians
 
@@ -189,7 +190,7 @@ def test_width_colour_and_opacity_are_as_given():
     assert wide.strokes.means.dtype == np.float32
 
 
-@pytest.mark.parametrize("num", [0, 1, 2, 5])
+@for_each("num", [0, 1, 2, 5])
 def test_scenes_of_almost_nothing(num):
     scene = random_gaussians(num, dtype=np.float32)
     lines = find_lines(scene, cameras())
@@ -213,7 +214,7 @@ def test_pictures_of_any_size(size):
     find_lines(cube(), [cameras()[0], camera])
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("change", "words"),
     [
         ({"width": 0}, "width"),

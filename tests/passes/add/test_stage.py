@@ -21,6 +21,7 @@ from brushgs.rendering.plain import plain_views
 from brushgs.values.colors import oklab_of
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0, base_colors
+from tests.kit.for_each import for_each
 from tests.scenes import real_scene
 
 SIZE = {"width": 160, "height": 120}
@@ -215,7 +216,7 @@ def test_the_lamp_follows_shadows_that_the_scene_shows(azimuth):
 # Tones
 
 
-@pytest.mark.parametrize("lightness", np.linspace(0.1, 0.95, 8))
+@for_each("lightness", np.linspace(0.1, 0.95, 8))
 def test_a_subject_of_any_lightness_reads(lightness):
     n = 200
     outline = Outline(np.full(n, lightness), np.arange(n) < 80, np.linspace(-1, 1, n))
@@ -239,7 +240,7 @@ def test_a_wall_is_as_light_as_is_asked(choice, low, high):
     assert low <= tones.wall[0] <= high
 
 
-@pytest.mark.parametrize("name", ["skull.sog", "plant.splat", "guitar.ksplat", "chair.splat"])
+@for_each("name", ["skull.sog", "plant.splat", "guitar.ksplat", "chair.splat"])
 def test_the_outlines_of_real_objects_read(name):  # the koala brings its ground, whose tone comes first
     scene = bg.clean(bg.load(real_scene(name)))
     view = find_first_view(scene, up="+z" if name == "chair.splat" else "-y")

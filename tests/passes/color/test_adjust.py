@@ -1,7 +1,6 @@
 """Adjusting strokes adjusts the picture; a swap moves one colour and leaves the rest."""
 
 import numpy as np
-import pytest
 
 import brushgs as bg
 from brushgs.measure.likeness import psnr
@@ -10,6 +9,7 @@ from brushgs.passes.color.adjust import Swap, adjust_map
 from brushgs.passes.color.color_map import Affine, map_colors
 from brushgs.still_life import still_life_camera
 from brushgs.values.colors import LUMINANCE, oklab_of, rgb_of_oklab
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 COLORS = np.random.default_rng(3).random((500, 3))
@@ -60,7 +60,7 @@ def test_a_picture_of_adjusted_strokes_is_the_adjusted_picture():
     assert psnr(np.clip(after, 0, 1), np.clip(wanted, 0, 1)) > 100  # measured: 150
 
 
-@pytest.mark.parametrize("text", [f"{GREEN}:{RED}", "#000000:#203050", "#ffffff:#f0e0c0", "#f0e0a0:#102040"])
+@for_each("text", [f"{GREEN}:{RED}", "#000000:#203050", "#ffffff:#f0e0c0", "#f0e0a0:#102040"])
 def test_a_swap_gives_the_colour_asked_for(text):
     np.testing.assert_allclose(Swap.of(text).colors(code(text[:7])[None])[0], code(text[8:]), atol=1e-9)
 
@@ -86,7 +86,7 @@ def test_swapping_a_grey_leaves_lighter_and_darker_greys():
     np.testing.assert_array_equal(swap.colors(still), still)
 
 
-@pytest.mark.parametrize("text", [f"{GREEN}:{RED}", "#808080:#c04020", "#f0e0a0:#102040", "#000000:#405060"])
+@for_each("text", [f"{GREEN}:{RED}", "#808080:#c04020", "#f0e0a0:#102040", "#000000:#405060"])
 def test_lightness_keeps_its_order_within_a_hue(text):
     """No folds: along shades of the swapped colour from black to white, lighter stays lighter."""
     before = oklab_of(code(text[:7])[None])[0]

@@ -6,6 +6,7 @@ from brushgs.passes.color.broken_color import ACROSS, ALONG, CHROMA, LIGHTNESS
 from brushgs.passes.form.coverage import nearest_others
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.sh import C0
+from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same, random_gaussians, replaced
 
 
@@ -117,7 +118,7 @@ def test_only_base_colours_change():
     assert bg.break_colors(empty) is empty
 
 
-@pytest.mark.parametrize("rgb", [(0, 0, 0), (1, 1, 1), (1, 0, 0), (-0.3, 0.5, 1.4), (0, 1, 1)])
+@for_each("rgb", [(0, 0, 0), (1, 1, 1), (1, 0, 0), (-0.3, 0.5, 1.4), (0, 1, 1)])
 def test_pure_colours_stay_and_nothing_is_clipped(rgb):
     strokes = colored(200, rgb)
     np.testing.assert_allclose(colors_of(bg.break_colors(strokes, 0.1, 0.1)), colors_of(strokes), atol=2e-3)
@@ -133,8 +134,8 @@ def test_near_the_limits_shifts_stay_inside_and_centred(rgb):
     np.testing.assert_allclose(oklab_of(broken).mean(axis=0), oklab_of(colors_of(strokes))[0], atol=1e-3)
 
 
-@pytest.mark.parametrize("num", [1, 2, 40])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("num", [1, 2, 40])
+@for_each("dtype", [np.float32, np.float64])
 def test_stiff_strokes_get_finite_colours(num, dtype):
     strokes = random_gaussians(num, dtype=dtype)
     for scale, opacity, unit in ((0, 0, 1e-4), (1e30, 1, 1e4), (1, 0, 0)):
@@ -152,7 +153,7 @@ def test_stiff_strokes_get_finite_colours(num, dtype):
     np.testing.assert_allclose(alone.sh, strokes.sh[:1], atol=1e-5)  # its own local mean
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("options", "error"),
     [
         ({"lightness": -0.1}, ValueError),

@@ -30,6 +30,7 @@ from brushgs.values.colors import oklab_of
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of
 from brushgs.values.sh import C0, base_colors, in_colors
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 NUM = 6000
@@ -350,8 +351,8 @@ def test_the_unit_of_the_scene_does_not_matter(unit):
     assert np.abs(other.colors(lamp) - same.colors(lamp)).max() < 1e-3
 
 
-@pytest.mark.parametrize("lit_by", [None, lamp_at(0, 40)])
-@pytest.mark.parametrize("case", ["none", "one", "one place", "flat", "huge", "loud", "clear"])
+@for_each("lit_by", [None, lamp_at(0, 40)])
+@for_each("case", ["none", "one", "one place", "flat", "huge", "loud", "clear"])
 def test_extreme_strokes_stay_numbers(case, lit_by):
     strokes = ball(60)
     place = place_of(strokes)

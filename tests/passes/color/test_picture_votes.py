@@ -5,6 +5,7 @@ import pytest
 
 from brushgs.passes.color.picture_votes import votes
 from brushgs.rendering.visibility import visible_areas
+from tests.kit.for_each import for_each
 from tests.passes.test_seen import FRONT, cameras, squares
 from tests.scenes import still_life_of
 
@@ -29,7 +30,7 @@ def test_weights_are_the_pixels_that_are_made_up_summed_over_views():
     np.testing.assert_allclose(weights, expected, rtol=1e-6)
 
 
-@pytest.mark.parametrize("channels", [1, 2, 3, 4, 7])
+@for_each("channels", [1, 2, 3, 4, 7])
 def test_channels_are_summed_each_for_itself(channels):
     scene, views = still_life_of(2000), cameras(2)
     pictures = [np.random.default_rng(n).uniform(size=(90, 120, channels)) for n in range(2)]

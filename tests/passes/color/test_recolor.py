@@ -8,6 +8,7 @@ from brushgs.passes.color.color_space import Space
 from brushgs.passes.color.recolor import MAX_STRETCH, Palette, monge_kantorovich, recolor
 from brushgs.passes.reduce.contribution import projected_areas
 from brushgs.values.sh import C0, sh_basis
+from tests.kit.for_each import for_each
 
 SPACES = ("lab", "linear", "srgb")
 
@@ -43,8 +44,8 @@ def paint_weights(gaussians):
     return gaussians.opacities * projected_areas(gaussians.scales)
 
 
-@pytest.mark.parametrize("space", SPACES)
-@pytest.mark.parametrize("weights", ["paint", "equal"])
+@for_each("space", SPACES)
+@for_each("weights", ["paint", "equal"])
 def test_at_full_strength_mean_and_covariance_are_the_paintings(space, weights):
     before, palette = scene(), Palette.of_image(painting(), space=space)
     given = np.ones(len(before)) if weights == "equal" else None
@@ -185,7 +186,7 @@ def test_the_result_does_not_depend_on_the_block(monkeypatch):
     np.testing.assert_allclose(recolor(before, palette).sh, whole, atol=1e-6)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("call", "sentence"),
     [
         (lambda: recolor(scene(9), Palette.of_image(painting()), 70), "for 70 % write 0.7"),

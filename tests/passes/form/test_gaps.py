@@ -6,6 +6,7 @@ from brushgs.core.native import core as _core
 from brushgs.passes.form import gaps
 from brushgs.passes.form.gaps import CURLED, PLANE, growth
 from brushgs.passes.reduce.merge import merge_clusters
+from tests.kit.for_each import for_each
 from tests.passes.scenes import covariances, random_gaussians, replaced
 
 
@@ -59,9 +60,9 @@ def test_growth_does_not_depend_on_unit_place_order_or_blocks(monkeypatch, unit)
     np.testing.assert_allclose(found, expected[shuffle], rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize("count", [0, 1, 2, 3])
-@pytest.mark.parametrize("size", [0.0, 1e-300, 1.0, 1e150])
-@pytest.mark.parametrize("spread", [0.0, 1e-300, 1.0, 1e150])
+@for_each("count", [0, 1, 2, 3])
+@for_each("size", [0.0, 1e-300, 1.0, 1e150])
+@for_each("spread", [0.0, 1e-300, 1.0, 1e150])
 def test_growth_is_finite_whatever_the_strokes(count, size, spread):
     means, scales, axes, opacities = discs(spread * lattice(2)[:count], size)
     scales = scales * np.array([0.0, 1e-9, 1.0])  # needles

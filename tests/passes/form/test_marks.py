@@ -7,6 +7,7 @@ import brushgs as bg
 from brushgs import SceneError
 from brushgs.options.direction import Direction
 from brushgs.passes.form.mark_directions import MOST_SIDE, Marks
+from tests.kit.for_each import for_each
 from tests.passes.form.planks import long_axes, planks, surface
 from tests.passes.scenes import assert_same
 
@@ -27,7 +28,7 @@ def grey(uv):
     return np.full((len(uv), 3), 0.5)
 
 
-@pytest.mark.parametrize("degrees", [0, 30, 75, 90, 135, 170])
+@for_each("degrees", [0, 30, 75, 90, 135, 170])
 def test_strokes_run_as_the_stripes_do_in_the_picture(degrees):
     strokes, gaussians = planks()  # whose boards say otherwise
     angle = np.radians(degrees)

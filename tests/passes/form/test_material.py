@@ -8,6 +8,7 @@ import pytest
 from brushgs.passes.form.material import Materials, roughness
 from brushgs.values.colors import rgb_of_oklab
 from brushgs.values.sh import in_colors
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 
 
@@ -79,9 +80,9 @@ def test_neither_order_nor_unit_nor_place_counts():
         np.testing.assert_allclose(getattr(far, name), expected, atol=1e-9)
 
 
-@pytest.mark.parametrize("num", [0, 1, 2, 5, 40])
-@pytest.mark.parametrize("scale", [0.0, 1e20, 1.0])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("num", [0, 1, 2, 5, 40])
+@for_each("scale", [0.0, 1e20, 1.0])
+@for_each("dtype", [np.float32, np.float64])
 def test_strokes_of_any_kind_have_a_material(num, scale, dtype):
     strokes = random_gaussians(num, dtype=dtype)
     strokes = replace(

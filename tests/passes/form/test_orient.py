@@ -11,6 +11,7 @@ from brushgs.passes.form.mark_directions import Marks
 from brushgs.passes.form.orient import ASPECT
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of, rotation_matrices
+from tests.kit.for_each import for_each
 from tests.passes.form.planks import aspects, boards, long_axes, planks, surface, turned_frame
 from tests.passes.scenes import assert_same, covariances, random_gaussians, replaced
 
@@ -193,9 +194,9 @@ STRANGE_FIELDS = {
 }
 
 
-@pytest.mark.parametrize("name", strange_strokes())
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("field", STRANGE_FIELDS)
+@for_each("name", strange_strokes())
+@for_each("dtype", [np.float32, np.float64])
+@for_each("field", STRANGE_FIELDS)
 def test_strange_strokes_come_out_finite_and_of_their_area(name, dtype, field):
     strokes = strange_strokes()[name].astype(dtype)
     keeps_from = 2.2001 if isinstance(STRANGE_FIELDS[field], str) else 6.0001

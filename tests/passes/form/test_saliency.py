@@ -10,6 +10,7 @@ from brushgs.passes.reduce.focus import AUTO_STRENGTH, auto_focus
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
+from tests.kit.for_each import for_each
 
 GREY, SKIN, BLUE = (0.45, 0.45, 0.45), (0.80, 0.55, 0.43), (0.10, 0.20, 0.85)
 
@@ -101,8 +102,8 @@ def test_unit_and_order_do_not_matter(unit):
     np.testing.assert_allclose(shuffled, expected[order], atol=1e-5)
 
 
-@pytest.mark.parametrize("eye", [None, np.zeros(3)])
-@pytest.mark.parametrize("scale", [0.0, 1e-30, 1e20])
+@for_each("eye", [None, np.zeros(3)])
+@for_each("scale", [0.0, 1e-30, 1e20])
 def test_extreme_scenes_are_finite(eye, scale):
     view = FirstView(np.zeros((1, 3)), np.array([0.0, -1.0, 0.0]), 0.0, 0.0, eye=eye)
     for scene in (

@@ -7,6 +7,7 @@ from brushgs.passes.form.slabs import LONGEST, cut_slabs, shorten_slabs, too_lon
 from brushgs.rendering.project import project
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 
 CAMERA = Camera.look_at((0, 0, -4), (0, 0, 0), width=160, height=120)
 DIAGONAL = 200.0
@@ -117,8 +118,8 @@ def test_order_does_not_matter():
     np.testing.assert_array_equal(other.means[back], found.means)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("scale", [0.0, 1e-30, 1e20])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("scale", [0.0, 1e-30, 1e20])
 def test_extreme_strokes_stay_finite(dtype, scale):
     lone = strokes_at([[0, 0, 0]], [[scale, 0.1, 0]], dtype)
     many = strokes_at([[0, 0, 0]] * 9, [[scale] * 3] * 9, dtype)

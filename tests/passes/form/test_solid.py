@@ -3,6 +3,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.passes.form.coverage import Coverage
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians, replaced
 
 
@@ -58,8 +59,8 @@ def test_solid_paint_does_not_depend_on_unit_place_or_order(unit):
     np.testing.assert_allclose(found.scales, unit * expected.scales[shuffle], rtol=1e-7)
 
 
-@pytest.mark.parametrize("num", [0, 1, 2, 3, 40])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("num", [0, 1, 2, 3, 40])
+@for_each("dtype", [np.float32, np.float64])
 def test_solid_paint_of_stiff_strokes(num, dtype):
     strokes = random_gaussians(num, dtype=dtype)
     for scale, opacity in ((0, 0), (0, 1), (1e30, 0.5), (1e30, 1), (1, 0)):

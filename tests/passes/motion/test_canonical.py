@@ -8,6 +8,7 @@ import pytest
 from brushgs.passes.motion import canonical as canonical_module
 from brushgs.passes.motion.canonical import LIFE_WEIGHT, MOTION_WEIGHT, canonical, features_of
 from brushgs.passes.reduce.features import contracted
+from tests.kit.for_each import for_each
 from tests.passes.motion.scenes import blob, clip, joined, moved, turn
 from tests.passes.scenes import assert_same
 
@@ -130,8 +131,8 @@ def test_a_long_clip_is_looked_at_a_few_times():
     assert asked[-1] == 1
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("times", [np.zeros(1), np.array([0.0, 1.0])])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("times", [np.zeros(1), np.array([0.0, 1.0])])
 def test_one_and_two_moments(dtype, times):
     body = blob(5, dtype=dtype)
     found = canonical(clip(lambda time: moved(body, STILL, (time, 0, 0))), times)

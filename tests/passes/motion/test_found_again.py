@@ -9,6 +9,7 @@ import pytest
 from brushgs.passes.motion.estimate import EstimatedMotion
 from brushgs.passes.motion.found_again import found_again
 from brushgs.values.moving import MovingScene
+from tests.kit.for_each import for_each
 from tests.passes.motion.scenes import blob, joined, moved, turn
 
 TIMES = np.arange(6) / 24
@@ -73,7 +74,7 @@ def all_alike(time):
     return replace(gaussians, scales=0 * gaussians.scales + 0.1, sh=0 * gaussians.sh)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("sample", "why"),
     [
         (Shuffled(uneven=True), "moments hold 1,500 and 1,499 Gaussians"),

@@ -10,6 +10,7 @@ from brushgs.passes.motion.appearance import Appearance
 from brushgs.passes.motion.match import match
 from brushgs.passes.motion.matter import Matter
 from brushgs.passes.motion.recognize import UNRELATED, Recognizer
+from tests.kit.for_each import for_each
 from tests.passes.motion.scenes import blob, joined, moved, turn
 from tests.scenes import real_scene, still_life_of
 
@@ -46,8 +47,8 @@ def shuffled(gaussians, seed=0, drop=0.0):
     return gaussians.take(rows), rows
 
 
-@pytest.mark.parametrize("degrees", [10, 55, 170])
-@pytest.mark.parametrize("axis", AXES)
+@for_each("degrees", [10, 55, 170])
+@for_each("axis", AXES)
 def test_all_rows_are_found_through_a_turn_growth_and_another_light(axis, degrees):
     after = moved(SCENE, turn(axis, np.radians(degrees)), (3, -1, 2), size=1.3)
     after, rows = shuffled(replace(after, sh=after.sh + 0.3))
@@ -59,7 +60,7 @@ def test_all_rows_are_found_through_a_turn_growth_and_another_light(axis, degree
     assert np.median(np.linalg.norm(result.steps - moves, axis=1)) < 1e-4 * size
 
 
-@pytest.mark.parametrize("name", ["koala.ply", "plant.splat", "guitar.ksplat", "skull.sog"])
+@for_each("name", ["koala.ply", "plant.splat", "guitar.ksplat", "skull.sog"])
 def test_real_scenes_are_found_through_a_turn_and_a_twist(name):
     scene = bg.load(real_scene(name))
     scene = scene.take(np.random.default_rng(0).permutation(len(scene))[:12_000])
@@ -126,7 +127,7 @@ def test_the_unit_does_not_matter(factor):
     assert (found(before, after).was == rows).mean() > 0.99
 
 
-@pytest.mark.parametrize(
+@for_each(
     "make",
     [
         lambda: blob(1),

@@ -13,6 +13,7 @@ from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.rendering.motion import OPACITY, SIZE, TURN
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0
+from tests.kit.for_each import for_each
 from tests.passes.motion.scenes import blob, clip, joined, moved, turn
 
 TIMES = np.linspace(0, 1, 11)
@@ -36,8 +37,8 @@ def drawn_alike(actual, expected, tolerance):
     np.testing.assert_allclose(shapes[0], shapes[1], atol=tolerance)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("num", [1, 2, 40])
+@for_each("dtype", [np.float32, np.float64])
+@for_each("num", [1, 2, 40])
 def test_strokes_of_a_rigid_body_follow_it(dtype, num):
     body = blob(num, dtype=dtype)
 

@@ -10,6 +10,7 @@ from brushgs.passes.reduce.block_merge import cell_sums, merged_of
 from brushgs.passes.reduce.block_moments import gaussians_of, moments_of
 from brushgs.passes.reduce.block_table import CellTable
 from brushgs.passes.reduce.merge import merge_clusters
+from tests.kit.for_each import for_each
 from tests.passes.scenes import columns_of, covariances, random_gaussians, replaced
 
 FRAME = np.array([0.1, -0.2, 0.3]), 2.0
@@ -60,7 +61,7 @@ def test_gaussians_alone_in_their_cells_are_as_they_were():
     np.testing.assert_allclose(covariances(actual), covariances(expected), rtol=1e-4, atol=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@for_each("seed", range(4))
 def test_the_rule_is_that_of_cover_without_overlap(seed):
     scene = random_gaussians(12, seed, terms=4, spread=0.05)
     labels = np.zeros(12, int)

@@ -6,6 +6,7 @@ import pytest
 import brushgs as bg
 from brushgs.passes.reduce.clean import MOST_COPIES, find_floaters
 from tests.doctor.scenes import ball
+from tests.kit.for_each import for_each
 from tests.passes.reduce.test_floaters import blobs, joined
 from tests.passes.scenes import replaced
 
@@ -44,7 +45,7 @@ def test_a_scene_of_haze_is_not_cleaned():
     assert len(bg.clean(faint, "strong")) == len(faint)
 
 
-@pytest.mark.parametrize("count", [0, 1, 2, 50])
+@for_each("count", [0, 1, 2, 50])
 def test_too_few_to_tell_are_kept(count):
     scene = joined(ball(), SPECKS)
     few = scene.take(slice(len(scene) - count, len(scene)))

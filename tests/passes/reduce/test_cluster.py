@@ -14,6 +14,7 @@ from brushgs.passes.reduce.cluster import choose_method, cluster, group
 from brushgs.passes.reduce.features import COLOR_WEIGHT, cluster_features
 from brushgs.passes.reduce.lloyd import assign, lloyd
 from brushgs.passes.reduce.morton import morton_order
+from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same, random_gaussians, replaced
 
 METHODS = ["lloyd", "minibatch"]
@@ -49,8 +50,8 @@ def test_at_most_k_strokes_come_back_and_k_of_n_or_more_give_the_input(n, k, see
         assert strokes is scene
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("features", FEATURES)
+@for_each("method", METHODS)
+@for_each("features", FEATURES)
 def test_labels_are_dense_and_none_is_empty(method, features):
     found = group(random_gaussians(500), 40, method=method, features=features)
     np.testing.assert_array_equal(np.unique(found.labels), np.arange(found.num_clusters))
@@ -113,9 +114,9 @@ def test_equal_gaussians_become_one():
     np.testing.assert_allclose(strokes.means, one.means, rtol=1e-12)
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("features", FEATURES)
-@pytest.mark.parametrize("merge", MERGES)
+@for_each("method", METHODS)
+@for_each("features", FEATURES)
+@for_each("merge", MERGES)
 def test_degenerate_scenes_are_clustered(method, features, merge):
     scene = random_gaussians(60, dtype=np.float32)
     for columns in (
@@ -259,7 +260,7 @@ def test_scikit_learn_is_imported_for_minibatch_only():
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("options", "error", "message"),
     [
         ({"num_strokes": 0}, ValueError, "cluster: num_strokes must be >= 1, got 0"),

@@ -11,6 +11,7 @@ from brushgs.first_view import find_first_view
 from brushgs.passes.reduce.crumbs import find_crumbs
 from brushgs.rendering.visibility import visible_areas
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 from tests.scenes import real_scene
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -88,7 +89,7 @@ def test_surroundings_and_rooms_have_no_crumbs(fields):
     assert not find_crumbs(scene, replace(view, points=view.points[:1])).any()
 
 
-@pytest.mark.parametrize("name", SCENES)
+@for_each("name", SCENES)
 def test_real_scenes_lose_what_hangs_and_no_more(name):
     up, least, most = SCENES[name]
     scene = bg.clean(bg.load(real_scene(name)))

@@ -4,6 +4,7 @@ import pytest
 from brushgs.passes.reduce.cluster import cluster_weights
 from brushgs.passes.reduce.detail import color_detail
 from brushgs.values.sh import C0
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians, replaced
 
 
@@ -38,7 +39,7 @@ def test_detail_does_not_depend_on_row_order_or_unit():
     np.testing.assert_allclose(color_detail(moved), expected, rtol=1e-12)
 
 
-@pytest.mark.parametrize("count", [0, 1, 2, 15, 16, 17, 33])
+@for_each("count", [0, 1, 2, 15, 16, 17, 33])
 def test_few_gaussians_have_detail_too(count):
     detail = color_detail(random_gaussians(count))
     assert detail.shape == (count,)

@@ -10,6 +10,7 @@ from brushgs.doctor import cure, examine_file
 from brushgs.passes.reduce.floaters import SURE_GAP, measure_detachment
 from tests.doctor import plant
 from tests.doctor.scenes import ball, fruit, scaled
+from tests.kit.for_each import for_each
 
 
 def joined(*scenes: bg.Gaussians) -> bg.Gaussians:
@@ -42,8 +43,8 @@ def test_planted_floaters_are_found_and_nothing_else_is(share: float, unit: floa
     assert not found.rows[~planted.rows].any()
 
 
-@pytest.mark.parametrize("opacity", [0.05, 0.5, 1.0])
-@pytest.mark.parametrize("size", [0.001, 0.03, 0.15])
+@for_each("opacity", [0.05, 0.5, 1.0])
+@for_each("size", [0.001, 0.03, 0.15])
 def test_one_gaussian_apart_is_a_floater_whatever_its_size_and_opacity(size: float, opacity: float) -> None:
     assert is_apart(joined(ball(), blobs((0, 2.5, 0), size, opacity))).nonzero()[0].tolist() == [len(ball())]
 

@@ -1,9 +1,9 @@
 import numpy as np
-import pytest
 
 from brushgs.core.native import core as _core
 from brushgs.passes.groups import Groups
 from brushgs.passes.reduce.lloyd import assign
+from tests.kit.for_each import for_each
 
 
 def surface(num, seed=0):
@@ -31,9 +31,9 @@ WORKLOADS = {
 }
 
 
-@pytest.mark.parametrize("name", WORKLOADS)
-@pytest.mark.parametrize("moved", [0.0, 0.02, 5.0])
-@pytest.mark.parametrize("num_threads", [1, 3])
+@for_each("name", WORKLOADS)
+@for_each("moved", [0.0, 0.02, 5.0])
+@for_each("num_threads", [1, 3])
 def test_centres_that_moved_are_found_again_bit_for_bit(name, moved, num_threads):
     points, k = WORKLOADS[name]
     rng = np.random.default_rng(1)
@@ -55,9 +55,9 @@ def test_of_equally_near_centres_the_first_is_found_again():
     np.testing.assert_array_equal(nearest, assign(points, centers)[1])
 
 
-@pytest.mark.parametrize("name", [name for name in WORKLOADS if name != "one group"])
-@pytest.mark.parametrize("num_first", [1, 20])
-@pytest.mark.parametrize("num_threads", [1, 3])
+@for_each("name", [name for name in WORKLOADS if name != "one group"])
+@for_each("num_first", [1, 20])
+@for_each("num_threads", [1, 3])
 def test_what_is_nearer_replaces_what_was_nearest(name, num_first, num_threads):
     points, k = WORKLOADS[name]
     first = min(num_first, k - 1)

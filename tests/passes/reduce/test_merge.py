@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from brushgs.passes.reduce.contribution import seen_areas
 from brushgs.passes.reduce.merge import merge_clusters, principal_axes
+from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same, columns_of, covariances, random_gaussians, replaced
 
 MERGES = ["cover", "paper"]
@@ -139,7 +140,7 @@ def test_colour_is_that_of_what_is_seen():
     assert merge_clusters(scene, np.zeros(20_000, dtype=int)).sh.min() > 0.5
 
 
-@pytest.mark.parametrize("unit", [1e-15, 1e-9, 1.0, 1e12])
+@for_each("unit", [1e-15, 1e-9, 1.0, 1e12])
 def test_merged_shapes_scale_with_the_unit(unit):
     scene, labels = random_gaussians(60), random_labels(60, 4)
     merged = merge_clusters(scene, labels)
@@ -148,8 +149,8 @@ def test_merged_shapes_scale_with_the_unit(unit):
     np.testing.assert_allclose(other.opacities, merged.opacities, rtol=1e-6)
 
 
-@pytest.mark.parametrize("merge", MERGES)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("merge", MERGES)
+@for_each("dtype", [np.float32, np.float64])
 def test_flat_needle_and_void_gaussians_merge_soundly(merge, dtype):
     scene = random_gaussians(60, dtype=dtype)
     scales = np.array([(0, 0, 0), (0, 0, 1), (0, 1, 1), (1e-9, 1e-9, 1e3)], dtype=dtype)[np.arange(60) % 4]

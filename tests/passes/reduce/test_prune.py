@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from brushgs.passes.reduce.prune import intensities, prune
+from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same, columns_of, random_gaussians, replaced
 
 WEIGHTS = ["contribution", "paper"]
@@ -104,16 +105,16 @@ def test_the_unit_of_the_scene_does_not_matter(factor):
     np.testing.assert_array_equal(kept.means * factor, of_other.means)
 
 
-@pytest.mark.parametrize("weight", WEIGHTS)
-@pytest.mark.parametrize("size", [0.0, 1e-30, 1e15])
-@pytest.mark.parametrize("spread", [0.0, 1e-30, 2e7])
+@for_each("weight", WEIGHTS)
+@for_each("size", [0.0, 1e-30, 1e15])
+@for_each("spread", [0.0, 1e-30, 2e7])
 def test_extreme_sizes_and_extents_are_pruned_without_complaint(size, spread, weight):
     scene = random_gaussians(40, dtype=np.float32)
     scene = replaced(scene, scales=scene.scales * np.float32(size), means=scene.means * np.float32(spread))
     assert len(prune(scene, 0.25, weight=weight)) == 10
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("keep", "message"),
     [
         (30.0, r"prune: keep must be in \(0, 1\], got 30.0; for 30 % write 0.3"),

@@ -1,11 +1,11 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from brushgs.passes.reduce.cluster import cluster, group
 from brushgs.passes.reduce.hierarchy import Hierarchy
 from brushgs.still_life import still_life_camera
+from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same, random_gaussians
 from tests.scenes import still_life_of
 
@@ -23,8 +23,8 @@ def is_pure(labels, regions):
     return len(np.unique(pairs[0])) == pairs.shape[1]
 
 
-@pytest.mark.parametrize("method", ["lloyd", "minibatch"])
-@pytest.mark.parametrize("num_regions", [2, 7])
+@for_each("method", ["lloyd", "minibatch"])
+@for_each("num_regions", [2, 7])
 def test_no_cluster_mixes_regions_and_there_are_no_more_of_them(method, num_regions):
     scene = in_regions(random_gaussians(900, 1), num_regions)
     found = group(scene, 60, method=method)

@@ -5,6 +5,7 @@ import brushgs as bg
 from brushgs.cameras.framing import frame_scene
 from brushgs.measure.likeness import psnr
 from brushgs.passes.reduce.worth import worth_keeping
+from tests.kit.for_each import for_each
 from tests.passes.form.test_solid import joined, layer
 from tests.passes.scenes import random_gaussians, replaced
 from tests.scenes import real_scene
@@ -82,8 +83,8 @@ def test_worth_does_not_depend_on_unit_place_or_order(unit):
     np.testing.assert_array_equal(worth_keeping(moved.take(shuffle)), expected[shuffle])
 
 
-@pytest.mark.parametrize("num", [0, 1, 2, 3, 40])
-@pytest.mark.parametrize("scale", [0, 1e-30, 1.0, 1e30, 1e300])
+@for_each("num", [0, 1, 2, 3, 40])
+@for_each("scale", [0, 1e-30, 1.0, 1e30, 1e300])
 def test_stiff_strokes_are_judged_without_warnings(num, scale):
     strokes = replaced(random_gaussians(num), scales=np.full((num, 3), float(scale)))
     for opacity in (0.0, 1e-40, 0.01, 1.0):

@@ -10,6 +10,7 @@ from brushgs.passes.style.edit import apply_edit, edit_map, log_sizes, needed_fe
 from brushgs.passes.style.features import COLOR_FEATURES, StrokeFeatures, stroke_features
 from brushgs.values.sh import C0
 from brushgs.values.style import Residual, StyleEdit
+from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same, random_gaussians, replaced
 from tests.passes.style.test_features import VIEW
 
@@ -59,8 +60,8 @@ def test_a_residual_is_the_sum_of_its_bumps():
     np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
-@pytest.mark.parametrize("names", [COLOR_FEATURES, ("height",), ("blue_yellow", "height", "size")])
-@pytest.mark.parametrize("has_slopes", [False, True])
+@for_each("names", [COLOR_FEATURES, ("height",), ("blue_yellow", "height", "size")])
+@for_each("has_slopes", [False, True])
 def test_slopes_are_the_derivative_of_the_colours(names, has_slopes):
     strokes = random_gaussians(200)
     rgb = np.random.default_rng(1).uniform(0.05, 0.95, (200, 3))

@@ -17,6 +17,7 @@ from brushgs.passes.style.features import (
 )
 from brushgs.values.camera import FirstView
 from brushgs.values.sh import C0, sh_rotation
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians, replaced
 from tests.scenes import still_life_of
 
@@ -44,10 +45,8 @@ def transformed(gaussians, view, *, turn=0.0, factor=1.0, shift=(0.0, 0.0, 0.0))
     return moved, replace(view, points=factor * view.points @ matrix.T + shift)
 
 
-@pytest.mark.parametrize("name", sorted(set(FEATURES) - {"visible"}))
-@pytest.mark.parametrize(
-    "change", [{"factor": 1e-3}, {"factor": 1e4}, {"turn": 1.1}, {"shift": (5.0, -7.0, 2.0)}]
-)
+@for_each("name", sorted(set(FEATURES) - {"visible"}))
+@for_each("change", [{"factor": 1e-3}, {"factor": 1e4}, {"turn": 1.1}, {"shift": (5.0, -7.0, 2.0)}])
 def test_features_depend_neither_on_unit_nor_place_nor_turn(name, change):
     scene = random_gaussians(400, terms=4)
     np.testing.assert_allclose(

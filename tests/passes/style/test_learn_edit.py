@@ -13,6 +13,7 @@ from brushgs.passes.style.learn_edit import learn_edit
 from brushgs.passes.style.pairs import pair_rows
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.sh import C0
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians, replaced
 from tests.passes.style.test_features import VIEW
 
@@ -47,8 +48,8 @@ def error(edit, other, wanted):
     return float(np.sqrt(((found - colors_of(wanted)) ** 2).mean()))
 
 
-@pytest.mark.parametrize("name", AFFINE)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("name", AFFINE)
+@for_each("dtype", [np.float32, np.float64])
 def test_an_affine_edit_is_found_exactly(name, dtype):
     matrix, offset = AFFINE[name]
     before = scene(dtype=dtype)
@@ -59,7 +60,7 @@ def test_an_affine_edit_is_found_exactly(name, dtype):
     assert learnt.left < 1e-5
 
 
-@pytest.mark.parametrize("name", AFFINE)
+@for_each("name", AFFINE)
 def test_an_affine_edit_of_a_brownish_scene_holds_for_all_colours(name):
     matrix, offset = AFFINE[name]
     rng = np.random.default_rng(0)
@@ -123,8 +124,8 @@ def posterised(num_levels):
     return steps
 
 
-@pytest.mark.parametrize("num_levels", [4, 5])
-@pytest.mark.parametrize(("low", "high"), [(0.05, 0.6), (0.5, 0.95)])
+@for_each("num_levels", [4, 5])
+@for_each(("low", "high"), [(0.05, 0.6), (0.5, 0.95)])
 def test_an_edit_that_cannot_be_learnt_does_no_harm_to_other_scenes(num_levels, low, high):
     """A scene of few colours is posterised, and what is learnt meets all colours."""
     rng = np.random.default_rng(1)

@@ -6,6 +6,7 @@ import pytest
 from brushgs.passes.style.ground import find_ground
 from brushgs.passes.style.marks import MOST_GRID, learn_marks
 from brushgs.values.colors import rgb_of
+from tests.kit.for_each import for_each
 from tests.kit.mark_paintings import KINDS, paint
 from tests.kit.paintings import PAINTINGS, _opaque
 from tests.kit.paintings import paint as painted
@@ -77,7 +78,7 @@ def test_the_size_of_the_picture_hardly_matters():
     assert small.aspect / large.aspect == pytest.approx(1, abs=0.2)
 
 
-@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+@for_each("channels", [1, 2, 3, 4])
 def test_pictures_of_any_channels_are_taken(channels):
     rgb = paint("hatching", size=(160, 120))
     image = rgb if channels > 2 else rgb.mean(axis=2, keepdims=True)

@@ -5,6 +5,7 @@ import pytest
 
 from brushgs.passes.style.color_names import color_name, color_names
 from brushgs.passes.style.palette import NUM_SAMPLES, learn_palette
+from tests.kit.for_each import for_each
 
 
 def image(parts, height=60, width=100, noise=0.02):
@@ -64,7 +65,7 @@ def test_what_is_transparent_does_not_count():
     assert (palette.samples[:, 2] > 0.4).all()
 
 
-@pytest.mark.parametrize("shape", [(1, 1, 3), (1, 1, 1), (3, 1, 4), (40, 40, 2)])
+@for_each("shape", [(1, 1, 3), (1, 1, 1), (3, 1, 4), (40, 40, 2)])
 def test_tiny_and_grey_pictures_have_a_palette(shape):
     palette = learn_palette(np.full(shape, 0.5, np.float32))
     assert len(palette.colors) == 1
@@ -91,7 +92,7 @@ def test_what_has_no_colours_is_refused(pixels, sentence):
         learn_palette(pixels)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("code", "name"),
     [
         ("#000000", "black"),

@@ -7,6 +7,7 @@ from brushgs.passes.color.color_map import Affine
 from brushgs.passes.style.palette import learn_palette
 from brushgs.passes.style.transport import SLOPES, palette_map
 from brushgs.values.colors import LUMINANCE
+from tests.kit.for_each import for_each
 
 GRID = np.stack(np.meshgrid(*[np.linspace(0, 1, 9)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
 
@@ -82,7 +83,7 @@ def test_derivatives_are_those_of_the_map():
         np.testing.assert_allclose(slopes[:, :, channel], found, atol=1e-4)
 
 
-@pytest.mark.parametrize(
+@for_each(
     "scene",
     [
         np.full((400, 3), 0.4),
@@ -93,7 +94,7 @@ def test_derivatives_are_those_of_the_map():
     ],
     ids=["one colour", "one stroke", "black and white", "grey with noise", "colours"],
 )
-@pytest.mark.parametrize(
+@for_each(
     "painting",
     [
         np.full((400, 3), 0.7),

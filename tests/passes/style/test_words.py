@@ -10,6 +10,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
 from brushgs.values.style import NamedColor, Style, StyleEdit, StyleMarks, StylePalette
+from tests.kit.for_each import for_each
 from tests.kit.paintings import paint
 
 CAMERA = Camera.look_at((0, 0, -4), (0, 0, 0), width=160, height=120, fov_y=0.8)
@@ -41,7 +42,7 @@ def of_marks(*given, **named):
     return words(words_of_style(Style("a", marks=marks(*given, **named))))
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("colors", "fits", "fits_not"),
     [
         ([(0.05, 0.05, 0.06), (0.2, 0.2, 0.21)], {"dark", "muted"}, {"high-key", "vivid", "warm", "cool"}),
@@ -71,7 +72,7 @@ def test_colours_of_one_name_count_together():
     assert shares == [pytest.approx(1)]
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("given", "fits", "fits_not"),
     [
         ({"length": 0.02, "aspect": 1.5}, {"fine", "dabbed"}, {"broad", "drawn-out"}),
@@ -110,7 +111,7 @@ def strokes(num=900, *, angle=lambda x, y: 0 * x, aspect=3.0, width=0.05, opacit
     return Gaussians(means, quats, scales, np.full(num, opacity), sh)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("given", "fits", "fits_not"),
     [
         ({}, {"aligned", "flat in colour"}, {"swirling", "broken in colour", "dabbed"}),

@@ -8,6 +8,7 @@ from brushgs.options.where import Where
 from brushgs.passes.where import WhereContext, memberships, sides
 from brushgs.values.camera import FirstView
 from brushgs.values.sh import C0
+from tests.kit.for_each import for_each
 
 
 def scene():
@@ -22,7 +23,7 @@ def scene():
     )
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "inside"),
     [
         ("box:-1,-1,-1,1,1,1", [1, 1, 0, 0]),

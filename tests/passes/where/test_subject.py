@@ -15,6 +15,7 @@ from brushgs.still_life.cast import cast_of, joined
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 WALL, TABLE, JUG, ORANGES = 0, 1, range(3, 5), range(7, 11)
@@ -121,8 +122,8 @@ def test_faint_and_huge_gaussians_link_nothing():
 TEXTS = ("subject", "part:1", "part:2 or height:60%..", "height:20%..50% and not part:1")
 
 
-@pytest.mark.parametrize("text", TEXTS)
-@pytest.mark.parametrize("soft", [0.0, 0.2])
+@for_each("text", TEXTS)
+@for_each("soft", [0.0, 0.2])
 def test_neither_the_unit_nor_the_order_nor_a_rotation_matters(text, soft):
     parts = [balls((0, 0, 0), num=500), balls((0.2, -3, 0.3), radius=0.9, num=400)]
     parts += [
@@ -167,8 +168,8 @@ EVERY = [
 ]
 
 
-@pytest.mark.parametrize("text", EVERY)
-@pytest.mark.parametrize("soft", [0.0, 0.3])
+@for_each("text", EVERY)
+@for_each("soft", [0.0, 0.3])
 def test_none_one_and_extreme_gaussians_have_memberships(text, soft):
     some = balls((0, 0, 0), num=50)
     assert len(of(text, some.take(slice(0, 0)), around(some), soft)) == 0

@@ -12,6 +12,7 @@ from brushgs.still_life.cast import cast_of, joined
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0, base_colors
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians, replaced
 from tests.scenes import still_life_of
 
@@ -179,7 +180,7 @@ def test_patches_lie_over_the_whole_of_pictures_of_any_shape():
         assert (np.diff(redness, axis=0).mean(axis=1) < 0).all()
 
 
-@pytest.mark.parametrize(("length", "side"), [(8, 8), (9, 8), (16, 8), (29, 8), (7, 7), (3, 1)])
+@for_each(("length", "side"), [(8, 8), (9, 8), (16, 8), (29, 8), (7, 7), (3, 1)])
 def test_windows_cover_a_length_and_overlap_by_half(length, side):
     starts = text.starts(length, side)
     assert starts[0] == 0
