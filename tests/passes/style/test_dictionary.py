@@ -12,7 +12,7 @@ from brushgs.passes.style.marks import learn_marks
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.sh import base_colors
 from brushgs.values.style import MarkDictionary
-from tests.bench.mark_paintings import paint
+from tests.kit.mark_paintings import paint
 from tests.passes.scenes import random_gaussians
 from tests.passes.style.dead_leaves import dead_leaves
 
