@@ -8,7 +8,7 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
-from brushgs.cli.commands.export import EXPORTS, OWN_FLAGS
+from brushgs.cli.commands.export import EXPORTS, GALLERY, OWN_FLAGS
 from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.glb.write import omitted
 from brushgs.rendering.canvas import Painting
@@ -121,7 +121,7 @@ def test_bad_input_is_one_sentence_and_no_file(scene, capsys, words, said):
 def test_exports_have_suffixes_of_their_own_and_known_flags():
     suffixes = [suffix for kind in EXPORTS for suffix in kind.suffixes]
     assert len(set(suffixes)) == len(suffixes)
-    assert {name for kind in EXPORTS for name in kind.takes} == set(OWN_FLAGS)
+    assert {name for kind in (*EXPORTS, GALLERY) for name in kind.takes} == set(OWN_FLAGS)
 
 
 def test_a_scene_is_not_replaced(capsys):
