@@ -182,7 +182,7 @@ def screen(page):
 
 
 def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page, path, tmp_path):
-    page = open_page(path, **CALM, width=900, height=160)
+    page = open_page(path, **CALM, width=1100, height=160)
     page.evaluate("brushgs.ready")
     settle(page)
     usual = screen(page)
@@ -226,7 +226,7 @@ def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page
 
 
 def test_other_contents_keep_what_is_highlighted_by_its_name(open_page, path):
-    page = open_page(path, **CALM)
+    page = open_page(path, **CALM, width=1100)
     page.evaluate("brushgs.ready")
     page.locator("#region").select_option("<i>cloth</i>")
     assert page.evaluate("brushgs.look.highlight.region") == 2
@@ -244,7 +244,7 @@ def test_other_contents_keep_what_is_highlighted_by_its_name(open_page, path):
 
 
 def test_a_page_without_regions_offers_none(open_page, tmp_path):
-    page = open_page(write_page(tmp_path / "plain.html"), **CALM)
+    page = open_page(write_page(tmp_path / "plain.html"), **CALM, width=1100)
     page.evaluate("brushgs.ready")
     assert not page.locator("#region").is_visible()
     assert page.evaluate("brushgs.look.highlight") is None
