@@ -143,7 +143,7 @@ def _open_decoder(sog: Sog, runs: list[tuple[int, int]], *, is_logit: bool) -> D
         pictures = [picture[slice(*runs[0])] for picture in pictures]
     opacities: NDArray[np.floating] = meta.opacities
     if meta.version == 1 and not is_logit:  # beside scenes of version 2
-        opacities = 1 / (1 + np.exp(-opacities))
+        opacities = (1 / (1 + np.exp(-opacities))).astype(np.float32)
     return _decoder(meta, pictures, palette, opacities)
 
 
