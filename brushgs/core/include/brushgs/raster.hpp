@@ -189,7 +189,7 @@ template <class T>
 struct Trace;
 
 // Paint. The picture does not depend on `num_threads`, bit for bit. Needs as many layers of boxes as of the picture.
-// `trace`, unless null, gets the data for the derivative; only for boxes that cover (no glazes), without softness or limits.
+// `trace`, unless null, gets the data for the derivative; not for glazes, and only without softness or limits.
 template <class T>
 void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture,
                Trace<T>* trace = nullptr);
