@@ -182,7 +182,7 @@ def screen(page):
 
 
 def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page, path, tmp_path):
-    page = open_page(path, **CALM, width=1100, height=160)
+    page = open_page(path, **CALM, width=1100, height=300)
     page.evaluate("brushgs.ready")
     settle(page)
     usual = screen(page)
@@ -209,7 +209,7 @@ def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page
     settle(page)
     veiled = screen(page)
     changed = (veiled != usual).any(axis=2).mean()
-    assert 0.3 < changed < 0.995  # what is seen of the pear, 1.1 % of this wide strip, has no veil
+    assert 0.3 < changed < 0.9985  # what is seen of the pear, 0.27 % of this wide strip, has no veil
 
     with page.expect_download() as saving:
         page.evaluate("brushgs.panel.savePicture()")
