@@ -48,6 +48,7 @@ EXAMPLES = {
     "weight": ("paper", ["--weight", "paper"]),
     "clean": ("off", ["--clean", "off"]),
     "strokes": (2000, ["--strokes", "2000"]),
+    "stroke-color": ("own", ["--stroke-color", "own"]),
     "stroke-size": (24, ["--stroke-size", "24px"]),
     "features": ("paper", ["--features", "paper"]),
     "merge": ("paper", ["--merge", "paper"]),

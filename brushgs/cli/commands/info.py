@@ -23,7 +23,7 @@ class Own(Options, frozen=True):
         "other packages add; no file is needed #plugin #types", action="formats")] = False
     in_words: Annotated[bool, option("say in words what is seen of the scene, or of the strokes of a file: "
         "colours, light, marks, each with its figure; computed from colours and shapes by thresholds, not "
-        "by a model of language", flag="--words")] = False
+        "by a language model", flag="--words")] = False
     # fmt: on
 
 

@@ -207,7 +207,7 @@ class FilmRequest(Struct, frozen=True, forbid_unknown_fields=True):
 class PartRequest(Struct, frozen=True, forbid_unknown_fields=True):
     """A part of the scene that was typed."""
 
-    where: Any
+    where: str
 
 
 @dataclass(frozen=True)
@@ -251,7 +251,7 @@ def read_film(value: Json) -> Film:
     return Film(config, [camera.resized(config.width, config.height) for camera in cameras], asked.center)
 
 
-def read_part(value: Json) -> Any:
+def read_part(value: Json) -> str:
     """What was typed for a part of the scene. Raises ValueError."""
     return _request(value, PartRequest).where
 

@@ -243,6 +243,7 @@ def test_a_part_that_is_typed_is_highlighted_and_changes_no_stroke(viewed):
     name = page.get_attribute("#painting", "aria-label")
     assert name.endswith("strokes, half:1,0,0,0 highlighted")
     assert page.input_value("#region") == "typed"
+    page.locator("#more").press("Enter")  # which shows the fields of the bar in a small window
     page.select_option("#region", "Nothing")
     assert page.evaluate(PART) is None
     page.select_option("#region", "As typed")
