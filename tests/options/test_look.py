@@ -104,7 +104,7 @@ REFUSED = [
     ("[view]\nzoom = 2\n", "[view] belongs to one picture, not to a look"),
     ("[palette]\nfile = 'a.png'\n", "[palette] belongs to one picture"),
     ("[draw]\nthreads = 3\n", "[draw] has no 'threads'"),
-    ("[draw]\nxyz = 3\n", "[draw] has no 'xyz'; it has stroke, filter"),
+    ("[draw]\nxyz = 3\n", "[draw] has no 'xyz'; it has stroke, stroke_color"),
     (
         "titel = 'a'\n",
         "there is no 'titel' above the tables, only title, good_for, base; did you mean 'title'?",
