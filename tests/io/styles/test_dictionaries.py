@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from brushgs.errors import SceneError
-from brushgs.formats.styles import pack, read_style, write_style
+from brushgs.formats.styles import read_style
+from brushgs.formats.styles_write import pack, write_style
 from brushgs.values.style import MarkDictionary, MarkSpectrum
 from tests.io.styles import example
 

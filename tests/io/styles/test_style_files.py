@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from brushgs.errors import SceneError
-from brushgs.formats.styles import MAX_BYTES, pack, read_style, write_style
+from brushgs.formats.styles import MAX_BYTES, read_style
+from brushgs.formats.styles_write import pack, write_style
 from brushgs.values.style import Style, StyleStage
 from tests.io.styles import example
 

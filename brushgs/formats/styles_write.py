@@ -1,0 +1,176 @@
+"""Styles are written to JSON that people can edit; see `formats.styles`, which reads it."""
+
+import base64
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.formats.files import replacing, scratch_folder
+from brushgs.formats.styles import ATLAS_COLUMNS, DTYPES, MARK, MAX_BYTES, ONE, VERSION, style_of
+from brushgs.options.choices import STYLE_SUFFIX
+from brushgs.values.arrays import U8
+from brushgs.values.style import MarkDictionary, NamedColor, Residual, Style, StyleEdit, StyleMarks
+
+# Colours beside alpha are stored as they are, also where nothing is covered.
+_PNG_ATTRIBUTES = {"png:compressionLevel": 9, "oiio:UnassociatedAlpha": 1}
+
+
+def write_style(style: Style, path: str | Path) -> None:
+    """Write a style; the file appears when it is complete, and equal styles give equal bytes.
+
+    Args:
+        style: has a palette, marks or an edit.
+        path: ends in .style.
+
+    Raises:
+        ValueError: if the suffix is another one, the style would take more than 3 MB, or a value is out of
+            the range that `brushgs.values.style` states; then nothing is written.
+        SceneError: if the file cannot be written.
+    """
+    path = Path(path)
+    if path.suffix.lower() != STYLE_SUFFIX:
+        raise ValueError(
+            f"a style must be written to a file *{STYLE_SUFFIX}, got {str(path)!r}; change the suffix"
+        )
+    content = content_of(style, path)
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def content_of(style: Style, path: Path) -> bytes:
+    """The bytes of a style file, which can be read again. `path` is for messages; raises ValueError."""
+    value: dict[str, Any] = {"brushgs": MARK, "version": VERSION, "name": style.name}
+    if style.palette is not None:
+        value["palette"] = [_color(color) for color in style.palette.colors]
+    if style.marks is not None:
+        value["marks"] = _marks(style.marks)
+    if style.stage is not None:
+        stage = style.stage
+        value["stage"] = {
+            "colors": pack(stage.colors, "uint8"),
+            "directions": pack(stage.directions, "int8"),
+        }
+    if style.lines is not None:
+        lines = style.lines
+        value["lines"] = {
+            "share": float(lines.share),
+            "width": float(lines.width),
+            "color": _hex(lines.rgb)[0],
+        }
+    if style.edit is not None:
+        value["edit"] = _edit(style.edit)
+    content = (_laid_out(value) + "\n").encode()
+    if len(content) > MAX_BYTES:
+        cure = "learn a smaller residual" if style.edit is not None else "keep fewer or smaller brushes"
+        rule = f"a style must take at most {MAX_BYTES // 1_000_000} MB, got {len(content) / 1e6:.1f}"
+        raise ValueError(f"{path}: {rule}; {cure}")
+    try:
+        style_of(path, content)
+    except SceneError as error:
+        raise ValueError(f"the style cannot be written: {error}") from None
+    return content
+
+
+def _hex(rgb: NDArray[Any]) -> tuple[str, NDArray[Any]]:
+    """A colour as text, and as 0 to 255."""
+    code = np.rint(255 * np.clip(rgb, 0, 1)).astype(int)
+    return "#{:02x}{:02x}{:02x}".format(*code), code
+
+
+def _color(color: NamedColor) -> dict[str, Any]:
+    """One of a palette; offsets in half precision, relative to the colour as written."""
+    text, code = _hex(color.rgb)
+    offsets = color.offsets + (color.rgb - code / 255)
+    share = round(float(color.share), 6)
+    return {"name": color.name, "color": text, "share": share, "offsets": pack(offsets, "float16")}
+
+
+def _marks(marks: StyleMarks) -> dict[str, Any]:
+    """Directions are in steps of 1/127."""
+    value = {
+        "length": float(marks.length),
+        "aspect": float(marks.aspect),
+        "broken_lightness": float(marks.broken_lightness),
+        "broken_chroma": float(marks.broken_chroma),
+        "ground": None if marks.ground is None else _hex(marks.ground)[0],
+        "relief": float(marks.relief),
+        "directions": pack(marks.directions, "int8"),
+        "brushes": [_picture(brush[..., None], "Y") for brush in marks.brushes],
+    }
+    for name, spectrum in (("coherent", marks.coherent), ("incoherent", marks.incoherent)):
+        if spectrum is not None:
+            value[name] = {
+                "share": spectrum.share,
+                "lengths": list(spectrum.lengths),
+                "widths": list(spectrum.widths),
+            }
+    if marks.dictionary is not None:
+        value["dictionary"] = _dictionary(marks.dictionary)
+    return value
+
+
+def _dictionary(marks: MarkDictionary) -> dict[str, Any]:
+    """Colours in half precision; the marks row by row in one picture."""
+    num, height, width = marks.texels.shape[:3]
+    rows = -(-num // ATLAS_COLUMNS)
+    atlas = np.zeros((rows * ATLAS_COLUMNS, height, width, 4), np.uint8)
+    atlas[:num] = marks.texels
+    picture = atlas.reshape(rows, ATLAS_COLUMNS, height, width, 4).swapaxes(1, 2)
+    return {
+        "size": [width, height],
+        "colors": pack(marks.colors, "float16"),
+        "shares": pack(marks.shares, "float16"),
+        "atlas": _picture(picture.reshape(rows * height, ATLAS_COLUMNS * width, 4), "RGBA"),
+    }
+
+
+def _edit(edit: StyleEdit) -> dict[str, Any]:
+    """The residual is in single precision."""
+    return {
+        "affine": [[float(number) for number in row] for row in edit.affine],
+        "log_size": float(edit.log_size),
+        "residual": None if edit.residual is None else _residual(edit.residual),
+    }
+
+
+def _residual(residual: Residual) -> dict[str, Any]:
+    arrays = {name: getattr(residual, name) for name in ("offset", "scale", "centers", "weights", "slopes")}
+    return {"features": list(residual.features), "width": float(residual.width)} | {
+        name: None if array is None else pack(array, "float32") for name, array in arrays.items()
+    }
+
+
+def pack(values: NDArray[Any], type: str) -> dict[str, Any]:
+    """An array as JSON, of a type of `DTYPES`. Values beyond the range of an integer type are clipped."""
+    if type in ONE:
+        limits = np.iinfo(DTYPES[type])
+        values = np.clip(np.rint(values.astype(np.float64) * ONE[type]), limits.min, limits.max)
+    data = np.ascontiguousarray(values).astype(DTYPES[type]).tobytes()
+    return {"type": type, "shape": list(values.shape), "data": base64.b64encode(data).decode()}
+
+
+def _picture(texels: U8, channels: str) -> dict[str, Any]:
+    """A picture [h, w, channels] as JSON."""
+    from brushgs.formats.pictures.oiio import write_pixels
+
+    with scratch_folder() as folder:
+        path = folder / "picture.png"
+        write_pixels(path, "png", texels, tuple(channels), _PNG_ATTRIBUTES)
+        return {"type": "png", "data": base64.b64encode(path.read_bytes()).decode()}
+
+
+def _laid_out(value: Any, indent: str = "") -> str:
+    """JSON in which only objects that people read, and lists of these, take several lines."""
+    inner = indent + "  "
+    if isinstance(value, dict) and "data" not in value:
+        rows = [f"{json.dumps(name)}: {_laid_out(part, inner)}" for name, part in value.items()]
+    elif isinstance(value, list) and any(isinstance(part, dict | list) for part in value):
+        rows = [_laid_out(part, inner) for part in value]
+    else:
+        return json.dumps(value, ensure_ascii=False)
+    begin, end = "{}" if isinstance(value, dict) else "[]"
+    return begin + ",".join(f"\n{inner}{row}" for row in rows) + f"\n{indent}{end}"
