@@ -19,7 +19,7 @@ from brushgs.options.choices import Order
 from brushgs.rendering.knots import Knots, knots_of, middle_and_reach
 from brushgs.rendering.project import LOW_PASS, Directions, project
 from brushgs.rendering.visibility import visible_areas
-from brushgs.values.arrays import F32, F64, Array
+from brushgs.values.arrays import F32, F64, Array, Rows
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
@@ -160,28 +160,57 @@ def track_directions(
         low_pass=low_pass,
         num_threads=num_threads_or_default(num_threads),
     )
-    return _pointing_as_stills(found, knots, gaussians, cameras[0], num_threads)
+    return pointing_as_stills(found, knots, gaussians, cameras[0], num_threads)
 
 
-def _pointing_as_stills(
-    track: Track, knots: Knots, gaussians: Gaussians, camera: Camera, num_threads: int | None
+def pointing_as_stills(
+    track: Track,
+    knots: Knots,
+    gaussians: Gaussians,
+    camera: Camera,
+    num_threads: int | None,
+    rows: Rows | None = None,
 ) -> Track:
     """The track with strokes turned by half a turn that point against most of what stills show of them.
 
-    Knots and not frames are looked at: what is chosen does not depend on the frame rate.
+    Knots and not frames are looked at: the choice does not depend on the frame rate. `rows` are those of the
+    strokes that the track is of; None for all.
     """
-    agreement, seen = np.zeros(len(gaussians)), np.zeros(len(gaussians))
-    side = min(STILL_SIDE, max(camera.width, camera.height))
-    for knot in np.unique(np.linspace(0, len(knots.nears) - 1, NUM_STILLS).round().astype(int)).tolist():
+    found = Agreement(len(gaussians), num_threads)
+    rows = np.arange(len(gaussians)) if rows is None else rows
+    turns = np.zeros(len(gaussians))
+    for knot in sampled(len(knots.nears)):
         view = replace(camera, viewmat=knots.viewmats[knot], K=knots.Ks[knot], near=float(knots.nears[knot]))
-        view = view.in_side(side)
-        areas = visible_areas(gaussians, view, num_threads=num_threads)
-        boxes = project(gaussians, view, lock="anchor", num_threads=num_threads)
-        turned = track.turns[knot, boxes.ids] * (2 * pi / 65536) - boxes.angles
-        agreement[boxes.ids] += areas[boxes.ids] * np.cos(turned)
-        seen += areas
-    half_turns = np.where(agreement < -SURE * seen, -32768, 0).astype(np.int16)
-    return replace(track, turns=track.turns + half_turns)
+        turns[rows] = track.turns[knot] * (2 * pi / 65536)
+        found.look(gaussians, view, turns)
+    return replace(track, turns=track.turns + found.half_turns[rows])
+
+
+def sampled(count: int) -> list[int]:
+    """Some of so many views, evenly."""
+    found: list[int] = np.unique(np.linspace(0, count - 1, NUM_STILLS).round().astype(int)).tolist()
+    return found
+
+
+class Agreement:
+    """In how much of what is seen of strokes their directions agree with those of stills."""
+
+    def __init__(self, num_strokes: int, num_threads: int | None) -> None:
+        self._agreement, self._seen = np.zeros(num_strokes), np.zeros(num_strokes)
+        self._num_threads = num_threads
+
+    def look(self, strokes: Gaussians, camera: Camera, angles: Array) -> None:
+        """Add a view, in which they have these directions, radians."""
+        view = camera.in_side(min(STILL_SIDE, max(camera.width, camera.height)))
+        areas = visible_areas(strokes, view, num_threads=self._num_threads)
+        boxes = project(strokes, view, lock="anchor", num_threads=self._num_threads)
+        self._agreement[boxes.ids] += areas[boxes.ids] * np.cos(angles[boxes.ids] - boxes.angles)
+        self._seen += areas
+
+    @property
+    def half_turns(self) -> NDArray[np.int16]:
+        """[N] to add to turns in units of a Track: half a turn, or none."""
+        return np.where(self._agreement < -SURE * self._seen, -32768, 0).astype(np.int16)
 
 
 def checked_cameras(cameras: Sequence[Camera]) -> list[Camera]:

@@ -15,7 +15,15 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering.knots import Knots, knots_of, middle_and_reach
 from brushgs.rendering.motion import SHIFT, TURN, Pose, StrokeMotion, match, zeros_over_time
 from brushgs.rendering.project import LOW_PASS, Directions
-from brushgs.rendering.track import TRACKED_COLUMNS, Track, checked_cameras, directions_along
+from brushgs.rendering.track import (
+    TRACKED_COLUMNS,
+    Agreement,
+    Track,
+    checked_cameras,
+    directions_along,
+    pointing_as_stills,
+    sampled,
+)
 from brushgs.values.arrays import F32, F64, Array, Mask, Rows
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
@@ -140,20 +148,42 @@ def track_moving(
     is_resting = np.ones(len(strokes), bool)
     is_resting[moves] = False
     rests = np.flatnonzero(is_resting)
+    still = knots_of(cameras, *extent)
     resting = directions_along(
-        knots_of(cameras, *extent),
+        still,
         strokes.take(rests).columns(),
         cameras[0],
         low_pass=low_pass,
         num_threads=threads,
     )
+    resting = pointing_as_stills(resting, still, strokes, cameras[0], threads, rests)
     seconds = np.where(np.diff(positions) == 0, 0.0, 1 / fps)
     knots = knots_of(cameras, *extent, seconds=seconds, ends_meet=positions[0] == positions[-1])
     clip = _Clip(motion, knots, _moments_of(knots, cameras, positions), cameras[0], low_pass, threads)
     moves, found = (rows[np.argsort(found, kind="stable")] for rows in (moves, found))
     moving, carried = clip.track(strokes.take(moves), found)
     things = np.unique(found, return_inverse=True)[1]
-    return MovingTrack(resting, moving, rests, moves, things, carried)
+    path = MovingTrack(resting, moving, rests, moves, things, carried)
+    return _pointing_as_stills(path, strokes, cameras, motion, positions, threads)
+
+
+def _pointing_as_stills(
+    path: MovingTrack,
+    strokes: Gaussians,
+    cameras: Sequence[Camera],
+    motion: StrokeMotion,
+    positions: F64,
+    num_threads: int,
+) -> MovingTrack:
+    """The path with moving strokes turned by half a turn that point against most of what stills show."""
+    if len(path.moves) == 0:
+        return path
+    found = Agreement(len(strokes), num_threads)
+    for frame in sampled(len(cameras)):
+        moved = motion.pose(float(positions[frame])).moved(strokes)
+        found.look(moved, cameras[frame], path.directions(frame).angles)
+    path.moving.turns[:] += found.half_turns[path.moves]  # in place: those of a long clip lie in a file
+    return path
 
 
 def _checked_positions(positions: F64, num_frames: int, num_moments: int) -> F64:
