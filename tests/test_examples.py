@@ -70,7 +70,7 @@ def test_every_example_is_run_by_this_file():
         "page_screenshots.py",
         "blender_import.py",
     }
-    assert {path.name for path in EXAMPLES.glob("*.py")} == tested
+    assert {path.name for path in EXAMPLES.glob("[!_]*.py")} == tested
 
 
 def test_ten_lines(tmp_path, monkeypatch):
@@ -226,7 +226,7 @@ def test_the_notebook_is_kept_without_what_it_shows():
         assert cell.get("execution_count") is None
 
 
-@pytest.mark.parametrize("line", COMMANDS)
+@for_each("line", COMMANDS)
 def test_a_command_of_the_guides_is_understood(line, tmp_path, monkeypatch, capsys):
     """In a folder without its files it fails because of them, not because of its words."""
     monkeypatch.chdir(tmp_path)
@@ -248,6 +248,6 @@ def test_the_links_of_a_page_lead_somewhere(page):
     assert [file for file in files if not file.exists()] == []
 
 
-@for_each("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.name)
+@for_each("path", sorted(EXAMPLES.glob("[!_]*.py")), ids=lambda p: p.name)
 def test_an_example_opens_by_saying_what_it_writes(path):
     assert path.read_text(encoding="utf-8").startswith('"""Writes ')

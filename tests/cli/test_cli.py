@@ -22,6 +22,7 @@ from brushgs.pipeline.report import Report
 from brushgs.still_life.moving import still_life_moving
 from brushgs.values.colors import rgb_of
 from brushgs.values.sh import base_colors
+from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -149,7 +150,7 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
     assert run(capsys, "render", scene, *SMALL, "--up", up, "--quiet")[0] == 0
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "sentence"),
     [
         (["--size", "12"], r"--size must be WIDTHxHEIGHT in pixels such as 1280x720, got '12'"),
