@@ -235,7 +235,8 @@ def test_options_are_those_of_a_still_or_of_a_path(folder, stroke, along_path, l
 
 
 def test_every_option_of_drawing_is_resolved_or_handed_on_by_name(folder):
-    by_itself = {"stroke", "extent", "background", "threads"}  # texture, num_sigmas, background, num_threads
+    # texture, its colours, num_sigmas, background, num_threads
+    by_itself = {"stroke", "stroke_color", "extent", "background", "threads"}
     by_name = {"lock", "order", "filter", "underpaint", "streaks"}
     assert {field.name for field in fields(DrawConfig)} - by_itself == by_name
     draw = DrawConfig(
