@@ -9,6 +9,7 @@ MAKERS = {"WeakKeyDictionary", "WeakValueDictionary", "ContextVar", "Counter", "
 KEPT = {
     "pipeline/runner.py _held": "the memory that a batch gives to its jobs",
     "pipeline/where.py _finder": "a CLIP model, opened once; by its folder",
+    "passes/add/ground_maps.py _weights": "by the side of a map and the width of its blur",
     "passes/color/color_space.py _curves": "numbers that follow from constants",
     "passes/where/evaluate.py _known": "of a scene and a view, and gone with these",
     "rendering/relief.py _at_rest": "of strokes that moved those at rest, whichever frame came first",
@@ -19,6 +20,7 @@ KEPT = {
     "rendering/surface.py _paper": "by the size and the seed of the grain",
     "rendering/texture_levels.py _cache": "mip levels of a stroke image, and gone with it",
     "rendering/texture_levels.py _height_cache": "mip levels of a stroke image, and gone with it",
+    "rendering/texture_levels.py _tint_cache": "mip levels of a stroke image, and gone with it",
 }
 
 
