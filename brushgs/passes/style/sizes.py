@@ -238,7 +238,7 @@ def _spectrum(
     # The model is fitted to percentiles, not to each area: it rises evenly, and takes longer than all else.
     percentiles = np.percentile(np.array(found), PERCENTILES, axis=0)
     sizes = np.array([_fitted(float(u), float(v), high_pass) for u, v in percentiles]) / short
-    lengths, widths = np.sort(sizes, axis=0).T.tolist()
+    lengths, widths = np.sort(np.minimum(sizes, 1.0), axis=0).T.tolist()  # no mark is longer than the picture
     return MarkSpectrum(float(mask.mean()), tuple(lengths), tuple(widths))
 
 
