@@ -4,7 +4,7 @@ Strokes are matched to features of a picture. A style file has no picture, so on
 directions, colours and brushes.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,7 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.style import Style, StyleMarks
 
+NUM_MARKS = 8  # of a dictionary, where they are the brushes
 SIZE = 480, 360  # pixels of a painting made from a style
 COVER = 5.0  # layers of marks
 MOST_MARKS = 20_000
@@ -92,10 +93,19 @@ def _learnt(painting: Array, path: Path) -> Style:
     except ValueError as error:
         raise SceneError(path, f"has no colours to take ({error}); choose another picture") from None
     try:
-        marks = learn_marks(painting, 0)  # strokes are fitted to the painting: they take no whole marks
+        marks = _with_brushes(learn_marks(painting, NUM_MARKS))
     except ValueError:  # one even colour, or too small
         marks = None
     return Style(name, palette, marks)
+
+
+def _with_brushes(marks: StyleMarks) -> StyleMarks:
+    """Marks with brushes of one colour: strokes are fitted to the painting, and take no whole marks.
+
+    Where marks are too small to be cut as brushes, the shapes of the dictionary are brushes.
+    """
+    shapes = () if marks.dictionary is None else tuple(marks.dictionary.texels[..., 3])
+    return replace(marks, brushes=marks.brushes or shapes, dictionary=None)
 
 
 def painted(style: Style, *, seed: int = 0) -> F32:

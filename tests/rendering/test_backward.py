@@ -92,7 +92,7 @@ def test_the_gradient_by_coverage_is_a_difference_of_the_definition(filter, shap
     monkeypatch.setattr(reference, "level_coverage", level_of)
 
     def picture(texels):
-        stroke = SimpleNamespace(kind="image", coverage=texels)
+        stroke = SimpleNamespace(kind="image", coverage=texels, tint=None)
         return reference.rasterize(boxes, stroke, filter=filter, **SIZE)
 
     some = g.permutation(coverage.size)[:40]
