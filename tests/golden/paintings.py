@@ -50,7 +50,7 @@ LOOKS = {  # name of the picture -> the words of its command
     "charcoal": ("--look", "charcoal", "--size", "160x120"),
     "watercolour": ("--look", "watercolour", "--size", "160x120"),
     "impressionist": ("--look", "impressionist", "--size", "160x120"),
-    "style": ("--style", "{style}:0.8", "--size", "160x120"),
+    "style": ("--style", "{style}:0.8", "--size", "120x90"),
     "stage_oil": STAGE,
     "stage_gouache": ("--look", "gouache", *STAGE),
     "stage_impressionist": ("--look", "impressionist", *STAGE),
