@@ -166,7 +166,7 @@ _VIDEOS = (
         holds_metadata=False),
 )
 _STYLES = (
-    Format("style", "style", (".style",), read="styles:read_style", write="styles:write_style",
+    Format("style", "style", (".style",), read="styles:read_style", write="styles_write:write_style",
         note="what was learnt of a painting"),
 )
 # fmt: on

@@ -18,11 +18,11 @@ from brushgs.rendering.hand import Hand, Rhythm
 from brushgs.rendering.places import projected
 from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.camera import Camera
+from brushgs.values.colors import LUMINANCE, linear_from_srgb
 
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
 
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of linear light
 FLASH = 0.1  # relative luminance by which a picture changes and changes back, and its darker side
 DARK = 0.8  # below which that counts
 MOST_FLASHES = 3  # a second
@@ -146,7 +146,7 @@ def flashing_area(pictures: Sequence[Array], fps: float) -> float:
 
 
 def _luminance(picture: Array) -> F32:
-    encoded = np.clip(picture, 0, 1)
-    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-    found: F32 = (linear @ LUMINANCE).astype(np.float32)
+    found: F32 = (linear_from_srgb(np.clip(picture, 0, 1)) @ np.array(LUMINANCE, np.float32)).astype(
+        np.float32
+    )
     return found

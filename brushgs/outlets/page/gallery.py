@@ -75,7 +75,6 @@ def export_gallery(
     entries, base = entries_of(scenes), address and address.rstrip("/") + "/"
     if folder.exists() and not folder.is_dir():
         raise SceneError(folder, "is a file; a gallery needs a folder")
-    folder.mkdir(parents=True, exist_ok=True)
     for entry in entries:
         preview = Preview(address=urljoin(base, quote(entry.page)) if base else "", picture=entry.picture)
         with report.stage(entry.name) as stage:
