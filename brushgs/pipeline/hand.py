@@ -26,9 +26,7 @@ if TYPE_CHECKING:
 FLASH = 0.1  # relative luminance by which a picture changes and changes back, and its darker side
 DARK = 0.8  # below which that counts
 MOST_FLASHES = 3  # a second
-MOST_AREA = (
-    0.25  # of a window of a third of width and height, which is 10 degrees of a screen at arm's length
-)
+MOST_AREA = 0.25  # of a window of a third of width and height: 10 degrees of a screen at arm's length
 PROBED_SIDE = 160  # pixels of the longer side of the frames that are looked at
 
 
@@ -109,11 +107,9 @@ def describe_hand(hand: Hand | None, small: Callable[[int], Iterator[Array]], re
         stage.counts = {"flashing": round(area, 3)}
         stage.details.append(f"at most {area:.1%} of a part of the picture flashes")
         if area > MOST_AREA:
-            fact = (
-                f"{area:.0%} of a part of the picture flashes more than {MOST_FLASHES} times a second, which"
-            )
+            fact = f"{area:.0%} of a part of the picture flashes more than {MOST_FLASHES} times a second"
             cure = "take less --boil or --redraw, or a longer --boil-every"
-            warnings.warn(SceneWarning(f"{fact} can harm viewers; {cure}"), stacklevel=2)
+            warnings.warn(SceneWarning(f"{fact}, which can harm viewers; {cure}"), stacklevel=2)
 
 
 def flashing_area(pictures: Sequence[Array], fps: float) -> float:
@@ -146,7 +142,5 @@ def flashing_area(pictures: Sequence[Array], fps: float) -> float:
 
 
 def _luminance(picture: Array) -> F32:
-    found: F32 = (linear_from_srgb(np.clip(picture, 0, 1)) @ np.array(LUMINANCE, np.float32)).astype(
-        np.float32
-    )
-    return found
+    light = linear_from_srgb(np.clip(picture, 0, 1))
+    return np.asarray(light @ np.array(LUMINANCE, np.float32), np.float32)

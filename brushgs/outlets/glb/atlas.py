@@ -24,10 +24,8 @@ from brushgs.values.colors import linear_from_srgb, srgb_from_linear
 # do not mix brushes.
 GAP = 16
 DARK = 0.06  # display-encoded: a darker mean of a brush counts as this, or all in it would shine
-BRIGHT, MOST_GAIN = (
-    0.98,
-    3.0,
-)  # share of texels that are not too bright, and the most that strokes are lightened
+BRIGHT = 0.98  # share of texels that are not too bright
+MOST_GAIN = 3.0  # by which strokes are lightened
 KERNEL_TEXELS = 256  # a side, of a kernel as an image
 
 

@@ -22,7 +22,7 @@ class App {
     this.contents = this.gl = this.painter = this.controls = this.panel = null;
     this._pace = new Pace();
     this._restingRatio = PIXEL_RATIO;
-    this._isSharpest = null; // not known yet
+    this._isTimed = false; // whether it is known how long a picture at rest takes
     this._request = 0;
     this._drawnAt = null; // ms, of the frame before in a movement
     this._onFrame = this._onFrame.bind(this);
@@ -215,7 +215,7 @@ class App {
     const isResting = !isFirst && !isMoving;
     const share = isFirst ? FIRST_SHARE : isMoving ? this._pace.share : 1;
     try {
-      if (isResting && this._isSharpest === null) this._findSharpest();
+      if (isResting && !this._isTimed) this._findSharpest();
       else this._paint(share * atMost(isResting ? this._restingRatio : PIXEL_RATIO));
     } catch (error) {
       this.painter = null; // the next frame would fail as well
@@ -233,7 +233,7 @@ class App {
   _findSharpest() {
     const start = performance.now();
     this._paint(atMost(PIXEL_RATIO));
-    this._isSharpest = true;
+    this._isTimed = true;
     if (window.devicePixelRatio <= PIXEL_RATIO) return;
     const { gl } = this;
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); // waits, which finish() does not
