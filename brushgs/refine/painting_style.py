@@ -93,19 +93,18 @@ def _learnt(painting: Array, path: Path) -> Style:
     except ValueError as error:
         raise SceneError(path, f"has no colours to take ({error}); choose another picture") from None
     try:
-        marks = _with_brushes(learn_marks(painting, NUM_MARKS))
+        marks = learn_marks(painting, 0)  # strokes are fitted to the painting: they take no whole marks
+        if not marks.brushes:
+            marks = _with_brushes(learn_marks(painting, NUM_MARKS))
     except ValueError:  # one even colour, or too small
         marks = None
     return Style(name, palette, marks)
 
 
 def _with_brushes(marks: StyleMarks) -> StyleMarks:
-    """Marks with brushes of one colour: strokes are fitted to the painting, and take no whole marks.
-
-    Where marks are too small to be cut as brushes, the shapes of the dictionary are brushes.
-    """
+    """Marks too small to be cut as brushes: the shapes of their dictionary are the brushes."""
     shapes = () if marks.dictionary is None else tuple(marks.dictionary.texels[..., 3])
-    return replace(marks, brushes=marks.brushes or shapes, dictionary=None)
+    return replace(marks, brushes=shapes, dictionary=None)
 
 
 def painted(style: Style, *, seed: int = 0) -> F32:
