@@ -133,7 +133,7 @@ def _stage(
 ) -> tuple[Coat, Materials, F32 | None]:
     from brushgs.passes.add.stage import open_stage
     from brushgs.passes.add.stage_ground import dissolved
-    from brushgs.passes.add.stage_paint import Hand
+    from brushgs.passes.add.stage_paint import Brushwork
     from brushgs.pipeline.media.media import stage_of
     from brushgs.pipeline.media.staging import Staging
 
@@ -146,14 +146,16 @@ def _stage(
     stage = open_stage(site, strokes, setting.cameras, tone, suns, values=values)
     least, most = SIZES
     size = min(max((USUAL_STROKES / len(strokes)) ** 0.5, least), most) * ground.stage_size
-    hand = Hand(size, ground.stage_aspect, ground.stage_jitter, ground.shadow, manner)
+    brushwork = Brushwork(size, ground.stage_aspect, ground.stage_jitter, ground.shadow, manner)
     has_colors = ground.stage_colors is not None or manner is not None
     finished = partial(_finished, setting=setting, has_colors=has_colors, seed=seed)
-    coat = stage_of(materials, Staging(stage, hand, setting.cameras, finished, seed))
+    coat = stage_of(materials, Staging(stage, brushwork, setting.cameras, finished, seed))
     shifts = None
     if stage.others and config.media.kind == "paint":  # marks of a drawing would have to move
         others = (stage.at(shadow) for shadow in stage.others)
-        laid = [stage_of(materials, Staging(one, hand, setting.cameras, finished, seed)) for one in others]
+        laid = [
+            stage_of(materials, Staging(one, brushwork, setting.cameras, finished, seed)) for one in others
+        ]
         colors = [base_colors(one.strokes.sh) for one in (coat, *laid)]
         shifts = (np.stack(colors) - colors[0]).astype(np.float32)
     if manner is not None:

@@ -14,7 +14,7 @@ from brushgs.options.choices import StageTone
 from brushgs.passes.add.backdrop import mean_lab
 from brushgs.passes.add.stage_ground import Ground, find_ground
 from brushgs.passes.add.stage_lamp import found_lamp
-from brushgs.passes.add.stage_paint import Hand, stage_strokes
+from brushgs.passes.add.stage_paint import Brushwork, stage_strokes
 from brushgs.passes.add.stage_place import Place, above_ground, find_place
 from brushgs.passes.add.stage_shadow import Shadow, cast_shadow
 from brushgs.passes.add.stage_surface import Surface, surface_around
@@ -156,14 +156,16 @@ def open_stage(
     return Stage(place, ground, surface, shadow, tones, site.follows_light, tuple(others))
 
 
-def painted_stage(stage: Stage, hand: Hand, cameras: Sequence[Camera], *, seed: int = 0) -> Gaussians:
+def painted_stage(
+    stage: Stage, brushwork: Brushwork, cameras: Sequence[Camera], *, seed: int = 0
+) -> Gaussians:
     """The strokes of a stage, all around, float64."""
     return stage_strokes(
         stage.place,
         stage.surface,
         stage.shadow,
         stage.tones,
-        hand,
+        brushwork,
         cameras,
         others=stage.others,
         ground=stage.ground,

@@ -43,7 +43,7 @@ PROBES = 2000  # places by which it is found how much of a stage is seen
 
 
 @dataclass(frozen=True)
-class Hand:
+class Brushwork:
     """How a stage is painted.
 
     Attributes:
@@ -66,7 +66,7 @@ def stage_strokes(
     surface: Surface,
     shadow: Shadow,
     tones: Tones,
-    hand: Hand,
+    brushwork: Brushwork,
     cameras: Sequence[Camera],
     *,
     others: Sequence[Shadow] = (),
@@ -80,7 +80,7 @@ def stage_strokes(
         surface: to paint on.
         shadow: of the subject.
         tones: of table and wall.
-        hand: how strokes are painted.
+        brushwork: how strokes are painted.
         cameras: of the job, at least one; sizes of strokes refer to their pictures.
         others: shadows at other times, where strokes are fine too.
         ground: of the scene itself, or None.
@@ -88,21 +88,23 @@ def stage_strokes(
     """
     g, of_broad, of_fine = np.random.default_rng([seed, 7]).spawn(3)
     usual = _sizes(surface, place, cameras)
-    if hand.manner is not None:
-        return _in_manner(hand.manner, place, surface, (shadow, tones, ground), hand, cameras, usual, g)
-    broad, broad_sizes = _laid(surface, usual * hand.size, of_broad)
+    if brushwork.manner is not None:
+        return _in_manner(
+            brushwork.manner, place, surface, (shadow, tones, ground), brushwork, cameras, usual, g
+        )
+    broad, broad_sizes = _laid(surface, usual * brushwork.size, of_broad)
     # Fine strokes keep the shape of the shadow, even if other strokes are large.
-    fine_usual = usual * FINE * min(hand.size, 1.0)
+    fine_usual = usual * FINE * min(brushwork.size, 1.0)
     fine, fine_sizes = _laid(surface, fine_usual, of_fine, until=REACH * place.radius)
     shadows = (shadow, *others)
-    kept = [~_is_shaded(broad, shadows, hand), _is_shaded(fine, shadows, hand)]
+    kept = [~_is_shaded(broad, shadows, brushwork), _is_shaded(fine, shadows, brushwork)]
     spots = Spots(*(np.concatenate([a[kept[0]], b[kept[1]]]) for a, b in zip(broad, fine, strict=True)))
     sizes = np.concatenate([broad_sizes[kept[0]], fine_sizes[kept[1]]])
     sizes = sizes * np.exp(SIZE_JITTER * spots.noise[:, 0])
-    lab = _colors(spots, surface, shadow, tones, hand, ground)
-    lab += spots.noise[:, 1:4] * (hand.jitter[0], hand.jitter[1], hand.jitter[1])
+    lab = _colors(spots, surface, shadow, tones, brushwork, ground)
+    lab += spots.noise[:, 1:4] * (brushwork.jitter[0], brushwork.jitter[1], brushwork.jitter[1])
     frames = _frames(spots, place, surface, len(cameras) == 1, g)
-    root = np.sqrt(hand.aspect)
+    root = np.sqrt(brushwork.aspect)
     scales = sizes[:, None] / SIGMAS * (root, 1 / root, THICKNESS)
     return _strokes(place, spots, frames, scales, lab)
 
@@ -122,7 +124,7 @@ def _in_manner(
     place: Place,
     surface: Surface,
     paint: tuple[Shadow, Tones, Ground | None],
-    hand: Hand,
+    brushwork: Brushwork,
     cameras: Sequence[Camera],
     usual: F64,
     g: np.random.Generator,
@@ -131,8 +133,8 @@ def _in_manner(
     shadow, tones, ground = paint
     height, width = manner.parts[0].stage.colors.shape[:2]
     layout = layout_of(surface, place, cameras, width / height)
-    root = np.sqrt(manner.aspect**manner.marks * hand.aspect ** (1 - manner.marks))
-    sizes = _marked_sizes(manner, place, surface, hand, cameras, usual)
+    root = np.sqrt(manner.aspect**manner.marks * brushwork.aspect ** (1 - manner.marks))
+    sizes = _marked_sizes(manner, place, surface, brushwork, cameras, usual)
 
     def seen(spots: Spots, sizes: F64) -> Mask:
         return seen_by_any(place.world(spots.points), SEEN_REACH * root * sizes / SIGMAS, cameras)
@@ -145,10 +147,11 @@ def _in_manner(
     kept = seen(spots, of_spots)
     spots, of_spots = Spots(*(column[kept] for column in spots)), of_spots[kept]
     of_spots = of_spots * np.exp(SIZE_JITTER * spots.noise[:, 0])
-    lab = _colors(spots, surface, shadow, tones, hand, ground, layout)
+    lab = _colors(spots, surface, shadow, tones, brushwork, ground, layout)
     share = manner.color
     jitter = [
-        (1 - share) * own + share * of_style for own, of_style in zip(hand.jitter, manner.jitter, strict=True)
+        (1 - share) * own + share * of_style
+        for own, of_style in zip(brushwork.jitter, manner.jitter, strict=True)
     ]
     lab += spots.noise[:, 1:4] * (jitter[0], jitter[1], jitter[1])
     frames = _frames(spots, place, surface, len(cameras) == 1, g)
@@ -163,7 +166,12 @@ def _in_manner(
 
 
 def _marked_sizes(
-    manner: Manner, place: Place, surface: Surface, hand: Hand, cameras: Sequence[Camera], usual: F64
+    manner: Manner,
+    place: Place,
+    surface: Surface,
+    brushwork: Brushwork,
+    cameras: Sequence[Camera],
+    usual: F64,
 ) -> F64:
     """[STEPS] size of strokes along the profile on the way to that of the marks of paintings, world units."""
     distance = float(np.median([np.linalg.norm(place.local(c.position[None])[0]) for c in cameras]))
@@ -171,7 +179,7 @@ def _marked_sizes(
     marks = (
         manner.size * shorter * place.seen_width(cameras) * np.hypot(1, surface.rho / max(distance, 1e-300))
     )
-    return np.asarray((usual * hand.size) ** (1 - manner.marks) * marks**manner.marks)
+    return np.asarray((usual * brushwork.size) ** (1 - manner.marks) * marks**manner.marks)
 
 
 def _count(surface: Surface, sizes: F64) -> float:
@@ -196,9 +204,9 @@ def _laid(
     return spots, np.interp(spots.along, surface.length, sizes)
 
 
-def _is_shaded(spots: Spots, shadows: Sequence[Shadow], hand: Hand) -> Mask:
+def _is_shaded(spots: Spots, shadows: Sequence[Shadow], brushwork: Brushwork) -> Mask:
     is_shaded = np.zeros(len(spots.points), bool)
-    for shadow in shadows if hand.shadow else ():
+    for shadow in shadows if brushwork.shadow else ():
         shade, contact, _ = shadow.at(spots.points)
         is_shaded |= np.maximum(shade, contact) > SHADED
     return is_shaded
@@ -209,7 +217,7 @@ def _colors(
     surface: Surface,
     shadow: Shadow,
     tones: Tones,
-    hand: Hand,
+    brushwork: Brushwork,
     ground: Ground | None,
     layout: Layout | None = None,
 ) -> F64:
@@ -219,12 +227,12 @@ def _colors(
     wall = smoothstep((surface.slope(spots.along) - low) / (high - low))[:, None]
     table = _table(spots.points, surface, tones, ground)
     lab = table + wall * (_wall(spots.points, surface, tones) - table)
-    if layout is not None and hand.manner is not None:
-        lab = map_colors(hand.manner, layout, surface, spots, lab)
-    if hand.shadow == 0:
+    if layout is not None and brushwork.manner is not None:
+        lab = map_colors(brushwork.manner, layout, surface, spots, lab)
+    if brushwork.shadow == 0:
         return lab
     shade, contact, reflected = shadow.at(spots.points)
-    share = hand.shadow * (1 - covered)  # a ground of the scene has its own shadow
+    share = brushwork.shadow * (1 - covered)  # a ground of the scene has its own shadow
     lab[:, 1:] += (share[:, None] * REFLECTED * reflected) + (share * shade)[:, None] * COOLER
     lab[:, 0] *= (1 - DARKEST * share * shade) * (1 - CONTACT * share * contact)
     return lab

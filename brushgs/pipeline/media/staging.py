@@ -7,7 +7,7 @@ import numpy as np
 
 from brushgs.passes.add.stage import Stage, painted_stage
 from brushgs.passes.add.stage_marks import Marking, shadow_marks, table_edge
-from brushgs.passes.add.stage_paint import Hand
+from brushgs.passes.add.stage_paint import Brushwork
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
@@ -18,21 +18,21 @@ class Staging:
 
     Attributes:
         stage: table, wall, shadow and tones.
-        hand: how strokes are painted.
+        brushwork: how strokes are painted.
         cameras: of the job, at least one.
         finished: applies the brushes and colour changes of the subject to strokes.
         seed: of random numbers.
     """
 
     stage: Stage
-    hand: Hand
+    brushwork: Brushwork
     cameras: Sequence[Camera]
     finished: Callable[[Gaussians], Gaussians]
     seed: int
 
     def painted(self) -> Gaussians:
         """Its strokes, float32."""
-        return painted_stage(self.stage, self.hand, self.cameras, seed=self.seed).astype(np.float32)
+        return painted_stage(self.stage, self.brushwork, self.cameras, seed=self.seed).astype(np.float32)
 
     def shadow(self, marking: Marking) -> Gaussians:
         """The marks of its shadow, float32."""

@@ -13,7 +13,7 @@ from brushgs.passes.add.cut_in import cut_in
 from brushgs.passes.add.stage import find_site, open_stage, painted_stage
 from brushgs.passes.add.stage_ground import BAND, dissolved
 from brushgs.passes.add.stage_marks import HATCHING, WASH, shadow_marks, table_edge
-from brushgs.passes.add.stage_paint import Hand
+from brushgs.passes.add.stage_paint import Brushwork
 from brushgs.passes.add.stage_place import lamp_direction
 from brushgs.passes.add.stage_tones import READS, Outline, choose_tones
 from brushgs.rendering.facing import BEHIND, facing_shares
@@ -79,7 +79,7 @@ def test_all_cameras_stand_inside_and_the_table_at_the_foot():
 def test_every_pixel_of_an_orbit_is_covered_by_paint():
     scene = crate()
     cameras = orbit(plain_first_view(scene), 5, **SIZE)
-    strokes = painted_stage(stage_of(scene, cameras), Hand(), cameras)
+    strokes = painted_stage(stage_of(scene, cameras), Brushwork(), cameras)
     for frame in plain_views(strokes, cameras).frames:
         assert frame.alpha.min() > 0.85
 
@@ -92,7 +92,7 @@ def test_a_stage_does_not_depend_on_the_unit_of_the_scene(unit):
     for each in (scene, scaled):
         camera = frame_scene(plain_first_view(each), **SIZE)
         frames.append(
-            plain_views(painted_stage(stage_of(each, [camera]), Hand(), [camera]), [camera]).frames[0]
+            plain_views(painted_stage(stage_of(each, [camera]), Brushwork(), [camera]), [camera]).frames[0]
         )
     # In float32 a place may fall on the other side of the edge of the shadow, and have another stroke.
     assert np.abs(frames[1].rgb - frames[0].rgb).mean() < 1e-3
@@ -105,7 +105,7 @@ def test_a_handful_of_gaussians_has_a_stage_of_finite_strokes(count):
     camera = frame_scene(view, **SIZE)
     stage = open_stage(find_site(scene, view), scene, [camera])
     for strokes in (
-        painted_stage(stage, Hand(), [camera]),
+        painted_stage(stage, Brushwork(), [camera]),
         shadow_marks(stage.place, stage.shadow, [camera], WASH),
         table_edge(stage.place, stage.surface, [camera]),
     ):
@@ -116,7 +116,7 @@ def test_few_large_quiet_strokes_larger_far_away():
     scene = crate()
     camera = frame_scene(plain_first_view(scene), **SIZE)
     stage = stage_of(scene, [camera])
-    strokes = painted_stage(stage, Hand(shadow=0.0), [camera])
+    strokes = painted_stage(stage, Brushwork(shadow=0.0), [camera])
     rho = np.hypot(*stage.place.local(strokes.means)[:, [0, 2]].T)
     near, far = rho < 1.2 * stage.place.width, rho > 0.8 * stage.surface.wall
     assert np.median(strokes.scales[far, 0]) > 2 * np.median(strokes.scales[near, 0])
@@ -131,7 +131,9 @@ def test_the_shadow_falls_away_from_the_lamp_and_strength_0_has_none():
     scene = crate((0.8, 0.8, 0.8))
     camera = frame_scene(plain_first_view(scene), **SIZE)
     stage = stage_of(scene, [camera])
-    lit, dark = (painted_stage(stage, Hand(shadow=share, jitter=(0, 0)), [camera]) for share in (0.0, 1.0))
+    lit, dark = (
+        painted_stage(stage, Brushwork(shadow=share, jitter=(0, 0)), [camera]) for share in (0.0, 1.0)
+    )
     at = np.array([[0.55, 0, 0.4], [-0.55, 0, -0.4], [0.0, 0, -3.0]]) * stage.place.radius
     shade, *_ = stage.shadow.at(at)
     assert shade[0] > 0.4 > 0.1 > shade[1]
@@ -256,7 +258,7 @@ def test_the_table_fades_from_below_and_the_wall_does_not():
     view = plain_first_view(scene)
     camera = frame_scene(view, **SIZE)
     stage = stage_of(scene, [camera])
-    strokes = painted_stage(stage, Hand(), [camera])
+    strokes = painted_stage(stage, Brushwork(), [camera])
     normals = stage.normals_of(strokes)
     on_table = np.hypot(*stage.place.local(strokes.means)[:, [0, 2]].T) < 0.5 * stage.surface.table
     on_wall = ~normals.any(axis=1)
@@ -278,7 +280,7 @@ def test_edges_are_cut_in_along_the_outline_in_the_colors_behind_it():
     scene = crate((0.9, 0.2, 0.2))
     view = plain_first_view(scene)
     camera = frame_scene(view, **SIZE)
-    behind = painted_stage(stage_of(scene, [camera]), Hand(), [camera])
+    behind = painted_stage(stage_of(scene, [camera]), Brushwork(), [camera])
     strokes = cut_in(scene, behind, camera)
     assert len(strokes) > 5
     wanted = {tuple(c) for c in np.round(base_colors(strokes.sh), 1)}

@@ -8,7 +8,7 @@ from brushgs.cameras.orbit import orbit
 from brushgs.passes.add.set_off import GAP, parted, set_off
 from brushgs.passes.add.stage import painted_stage
 from brushgs.passes.add.stage_map import Manner, Part, layout_of
-from brushgs.passes.add.stage_paint import Hand
+from brushgs.passes.add.stage_paint import Brushwork
 from brushgs.rendering.plain import plain_views
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.quats import rotation_matrices
@@ -31,7 +31,7 @@ def manner(color=1.0, *, top=(0.2, 0.3, 0.7), low=(0.6, 0.5, 0.2), angle=0.0, ma
 def painted(cameras, one, scene=None):
     scene = crate() if scene is None else scene
     stage = stage_of(scene, cameras)
-    return stage, painted_stage(stage, Hand(manner=one, jitter=(0.0, 0.0)), cameras)
+    return stage, painted_stage(stage, Brushwork(manner=one, jitter=(0.0, 0.0)), cameras)
 
 
 def test_the_map_lies_on_the_stage_with_its_top_at_the_top_of_the_picture():
@@ -85,7 +85,7 @@ def test_marks_run_on_the_wall_as_they_appear_in_the_painting(degrees):
 
 def test_without_a_share_of_colors_the_stage_keeps_its_own():
     camera = frame_scene(plain_first_view(crate()), **SIZE)
-    own = painted_stage(stage_of(crate(), [camera]), Hand(), [camera])
+    own = painted_stage(stage_of(crate(), [camera]), Brushwork(), [camera])
     _, strokes = painted([camera], manner(color=0.0))
     means = [oklab_of(base_colors(one.sh).astype(float)).mean(axis=0) for one in (own, strokes)]
     np.testing.assert_allclose(means[1], means[0], atol=0.03)
