@@ -147,16 +147,20 @@ def describe_fit(
     }
     if prepared.moving is not None:
         described[_MOTION] = motion_digest(prepared.moving)
-    palette = None if paint.palette is None else paint.palette.file
-    files = {"palette": palette, "style image": None, "VGG weights": config.vgg_weights}
-    if config.style is not None:
-        files |= {("style image", *MORE_STYLES)[k]: file for k, file in enumerate(config.style.files)}
-        if config.style.only is None:
-            described["style shares"] = str(config.style)
-    for name, path in files.items():
+    if config.style is not None and config.style.only is None:
+        described["style shares"] = str(config.style)
+    for name, path in _files_of(paint, config).items():
         # Missing files are refused by the step that opens them.
         described[name] = None if path is None or not is_plain(path) else named_file_digest(path)
     return described | {name: _plain(value) for name, value in options.items()} | fit
+
+
+def _files_of(paint: PaintConfig, config: RefineConfig) -> dict[str, Path | None]:
+    """The files that a fit depends on beside its scene."""
+    palette = None if paint.palette is None else paint.palette.file
+    styles = () if config.style is None else config.style.files
+    named = dict(zip(("style image", *MORE_STYLES), styles, strict=False))
+    return {"palette": palette, "style image": None, "VGG weights": config.vgg_weights} | named
 
 
 def _plain(value: Any) -> Any:

@@ -4,6 +4,7 @@ Texels of levels are defined in `brushgs.brushes.levels`; here they are packed, 
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -84,9 +85,7 @@ def levels_for(
         codes, of_box = _levels_of(boxes.half_extents, brush_set.textures[0], filter)
         chosen.append((0, codes))
     packed: list[_Packed] = []
-    tints: list[NDArray[np.uint32] | None] = []
-    steps: list[float] = []
-    has_tints = any(brush_set.textures[brush].tint is not None for brush, _ in chosen)
+    tints, steps = _tints_of(brush_set, chosen, num_threads)
     with_heights: list[NDArray[np.uint32]] = []
     reaches = []
     for brush, codes in chosen:
@@ -94,10 +93,6 @@ def levels_for(
         height, width = texture.coverage.shape
         with_heights += _with_heights(texture, codes, num_threads) if heights else []
         packed += _packed_levels(texture, codes, num_threads)
-        if has_tints:
-            tint = texture.tint
-            tints += [None] * len(codes) if tint is None else _packed_tints(texture, codes, num_threads)
-            steps += [0.0 if tint is None else tint.step] * len(codes)
         reaches += [(axis_levels(width)[u].scale, axis_levels(height)[v].scale) for u, v in codes]
     shapes = [shape for _, shape in packed]
     levels = _core.Levels(
@@ -148,6 +143,7 @@ def _levels_of(
     return [divmod(int(code), num_levels_v) for code in used], of_box
 
 
+T = TypeVar("T", bound=np.generic)
 _Packed = tuple[NDArray[np.uint16], tuple[int, int]]  # texels, and their rows and columns
 _cache: WeakKeyDictionary[StrokeTexture, dict[Code, _Packed]] = WeakKeyDictionary()
 
@@ -186,6 +182,22 @@ def _with_heights(
     return [of_texture[code] for code in codes]
 
 
+def _tints_of(
+    brush_set: BrushSet, chosen: list[tuple[int, list[Code]]], num_threads: int | None
+) -> tuple[list[NDArray[np.uint32] | None], list[float]]:
+    """The colours and their steps of each level of brushes; empty where no brush has colours."""
+    tints: list[NDArray[np.uint32] | None] = []
+    steps: list[float] = []
+    if all(brush_set.textures[brush].tint is None for brush, _ in chosen):
+        return tints, steps
+    for brush, codes in chosen:
+        texture = brush_set.textures[brush]
+        tint = texture.tint
+        tints += [None] * len(codes) if tint is None else _packed_tints(texture, codes, num_threads)
+        steps += [0.0 if tint is None else tint.step] * len(codes)
+    return tints, steps
+
+
 _tint_cache: WeakKeyDictionary[Tint, dict[Code, NDArray[np.uint32]]] = WeakKeyDictionary()
 
 
@@ -200,9 +212,7 @@ def _packed_tints(
         words = np.zeros(channels.shape[:2], np.uint32)
         for c in range(3):
             words |= channels[..., c].astype(np.uint32) << np.uint32(8 * c)
-        for axis in (0, 1):  # as of the coverage
-            if words.shape[axis] == 1:
-                words = np.repeat(words, 2, axis)
+        words = _doubled(words)
         of_tint[code] = np.append(np.concatenate([words, words[-1:]]).ravel(), np.uint32(0))
     return [of_tint[code] for code in codes]
 
@@ -222,12 +232,17 @@ def tint_levels(
     ]
 
 
-def _packed(coverage: NDArray[np.uint8]) -> _Packed:
-    """One packed level: each texel paired with the one below."""
-    texels = coverage.astype(np.uint16)
-    for axis in (0, 1):  # bilinear sampling needs two texels
+def _doubled(texels: NDArray[T]) -> NDArray[T]:
+    """Texels with single rows and columns twice: bilinear sampling needs two."""
+    for axis in (0, 1):
         if texels.shape[axis] == 1:
             texels = np.repeat(texels, 2, axis)
+    return texels
+
+
+def _packed(coverage: NDArray[np.uint8]) -> _Packed:
+    """One packed level: each texel paired with the one below."""
+    texels = _doubled(coverage.astype(np.uint16))
     below = np.concatenate([texels[1:], texels[-1:]])
     pairs = np.append((texels | below << 8).ravel(), np.uint16(0))
     return pairs, (texels.shape[0], texels.shape[1])
