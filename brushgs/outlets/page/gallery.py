@@ -10,9 +10,10 @@ import msgspec
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import replacing
+from brushgs.formats.scenes.open_file import find_parts
 from brushgs.options.page import PAGE_SUFFIXES
 from brushgs.options.painting import PaintConfig
-from brushgs.options.scene_source import SceneSource, expand
+from brushgs.options.scene_source import SceneSource
 from brushgs.outlets.page.export import export_file
 from brushgs.outlets.page.html import Preview, content_hash, fill, plain_text, web_text
 from brushgs.pipeline.report import Report
@@ -58,7 +59,7 @@ def export_gallery(
     """Paint each of several scene files to a page of its own.
 
     Args:
-        scenes: each of its paths is a scene.
+        scenes: each of its files is a scene; a folder stands for the scenes in it.
         folder: where pages, pictures and the index are written; it is made.
         config: of all paintings.
         title: of the index, any text; None for the name of the folder.
@@ -93,10 +94,14 @@ def export_gallery(
 
 
 def entries_of(scenes: SceneSource) -> list[Entry]:
-    """A page for each path, in their order; names that are taken get a number."""
+    """A page for each scene, in their order, see `find_parts`; names that are taken get a number.
+
+    Raises:
+        SceneError: if a folder holds no scene.
+    """
     entries: list[Entry] = []
     taken = {Path(INDEX).stem}
-    for path in (one for pattern in scenes.paths for one in expand(pattern)):
+    for path in find_parts(scenes.paths):
         source = msgspec.structs.replace(scenes, paths=(path,))
         stem = "".join(letter if letter.isalnum() or letter in "-_+." else "_" for letter in source.name)
         name, number = stem, 2

@@ -6,6 +6,8 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
+from brushgs.options.scene_source import SceneSource
+from brushgs.outlets.page.gallery import entries_of
 from tests.outlets.page.page_file import wait_until
 from tests.outlets.page.paintings import some_strokes
 
@@ -33,6 +35,13 @@ def test_each_scene_has_a_page_and_a_picture(gallery):
     assert 'content="https://example.org/g/a_b.jpg"' in text
     page = (gallery / "a_b-2.html").read_text()
     assert 'property="og:image" content="https://example.org/g/a_b-2.jpg"' in page
+
+
+def test_a_folder_stands_for_the_scenes_in_it(tmp_path):
+    for name in ("tile_10.ply", "tile_9.ply", "notes.txt"):
+        (tmp_path / name).write_bytes(b"")
+    names = [entry.name for entry in entries_of(SceneSource((tmp_path,)))]
+    assert names == ["tile_9", "tile_10"]
 
 
 def test_a_browser_shows_the_pictures_and_follows_the_links(gallery, open_page):
