@@ -70,11 +70,12 @@ class Canvas:
             from brushgs.rendering.depth_test import DepthTest
 
             more["in_front_of"] = DepthTest.by_picture(self._frame, boxes, coat.strokes, sizes=coat.tolerance)
-        frame = painted = rasterize_with(
-            boxes, self._camera, coat.texture, coat.options, blend=coat.blend, **more
-        )
+        blend = "cover" if coat.effect is not None else coat.blend
+        frame = painted = rasterize_with(boxes, self._camera, coat.texture, coat.options, blend=blend, **more)
+        if coat.effect is not None:
+            frame = coat.effect(painted, self._camera, self._surface)
         if coat.dry and self._surface is not None:
-            frame = _pressed(painted, coat, self._surface.grain)
+            frame = _pressed(frame, coat, self._surface.grain)
         if self._wanted.needs_strokes:
             from brushgs.rendering.marks import LaidCoat
 
@@ -211,11 +212,11 @@ class Painting:
         return replace(self, coats=tuple(coat.posed(pose, takes_light=takes_light) for coat in self.coats))
 
     def with_depth(self, depth: bool) -> "Painting":
-        """The same painting with or without depth in its frames; coats needed for depth tests keep it."""
+        """The same painting with or without depth in its frames; depth tests and effects keep what they need."""
         tested = [coat.tolerance is not None for coat in self.coats]
         last = max((i for i, is_tested in enumerate(tested) if is_tested), default=0)
         coats = [
-            replace(coat, options=replace(coat.options, depth=depth or i < last))
+            replace(coat, options=replace(coat.options, depth=depth or i < last or coat.effect is not None))
             for i, coat in enumerate(self.coats)
         ]
         return replace(self, coats=tuple(coats))

@@ -18,6 +18,7 @@ from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.rendering.canonical import Canonical
+    from brushgs.rendering.effect import Effect
     from brushgs.rendering.motion import Pose
 
 
@@ -40,6 +41,7 @@ class Coat:
         plain: Gaussians shown unpainted among the strokes, by the last brush, see `showing`; or None. The ids
             of their boxes follow those of the strokes.
         fields: of directions of the strokes, for the lock "canonical"; or None.
+        effect: what becomes of their picture, as covering paint, before it is laid; None for nothing.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Coat:
     is_one_sided: bool = field(default=False, kw_only=True)
     plain: Gaussians | None = field(default=None, kw_only=True)
     fields: "Canonical | None" = field(default=None, kw_only=True)
+    effect: "Effect | None" = field(default=None, kw_only=True)
 
     def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Coat":
         """The coat at a moment of a moving scene; `takes_light` as `has_color` of `Pose.moved`."""

@@ -1,0 +1,49 @@
+"""Effects: what becomes of the picture of a coat before it is laid, in media that run, rub or gather.
+
+Strokes then say where the medium goes, and the paper does the rest. An effect depends only on the picture of
+its coat in one view and on constants of the job, so any frame alone equals that of a film.
+"""
+
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from brushgs.values.arrays import F32, Array
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+
+if TYPE_CHECKING:
+    from brushgs.rendering.surface import Surface
+
+
+class Effect(Protocol):
+    """A function of the picture of a coat. Implementations can be pickled: films are painted by processes."""
+
+    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
+        """The picture to lay.
+
+        Args:
+            painted: the strokes of the coat as they are, with depth; its arrays must not be changed.
+            camera: the view.
+            surface: the paper; None for none.
+
+        Returns:
+            New arrays of the same shape and dtype: covering paint, or the tint of a glaze, see `Coat.blend`.
+        """
+        ...
+
+
+def positions_of(depth: Array, camera: Camera) -> F32:
+    """[H, W, 3] points in world axes that the pixels of a view show, by their camera z, [H, W].
+
+    Where nothing is painted (depth 0), the point is the centre of the camera.
+    """
+    height, width = depth.shape
+    inverse = np.linalg.inv(camera.K)
+    to_world = np.linalg.inv(camera.viewmat)
+    columns = np.arange(width) + 0.5
+    rows = np.arange(height) + 0.5
+    across = (to_world[:3, :3] @ inverse[:, 0])[None, :] * columns[:, None]
+    down = (to_world[:3, :3] @ inverse[:, 1])[None, :] * rows[:, None]
+    rays = (across[None] + down[:, None] + to_world[:3, :3] @ inverse[:, 2]).astype(np.float32)
+    return np.asarray(rays * depth[..., None].astype(np.float32) + to_world[:3, 3].astype(np.float32))
