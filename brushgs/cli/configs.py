@@ -192,15 +192,19 @@ def grow_config(args: Namespace) -> GrowConfig | None:
     """The options of a growing painting; None for a finished one.
 
     Raises:
-        ValueError: if a value is out of range, or a camera path is given too.
+        ValueError: if a value is out of range, or an option needs a camera path and there is none.
     """
-    grow = given(args, "grow")
+    grow, path = given(args, "grow"), given(args, "path")
     if not grow:
         return None
-    check_given(vars(args), flag_of, PATH_RULES)
+    if {"orbit", "file"} & set(path):
+        return GrowConfig(**grow, is_along_path=True)
+    for dest in OF_PATHS:
+        if dest in vars(args):
+            raise ValueError(f"{flag_of(dest)} needs --orbit or --path; a fixed camera does not use it")
     if given(args, "draw").get("lock") == "track":
         raise ValueError(NO_TRACK)
-    return GrowConfig(**grow | given(args, "path"))
+    return GrowConfig(**grow | path)
 
 
 def clip_config(args: Namespace, scene: SceneSource, *, is_moving: bool) -> ClipConfig | None:
@@ -222,6 +226,19 @@ def clip_config(args: Namespace, scene: SceneSource, *, is_moving: bool) -> Clip
     if not {"orbit", "file"} & set(path) and "fps" in path:
         clip["fps"] = path["fps"]
     return ClipConfig(**clip, loop=path.get("loop", False))
+
+
+def views_config(
+    args: Namespace, grow: GrowConfig | None, *, is_moving: bool
+) -> PathConfig | GrowConfig | None:
+    """The views of `render`: a camera path, a painting that grows before a fixed camera, or None for neither.
+
+    Raises:
+        ValueError: see `path_config`.
+    """
+    if grow is not None and not grow.is_along_path:
+        return grow
+    return path_config(args, is_moving=is_moving)
 
 
 def path_config(

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from brushgs.options.painting import PaletteConfig, ViewConfig
-from brushgs.options.sequence import PathConfig
 from brushgs.options.table import Options, Struct, rows_of
 
 
@@ -61,7 +60,6 @@ RULES = (
     ),
 )
 PATH_RULES = (
-    excludes("grow.seconds", _of("path", PathConfig, "fps"), "before which the camera stands still"),
     excludes("path.file", _of("view", ViewConfig, "size"), "which places the cameras"),
     excludes("path.orbit", ["view.camera_file"], "which places the cameras"),
 )
@@ -74,7 +72,7 @@ RIVALS = (
     {"azimuth", "from"},
     {"ground", "background"},
     {"frames", "seconds"},
-    {"orbit", "path", "grow"},
+    {"orbit", "path"},
     {"jobs", "scheduler"},
     {"quiet", "verbose"},
     {"lamp", "sun"},

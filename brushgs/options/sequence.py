@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Annotated, ClassVar
 
+from msgspec.structs import replace
+
 from brushgs.options.table import OF_FILMS, Options, in_files, option
 
 DEFAULT_FPS = 24.0  # of film
@@ -62,18 +64,23 @@ class PathConfig(Options, frozen=True):
 
 
 class GrowConfig(Options, frozen=True):
-    """A film of a painting as it grows, seen by a fixed camera.
+    """A film of a painting as it grows, seen by a fixed camera or along a path.
 
-    It ends on the finished painting, for one second or a quarter of the film, whichever is shorter.
+    It ends on the finished painting, for one second or a quarter of the time, whichever is shorter. A longer
+    path goes on after that.
+
+    `is_along_path`: the camera moves.
     """
 
     GROUP: ClassVar = "path"
     NOT_IN_MEMORY: ClassVar = OF_FILMS
     # fmt: off
     seconds: Annotated[float, option("video of this length in which the painting grows: ground, large "
-        "strokes, small ones, lights; the camera is fixed #timelapse #process #progress",
+        "strokes, small ones, lights; with --orbit or --path it grows as the camera moves, in this time or "
+        "the film's, else the camera is fixed #timelapse #process #progress",
         flag="--grow", gt=0, unit="seconds", default="the finished painting", metavar="SECONDS")]
     fps: Annotated[float | None, in_files("frames per second of the video", gt=0, le=MAX_FPS)] = None
+    is_along_path: bool = False
     # fmt: on
 
     def __post_init__(self) -> None:
@@ -101,6 +108,10 @@ class GrowConfig(Options, frozen=True):
     def fade(self) -> float:
         """Fade-in time of a stroke, as a share of the growing time."""
         return min(FADE_SECONDS * self.rate / self.num_growing, MOST_FADE)
+
+    def along(self, num_frames: int, fps: float) -> "GrowConfig":
+        """The same along a path of so many frames, in which it is finished."""
+        return replace(self, seconds=min(self.seconds, num_frames / fps), fps=fps)
 
     def time(self, index: int) -> float:
         """The time of a frame: 0 is the bare ground, 1 the finished painting."""

@@ -1,9 +1,8 @@
 """The painter of single frames of a sequence: picklable, so that it runs in any process of any machine."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
-from itertools import zip_longest
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +34,8 @@ class FrameView:
     Attributes:
         index: number of the frame on the path, from 0.
         camera: the view.
-        directions: of the strokes of each coat, None for a coat without tracking.
+        directions: of the strokes of each coat, None for a coat without tracking; of a painting that grows
+            also those of strokes that it paints over.
         time: of a painting that grows, 0 to 1.
         hour: share of a day that has passed, 0 to 1; None where the light stands still.
         pose: where strokes are that move; None where nothing moves.
@@ -109,10 +109,12 @@ class FramePainter:
         following = None
         if view.following is not None:
             other = view.following
-            following = Following(self._painting(other).coats, other.camera, other.directions, view.sign)
+            coats = self._painting(other).coats
+            following = Following(coats, other.camera, self._directions(other, coats), view.sign)
         wanted = Wanted(output.all_layers, output.deep, following)
         boxes = None if self.hand is None else self._by_hand(self.hand, view, painting)
-        frame = painting.frame(view.camera, view.directions, boxes=boxes, wanted=wanted)
+        directions = self._directions(view, painting.coats)
+        frame = painting.frame(view.camera, directions, boxes=boxes, wanted=wanted)
         return frame if view.into is None else _faded(frame, self.frame(view.into), view.share)
 
     def _by_hand(self, hand: "Hand", view: FrameView, painting: "Painting") -> "Callable[[Coat], Boxes]":
@@ -123,13 +125,20 @@ class FramePainter:
         def coats_at(index: int) -> "Mapping[str, Seen]":
             at = view.held.get(index, view)
             coats = self._painting(at).coats
-            found = zip_longest(coats, at.directions[: len(coats)])
+            found = zip(coats, self._directions(at, coats), strict=True)
             return {coat.name: Seen(coat, at.camera, of_coat) for coat, of_coat in found}
 
         def boxes(coat: "Coat") -> "Boxes":
             return hand.boxes(view.index, lambda index: coats_at(index)[coat.name])
 
         return boxes
+
+    def _directions(self, view: FrameView, coats: "Sequence[Coat]") -> tuple[Directions | None, ...]:
+        """Those of the strokes of these coats of a frame, which may lack coats and strokes of the others."""
+        names = (coat.name for coat in self.painting.coats)
+        known = dict(zip(names, view.directions, strict=False))
+        found = ((known.get(coat.name), len(coat.strokes)) for coat in coats)
+        return tuple(None if one is None else one.first(num) for one, num in found)
 
     def _painting(self, view: FrameView) -> "Painting":
         """The painting at the time of a frame."""

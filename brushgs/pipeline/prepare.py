@@ -243,6 +243,5 @@ def open_job(
         "memory": memory,
     }
     inputs |= {f"{step}_config": getattr(config, step) for step in STEPS}
-    more = ["growth"] if isinstance(views, GrowConfig) else []
-    asked = [*(one for one in _EARLY if one in asks), *sorted({*asks, *more} - {*_EARLY})]
+    asked = [*(one for one in _EARLY if one in asks), *sorted({*asks} - {*_EARLY})]
     return Job(steps, [*_FIRST, *(_VALUE_OF.get(name, name) for name in asked)], inputs, memory)

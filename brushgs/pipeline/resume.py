@@ -46,7 +46,7 @@ def describe_options(
     config: PaintConfig, grow: GrowConfig | None = None, clip: ClipConfig | None = None
 ) -> dict[str, Any]:
     """The options that frames depend on, known before any work: name -> number, text or None."""
-    along_path = grow is None
+    along_path = grow is None or grow.is_along_path
     steps = values_of(config.prune) | values_of(config.cluster) | values_of(config.draw)
     del steps["threads"]
     steps["keep"] = config.prune.share()
@@ -68,6 +68,7 @@ def describe_options(
     moving: dict[str, Any] = {
         "lock": config.draw.lock_of(along_path=along_path),
         "order": config.draw.order_of(along_path=along_path),
+        "grow": None,
     }
     if grow is not None:
         moving |= {"grow": grow.seconds, "fps": grow.rate}

@@ -57,6 +57,7 @@ from brushgs.values.gaussians import Gaussians
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
     from brushgs.rendering.hand import Hand
+    from brushgs.rendering.project import Directions
     from brushgs.rendering.track import Track
 
     AnyTrack = Track | FilmTrack
@@ -73,6 +74,7 @@ def paint_sequence(
     config: PaintConfig | None = None,
     sequence: SequenceConfig | None = None,
     *,
+    grow: GrowConfig | None = None,
     report: Report | None = None,
     sheet: str | Path | None = None,
     origin: Origin | None = None,
@@ -84,10 +86,11 @@ def paint_sequence(
         output: a video (.mp4, .mov, .webm, .mkv, .gif), a pattern of numbered pictures such as
             frames/%05d.png (any picture format; the last folder is created), or a folder, which means
             %05d.png in it.
-        path_config: the camera path, or how the painting grows; for a moving scene also a fixed camera, None
-            for that of `config`.
+        path_config: the camera path, or how the painting grows before a fixed camera; for a moving scene
+            also that camera, None for that of `config`.
         config: see `PaintConfig`; of its view what `plan_path` takes.
         sequence: where the frames are painted, and which.
+        grow: how the painting grows along a path; None if it does not.
         report: gets the stages; None makes a new one.
         sheet: output of a contact sheet of the plain scene, see `views_sheet`; or None.
         origin: metadata of the files, or None.
@@ -101,7 +104,7 @@ def paint_sequence(
         KeyboardInterrupt: if the run is stopped; says how to resume it. Every written frame is complete.
     """
     config, sequence, report = config or PaintConfig(), sequence or SequenceConfig(), report or Report()
-    grow = path_config if isinstance(path_config, GrowConfig) else None
+    grow = path_config if isinstance(path_config, GrowConfig) else grow
     clip = scene.config if isinstance(scene, Clip) else None
     files = files_of(scene)
     target = plan_output(output, is_resumed=sequence.is_resumed)
@@ -111,10 +114,10 @@ def paint_sequence(
     found = None
     if sequence.is_resumed and isinstance(target, NumberedFiles):
         found = read_manifest(target, config, grow, clip)
-    asks: tuple[str, ...] = PICTURE
+    asks: tuple[str, ...] = PICTURE if grow is None else (*PICTURE, "growth")
     if sheet is not None:
         check_output(Path(sheet), PICTURE_SUFFIXES, inputs=input_files(files, config))
-        asks = (*PICTURE, "first_view", "scene")
+        asks = (*asks, "first_view", "scene")
     prepared = prepare(
         scene,
         config,
@@ -127,7 +130,7 @@ def paint_sequence(
     if sheet is not None:
         name = name_of(files, prepared.notes)
         write_sheet_of(prepared, Path(sheet), config, report, name=name, origin=origin)
-    tracks = _track(prepared, config.draw, report) if grow is None else []
+    tracks = [] if isinstance(path_config, GrowConfig) else _track(prepared, config.draw, report)
     _check_seen(prepared)
     frames = _Frames(prepared, config, tracks, sequence, grow, clip, origin)
     describe_hand(frames.hand, frames.small, report)
@@ -186,7 +189,7 @@ def paint_prepared(
     return report
 
 
-def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTrack | None]":
+def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTrack | _GrowingTrack | None]":
     """Choose the stroke directions along the whole path, for each tracked coat."""
     with report.stage("track") as stage:
         cameras, coats = prepared.cameras, prepared.painting.coats
@@ -209,7 +212,11 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
             is_loop = prepared.path is not None and prepared.path.is_loop
             return track_film(strokes, cameras, moving, is_loop=is_loop, num_threads=threads)
 
-        tracks = [track(coat.strokes) if coat in tracked else None for coat in coats]
+        shown = coats if prepared.growth is None else [one.coat for one in prepared.growth.coats]
+        tracks = [
+            _with_earlier(track(coat.strokes), more.strokes, track) if coat in tracked else None
+            for coat, more in zip(coats, shown, strict=True)
+        ]
         _note_coarse(closed)
         stage.did = f"directions of {num_strokes:,} strokes over {len(cameras):,} views"
     return tracks
@@ -251,7 +258,7 @@ class _Frames:
 
     prepared: Prepared
     config: PaintConfig
-    tracks: "list[AnyTrack | None]"
+    tracks: "list[AnyTrack | _GrowingTrack | None]"
     sequence: SequenceConfig
     grow: GrowConfig | None = None
     clip: ClipConfig | None = None
@@ -264,6 +271,13 @@ class _Frames:
         coats = self.prepared.painting.coats if growth is None else [one.coat for one in growth.coats]
         return open_hand(self.config, self.path, coats)
 
+    @cached_property
+    def growing(self) -> GrowConfig | None:
+        """How the painting grows in this film; None if it does not."""
+        if self.grow is None or not self.grow.is_along_path:
+            return self.grow
+        return self.grow.along(len(self.path.cameras), self.path.fps)
+
     @property
     def path(self) -> "CameraPath":
         """The path of the camera."""
@@ -273,7 +287,7 @@ class _Frames:
     def painter(self, kind: FrameKind) -> FramePainter:
         """The painter of every frame."""
         painting, background = self.prepared.painting, self.prepared.background
-        fade = 0.0 if self.grow is None else self.grow.fade
+        fade = 0.0 if self.growing is None else self.growing.fade
         takes_light = self.prepared.moving is None or self.prepared.moving.takes_light
         return FramePainter(painting, background, kind, self.prepared.growth, fade, takes_light, self.hand)
 
@@ -350,7 +364,7 @@ class _Frames:
     def _seen(self, index: int) -> tuple[object, ...]:
         """A key of everything that decides the colours of a frame."""
         camera = self.path.cameras[index]
-        places = (_place(track, index) for track in self.tracks if track is not None)
+        places = [_place(track, index) for track in self.tracks if track is not None]
         lens = camera.K.tobytes(), camera.width, camera.height, camera.near
         moving = self.prepared.moving
         moment = () if moving is None else moving.film.moment(index)
@@ -362,12 +376,35 @@ class _Frames:
         return index / max(len(self.path.cameras) - 1, 1)
 
     def _time(self, index: int) -> float:
-        return 1.0 if self.grow is None else self.grow.time(index)
+        return 1.0 if self.growing is None else self.growing.time(index)
 
 
-def _place(track: "AnyTrack", index: int) -> float:
-    """The position of a frame among the knots of its track."""
-    return track.place(index) if isinstance(track, FilmTrack) else float(track.positions[index])
+@dataclass(frozen=True, eq=False)
+class _GrowingTrack:
+    """Of the strokes of a finished coat, which it leaves as they are, and of those that they paint over."""
+
+    finished: "AnyTrack"
+    earlier: "AnyTrack"
+
+    def directions(self, index: int) -> "Directions":
+        return self.finished.directions(index).followed_by(self.earlier.directions(index))
+
+
+def _with_earlier(
+    finished: "AnyTrack", strokes: Gaussians, track: "Callable[[Gaussians], AnyTrack]"
+) -> "AnyTrack | _GrowingTrack":
+    """The track of a coat that grows, whose strokes begin with those of the finished one."""
+    num = len(finished.directions(0).angles)
+    if num == len(strokes):
+        return finished
+    return _GrowingTrack(finished, track(strokes.take(np.arange(num, len(strokes)))))
+
+
+def _place(track: "AnyTrack | _GrowingTrack", index: int) -> tuple[float, ...]:
+    """The positions of a frame among the knots of its track."""
+    if isinstance(track, _GrowingTrack):
+        return *_place(track.finished, index), *_place(track.earlier, index)
+    return (track.place(index) if isinstance(track, FilmTrack) else float(track.positions[index]),)
 
 
 def _paint(

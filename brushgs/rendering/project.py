@@ -71,6 +71,23 @@ class Directions:
     angles: NDArray[np.float32]  # [N]
     area_scales: NDArray[np.float32] | None = None  # [N]
 
+    def followed_by(self, others: "Directions") -> "Directions":
+        """Those of these Gaussians, then those of others."""
+        scales = None
+        if self.area_scales is not None or others.area_scales is not None:
+            parts = (
+                np.ones_like(one.angles) if one.area_scales is None else one.area_scales
+                for one in (self, others)
+            )
+            scales = np.concatenate(list(parts))
+        return Directions(np.concatenate([self.angles, others.angles]), scales)
+
+    def first(self, num: int) -> "Directions":
+        """Those of the first Gaussians."""
+        if num == len(self.angles):
+            return self
+        return Directions(self.angles[:num], None if self.area_scales is None else self.area_scales[:num])
+
     def __post_init__(self) -> None:
         columns = {"angles": self.angles} | (
             {} if self.area_scales is None else {"area_scales": self.area_scales}

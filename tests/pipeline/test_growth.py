@@ -11,7 +11,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
-from brushgs.options.sequence import GrowConfig, SequenceConfig
+from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
@@ -174,6 +174,25 @@ def test_any_number_of_processes_paints_the_same_and_missing_frames_can_be_resum
         paint_sequence(scene, "two/", GrowConfig(2, fps=4), quick(), SequenceConfig(is_resumed=True))
     with pytest.raises(SceneError, match="another painting"):
         paint_sequence(scene, "two/", GROW, quick("plain"), SequenceConfig(is_resumed=True))
+
+
+def test_a_painting_grows_as_the_camera_moves_and_then_is_that_of_the_path(scene, folder):
+    orbit, grow = PathConfig(orbit=8, fps=8), GrowConfig(0.75, is_along_path=True)
+    paint_sequence(scene, "plain/", orbit, quick())
+    paint_sequence(scene, "grown/", orbit, quick(), grow=grow)
+    paint_sequence(scene, "some/", orbit, quick(), SequenceConfig(jobs=2), grow=grow)
+    Path("some/00002.png").unlink()
+    paint_sequence(scene, "some/", orbit, quick(), SequenceConfig(is_resumed=True), grow=grow)
+    pictures = {
+        f: [read_image(path) for path in sorted(Path(f).glob("*.png"))] for f in ("plain", "grown", "some")
+    }
+    assert all(map(np.array_equal, pictures["some"], pictures["grown"]))
+    same = [np.array_equal(*pair) for pair in zip(pictures["grown"], pictures["plain"], strict=True)]
+    assert same == [False] * 4 + [True] * 4  # of six frames the last two are finished
+    errors = [psnr(*pair) for pair in zip(pictures["grown"][:5], pictures["plain"], strict=False)]
+    assert np.diff(errors).min() > 0
+    with pytest.raises(SceneError, match="another painting"):
+        paint_sequence(scene, "some/", orbit, quick(), SequenceConfig(is_resumed=True))
 
 
 def test_a_first_share_is_another_picture(scene, folder):

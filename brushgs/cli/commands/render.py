@@ -5,7 +5,7 @@ video.
 import os
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from brushgs.cli import flags
 from brushgs.cli.clips import open_clip
@@ -13,8 +13,8 @@ from brushgs.cli.configs import (
     grow_config,
     paint_config,
     painting_name,
-    path_config,
     scene_source,
+    views_config,
 )
 from brushgs.cli.console import output_beside, reported
 from brushgs.cli.passes import ShowPasses
@@ -100,7 +100,8 @@ def run(args: Namespace) -> None:
         return
     with reported(args) as report:
         clip = open_clip(args, scene)
-        path = grow_config(args) or path_config(args, is_moving=clip is not None)
+        grow = grow_config(args)
+        path = views_config(args, grow, is_moving=clip is not None)
         is_still = path is None and clip is None
         if not is_still and args.first is not None:
             cure = "with --orbit, --path or --grow" if clip is None else "with a moving scene"
@@ -119,7 +120,8 @@ def run(args: Namespace) -> None:
             from brushgs.pipeline.sequence import paint_sequence
 
             target = clip or scene
-            paint_sequence(target, output, path, config, sequence, report=report, sheet=sheet, origin=origin)
+            more: Any = {"grow": grow, "sheet": sheet, "origin": origin}
+            paint_sequence(target, output, path, config, sequence, report=report, **more)
 
 
 def _origin_of(args: Namespace, scene: "SceneSource", config: "PaintConfig") -> "Origin | None":
@@ -158,9 +160,10 @@ def _explain(args: Namespace, scene: "SceneSource", config: "PaintConfig") -> No
     from brushgs.pipeline.report import Report
 
     clip = open_clip(args, scene)
-    views = grow_config(args) or path_config(args, is_moving=clip is not None)
+    grow = grow_config(args)
+    views = views_config(args, grow, is_moving=clip is not None)
     asks = [*PICTURE, *(("first_view", "scene") if args.views else ())]
-    asks += ["growth"] if args.first not in (None, 1) else []
+    asks += ["growth"] if args.first not in (None, 1) or grow is not None else []
     job = open_job(clip or scene, config, Report(), asks=asks, views=views)
     show(job, clip or scene, config, args)
 

@@ -21,6 +21,7 @@ from brushgs.values.gaussians import Gaussians
 if TYPE_CHECKING:
     from brushgs.passes.reduce.cluster import Grouping
 
+NUM_VIEWS = 4  # of a path, in which strokes are seen or hidden
 PACE = 0.15  # exponent of the number of strokes in the duration of a stage: small strokes come faster
 # Shares of a duration after which waiting strokes come: of later coats, for strokes that those mostly cover;
 # of its own coat, for strokes that it hides and that later coats are tested against.
@@ -33,7 +34,7 @@ def grow(
     grouping: "Grouping | None",
     maker: StrokeMaker,
     finish: Callable[[Gaussians], Gaussians],
-    camera: Camera,
+    cameras: Sequence[Camera],
     report: Report,
 ) -> GrowingPainting:
     """Plan how a painting grows.
@@ -45,7 +46,7 @@ def grow(
         grouping: None if there are no coarser strokes.
         maker: of the strokes.
         finish: of the strokes.
-        camera: the view.
+        cameras: the view, or those of a path, of which a few count.
         report: gets the stage.
     """
     with report.stage("order") as stage:
@@ -55,7 +56,7 @@ def grow(
             else Layers.flat(coat.strokes)
             for coat in painting.coats
         ]
-        orders = lay_orders(painting.coats, of_coats, camera)
+        orders = lay_orders(painting.coats, of_coats, cameras[:: -(-len(cameras) // NUM_VIEWS)])
         growing, num_laid = _paced(painting.coats, of_coats, orders)
         num_over = sum(len(of_coat.strokes) - of_coat.num_finished for of_coat in of_coats)
         stage.did = f"{num_laid:,} strokes one after the other, {num_over:,} of them painted over"

@@ -29,6 +29,7 @@ HIDDEN, HIDDEN_COARSE = 1e-3, 0.03
 COVERED = 0.5  # share of a stroke's visible area in its own coat; later coats leave less
 LIGHTS = 0.08  # share of the broods that come last: those that lighten most
 LEAST_LIGHT = 0.03  # minimum of that, OKLab L
+_LARGEST = ("own", "seen", "sizes")
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,33 +54,30 @@ class Order:
     counts: Rows
 
 
-def lay_orders(coats: Sequence[Coat], layers: Sequence[Layers], camera: Camera) -> list[Order]:
-    """The order of each coat for one view; `layers` are those of the coats."""
-    camera = small_view(camera)
+def lay_orders(coats: Sequence[Coat], layers: Sequence[Layers], cameras: Sequence[Camera]) -> list[Order]:
+    """The order of each coat for some views; `layers` are those of the coats."""
+    views = [small_view(camera) for camera in cameras]
     orders: list[Order] = []
-    passed, is_ahead = np.ones((camera.height, camera.width)), False
+    passed, is_ahead = [np.ones((view.height, view.width)) for view in views], False
     for coat, of_coat in zip(reversed(coats), reversed(layers), strict=True):
-        order, alpha = _lay_order(of_coat, camera, passed, with_lights=not orders, is_ahead=is_ahead)
+        found = [_measure(of_coat, view, light) for view, light in zip(views, passed, strict=True)]
+        order = _lay_order(of_coat, _Measured.in_all(found), with_lights=not orders, is_ahead=is_ahead)
         orders.append(order)
         is_ahead = is_ahead or coat.tolerance is not None
         if coat.blend == "cover" and coat.dry == 0:  # paint below a glaze or in the tooth of paper is visible
-            passed = passed * (1 - alpha)
+            passed = [light * (1 - one.alpha) for light, one in zip(passed, found, strict=True)]
     return orders[::-1]
 
 
-def _lay_order(
-    layers: Layers, camera: Camera, passed: Array, *, with_lights: bool, is_ahead: bool
-) -> tuple[Order, Array]:
-    """The order of one coat, and its alpha.
+def _lay_order(layers: Layers, found: "_Measured", *, with_lights: bool, is_ahead: bool) -> Order:
+    """The order of one coat.
 
     Args:
         layers: of the coat.
-        camera: a small view.
-        passed: [H, W] transmittance of later coats.
+        found: its measures.
         with_lights: whether the lights come last.
         is_ahead: see `Order`.
     """
-    found = _measure(layers, camera, passed)
     seen = found.seen
     stages = np.minimum(layers.level_of, layers.num_merged + 1)
     last = int(stages.max(initial=0)) + 1
@@ -98,7 +96,7 @@ def _lay_order(
     ranks = np.zeros(len(stages), np.intp)
     ranks[order] = before[is_next][np.cumsum(is_next) - 1]
     counts = np.bincount(stages[order], comes, minlength=last + 1).astype(np.intp)
-    return Order(ranks, is_unseen, is_hidden, is_covered, is_ahead, counts), found.alpha
+    return Order(ranks, is_unseen, is_hidden, is_covered, is_ahead, counts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +109,7 @@ class _Measured:
         before: [N] squared error under the stroke in its last level, where it is replaced.
         after: [N] the same in its first level, where it appeared.
         sizes: [N] area, pixels.
-        alpha: [H, W] of the finished strokes.
+        alpha: [H, W] of the finished strokes in the first view.
     """
 
     own: F64
@@ -120,6 +118,13 @@ class _Measured:
     after: F64
     sizes: F64
     alpha: Array
+
+    @classmethod
+    def in_all(cls, views: "Sequence[_Measured]") -> "_Measured":
+        """The largest shares and areas of all views, and the sums of their errors."""
+        most = {name: np.max([getattr(one, name) for one in views], axis=0) for name in _LARGEST}
+        sums = {name: np.sum([getattr(one, name) for one in views], axis=0) for name in ("before", "after")}
+        return cls(**most, **sums, alpha=views[0].alpha)
 
 
 def _measure(layers: Layers, camera: Camera, passed: Array) -> _Measured:

@@ -314,4 +314,4 @@ def growth(
     from brushgs.pipeline.growth.grow import grow
 
     finish = changes.finish if values is None else changes.finish.then("values", values.strokes)
-    return grow(painting, graded.strokes, grouping, maker, finish, cameras[0], report)
+    return grow(painting, graded.strokes, grouping, maker, finish, cameras, report)
