@@ -145,6 +145,7 @@ class FilmKeywords(TypedDict, total=False):
     fov_deg: float | str | None
     zoom: float | str | None
     orbit: int | str | None
+    sway: float | str | None
     path: PathLike[str] | str | None
     frames: int | str | None
     seconds: float | str | None

@@ -1,7 +1,7 @@
 """Cameras of a scene: its first view, changed by the user's options."""
 
 from dataclasses import replace
-from math import degrees, inf, nextafter, pi, radians
+from math import atan2, degrees, inf, nextafter, pi, radians
 from typing import Any
 
 import numpy as np
@@ -17,11 +17,16 @@ from brushgs.values.camera import FirstView as FirstView
 
 _ROUNDINGS = 4  # rounds until a rounded unit vector is a fixed point
 # Degrees from the front of the subject, to the viewer's right.
+_TURNING = ("azimuth", "elevation", "side", "look_at", "distance", "pan", "roll", "fov_y", "zoom")
 SIDES = {"front": 0.0, "right": 90.0, "back": 180.0, "left": -90.0, "top": 0.0}
 
 
 def framed_camera(view: FirstView, config: ViewConfig) -> Camera:
     """The camera of options for a scene with this first view."""
+    if view.photograph is not None and not is_turned(config):
+        size = config.fixed_size
+        camera = view.photograph.camera
+        return camera if size is None else camera.resized(*size)
     return frame_scene(view, **framing(view, config))
 
 
@@ -30,9 +35,19 @@ def framed_orbit(view: FirstView, config: ViewConfig, num_frames: int) -> list[C
     return orbit(view, num_frames, **framing(view, config))
 
 
+def is_turned(config: ViewConfig) -> bool:
+    """Whether options change the view of a scene by more than the size of its picture."""
+    return any(getattr(config, name) != row_of(ViewConfig, name).default for name in _TURNING)
+
+
 def framing(view: FirstView, config: ViewConfig) -> dict[str, Any]:
     """The arguments of `frame_scene` for options; the up axis is that of the first view."""
-    width, height = config.fixed_size or DEFAULT_SIZE
+    photograph = None if view.photograph is None else view.photograph.camera
+    usual = DEFAULT_SIZE if photograph is None else (photograph.width, photograph.height)
+    width, height = config.fixed_size or usual
+    fov_y = config.fov_y
+    if photograph is not None and fov_y == row_of(ViewConfig, "fov_y").default:
+        fov_y = 2 * atan2(0.5 * photograph.height, float(photograph.K[1, 1]))
     azimuth, elevation, look_at = config.azimuth, config.elevation, config.look_at
     if config.side == "three-quarter":
         azimuth = view.azimuth
@@ -44,7 +59,7 @@ def framing(view: FirstView, config: ViewConfig) -> dict[str, Any]:
     return {
         "width": width,
         "height": height,
-        "fov_y": config.fov_y,
+        "fov_y": fov_y,
         "azimuth": view.azimuth if azimuth is None else azimuth,
         "elevation": view.elevation if elevation is None else elevation,
         "zoom": config.zoom,

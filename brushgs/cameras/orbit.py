@@ -156,6 +156,42 @@ def sway(camera: Camera, view: FirstView, num_frames: int, *, roll: float = 0.0)
     return cameras
 
 
+def pivot_of(view: FirstView, camera: Camera) -> F64:
+    """[3] the point about which a camera sways: on its axis, as far away as the middle of the subject."""
+    axes = camera.viewmat[:3, :3]
+    if view.eye is not None:
+        away = distance_ahead(view, axes)
+    else:
+        away = float(axes[2] @ (middle_of(view.points, view.up) - camera.position))
+    return np.asarray(camera.position + max(away, camera.near) * axes[2])
+
+
+def swing(camera: Camera, center: ArrayLike, up: ArrayLike, num_frames: int, angle: float) -> list[Camera]:
+    """A loop of a camera that swings about a point: to one side, to the other, and back.
+
+    Args:
+        camera: the first view.
+        center: [3] any point of the axis, world units.
+        up: [3] direction of the axis, any length > 0.
+        num_frames: >= 1.
+        angle: to each side, radians.
+    """
+    turns = angle * np.sin(2 * np.pi * np.arange(num_frames) / num_frames)
+    return [turned_about(camera, center, up, float(turn)) for turn in turns]
+
+
+def turned_about(camera: Camera, center: ArrayLike, up: ArrayLike, turn: float) -> Camera:
+    """A camera moved on a circle around an axis, radians to its right; the axis as for `swing`."""
+    axis, middle = np.asarray(up, np.float64) / np.linalg.norm(up), np.asarray(center, np.float64)
+    cross = np.cross(np.eye(3), axis)  # rows: cross @ p = axis x p
+    rotation = np.eye(3) + np.sin(turn) * cross + (1 - np.cos(turn)) * (cross @ cross)
+    viewmat = np.eye(4)
+    viewmat[:3, :3] = camera.viewmat[:3, :3] @ rotation.T
+    seen = camera.viewmat[:3, :3] @ middle + camera.viewmat[:3, 3]
+    viewmat[:3, 3] = seen - viewmat[:3, :3] @ middle
+    return replace(camera, viewmat=viewmat)
+
+
 def _swept(points: F64, axis: F64, beside: F64) -> F64:
     """[m, 3] outline of the body swept by `points` [n, 3] rotating about `axis` [3].
 

@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.cameras.first_view import framed_orbit
+from brushgs.cameras.first_view import framed_camera, framed_orbit
 from brushgs.cameras.framing import NEAR_SHARE
 from brushgs.cameras.motion import is_same_view
+from brushgs.cameras.orbit import pivot_of, swing, turned_about
 from brushgs.cameras.spline import through
 from brushgs.errors import SceneError
 from brushgs.formats.cameras.read import CameraFile
@@ -78,12 +79,22 @@ def plan_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig) 
         return _file_path(first_view, view, path)
     if first_view is None:
         raise ValueError("orbit: the scene must have at least one Gaussian, got none")
+    fps = path.fps or DEFAULT_FPS
+    photograph = first_view.photograph
+    angle = path.sway
+    if angle is None and photograph is not None and view.look_at is None and view.side is None:
+        angle = photograph.cone
+    if angle is not None:
+        camera = framed_camera(first_view, view)
+        pivot = pivot_of(first_view, camera) if photograph is None else photograph.pivot
+        cameras = swing(camera, pivot, first_view.up, path.orbit, angle)
+        return CameraPath(cameras, True, fps, f"a sway of {np.degrees(angle):.3g} degrees to each side")
     cameras = framed_orbit(first_view, view, path.orbit)
     if first_view.eye is not None and view.look_at is None and view.side is None:
         source = f"a small circle in {path.orbit} steps, inside the scene"
     else:
         source = f"one turn in steps of {360 / path.orbit:g} degrees"
-    return CameraPath(cameras, True, path.fps or DEFAULT_FPS, source)
+    return CameraPath(cameras, True, fps, source)
 
 
 def path_through(
@@ -130,17 +141,8 @@ def turn_around(
         ValueError: for 100,000 frames or more.
     """
     num_frames = max(_num_frames(seconds, fps, True), 3)
-    axis = np.asarray(up, np.float64) / np.linalg.norm(up)
-    cross = np.cross(np.eye(3), axis)  # rows: cross @ p = axis x p
-    cameras = []
-    for index in range(num_frames):
-        turn = 2 * np.pi * (index / num_frames)
-        rotation = np.eye(3) + np.sin(turn) * cross + (1 - np.cos(turn)) * (cross @ cross)
-        viewmat = np.eye(4)
-        viewmat[:3, :3] = camera.viewmat[:3, :3] @ rotation.T
-        seen = camera.viewmat[:3, :3] @ np.asarray(center, np.float64) + camera.viewmat[:3, 3]
-        viewmat[:3, 3] = seen - viewmat[:3, :3] @ np.asarray(center, np.float64)
-        cameras.append(replace(camera, viewmat=viewmat))
+    turns = (2 * np.pi * (index / num_frames) for index in range(num_frames))
+    cameras = [turned_about(camera, center, up, turn) for turn in turns]
     return CameraPath(cameras, True, fps, f"one turn in steps of {360 / num_frames:g} degrees")
 
 

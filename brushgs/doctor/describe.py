@@ -1,6 +1,7 @@
 """The contents of a scene in a few figures."""
 
 import warnings
+from math import atan2, degrees
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,14 @@ from brushgs.doctor.part import describe_part
 from brushgs.doctor.scene_checks import position_digits
 from brushgs.errors import SceneWarning
 from brushgs.formats import read_scene
+from brushgs.formats.cameras.photograph import COUNTS
 from brushgs.formats.cameras.read import name_beside
 from brushgs.formats.moving import open_moving
 from brushgs.options.painting import ViewConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.where import WhereConfig
 from brushgs.pipeline.cameras_beside import view_beside
+from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.notes import LoadNotes
 from brushgs.values.sh import C0
@@ -60,6 +63,7 @@ def describe(path: SceneFiles, where: WhereConfig | None = None, *, words: bool 
         "sh_degree": notes.sh_degree_stored,
         "sh_degree_used": notes.sh_degree_used,
         "training": notes.training,
+        **({} if notes.photograph is None else {"photograph": _lens(notes.photograph)}),
         "not_read": ", ".join(notes.unknown) or "nothing",
         "up": notes.up or _up_of(gaussians, notes),
         "position_digits": round(position_digits(gaussians)[0], 1),
@@ -76,6 +80,12 @@ def describe(path: SceneFiles, where: WhereConfig | None = None, *, words: bool 
         **({} if where is None else describe_part(gaussians, notes, where)),
         **({"words": in_words(gaussians, notes)} if words else {}),
     }
+
+
+def _lens(camera: Camera) -> str:
+    """The camera of a photograph in words."""
+    angle = degrees(2 * atan2(0.5 * camera.height, camera.K[1, 1]))
+    return f"{camera.width}x{camera.height}, {angle:.1f} degrees high (elements {', '.join(COUNTS)})"
 
 
 def _up_of(gaussians: Gaussians, notes: LoadNotes) -> str:

@@ -72,6 +72,7 @@ class Format(NamedTuple):
         rounds: of scenes, whether what is written is rounded beyond float32, so that its error is worth
             telling.
         has_levels: of scenes, whether it may hold several levels of detail.
+        is_alone: of scenes, whether a file is taken only by its name, not as one of the scenes in a folder.
         key: of cameras in JSON, a field that such a file has at its top, "" for a list.
         file: usual name of a file, where it is more than a suffix.
         bits: of pictures, of each channel, that may be asked for, the usual number first.
@@ -96,6 +97,7 @@ class Format(NamedTuple):
     written: tuple[str, ...] = ()
     rounds: bool = False
     has_levels: bool = False
+    is_alone: bool = False
     key: str | None = None
     file: str = ""
     bits: tuple[int, ...] = (8,)

@@ -62,10 +62,11 @@ RULES = (
 PATH_RULES = (
     excludes("path.file", _of("view", ViewConfig, "size"), "which places the cameras"),
     excludes("path.orbit", ["view.camera_file"], "which places the cameras"),
+    needs(["path.sway"], "path.orbit", "the number of frames"),
 )
 # Path options that films of moving scenes take without a path, and those that need --orbit or --path.
 OF_FILMS = ("path.fps", "path.loop")
-OF_PATHS = ("path.frames", "path.seconds", "path.loop")
+OF_PATHS = ("path.frames", "path.seconds", "path.loop", "path.sway")
 # Flag names that replace each other: one given on the command line overrides the others of a file.
 RIVALS = (
     {"strokes", "stroke-size"},

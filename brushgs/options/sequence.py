@@ -22,11 +22,11 @@ class PathConfig(Options, frozen=True):
     """The camera path: an orbit around the scene, or the views of a file. Give exactly one of `orbit` and
     `file`.
 
-    An orbit is always a loop. The views of a file are frames or, with `frames` or `seconds`, key views of a
-    spline at constant speed. Open paths include both ends: `seconds` give `seconds * fps + 1` frames, so that
-    doubling the fps keeps every frame. For an animated camera of a glTF or USD file, `frames`, `seconds` and
-    `fps` sample its own motion. Loops do not repeat the first frame or an equal last view. A file may itself
-    declare a loop.
+    An orbit is always a loop, also one that sways. The views of a file are frames or, with `frames` or
+    `seconds`, key views of a spline at constant speed. Open paths include both ends: `seconds` give
+    `seconds * fps + 1` frames, so that doubling the fps keeps every frame. For an animated camera of a glTF
+    or USD file, `frames`, `seconds` and `fps` sample its own motion. Loops do not repeat the first frame or
+    an equal last view. A file may itself declare a loop.
     """
 
     GROUP: ClassVar = "path"
@@ -37,6 +37,10 @@ class PathConfig(Options, frozen=True):
         "view #turn #turntable #rotate #spin #video", ge=3, le=MAX_FRAMES,
         unit="frames", default="one picture", example="120"
     )] = None
+    sway: Annotated[float | None, option("with --orbit: not a turn, but a sway by this angle to each side "
+        "and back, in N frames #swing #parallax #wiggle #loop", gt=0, le=90, unit="degrees",
+        default="a full turn; for a scene made from one photograph as far as it has no holes",
+        metavar="DEG", example="12")] = None
     file: Annotated[Path | None, option("camera file: {cameras}; each view is a frame or, with --frames or "
         "--seconds, a key view of a smooth path; animated cameras keep their own motion #trajectory #camera "
         "#animation", flag="--path", default="")] = None
@@ -55,6 +59,8 @@ class PathConfig(Options, frozen=True):
         if (self.orbit is None) == (self.file is None):
             found = "neither" if self.file is None else "both"
             raise ValueError(f"a camera path must be either an orbit or a path from a file, got {found}")
+        if self.sway is not None and self.orbit is None:
+            raise ValueError("sway needs orbit, its number of frames")
         for name in ("frames", "seconds"):
             if self.orbit is not None and getattr(self, name) is not None:
                 cure = "set fps to change its duration" if name == "seconds" else "omit frames"

@@ -50,10 +50,16 @@ def choose_first_view(
         ValueError: if there are no Gaussians, or `up` is zero.
     """
     with report.stage("first view") as stage:
-        view, how, known, beside = _stored_view(config, notes) or _found_view(
-            gaussians, config, notes, moments
+        view, how, known, beside = (
+            _stored_view(config, notes)
+            or _photographed(gaussians, config, notes)
+            or _found_view(gaussians, config, notes, moments)
         )
         _describe_first_view(stage, view, how, known)
+        if view.photograph is not None:
+            stage.did += (
+                f", sound {np.degrees(view.photograph.cone):.0f} degrees to each side of its photograph"
+            )
         if not view.is_front_sure and config.side is None:
             stage.did += ", the front is a guess (--from back shows the other side)"
         if beside is not None:
@@ -82,6 +88,18 @@ def _stored_view(config: ViewConfig, notes: "LoadNotes | None") -> _Found | None
         return _Found(stored, "that of the scene", "strokes")
     view = stored if _is_up_of(stored, config.up) else with_up(stored, config.up)
     return _Found(view, "as given", "flag")
+
+
+def _photographed(gaussians: Gaussians, config: ViewConfig, notes: "LoadNotes | None") -> _Found | None:
+    """The view of the photograph that a scene was predicted from."""
+    if notes is None or notes.photograph is None:
+        return None
+    from brushgs.first_view.from_photograph import view_of_photograph
+
+    view = view_of_photograph(gaussians, notes.photograph, up=config.up)
+    return _Found(
+        view, "as given" if config.up else "from its photograph", "flag" if config.up else "photograph"
+    )
 
 
 def _found_view(
@@ -114,6 +132,7 @@ def with_up_of(
 ) -> ViewConfig:
     """The view with the up axis of a given camera or those of a file, unless flags or notes state one."""
     is_known = notes is not None and (notes.up is not None or notes.first_view is not None)
+    is_known |= notes is not None and notes.photograph is not None
     if config.up is not None or is_known or len(gaussians) == 0:
         return config
     from brushgs.first_view.photographed import up_of_views

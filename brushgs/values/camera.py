@@ -32,6 +32,7 @@ class FirstView:
         whole: [2, 3] low and high corner of the whole scene without strays; None if the scene is only its
             subject.
         stood: [k, 2] azimuth and elevation of the cameras that captured the scene, radians; None if unknown.
+        photograph: from which the scene was predicted; None for other scenes.
     """
 
     points: NDArray[np.float64]
@@ -46,6 +47,22 @@ class FirstView:
     is_front_sure: bool = True
     whole: NDArray[np.float64] | None = None
     stood: NDArray[np.float64] | None = None
+    photograph: "Photograph | None" = None
+
+
+@dataclass(frozen=True, eq=False)
+class Photograph:
+    """The photograph that a scene was predicted from.
+
+    Attributes:
+        camera: that took it.
+        pivot: [3] point at the median depth ahead of it, about which the camera may sway, world axes.
+        cone: radians to each side up to which the scene has hardly any holes.
+    """
+
+    camera: "Camera"
+    pivot: NDArray[np.float64]
+    cone: float
 
 
 @dataclass(frozen=True, eq=False)

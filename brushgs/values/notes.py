@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from brushgs.values.camera import FirstView
+from brushgs.values.camera import Camera, FirstView
 
 # Training methods that change how Gaussians are drawn: "antialiased" is Mip-Splatting and trainers with the
 # same opacity compensation, "2dgs" has flat discs.
@@ -36,6 +36,8 @@ class LoadNotes:
         rows_each: mean number of file rows per Gaussian: above 1 if a scene larger than memory was merged
             while reading.
         camera_folders: folders to search for the scene's cameras; empty if cameras are not sought.
+        photograph: camera of the photograph that the scene was predicted from; None for other scenes, and for
+            several files.
     """
 
     format: str
@@ -56,3 +58,4 @@ class LoadNotes:
     is_timed: bool = False
     rows_each: float = 1.0
     camera_folders: tuple[Path, ...] = ()
+    photograph: Camera | None = None

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from PIL import Image
 
 from brushgs.formats.scenes.ply_header import comment_lines
 from brushgs.formats.scenes.stored import Stored
@@ -22,7 +23,7 @@ from brushgs.formats.styles_write import write_style
 from brushgs.formats.usd.process import is_usd_here
 from brushgs.values.camera import FirstView
 from tests.fuzz.reader import SEPARATOR
-from tests.io import camera_models, test_cameras, test_colmap, test_compressed_ply
+from tests.io import camera_models, test_cameras, test_colmap, test_compressed_ply, test_photographs
 from tests.io.moving import clips, params_maker, test_four_dgs
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 from tests.io.scenes import gltf_maker, ksplat_format, sog_maker, splat_format, spz_format
@@ -74,6 +75,23 @@ def scenes(folder: Path) -> list[bytes]:
     camera = element_bytes("camera", {"a": np.arange(3.0)})
     found.append(write_ply_file(path, [camera, element_bytes("vertex", scene_columns(9))]).read_bytes())
     return [*found, *header_traps()]
+
+
+def photographed(folder: Path) -> list[bytes]:
+    """Scenes with the camera of the photograph that they were predicted from."""
+    path = folder / "a.ply"
+    return [
+        test_photographs.photographed(path, encoding=encoding).read_bytes()
+        for encoding in (*ENCODINGS, "ascii")
+    ]
+
+
+def photographs(folder: Path) -> list[bytes]:
+    """Pictures as scenes."""
+    path = test_photographs.picture(folder / "a.png", alpha=True)
+    jpeg = folder / "a.jpg"
+    Image.open(path).convert("RGB").save(jpeg)
+    return [path.read_bytes(), jpeg.read_bytes()]
 
 
 def text_scenes(folder: Path) -> list[bytes]:
@@ -622,6 +640,7 @@ SCENES = {
         Seeds("scene-text", text_scenes, PLY),
         Seeds("scene-compressed", compressed_scenes, PLY),
     ),
+    "picture": (Seeds("photograph", photographs, (b"IDAT", b"\xff\xd8\xff", b"IHDR")),),
     "SPZ scene": (Seeds("spz", spz_scenes, (b"\x1f\x8b\x08", b"NGSP", b"(\xb5/\xfd", b"\x03\0\xbe\xad")),),
     ".splat scene": (Seeds("splat", splat_scenes),),
     ".ksplat scene": (Seeds("ksplat", ksplat_scenes, (b"\0\1\0\0",)),),
@@ -670,6 +689,7 @@ CAMERAS = {
     "USD (.usd, .usda, .usdc, .usdz; needs the package usd-core)": (
         Seeds("usd-cameras", usd_cameras, USD, "cameras.usd"),
     ),
+    "a PLY scene predicted from a photograph": (Seeds("ply-camera", photographed, PLY, "scene.ply"),),
     "a COLMAP sparse model": (
         Seeds("colmap", lambda folder: colmap_models(folder, "bin"), COLMAP, "images.bin"),
         Seeds("colmap-text", lambda folder: colmap_models(folder, "txt"), COLMAP, "images.txt"),

@@ -159,7 +159,9 @@ def test_a_folder(tmp_path: Path) -> None:
 def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "cameras.json"
     path.write_bytes(content)
-    with pytest.raises(SceneError, match=r"is not JSON .*; give cameras\.json .* or a COLMAP sparse model"):
+    with pytest.raises(
+        SceneError, match=r"is not JSON .*; give cameras\.json .* a COLMAP sparse model or a PLY scene"
+    ):
         load_cameras(path)
 
 

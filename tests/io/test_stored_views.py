@@ -2,7 +2,7 @@
 
 import base64
 import json
-from dataclasses import fields, replace
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from brushgs.formats import read_scene
 from brushgs.formats.scenes.ply_header import PREFIX, comment_lines, read_comments
 from brushgs.formats.scenes.stored import Stored
 from brushgs.formats.scenes.write import write_scene
-from brushgs.values.camera import FirstView
+from brushgs.values.camera import Camera, FirstView, Photograph
 from tests.io.test_write_ply import make
 
 EVERY_FIELD = FirstView(
@@ -31,6 +31,9 @@ EVERY_FIELD = FirstView(
     front=-2.5,
     is_front_sure=False,
     whole=np.array([[-1.5, 0, 0], [1, 2, 1 / 3]]),
+    photograph=Photograph(
+        Camera(np.eye(4), np.array([[80.5, 0, 1 / 3], [0, 81, 32], [0, 0, 1]]), 96, 64), np.ones(3) / 3, 0.1
+    ),
 )
 FEWEST_FIELDS = FirstView(np.ones((1, 3)), np.array([0.0, 0, 1]), 0.0, 0.0)
 
@@ -41,9 +44,12 @@ def text_of(lines):
 
 
 def assert_same(one, other):
-    for field in fields(FirstView):
+    for field in fields(one):
         a, b = getattr(one, field.name), getattr(other, field.name)
         assert type(a) is type(b), field.name
+        if is_dataclass(a):
+            assert_same(a, b)
+            continue
         assert (a.tobytes(), a.shape) == (b.tobytes(), b.shape) if isinstance(a, np.ndarray) else a == b
 
 

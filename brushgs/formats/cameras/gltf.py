@@ -241,8 +241,9 @@ def _channel(
 def _differ(values: NDArray[Any], interpolation: str) -> bool:
     """Whether values are not the same throughout; not-a-number differs."""
     if interpolation == "CUBICSPLINE":
-        tangents = values[0::3].any() or values[2::3].any()
-        return bool(tangents or (values[1::3] != values[1]).any())
+        tangents = values[0::3], values[2::3]
+        is_moving = any((one != 0).any() for one in tangents)  # `any` of a signaling NaN would warn
+        return bool(is_moving or (values[1::3] != values[1]).any())
     return bool((values != values[0]).any())
 
 

@@ -147,6 +147,18 @@ def _names(names: list[Any]) -> tuple[str, ...]:
     return tuple(name if isinstance(name, str) else "" for name in names)
 
 
+def rigid_camera(
+    path: Path,
+    place: str,
+    world_from_cam: F64,
+    position: F64,
+    K: tuple[float, ...],
+    size: tuple[float, float],
+) -> Camera:
+    """The camera at a pose, see `_Entry.camera`, for errors at a place in a file. Raises SceneError."""
+    return _Entry(path, place, Struct()).camera(world_from_cam, position, K, size)
+
+
 class _Entry:
     """One entry of a camera file; fields are looked up in it, then in what all entries share.
 

@@ -95,7 +95,8 @@ def _what_it_is(path: Path, begin: bytes) -> str:
 
 
 _DEEP, _FAR = 3, 1000  # folders and entries in which a scene is searched, for the cure in a message
-_OWN_SUFFIXES = {s for s in suffixes_of(SCENE_FORMATS) if s != ".json"}  # of nothing but scenes
+_IN_FOLDERS = [row for row in SCENE_FORMATS if not row.is_alone]
+_OWN_SUFFIXES = {s for s in suffixes_of(_IN_FOLDERS) if s != ".json"}  # of nothing but scenes
 
 
 def find_parts(paths: Iterable[Path]) -> list[Path]:
@@ -139,7 +140,10 @@ def _is_part(entry: "os.DirEntry[str]") -> bool:
     except OSError:
         return False
     suffix = f".{entry.name.rpartition('.')[2].lower()}"
-    return suffix in _OWN_SUFFIXES or match_format(Path(entry)) is not None
+    if suffix in _OWN_SUFFIXES:
+        return True
+    found = match_format(Path(entry))
+    return found is not None and not found.is_alone
 
 
 def _entries(folder: Path) -> "list[os.DirEntry[str]]":
@@ -157,7 +161,7 @@ def _entries(folder: Path) -> "list[os.DirEntry[str]]":
 
 def _nothing_found(path: Path, entries: "Sequence[os.DirEntry[str]]") -> str:
     """One clause: what was looked for, and the cure."""
-    looked_for = listed(suffixes_of(SCENE_FORMATS))
+    looked_for = listed(suffixes_of(_IN_FOLDERS))
     found = f"none of the {len(entries)} entries of the folder is" if entries else "is an empty folder:"
     deeper = _scene_below(path)
     cure = "name the scene file" if deeper is None else f"did you mean {deeper}?"
@@ -173,7 +177,7 @@ def _scene_below(path: Path) -> Path | None:
         num_seen += len(folders) + len(files)
         if len(Path(folder).relative_to(path).parts) >= _DEEP or num_seen > _FAR:
             folders.clear()
-        suffixes = suffixes_of(SCENE_FORMATS)
+        suffixes = suffixes_of(_IN_FOLDERS)
         found += [Path(folder, name) for name in files if Path(name).suffix.lower() in suffixes]
     found.sort(key=lambda file: natural_key(str(file)), reverse=True)
     return next((file for file in found if match_format(file) is not None), None)
@@ -204,6 +208,7 @@ def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used:
         first_view=files[0].first_view if is_one else None,
         brushes=files[0].brushes if is_one else (),
         moment=files[0].moment if is_one else None,
+        photograph=files[0].photograph if is_one else None,
     )
 
 

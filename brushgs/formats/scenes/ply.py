@@ -8,6 +8,7 @@ quaternion in 10 bits each. An optional element `sh` holds f_rest in 8 bits. The
 PlayCanvas engine and splat-transform.
 """
 
+import warnings
 from collections.abc import Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -16,7 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.errors import NoGaussiansError, SceneError
+from brushgs.errors import NoGaussiansError, SceneError, SceneWarning
+from brushgs.formats.cameras.photograph import COUNTS, camera_in
+from brushgs.formats.cameras.read import reason_of
 from brushgs.formats.files import open_plain
 from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.ply_header import (
@@ -41,6 +44,7 @@ from brushgs.formats.scenes.ply_inria import (
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
 from brushgs.formats.scenes.stored import read_stored
 from brushgs.values.arrays import F32, U32
+from brushgs.values.camera import Camera
 from brushgs.values.notes import Training
 from brushgs.values.sh import C0
 
@@ -256,6 +260,7 @@ def open_scene(path: Path) -> SceneFile:
     stored = read_stored(path, lambda: read_comments(header.view_text))
     if not has_chunks:  # rows lie in order, and have a column of brushes
         stored = stored._replace(counts=None, order=None)
+    photograph, elements = _photograph(path, header, size)
     known = PACKED if has_chunks else read_columns_of(num_terms) | ({BRUSH} if has_brushes(vertex) else set())
     layout = "compressed PLY" if has_chunks else "PLY"
     return SceneFile(
@@ -266,10 +271,24 @@ def open_scene(path: Path) -> SceneFile:
         has_fixed_encoding=has_chunks,
         up=header.up,
         training=_training(header, vertex),
-        unknown=_unknown(vertex, known),
+        unknown=(*_unknown(vertex, known), *elements),
+        photograph=photograph,
         stored=stored._replace(is_strokes=header.is_strokes),
         open_rows=open_rows,
     )
+
+
+def _photograph(path: Path, header: Header, size: int) -> tuple[Camera | None, tuple[str, ...]]:
+    """The camera of the photograph that a scene was predicted from, and the elements that are not read."""
+    known, camera = {"vertex", "chunk", "sh"}, None
+    try:
+        camera = camera_in(path, header, size)
+    except SceneError as error:
+        message = f"{path}: the camera of its photograph is not used: {reason_of(error)}"
+        warnings.warn(SceneWarning(message), stacklevel=3)
+    if camera is not None:
+        known |= set(COUNTS)
+    return camera, tuple(f"element {one.name}" for one in header.elements if one.name not in known)
 
 
 def _training(header: Header, vertex: Element) -> Training:

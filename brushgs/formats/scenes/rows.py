@@ -25,7 +25,7 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, drop_zero_bands
 from brushgs.formats.scenes.dropped import Dropped, drop_faults
 from brushgs.formats.scenes.stored import NOTHING, Stored
-from brushgs.values.camera import FirstView
+from brushgs.values.camera import Camera, FirstView
 from brushgs.values.notes import Training
 
 _ROWS_PER_THREAD = 100_000  # below this, a thread costs more than it saves
@@ -223,6 +223,7 @@ class SceneFile:
         unknown: columns or extensions of the file that are not read, by name.
         stored: what the file records of strokes that brushgs made, and of the scene that they were made of.
         moment: of a moving scene, whose moment this is: seconds from its start; None for a scene at rest.
+        photograph: the camera of the photograph that the scene was predicted from; None for other scenes.
     """
 
     path: Path
@@ -236,6 +237,7 @@ class SceneFile:
     unknown: tuple[str, ...] = ()
     stored: Stored = NOTHING
     moment: float | None = None
+    photograph: Camera | None = None
 
     @property
     def is_strokes(self) -> bool:

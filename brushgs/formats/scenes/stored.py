@@ -23,7 +23,7 @@ from brushgs.errors import SceneWarning
 from brushgs.formats.scenes.columns import Columns
 from brushgs.formats.schema import fault
 from brushgs.values.arrays import F64
-from brushgs.values.camera import FirstView
+from brushgs.values.camera import Camera, FirstView, Photograph
 from brushgs.values.gaussians import Gaussians
 
 # Characters of JSON: 4,096 points take 131,072, and outlines have at most 512; an order takes 174,764.
@@ -41,6 +41,17 @@ _Share = Annotated[float, Meta(ge=0, le=1)]
 _Axis = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 
 
+class _Photograph(Struct):
+    """The photograph that the scene was predicted from, as `Photograph` and its `Camera`."""
+
+    viewmat: bytes
+    K: bytes
+    width: Annotated[int, Meta(ge=1, le=1 << 20)]
+    height: Annotated[int, Meta(ge=1, le=1 << 20)]
+    pivot: _Three
+    cone: Annotated[float, Meta(ge=0, le=pi)]
+
+
 class _View(Struct, kw_only=True):
     """The first view, its fields as those of `FirstView`; arrays of points are base64."""
 
@@ -55,6 +66,7 @@ class _View(Struct, kw_only=True):
     eye: _Three | None = None
     whole: bytes | None = None
     points: bytes
+    photograph: _Photograph | None = None
 
 
 class _Content(Struct):
@@ -235,6 +247,10 @@ def read_stored(path: Path, read: Callable[[], Stored]) -> Stored:
 
 def _written(value: Any) -> Any:
     """A field of a first view as JSON."""
+    if isinstance(value, Photograph):
+        camera, own = value.camera, {"pivot": value.pivot, "cone": value.cone}
+        of_camera = {name: getattr(camera, name) for name in ("viewmat", "K", "width", "height")}
+        return {name: _written(one) for name, one in (of_camera | own).items()}
     if isinstance(value, np.ndarray) and value.ndim == 2:
         return base64.b64encode(np.ascontiguousarray(value, "<f8").tobytes()).decode("ascii")
     if isinstance(value, np.ndarray | np.generic):
@@ -248,10 +264,21 @@ def _first_view(view: _View) -> FirstView:
     found |= {name: _points(found[name]) for name in ("whole", "points") if name in found}
     if abs(float(np.linalg.norm(found["up"])) - 1) > 1e-9:
         raise ValueError("up must be a unit vector")
+    if view.photograph is not None:
+        found["photograph"] = _photograph(view.photograph)
     whole = found.get("whole")
     if whole is not None and (whole.shape != (2, 3) or (whole[0] > whole[1]).any()):
         raise ValueError("whole must be a low and a high corner")
     return FirstView(**found)
+
+
+def _photograph(photograph: _Photograph) -> Photograph:
+    own = photograph
+    if (len(own.viewmat), len(own.K)) != (128, 72):
+        raise ValueError(f"a camera must be 16 and 9 numbers, got {len(own.viewmat)} and {len(own.K)} bytes")
+    viewmat, K = (_finite(np.frombuffer(data, "<f8").astype(np.float64)) for data in (own.viewmat, own.K))
+    camera = Camera(viewmat.reshape(4, 4), K.reshape(3, 3), own.width, own.height)
+    return Photograph(camera, _finite(np.array(own.pivot)), own.cone)
 
 
 def _points(data: bytes) -> F64:

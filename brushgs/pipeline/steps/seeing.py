@@ -126,8 +126,8 @@ def composed_view(
 ) -> tuple[ViewConfig, bool]:
     """The options of the view, with the size and position of a composed picture."""
     is_composed = view_config.size == "auto" and is_framed and views is None and clip is None
-    if not is_composed or stance is None:
-        return view_config, is_composed
+    if not is_composed or stance is None or stance.photograph is not None:
+        return view_config, False
     from brushgs.cameras.composition import composed
 
     return composed(stance, view_config, cast_light()), is_composed
@@ -200,17 +200,39 @@ def whole(cleaned: Gaussians, stance: FirstView | None, report: Report) -> Gauss
     return cleaned if stance is None or len(cleaned) == 0 else drop_crumbs(cleaned, stance, report)
 
 
+def _no_gaps(stance: FirstView | None, views: Views) -> str | None:
+    if stance is None or stance.photograph is None:
+        return "the scene was not predicted from one photograph"
+    return None if isinstance(views, PathConfig) else "the camera does not move"
+
+
+@unless(_no_gaps, "whole")
+def filled(whole: Gaussians, stance: FirstView, views: Views, report: Report) -> Gaussians:
+    """The Gaussians with those behind edges, which gaps show as the camera moves."""
+    with report.stage("gaps") as stage:
+        from brushgs.first_view.from_photograph import ANGLES
+        from brushgs.passes.add.behind import behind
+
+        assert stance.photograph is not None
+        assert isinstance(views, PathConfig)
+        angle = float(ANGLES[0]) if views.orbit is None else views.sway or stance.photograph.cone
+        added = behind(whole, stance.photograph, angle)
+        stage.did = f"{len(added):,} Gaussians behind edges"
+        stage.counts = {"added": len(added)}
+    return Gaussians.joined([whole, added])
+
+
 @makes("inside", "plain")
-@unless(lambda painted_config: "all is painted" if painted_config is None else None, "whole", None)
+@unless(lambda painted_config: "all is painted" if painted_config is None else None, "filled", None)
 def parted(
-    whole: Gaussians,
+    filled: Gaussians,
     painted_config: WhereConfig,
     stance: FirstView | None,
     threads: int | None,
     report: Report,
 ) -> tuple[Gaussians, Gaussians | None]:
     """The painted Gaussians, and the unpainted ones that are shown too."""
-    return part(whole, painted_config, stance, report, num_threads=threads)
+    return part(filled, painted_config, stance, report, num_threads=threads)
 
 
 @unless(lambda rules_config: "no --rules" if rules_config is None else None, "inside")

@@ -1,0 +1,77 @@
+"""The camera of a photograph from which a scene was predicted, in the elements of its PLY file.
+
+SHARP (Mescheder et al. 2025) and programs like it write, after `vertex`, the elements `extrinsic` (16
+numbers, a matrix from world to camera, row by row), `intrinsic` (9, pixels) and `image_size` (2: width,
+height), each with one property. Axes are x right, y down, z forward.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from brushgs.errors import SceneError
+from brushgs.formats.cameras.read import CameraFile
+from brushgs.formats.cameras.views import rigid_camera
+from brushgs.formats.files import open_plain
+from brushgs.formats.scenes.ply_header import Header, check_size, open_rows, parse_header
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
+
+COUNTS = {"extrinsic": 16, "intrinsic": 9, "image_size": 2}
+
+
+def read(path: Path, content: bytes | None) -> CameraFile:
+    """The camera in a scene file.
+
+    Raises:
+        SceneError: if the file is damaged, or has none.
+    """
+    with open_plain(path, "PLY file", buffering=0) as file:
+        header = parse_header(file, path)
+        size = file.seek(0, 2)
+    camera = camera_in(path, header, size)
+    if camera is None:
+        listed = ", ".join(element.name for element in header.elements) or "none"
+        raise SceneError(
+            path, f"has no camera of a photograph among its elements ({listed}); give a file of cameras"
+        )
+    return CameraFile([camera])
+
+
+def camera_in(path: Path, header: Header, size: int) -> Camera | None:
+    """The camera of a PLY file of so many bytes; None where it has no such elements.
+
+    Raises:
+        SceneError: if one of the elements is missing, or they are of no usable camera.
+    """
+    found = {name: header.find(name) for name in COUNTS}
+    missing = [name for name, element in found.items() if element is None]
+    if "extrinsic" in missing or "intrinsic" in missing:
+        return None
+    if missing:
+        raise SceneError(path, f"no element {missing[0]!r} of its camera; export the scene again")
+    extrinsic, intrinsic, image_size = (_numbers(path, header, name, size) for name in COUNTS)
+    matrix, K = extrinsic.reshape(4, 4), intrinsic.reshape(3, 3)
+    if not (np.isfinite(matrix).all() and np.isfinite(K).all()):
+        raise SceneError(path, "the elements of its camera must be finite; export the scene again")
+    if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-6 or np.abs(K[[1, 2, 2], [0, 0, 1]]).max() > 1e-6:
+        what = "the last row of element 'extrinsic' must be 0 0 0 1, and element 'intrinsic' a pinhole's"
+        raise SceneError(path, f"{what}; export the scene again")
+    rotation = matrix[:3, :3].T
+    lens = float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2])
+    width, height = float(image_size[0]), float(image_size[1])
+    return rigid_camera(
+        path, "element 'extrinsic'", rotation, -rotation @ matrix[:3, 3], lens, (width, height)
+    )
+
+
+def _numbers(path: Path, header: Header, name: str, size: int) -> F64:
+    element = header.find(name)
+    assert element is not None
+    if element.count != COUNTS[name] or len(element.names) != 1 or element.lists:
+        rule = f"{COUNTS[name]} rows of one property"
+        got = f"{element.count} of {len(element.names) + len(element.lists)}"
+        raise SceneError(path, f"element {name!r} must have {rule}, got {got}; export the scene again")
+    check_size(path, header, element, size)
+    with open_rows(path, header, element, element.count) as rows:
+        return np.array(rows.read(0, element.count)[element.names[0]], np.float64)
