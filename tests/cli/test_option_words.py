@@ -96,6 +96,7 @@ EXAMPLES = {
     "views": (True, ["--views"]),
     "explain": (True, ["--explain"]),
     "orbit": (12, ["--orbit", "12"]),
+    "sway": (15, ["--sway", "15"]),
     "path": ("path.json", ["--path", "path.json"]),
     "frames": (30, ["--frames", "30"]),
     "seconds": (2.5, ["--seconds", "2.5"]),

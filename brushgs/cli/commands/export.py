@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from brushgs.cli import flags
 from brushgs.cli.configs import paint_config, painting_name, scene_source
@@ -51,7 +51,8 @@ def _write_page(request: Request, report: "Report") -> None:
     scene, output, config, args = request
     options = words_of(_parser(), args.words, _paints)
     preview = Preview(args.caption or "", args.address or "")
-    export_file(scene, output, config, title=args.title, options=options, preview=preview, report=report)
+    more: Any = {"preview": preview, "stops": args.stops, "report": report}
+    export_file(scene, output, config, title=args.title, options=options, **more)
 
 
 def _write_gallery(request: Request, report: "Report") -> None:
@@ -85,7 +86,7 @@ def _write_strokes(request: Request, report: "Report") -> None:
 
 # To add an export, add a line here. The first is the default.
 EXPORTS = (
-    Export("a page", PAGE_SUFFIXES, ("title", "caption", "address"), _write_page),
+    Export("a page", PAGE_SUFFIXES, ("title", "caption", "address", "stops"), _write_page),
     Export("textured rectangles for 3D programs", QUAD_SUFFIXES, ("title", "for_view"), _write_quads),
     Export("the strokes as Gaussians", STROKE_SUFFIXES, (), _write_strokes),
 )
@@ -116,6 +117,9 @@ class Own(Options, frozen=True):
     address: Annotated[str | None, option("where the page will lie on the web, such as "
         "https://example.org/truck.html: links to it show a picture, which is written beside it as .jpg "
         "#preview #share", default="none", read=web_address, metavar="URL")] = None
+    stops: Annotated[Path | None, option("camera file of views that a page leads through, by buttons, keys "
+        "and swipes; names of pictures are their titles: {cameras} #tour #views #slides", default="none",
+        action="camera file")] = None
     gallery: Annotated[bool, option("a page for each of several scenes, in a folder, and an index.html that "
         "shows their pictures; -o names the folder #several #portfolio")] = False
     for_view: Annotated[bool, option(f"make the rectangles ({QUAD_SUFFIXES[0]}) for the camera of the "
@@ -124,7 +128,7 @@ class Own(Options, frozen=True):
     # fmt: on
 
 
-OWN_FLAGS = ("title", "caption", "address", "gallery", "for_view")  # which some exports take
+OWN_FLAGS = ("title", "caption", "address", "stops", "gallery", "for_view")  # which some exports take
 
 
 def add_flags(parser: ArgumentParser) -> None:

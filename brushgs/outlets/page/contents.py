@@ -6,7 +6,7 @@ functions of the exact renderer. Names in the header are camelCase, as in JavaSc
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -61,6 +61,18 @@ class PageContents:
     def num_strokes(self) -> int:
         """Number of strokes of all coats."""
         return sum(coat["count"] for coat in self.header["coats"])
+
+
+class Stop(NamedTuple):
+    """A view that a page leads to.
+
+    Attributes:
+        title: any text.
+        camera: the view; the page keeps its own lens, and is level.
+    """
+
+    title: str
+    camera: Camera
 
 
 @dataclass
@@ -124,6 +136,7 @@ def page_contents(
     command: tuple[str, Sequence[str]],
     background: ArrayLike | None = None,
     regions: Sequence[str] = (),
+    stops: Sequence[Stop] = (),
 ) -> PageContents:
     """The contents of a page for a painting.
 
@@ -136,13 +149,14 @@ def page_contents(
         background: behind the strokes, if the painting has no surface: one RGB colour or a picture [H, W, 3];
             None for transparent.
         regions: names of the strokes' regions, from region 1, any text; missing names become numbers.
+        stops: views that the page leads through.
 
     Returns:
         The header has the keys version, title, generator, command, camera (first view, world axes), origin
         (means are relative to it), up, center, radius, isInside, subject, surface, background, isTransparent,
-        lamp, brushes and coats; and regions, their names, where a coat has a column of them. Rows of a coat
-        are sorted by `coarse_to_fine`; what belongs to a row of the strokes was computed before. Strokes of
-        an opacity under 1/255, which no renderer paints, are left out.
+        lamp, brushes, coats and stops; and regions, their names, where a coat has a column of them. Rows of a
+        coat are sorted by `coarse_to_fine`; what belongs to a row of the strokes was computed before. Strokes
+        of an opacity under 1/255, which no renderer paints, are left out.
     """
     collected = _Collected()
     coats = [_coat(number, coat, view.center, collected) for number, coat in enumerate(painting.coats)]
@@ -174,6 +188,7 @@ def page_contents(
         "lamp": None if painting.lamp is None else _lamp(painting.lamp.seen_by(camera)),
         "brushes": collected.brushes,
         "coats": coats,
+        "stops": [{"title": one.title, "viewmat": one.camera.viewmat.ravel().tolist()} for one in stops],
     }
     if any("region" in coat["arrays"] for coat in coats):
         header["regions"] = _names_of_regions(painting, regions)

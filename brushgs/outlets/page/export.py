@@ -1,14 +1,16 @@
 """`brushgs export`: a scene file -> a page. Stages: those of `prepare`, then picture and page."""
 
 from collections.abc import Sequence
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
 from brushgs.cameras.first_view import framing
+from brushgs.errors import SceneError
 from brushgs.options.moment import Moment
 from brushgs.options.page import PAGE_SUFFIXES
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.outlets.page.contents import Stop
 from brushgs.outlets.page.html import Preview
 from brushgs.outlets.page.view import PageView
 from brushgs.outlets.page.write import write_page
@@ -20,6 +22,8 @@ from brushgs.pipeline.strokes import name_of
 if TYPE_CHECKING:
     from brushgs.values.notes import LoadNotes
 
+MOST_STOPS = 99  # of a page
+
 
 def export_file(
     scene: SceneFiles,
@@ -29,6 +33,7 @@ def export_file(
     title: str | None = None,
     options: Sequence[str] = (),
     preview: Preview | None = None,
+    stops: Path | None = None,
     report: Report | None = None,
 ) -> Report:
     """Paint a scene file to a page, whose first view is the picture of `paint_file`.
@@ -41,6 +46,7 @@ def export_file(
         options: the words after `brushgs render SCENE` that paint this, but for the view: the page offers
             them with the view that it shows.
         preview: see `write_page`.
+        stops: camera file of views that the page leads through, in its order; or None.
         report: gets the stages; a new one if None.
 
     Returns:
@@ -52,7 +58,9 @@ def export_file(
     """
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     source = SceneSource.of(scene)
-    check_output(output, PAGE_SUFFIXES, inputs=input_files(source, config))
+    inputs = input_files(source, config)
+    check_output(output, PAGE_SUFFIXES, inputs=inputs if stops is None else (*inputs, stops))
+    led_to = [] if stops is None else read_stops(stops)
     prepared = prepare(source, config, report, asks=(*PICTURE, "first_view"))
     write_page(
         prepared.painting,
@@ -64,10 +72,29 @@ def export_file(
         background=prepared.background,
         regions=prepared.region_names,
         preview=preview,
+        stops=led_to,
         report=report,
     )
     report.output = str(output)
     return report
+
+
+def read_stops(path: Path) -> list[Stop]:
+    """The views of a camera file as stops: the key views of a path, else all; by the names of their pictures.
+
+    Raises:
+        SceneError: if the file cannot be read, or has more than `MOST_STOPS` views.
+    """
+    from brushgs.formats.cameras.read import read_cameras
+
+    file = read_cameras(path)
+    cameras = file.keys or file.cameras
+    if len(cameras) > MOST_STOPS:
+        most = f"a page leads through at most {MOST_STOPS}"
+        raise SceneError(path, f"has {len(cameras):,} views, and {most}; leave some out")
+    names = file.names if len(file.names) == len(cameras) else ("",) * len(cameras)
+    titles = (PurePath(name).stem or f"View {number}" for number, name in enumerate(names, 1))
+    return [Stop(title, camera) for title, camera in zip(titles, cameras, strict=True)]
 
 
 def view_of(prepared: Prepared, config: PaintConfig) -> PageView:

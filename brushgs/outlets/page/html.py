@@ -37,6 +37,7 @@ SCRIPTS = (
     "controls.js",
     "camera_file.js",
     "link.js",
+    "stops.js",
     "panel.js",
     "pace.js",
     "xr.js",

@@ -9,7 +9,7 @@ import numpy as np
 from brushgs.formats.files import replacing
 from brushgs.formats.pictures.oiio import Background
 from brushgs.outlets.page.container import write_container
-from brushgs.outlets.page.contents import page_contents
+from brushgs.outlets.page.contents import Stop, page_contents
 from brushgs.outlets.page.html import Preview, page_html
 from brushgs.outlets.page.still import icon_of, paint_first_view, still_of
 from brushgs.outlets.page.view import PageView
@@ -30,6 +30,7 @@ def write_page(
     background: Background = None,
     regions: Sequence[str] = (),
     preview: Preview | None = None,
+    stops: Sequence[Stop] = (),
     report: Report | None = None,
 ) -> Weight:
     """Write a page; the file appears when it is complete.
@@ -45,6 +46,7 @@ def write_page(
         regions: the names of the regions of the strokes from 1 on.
         preview: what the page tells of itself. A picture that it names is written beside the page; one that
             has an address has a picture in any case. Its icon is made here.
+        stops: views that the page leads through.
         report: gets the stages "first view" and "page", and notes where a device would suffer.
 
     Raises:
@@ -74,6 +76,7 @@ def write_page(
             command=command,
             background=None if background is None else np.asarray(background),
             regions=regions,
+            stops=stops,
         )
         told = preview or Preview()
         picture = told.picture or (Path(output).with_suffix(".jpg").name if told.address else "")

@@ -31,7 +31,9 @@ def scene():
     return strokes, plain_first_view(strokes)
 
 
-def shown(camera=None, *, view=None, title="pears", command=("pears.ply", ("--look", "oil")), **framing):
+def shown(
+    camera=None, *, view=None, title="pears", command=("pears.ply", ("--look", "oil")), stops=(), **framing
+):
     """The contents of a page with the still life.
 
     Args:
@@ -39,6 +41,7 @@ def shown(camera=None, *, view=None, title="pears", command=("pears.ply", ("--lo
         view: `PageView`; None for that of the scene and the camera.
         title: of the page.
         command: of the page.
+        stops: of the page.
         framing: more arguments of `frame_scene`.
     """
     strokes, first = scene()
@@ -46,7 +49,8 @@ def shown(camera=None, *, view=None, title="pears", command=("pears.ply", ("--lo
         camera = frame_scene(first, **{**SIZE, **framing})
     view = view or PageView.of(first, camera, framing.get("look_at"))
     painting = painting_of(strokes, StrokeTexture.open("impasto"))
-    return page_contents(painting, camera, view=view, title=title, command=command, background=(1, 1, 1))
+    more = {"title": title, "command": command, "background": (1, 1, 1), "stops": stops}
+    return page_contents(painting, camera, view=view, **more)
 
 
 def inside(contents_camera: Camera):

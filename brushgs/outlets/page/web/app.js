@@ -60,6 +60,7 @@ class App {
       onTurning: (isTurning) => this.panel?.showTurning(isTurning),
     });
     this.panel = new Panel(this);
+    this.stops = new Stops(this);
     this._addHeadset();
     this._describe();
     this._listen();
@@ -80,6 +81,7 @@ class App {
     this.controls.replace(contents);
     this._fit();
     this.panel.replace(contents);
+    this.stops.replace(contents);
     this._describe();
     this.invalidate();
   }
@@ -201,7 +203,7 @@ class App {
     if (!["Shift", " "].includes(key)) this.controls.stopAutomatic();
     if (key === "f" || key === "F") this.panel.toggleFull();
     else if (key === "h" || key === "H" || key === "?") this.panel.toggleHelp();
-    else if (!this.controls.press(key, event.shiftKey)) return;
+    else if (!this.stops.press(key) && !this.controls.press(key, event.shiftKey)) return;
     event.preventDefault();
   }
 

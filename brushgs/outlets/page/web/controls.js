@@ -35,6 +35,7 @@ class Controls {
     this._pointers = new Map();
     this._tap = null;
     this._turningFor = 0;
+    this._travel = null; // a slow way to a state: from, to, and the seconds that have passed, of how many
     this._listening = new AbortController();
     this.replace(contents);
     this._listen();
@@ -69,8 +70,22 @@ class Controls {
     return this.orbit.aim(this._newCamera(width, height), this.resting);
   }
 
+  /** Go slowly to a state, in so many seconds; at once where motion is reduced. */
+  travel(state, seconds) {
+    this.setTurning(false);
+    if (this.isCalm) {
+      this.jump(state);
+      return;
+    }
+    const to = state.slice();
+    to[AZIMUTH] = nearestTurn(to[AZIMUTH], this.state[AZIMUTH]);
+    this._travel = { from: this.state.slice(), to, passed: 0, seconds };
+    this._onChange();
+  }
+
   /** Show a state at once. */
   jump(state) {
+    this._travel = null;
     this.setTurning(false);
     this.target.set(state);
     this.state.set(state);
@@ -79,6 +94,7 @@ class Controls {
 
   /** Let time pass, in seconds; whether the view changed, so that a further frame is needed. */
   advance(seconds) {
+    if (this._travel) return this._goOn(Math.min(seconds, 0.1));
     if (this.isTurning) this._turnBy(Math.min(seconds, 0.1));
     if (this.orbit.pixelsBetween(this.state, this.target, this.camera(this._width, this._height)) < STILL) {
       this.state.set(this.target);
@@ -92,6 +108,7 @@ class Controls {
   /** Glide back to the first view. */
   home() {
     this.setTurning(false);
+    this._travel = null;
     this.target.set(this.orbit.first);
     const turns = nearestTurn(this.target[AZIMUTH], this.state[AZIMUTH]) - this.target[AZIMUTH];
     this.state[AZIMUTH] -= turns;
@@ -106,6 +123,7 @@ class Controls {
       this.state.set(this._swayed);
       this.target.set(this._swayed);
     }
+    this._travel = null;
     this.isTurning = isTurning;
     this.isAutomatic = isTurning && isAutomatic;
     this._turningFor = 0;
@@ -188,8 +206,21 @@ class Controls {
     }
   }
 
+  /** The next part of a way: slow at both ends. */
+  _goOn(seconds) {
+    const { from, to } = this._travel;
+    this._travel.passed += seconds;
+    const share = Math.min(1, this._travel.passed / this._travel.seconds);
+    const soft = share * share * (3 - 2 * share);
+    for (let k = 0; k < STATE_SIZE; k++) this.state[k] = from[k] + soft * (to[k] - from[k]);
+    this.target.set(share < 1 ? this.state : to);
+    if (share === 1) this._travel = null;
+    return true;
+  }
+
   _move(change) {
     this.setTurning(false);
+    this._travel = null;
     change();
     this._onChange();
   }
@@ -241,6 +272,7 @@ class Controls {
 
   _onDown(event) {
     this.setTurning(false);
+    this._travel = null;
     this.stage.setPointerCapture(event.pointerId);
     this.canvas.focus({ preventScroll: true });
     if (event.button === 1) event.preventDefault(); // a middle button would begin to scroll

@@ -223,6 +223,26 @@ class Orbit {
     return state;
   }
 
+  /** The state that is nearest to a camera of the scene (16 numbers by rows), within the limits; without its roll. */
+  stateOfCamera(viewmat, origin) {
+    const page = Float64Array.from(viewmat);
+    for (let row = 0; row < 3; row++) page[4 * row + 3] += dot3(page.subarray(4 * row), origin);
+    const camera = new PageCamera({ ...this.lens, viewmat: page });
+    const axes = Float64Array.from([0, 1, 2, 4, 5, 6, 8, 9, 10], (k) => page[k]);
+    const forward = axes.subarray(6), eye = camera.eye(), { azimuth, elevation } = anglesOfAxes(this.horizon, axes);
+    const state = this.first.slice();
+    const middle = [0, 1, 2].map((k) => this.first[k] - eye[k]);
+    const away = this.isInside ? this.firstDistance : dot3(middle, forward);
+    const distance = Math.min(this.maxDistance, Math.max(this.minDistance, away));
+    for (let k = 0; k < 3; k++) state[PLACE + k] = eye[k] + (this.isInside ? 0 : distance * forward[k]);
+    this._limitPlace(state);
+    state[LOG_DISTANCE] = Math.log(distance);
+    state[AZIMUTH] = azimuth;
+    state[ELEVATION] = 0;
+    this._go(state, 0, elevation);
+    return state;
+  }
+
   /** By how many pixels at most a point in the middle moves between two states, roughly. */
   pixelsBetween(a, b, camera) {
     const distance = Math.exp(a[LOG_DISTANCE]);
