@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from brushgs.cli import flags
+from brushgs.cli.clips import open_clip
 from brushgs.cli.configs import paint_config, painting_name, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.cli.words import NOT_PAINTED, words_of
@@ -52,7 +53,8 @@ def _write_page(request: Request, report: "Report") -> None:
     options = words_of(_parser(), args.words, _paints)
     preview = Preview(args.caption or "", args.address or "")
     more: Any = {"preview": preview, "stops": args.stops, "report": report}
-    export_file(scene, output, config, title=args.title, options=options, **more)
+    of_scene = open_clip(args, scene) or scene
+    export_file(of_scene, output, config, title=args.title, options=options, **more)
 
 
 def _write_gallery(request: Request, report: "Report") -> None:

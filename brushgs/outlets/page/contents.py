@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from brushgs.brushes.brush_set import BrushSet, Sigmas
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.outlets.page.images import reduced
+from brushgs.outlets.page.motion import PageMotion
 from brushgs.outlets.page.view import PageView
 from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.rendering.border import uniform_of
@@ -137,6 +138,7 @@ def page_contents(
     background: ArrayLike | None = None,
     regions: Sequence[str] = (),
     stops: Sequence[Stop] = (),
+    motion: PageMotion | None = None,
 ) -> PageContents:
     """The contents of a page for a painting.
 
@@ -150,13 +152,15 @@ def page_contents(
             None for transparent.
         regions: names of the strokes' regions, from region 1, any text; missing names become numbers.
         stops: views that the page leads through.
+        motion: of the strokes, which are then as made, each at its reference moment; None if nothing moves.
 
     Returns:
         The header has the keys version, title, generator, command, camera (first view, world axes), origin
         (means are relative to it), up, center, radius, isInside, subject, surface, background, isTransparent,
-        lamp, brushes, coats and stops; and regions, their names, where a coat has a column of them. Rows of a
-        coat are sorted by `coarse_to_fine`; what belongs to a row of the strokes was computed before. Strokes
-        of an opacity under 1/255, which no renderer paints, are left out.
+        lamp, brushes, coats and stops; motion, the times of its keys, where strokes move; and regions, their
+        names, where a coat has a column of them. Rows of a coat are sorted by `coarse_to_fine`; what belongs
+        to a row of the strokes was computed before. Strokes of an opacity under 1/255, which no renderer
+        paints, are left out.
     """
     collected = _Collected()
     coats = [_coat(number, coat, view.center, collected) for number, coat in enumerate(painting.coats)]
@@ -190,9 +194,30 @@ def page_contents(
         "coats": coats,
         "stops": [{"title": one.title, "viewmat": one.camera.viewmat.ravel().tolist()} for one in stops],
     }
+    if motion is not None:
+        _add_motion(header, motion, painting, collected)
     if any("region" in coat["arrays"] for coat in coats):
         header["regions"] = _names_of_regions(painting, regions)
     return PageContents(header, collected.arrays, tuple(collected.rows), tuple(collected.omitted))
+
+
+def _add_motion(
+    header: dict[str, Any], motion: PageMotion, painting: "Painting", collected: _Collected
+) -> None:
+    header["motion"] = {"times": motion.times.tolist()}
+    origin = np.array(header["origin"])
+    for number, (coat, rows) in enumerate(zip(painting.coats, collected.rows, strict=True)):
+        if coat.plain is not None:
+            collected.omit("Gaussians that are not painted stand still in the page")
+            rows = rows[rows < len(coat.strokes)]
+        found = motion.of_coat(coat.strokes, rows, origin)
+        if found is not None:
+            numbers, columns = found
+            arrays = {
+                name: collected.add(f"coat{number}.{name}", values, values.dtype.type)
+                for name, values in columns.items()
+            }
+            header["coats"][number]["motion"] = {**numbers, "arrays": arrays}
 
 
 def shown_by(coat: "Coat") -> Gaussians:

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from brushgs.cameras.first_view import framing
 from brushgs.errors import SceneError
 from brushgs.options.moment import Moment
@@ -12,8 +14,10 @@ from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.outlets.page.contents import Stop
 from brushgs.outlets.page.html import Preview
+from brushgs.outlets.page.motion import PageMotion
 from brushgs.outlets.page.view import PageView
 from brushgs.outlets.page.write import write_page
+from brushgs.pipeline.clip import Clip, files_of
 from brushgs.pipeline.outputs import check_output, input_files
 from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
 from brushgs.pipeline.report import Report
@@ -26,7 +30,7 @@ MOST_STOPS = 99  # of a page
 
 
 def export_file(
-    scene: SceneFiles,
+    scene: SceneFiles | Clip,
     output: str | Path,
     config: PaintConfig | None = None,
     *,
@@ -39,7 +43,7 @@ def export_file(
     """Paint a scene file to a page, whose first view is the picture of `paint_file`.
 
     Args:
-        scene: the files of a trained 3D Gaussian scene, or of strokes.
+        scene: the files of a trained 3D Gaussian scene, or of strokes; or a moving scene, whose page plays.
         output: .html file to write.
         config: see `PaintConfig`.
         title: of the page, any text; None for the name of the scene.
@@ -57,11 +61,19 @@ def export_file(
         ValueError: if an option does not suit the scene; before long work if possible.
     """
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
-    source = SceneSource.of(scene)
+    files = files_of(scene)
+    assert files is not None, "a clip in memory has no name, and no command paints it"
+    source = SceneSource.of(files)
     inputs = input_files(source, config)
     check_output(output, PAGE_SUFFIXES, inputs=inputs if stops is None else (*inputs, stops))
     led_to = [] if stops is None else read_stops(stops)
-    prepared = prepare(source, config, report, asks=(*PICTURE, "first_view"))
+    of_scene: SceneSource | Clip = source
+    if isinstance(scene, Clip):  # a page knows no path: it paints every moment as a still
+        of_scene, draw = scene, config.draw
+        stills = replace(draw, lock=draw.lock or "anchor", order=draw.order or "depth")
+        config = replace(config, draw=stills)
+    prepared = prepare(of_scene, config, report, asks=(*PICTURE, "first_view"))
+    motion = None if prepared.moving is None else PageMotion.of(prepared.moving)
     write_page(
         prepared.painting,
         prepared.camera,
@@ -73,6 +85,7 @@ def export_file(
         regions=prepared.region_names,
         preview=preview,
         stops=led_to,
+        motion=motion,
         report=report,
     )
     report.output = str(output)

@@ -11,6 +11,7 @@ from brushgs.formats.pictures.oiio import Background
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import Stop, page_contents
 from brushgs.outlets.page.html import Preview, page_html
+from brushgs.outlets.page.motion import PageMotion
 from brushgs.outlets.page.still import icon_of, paint_first_view, still_of
 from brushgs.outlets.page.view import PageView
 from brushgs.outlets.page.weight import Weight, warnings_of
@@ -31,6 +32,7 @@ def write_page(
     regions: Sequence[str] = (),
     preview: Preview | None = None,
     stops: Sequence[Stop] = (),
+    motion: PageMotion | None = None,
     report: Report | None = None,
 ) -> Weight:
     """Write a page; the file appears when it is complete.
@@ -47,6 +49,7 @@ def write_page(
         preview: what the page tells of itself. A picture that it names is written beside the page; one that
             has an address has a picture in any case. Its icon is made here.
         stops: views that the page leads through.
+        motion: of the strokes; None if nothing moves.
         report: gets the stages "first view" and "page", and notes where a device would suffer.
 
     Raises:
@@ -54,7 +57,8 @@ def write_page(
     """
     report = report or Report()
     with report.stage("picture") as stage:
-        frame, weight = paint_first_view(painting, camera)
+        first = painting if motion is None else motion.first(painting)
+        frame, weight = paint_first_view(first, camera)
         still = still_of(frame, background)
         stage.did = (
             f"first view: {weight.fragments / 1e6:.1f} million fragments, {weight.overdraw:.1f} on a "
@@ -77,6 +81,7 @@ def write_page(
             background=None if background is None else np.asarray(background),
             regions=regions,
             stops=stops,
+            motion=motion,
         )
         told = preview or Preview()
         picture = told.picture or (Path(output).with_suffix(".jpg").name if told.address else "")

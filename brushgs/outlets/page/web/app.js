@@ -61,6 +61,7 @@ class App {
     });
     this.panel = new Panel(this);
     this.stops = new Stops(this);
+    this.player = new Player(this, isCalm);
     this._addHeadset();
     this._describe();
     this._listen();
@@ -82,6 +83,7 @@ class App {
     this._fit();
     this.panel.replace(contents);
     this.stops.replace(contents);
+    this.player.replace();
     this._describe();
     this.invalidate();
   }
@@ -203,7 +205,7 @@ class App {
     if (!["Shift", " "].includes(key)) this.controls.stopAutomatic();
     if (key === "f" || key === "F") this.panel.toggleFull();
     else if (key === "h" || key === "H" || key === "?") this.panel.toggleHelp();
-    else if (!this.stops.press(key) && !this.controls.press(key, event.shiftKey)) return;
+    else if (!this.player.press(key) && !this.stops.press(key) && !this.controls.press(key, event.shiftKey)) return;
     event.preventDefault();
   }
 
@@ -212,7 +214,8 @@ class App {
     if (!this.painter || this.isPaused) return;
     const seconds = this._drawnAt === null ? 1 / 60 : (now - this._drawnAt) / 1000;
     if (this._drawnAt !== null) this._pace.tell(seconds);
-    const isMoving = this.controls.advance(seconds);
+    const isPlaying = this.player.advance(Math.min(seconds, 0.25));
+    const isMoving = this.controls.advance(seconds) || isPlaying;
     const isFirst = this.firstPictureMs === null;
     const isResting = !isFirst && !isMoving;
     const share = isFirst ? FIRST_SHARE : isMoving ? this._pace.share : 1;

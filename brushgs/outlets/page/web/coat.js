@@ -2,6 +2,7 @@
 
 const TEXTURE_WIDTH = 2048;
 const BOX_NUMBERS = 12; // of boxes.vert, a stroke
+const SH_C0 = 0.28209479177387814; // of the term of degree 0
 const { FITTED_REACH, IMAGE_SIGMAS } = SHARED;
 // By unit.
 const TEXTURES = ["uStrokes", "uSh", "uTable", "uAtlas", "uNoise", "uBelow", "uBelowDetail", "uMembers", "uTints"];
@@ -25,9 +26,32 @@ class CoatPainter {
     this._sorted = { count: -1, order: "", eye: new Float64Array(3), axis: new Float64Array(3) };
     this._brushes = { replaced: undefined, rows: new Float32Array(4 * Math.max(1, header.numSigmas.length)) };
     const column = (name) => (header.arrays[name] === undefined ? null : arrays[header.arrays[name]]);
+    this._setColumns(column);
     this._setStrokes(column);
     this._setSh(column("sh"));
-    this._setOrder(column("means"), column("scales"));
+    this._setOrder(this.columns.now.means, column("scales"));
+    this.upload();
+  }
+
+  /** Upload `columns.now`, which others may have changed. */
+  upload() {
+    const { gl, count, _texels: texels, columns: { now } } = this;
+    const stride = 4 * this._stride;
+    for (let i = 0; i < count; i++) {
+      const at = stride * i;
+      for (let k = 0; k < 3; k++) {
+        texels[at + k] = now.means[3 * i + k];
+        texels[at + 8 + k] = now.scales[3 * i + k];
+      }
+      for (let k = 0; k < 4; k++) texels[at + 4 + k] = now.quats[4 * i + k];
+      texels[at + 3] = now.opacities[i];
+      if (now.normals) texels.set(now.normals.subarray(3 * i, 3 * i + 3), at + stride - 4);
+    }
+    const rows = texels.length / (4 * TEXTURE_WIDTH);
+    gl.bindTexture(gl.TEXTURE_2D, this._strokes);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, TEXTURE_WIDTH, rows, gl.RGBA, gl.FLOAT, texels);
+    if (this.header.motion) this._uploadColors();
+    this._sorted.count = -1;
   }
 
   /** Whether every stroke is drawn a second time behind itself. */
@@ -123,14 +147,41 @@ class CoatPainter {
     gl.deleteVertexArray(this._vertices);
   }
 
+  /** What moves, as it was made (`base`) and as it is (`now`): the same arrays where nothing moves. */
+  _setColumns(column) {
+    const halves = (name) => column(name) && floatsOfHalves(column(name));
+    const base = {
+      means: column("means"), quats: column("quats"), scales: column("scales"), opacities: halves("opacities"),
+      normals: halves("normals"), colors: null,
+    };
+    this.columns = { base, now: base };
+    if (!this.header.motion) return;
+    this._terms = (this.header.shDegree + 1) ** 2;
+    this._shNow = floatsOfHalves(column("sh"));
+    base.colors = new Float32Array(3 * this.count); // added to the colours of the strokes
+    this._dc = base.colors.map((_, at) => this._shNow[3 * this._terms * Math.floor(at / 3) + (at % 3)]);
+    const copies = Object.entries(base).map(([name, values]) => [name, values && values.slice()]);
+    this.columns.now = Object.fromEntries(copies);
+  }
+
+  _uploadColors() {
+    const { gl, count, _shNow: sh, _terms: terms, _dc: dc, columns: { now } } = this;
+    for (let i = 0; i < count; i++) {
+      for (let k = 0; k < 3; k++) sh[3 * terms * i + k] = dc[3 * i + k] + now.colors[3 * i + k] / SH_C0;
+    }
+    const texels = count * terms, rows = Math.max(1, Math.ceil(texels / TEXTURE_WIDTH));
+    this._shTexels ??= new Float32Array(3 * TEXTURE_WIDTH * rows);
+    this._shTexels.set(sh);
+    gl.bindTexture(gl.TEXTURE_2D, this._sh);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, TEXTURE_WIDTH, rows, gl.RGB, gl.FLOAT, this._shTexels);
+  }
+
   /** RGBA32F: see project.glsl; then (thickness, gain, chance, 0) and (normal, 0) where the coat has them. */
   _setStrokes(column) {
     const { gl, count, header } = this;
-    const [means, quats, scales] = ["means", "quats", "scales"].map(column);
     const [brushes, starts] = ["brush", "streakStart"].map(column);
-    const [opacities, relief, chance, normals] = ["opacities", "relief", "chance", "normals"].map(
-      (name) => column(name) && floatsOfHalves(column(name)),
-    );
+    const [relief, chance] = ["relief", "chance"].map((name) => column(name) && floatsOfHalves(column(name)));
+    const { normals } = this.columns.base;
     this._hasNormals = normals !== null;
     this._stride = 3 + (relief || chance ? 1 : 0) + (normals ? 1 : 0);
     const stride = 4 * this._stride;
@@ -138,17 +189,11 @@ class CoatPainter {
     const texels = new Float32Array(4 * TEXTURE_WIDTH * rows);
     for (let i = 0; i < count; i++) {
       const at = stride * i;
-      for (let k = 0; k < 3; k++) {
-        texels[at + k] = means[3 * i + k];
-        texels[at + 8 + k] = scales[3 * i + k];
-      }
-      for (let k = 0; k < 4; k++) texels[at + 4 + k] = quats[4 * i + k];
-      texels[at + 3] = opacities[i];
       texels[at + 11] = (brushes ? brushes[i] : 0) + 256 * (starts ? starts[i] : 0);
       if (relief) texels.set(relief.subarray(2 * i, 2 * i + 2), at + 12);
       if (chance) texels[at + 14] = chance[i];
-      if (normals) texels.set(normals.subarray(3 * i, 3 * i + 3), at + stride - 4);
     }
+    this._texels = texels;
     this._strokes = newTexture(gl, gl.NEAREST);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, TEXTURE_WIDTH, rows, 0, gl.RGBA, gl.FLOAT, texels);
     this._numBrushes = Math.max(1, header.numSigmas.length);

@@ -5,7 +5,8 @@ const MAGIC = "brushgs\u0001";
 const WIDTHS = {
   means: 3, quats: 4, scales: 3, opacities: 1, brush: 1, region: 1, streakStart: 1, relief: 2, chance: 1, normals: 3,
 };
-const ARRAYS = { float32: Float32Array, float16: Uint16Array, uint8: Uint8Array };
+const POSE_NUMBERS = 12; // see rendering/motion.py
+const ARRAYS = { float32: Float32Array, float16: Uint16Array, uint16: Uint16Array, uint8: Uint8Array };
 const TRUNCATED = "This page is incomplete: the painting in it was cut short. Get the whole file again.";
 
 /**
@@ -35,7 +36,7 @@ async function decodeContents(bytes) {
 }
 
 /** Refuse a header whose counts are not those of its arrays, or whose arrays are not all there. */
-function checkCounts({ arrays, brushes, coats, surface }, numBytes) {
+function checkCounts({ arrays, brushes, coats, surface, motion }, numBytes) {
   const refuse = (what) => {
     throw new Error(`The painting in this page does not agree with itself: ${what}. Export it again.`);
   };
@@ -56,6 +57,12 @@ function checkCounts({ arrays, brushes, coats, surface }, numBytes) {
     for (const [name, array] of Object.entries(coat.arrays)) {
       const width = name === "sh" ? 3 * (coat.shDegree + 1) ** 2 : WIDTHS[name];
       check(array, coat.count * width, `the coat ${coat.name}`);
+    }
+    if (coat.motion) {
+      const { movers, pivots, poses } = coat.motion.arrays;
+      const count = Object.hasOwn(arrays, movers) ? sizeOf(arrays[movers].shape) : 0;
+      check(pivots, 3 * count, `the motion of the coat ${coat.name}`);
+      check(poses, POSE_NUMBERS * count * motion.times.length, `the motion of the coat ${coat.name}`);
     }
     const lacking = coat.brushes.find((row) => brushes[row] === undefined);
     if (lacking !== undefined) refuse(`the coat ${coat.name} needs brush ${lacking} of ${brushes.length}`);

@@ -11,6 +11,7 @@ function linkText(app) {
   if (look.share !== 1) words.push(`share=${Math.round(100 * look.share)}`);
   if (look.brush !== null) words.push(`brush=${look.brush + 1}`);
   const ground = app.panel.groundChoice;
+  if (app.player.duration > 0) words.push(`t=${Number(app.player.seconds.toFixed(2))}`);
   if (ground !== "own") words.push(`ground=${ground.replace("#", "")}`);
   return words.join("&");
 }
@@ -26,6 +27,11 @@ function openLink(app, text) {
   const ground = words.get("ground") ?? "";
   if (GROUND_NAMES.includes(ground)) panel.chooseGround(ground);
   else if (/^[0-9a-f]{6}$/i.test(ground)) panel.chooseGround(`#${ground.toLowerCase()}`);
+  const seconds = words.has("t") ? Number(words.get("t")) : NaN;
+  if (seconds >= 0 && app.player.duration > 0) {
+    app.player.setPlaying(false);
+    app.player.seek(seconds);
+  }
   const state = controls.orbit.stateOf((words.get("view") ?? "").split(",").map(Number));
   if (state) controls.jump(state);
   return state !== null;

@@ -27,6 +27,8 @@ class Painter {
     this._noise = newNoise(gl);
     this._coats = header.coats.map((coat) => new CoatPainter(gl, coat, arrays, this._atlas, this._noise));
     this._canvas = new Canvas(gl, header, arrays);
+    this._motion = new Motion(contents);
+    this.move(this._seconds ?? 0);
     this._bareCanvas = this._highlighter = null; // made when they are needed
     this._drawing = {}; // options of a coat
   }
@@ -71,6 +73,17 @@ class Painter {
     });
     canvas.finish();
     highlighter?.finish({ width, height, x, y, target });
+  }
+
+  /** Seconds that the painting moves; 0 where nothing does. */
+  get duration() {
+    return this._motion.duration;
+  }
+
+  /** Bring the strokes to a time, in seconds from the start. */
+  move(seconds) {
+    this._seconds = seconds;
+    this._motion.show(this._coats, seconds);
   }
 
   /** Sentences on what this browser cannot show of the painting. */

@@ -1,0 +1,137 @@
+"""Pages of moving scenes: strokes are where `render` has them, at any moment, and the page plays."""
+
+import base64
+
+import numpy as np
+import pytest
+
+from brushgs.cli import main
+from brushgs.options.painting import PaintConfig
+from brushgs.outlets.page.container import write_container
+from brushgs.outlets.page.contents import page_contents
+from brushgs.outlets.page.export import view_of
+from brushgs.outlets.page.motion import PageMotion
+from brushgs.pipeline.prepare import PICTURE, prepare
+from brushgs.pipeline.report import Report
+from tests.clips import clip_of, save_clip
+from tests.outlets.page.page_file import settle, violations, wait_until, write_page
+from tests.outlets.page.read import read_page
+
+CALM = {"reduced_motion": "reduce"}
+CONFIG = PaintConfig.of(
+    {"cluster": {"strokes": 90}, "view": {"size": (160, 120)}, "draw": {"lock": "anchor", "order": "depth"}}
+)
+
+
+@pytest.fixture(scope="module")
+def moving(tmp_path_factory):
+    """A painting of a clip, and the contents of its page."""
+    clip = clip_of(save_clip(tmp_path_factory.mktemp("clip") / "frames"))
+    ready = prepare(clip, CONFIG, Report(), asks=(*PICTURE, "first_view"))
+    contents = page_contents(
+        ready.painting,
+        ready.camera,
+        view=view_of(ready, CONFIG),
+        title="a body",
+        command=("frames", ()),
+        background=(1, 1, 1),
+        motion=PageMotion.of(ready.moving),
+    )
+    return ready, contents
+
+
+def test_strokes_are_where_render_has_them(studio, moving):
+    ready, contents = moving
+    text = base64.b64encode(write_container(contents)).decode()
+    studio.page.evaluate("text => studio.load(text)", text)
+    film, rows = ready.moving.film, contents.rows[0]
+    moved, worst = 0.0, 0.0
+    first = None
+    for frame, time in enumerate(np.arange(len(film.times)) / film.fps):
+        studio.page.evaluate("t => studio.painter.move(t)", float(time))
+        found = studio.boxes(ready.camera)
+        coat = ready.painting.coats[0].posed(ready.moving.pose(frame))
+        expected, _ = coat.boxes(ready.camera)
+        row_of = np.full(rows.max() + 1, -1)
+        row_of[rows] = np.arange(len(rows))
+        found = found[row_of[expected.ids]]
+        worst = max(worst, float(np.abs(found[:, :2] - expected.centers).max()))
+        np.testing.assert_allclose(found[:, 2:4], expected.half_extents, rtol=0.02, atol=0.05)
+        np.testing.assert_allclose(found[:, 8:11], expected.colors, rtol=0, atol=0.01)
+        np.testing.assert_allclose(found[:, 6], expected.opacities, rtol=0, atol=0.01)
+        first = expected if first is None else first
+        both = np.intersect1d(first.ids, expected.ids, return_indices=True)[1:]
+        moved = max(moved, float(np.abs(first.centers[both[0]] - expected.centers[both[1]]).max()))
+    assert moved > 20  # pixels
+    assert worst < 1
+
+
+def test_only_coats_that_move_have_keys(moving):
+    ready, contents = moving
+    coat = contents.header["coats"][0]
+    movers = contents.arrays[coat["motion"]["arrays"]["movers"]]
+    assert 0 < len(movers) < coat["count"]  # the wall rests
+    assert len(contents.header["motion"]["times"]) == 3  # of five frames
+    still = page_contents(
+        ready.painting, ready.camera, view=view_of(ready, CONFIG), title="a", command=("a", ())
+    )
+    assert "motion" not in still.header
+
+
+@pytest.fixture(scope="module")
+def page(open_shared_page, tmp_path_factory, moving):
+    tab = open_shared_page(write_page(tmp_path_factory.mktemp("page") / "a.html", moving[1]), **CALM)
+    tab.evaluate("brushgs.ready")
+    return tab
+
+
+def shot(page):
+    settle(page)
+    return page.locator("#painting").screenshot()
+
+
+def test_it_is_scrubbed_and_stepped_and_its_link_keeps_the_moment(page):
+    assert page.evaluate("brushgs.player.isPlaying") is False  # where motion is reduced
+    start = shot(page)
+    page.locator("#moment").evaluate("e => { e.value = e.max; e.dispatchEvent(new Event('input')); }")
+    duration = page.evaluate("brushgs.player.duration")
+    assert page.evaluate("brushgs.player.seconds") == pytest.approx(duration)
+    assert shot(page) != start
+    page.keyboard.press(",")
+    assert page.evaluate("brushgs.player.seconds") == pytest.approx(duration - 1 / 24)
+    page.locator("#link").press("Enter")
+    assert f"&t={duration - 1 / 24:.2f}"[:6] in page.locator("#linkText").input_value()
+    page.keyboard.press("Escape")
+    page.evaluate("location.hash = '#t=0.05'")
+    wait_until(page, "Math.abs(brushgs.player.seconds - 0.05) < 1e-9")
+    assert violations(page) == []
+
+
+def test_it_plays_and_begins_again(page):
+    page.evaluate("brushgs.player.seek(0)")
+    page.locator("#play").click()
+    wait_until(page, "brushgs.player.seconds > 0.02")
+    page.evaluate("brushgs.player.seek(brushgs.player.duration - 0.01)")
+    wait_until(page, "brushgs.player.seconds < 0.12")
+    page.keyboard.press("k")
+    assert page.evaluate("brushgs.player.isPlaying") is False
+    settle(page)
+
+
+@pytest.mark.parametrize("size", [(390, 844), (844, 390), (1280, 720)])
+def test_its_bar_leaves_the_picture_free(page, size):
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    page.mouse.move(5, 5)
+    box = page.locator("#bar").bounding_box()
+    assert box["height"] <= 0.15 * size[1] + 1
+    page.set_viewport_size({"width": 320, "height": 240})
+
+
+def test_the_command_exports_a_page_that_plays_and_one_moment_that_does_not(tmp_path, capsys):
+    folder = save_clip(tmp_path / "frames")
+    words = ["--strokes", "60", "--size", "96x72", "--quiet"]
+    main(["export", str(folder), *words, "-o", str(tmp_path / "a.html")])
+    main(["export", str(folder), *words, "--time", "0", "-o", str(tmp_path / "b.html")])
+    headers = [read_page(tmp_path / name)[0] for name in ("a.html", "b.html")]
+    assert headers[0]["motion"]["times"][-1] > 0.1
+    assert "motion" not in headers[1]
