@@ -61,7 +61,8 @@ class Laid:
     @property
     def for_exact(self):
         return SimpleNamespace(
-            texture=None, options=None, strokes=None, blend=self.blend, dry=self.dry, tolerance=self.tolerance
+            **dict.fromkeys(("texture", "options", "strokes", "effect")),
+            **{name: getattr(self, name) for name in ("blend", "dry", "tolerance")},
         )
 
 
