@@ -32,7 +32,7 @@ from brushgs.outlets.studio.studio import Studio
 
 MAX_UPLOAD = 16 << 20  # bytes of a dropped picture
 MAX_JSON = 1 << 18  # 500 cameras take 200 kB
-MAX_CONNECTIONS = 48  # a browser keeps six; more wait for none
+MAX_CONNECTIONS = 48  # of those who have the token, and of those who have not shown it: a browser keeps six
 REQUEST_SECONDS = 30.0  # for one request: uploads come from this machine
 STATE_SECONDS = 20.0  # longest wait of a request for the next state
 READ_BYTES = 1 << 16
@@ -94,6 +94,7 @@ class StudioServer(ThreadingHTTPServer):
         self.token = secrets.token_urlsafe(32)
         self.tls = None if config.certificate is None else _tls(config)
         self._deadlines: dict[socket.socket, tuple[float, socket.socket]] = {}
+        self._known: set[socket.socket] = set()  # connections that have shown the token
         self._lock = threading.Lock()
         try:
             super().__init__((config.host, config.port), StudioHandler)
@@ -132,20 +133,31 @@ class StudioServer(ThreadingHTTPServer):
         return name in (machine, f"{machine}.local") or _is_address(name.strip("[]"))
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Answer a connection in a thread of its own, if there are not too many."""
+        """Answer a connection in a thread of its own; of too many without the token the oldest is closed."""
         with self._lock:
-            is_full = len(self._deadlines) >= MAX_CONNECTIONS
-            if not is_full:
-                self._deadlines[request] = time.monotonic() + REQUEST_SECONDS, request
-        if is_full:
-            self.shutdown_request(request)
-            return
+            unknown = [one for one in self._deadlines if one not in self._known]
+            oldest = self._deadlines[unknown[0]][1] if len(unknown) >= MAX_CONNECTIONS else None
+            if oldest is not None:
+                del self._deadlines[unknown[0]]
+            self._deadlines[request] = time.monotonic() + REQUEST_SECONDS, request
+        if oldest is not None:
+            with suppress(OSError):
+                socket.socket.shutdown(oldest, socket.SHUT_RD)
         super().process_request(request, client_address)
+
+    def know(self, request: socket.socket) -> bool:
+        """Count a connection that has shown the token; False if there are too many of these."""
+        with self._lock:
+            if request not in self._known and len(self._known) >= MAX_CONNECTIONS:
+                return False
+            self._known.add(request)
+        return True
 
     def shutdown_request(self, request: Any) -> None:
         """Close a connection."""
         with self._lock:
             self._deadlines.pop(request, None)
+            self._known.discard(request)
         super().shutdown_request(request)
 
     def begin(self, request: socket.socket, current: socket.socket, seconds: float) -> None:
@@ -260,6 +272,9 @@ class StudioHandler(BaseHTTPRequestHandler):
         if not self._has_token(query.get("token") if url.path == "/" else None):
             sentence = "open the address that `brushgs view` printed, with its token"
             raise RefusedError(HTTPStatus.FORBIDDEN, sentence)
+        if not self.server.know(self.plain_request):
+            sentence = "too many connections are open: close other tabs of this page, and load it again"
+            raise RefusedError(HTTPStatus.SERVICE_UNAVAILABLE, sentence)
         methods = {method for method, path in ROUTES if path == url.path}
         if not methods:
             raise RefusedError(HTTPStatus.NOT_FOUND, "there is nothing of that name")

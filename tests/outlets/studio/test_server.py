@@ -289,23 +289,34 @@ def test_slow_requests_are_closed_and_others_are_served(session, tmp_path, monke
         assert is_alive(server)
 
 
-def test_too_many_connections_are_closed_and_come_back(session, tmp_path, monkeypatch):
+def test_those_without_the_token_do_not_keep_out_those_who_have_it(session, tmp_path, monkeypatch):
     monkeypatch.setattr(server_module, "MAX_CONNECTIONS", 3)
     with serving(session, tmp_path) as server:
         address = "127.0.0.1", server.port
         held = [socket.create_connection(address, timeout=SECONDS) for _ in range(3)]
-        with socket.create_connection(address, timeout=SECONDS) as one:
-            assert one.recv(1) == b""
+        for _ in range(4):
+            assert is_alive(server)
+        assert held[0].recv(1) == b""  # the oldest had to go
         for connection in held:
             connection.close()
+
+
+def test_too_many_with_the_token_are_told_so_and_come_back(session, tmp_path, monkeypatch):
+    monkeypatch.setattr(server_module, "MAX_CONNECTIONS", 3)
+    with serving(session, tmp_path) as server:
+        open_ones = [http.client.HTTPConnection("127.0.0.1", server.port, timeout=SECONDS) for _ in range(3)]
+        for connection in open_ones:
+            connection.request("GET", "/choices", headers=own_headers(server, "GET"))
+            assert connection.getresponse().read()
+        status, _, content = ask(server, "GET", "/state")
+        assert status == 503
+        assert json.loads(content)["error"].startswith("too many connections are open: close other tabs")
+        for connection in open_ones:
+            connection.close()
         until = time.monotonic() + SECONDS
-        while True:
-            try:
-                assert is_alive(server)
-                return
-            except (ConnectionError, http.client.HTTPException):
-                assert time.monotonic() < until
-                time.sleep(0.01)
+        while not is_alive(server):
+            assert time.monotonic() < until
+            time.sleep(0.01)
 
 
 def wait_for_output(server, key):
