@@ -91,11 +91,15 @@ class Ink(DrawingMedium, frozen=True):
 
 
 class Watercolour(DrawingMedium, frozen=True):
-    """Watercolour: glazes that multiply."""
+    """Watercolour: one wet layer of washes, a few touches of the brush on it, and pencil at the focus."""
 
     kind = "watercolour"
-    white: Annotated[float, share("tone from which paper is left white; 1 for nowhere", flag=None)] = 1.0
-    details: Annotated[float, share("opacity of smaller glazes in the dark; 0 for none", flag=None)] = 0.0
+    paper: Annotated[float, share("share of the painted area that stays white paper", flag=None)] = 0.05
+    wet: Annotated[float, share("how far washes run into each other", flag=None)] = 1.0
+    flow: Annotated[float, share("unevenness of the pigment in a wash, with its backruns", flag=None)] = 1.0
+    rims: Annotated[float, share("gathering of pigment at the rims of a wash", flag=None)] = 1.0
+    grain: Annotated[float, share("settling of pigment in the valleys of the paper", flag=None)] = 1.0
+    touches: Annotated[int, in_files("largest number of brush marks on the wet layer", ge=0, le=5000)] = 500
 
 
 MEDIA: Mapping[str, type[Medium]] = {one.kind: one for one in (Paint, Charcoal, Ink, Watercolour)}

@@ -33,6 +33,7 @@
 #include "brushgs/stroke_levels.hpp"
 #include "brushgs/trace.hpp"
 #include "brushgs/track.hpp"
+#include "brushgs/wet.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -738,6 +739,139 @@ void def_light(nb::module_& m) {
 }
 
 template <class T>
+void space_noise(In<T, 2> depth, In<double, 2> rays, In<double, 1> focus, double reach, double finest, int octaves,
+                 std::uint32_t seed, int num_threads, Out<T, 3> noise) {
+    brushgs::SpaceNoiseParams<T> params{};
+    params.depth = depth.data();
+    params.noise = noise.data();
+    params.width = static_cast<int>(depth.shape(1));
+    params.height = static_cast<int>(depth.shape(0));
+    params.reach = reach;
+    params.finest = finest;
+    params.octaves = octaves;
+    params.seed = seed;
+    params.num_threads = num_threads;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        params.across[axis] = rays(0, axis);
+        params.down[axis] = rays(1, axis);
+        params.corner[axis] = rays(2, axis);
+        params.origin[axis] = rays(3, axis);
+        params.focus[axis] = focus(axis);
+    }
+    const nb::gil_scoped_release without_gil;
+    brushgs::space_noise(params);
+}
+
+template <class T>
+void smooth_planes(Out<T, 3> planes, std::optional<In<T, 3>> guide, std::optional<In<T, 2>> hold, double sigma,
+                   int rounds, int num_threads) {
+    const brushgs::SmoothParams<T> params{.planes = planes.data(),
+                                          .guide = data_or_null(guide),
+                                          .hold = data_or_null(hold),
+                                          .width = static_cast<int>(planes.shape(1)),
+                                          .height = static_cast<int>(planes.shape(0)),
+                                          .channels = static_cast<int>(planes.shape(2)),
+                                          .sigma = sigma,
+                                          .rounds = rounds,
+                                          .num_threads = num_threads};
+    if (params.channels != 1 && params.channels != 3)
+        throw nb::value_error("smooth_planes: planes must have 1 or 3 channels");
+    const nb::gil_scoped_release without_gil;
+    brushgs::smooth_planes(params);
+}
+
+template <class T>
+void key_colors(In<T, 3> rgb, In<T, 2> alpha, double low, double high, double darkest, double gamma, double chroma,
+                double solid, int num_threads, Out<T, 3> keyed) {
+    const brushgs::KeyParams<T> params{.rgb = rgb.data(),
+                                       .alpha = alpha.data(),
+                                       .keyed = keyed.data(),
+                                       .num_pixels = alpha.size(),
+                                       .low = static_cast<T>(low),
+                                       .high = static_cast<T>(high),
+                                       .darkest = static_cast<T>(darkest),
+                                       .gamma = static_cast<T>(gamma),
+                                       .chroma = static_cast<T>(chroma),
+                                       .solid = static_cast<T>(solid),
+                                       .num_threads = num_threads};
+    const nb::gil_scoped_release without_gil;
+    brushgs::key_colors(params);
+}
+
+template <class T>
+brushgs::WashNumbers<T> wash_numbers(const In<double, 1>& values) {
+    brushgs::WashNumbers<T> numbers;
+    static_assert(sizeof numbers % sizeof(T) == 0);
+    if (values.size() != sizeof numbers / sizeof(T)) throw nb::value_error("numbers must be those of Washes");
+    T* const to = reinterpret_cast<T*>(&numbers);
+    for (std::size_t i = 0; i < values.size(); ++i) to[i] = static_cast<T>(values(i));
+    return numbers;
+}
+
+template <class T>
+void part_washes(In<T, 3> coarse, In<T, 3> middle, In<T, 3> fine, In<T, 3> noise, In<double, 1> numbers,
+                 int num_threads, Out<T, 3> densities, Out<T, 3> means, Out<T, 2> tones) {
+    const brushgs::WashParams<T> params{.coarse = coarse.data(),
+                                        .middle = middle.data(),
+                                        .fine = fine.data(),
+                                        .noise = noise.data(),
+                                        .densities = densities.data(),
+                                        .means = means.data(),
+                                        .tones = tones.data(),
+                                        .num_pixels = tones.size(),
+                                        .num_threads = num_threads};
+    const auto of_washes = wash_numbers<T>(numbers);
+    const nb::gil_scoped_release without_gil;
+    brushgs::part_washes(params, of_washes);
+}
+
+template <class T>
+void mix_washes(In<T, 3> densities, In<T, 3> means, In<T, 3> blurred, In<T, 2> tones, In<T, 3> noise, In<T, 2> alpha,
+                std::optional<In<T, 2>> soft, std::optional<In<T, 2>> grain, std::optional<In<T, 2>> border,
+                std::optional<In<T, 3>> paper, In<double, 1> numbers, int num_threads, Out<T, 3> rgb,
+                Out<T, 2> covered) {
+    const brushgs::MixParams<T> params{.densities = densities.data(),
+                                       .means = means.data(),
+                                       .blurred = blurred.data(),
+                                       .tones = tones.data(),
+                                       .noise = noise.data(),
+                                       .alpha = alpha.data(),
+                                       .soft = data_or_null(soft),
+                                       .grain = data_or_null(grain),
+                                       .border = data_or_null(border),
+                                       .paper = data_or_null(paper),
+                                       .rgb = rgb.data(),
+                                       .covered = covered.data(),
+                                       .num_pixels = alpha.size(),
+                                       .num_threads = num_threads};
+    const auto of_washes = wash_numbers<T>(numbers);
+    const nb::gil_scoped_release without_gil;
+    brushgs::mix_washes(params, of_washes);
+}
+
+template <class T>
+void def_wet(nb::module_& m) {
+    m.def("space_noise", &space_noise<T>, nb::kw_only(), "depth"_a.noconvert(), "rays"_a.noconvert(),
+          "focus"_a.noconvert(), "reach"_a, "finest"_a, "octaves"_a, "seed"_a, "num_threads"_a, "noise"_a.noconvert(),
+          "Write noise [H, W, 3] at the points of space that a depth [H, W] shows, see wet.hpp.");
+    m.def("smooth_planes", &smooth_planes<T>, nb::kw_only(), "planes"_a.noconvert(), "guide"_a.noconvert().none(),
+          "hold"_a.noconvert().none(), "sigma"_a, "rounds"_a, "num_threads"_a,
+          "Smooth planes [H, W, 1 or 3] in place, held back by the steps of a guide [H, W, 3], see wet.hpp.");
+    m.def("key_colors", &key_colors<T>, nb::kw_only(), "rgb"_a.noconvert(), "alpha"_a.noconvert(), "low"_a, "high"_a,
+          "darkest"_a, "gamma"_a, "chroma"_a, "solid"_a, "num_threads"_a, "keyed"_a.noconvert(),
+          "Write the colours [H, W, 3] of a picture as those of a watercolour on white, see wet.hpp.");
+    m.def("part_washes", &part_washes<T>, nb::kw_only(), "coarse"_a.noconvert(), "middle"_a.noconvert(),
+          "fine"_a.noconvert(), "noise"_a.noconvert(), "numbers"_a.noconvert(), "num_threads"_a,
+          "densities"_a.noconvert(), "means"_a.noconvert(), "tones"_a.noconvert(),
+          "Write the densities [H, W, 9] of three washes, their means [H, W, 3] and a tone [H, W], see wet.hpp.");
+    m.def("mix_washes", &mix_washes<T>, nb::kw_only(), "densities"_a.noconvert(), "means"_a.noconvert(),
+          "blurred"_a.noconvert(), "tones"_a.noconvert(), "noise"_a.noconvert(), "alpha"_a.noconvert(),
+          "soft"_a.noconvert().none(), "grain"_a.noconvert().none(), "border"_a.noconvert().none(),
+          "paper"_a.noconvert().none(), "numbers"_a.noconvert(), "num_threads"_a, "rgb"_a.noconvert(),
+          "covered"_a.noconvert(), "Write the covering paint of three washes on a paper, see wet.hpp.");
+}
+
+template <class T>
 double photometric(In<T, 3> painted, In<T, 3> target, In<double, 1> window, double share,
                    std::pair<double, double> stabilizers, int num_threads, Out<T, 3> gradient) {
     if (window.size() != brushgs::kWindowTaps) throw nb::value_error("photometric: window must have 11 weights");
@@ -1057,6 +1191,8 @@ NB_MODULE(_core, m) {
     def_finish<double>(m);
     def_press<float>(m);
     def_press<double>(m);
+    def_wet<float>(m);
+    def_wet<double>(m);
     def_coats<float>(m);
     def_coats<double>(m);
     m.def("new_plane_float32", &new_plane<float>, "shape"_a, "An uninitialised array for a frame.");

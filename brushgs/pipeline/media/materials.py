@@ -1,5 +1,6 @@
 """The materials of every medium: strokes, their brushes, and functions that alter strokes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
@@ -15,6 +16,7 @@ from brushgs.pipeline.styling import Contour
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.arrays import Array
+from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
@@ -49,6 +51,7 @@ class Materials:
         lines: along edges of the scene; None if the medium has none.
         line_texture: their stroke image, or images.
         contour: how the lines of styles look; None without.
+        cameras: of the job, or none.
     """
 
     strokes: Gaussians
@@ -60,6 +63,7 @@ class Materials:
     lines: "Lines | None" = None
     line_texture: "StrokeTexture | BrushSet | None" = None
     contour: Contour | None = None
+    cameras: Sequence[Camera] = ()
 
     @cached_property
     def paper(self) -> Color:

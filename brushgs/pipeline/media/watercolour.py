@@ -1,8 +1,6 @@
-"""Watercolour on white paper: a pale wet wash, glazes that multiply, smaller ones in the dark, thin lines.
+"""Watercolour on white paper: one wet layer of washes, a few touches of the brush on it, pencil at the focus.
 
-Lights are bare paper: nothing is painted white. Colours are lightened first, since overlapping glazes are
-darker than each alone.
-Source: Bousseau et al. 2006 (density of pigment, dark edges).
+Strokes are not washes: as soft paint they say where pigment goes. The paper does the rest, see `WetLayer`.
 """
 
 from dataclasses import replace
@@ -11,41 +9,108 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.options.media import Watercolour
-from brushgs.pipeline.media.materials import BACKDROP, Materials, mixed, numbers_of, scaled
+from brushgs.pipeline.media.materials import BACKDROP, Materials, numbers_of, scaled
+from brushgs.pipeline.media.wetting import Settled
 from brushgs.rendering.coat import Coat
+from brushgs.rendering.wet_layer import ShadowWash, Washes, WetLayer, in_focus
+from brushgs.values.arrays import F64, Rows
 from brushgs.values.colors import rgb_of, rgb_of_oklab
-from brushgs.values.sh import base_colors, in_colors
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import in_colors
 
 if TYPE_CHECKING:
     from brushgs.pipeline.media.staging import Staging
 
-PALEST = 1.15  # tone of a wash of clear water
 SHADOW_LAB = (0.62, 0.006, -0.035)  # OKLab of the wash of a cast shadow: a cool violet
-DETAIL_TONE = 0.30  # below which there are smaller glazes
+TOUCHED = (0.08, 0.80)  # luma of the keyed colours that get touches
+TOUCH_LENGTH = 0.025  # of the view's width: standard deviation along a touch
+LARGEST_TOUCH = 6.0  # times the stroke that it comes from
+CANDIDATES = 12  # strokes looked at for a touch
+APART = 0.03  # of the view's width: least distance of touches
+ROOM_BORDER = 0.08  # of the picture, in which marks thin out where the washes end
+LEAST_FOCUS = 0.45  # of pencil lines
 
 
 def watercolour(materials: Materials) -> list[Coat]:
     """The coats of a watercolour."""
-    media, strokes, tones = numbers_of(Watercolour, materials), materials.strokes, materials.tones
-    pale = np.clip(PALEST - tones, 0, 1) * media.wash
-    soft = in_colors(strokes, mixed(materials.paper, base_colors(strokes.sh), pale))
-    coats = [materials.smudge("wash", scaled(soft, 1.15, 1.15, opacities=1.6 * strokes.opacities))]
-    white = np.clip((tones - media.white) / max(1 - media.white, 1e-6), 0, 1)
-    opacities = media.marks * (1 - 0.9 * white) * materials.solidity
-    glazes = scaled(strokes, 1.12, 1.12, opacities=opacities)
-    coats.append(materials.glaze("glazes", glazes, dry=media.dry))
-    if media.details:
-        dark = np.flatnonzero(tones < DETAIL_TONE)
-        details = scaled(strokes, 0.9, 0.6, opacities=media.details * materials.solidity).take(dark)
-        coats.append(materials.glaze("details", details, dry=media.dry))
-    return coats + materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry)
+    media, strokes = numbers_of(Watercolour, materials), materials.strokes
+    settled = Settled.of(materials, paper=media.paper)
+    layer = WetLayer(settled.key, settled.anchor, settled.is_room, _washes(media))
+    coats = [replace(materials.smudge("wash", strokes), effect=layer)]
+    rows = _touched(materials, settled, media.touches)
+    if len(rows):
+        touches = _touches(strokes.take(rows), settled, media.marks)
+        coats.append(materials.glaze("touches", touches, dry=media.dry))
+    for coat in materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry):
+        focus = in_focus(settled.anchor.distances(coat.strokes.means))
+        near = np.clip((focus - LEAST_FOCUS) / (1 - LEAST_FOCUS), 0, 1)
+        faded = (near * coat.strokes.opacities).astype(coat.strokes.opacities.dtype)
+        kept = np.flatnonzero(near > 0)
+        assert coat.normals is not None, "lines are seen edge-on"
+        drawn = replace(coat.strokes, opacities=faded).take(kept)
+        if len(kept):
+            coats.append(replace(coat, strokes=drawn, normals=coat.normals[kept]))
+    if settled.is_room:
+        coats[1:] = [replace(coat, border=ROOM_BORDER) for coat in coats[1:]]
+    return coats
 
 
 def stage(materials: Materials, staging: "Staging") -> Coat:
     """White paper with one wash of shadow."""
     from brushgs.passes.add.stage_marks import WASH
 
+    media = numbers_of(Watercolour, materials)
     color = np.clip(rgb_of_oklab(np.array([SHADOW_LAB])), 0, 1)[0]
     strokes = staging.finished(in_colors(staging.shadow(WASH), color))
-    coat = materials.glaze(BACKDROP, strokes, dry=numbers_of(Watercolour, materials).dry)
-    return replace(coat, tolerance=None)
+    wash = ShadowWash(Settled.of(materials, paper=media.paper).anchor, _washes(media))
+    return replace(materials.smudge(BACKDROP, strokes), blend="glaze", effect=wash)
+
+
+def _washes(media: Watercolour) -> Washes:
+    """Numbers of the washes by the options."""
+    usual = Washes()
+
+    def by(factor: float, numbers: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(factor * number for number in numbers)
+
+    return replace(
+        usual,
+        shares=by(media.wash, usual.shares),
+        rims=by(media.rims, usual.rims),
+        flows=by(media.flow, usual.flows),
+        dips=(media.flow * usual.dips[0], *usual.dips[1:]),
+        crests=(media.flow * usual.crests[0], *usual.crests[1:]),
+        grain=media.grain * usual.grain,
+    )
+
+
+def _touched(materials: Materials, settled: Settled, count: int) -> Rows:
+    """Rows of the strokes that get touches: scattered evenly, large ones first, none in the lights."""
+    strokes = materials.strokes
+    luma, widths = settled.luma(strokes), settled.widths(strokes.means)
+    scales = np.sort(strokes.scales.astype(np.float64), axis=1)[:, 1:]
+    areas = scales[:, 0] * scales[:, 1] * materials.solidity / widths**2
+    areas = np.where((luma > TOUCHED[0]) & (luma < TOUCHED[1]), areas, 0)
+    order = np.argsort(-areas, kind="stable")
+    order = order[areas[order] > 0][: CANDIDATES * count]
+    points, apart = strokes.means[order].astype(np.float64), APART * widths[order]
+    kept: list[int] = []
+    is_free = np.ones(len(order), bool)
+    for i in range(len(order)):
+        if len(kept) == count:
+            break
+        if is_free[i]:
+            kept.append(i)
+            is_free &= np.linalg.norm(points - points[i], axis=1) > apart[i]
+    return np.sort(order[kept])
+
+
+def _touches(strokes: Gaussians, settled: Settled, opacity: float) -> Gaussians:
+    """Strokes as loose marks of about one length in the picture, keyed, fainter at the focus."""
+    solid = 1 - 0.7 * in_focus(settled.anchor.distances(strokes.means))
+    lengths: F64 = strokes.scales.astype(np.float64).max(axis=1)
+    wanted = TOUCH_LENGTH * settled.widths(strokes.means)
+    factors = np.clip(wanted / np.maximum(lengths, 1e-30), 0.5, LARGEST_TOUCH)
+    larger = replace(strokes, scales=(strokes.scales * factors[:, None]).astype(strokes.scales.dtype))
+    colored = in_colors(larger, settled.colors(strokes))
+    return scaled(colored, 1.0, 0.6, opacities=opacity * solid)

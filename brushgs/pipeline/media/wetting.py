@@ -1,0 +1,123 @@
+"""What a watercolour decides once per job, from small pictures of its strokes in a few views."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.pipeline.lamp import some_small
+from brushgs.pipeline.media.materials import Materials
+from brushgs.rendering.effect import positions_of
+from brushgs.rendering.render import render
+from brushgs.rendering.space_noise import Anchor
+from brushgs.rendering.wet_layer import Key, smooth
+from brushgs.values.arrays import F64, Array
+from brushgs.values.camera import Camera
+from brushgs.values.colors import LUMINANCE
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import base_colors
+
+SIDE, MOST_VIEWS = 480, 3  # longer side of the pictures, pixels, and their number
+FULL = 0.9  # share of a picture that strokes cover in a room
+DARKS = 2.0  # percent of the painted pixels that become the darkest
+LEAST_RANGE = 0.15  # of luma: a scene of one tone is not stretched
+IS_PAINTED = 0.5  # coverage
+ROOM_SOLID = 12.0  # see `Key`: a room has no holes, windows are strokes of little opacity
+REACH = 0.24  # of the picture's diagonal in the depth of the focus
+CENTERED = 0.35  # of the picture: standard deviation of the preference for its middle
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Constants of a job.
+
+    Attributes:
+        key: values.
+        anchor: of the noise and the focus.
+        is_room: whether strokes fill the pictures.
+        camera: the first view; None without.
+    """
+
+    key: Key
+    anchor: Anchor
+    is_room: bool
+    camera: Camera | None
+
+    @classmethod
+    def of(cls, materials: Materials, *, paper: float) -> "Settled":
+        """From the strokes of a painting; `paper` is the share of them that stays white."""
+        strokes = materials.strokes
+        cameras = some_small(materials.cameras, MOST_VIEWS, SIDE) if materials.cameras else []
+        kernel = StrokeTexture.open("gaussian")
+        frames = [render(strokes, camera, kernel) for camera in cameras] if len(strokes) else []
+        lumas = np.concatenate([np.zeros(0), *(_lumas(frame) for frame in frames)])
+        if len(lumas) == 0:
+            return cls(Key(0.0, 1.0), _anchor_of(strokes), False, cameras[0] if cameras else None)
+        is_room = float(np.mean([np.mean(frame.alpha > IS_PAINTED) for frame in frames])) > FULL
+        low, high = np.percentile(lumas, [DARKS, 100 * (1 - paper)])
+        solid = ROOM_SOLID if is_room else Key.solid
+        key = Key(float(low), float(max(high, low + LEAST_RANGE)), solid=solid)
+        return cls(key, _anchor_in(frames[0], cameras[0]), is_room, cameras[0])
+
+    def colors(self, strokes: Gaussians) -> F64:
+        """[N, 3] keyed base colours."""
+        colors = base_colors(strokes.sh)[None]
+        return np.asarray(self.key.colors(colors, np.ones(colors.shape[:2]))[0])
+
+    def luma(self, strokes: Gaussians) -> F64:
+        """[N] of the keyed base colours."""
+        return np.asarray(self.colors(strokes) @ np.array(LUMINANCE))
+
+    def widths(self, points: Array) -> F64:
+        """[N] width of the first view at the depth of points; without a view the scale of the noise."""
+        if self.camera is None:
+            return np.full(len(points), self.anchor.scale)
+        row = self.camera.viewmat[2]
+        depths = points.astype(np.float64) @ row[:3] + row[3]
+        least = max(self.camera.near, 0.1 * self.anchor.scale)
+        return np.asarray(np.maximum(depths, least) * self.camera.width / self.camera.K[0, 0])
+
+
+def _lumas(frame: Frame) -> F64:
+    """Luma of the painted pixels."""
+    return np.asarray(frame.straight_colors()[frame.alpha > IS_PAINTED] @ np.array(LUMINANCE), np.float64)
+
+
+def _anchor_of(strokes: Gaussians) -> Anchor:
+    """Around the middle of strokes, without a view."""
+    if len(strokes) == 0:
+        return Anchor((0.0, 0.0, 0.0), 1.0, (0.0, 0.0, 0.0), 1.0)
+    means = strokes.means.astype(np.float64)
+    center = np.median(means, axis=0)
+    scale = float(np.median(np.linalg.norm(means - center, axis=1))) or 1.0
+    x, y, z = center.tolist()
+    return Anchor((x, y, z), scale, (x, y, z), scale)
+
+
+def _anchor_in(frame: Frame, camera: Camera) -> Anchor:
+    """At the place of most detail near the middle of a picture: its focus."""
+    assert frame.depth is not None, "it has a depth"
+    height, width = frame.alpha.shape
+    diagonal = float(np.hypot(height, width))
+    luma = (frame.rgb + (1 - frame.alpha)[..., None]) @ np.array(LUMINANCE)
+    blurred = smooth(np.ascontiguousarray(luma[..., None], np.float64), 0.003 * diagonal)[..., 0]
+    detail = np.hypot(*np.gradient(blurred)) if min(height, width) > 1 else np.zeros_like(blurred)
+    spread = smooth(np.ascontiguousarray(detail[..., None]), 0.03 * diagonal)[..., 0]
+    y, x = (np.arange(size) + 0.5 for size in (height, width))
+    middle = -((x / width - 0.5)[None] ** 2 + (y / height - 0.5)[:, None] ** 2) / (2 * CENTERED**2)
+    weights = spread**2 * frame.alpha * np.exp(middle)
+    total = float(weights.sum())
+    if total <= 0:
+        weights, total = frame.alpha.astype(np.float64), float(frame.alpha.sum())
+    row, column = float((weights * y[:, None]).sum() / total), float((weights * x).sum() / total)
+    apart = -((x - column)[None] ** 2 + (y - row)[:, None] ** 2) / (2 * (0.04 * diagonal) ** 2)
+    near = frame.alpha * np.exp(apart)
+    shown = near > 0.3 * near.max()
+    depth = float(np.median(frame.depth[shown])) if shown.any() else 1.0
+    i, j = min(int(row), height - 1), min(int(column), width - 1)
+    point = positions_of(np.full((height, width), depth), camera)[i, j].astype(np.float64)
+    a, b, c = point.tolist()
+    scale = float(np.median(frame.depth[frame.alpha > IS_PAINTED]))
+    focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
+    return Anchor((a, b, c), scale, (a, b, c), REACH * depth * diagonal / focal)

@@ -1,0 +1,91 @@
+"""Noise at the points of space that the pixels of a view show: it moves with the surfaces, so nothing swims.
+
+The sizes of its octaves double. Those of some sizes in the picture are seen, with smooth weights: the grain
+of the noise is about the same on near and far surfaces, and in pictures of all sizes.
+Source: Perlin 2002 (Improving noise); Benard et al. 2009 (Dynamic solid textures: octaves by their size in
+the picture).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
+from brushgs.values.arrays import F64, Array
+from brushgs.values.camera import Camera
+
+FINEST = 0.012  # of the diagonal: cells of the finest octave
+OCTAVES = 5
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """Where the noise of a job is fixed, world units.
+
+    Attributes:
+        center: the origin of its cells.
+        scale: size of the cells of one octave, > 0.
+        focus: the middle of what the picture is about.
+        reach: distance from there within which things are in focus, > 0.
+        seed: of the noise.
+    """
+
+    center: tuple[float, float, float]
+    scale: float
+    focus: tuple[float, float, float]
+    reach: float
+    seed: int = 0
+
+    def distances(self, points: Array) -> F64:
+        """[N] distance of points to the focus, in its reach."""
+        apart = points.astype(np.float64) - np.asarray(self.focus)
+        return np.asarray(np.linalg.norm(apart, axis=1) / self.reach)
+
+
+def space_noise(
+    depth: Array, camera: Camera, anchor: Anchor, *, finest: float = FINEST, octaves: int = OCTAVES
+) -> Array:
+    """[H, W, 3] two noises of mean 0 and deviation 1, and the distance to the focus; 0 where nothing is.
+
+    The first noise has all octaves, the second the slow ones. Distances are relative to the reach.
+
+    Args:
+        depth: [H, W] camera z, 0 where nothing is painted.
+        camera: the view.
+        anchor: where the noise is fixed.
+        finest: cells of the finest octave, in diagonals of the picture.
+        octaves: of the first noise, >= 2.
+    """
+    depth = np.ascontiguousarray(depth)
+    noise = np.empty((*depth.shape, 3), depth.dtype)
+    rays, focus, size = rays_of(camera, anchor, finest)
+    _core.space_noise(
+        depth=depth,
+        rays=rays,
+        focus=focus,
+        reach=anchor.reach / anchor.scale,
+        finest=size,
+        octaves=octaves,
+        seed=anchor.seed,
+        num_threads=num_threads_or_default(None),
+        noise=noise,
+    )
+    return noise
+
+
+def rays_of(camera: Camera, anchor: Anchor, finest: float) -> tuple[F64, F64, float]:
+    """Points in cells of an anchor, as they follow from pixels and depth.
+
+    Returns:
+        [4, 3] what a pixel to the right, a pixel down and the upper left corner add to a point of depth 1,
+        and the centre of the camera; [3] the focus; and the size of the finest octave at depth 1.
+    """
+    to_world, inverse = np.linalg.inv(camera.viewmat), np.linalg.inv(camera.K)
+    rays = (to_world[:3, :3] @ inverse).T / anchor.scale
+    center = np.asarray(anchor.center, np.float64)
+    origin = (to_world[:3, 3] - center) / anchor.scale
+    focus = (np.asarray(anchor.focus, np.float64) - center) / anchor.scale
+    focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
+    size = finest * float(np.hypot(camera.width, camera.height)) / (focal * anchor.scale)
+    return np.ascontiguousarray(np.concatenate([rays, origin[None]])), focus, size

@@ -1,0 +1,287 @@
+"""Watercolour: the picture of strokes -> washes of pigment on wet paper.
+
+Strokes only say where pigment goes. Density (-ln of the transmitted light) adds up: each of three washes of
+growing detail holds a share of what the picture wants. A wash is smoothed within edges, which hold less where
+the paper is wet; its pigment gathers at rims, flows with noise anchored in space, and settles in the valleys
+of the paper. Lights are the bare paper.
+Source: Bousseau et al. 2006 (density of pigment); Gastal and Oliveira 2011 (smoothing within edges).
+"""
+
+from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
+from brushgs.rendering.space_noise import Anchor, space_noise
+from brushgs.values.arrays import F64, Array, smoothstep
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+
+if TYPE_CHECKING:
+    from brushgs.rendering.surface import Surface
+
+ROUNDS = 3  # of smoothing
+RIM = 0.005  # of the diagonal: width over which pigment gathers at the rim of a wash
+LOSS = 0.012  # of the diagonal: width over which a lost outline fades
+# The wash of a shadow: coverage by its strokes at its edge, how far that wanders with the noise and over what
+# range it fades; and its least density.
+SHADOW_EDGE, SHADOW_WANDER, SHADOW_SOFTNESS, SHADOW_LEAST = 0.30, 0.06, 0.10, 0.5
+
+
+@dataclass(frozen=True)
+class Key:
+    """Values of a watercolour: which luma becomes the darkest and which the paper.
+
+    Attributes:
+        low: luma that becomes `darkest`.
+        high: luma that becomes white.
+        darkest: luma.
+        gamma: exponent of the tones between.
+        chroma: factor on the differences of densities between the channels.
+        solid: inverse of the coverage by strokes from which colours are in full.
+    """
+
+    low: float
+    high: float
+    darkest: float = 0.10
+    gamma: float = 0.85
+    chroma: float = 1.3
+    solid: float = 2.0
+
+    def colors(self, rgb: Array, alpha: Array) -> Array:
+        """[H, W, 3] keyed colours on white of a premultiplied picture."""
+        rgb, keyed = np.ascontiguousarray(rgb), np.empty_like(rgb)
+        numbers = {one.name: getattr(self, one.name) for one in fields(self)}
+        threads = num_threads_or_default(None)
+        _core.key_colors(
+            rgb=rgb, alpha=np.ascontiguousarray(alpha), **numbers, num_threads=threads, keyed=keyed
+        )
+        return keyed
+
+
+@dataclass(frozen=True)
+class Wash:
+    """How the picture is smoothed for a wash.
+
+    Attributes:
+        width: standard deviation of the smoothing on flat paint, in diagonals of the picture.
+        edge: step of colour, summed over the channels, that holds it back.
+        wet: how much less edges hold on wet paper.
+        loose: how much less they hold away from the focus.
+    """
+
+    width: float
+    edge: float
+    wet: float
+    loose: float
+
+
+WASHES = (Wash(0.030, 0.50, 1.2, 1.0), Wash(0.012, 0.22, 0.9, 1.6), Wash(0.004, 0.13, 0.45, 1.5))
+
+
+@dataclass(frozen=True)
+class Washes:
+    """Numbers of the washes in the order of `WashNumbers` of the core; see `wet_reference` for formulas."""
+
+    shares: tuple[float, ...] = (0.62, 0.90, 1.10)
+    steps: tuple[float, ...] = (0.34, 0.30)
+    hardness: tuple[float, ...] = (4.0, 3.0)
+    masses: tuple[float, ...] = (0.75, 0.45)
+    wander: float = 0.22
+    at_focus: float = 0.6
+    rims: tuple[float, ...] = (2.0, 2.6, 1.8)
+    flows: tuple[float, ...] = (0.17, 0.14)
+    dips: tuple[float, ...] = (0.20, 0.55, 0.22)
+    crests: tuple[float, ...] = (0.30, 0.25, 0.07)
+    grain: float = 0.15
+    light: tuple[float, ...] = (0.13, 0.07)
+    light_noise: tuple[float, ...] = (0.012, 0.02)
+    lost: tuple[float, ...] = (0.58, 0.30, 0.35)
+    most: float = 3.4
+
+    def numbers(self) -> F64:
+        """All of them in order."""
+        return np.concatenate([np.atleast_1d(getattr(self, one.name)) for one in fields(self)]).astype(
+            np.float64
+        )
+
+
+@dataclass(frozen=True)
+class WetLayer:
+    """The effect of a wet layer, see `Effect`; all its numbers are those of a job.
+
+    Attributes:
+        key: values.
+        anchor: of the noise and the focus.
+        is_room: whether the picture is full: it then ends in a ragged border and no outline is lost.
+        washes: numbers.
+        smoothing: for the three washes.
+    """
+
+    key: Key
+    anchor: Anchor
+    is_room: bool = False
+    washes: Washes = field(default=Washes())
+    smoothing: tuple[Wash, Wash, Wash] = WASHES
+
+    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
+        """The wet layer as covering paint: its paper hides what lies below the strokes."""
+        dtype, alpha = painted.rgb.dtype, np.ascontiguousarray(painted.alpha)
+        assert painted.depth is not None, "effects have a depth"
+        height, width = alpha.shape
+        diagonal = float(np.hypot(height, width))
+        noise = space_noise(painted.depth, camera, self.anchor)
+        focus = np.where(alpha > 0, in_focus(noise[..., 2]), 0).astype(dtype)
+        noise[..., 2] = focus
+        colors = self.key.colors(painted.rgb, alpha)
+        wetness = np.clip(0.5 * noise[..., 1] + 0.45, 0, 1) * (1 - 0.85 * focus)
+        smoothed = [self._smoothed(colors, one, diagonal, wetness, focus) for one in self.smoothing]
+        densities, means, tones = _parted(smoothed, noise, self.washes)
+        blurred = smooth(means.copy(), RIM * diagonal)
+        soft = None if self.is_room else smooth(alpha[..., None].copy(), LOSS * diagonal)[..., 0]
+        border = None if not self.is_room else ragged_border(height, width, dtype.name)
+        grain = None if surface is None else np.ascontiguousarray(surface.grain, dtype)
+        paper = None if surface is None else np.ascontiguousarray(surface.rgb, dtype)
+        sheet = grain, border, paper
+        rgb, covered = _mixed((densities, means, tones), blurred, noise, (alpha, soft), sheet, self.washes)
+        return replace(painted, rgb=rgb, alpha=covered)
+
+    def _smoothed(self, colors: Array, wash: Wash, diagonal: float, wetness: Array, focus: Array) -> Array:
+        """The colours of one wash."""
+        sigma = wash.width * diagonal
+        loose = (1 + wash.loose * (1 - focus)) * (wash.edge / sigma)
+        hold = (1 - 0.92 * np.minimum(wash.wet * wetness, 1)) / loose
+        return smooth(colors.copy(), sigma, guide=colors, hold=hold.astype(colors.dtype))
+
+
+@dataclass(frozen=True)
+class ShadowWash:
+    """The effect of one wash, in the colour of its strokes, over all that they cover; for glazes.
+
+    Attributes:
+        anchor: of the noise.
+        washes: numbers; of the first wash.
+    """
+
+    anchor: Anchor
+    washes: Washes = field(default=Washes())
+
+    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
+        """The tint of the wash."""
+        rgb, alpha = np.ascontiguousarray(painted.rgb), painted.alpha
+        assert painted.depth is not None, "effects have a depth"
+        dtype, (height, width) = rgb.dtype, alpha.shape
+        noise = space_noise(painted.depth, camera, self.anchor)
+        noise[..., 2] = 0
+        inside = smoothstep((alpha - SHADOW_EDGE + SHADOW_WANDER * noise[..., 0]) / SHADOW_SOFTNESS)
+        thick = inside * (SHADOW_LEAST + (1 - SHADOW_LEAST) * alpha)
+        colors = np.divide(rgb, alpha[..., None], out=np.ones_like(rgb), where=alpha[..., None] > 0)
+        densities = np.zeros((height, width, 9), dtype)
+        densities[..., :3] = -np.log(np.clip(colors, 0.02, 1)) * thick[..., None]
+        means = np.ascontiguousarray(densities.reshape(height, width, 3, 3).mean(axis=-1))
+        blurred = smooth(means.copy(), RIM * float(np.hypot(height, width)))
+        tones = np.ones((height, width), dtype)
+        nothing = np.zeros_like(tones)
+        grain = None if surface is None else np.ascontiguousarray(surface.grain, dtype)
+        parted = densities, means, tones
+        darker, covered = _mixed(parted, blurred, noise, (nothing, None), (grain, None, None), self.washes)
+        return replace(painted, rgb=darker + (1 - covered)[..., None], alpha=covered)
+
+
+def in_focus(distances: Array) -> Array:
+    """Focus, 0 to 1, by the distance from its middle, in its reach."""
+    return np.asarray(np.clip(0.15 + 0.95 * np.exp(-(distances**2)), 0, 1))
+
+
+def smooth(
+    planes: Array,
+    sigma: float,
+    *,
+    guide: Array | None = None,
+    hold: Array | None = None,
+    rounds: int = ROUNDS,
+) -> Array:
+    """Smooth planes [H, W, 1 or 3] in place, within the edges of a guide; returns them.
+
+    Args:
+        planes: contiguous.
+        sigma: standard deviation, pixels.
+        guide: [H, W, 3] whose steps hold the smoothing back; None: nothing does.
+        hold: [H, W] with a guide: distance in pixels that a step of 1 adds, summed over the channels.
+        rounds: passes over the rows and columns.
+    """
+    threads = num_threads_or_default(None)
+    _core.smooth_planes(
+        planes=planes, guide=guide, hold=hold, sigma=sigma, rounds=rounds, num_threads=threads
+    )
+    return planes
+
+
+def _parted(smoothed: list[Array], noise: Array, washes: Washes) -> tuple[Array, Array, Array]:
+    """Densities [H, W, 9] of the washes, their means [H, W, 3], and the tone [H, W] of the second."""
+    coarse, middle, fine = smoothed
+    height, width, _ = coarse.shape
+    densities, means = np.empty((height, width, 9), coarse.dtype), np.empty_like(coarse)
+    tones = np.empty((height, width), coarse.dtype)
+    _core.part_washes(
+        coarse=coarse,
+        middle=middle,
+        fine=fine,
+        noise=noise,
+        numbers=washes.numbers(),
+        num_threads=num_threads_or_default(None),
+        densities=densities,
+        means=means,
+        tones=tones,
+    )
+    return densities, means, tones
+
+
+def _mixed(
+    parted: tuple[Array, Array, Array],
+    blurred: Array,
+    noise: Array,
+    alphas: tuple[Array, Array | None],
+    sheet: tuple[Array | None, Array | None, Array | None],
+    washes: Washes,
+) -> tuple[Array, Array]:
+    """Colours [H, W, 3] and alpha [H, W] of covering paint; arguments as of `wet_reference.mix_washes`."""
+    densities, means, tones = parted
+    alpha, soft = alphas
+    grain, border, paper = sheet
+    rgb, covered = np.empty_like(means), np.empty_like(alpha)
+    _core.mix_washes(
+        densities=densities,
+        means=means,
+        blurred=blurred,
+        tones=tones,
+        noise=noise,
+        alpha=alpha,
+        soft=soft,
+        grain=grain,
+        border=border,
+        paper=paper,
+        numbers=washes.numbers(),
+        num_threads=num_threads_or_default(None),
+        rgb=rgb,
+        covered=covered,
+    )
+    return rgb, covered
+
+
+@lru_cache(maxsize=2)
+def ragged_border(height: int, width: int, dtype: str) -> Array:
+    """[H, W] share of the washes of a full picture, 0 at its ragged border; read-only."""
+    diagonal = float(np.hypot(height, width))
+    flat: Any = np.array([[diagonal, 0, width / 2], [0, diagonal, height / 2], [0, 0, 1]])
+    camera = Camera(np.eye(4), flat, width=width, height=height)
+    sheet = Anchor((0.0, 0.0, 0.0), 1.0, (0.0, 0.0, 0.0), 1.0)
+    noise = space_noise(np.ones((height, width), dtype), camera, sheet)[..., 0]
+    rows, columns = (np.minimum(at := np.arange(size) + 0.5, size - at) for size in (height, width))
+    inside = np.minimum(rows[:, None], columns) / diagonal
+    border = smoothstep((inside - 0.025 - 0.007 * noise) / 0.004).astype(dtype)
+    border.flags.writeable = False
+    return border

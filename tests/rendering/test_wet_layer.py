@@ -1,0 +1,190 @@
+"""The wet layer of watercolour, and noise anchored in space."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.core.threads import at_most
+from brushgs.rendering import wet_reference as reference
+from brushgs.rendering.effect import positions_of
+from brushgs.rendering.space_noise import FINEST, OCTAVES, Anchor, space_noise
+from brushgs.rendering.surface import paper
+from brushgs.rendering.wet_layer import ROUNDS, Key, Washes, WetLayer, _mixed, _parted, ragged_border, smooth
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from tests.kit.for_each import for_each
+
+SIZES = [(1, 1), (1, 9), (7, 1), (37, 53), (70, 131)]  # the last in several strips and runs
+ANCHOR = Anchor((0.3, -0.2, 4.0), 4.0, (0.1, 0.2, 3.5), 1.5, seed=3)
+KEY = Key(0.1, 0.8)
+TOLERANCES = {np.float64: {"rtol": 1e-9, "atol": 1e-9}, np.float32: {"rtol": 0, "atol": 1e-4}}
+
+
+def camera_of(height: int, width: int, *, scale: float = 1.0, angle: float = 0.0) -> Camera:
+    """Looks at a point 4 in front of the origin, from a direction."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    view = np.eye(4)
+    view[:3, :3] = [[cos, 0, -sin], [0, 1, 0], [sin, 0, cos]]
+    view[:3, 3] = [0, 0, 4 * scale] - view[:3, :3] @ [0, 0, 4 * scale]
+    focal = 1.2 * max(height, width)
+    return Camera(view, np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]]), width, height)
+
+
+def random(*shape: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng([seed, *shape]).random(shape)
+
+
+def depths(height: int, width: int) -> np.ndarray:
+    """Depths with holes and jumps."""
+    depth = 1.5 + 6 * random(height, width, seed=1) ** 3
+    return np.where(random(height, width, seed=2) < 0.2, 0.0, depth)
+
+
+def painted(height: int, width: int, dtype=np.float32) -> Frame:
+    """A disc of two colours before nothing."""
+    y, x = np.mgrid[:height, :width] / max(height, width) * 2 - 1
+    alpha = np.clip((0.8 - np.hypot(x + 0.1, y + 0.3)) * 8, 0, 1)
+    colors = (
+        np.where((x < -0.1)[..., None], [0.5, 0.2, 0.1], [0.15, 0.25, 0.5])
+        * (0.6 + 0.4 * np.sin(7 * y))[..., None]
+    )
+    depth = np.where(alpha > 0, 4 - 0.5 * x, 0)
+    return Frame((colors * alpha[..., None]).astype(dtype), alpha.astype(dtype), depth.astype(dtype))
+
+
+@for_each("dtype", [np.float64, np.float32])
+@for_each("size", SIZES)
+def test_kernels_agree_with_the_definitions(size, dtype):
+    depth, guide = depths(*size).astype(dtype), random(*size, 3).astype(dtype)
+    camera, hold, near = camera_of(*size), (9 * random(*size, seed=4)).astype(dtype), TOLERANCES[dtype]
+
+    noise = space_noise(depth, camera, ANCHOR)
+    wanted = reference.space_noise(depth, camera, ANCHOR, finest=FINEST, octaves=OCTAVES)
+    assert noise.dtype == dtype
+    np.testing.assert_allclose(noise, wanted, rtol=near["rtol"], atol=max(near["atol"], 1e-7))
+
+    for planes, edges in ((random(*size, 1), (None, None)), (random(*size, 3), (guide, hold))):
+        got = smooth(planes.astype(dtype), 5.0, guide=edges[0], hold=edges[1])
+        np.testing.assert_allclose(got, reference.smooth(planes, 5.0, *edges, ROUNDS), **near)
+
+    alpha = np.where(depth > 0, random(*size, seed=5), 0).astype(dtype)
+    rgb = guide * alpha[..., None]
+    np.testing.assert_allclose(KEY.colors(rgb, alpha), reference.key_colors(rgb, alpha, KEY), **near)
+
+    smoothed, washes = [random(*size, 3, seed=k).astype(dtype) for k in (6, 7, 8)], Washes()
+    noise[..., 2] = np.minimum(noise[..., 2], 1)
+    parted, wanted_parts = _parted(smoothed, noise, washes), reference.part_washes(smoothed, noise, washes)
+    for one, other in zip(parted, wanted_parts, strict=True):
+        np.testing.assert_allclose(one, other, **near)
+
+    blurred = parted[1] * dtype(0.7)
+    for soft, sheet in ((None, (None, None, None)), (alpha**2, (depth / 8, alpha, guide))):
+        got = _mixed(parted, blurred, noise, (alpha, soft), sheet, washes)
+        for one, other in zip(
+            got, reference.mix_washes(parted, blurred, noise, (alpha, soft), sheet, washes), strict=True
+        ):
+            np.testing.assert_allclose(one, other, **near)
+
+
+def test_noise_has_mean_0_and_deviation_1_and_stays_with_the_surfaces():
+    """A wall seen from two sides shows the same noise at the same points."""
+    size = 240, 320
+    here, there = camera_of(*size), camera_of(*size, angle=0.3)
+    rays = positions_of(np.ones(size), there) - there.position
+    depth = (4 - there.position[2]) / rays[..., 2]  # of the plane z = 4
+    of_here = space_noise(np.full(size, 4.0), here, ANCHOR)
+    of_there = space_noise(depth, there, ANCHOR)
+    for kind in (0, 1):
+        assert abs(of_here[..., kind].mean()) < 0.35
+        assert 0.6 < of_here[..., kind].std() < 1.4
+    points = positions_of(depth, there)
+    columns = ((points[..., 0] / 4) * here.K[0, 0] + here.K[0, 2]).astype(int)
+    rows = ((points[..., 1] / 4) * here.K[1, 1] + here.K[1, 2]).astype(int)
+    shown = (columns >= 0) & (columns < size[1]) & (rows >= 0) & (rows < size[0])
+    for kind, least in ((0, 0.95), (1, 0.97)):
+        pair = of_here[rows[shown], columns[shown], kind], of_there[shown, kind]
+        assert np.corrcoef(*pair)[0, 1] > least
+    still = space_noise(np.full(size, 4.0), there, ANCHOR)[shown, 0]  # not on the wall
+    assert np.corrcoef(still, of_here[rows[shown], columns[shown], 0])[0, 1] < 0.9
+
+
+@for_each("scale", [1e-12, 1.0, 1e12])
+def test_the_unit_of_a_scene_changes_nothing(scale):
+    size = 60, 80
+    frame, camera = painted(*size), camera_of(*size, scale=scale)
+    camera = replace(camera, near=0.01 * scale)
+    x, y, z = (scale * np.array(ANCHOR.center)).tolist()
+    a, b, c = (scale * np.array(ANCHOR.focus)).tolist()
+    anchor = Anchor((x, y, z), scale * ANCHOR.scale, (a, b, c), scale * ANCHOR.reach, seed=3)
+    scaled = replace(frame, depth=(frame.depth * scale).astype(np.float32))
+    expected = WetLayer(KEY, ANCHOR)(frame, camera_of(*size), None)
+    actual = WetLayer(KEY, anchor)(scaled, camera, None)
+    np.testing.assert_allclose(actual.rgb, expected.rgb, atol=2e-3)
+
+
+def test_threads_and_pickles_give_the_same_bits():
+    size = 150, 210
+    camera, sheet = camera_of(*size), paper((0.98, 0.98, 0.95), height=size[0], width=size[1])
+    for is_room in (False, True):
+        layer = WetLayer(KEY, ANCHOR, is_room)
+        frames = []
+        for num_threads in (1, 3):
+            with at_most(num_threads):
+                frames.append(pickle.loads(pickle.dumps(layer))(painted(*size), camera, sheet))
+        assert np.array_equal(frames[0].rgb, frames[1].rgb)
+        assert np.array_equal(frames[0].alpha, frames[1].alpha)
+
+
+@for_each("size", SIZES)
+def test_nothing_stays_nothing_and_inputs_do_not_change(size):
+    empty = Frame(np.zeros((*size, 3), np.float32), np.zeros(size, np.float32), np.zeros(size, np.float32))
+    for is_room in (False, True):
+        layer = WetLayer(KEY, ANCHOR, is_room)
+        laid = layer(empty, camera_of(*size), None)
+        assert not laid.alpha.any()
+        assert not laid.rgb.any()
+        frame = painted(*size)
+        before = [plane.copy() for plane in (frame.rgb, frame.alpha, frame.depth)]
+        laid = layer(frame, camera_of(*size), None)
+        for plane, copy in zip((frame.rgb, frame.alpha, frame.depth), before, strict=True):
+            assert np.array_equal(plane, copy)
+        assert np.isfinite(laid.rgb).all()
+        assert (laid.rgb >= 0).all()
+        assert (laid.rgb <= laid.alpha[..., None] + 1e-6).all()
+
+
+def test_a_picture_twice_as_large_looks_alike():
+    frames = []
+    for factor in (1, 2):
+        size = 120 * factor, 160 * factor
+        rgb = WetLayer(KEY, ANCHOR)(painted(*size), camera_of(*size), None).over("white")
+        frames.append(rgb.reshape(120, factor, 160, factor, 3).mean(axis=(1, 3)))
+    assert np.abs(frames[0] - frames[1]).mean() < 0.01
+
+
+def test_flat_paint_has_no_straight_step_of_density():
+    """Away from its outline a surface of one colour varies only with the smooth noise."""
+    size = 120, 160
+    alpha, depth = np.ones(size, np.float32), np.full(size, 4, np.float32)
+    rgb = np.full((*size, 3), (0.4, 0.5, 0.7), np.float32)
+    laid = WetLayer(KEY, ANCHOR)(Frame(rgb, alpha, depth), camera_of(*size), None)
+    tone = laid.rgb.mean(axis=-1)
+    assert tone.std() > 0.005
+    for axis in (0, 1):
+        steps = np.abs(np.diff(tone, axis=axis))
+        assert steps.max() < 0.1
+        along = steps.sum(axis=1 - axis)
+        assert along.max() < 4 * along.mean()  # not along a row or column
+
+
+def test_a_room_ends_in_a_ragged_border_of_paper():
+    border = ragged_border(180, 240, "float32")
+    assert not border[[0, -1]].any()
+    assert not border[:, [0, -1]].any()
+    assert border[60:120, 60:180].min() == 1
+    first = np.argmax(border[:, 40:200] > 0.5, axis=0)
+    assert first.std() > 1  # ragged
+    with pytest.raises(ValueError, match="read-only"):
+        border[0] = 1
