@@ -17,7 +17,9 @@ constexpr double kLuma[3] = {0.2126, 0.7152, 0.0722};
 constexpr double kLeastColor = 0.02;            // pigments are never blacker
 constexpr double kLargestCell = 1e9;            // lattice indices beyond are clamped
 constexpr std::uint32_t kGolden = 0x9E3779B1u;  // a prime close to 2^32 / golden ratio
-constexpr double kGain = 1 / 0.6;               // amplitude of an octave over that of the next finer one
+constexpr std::uint32_t kPrimes[3] = {0x8DA6B343u, 0xD8163841u, 0xCB1AB31Fu};
+constexpr double kRounder = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to a whole number
+constexpr double kGain = 1 / 0.6;                // amplitude of an octave over that of the next finer one
 
 template <class T>
 [[gnu::always_inline]] inline T within(T x, T least, T most) {
@@ -65,40 +67,43 @@ template <class T>
     return f * f * f * (f * (f * 6 - 15) + 10);
 }
 
-// Noise of one octave at a place in its cells.
+// Where the pixels of a run lie in the cells of an octave.
 template <class T>
-[[gnu::always_inline]] inline T octave(const double (&p)[3], std::uint32_t stream) {
-    T f[3], s[3];
-    std::uint32_t at[3], next[3];
-    constexpr std::uint32_t primes[3] = {0x8DA6B343u, 0xD8163841u, 0xCB1AB31Fu};
-    for (int a = 0; a < 3; ++a) {
-        const double place = within(p[a], -kLargestCell, kLargestCell);
-        std::int32_t cell = static_cast<std::int32_t>(place);
-        cell -= place < cell ? 1 : 0;
-        f[a] = static_cast<T>(place - cell);
-        s[a] = fade(f[a]);
-        at[a] = static_cast<std::uint32_t>(cell) * primes[a];
-        next[a] = at[a] + primes[a];
+struct Cells {
+    std::uint32_t at[3][kRun];  // hashes of the cells along each axis
+    T parts[3][kRun];           // place in the cell, 0 to 1
+};
+
+// Adds noise of one octave, by weights.
+template <class T>
+[[gnu::always_inline]] inline void add_octave(const Cells<T>& cells, const std::uint32_t (&streams)[kRun],
+                                              std::uint32_t flip, const T (&weights)[kRun], T (&sums)[kRun]) {
+    for (int i = 0; i < kRun; ++i) {
+        const T x = cells.parts[0][i], y = cells.parts[1][i], z = cells.parts[2][i];
+        const T to_x = fade(x), to_y = fade(y), to_z = fade(z);
+        const std::uint32_t near_x = cells.at[0][i], far_x = near_x + kPrimes[0];
+        const std::uint32_t near_y = cells.at[1][i], far_y = near_y + kPrimes[1];
+        const std::uint32_t near_z = cells.at[2][i] ^ streams[i] ^ flip;
+        const std::uint32_t far_z = (cells.at[2][i] + kPrimes[2]) ^ streams[i] ^ flip;
+        const T a = slope<T>(mixed(near_x ^ near_y ^ near_z), x, y, z);
+        const T b = slope<T>(mixed(far_x ^ near_y ^ near_z), x - 1, y, z);
+        const T c = slope<T>(mixed(near_x ^ far_y ^ near_z), x, y - 1, z);
+        const T d = slope<T>(mixed(far_x ^ far_y ^ near_z), x - 1, y - 1, z);
+        const T e = slope<T>(mixed(near_x ^ near_y ^ far_z), x, y, z - 1);
+        const T f = slope<T>(mixed(far_x ^ near_y ^ far_z), x - 1, y, z - 1);
+        const T g = slope<T>(mixed(near_x ^ far_y ^ far_z), x, y - 1, z - 1);
+        const T h = slope<T>(mixed(far_x ^ far_y ^ far_z), x - 1, y - 1, z - 1);
+        const T ab = a + to_x * (b - a), cd = c + to_x * (d - c);
+        const T ef = e + to_x * (f - e), gh = g + to_x * (h - g);
+        const T near_plane = ab + to_y * (cd - ab), far_plane = ef + to_y * (gh - ef);
+        const T noise = near_plane + to_z * (far_plane - near_plane);
+        sums[i] += weights[i] * (noise * static_cast<T>(1 / kDeviation));
     }
-    T planes[2];
-    for (int k = 0; k < 2; ++k) {
-        const std::uint32_t of_z = (k ? next[2] : at[2]) ^ stream;
-        const T z = f[2] - static_cast<T>(k);
-        T lines[2];
-        for (int j = 0; j < 2; ++j) {
-            const std::uint32_t of_y = (j ? next[1] : at[1]) ^ of_z;
-            const T y = f[1] - static_cast<T>(j);
-            const T a = slope<T>(mixed(at[0] ^ of_y), f[0], y, z);
-            const T b = slope<T>(mixed(next[0] ^ of_y), f[0] - 1, y, z);
-            lines[j] = a + s[0] * (b - a);
-        }
-        planes[k] = lines[0] + s[1] * (lines[1] - lines[0]);
-    }
-    return (planes[0] + s[2] * (planes[1] - planes[0])) * static_cast<T>(1 / kDeviation);
 }
 
-[[gnu::always_inline]] inline double power_of_two(std::int32_t exponent) {
-    const std::uint64_t bits = static_cast<std::uint64_t>(static_cast<std::int64_t>(exponent) + 1023) << 52;
+// 2^-n for whole numbers n.
+[[gnu::always_inline]] inline double inverse_power(std::int32_t n) {
+    const std::uint64_t bits = static_cast<std::uint64_t>(1023 - static_cast<std::int64_t>(n)) << 52;
     double power;
     __builtin_memcpy(&power, &bits, sizeof power);
     return power;
@@ -120,12 +125,11 @@ void noise_row(const SpaceNoiseParams<T>& params, int y) {
             for (int i = 0; i < 3 * count; ++i) noise[i] = 0;
             continue;
         }
-        double points[3][kRun];
-        std::int32_t whole[kRun];
-        T parts[kRun], flow[kRun], slow[kRun], squares[kRun], of_slow[kRun];
-        for (int i = 0; i < count; ++i) {
-            const double z = static_cast<double>(depth[i]);
-            const double x = first + i + 0.5;
+        alignas(64) T depths[kRun], levels[kRun], distances[kRun];
+        alignas(64) double points[3][kRun], scales[kRun];
+        for (int i = 0; i < kRun; ++i) depths[i] = i < count && depth[i] > 0 ? depth[i] : T(1);
+        for (int i = 0; i < kRun; ++i) {
+            const double z = static_cast<double>(depths[i]), x = first + i + 0.5;
             double square = 0;
             for (int a = 0; a < 3; ++a) {
                 points[a][i] =
@@ -133,44 +137,62 @@ void noise_row(const SpaceNoiseParams<T>& params, int y) {
                 const double apart = points[a][i] - params.focus[a];
                 square += apart * apart;
             }
-            noise[3 * i + 2] = static_cast<T>(std::sqrt(square) / params.reach);
-            const double size = params.finest * (z > 0 ? z : 1);
-            const T level = log2_of<T>(static_cast<T>(within(size, 1e-30, 1e30)));
-            std::int32_t n = static_cast<std::int32_t>(level);
-            n -= level < static_cast<T>(n) ? 1 : 0;
-            whole[i] = n;
-            parts[i] = level - static_cast<T>(n);
-            flow[i] = slow[i] = squares[i] = of_slow[i] = 0;
+            distances[i] = static_cast<T>(std::sqrt(square) / params.reach);
+            levels[i] = static_cast<T>(within(params.finest * z, 1e-30, 1e30));
         }
+        alignas(64) std::int32_t whole[kRun];
+        alignas(64) T parts[kRun], flow[kRun], slow[kRun], of_flow[kRun], of_slow[kRun], weights[kRun];
+        for (int i = 0; i < kRun; ++i) {
+            const T level = log2_of<T>(levels[i]);
+            const std::int32_t n = static_cast<std::int32_t>(level);
+            whole[i] = n - (level < static_cast<T>(n) ? 1 : 0);
+            parts[i] = level - static_cast<T>(whole[i]);
+            flow[i] = slow[i] = of_flow[i] = of_slow[i] = 0;
+        }
+        for (int i = 0; i < kRun; ++i) scales[i] = inverse_power(whole[i]);
         T amplitude = 1;
         for (int k = 0; k <= octaves + 1; ++k) {
-            const bool in_flow = k <= octaves, in_slow = k >= octaves - 1;
-            for (int i = 0; i < count; ++i) {
-                const double scale = power_of_two(-whole[i] - k);
-                const double p[3] = {points[0][i] * scale, points[1][i] * scale, points[2][i] * scale};
-                const std::uint32_t stream = mixed(params.seed + kGolden * static_cast<std::uint32_t>(whole[i] + k));
-                const T t = parts[i];
-                if (in_flow) {
-                    const T share = k == 0 ? 1 - t : (k == octaves ? t : T(1));
-                    const T weight = amplitude * share;
-                    flow[i] += weight * octave<T>(p, stream);
-                    squares[i] += weight * weight;
+            alignas(64) Cells<T> cells;
+            alignas(64) std::uint32_t streams[kRun];
+            const double smaller = inverse_power(k);
+            for (int a = 0; a < 3; ++a)
+                for (int i = 0; i < kRun; ++i) {
+                    const double place = within(points[a][i] * (scales[i] * smaller), -kLargestCell, kLargestCell);
+                    const double near = (place + kRounder) - kRounder;
+                    const double cell = near > place ? near - 1 : near;
+                    cells.parts[a][i] = static_cast<T>(place - cell);
+                    cells.at[a][i] = static_cast<std::uint32_t>(static_cast<std::int32_t>(cell)) * kPrimes[a];
                 }
-                if (in_slow) {
-                    const T middle = t < T(0.5) ? T(0.5) - t : t - T(0.5);
-                    const T weight =
-                        k == octaves - 1 ? (1 - t) / T(1.5) : (k == octaves ? 1 - middle / T(1.5) : t / T(1.5));
-                    slow[i] += weight * octave<T>(p, ~stream);
-                    of_slow[i] += weight * weight;
+            for (int i = 0; i < kRun; ++i)
+                streams[i] = mixed(params.seed + kGolden * static_cast<std::uint32_t>(whole[i] + k));
+            if (k <= octaves) {
+                for (int i = 0; i < kRun; ++i) {
+                    const T share = k == 0 ? 1 - parts[i] : (k == octaves ? parts[i] : T(1));
+                    weights[i] = amplitude * share;
+                    of_flow[i] += weights[i] * weights[i];
                 }
+                add_octave(cells, streams, 0, weights, flow);
+            }
+            if (k >= octaves - 1) {
+                for (int i = 0; i < kRun; ++i) {
+                    const T apart = parts[i] < T(0.5) ? T(0.5) - parts[i] : parts[i] - T(0.5);
+                    const T share = k == octaves - 1 ? 1 - parts[i] : (k == octaves ? T(1.5) - apart : parts[i]);
+                    weights[i] = share * T(1 / 1.5);
+                    of_slow[i] += weights[i] * weights[i];
+                }
+                add_octave(cells, streams, ~0u, weights, slow);
             }
             amplitude *= static_cast<T>(kGain);
         }
+        for (int i = 0; i < kRun; ++i) {
+            flow[i] /= std::sqrt(of_flow[i]);
+            slow[i] /= std::sqrt(of_slow[i]);
+        }
         for (int i = 0; i < count; ++i) {
             const bool is_there = depth[i] > 0;
-            noise[3 * i] = is_there ? flow[i] / std::sqrt(squares[i]) : T(0);
-            noise[3 * i + 1] = is_there ? slow[i] / std::sqrt(of_slow[i]) : T(0);
-            noise[3 * i + 2] = is_there ? noise[3 * i + 2] : T(0);
+            noise[3 * i] = is_there ? flow[i] : T(0);
+            noise[3 * i + 1] = is_there ? slow[i] : T(0);
+            noise[3 * i + 2] = is_there ? distances[i] : T(0);
         }
     }
 }
@@ -293,111 +315,201 @@ void smooth_columns(const SmoothParams<T>& params, double sigma, int first, int 
         smooth_columns_of<T, 1>(params, sigma, first, end, memory);
 }
 
+namespace {
+
+// Numbers of the pixels of a run, by channel, from a picture with C of them; those after the last are those of the
+// last.
+template <class T, int C>
+[[gnu::always_inline]] inline void load(const T* from, int count, T (&to)[C][kRun]) {
+    for (int i = 0; i < count; ++i)
+        for (int c = 0; c < C; ++c) to[c][i] = from[C * i + c];
+    for (int c = 0; c < C; ++c)
+        for (int i = count; i < kRun; ++i) to[c][i] = to[c][count - 1];
+}
+
+template <class T, int C>
+[[gnu::always_inline]] inline void store(const T (&from)[C][kRun], int count, T* to) {
+    for (int i = 0; i < count; ++i)
+        for (int c = 0; c < C; ++c) to[C * i + c] = from[c][i];
+}
+
+template <class T>
+void key_run(const KeyParams<T>& params, std::size_t first, int count) {
+    const T least = static_cast<T>(kLeastColor), over_range = 1 / (params.high - params.low);
+    const T low = params.low, darkest = params.darkest, gamma = params.gamma, chroma = params.chroma;
+    const T solid = params.solid;
+    alignas(64) T rgb[3][kRun], alphas[1][kRun], wanted[kRun], factors[kRun], sums[kRun];
+    load(params.rgb + 3 * first, count, rgb);
+    load(params.alpha + first, count, alphas);
+    for (int i = 0; i < kRun; ++i) sums[i] = 0;
+    for (int c = 0; c < 3; ++c)
+        for (int i = 0; i < kRun; ++i) {
+            const T alpha = alphas[0][i];
+            const T straight = alpha > 0 ? rgb[c][i] / alpha : T(1);
+            const T color = within<T>(straight, least, 1);
+            sums[i] += static_cast<T>(kLuma[c]) * color;
+            rgb[c][i] = -log_of(color);
+        }
+    for (int i = 0; i < kRun; ++i) {
+        const T level = within<T>((sums[i] - low) * over_range, T(1e-4), 1);
+        const T light = darkest + (1 - darkest) * exp2_of<T>(gamma * log2_of(level));
+        const T own = -log_of(sums[i]);
+        wanted[i] = -log_of(light);
+        factors[i] = wanted[i] / (own > T(1e-3) ? own : T(1e-3));
+        sums[i] = (rgb[0][i] + rgb[1][i] + rgb[2][i]) * (factors[i] / 3);
+    }
+    alignas(64) T found[kRun];
+    for (int i = 0; i < kRun; ++i) found[i] = 0;
+    for (int c = 0; c < 3; ++c)
+        for (int i = 0; i < kRun; ++i) {
+            const T strong = sums[i] + chroma * (rgb[c][i] * factors[i] - sums[i]);
+            rgb[c][i] = strong > 0 ? strong : 0;
+            found[i] += static_cast<T>(kLuma[c]) * exp_of(-rgb[c][i]);
+        }
+    for (int i = 0; i < kRun; ++i) {
+        const T is = -log_of(found[i]), again = wanted[i] / (is > T(1e-3) ? is : T(1e-3));
+        factors[i] = again < 2 ? again : 2;
+    }
+    for (int c = 0; c < 3; ++c)
+        for (int i = 0; i < kRun; ++i)
+            rgb[c][i] = 1 - smoothstep<T>(solid * alphas[0][i]) * (1 - exp_of(-rgb[c][i] * factors[i]));
+    store(rgb, count, params.keyed + 3 * first);
+}
+
+template <class T>
+void part_run(const WashParams<T>& params, const WashNumbers<T>& n, std::size_t first, int count) {
+    const T* const pictures[3] = {params.coarse + 3 * first, params.middle + 3 * first, params.fine + 3 * first};
+    const T least = static_cast<T>(kLeastColor);
+    alignas(64) T noise[3][kRun], colors[3][kRun], tones[kRun], factors[kRun];
+    alignas(64) T laid[9][kRun], means[3][kRun], done[3][kRun];
+    load(params.noise + 3 * first, count, noise);
+    for (int c = 0; c < 3; ++c)
+        for (int i = 0; i < kRun; ++i) done[c][i] = 0;
+    for (int wash = 0; wash < 3; ++wash) {
+        load(pictures[wash], count, colors);
+        for (int i = 0; i < kRun; ++i) tones[i] = T(1e-4);
+        for (int c = 0; c < 3; ++c)
+            for (int i = 0; i < kRun; ++i) {
+                colors[c][i] = -log_of(within<T>(colors[c][i], least, 1));
+                tones[i] += static_cast<T>(kLuma[c]) * colors[c][i];
+            }
+        for (int i = 0; i < kRun; ++i) factors[i] = 1;
+        if (wash > 0) {
+            const T step = n.steps[wash - 1], hardness = n.hardness[wash - 1], share = n.masses[wash - 1];
+            const T wander = n.wander, at_focus = n.at_focus;
+            for (int i = 0; i < kRun; ++i) {
+                const T place = tones[i] / step + wander * noise[0][i] + 64;  // > 0, so that it can be cut
+                const T whole = static_cast<T>(static_cast<std::int32_t>(place));
+                const T level = whole - 64 + smoothstep<T>((place - whole - T(0.5)) * hardness + T(0.5));
+                const T change = within<T>(level * step / tones[i], T(0.6), T(1.5)) - 1;
+                factors[i] = 1 + share * (1 - at_focus * noise[2][i]) * change;
+            }
+        }
+        if (wash == 1)
+            for (int i = 0; i < count; ++i) params.tones[first + static_cast<std::size_t>(i)] = tones[i] * factors[i];
+        for (int c = 0; c < 3; ++c) {
+            T* const own = laid[3 * wash + c];
+            for (int i = 0; i < kRun; ++i) {
+                const T missing = n.shares[wash] * colors[c][i] * factors[i] - done[c][i];
+                own[i] = missing > 0 ? missing : 0;
+                done[c][i] += own[i];
+            }
+        }
+        for (int i = 0; i < kRun; ++i)
+            means[wash][i] = (laid[3 * wash][i] + laid[3 * wash + 1][i] + laid[3 * wash + 2][i]) * T(1.0 / 3);
+    }
+    store(laid, count, params.densities + 9 * first);
+    store(means, count, params.means + 3 * first);
+}
+
+template <class T>
+void mix_run(const MixParams<T>& params, const WashNumbers<T>& n, std::size_t first, int count) {
+    alignas(64) T densities[9][kRun], means[3][kRun], blurred[3][kRun], noise[3][kRun], factors[3][kRun];
+    alignas(64) T tones[1][kRun], alphas[1][kRun], grains[1][kRun], more[1][kRun], shares[kRun], darkest[kRun];
+    load(params.densities + 9 * first, count, densities);
+    load(params.means + 3 * first, count, means);
+    load(params.blurred + 3 * first, count, blurred);
+    load(params.noise + 3 * first, count, noise);
+    load(params.tones + first, count, tones);
+    load(params.alpha + first, count, alphas);
+    for (int i = 0; i < kRun; ++i) grains[0][i] = T(0.5);
+    if (params.grain != nullptr) load(params.grain + first, count, grains);
+    for (int wash = 0; wash < 3; ++wash)
+        for (int i = 0; i < kRun; ++i) {
+            const T gathered = (means[wash][i] - blurred[wash][i]) / (means[wash][i] + T(0.15));
+            factors[wash][i] = 1 + n.rims[wash] * within<T>(gathered, 0, T(0.5));
+        }
+    for (int i = 0; i < kRun; ++i) {
+        const T flow = noise[0][i], slow = noise[1][i], grain = (T(0.5) - grains[0][i]) * T(1 / 0.24);
+        const T dip = (slow - n.dips[1]) / n.dips[2], crest = (slow - n.crests[1]) / n.crests[2];
+        const T backruns =
+            1 - n.dips[0] * exp_of(-dip * dip) + n.crests[0] * exp_of(-crest * crest) * (1 - noise[2][i]);
+        factors[0][i] *= (1 + n.flows[0] * flow) * backruns;
+        factors[1][i] *= 1 + n.flows[1] * flow;
+        const T thick = within<T>((means[0][i] + means[1][i]) * T(1.3), T(0.12), 1);
+        const T limit = n.light[0] + n.light_noise[0] * grain + n.light_noise[1] * flow;
+        shares[i] = (1 + n.grain * grain * thick) * (1 - smoothstep<T>((limit - tones[0][i]) / n.light[1]));
+    }
+    if (params.soft != nullptr) {
+        load(params.soft + first, count, more);
+        for (int i = 0; i < kRun; ++i) {
+            const T luma = exp_of(-tones[0][i]);
+            const T lost = smoothstep<T>((luma - n.lost[0]) / n.lost[1] + n.lost[2] * noise[1][i]);
+            const T kept = within<T>(2 * more[0][i] - 1, 0, 1);
+            shares[i] *= 1 - lost * (1 - T(0.8) * noise[2][i]) * (1 - kept);
+        }
+    }
+    if (params.border != nullptr) {
+        load(params.border + first, count, more);
+        for (int i = 0; i < kRun; ++i) shares[i] *= more[0][i];
+    }
+    for (int i = 0; i < kRun; ++i) darkest[i] = 1;
+    for (int c = 0; c < 3; ++c)
+        for (int i = 0; i < kRun; ++i) {
+            const T sum = densities[c][i] * factors[0][i] + densities[3 + c][i] * factors[1][i] +
+                          densities[6 + c][i] * factors[2][i];
+            const T tint = exp_of(-within<T>(sum * shares[i], 0, n.most));
+            means[c][i] = tint;
+            darkest[i] = tint < darkest[i] ? tint : darkest[i];
+        }
+    for (int i = 0; i < kRun; ++i) {
+        const T cover = smoothstep<T>((alphas[0][i] - T(0.1)) * 2);
+        alphas[0][i] = 1 - (1 - cover) * darkest[i];
+    }
+    for (int c = 0; c < 3; ++c)
+        for (int i = 0; i < kRun; ++i) {
+            const T seen = means[c][i] - 1 + alphas[0][i];
+            means[c][i] = seen > 0 ? seen : 0;
+        }
+    if (params.paper != nullptr) {
+        load(params.paper + 3 * first, count, blurred);
+        for (int c = 0; c < 3; ++c)
+            for (int i = 0; i < kRun; ++i) means[c][i] *= blurred[c][i];
+    }
+    store(means, count, params.rgb + 3 * first);
+    store(alphas, count, params.covered + first);
+}
+
+template <class Work>
+[[gnu::always_inline]] inline void for_runs(std::size_t first, std::size_t end, const Work& work) {
+    for (; first < end; first += kRun) work(first, end - first < kRun ? static_cast<int>(end - first) : kRun);
+}
+
+}  // namespace
+
 template <class T>
 void key_pixels(const KeyParams<T>& params, std::size_t first, std::size_t end) {
-    const T least = static_cast<T>(kLeastColor), range = params.high - params.low;
-    for (std::size_t i = first; i < end; ++i) {
-        const T alpha = params.alpha[i], over = alpha > 0 ? 1 / alpha : 0;
-        const T empty = alpha > 0 ? 0 : 1;
-        T densities[3], luma = 0;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const T color = within<T>(params.rgb[3 * i + c] * over + empty, least, 1);
-            luma += static_cast<T>(kLuma[c]) * color;
-            densities[c] = -log_of(color);
-        }
-        const T level = within<T>((luma - params.low) / range, T(1e-4), 1);
-        const T light = params.darkest + (1 - params.darkest) * exp2_of<T>(params.gamma * log2_of(level));
-        const T wanted = -log_of(light), own = -log_of(luma);
-        const T factor = wanted / (own > T(1e-3) ? own : T(1e-3));
-        const T mean = (densities[0] + densities[1] + densities[2]) * (factor / 3);
-        T found = 0;
-        for (int c = 0; c < 3; ++c) {
-            const T strong = mean + params.chroma * (densities[c] * factor - mean);
-            densities[c] = strong > 0 ? strong : 0;
-            found += static_cast<T>(kLuma[c]) * exp_of(-densities[c]);
-        }
-        const T is = -log_of(found), again = wanted / (is > T(1e-3) ? is : T(1e-3));
-        const T most = again < 2 ? again : 2, cover = smoothstep<T>(params.solid * alpha);
-        for (std::size_t c = 0; c < 3; ++c) params.keyed[3 * i + c] = 1 - cover * (1 - exp_of(-densities[c] * most));
-    }
+    for_runs(first, end, [&](std::size_t from, int count) { key_run(params, from, count); });
 }
 
 template <class T>
 void part_pixels(const WashParams<T>& params, const WashNumbers<T>& n, std::size_t first, std::size_t end) {
-    const T least = static_cast<T>(kLeastColor);
-    for (std::size_t i = first; i < end; ++i) {
-        const T* const colors[3] = {params.coarse + 3 * i, params.middle + 3 * i, params.fine + 3 * i};
-        const T flow = params.noise[3 * i], focus = params.noise[3 * i + 2];
-        const T away = 1 - n.at_focus * focus;
-        T done[3] = {0, 0, 0};
-        for (int wash = 0; wash < 3; ++wash) {
-            T densities[3], tone = T(1e-4);
-            for (int c = 0; c < 3; ++c) {
-                densities[c] = -log_of(within<T>(colors[wash][c], least, 1));
-                tone += static_cast<T>(kLuma[c]) * densities[c];
-            }
-            T factor = 1;
-            if (wash > 0) {
-                const T place = tone / n.steps[wash - 1] + n.wander * flow + 64;  // > 0, so that it can be cut
-                const T whole = static_cast<T>(static_cast<std::int32_t>(place));
-                const T level = whole - 64 + smoothstep<T>((place - whole - T(0.5)) * n.hardness[wash - 1] + T(0.5));
-                const T change = within<T>(level * n.steps[wash - 1] / tone, T(0.6), T(1.5)) - 1;
-                factor = 1 + n.masses[wash - 1] * away * change;
-            }
-            if (wash == 1) params.tones[i] = tone * factor;
-            T sum = 0;
-            for (int c = 0; c < 3; ++c) {
-                const T missing = n.shares[wash] * densities[c] * factor - done[c];
-                const T laid = missing > 0 ? missing : 0;
-                done[c] += laid;
-                params.densities[9 * i + static_cast<std::size_t>(3 * wash + c)] = laid;
-                sum += laid;
-            }
-            params.means[3 * i + static_cast<std::size_t>(wash)] = sum / 3;
-        }
-    }
+    for_runs(first, end, [&](std::size_t from, int count) { part_run(params, n, from, count); });
 }
 
 template <class T>
 void mix_pixels(const MixParams<T>& params, const WashNumbers<T>& n, std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) {
-        const T flow = params.noise[3 * i], slow = params.noise[3 * i + 1], focus = params.noise[3 * i + 2];
-        const T grain = params.grain == nullptr ? 0 : (T(0.5) - params.grain[i]) * T(1 / 0.24);
-        const T dip = (slow - n.dips[1]) / n.dips[2], crest = (slow - n.crests[1]) / n.crests[2];
-        const T backruns = 1 - n.dips[0] * exp_of(-dip * dip) + n.crests[0] * exp_of(-crest * crest) * (1 - focus);
-        const T* const means = params.means + 3 * i;
-        T factors[3];
-        for (std::size_t wash = 0; wash < 3; ++wash) {
-            const T gathered = (means[wash] - params.blurred[3 * i + wash]) / (means[wash] + T(0.15));
-            factors[wash] = 1 + n.rims[wash] * within<T>(gathered, 0, T(0.5));
-        }
-        factors[0] *= (1 + n.flows[0] * flow) * backruns;
-        factors[1] *= 1 + n.flows[1] * flow;
-        const T thick = within<T>((means[0] + means[1]) * T(1.3), T(0.12), 1);
-        const T light = smoothstep<T>(
-            (n.light[0] + n.light_noise[0] * grain + n.light_noise[1] * flow - params.tones[i]) / n.light[1]);
-        T share = (1 + n.grain * grain * thick) * (1 - light);
-        if (params.soft != nullptr) {
-            const T luma = exp_of(-params.tones[i]);
-            const T lost = smoothstep<T>((luma - n.lost[0]) / n.lost[1] + n.lost[2] * slow) * (1 - T(0.8) * focus);
-            share *= 1 - lost * (1 - within<T>(2 * params.soft[i] - 1, 0, 1));
-        }
-        if (params.border != nullptr) share *= params.border[i];
-        T tints[3], darkest = 1;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const T* const densities = params.densities + 9 * i + c;
-            const T sum = densities[0] * factors[0] + densities[3] * factors[1] + densities[6] * factors[2];
-            tints[c] = exp_of(-within<T>(sum * share, 0, n.most));
-            darkest = tints[c] < darkest ? tints[c] : darkest;
-        }
-        const T cover = smoothstep<T>((params.alpha[i] - T(0.1)) * 2);
-        const T alpha = 1 - (1 - cover) * darkest;
-        params.covered[i] = alpha;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const T seen = tints[c] - 1 + alpha, above = seen > 0 ? seen : 0;
-            params.rgb[3 * i + c] = params.paper == nullptr ? above : above * params.paper[3 * i + c];
-        }
-    }
+    for_runs(first, end, [&](std::size_t from, int count) { mix_run(params, n, from, count); });
 }
 
 #define BRUSHGS_INSTANTIATE(T)                                                                           \
