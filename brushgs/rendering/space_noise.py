@@ -44,22 +44,30 @@ class Anchor:
 
 
 def space_noise(
-    depth: Array, camera: Camera, anchor: Anchor, *, finest: float = FINEST, octaves: int = OCTAVES
+    depth: Array,
+    camera: Camera,
+    anchor: Anchor,
+    *,
+    finest: float = FINEST,
+    octaves: int = OCTAVES,
+    corner: tuple[int, int] = (0, 0),
 ) -> Array:
     """[H, W, 3] two noises of mean 0 and deviation 1, and the distance to the focus; 0 where nothing is.
 
     The first noise has all octaves, the second the slow ones. Distances are relative to the reach.
 
     Args:
-        depth: [H, W] camera z, 0 where nothing is painted.
+        depth: [H, W] camera z, 0 where nothing is painted; of the view or a part of it.
         camera: the view.
         anchor: where the noise is fixed.
         finest: cells of the finest octave, in diagonals of the picture.
         octaves: of the first noise, >= 2.
+        corner: column and row of the upper left pixel of the part.
     """
     depth = np.ascontiguousarray(depth)
     noise = np.empty((*depth.shape, 3), depth.dtype)
     rays, focus, size = rays_of(camera, anchor, finest)
+    rays[2] += corner[0] * rays[0] + corner[1] * rays[1]
     _core.space_noise(
         depth=depth,
         rays=rays,

@@ -7,6 +7,7 @@ of the paper. Lights are the bare paper.
 Source: Bousseau et al. 2006 (density of pigment); Gastal and Oliveira 2011 (smoothing within edges).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.surface import Surface
 
 ROUNDS = 3  # of smoothing
+ROOM = 0.06  # of the diagonal: how far pigment runs out of the strokes
 RIM = 0.005  # of the diagonal: width over which pigment gathers at the rim of a wash
 LOSS = 0.012  # of the diagonal: width over which a lost outline fades
 # The wash of a shadow: coverage by its strokes at its edge, how far that wanders with the noise and over what
@@ -129,25 +131,23 @@ class WetLayer:
 
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
         """The wet layer as covering paint: its paper hides what lies below the strokes."""
-        dtype, alpha = painted.rgb.dtype, np.ascontiguousarray(painted.alpha)
-        assert painted.depth is not None, "effects have a depth"
-        height, width = alpha.shape
-        diagonal = float(np.hypot(height, width))
-        noise = space_noise(painted.depth, camera, self.anchor)
+        return _on_part(self._laid, painted, camera, surface)
+
+    def _laid(self, part: "_Part") -> tuple[Array, Array]:
+        """Colours and alpha of a part of a picture."""
+        alpha, dtype = part.alpha, part.rgb.dtype
+        noise = part.noise(self.anchor)
         focus = np.where(alpha > 0, in_focus(noise[..., 2]), 0).astype(dtype)
         noise[..., 2] = focus
-        colors = self.key.colors(painted.rgb, alpha)
+        colors = self.key.colors(part.rgb, alpha)
         wetness = np.clip(0.5 * noise[..., 1] + 0.45, 0, 1) * (1 - 0.85 * focus)
-        smoothed = [self._smoothed(colors, one, diagonal, wetness, focus) for one in self.smoothing]
-        densities, means, tones = _parted(smoothed, noise, self.washes)
-        blurred = smooth(means.copy(), RIM * diagonal)
-        soft = None if self.is_room else smooth(alpha[..., None].copy(), LOSS * diagonal)[..., 0]
-        border = None if not self.is_room else ragged_border(height, width, dtype.name)
-        grain = None if surface is None else np.ascontiguousarray(surface.grain, dtype)
-        paper = None if surface is None else np.ascontiguousarray(surface.rgb, dtype)
-        sheet = grain, border, paper
-        rgb, covered = _mixed((densities, means, tones), blurred, noise, (alpha, soft), sheet, self.washes)
-        return replace(painted, rgb=rgb, alpha=covered)
+        smoothed = [self._smoothed(colors, one, part.diagonal, wetness, focus) for one in self.smoothing]
+        parted = _parted(smoothed, noise, self.washes)
+        blurred = smooth(parted[1].copy(), RIM * part.diagonal)
+        soft = None if self.is_room else smooth(alpha[..., None].copy(), LOSS * part.diagonal)[..., 0]
+        border = part.cut(ragged_border(*part.shape, dtype.name)) if self.is_room else None
+        sheet = part.grain, border, part.paper
+        return _mixed(parted, blurred, noise, (alpha, soft), sheet, self.washes)
 
     def _smoothed(self, colors: Array, wash: Wash, diagonal: float, wetness: Array, focus: Array) -> Array:
         """The colours of one wash."""
@@ -171,24 +171,100 @@ class ShadowWash:
 
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
         """The tint of the wash."""
-        rgb, alpha = np.ascontiguousarray(painted.rgb), painted.alpha
-        assert painted.depth is not None, "effects have a depth"
-        dtype, (height, width) = rgb.dtype, alpha.shape
-        noise = space_noise(painted.depth, camera, self.anchor)
+        darker = _on_part(self._laid, painted, camera, surface)
+        return replace(darker, rgb=darker.rgb + (1 - darker.alpha)[..., None])
+
+    def _laid(self, part: "_Part") -> tuple[Array, Array]:
+        """Colours and alpha of a part of a picture: what the wash leaves of white, as for a layer."""
+        rgb, alpha, (height, width) = part.rgb, part.alpha, part.alpha.shape
+        noise = part.noise(self.anchor)
         noise[..., 2] = 0
         inside = smoothstep((alpha - SHADOW_EDGE + SHADOW_WANDER * noise[..., 0]) / SHADOW_SOFTNESS)
         thick = inside * (SHADOW_LEAST + (1 - SHADOW_LEAST) * alpha)
         colors = np.divide(rgb, alpha[..., None], out=np.ones_like(rgb), where=alpha[..., None] > 0)
-        densities = np.zeros((height, width, 9), dtype)
+        densities = np.zeros((height, width, 9), rgb.dtype)
         densities[..., :3] = -np.log(np.clip(colors, 0.02, 1)) * thick[..., None]
-        means = np.ascontiguousarray(densities.reshape(height, width, 3, 3).mean(axis=-1))
-        blurred = smooth(means.copy(), RIM * float(np.hypot(height, width)))
-        tones = np.ones((height, width), dtype)
-        nothing = np.zeros_like(tones)
-        grain = None if surface is None else np.ascontiguousarray(surface.grain, dtype)
-        parted = densities, means, tones
-        darker, covered = _mixed(parted, blurred, noise, (nothing, None), (grain, None, None), self.washes)
-        return replace(painted, rgb=darker + (1 - covered)[..., None], alpha=covered)
+        means = np.zeros_like(rgb)
+        means[..., 0] = densities[..., :3].mean(axis=-1)
+        blurred = smooth(means.copy(), RIM * part.diagonal)
+        parted = densities, means, np.ones_like(alpha)
+        nothing = np.zeros_like(alpha), None
+        return _mixed(parted, blurred, noise, nothing, (part.grain, None, None), self.washes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """The part of a picture that strokes cover, with some room around.
+
+    Attributes:
+        rgb: [h, w, 3] premultiplied.
+        alpha: [h, w].
+        depth: [h, w].
+        rows: of the picture.
+        columns: of the picture.
+        camera: the view of the picture.
+        surface: the paper; None for none.
+    """
+
+    rgb: Array
+    alpha: Array
+    depth: Array
+    rows: slice
+    columns: slice
+    camera: Camera
+    surface: "Surface | None"
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of the picture."""
+        return self.camera.height, self.camera.width
+
+    @property
+    def diagonal(self) -> float:
+        """Of the picture, pixels."""
+        return float(np.hypot(*self.shape))
+
+    @property
+    def grain(self) -> Array | None:
+        """[h, w] of the paper; None without."""
+        return None if self.surface is None else self.cut(self.surface.grain)
+
+    @property
+    def paper(self) -> Array | None:
+        """[h, w, 3] its colour; None without."""
+        return None if self.surface is None else self.cut(self.surface.rgb)
+
+    def cut(self, plane: Array) -> Array:
+        """The part of a plane of the picture."""
+        return np.ascontiguousarray(plane[self.rows, self.columns], self.rgb.dtype)
+
+    def noise(self, anchor: Anchor) -> Array:
+        """[h, w, 3] see `space_noise`."""
+        corner = int(self.columns.start), int(self.rows.start)
+        return space_noise(self.depth, self.camera, anchor, corner=corner)
+
+
+def _on_part(
+    lay: Callable[[_Part], tuple[Array, Array]], painted: Frame, camera: Camera, surface: "Surface | None"
+) -> Frame:
+    """The frame of what `lay` makes of the part that is painted; the time is that of the part."""
+    assert painted.depth is not None, "effects have a depth"
+    rgb, alpha = np.zeros_like(painted.rgb), np.zeros_like(painted.alpha)
+    found = painted.alpha > 0
+    rows, columns = (np.flatnonzero(found.any(axis=axis)) for axis in (1, 0))
+    if len(rows) == 0:
+        return replace(painted, rgb=rgb, alpha=alpha)
+    room = int(np.ceil(ROOM * float(np.hypot(*alpha.shape))))
+    part_rows, part_columns = (
+        slice(max(int(at[0]) - room, 0), min(int(at[-1]) + 1 + room, size))
+        for at, size in zip((rows, columns), alpha.shape, strict=True)
+    )
+    place = part_rows, part_columns
+    own, own_alpha, depth = (
+        np.ascontiguousarray(plane[place]) for plane in (painted.rgb, painted.alpha, painted.depth)
+    )
+    rgb[place], alpha[place] = lay(_Part(own, own_alpha, depth, *place, camera, surface))
+    return replace(painted, rgb=rgb, alpha=alpha)
 
 
 def in_focus(distances: Array) -> Array:
