@@ -211,6 +211,10 @@ class Painting:
         """The same painting at a moment of a moving scene, see `Coat.posed`."""
         return replace(self, coats=tuple(coat.posed(pose, takes_light=takes_light) for coat in self.coats))
 
+    def without_effects(self) -> "Painting":
+        """The same painting for programs that cannot run effects, see `Coat.without_effect`."""
+        return replace(self, coats=tuple(coat.without_effect() for coat in self.coats))
+
     def with_depth(self, depth: bool) -> "Painting":
         """The same painting with or without depth in its frames; what depth tests and effects need stays."""
         tested = [coat.tolerance is not None for coat in self.coats]

@@ -84,6 +84,12 @@ class Coat:
         texture, options = with_soft_brush(self.texture, self.options)
         return replace(self, texture=texture, options=options, plain=plain)
 
+    def without_effect(self) -> "Coat":
+        """The coat for programs that cannot run its effect; the coat itself if it has none."""
+        if self.effect is None:
+            return self
+        return replace(self, strokes=self.effect.recolored(self.strokes), effect=None)
+
     def boxes(self, camera: Camera, directions: Directions | None = None) -> tuple[Boxes, ProjectCounts]:
         """The boxes of one view, and cull counts."""
         options = self.options

@@ -11,6 +11,7 @@ import numpy as np
 from brushgs.values.arrays import F32, Array
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.rendering.surface import Surface
@@ -30,6 +31,10 @@ class Effect(Protocol):
         Returns:
             New arrays of the same shape and dtype: covering paint, or the tint of a glaze, see `Coat.blend`.
         """
+        ...
+
+    def recolored(self, strokes: Gaussians) -> Gaussians:
+        """The strokes whose picture comes closest to that of the effect, for programs that cannot run it."""
         ...
 
 

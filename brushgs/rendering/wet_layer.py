@@ -20,6 +20,8 @@ from brushgs.rendering.space_noise import Anchor, space_noise
 from brushgs.values.arrays import F64, Array, smoothstep
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import base_colors, in_colors
 
 if TYPE_CHECKING:
     from brushgs.rendering.surface import Surface
@@ -27,10 +29,10 @@ if TYPE_CHECKING:
 ROUNDS = 3  # of smoothing
 ROOM = 0.06  # of the diagonal: how far pigment runs out of the strokes
 RIM = 0.005  # of the diagonal: width over which pigment gathers at the rim of a wash
-LOSS = 0.012  # of the diagonal: width over which a lost outline fades
+LOSS = 0.024  # of the diagonal: width over which a lost outline fades
 # The wash of a shadow: coverage by its strokes at its edge, how far that wanders with the noise and over what
 # range it fades; and its least density.
-SHADOW_EDGE, SHADOW_WANDER, SHADOW_SOFTNESS, SHADOW_LEAST = 0.30, 0.06, 0.10, 0.5
+SHADOW_EDGE, SHADOW_WANDER, SHADOW_SOFTNESS, SHADOW_LEAST = 0.20, 0.04, 0.12, 0.5
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Key:
 
     low: float
     high: float
-    darkest: float = 0.10
+    darkest: float = 0.13
     gamma: float = 0.85
     chroma: float = 1.3
     solid: float = 2.0
@@ -62,6 +64,11 @@ class Key:
             rgb=rgb, alpha=np.ascontiguousarray(alpha), **numbers, num_threads=threads, keyed=keyed
         )
         return keyed
+
+    def base_colors(self, strokes: Gaussians) -> F64:
+        """[N, 3] keyed base colours of strokes."""
+        colors = base_colors(strokes.sh)[None]
+        return np.asarray(self.colors(colors, np.ones(colors.shape[:2]))[0])
 
 
 @dataclass(frozen=True)
@@ -99,10 +106,10 @@ class Washes:
     dips: tuple[float, ...] = (0.20, 0.55, 0.22)
     crests: tuple[float, ...] = (0.30, 0.25, 0.07)
     grain: float = 0.15
-    light: tuple[float, ...] = (0.13, 0.07)
+    light: tuple[float, ...] = (0.12, 0.07)
     light_noise: tuple[float, ...] = (0.012, 0.02)
-    lost: tuple[float, ...] = (0.58, 0.30, 0.35)
-    most: float = 3.4
+    lost: tuple[float, ...] = (0.20, 0.45, 0.80)
+    most: float = 2.9
 
     def numbers(self) -> F64:
         """All of them in order."""
@@ -132,6 +139,10 @@ class WetLayer:
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
         """The wet layer as covering paint: its paper hides what lies below the strokes."""
         return _on_part(self._laid, painted, camera, surface)
+
+    def recolored(self, strokes: Gaussians) -> Gaussians:
+        """The strokes in keyed colours, see `Effect.recolored`."""
+        return in_colors(strokes, self.key.base_colors(strokes))
 
     def _laid(self, part: "_Part") -> tuple[Array, Array]:
         """Colours and alpha of a part of a picture."""
@@ -173,6 +184,10 @@ class ShadowWash:
         """The tint of the wash."""
         darker = _on_part(self._laid, painted, camera, surface)
         return replace(darker, rgb=darker.rgb + (1 - darker.alpha)[..., None])
+
+    def recolored(self, strokes: Gaussians) -> Gaussians:
+        """The strokes themselves, see `Effect.recolored`."""
+        return strokes
 
     def _laid(self, part: "_Part") -> tuple[Array, Array]:
         """Colours and alpha of a part of a picture: what the wash leaves of white, as for a layer."""

@@ -49,7 +49,8 @@ def write_quads(
         SceneError: if the file cannot be written, or no stroke is left to write.
         ValueError: if it would have 4 GiB or more.
     """
-    report = report or Report()
+    report, whole = report or Report(), painting
+    painting = painting.without_effects()
     with report.stage("quads") as stage:
         made, culled = [], ProjectCounts(0, 0, 0, 0)
         for coat in painting.coats:
@@ -80,7 +81,7 @@ def write_quads(
             "texels": width * height,
             "for_view": for_view,
         }
-        stage.skipped += omitted(painting, camera, for_view=for_view)
+        stage.skipped += omitted(whole, camera, for_view=for_view)
         if culled.total:
             stage.skipped.append(f"{culled.total:,} strokes that are not in the picture are not in the file")
 
@@ -90,6 +91,9 @@ def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
     found = {
         "ground and tooth of the paper are not in the file, strokes have nothing behind them": (
             painting.surface is not None
+        ),
+        "washes do not run in the file: it has their strokes as soft marks of their colours": any(
+            coat.effect is not None for coat in painting.coats
         ),
         "the file has no lamp and no relief: paint is flat": painting.lamp is not None,
         "the axis of the camera goes through the middle of the picture in the file": (

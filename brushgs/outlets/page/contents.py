@@ -163,6 +163,9 @@ def page_contents(
         paints, are left out.
     """
     collected = _Collected()
+    if any(coat.effect is not None for coat in painting.coats):
+        collected.omit("washes do not run in the page: it shows their strokes as soft marks of their colours")
+    painting = painting.without_effects()
     coats = [_coat(number, coat, view.center, collected) for number, coat in enumerate(painting.coats)]
     surface = None if painting.surface is None else _surface(painting.surface, collected)
     behind = None if background is None else np.asarray(background, np.float64)

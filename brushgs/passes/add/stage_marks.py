@@ -42,7 +42,7 @@ class Marking:
 
 
 HATCHING = Marking(length=0.05, aspect=26.0, spacing=3.4, is_crossed=True)  # in ink
-WASH = Marking(length=0.08, aspect=2.2, spacing=0.5, opacity=0.5)  # in watercolour: they run together
+WASH = Marking(length=0.08, aspect=2.2, spacing=0.5, opacity=0.7)  # in watercolour: they run together
 EDGE_LENGTH, EDGE_ASPECT = 0.06, 40.0  # of lines along the edge of a table, as of a marking
 
 

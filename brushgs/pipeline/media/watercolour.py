@@ -14,14 +14,14 @@ from brushgs.pipeline.media.wetting import Settled
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.wet_layer import ShadowWash, Washes, WetLayer, in_focus
 from brushgs.values.arrays import F64, Rows
-from brushgs.values.colors import rgb_of, rgb_of_oklab
+from brushgs.values.colors import LUMINANCE, rgb_of, rgb_of_oklab
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import in_colors
 
 if TYPE_CHECKING:
     from brushgs.pipeline.media.staging import Staging
 
-SHADOW_LAB = (0.62, 0.006, -0.035)  # OKLab of the wash of a cast shadow: a cool violet
+SHADOW_LAB = (0.68, 0.004, -0.035)  # OKLab of the wash of a cast shadow: a cool violet
 TOUCHED = (0.08, 0.80)  # luma of the keyed colours that get touches
 TOUCH_LENGTH = 0.025  # of the view's width: standard deviation along a touch
 LARGEST_TOUCH = 6.0  # times the stroke that it comes from
@@ -87,7 +87,8 @@ def _washes(media: Watercolour) -> Washes:
 def _touched(materials: Materials, settled: Settled, count: int) -> Rows:
     """Rows of the strokes that get touches: scattered evenly, large ones first, none in the lights."""
     strokes = materials.strokes
-    luma, widths = settled.luma(strokes), settled.widths(strokes.means)
+    luma = settled.key.base_colors(strokes) @ np.array(LUMINANCE)
+    widths = settled.widths(strokes.means)
     scales = np.sort(strokes.scales.astype(np.float64), axis=1)[:, 1:]
     areas = scales[:, 0] * scales[:, 1] * materials.solidity / widths**2
     areas = np.where((luma > TOUCHED[0]) & (luma < TOUCHED[1]), areas, 0)
@@ -112,5 +113,5 @@ def _touches(strokes: Gaussians, settled: Settled, opacity: float) -> Gaussians:
     wanted = TOUCH_LENGTH * settled.widths(strokes.means)
     factors = np.clip(wanted / np.maximum(lengths, 1e-30), 0.5, LARGEST_TOUCH)
     larger = replace(strokes, scales=(strokes.scales * factors[:, None]).astype(strokes.scales.dtype))
-    colored = in_colors(larger, settled.colors(strokes))
+    colored = in_colors(larger, settled.key.base_colors(strokes))
     return scaled(colored, 1.0, 0.6, opacities=opacity * solid)

@@ -16,15 +16,15 @@ from brushgs.values.camera import Camera
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.sh import base_colors
 
 SIDE, MOST_VIEWS = 480, 3  # longer side of the pictures, pixels, and their number
 FULL = 0.9  # share of a picture that strokes cover in a room
 DARKS = 2.0  # percent of the painted pixels that become the darkest
 LEAST_RANGE = 0.15  # of luma: a scene of one tone is not stretched
+WHITE, LIFT = 0.95, 0.45  # luma of white things, and how far that of the paper moves towards it for objects
 IS_PAINTED = 0.5  # coverage
 ROOM_SOLID = 12.0  # see `Key`: a room has no holes, windows are strokes of little opacity
-REACH = 0.24  # of the picture's diagonal in the depth of the focus
+REACH = 0.17  # of the picture's diagonal in the depth of the focus
 CENTERED = 0.35  # of the picture: standard deviation of the preference for its middle
 
 
@@ -56,18 +56,11 @@ class Settled:
             return cls(Key(0.0, 1.0), _anchor_of(strokes), False, cameras[0] if cameras else None)
         is_room = float(np.mean([np.mean(frame.alpha > IS_PAINTED) for frame in frames])) > FULL
         low, high = np.percentile(lumas, [DARKS, 100 * (1 - paper)])
+        if not is_room:  # paper lies all around: only what is white is left
+            high += LIFT * max(WHITE - float(high), 0)
         solid = ROOM_SOLID if is_room else Key.solid
         key = Key(float(low), float(max(high, low + LEAST_RANGE)), solid=solid)
         return cls(key, _anchor_in(frames[0], cameras[0]), is_room, cameras[0])
-
-    def colors(self, strokes: Gaussians) -> F64:
-        """[N, 3] keyed base colours."""
-        colors = base_colors(strokes.sh)[None]
-        return np.asarray(self.key.colors(colors, np.ones(colors.shape[:2]))[0])
-
-    def luma(self, strokes: Gaussians) -> F64:
-        """[N] of the keyed base colours."""
-        return np.asarray(self.colors(strokes) @ np.array(LUMINANCE))
 
     def widths(self, points: Array) -> F64:
         """[N] width of the first view at the depth of points; without a view the scale of the noise."""
