@@ -1,0 +1,90 @@
+"""Watercolour: its values and paper, films, and what happens without strokes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.cameras.paths import turn_around
+from brushgs.errors import SceneError
+from brushgs.options.look import Look
+from brushgs.options.painting import ViewConfig
+from brushgs.passes.color.color_space import Space
+from brushgs.pipeline.prepare import PICTURE, prepare
+from brushgs.pipeline.report import Report
+from brushgs.rendering.wet_layer import WetLayer
+from brushgs.still_life import still_life_camera
+from tests.scenes import still_life_of
+
+SIZE = 240, 180
+CAMERA = still_life_camera(width=SIZE[0], height=SIZE[1])
+
+
+def config_of(num_strokes=3000):
+    config = Look.open("watercolour").config
+    return replace(
+        config,
+        strokes=replace(config.strokes, see="off"),
+        cluster=replace(config.cluster, strokes=num_strokes),
+        view=ViewConfig(size=SIZE),
+    )
+
+
+@pytest.fixture(scope="module")
+def prepared():
+    return prepare(still_life_of(6000), config_of(), Report(), views=CAMERA, asks=PICTURE)
+
+
+def test_lights_are_the_paper_and_darks_are_dark(prepared):
+    painting = prepared.painting
+    picture = painting.frame(CAMERA).rgb
+    shown = painting.coats[[coat.name for coat in painting.coats].index("wash")]
+    subject = replace(painting, coats=(replace(shown, effect=None),)).frame(CAMERA)
+    lab = Space("lab").to(picture.reshape(-1, 3).astype(np.float64))
+    paper = Space("lab").to(painting.surface.rgb.reshape(-1, 3).astype(np.float64))
+    assert (np.linalg.norm(lab - paper, axis=1) < 2.5).mean() >= 0.08
+    assert np.percentile(lab[:, 0], 2) < 25
+    assert subject.alpha.max() > 0.9
+
+
+def test_washes_run_touches_are_glazes_and_pencil_is_near_the_focus(prepared):
+    coats = {coat.name: coat for coat in prepared.painting.coats}
+    layer = coats["wash"].effect
+    assert isinstance(layer, WetLayer)
+    assert coats["touches"].blend == "glaze"
+    assert 20 <= len(coats["touches"].strokes) <= 500
+    if "lines" in coats:
+        assert layer.anchor.distances(coats["lines"].strokes.means).max() < 2
+
+
+def test_a_frame_alone_is_that_of_a_film():
+    path = turn_around(CAMERA, (0, 0, 0), (0, -1, 0), seconds=1, fps=5).cameras
+    film = prepare(still_life_of(2000), config_of(500), Report(), views=CAMERA, asks=PICTURE).painting
+    frames = [film.frame(camera).rgb for camera in path]
+    assert np.array_equal(film.frame(path[3]).rgb, frames[3])
+
+
+def test_without_its_effect_a_wash_is_soft_paint_to_the_bit(prepared):
+    (wash,) = (coat for coat in prepared.painting.coats if coat.name == "wash")
+    bare = replace(prepared.painting, coats=(replace(wash, effect=None),), surface=None)
+    expected = bg.render(wash.strokes, CAMERA, "gaussian")
+    assert np.array_equal(bare.frame(CAMERA).rgb, expected.rgb)
+    keyed = wash.without_effect()
+    assert keyed.effect is None
+    assert keyed.strokes.sh.shape[1] == 1
+
+
+@pytest.mark.parametrize("num", [1, 2])
+def test_a_scene_of_one_stroke_is_painted(num):
+    scene = still_life_of(2000).take(np.arange(num))
+    frame = bg.paint(scene, config_of(), camera=CAMERA)
+    assert np.isfinite(frame.rgb).all()
+
+
+@pytest.mark.parametrize("name", ["details", "no_such"])
+def test_options_that_are_gone_are_unknown_ones(tmp_path, name):
+    look = tmp_path / "mine.toml"
+    look.write_text(f'base = "watercolour"\n[media]\nkind = "watercolour"\n{name} = 0.4\n')
+    with pytest.raises(SceneError, match=f"{name}"):
+        Look.open(str(look))
