@@ -13,6 +13,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 
 if TYPE_CHECKING:
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.surface import Surface
 
 
@@ -31,6 +32,15 @@ class Effect(Protocol):
             New arrays of the same shape and dtype: covering paint, or the tint of a glaze, see `Coat.blend`.
         """
         ...
+
+    def stand_in(self, coat: "Coat") -> "Coat":
+        """The coat for outlets that lay strokes one by one and know no effects: pages and models."""
+        ...
+
+
+def without_effect(coat: "Coat") -> "Coat":
+    """The coat itself, or what stands in for it where there are no effects."""
+    return coat if coat.effect is None else coat.effect.stand_in(coat)
 
 
 def positions_of(depth: Array, camera: Camera) -> F32:

@@ -44,6 +44,7 @@ class LaidCoat:
         alpha: [H, W] its own coverage.
         share: [H, W] share of its paint that the paper takes; None for all.
         tint: [H, W, 3] of a glaze; None for covering paint.
+        picture: [H, W, 3] its colours if an effect gives them, not premultiplied; None for those of boxes.
     """
 
     coat: "Coat"
@@ -52,6 +53,7 @@ class LaidCoat:
     alpha: Array  # [H, W]
     share: Array | None = None  # [H, W]
     tint: Array | None = None  # [H, W, 3]
+    picture: Array | None = None  # [H, W, 3]
 
     @classmethod
     def of(
@@ -64,7 +66,11 @@ class LaidCoat:
                 taken.alpha, painted.alpha, out=np.zeros_like(taken.alpha), where=painted.alpha > 0
             )
         tint = taken.rgb.copy() if coat.blend == "glaze" else None  # the canvas reuses these arrays
-        return cls(coat, boxes, in_front_of, taken.alpha.copy(), share, tint)
+        picture = None
+        if coat.effect is not None and coat.blend == "cover":
+            alpha = taken.alpha[..., None]
+            picture = np.divide(taken.rgb, alpha, out=np.zeros_like(taken.rgb), where=alpha > 0)
+        return cls(coat, boxes, in_front_of, taken.alpha.copy(), share, tint, picture)
 
     @property
     def num_rows(self) -> int:

@@ -127,7 +127,8 @@ REFUSED = [
     ("[light.lamp]\nx = 1\n", "[light] lamp must be a list of 2 numbers, got {'x': 1}"),
     (
         "[media]\nkind = 'oil'\n",
-        "[media] kind must be 'paint', 'charcoal', 'ink' or 'watercolour', got 'oil'",
+        "[media] kind must be 'paint', 'charcoal', 'ink', 'hatching', 'stippling' or 'watercolour', "
+        "got 'oil'",
     ),
     ("[media]\ncolor = 'black'\n", "[media] color must be #rrggbb, got 'black'"),
     ("[color]\ngray = 1\n", "[color] gray must be true or false, got 1"),
@@ -279,7 +280,7 @@ def test_a_medium_is_one_class_and_takes_what_another_has_beside(tmp_path):
     path = written(tmp_path, 'base = "ink"\n[media]\nkind = "charcoal"\nchalk = 0.5\n')
     changed = Look.open(path).config.media
     assert isinstance(changed, Charcoal)
-    assert (changed.middle, changed.chalk, changed.color) == (ink.middle, 0.5, ink.color)
+    assert (changed.lines, changed.chalk, changed.color) == (ink.lines, 0.5, ink.color)
     assert Look.open(written(tmp_path, "[media]\nwash = 0.3\nchalk = 0.2\n")).config.media == Paint()
     with pytest.raises(SceneError, match=r"\[media\] wash must be 0 to 1, got 3"):
         Look.open(written(tmp_path, "[media]\nwash = 3\n"))

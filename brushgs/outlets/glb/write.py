@@ -14,6 +14,7 @@ from brushgs.outlets.page.view import PageView
 from brushgs.pipeline.report import Report
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
+from brushgs.rendering.effect import without_effect
 from brushgs.rendering.project import ProjectCounts
 from brushgs.values.arrays import U8
 from brushgs.values.camera import Camera
@@ -52,7 +53,7 @@ def write_quads(
     report = report or Report()
     with report.stage("quads") as stage:
         made, culled = [], ProjectCounts(0, 0, 0, 0)
-        for coat in painting.coats:
+        for coat in map(without_effect, painting.coats):
             if for_view:
                 quads, of_coat = baked(coat, camera)
                 culled += of_coat
@@ -100,6 +101,9 @@ def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
         options = coat.options
         of_coat = {
             "glazes cover what lies below in the file, they do not multiply it": coat.blend == "glaze",
+            "what gathers on the paper is not in the file: its strokes lie there one by one": (
+                coat.effect is not None
+            ),
             "streaks of bristles are not in the file": options.streaks > 0,
             "strokes of nearly equal depth do not blend in the file": options.order == "soft",
         }

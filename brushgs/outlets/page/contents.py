@@ -145,6 +145,11 @@ def page_contents(
         an opacity under 1/255, which no renderer paints, are left out.
     """
     collected = _Collected()
+    if any(coat.effect is not None for coat in painting.coats):
+        from brushgs.rendering.effect import without_effect
+
+        collected.omit("what gathers on the paper is not in the page: its strokes lie there one by one")
+        painting = replace(painting, coats=tuple(map(without_effect, painting.coats)))
     coats = [_coat(number, coat, view.center, collected) for number, coat in enumerate(painting.coats)]
     surface = None if painting.surface is None else _surface(painting.surface, collected)
     behind = None if background is None else np.asarray(background, np.float64)

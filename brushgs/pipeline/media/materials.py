@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
     from brushgs.brushes.texture import StrokeTexture
     from brushgs.passes.add.lines import Lines
+    from brushgs.pipeline.media.sight import Sight
     from brushgs.values.arrays import F64
 
 M = TypeVar("M", bound=Medium)
@@ -49,6 +50,7 @@ class Materials:
         lines: along edges of the scene; None if the medium has none.
         line_texture: their stroke image, or images.
         contour: how the lines of styles look; None without.
+        sight: the views of the job; None if the medium does not look at them.
     """
 
     strokes: Gaussians
@@ -60,6 +62,7 @@ class Materials:
     lines: "Lines | None" = None
     line_texture: "StrokeTexture | BrushSet | None" = None
     contour: Contour | None = None
+    sight: "Sight | None" = None
 
     @cached_property
     def paper(self) -> Color:
@@ -138,6 +141,7 @@ class Materials:
                 dry=dry,
                 tolerance=self.media.behind * LINE_TOLERANCE,
                 normals=shown.normals,
+                chains=shown.chains,
             )
         ]
 
