@@ -100,7 +100,7 @@ class TonalMedium(DrawingMedium, frozen=True):
     spacing: Annotated[Pair, in_files("distance of marks in the darkest tone, and not less in the lightest",
         ge=0.5, le=100, unit="px")] = (2.4, 5.5)
     width: Annotated[Pair, in_files("of marks in the darkest and in the lightest tone", ge=0.1, le=20,
-        unit="px")] = (1.1, 0.7)
+        unit="px")] = (1.4, 1.0)
     lightest: Annotated[float, share("tone from which paper is left white", flag=None)] = 0.6
     key: Annotated[float, share("how far the focus takes all tones, from dark to light, so that it reads",
         flag=None)] = 0.6
@@ -117,7 +117,7 @@ class Hatching(TonalMedium, frozen=True):
 
     kind = "hatching"
     crossed: Annotated[float, share("tone up to which hatching is crossed; 0 for nowhere", flag=None)] = 0.36
-    length: Annotated[Pair, in_files("shortest and longest line", ge=1, le=1000, unit="px")] = (20.0, 80.0)
+    length: Annotated[Pair, in_files("shortest and longest line", ge=1, le=1000, unit="px")] = (22.0, 110.0)
     dry: Annotated[float, share("share of the paper's tooth that lines leave open", flag=None)] = 0.0
 
     def __post_init__(self) -> None:

@@ -23,10 +23,11 @@ FINE, FINE_EDGE = 3.0, 0.05  # radius over which tones are averaged, px, and the
 BROAD, BROAD_EDGE = 12.0, 0.10  # the same for the masses that become black
 JUMP = 0.05  # of the depth, beyond which what is nearer crosses what is behind
 HALO = 3.0  # px of paper that are left there
+SHARP = 0.9  # px, standard deviation of the last smoothing, in place of the steps of pixels
 EDGE = 1.6  # px, standard deviation of the smoothing of the outline of blacks
 ROUND = 0.5  # share of a mask within `EDGE` at which its outline runs
-LOWEST, HIGHEST, ROUNDS = 0.06, 0.34, 6  # tones between which the threshold lies, and halvings of these
-CLEAR, SOLID = 0.2, 0.6  # alpha of strokes up to which paper hides nothing, and from which it hides all
+LOWEST, HIGHEST, ROUNDS = 0.06, 0.46, 7  # tones between which the threshold lies, and halvings of these
+CLEAR, SOLID = 0.3, 0.45  # alpha of strokes up to which paper hides nothing, and from which it hides all
 
 
 def scale_of(camera: Camera) -> float:
@@ -141,7 +142,8 @@ class Blacks:
         mask = large_ones(tones.is_black(self.threshold), self.least_area)
         if not mask.any():
             return np.zeros(mask.shape, np.float32)
-        return np.asarray(smoothstep((tones.smoothed(mask) - 0.3) / 0.4), np.float32)
+        near = ndimage.gaussian_filter(mask.astype(np.float32), SHARP * tones.scale, truncate=3.0)
+        return np.asarray(np.clip((near - 0.2) / 0.6, 0, 1), np.float32)
 
 
 def large_ones(mask: Mask, least: float) -> Mask:

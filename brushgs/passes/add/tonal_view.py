@@ -22,6 +22,7 @@ from brushgs.values.sh import in_colors
 
 SOLID = 0.5  # alpha from which a pixel shows a surface
 SMOOTH = 5.0  # px in a picture of `PIXELS`: standard deviation over which directions are averaged
+BROAD, COARSE = 28.0, 4  # px, a broader one, which counts as much, and the stride at which it is computed
 SMOOTH_NORMALS = 3.0  # the same for normals
 BEHIND = 0.02  # of the depth: points this far behind a surface are seen on it
 FLATTEST = 0.15  # cosine between normal and view: surfaces seen from the side count as if at this angle
@@ -137,7 +138,13 @@ def _directions(boxes: Boxes, axes: F64, camera: Camera, drawn: Draw) -> F32:
     # The picture of a short piece of the axis at the centre of the box.
     x, y = ((along[:, :2] - rays * along[:, 2:]) * np.diag(K)[:2] / np.sqrt(K[0, 0] * K[1, 1])).T
     pairs = np.stack([x * x - y * y, 2 * x * y, np.zeros(len(x))], axis=1)
-    return _smoothed(drawn(np.clip(0.5 + 0.5 * pairs, 0, 1)), SMOOTH * scale_of(camera))[..., :2].copy()
+    frame, scale = drawn(np.clip(0.5 + 0.5 * pairs, 0, 1)), scale_of(camera)
+    near = _smoothed(frame, SMOOTH * scale)[..., :2]
+    coarse = ndimage.gaussian_filter(
+        near[::COARSE, ::COARSE], (*2 * (BROAD * scale / COARSE,), 0), truncate=2.5
+    )
+    broad = coarse.repeat(COARSE, axis=0).repeat(COARSE, axis=1)[: camera.height, : camera.width]
+    return np.ascontiguousarray(near + broad)
 
 
 def _normals(boxes: Boxes, normals: F64, camera: Camera, drawn: Draw) -> F32:

@@ -5,17 +5,18 @@ would swirl. Where normals agree, all strokes of planes of one attitude share th
 """
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from brushgs.passes.color.tone import painted_areas
-from brushgs.passes.form.neighborhood import Neighborhood
 from brushgs.passes.form.planes import Planes
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.gaussians import Gaussians
 
-FLAT = np.cos(np.radians(10.0)) ** 2  # mean squared cosine of normals around a stroke from which it lies flat
-SAME = np.cos(np.radians(12.0))  # of the normals of planes of one attitude
+FLAT = 0.94  # mean squared cosine of normals around a stroke from which it lies flat: most within 10 degrees
+SAME = np.cos(np.radians(15.0))  # of the normals of planes of one attitude
 MOST_PLANES, LEAST_AREA = 8, 0.03  # attitudes, and the share of the painted area that each must have
 CANDIDATES = 256  # strokes among whose normals attitudes are looked for
+AROUND = 20  # strokes through which a surface is laid
 OWN = 0.15  # weight of a stroke without a clear axis, of one with one
 
 
@@ -38,7 +39,7 @@ def mark_axes(strokes: Gaussians, *, with_planes: bool = True) -> tuple[F64, F64
     axes = planes.axes[:, 0] * np.sqrt(weights)[:, None]
     if not with_planes:
         return axes, planes.axes[:, 2]
-    normals, agreement = _normals_around(planes, Neighborhood.of(planes, strokes))
+    normals, agreement = _normals_around(strokes)
     areas, is_left = painted_areas(strokes), agreement >= FLAT
     least = LEAST_AREA * areas.sum()
     for _ in range(MOST_PLANES):
@@ -50,12 +51,19 @@ def mark_axes(strokes: Gaussians, *, with_planes: bool = True) -> tuple[F64, F64
     return axes, planes.axes[:, 2]
 
 
-def _normals_around(planes: Planes, around: Neighborhood) -> tuple[F64, F64]:
-    """Mean normals around strokes [n, 3], and the mean squared cosine of single ones to them [n]."""
-    normals = planes.axes[:, 2]
-    tensors = (normals[:, :, None] * normals[:, None, :]).reshape(-1, 9)
-    values, vectors = np.linalg.eigh(around.smoothed(tensors).reshape(-1, 3, 3))
-    return vectors[:, :, 2], values[:, 2] / np.maximum(values.sum(axis=1), np.finfo(np.float64).tiny)
+def _normals_around(strokes: Gaussians) -> tuple[F64, F64]:
+    """Normals [n, 3] of the surface through the strokes around each, and [n] how flat it lies, 0 to 1.
+
+    Single strokes of a captured scene say little: on its walls their normals are more than 30 degrees apart.
+    """
+    means = strokes.means.astype(np.float64)
+    count = min(AROUND, len(means))
+    rows = cKDTree(means).query(means, count)[1].reshape(len(means), count)
+    offsets = means[rows] - means[rows].mean(axis=1, keepdims=True)
+    normals = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))[1][:, :, 0]
+    tensors = (normals[:, :, None] * normals[:, None, :])[rows].mean(axis=1)
+    values, vectors = np.linalg.eigh(tensors)
+    return vectors[:, :, 2], values[:, 2]
 
 
 def _largest_plane(normals: F64, areas: F64, is_left: Mask) -> Mask:

@@ -22,6 +22,7 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import in_colors
 
 KEY_SPREAD = (0.12, 1.0)  # tones of the darkest and lightest stroke in the focus
+FINER = 0.4  # strength that lines in focus gain: more of them are drawn
 PRESS, LIGHT = 1.1, 0.92  # of lines: width by darkness, below a tone
 
 
@@ -113,6 +114,13 @@ def marks_coat(
 def weighed_lines(materials: Materials, tones: F64) -> list[Coat]:
     """The coat of lines along edges, wide in the dark and none in the light."""
     media = numbers_of(TonalMedium, materials)
+    if materials.lines is not None and materials.sight is not None:
+        lines = materials.lines
+        strengths = lines.strengths.copy()
+        focus = materials.sight.focus_of(lines.strokes)
+        np.maximum.at(strengths, np.searchsorted(lines.chains, lines.chains), lines.strengths + FINER * focus)
+        strengths = strengths[np.searchsorted(lines.chains, lines.chains)]  # of each line as a whole
+        materials = replace(materials, lines=replace(lines, strengths=strengths))
     coats = materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry)
     return [_weighed(coat, materials.strokes, tones) for coat in coats]
 
