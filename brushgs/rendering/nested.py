@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.rendering.tonal import scale_of
 from brushgs.values.arrays import F64, Array, smoothstep
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
@@ -17,6 +16,12 @@ from brushgs.values.gaussians import Gaussians
 
 GONE, WHOLE = 0.5, 0.9  # gap on paper over that which the tone asks for, at which a mark is gone, and whole
 LEAST_FACING = 0.1  # cosine of the angle between normal and view
+PIXELS = 960 * 540  # picture that lengths refer to
+
+
+def scale_of(camera: Camera) -> float:
+    """Pixels of a picture over those of one of `PIXELS`, along a side."""
+    return float(np.sqrt(camera.width * camera.height / PIXELS))
 
 
 @dataclass(frozen=True, eq=False)

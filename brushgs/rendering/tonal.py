@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import ndimage
 
+from brushgs.rendering.nested import PIXELS, scale_of
 from brushgs.values.arrays import F32, Array, Mask, smoothstep
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
@@ -18,7 +19,6 @@ from brushgs.values.sh import base_colors, in_colors
 if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
 
-PIXELS = 960 * 540  # picture that lengths refer to
 FINE, FINE_EDGE = 3.0, 0.05  # radius over which tones are averaged, px, and the contrast of edges that stay
 BROAD, BROAD_EDGE = 12.0, 0.10  # the same for the masses that become black
 JUMP = 0.05  # of the depth, beyond which what is nearer crosses what is behind
@@ -28,11 +28,6 @@ EDGE = 1.6  # px, standard deviation of the smoothing of the outline of blacks
 ROUND = 0.5  # share of a mask within `EDGE` at which its outline runs
 LOWEST, HIGHEST, ROUNDS = 0.06, 0.46, 7  # tones between which the threshold lies, and halvings of these
 CLEAR, SOLID = 0.3, 0.45  # alpha of strokes up to which paper hides nothing, and from which it hides all
-
-
-def scale_of(camera: Camera) -> float:
-    """Pixels of a picture over those of one of `PIXELS`, along a side."""
-    return float(np.sqrt(camera.width * camera.height / PIXELS))
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,7 +37,7 @@ VERSION = 1  # of the header; grows when a key changes its name or meaning
 MOST_GROUND = 640  # px, longer side of a picture used as ground
 MOST_PLAIN = 100_000  # plain Gaussians of a coat: about 3 MB; more is too much for phones
 _HALF = np.finfo(np.float16)
-_DTYPES: dict[str, type[np.generic]] = dict.fromkeys(("means", "quats", "scales"), np.float32)
+_DTYPES: dict[str, type[np.generic]] = dict.fromkeys(("means", "quats", "scales", "gaps"), np.float32)
 _DTYPES |= dict.fromkeys(("brush", "region", "streakStart"), np.uint8)
 
 
@@ -247,6 +247,7 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
         "dry": coat.dry,
         "tolerance": coat.tolerance,
         "border": coat.border,
+        "nested": None if coat.nested is None else "dots" if coat.nested.is_round else "lines",
         "kernel": brush_set.kind,
         "brushes": [collected.brush(brush_set.textures[row]) for row in used] if is_image else [],
         "numSigmas": _of_rows(options.num_sigmas, used),
@@ -290,6 +291,9 @@ def _columns(
         "chance": np.where(ids < own, uniform_of(ids, 0), 0.0) if coat.border else None,
         "normals": coat.normals,
     }
+    if coat.nested is not None:
+        columns["gaps"] = coat.nested.gaps
+        columns["marks"] = np.stack([coat.nested.spacings, coat.nested.widths], axis=1)
     return {name: values for name, values in columns.items() if values is not None}
 
 

@@ -11,8 +11,9 @@ import numpy as np
 from scipy import ndimage
 
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering.nested import scale_of
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
-from brushgs.rendering.tonal import Tones, scale_of
+from brushgs.rendering.tonal import Tones
 from brushgs.values.arrays import F32, F64, Array, Mask
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera

@@ -6,7 +6,7 @@ import numpy as np
 
 from brushgs.brushes.brush_set import BrushSet, size_for
 from brushgs.brushes.kit import BrushKit
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.soft import dot_brush
 from brushgs.options.media import TonalMedium
 from brushgs.passes.add.tonal_marks import Manner, tonal_marks
 from brushgs.passes.add.tonal_view import TonalView
@@ -14,7 +14,6 @@ from brushgs.passes.color.tone import tones as tones_of
 from brushgs.pipeline.media.materials import LINE_TOLERANCE, Materials, numbers_of
 from brushgs.pipeline.stroke_pass import nearest_regions, nearest_rows
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.tonal import Blacks
 from brushgs.values.arrays import F64, Mask, Rows
 from brushgs.values.colors import rgb_of
@@ -76,12 +75,10 @@ def marks_coat(
     if not views:
         return []
     camera = views[0].camera
-    brushes = BrushSet.of(StrokeTexture.open("ellipse"))
+    brushes = BrushSet.of(dot_brush())
     if not manner.is_round:
         brushes = BrushKit(other=("line",)).open(size=size_for(camera.width, camera.height))
     options = materials.options.for_marks(brushes)
-    if manner.is_round:
-        options = RenderOptions.of(brushes, num_threads=options.num_threads)
     sigmas = options.num_sigmas
     marks = tonal_marks(
         views,

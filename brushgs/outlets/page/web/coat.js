@@ -123,7 +123,7 @@ class CoatPainter {
     gl.deleteVertexArray(this._vertices);
   }
 
-  /** RGBA32F: see project.glsl; then (thickness, gain, chance, 0) and (normal, 0) where the coat has them. */
+  /** RGBA32F: see project.glsl. */
   _setStrokes(column) {
     const { gl, count, header } = this;
     const [means, quats, scales] = ["means", "quats", "scales"].map(column);
@@ -131,8 +131,9 @@ class CoatPainter {
     const [opacities, relief, chance, normals] = ["opacities", "relief", "chance", "normals"].map(
       (name) => column(name) && floatsOfHalves(column(name)),
     );
+    const [gaps, marks] = [column("gaps"), column("marks") && floatsOfHalves(column("marks"))];
     this._hasNormals = normals !== null;
-    this._stride = 3 + (relief || chance ? 1 : 0) + (normals ? 1 : 0);
+    this._stride = 3 + (relief || chance ? 1 : 0) + (normals ? 1 : 0) + (gaps ? 2 : 0);
     const stride = 4 * this._stride;
     const rows = Math.max(1, Math.ceil((count * this._stride) / TEXTURE_WIDTH));
     const texels = new Float32Array(4 * TEXTURE_WIDTH * rows);
@@ -148,6 +149,10 @@ class CoatPainter {
       if (relief) texels.set(relief.subarray(2 * i, 2 * i + 2), at + 12);
       if (chance) texels[at + 14] = chance[i];
       if (normals) texels.set(normals.subarray(3 * i, 3 * i + 3), at + stride - 4);
+      if (gaps) {
+        texels.set(gaps.subarray(3 * i, 3 * i + 3), at + stride - 8);
+        texels.set(marks.subarray(2 * i, 2 * i + 2), at + stride - 5);
+      }
     }
     this._strokes = newTexture(gl, gl.NEAREST);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, TEXTURE_WIDTH, rows, 0, gl.RGBA, gl.FLOAT, texels);
@@ -213,6 +218,8 @@ class CoatPainter {
       BORDER: header.border > 0,
       FACING: this._hasNormals,
       ONE_SIDED: header.isOneSided,
+      NESTED: header.nested !== null,
+      DOTS: header.nested === "dots",
       PLAIN: header.plainBrush !== undefined,
       IMAGE: this.isImage,
       GAUSSIAN: header.kernel === "gaussian",
