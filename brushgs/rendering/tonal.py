@@ -72,7 +72,7 @@ class Tones:
     def is_black(self, threshold: float) -> Mask:
         """[H, W] the masses darker than a threshold, with smooth outlines, before small ones are left out."""
         dark = (0.5 * (self.fine + self.broad) < threshold) & (self.alpha > 0.5) & ~self.is_jump
-        return self.smoothed(dark) > ROUND
+        return np.asarray((self.smoothed(dark) > ROUND) & ~self.is_jump)
 
     def smoothed(self, mask: Array) -> F32:
         """[H, W] a mask averaged over its neighbourhood."""
