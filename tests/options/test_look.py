@@ -4,6 +4,7 @@ import os
 import re
 from dataclasses import replace
 from math import degrees, radians
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -284,3 +285,10 @@ def test_a_medium_is_one_class_and_takes_what_another_has_beside(tmp_path):
     assert Look.open(written(tmp_path, "[media]\nwash = 0.3\nchalk = 0.2\n")).config.media == Paint()
     with pytest.raises(SceneError, match=r"\[media\] wash must be 0 to 1, got 3"):
         Look.open(written(tmp_path, "[media]\nwash = 3\n"))
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/looks.md"])
+def test_the_documentation_names_every_look(page):
+    text = (Path(__file__).resolve().parents[2] / page).read_text(encoding="utf-8")
+    listed = text.split("brushgs render scene.spz --look charcoal", 1)[1].split("brushgs render", 1)[0]
+    assert [name for name in LOOKS if not re.search(rf"\b{name}\b", "charcoal" + listed)] == []
