@@ -24,6 +24,7 @@ BROAD, BROAD_EDGE = 12.0, 0.10  # the same for the masses that become black
 JUMP = 0.05  # of the depth, beyond which what is nearer crosses what is behind
 HALO = 3.0  # px of paper that are left there
 SHARP = 0.9  # px, standard deviation of the last smoothing, in place of the steps of pixels
+FADED = (0.6, 1.1)  # areas over the least one at which a region is paper, and wholly black
 EDGE = 1.6  # px, standard deviation of the smoothing of the outline of blacks
 ROUND = 0.5  # share of a mask within `EDGE` at which its outline runs
 LOWEST, HIGHEST, ROUNDS = 0.06, 0.46, 7  # tones between which the threshold lies, and halvings of these
@@ -134,10 +135,13 @@ class Blacks:
 
     def shares(self, tones: Tones) -> F32:
         """[H, W] 0 (paper) to 1 (ink): smooth within a pixel of the outline."""
-        mask = large_ones(tones.is_black(self.threshold), self.least_area)
-        if not mask.any():
-            return np.zeros(mask.shape, np.float32)
-        near = ndimage.gaussian_filter(mask.astype(np.float32), SHARP * tones.scale, truncate=3.0)
+        mask = tones.is_black(self.threshold)
+        least = self.least_area * mask.size
+        shares = _by_area(mask, least)
+        if not shares.any():
+            return shares
+        shares += (1 - shares) * (1 - _by_area(~mask, 0.5 * least)) * ~mask  # holes in them fill likewise
+        near = ndimage.gaussian_filter(shares, SHARP * tones.scale, truncate=3.0)
         return np.asarray(np.clip((near - 0.2) / 0.6, 0, 1), np.float32)
 
 
@@ -145,6 +149,15 @@ def large_ones(mask: Mask, least: float) -> Mask:
     """The regions of a mask of at least a share of the picture, without holes smaller than half of that."""
     kept = _without_small(mask, least * mask.size)
     return ~_without_small(~kept, 0.5 * least * mask.size)
+
+
+def _by_area(mask: Mask, least: float) -> F32:
+    """[H, W] 1 in regions of a mask from a least area on, px, less in smaller ones: none pops up."""
+    labels, count = ndimage.label(mask)
+    areas = np.bincount(labels.ravel(), minlength=count + 1)
+    shares = smoothstep((areas / max(least, 1.0) - FADED[0]) / (FADED[1] - FADED[0]))
+    shares[0] = 0
+    return np.asarray(shares.astype(np.float32)[labels])
 
 
 def _without_small(mask: Mask, least: float) -> Mask:
