@@ -15,6 +15,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
 GONE, WHOLE = 0.5, 0.9  # gap on paper over that which the tone asks for, at which a mark is gone, and whole
+THINNEST = 0.7  # px, half width
 LEAST_FACING = 0.1  # cosine of the angle between normal and view
 PIXELS = 960 * 540  # picture that lengths refer to
 
@@ -42,18 +43,19 @@ class Nested:
     is_round: bool = False
 
     def of(self, boxes: Boxes, strokes: Gaussians, camera: Camera) -> Boxes:
-        """The boxes of these strokes as wide as they shall be; those that are gone have opacity 0."""
+        """The boxes of these strokes as wide as they shall be; those that are gone have opacity 0.
+
+        Marks thinner than `THINNEST` are that wide and fainter: none falls between pixels.
+        """
         ids = boxes.ids
         scale = scale_of(camera)
         shares = self.shares(strokes.means[ids], ids, boxes.angles, camera)
         halves = boxes.half_extents.copy()
-        widths = 0.5 * scale * self.widths[ids]
+        widths = 0.5 * scale * self.widths[ids] * (np.sqrt(shares) if self.is_round else shares)
+        thin = np.minimum(widths / THINNEST, 1)
+        halves[:, 1] = np.maximum(widths, THINNEST)
         if self.is_round:
-            halves[:] = (widths * np.sqrt(shares))[:, None]
-        else:
-            halves[:, 1] = widths * shares
-        # A line thinner than a pixel is a fainter one.
-        thin = np.clip(shares * 2, 0, 1)
+            halves[:, 0], thin = halves[:, 1], thin**2
         opacities = (boxes.opacities * thin).astype(boxes.opacities.dtype)
         return replace(boxes, half_extents=halves, opacities=opacities)
 

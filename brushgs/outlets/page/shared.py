@@ -45,6 +45,7 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "FACING_BOUNDS": facing.BOUNDS,
         "NESTED_BOUNDS": (nested.GONE, nested.WHOLE),
         "LEAST_FACING": nested.LEAST_FACING,
+        "THINNEST": nested.THINNEST,
         "NESTED_PIXELS": float(nested.PIXELS),
         "BEHIND_BOUNDS": facing.BEHIND,
         "SOLID_BELOW": depth_test.SOLID,

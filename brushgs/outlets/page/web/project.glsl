@@ -201,11 +201,15 @@ Box boxOf(int id, Stroke stroke) {
 #endif
   float left = smoothed((onPaper / (unit * gap.w) - NESTED_BOUNDS.x) / (NESTED_BOUNDS.y - NESTED_BOUNDS.x));
 #ifdef DOTS
-  box.halfExtents = vec2(width * sqrt(left));
+  width *= sqrt(left);
+  float thin = min(width / THINNEST, 1.0);
+  box.halfExtents = vec2(max(width, THINNEST));
+  box.opacity *= thin * thin;
 #else
-  box.halfExtents.y = width * left;
+  width *= left;
+  box.halfExtents.y = max(width, THINNEST);
+  box.opacity *= min(width / THINNEST, 1.0);
 #endif
-  box.opacity *= min(2.0 * left, 1.0);
 #endif
   vec2 reach = abs(box.axis) * box.halfExtents.x + abs(box.axis.yx) * box.halfExtents.y;
   box.isSeen = all(greaterThan(box.center + reach, vec2(0))) && all(lessThan(box.center - reach, uSize)) &&
