@@ -1,7 +1,7 @@
 """Writes the pictures of the README: a painting, five charts and three moving pictures.
 
 still_life.jpg  what `brushgs demo` paints
-looks.jpg       the still life in six looks
+looks.jpg       the still life in every look
 grow.webp       the painting comes into being
 strokes.jpg     lemon, pear and apple with every built-in stroke
 styles.jpg      four paintings of `tests.kit.mark_paintings`, and the still life in the style of each
@@ -37,11 +37,13 @@ from rich.progress import track
 import brushgs as bg
 from brushgs.brushes.texture import builtin_names
 from brushgs.cli import main as brushgs
+from brushgs.options.choices import LOOKS as ALL_LOOKS
+from brushgs.options.choices import PLAIN_LOOK
 from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
 from brushgs.values.layers import Matte
 
-LOOKS = "oil", "impressionist", "gouache", "watercolour", "charcoal", "ink"
+LOOKS = tuple(name for name in ALL_LOOKS if name != PLAIN_LOOK)
 TONED, CREAM = "#2e2113", "#eadfc8"  # the background of the demo, and the labels on it
 TONED_RGB = 0x2E / 255, 0x21 / 255, 0x13 / 255
 FRAMES_PER_SECOND = 15

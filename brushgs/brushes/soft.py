@@ -1,4 +1,4 @@
-"""The soft brush: the 3DGS kernel as an image, for plain Gaussians among strokes.
+"""The soft brush, the 3DGS kernel as an image for plain Gaussians among strokes; and dots.
 
 A kernel cannot be mixed with images, see `BrushSet`. The image is rounded to 8 bits and filtered by "mip":
 pictures of 960 x 600 have a PSNR of 57 dB (still life), 55 (koala) and 49 (truck) to those of the kernel.
@@ -11,6 +11,7 @@ import numpy as np
 from brushgs.brushes.texture import KERNEL_SIGMAS, StrokeTexture
 
 SOFT = "soft"
+DOT_SIZE, DOT_RIM = 32, 3.0  # texels of a dot, which is a few pixels wide, and of its rim
 SIZE = 256  # texels; 128 loses 1 to 2.4 dB, 64 loses 3 to 7
 
 
@@ -21,3 +22,12 @@ def soft_brush() -> StrokeTexture:
     across = np.exp(-0.5 * (KERNEL_SIGMAS["gaussian"] * s) ** 2)
     coverage = np.rint(255 * across[:, None] * across).astype(np.uint8)
     return StrokeTexture("image", SOFT, coverage, None, KERNEL_SIGMAS["gaussian"], has_bristles=False)
+
+
+@lru_cache
+def dot_brush() -> StrokeTexture:
+    """A round dot of ink, which fills its box but for its soft rim."""
+    s = (2 * np.arange(DOT_SIZE) + 1) / DOT_SIZE - 1
+    rim = (1 - np.hypot(s[:, None], s)) * DOT_SIZE / 2  # texels inside the circle that touches the box
+    coverage = np.rint(255 * np.clip(rim / DOT_RIM, 0, 1)).astype(np.uint8)
+    return StrokeTexture("image", "dot", coverage, None, has_bristles=False)

@@ -31,12 +31,15 @@ Clean = Literal["off", "floaters", "sure", "strong"]
 Params = Literal["color", "free", "all"]  # stroke parameters that refinement fits
 See = Literal["views", "off"]  # whether views of the scene influence the strokes
 Canvas = Literal["none", "linen", "paper"]  # texture under the paint
-Medium = Literal["paint", "charcoal", "ink", "watercolour"]  # painting medium
+Medium = Literal["paint", "charcoal", "ink", "hatching", "stippling", "watercolour"]  # painting medium
 StageTone = Literal["auto", "light", "dark"]  # wall of a stage
 Codec = Literal["h264", "h265", "prores", "vp9"]  # video codec
 
 # Built-in looks (files in brushgs/looks), in listing order.
-LOOKS = ("oil", "impressionist", "gouache", "watercolour", "charcoal", "ink", "plain")
+LOOKS = (
+    *("oil", "impressionist", "gouache", "watercolour", "charcoal", "ink", "hatching", "stippling"),
+    "plain",
+)
 DEFAULT_LOOK, PLAIN_LOOK = "oil", "plain"
 # Strokes of a backdrop: count for looks without one of their own, and the limit.
 DEFAULT_BACKDROP, MAX_BACKDROP = 2500, 20_000

@@ -18,6 +18,7 @@ def _color(text: str) -> str:
     return text
 
 
+Pair = tuple[float, float]
 Code = Annotated[str, in_files("#rrggbb", read=_color)]
 
 
@@ -27,6 +28,7 @@ class Medium(Options, frozen=True):
     kind: ClassVar[str]
     has_own_color: ClassVar[bool] = False  # whether marks have the medium's colour, not those of the scene
     draws_lines: ClassVar[bool] = False  # whether there may be lines along edges
+    draws_tones: ClassVar[bool] = False  # whether tones are marks on surfaces, placed in the views of a job
     # fmt: off
     behind: Annotated[float, in_files("strokes are painted up to this many stroke sizes behind the visible "
         "surface", ge=0, le=10)] = 1.6
@@ -51,9 +53,6 @@ class Paint(Medium, frozen=True):
 class DrawingMedium(Medium, frozen=True):
     """Base of media that draw lines along edges."""
 
-    wash: Annotated[float, share("strength of the soft tone under the marks", flag=None)] = 0.6
-    marks: Annotated[float, share("opacity of marks", flag=None)] = 0.9
-    dry: Annotated[float, share("share of the paper's tooth that marks leave open", flag=None)] = 0.0
     lines: Annotated[float, share("opacity of lines along edges; 0 for none", flag=None)] = 0.0
     line_color: Code = "#0f0e0e"
     line_width: Annotated[float, in_files("of lines", ge=0.2, le=20, unit="px")] = 1.5
@@ -68,7 +67,15 @@ class DrawingMedium(Medium, frozen=True):
         return self.lines > 0
 
 
-class Charcoal(DrawingMedium, frozen=True):
+class SoftMedium(DrawingMedium, frozen=True):
+    """Base of media with a soft tone under marks."""
+
+    wash: Annotated[float, share("strength of the soft tone under the marks", flag=None)] = 0.6
+    marks: Annotated[float, share("opacity of marks", flag=None)] = 0.9
+    dry: Annotated[float, share("share of the paper's tooth that marks leave open", flag=None)] = 0.0
+
+
+class Charcoal(SoftMedium, frozen=True):
     """Charcoal and chalk."""
 
     kind = "charcoal"
@@ -80,14 +87,56 @@ class Charcoal(DrawingMedium, frozen=True):
     chalk_dry: Annotated[float, share("`dry` of chalk", flag=None)] = 0.34
 
 
-class Ink(DrawingMedium, frozen=True):
-    """Ink and brush."""
+class TonalMedium(DrawingMedium, frozen=True):
+    """Base of media whose tone is the density of marks of one colour.
+
+    Lengths are pixels in a picture of 960 x 540, and scale with the root of its area.
+    """
+
+    has_own_color = True
+    draws_tones = True
+    # fmt: off
+    color: Code = "#171615"
+    spacing: Annotated[Pair, in_files("distance of marks in the darkest tone, and not less in the lightest",
+        ge=0.5, le=100, unit="px")] = (2.4, 5.5)
+    width: Annotated[Pair, in_files("of marks in the darkest and in the lightest tone", ge=0.1, le=20,
+        unit="px")] = (1.4, 1.0)
+    lightest: Annotated[float, share("tone from which paper is left white", flag=None)] = 0.6
+    key: Annotated[float, share("how far the focus takes all tones, from dark to light, so that it reads",
+        flag=None)] = 0.6
+    # fmt: on
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.spacing[1] < self.spacing[0]:
+            raise ValueError(f"spacing must not be less in the lightest tone, got {list(self.spacing)}")
+
+
+class Hatching(TonalMedium, frozen=True):
+    """Evenly spaced lines along the form, crossed in the dark."""
+
+    kind = "hatching"
+    crossed: Annotated[float, share("tone up to which hatching is crossed; 0 for nowhere", flag=None)] = 0.36
+    length: Annotated[Pair, in_files("shortest and longest line", ge=1, le=1000, unit="px")] = (22.0, 110.0)
+    dry: Annotated[float, share("share of the paper's tooth that lines leave open", flag=None)] = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.length[1] < self.length[0]:
+            raise ValueError(f"length must name the shortest line first, got {list(self.length)}")
+
+
+class Ink(Hatching, frozen=True):
+    """Pen and brush: hatching, and the darkest masses in solid black."""
 
     kind = "ink"
-    has_own_color = True
-    color: Code = "#171615"
-    dark: Annotated[float, share("tone up to which ink is solid", flag=None)] = 0.2
-    middle: Annotated[float, share("tone up to which marks are made with a dry brush", flag=None)] = 0.7
+    black: Annotated[float, share("share of what is drawn that is solid black", flag=None)] = 0.17
+
+
+class Stippling(TonalMedium, frozen=True):
+    """Dots."""
+
+    kind = "stippling"
 
 
 class Watercolour(DrawingMedium, frozen=True):
@@ -102,7 +151,9 @@ class Watercolour(DrawingMedium, frozen=True):
     touches: Annotated[int, in_files("largest number of brush marks on the wet layer", ge=0, le=5000)] = 500
 
 
-MEDIA: Mapping[str, type[Medium]] = {one.kind: one for one in (Paint, Charcoal, Ink, Watercolour)}
+MEDIA: Mapping[str, type[Medium]] = {
+    one.kind: one for one in (Paint, Charcoal, Ink, Hatching, Stippling, Watercolour)
+}
 # Fields of a table [media]: a look with a base may give only the medium, or only some of its numbers.
 ROWS = {row.field: row for medium in MEDIA.values() for row in rows_of(medium)}
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
 from brushgs.errors import SceneWarning
-from brushgs.options.media import Charcoal, Ink
 from brushgs.options.painting import STEPS, PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
@@ -183,10 +182,10 @@ def _note_unseen(config: PaintConfig) -> None:
     media = config.media
     chroma = config.color.chroma
     unseen = [("--palette", config.palette is not None), (f"--chroma {chroma:g}", chroma > 1)]
-    if isinstance(media, Charcoal | Ink):
+    if media.has_own_color:
         cure = "take a look in paint, such as oil or watercolour, or set color in [media] of a look file"
         for flag in (flag for flag, is_asked in unseen if is_asked):
-            fact = f"{flag} gives no colours, since {media.kind} is of one, {media.color}"
+            fact = f"{flag} gives no colours, since {media.kind} is of one, {media.color}"  # type: ignore[attr-defined]
             warnings.warn(SceneWarning(f"{fact}; {cure}"), stacklevel=2)
 
 

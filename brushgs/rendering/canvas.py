@@ -212,8 +212,10 @@ class Painting:
         return replace(self, coats=tuple(coat.posed(pose, takes_light=takes_light) for coat in self.coats))
 
     def without_effects(self) -> "Painting":
-        """The same painting for programs that cannot run effects, see `Coat.without_effect`."""
-        return replace(self, coats=tuple(coat.without_effect() for coat in self.coats))
+        """The same painting for programs that cannot run effects, see `Effect.stand_in`."""
+        from brushgs.rendering.effect import without_effect
+
+        return replace(self, coats=tuple(map(without_effect, self.coats)))
 
     def with_depth(self, depth: bool) -> "Painting":
         """The same painting with or without depth in its frames; what depth tests and effects need stays."""

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from brushgs.rendering.canonical import Canonical
     from brushgs.rendering.effect import Effect
     from brushgs.rendering.motion import Pose
+    from brushgs.rendering.nested import Nested
+    from brushgs.values.arrays import Rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +43,9 @@ class Coat:
         plain: Gaussians shown unpainted among the strokes, by the last brush, see `showing`; or None. The ids
             of their boxes follow those of the strokes.
         fields: of directions of the strokes, for the lock "canonical"; or None.
+        nested: levels of strokes that keep their density on paper; None if all strokes show in every view.
+        chains: [N] the line that each stroke is a piece of, ascending, its pieces in order; None for
+            strokes that are not lines.
         effect: what becomes of their picture, as covering paint, before it is laid; None for nothing.
     """
 
@@ -56,6 +61,8 @@ class Coat:
     is_one_sided: bool = field(default=False, kw_only=True)
     plain: Gaussians | None = field(default=None, kw_only=True)
     fields: "Canonical | None" = field(default=None, kw_only=True)
+    nested: "Nested | None" = field(default=None, kw_only=True)
+    chains: "Rows | None" = field(default=None, kw_only=True)
     effect: "Effect | None" = field(default=None, kw_only=True)
 
     def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Coat":
@@ -64,6 +71,9 @@ class Coat:
         strokes = pose.moved(self.strokes, has_color=takes_light)
         if self.options.relief is not None:
             keep_relief(strokes, self.strokes)
+        nested = self.nested
+        if nested is not None:
+            nested = replace(nested, gaps=pose.turned(self.strokes, nested.gaps))
         plain = None if self.plain is None else pose.moved(self.plain)
         fields = self.fields
         if fields is not None:
@@ -71,7 +81,7 @@ class Coat:
                 pose.turned(self.strokes, one).astype(np.float64) for one in (fields.facing, fields.along)
             )
             fields = replace(fields, facing=facing, along=along)
-        return replace(self, strokes=strokes, normals=normals, plain=plain, fields=fields)
+        return replace(self, strokes=strokes, normals=normals, nested=nested, plain=plain, fields=fields)
 
     def showing(self, plain: Gaussians) -> "Coat":
         """The coat with plain Gaussians among its strokes.
@@ -83,12 +93,6 @@ class Coat:
 
         texture, options = with_soft_brush(self.texture, self.options)
         return replace(self, texture=texture, options=options, plain=plain)
-
-    def without_effect(self) -> "Coat":
-        """The coat for programs that cannot run its effect; the coat itself if it has none."""
-        if self.effect is None:
-            return self
-        return replace(self, strokes=self.effect.recolored(self.strokes), effect=None)
 
     def boxes(self, camera: Camera, directions: Directions | None = None) -> tuple[Boxes, ProjectCounts]:
         """The boxes of one view, and cull counts."""
@@ -105,6 +109,8 @@ class Coat:
             from brushgs.rendering.facing import fade_by_facing
 
             boxes = fade_by_facing(boxes, camera, self.strokes, self.normals, is_one_sided=self.is_one_sided)
+        if self.nested is not None:
+            boxes = self.nested.of(boxes, self.strokes, camera)
         if self.plain is None:
             return boxes, counts
         from brushgs.rendering.among import boxes_among

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering.fragments import Fragments
-from brushgs.rendering.marks import Marks
+from brushgs.rendering.marks import LaidCoat, Marks
 from brushgs.values.arrays import Array
 from brushgs.values.layers import DeepSamples
 
@@ -88,7 +88,7 @@ class DeepMaker:
             marks.dtype,
         )
         self._of_marks = {
-            "colors": marks.each(lambda _, laid: laid.boxes.colors, marks.dtype, 3),
+            "colors": marks.each(lambda _, laid: _colors(laid), marks.dtype, 3),
             "depths": depths,
             "setbacks": setbacks,
             "ids": (marks.numbers + 1).astype(np.uint32),
@@ -146,17 +146,23 @@ class DeepMaker:
         return DeepSamples(starts, colors, alphas, depths, ids, camera.height, camera.width)
 
 
-def _tints_over(marks: Marks) -> list[Array | None]:
-    """[H, W, 3] of each coat that covers the product of the glazes above it, and of its own effect.
+def _colors(laid: LaidCoat) -> Array:
+    """[M, 3] of the boxes; white where an effect gives the colours, as a tint of the samples."""
+    return laid.boxes.colors if laid.picture is None else np.ones_like(laid.boxes.colors)
 
-    Empty if all are None.
+
+def _tints_over(marks: Marks) -> list[Array | None]:
+    """[H, W, 3] of each covering coat, the product of the glazes above it and the picture of its effect.
+
+    Empty without any.
     """
     tints: list[Array | None] = []
     above: Array | None = None
     for laid in reversed(marks.all_laid):
-        if laid.tint is None:
-            own = laid.factors
-            tints.insert(0, above if own is None else own if above is None else own * above)
-        else:
+        if laid.tint is not None:
             above = laid.tint if above is None else above * laid.tint
-    return [] if all(tint is None for tint in tints) else tints
+        elif laid.picture is None:
+            tints.insert(0, above)
+        else:
+            tints.insert(0, laid.picture if above is None else above * laid.picture)
+    return tints if any(tint is not None for tint in tints) else []

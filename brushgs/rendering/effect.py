@@ -11,9 +11,9 @@ import numpy as np
 from brushgs.values.arrays import F32, Array
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
-from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.surface import Surface
 
 
@@ -33,9 +33,14 @@ class Effect(Protocol):
         """
         ...
 
-    def recolored(self, strokes: Gaussians) -> Gaussians:
-        """The strokes whose picture comes closest to that of the effect, for programs that cannot run it."""
+    def stand_in(self, coat: "Coat") -> "Coat":
+        """The coat for outlets that lay strokes one by one and know no effects: pages and models."""
         ...
+
+
+def without_effect(coat: "Coat") -> "Coat":
+    """The coat itself, or what stands in for it where there are no effects."""
+    return coat if coat.effect is None else coat.effect.stand_in(coat)
 
 
 def positions_of(depth: Array, camera: Camera) -> F32:

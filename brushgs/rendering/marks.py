@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from brushgs.rendering.depth_test import DepthTest
 
 MOST_FRAGMENTS = 4_000_000  # approximate number in memory at a time, 13 bytes each in float32
-LEAST_COLOR = 1e-6  # of paint that an effect changes: a factor makes no colour of none
 FIRST_ROWS = 4 * TILE_HEIGHT  # rows of the first band, to estimate the density of fragments
 
 
@@ -45,8 +44,7 @@ class LaidCoat:
         alpha: [H, W] its own coverage.
         share: [H, W] share of its paint that the paper takes; None for all.
         tint: [H, W, 3] of a glaze; None for covering paint.
-        factors: [H, W, 3] of an effect on the colours of all strokes in a pixel; None for none. Strokes keep
-            their shares of the paint, so a matte tells where the pigment of the effect comes from.
+        picture: [H, W, 3] its colours if an effect gives them, not premultiplied; None for those of boxes.
     """
 
     coat: "Coat"
@@ -55,7 +53,7 @@ class LaidCoat:
     alpha: Array  # [H, W]
     share: Array | None = None  # [H, W]
     tint: Array | None = None  # [H, W, 3]
-    factors: Array | None = None  # [H, W, 3]
+    picture: Array | None = None  # [H, W, 3]
 
     @classmethod
     def of(
@@ -68,11 +66,11 @@ class LaidCoat:
                 taken.alpha, painted.alpha, out=np.zeros_like(taken.alpha), where=painted.alpha > 0
             )
         tint = taken.rgb.copy() if coat.blend == "glaze" else None  # the canvas reuses these arrays
-        factors = None
-        if share is not None and coat.effect is not None:
-            before = painted.rgb * share[..., None]
-            factors = np.divide(taken.rgb, before, out=np.ones_like(before), where=before > LEAST_COLOR)
-        return cls(coat, boxes, in_front_of, taken.alpha.copy(), share, tint, factors)
+        picture = None
+        if coat.effect is not None and coat.blend == "cover":
+            alpha = taken.alpha[..., None]
+            picture = np.divide(taken.rgb, alpha, out=np.zeros_like(taken.rgb), where=alpha > 0)
+        return cls(coat, boxes, in_front_of, taken.alpha.copy(), share, tint, picture)
 
     @property
     def num_rows(self) -> int:

@@ -24,6 +24,7 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, in_colors
 
 if TYPE_CHECKING:
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.surface import Surface
 
 ROUNDS = 3  # of smoothing
@@ -140,9 +141,10 @@ class WetLayer:
         """The wet layer as covering paint: its paper hides what lies below the strokes."""
         return _on_part(self._laid, painted, camera, surface)
 
-    def recolored(self, strokes: Gaussians) -> Gaussians:
-        """The strokes in keyed colours, see `Effect.recolored`."""
-        return in_colors(strokes, self.key.base_colors(strokes))
+    def stand_in(self, coat: "Coat") -> "Coat":
+        """See `Effect`: the strokes in keyed colours."""
+        keyed = in_colors(coat.strokes, self.key.base_colors(coat.strokes))
+        return replace(coat, strokes=keyed, effect=None)
 
     def _laid(self, part: "_Part") -> tuple[Array, Array]:
         """Colours and alpha of a part of a picture."""
@@ -185,9 +187,9 @@ class ShadowWash:
         darker = _on_part(self._laid, painted, camera, surface)
         return replace(darker, rgb=darker.rgb + (1 - darker.alpha)[..., None])
 
-    def recolored(self, strokes: Gaussians) -> Gaussians:
-        """The strokes themselves, see `Effect.recolored`."""
-        return strokes
+    def stand_in(self, coat: "Coat") -> "Coat":
+        """See `Effect`: the strokes themselves."""
+        return replace(coat, effect=None)
 
     def _laid(self, part: "_Part") -> tuple[Array, Array]:
         """Colours and alpha of a part of a picture: what the wash leaves of white, as for a layer."""

@@ -4,7 +4,7 @@
 
 Paintings are those that `brushgs render` makes, 1280 x 720; plain has 6000 strokes here, as oil has.
 - likeness: PSNR in dB and SSIM of the painting without broken colour, relief and canvas to the plain picture
-  of the scene on the same ground and backdrop; charcoal and ink are compared in grey.
+  of the scene on the same ground and backdrop; those of one colour are compared in grey.
 - seconds: of the stages and of a frame (median of 5), and the peak memory of a process that paints it;
   of koala.
 - parts: a frame of oil with one part left out, medians of 15 rounds in which all take turns.
@@ -55,7 +55,7 @@ SIZE = 1280, 720
 FACE = ViewConfig(size=SIZE, look_at="part", zoom=1.9, pan=(0.0, 0.1))
 PICKED = "koala", "truck", "skull", "chair", "biker", "face", "campsite", "still life"
 TIMED = ("koala",)
-GREY = "charcoal", "ink"
+GREY = tuple(look for look in LOOKS if Look.open(look).config.media.has_own_color)
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 ORBIT, NUM_FRAMES = 240, 12
 PARTS: dict[str, dict[str, dict[str, Any]]] = {

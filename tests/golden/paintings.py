@@ -56,6 +56,7 @@ LOOKS = {  # name of the picture -> the words of its command
     "stage_impressionist": ("--look", "impressionist", *STAGE),
     "stage_charcoal": ("--look", "charcoal", *STAGE),
     "stage_ink": ("--look", "ink", *STAGE),
+    "stage_stippling": ("--look", "stippling", *STAGE),
     "stage_watercolour": ("--look", "watercolour", *STAGE),
     "stage_style": ("--style", "{style}:0.8", *STAGE),
 }

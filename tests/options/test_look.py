@@ -4,6 +4,7 @@ import os
 import re
 from dataclasses import replace
 from math import degrees, radians
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -127,7 +128,8 @@ REFUSED = [
     ("[light.lamp]\nx = 1\n", "[light] lamp must be a list of 2 numbers, got {'x': 1}"),
     (
         "[media]\nkind = 'oil'\n",
-        "[media] kind must be 'paint', 'charcoal', 'ink' or 'watercolour', got 'oil'",
+        "[media] kind must be 'paint', 'charcoal', 'ink', 'hatching', 'stippling' or 'watercolour', "
+        "got 'oil'",
     ),
     ("[media]\ncolor = 'black'\n", "[media] color must be #rrggbb, got 'black'"),
     ("[color]\ngray = 1\n", "[color] gray must be true or false, got 1"),
@@ -279,7 +281,14 @@ def test_a_medium_is_one_class_and_takes_what_another_has_beside(tmp_path):
     path = written(tmp_path, 'base = "ink"\n[media]\nkind = "charcoal"\nchalk = 0.5\n')
     changed = Look.open(path).config.media
     assert isinstance(changed, Charcoal)
-    assert (changed.middle, changed.chalk, changed.color) == (ink.middle, 0.5, ink.color)
+    assert (changed.lines, changed.chalk, changed.color) == (ink.lines, 0.5, ink.color)
     assert Look.open(written(tmp_path, "[media]\nwash = 0.3\nchalk = 0.2\n")).config.media == Paint()
     with pytest.raises(SceneError, match=r"\[media\] wash must be 0 to 1, got 3"):
         Look.open(written(tmp_path, "[media]\nwash = 3\n"))
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/looks.md"])
+def test_the_documentation_names_every_look(page):
+    text = (Path(__file__).resolve().parents[2] / page).read_text(encoding="utf-8")
+    listed = text.split("brushgs render scene.spz --look charcoal", 1)[1].split("brushgs render", 1)[0]
+    assert [name for name in LOOKS if not re.search(rf"\b{name}\b", "charcoal" + listed)] == []

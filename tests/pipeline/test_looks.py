@@ -23,7 +23,7 @@ SIZE = 120, 90
 SCENE = still_life_of(1500)
 NOTHING = SCENE.take(np.zeros(0, int))
 CAMERA = still_life_camera(width=SIZE[0], height=SIZE[1])
-DRAWN = ("charcoal", "ink", "watercolour")
+DRAWN = tuple(name for name in LOOKS if Look.open(name).config.media.draws_lines)
 PAINTED = ("oil", "impressionist", "gouache")
 
 
@@ -79,7 +79,7 @@ def test_looks_with_a_ground_are_opaque_and_no_two_are_alike(frames):
     assert frames["plain"].alpha.min() < 1
 
 
-@pytest.mark.parametrize("name", ["charcoal", "ink"])
+@pytest.mark.parametrize("name", ["charcoal", "ink", "stippling"])
 def test_drawing_media_have_tones_of_paper_and_ink_alone(frames, name):
     """Every pixel lies on the lines from the paper to black and to chalk: hues of the scene are gone."""
     chroma = np.ptp(frames[name].rgb, axis=2)

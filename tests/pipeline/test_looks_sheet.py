@@ -59,8 +59,8 @@ def test_a_sheet_shows_each_look_as_render_paints_it(scene, looks, tmp_path, mon
 
 
 def test_looks_of_several_coats_are_on_a_sheet(scene, tmp_path):
-    report = paint_looks([Look.open("ink")], tmp_path / "a.png", scene=scene, view=ViewConfig(size=SIZE))
-    (stage,) = (one for one in report.stages if one.name == "ink")
+    report = paint_looks([Look.open("charcoal")], tmp_path / "a.png", scene=scene, view=ViewConfig(size=SIZE))
+    (stage,) = (one for one in report.stages if one.name == "charcoal")
     assert 0 < stage.counts["strokes"] <= 6000
 
 

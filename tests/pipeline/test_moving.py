@@ -274,7 +274,7 @@ def test_what_leaves_and_comes_back_takes_its_strokes_along(tmp_path):
     assert np.abs(back - first).mean() < 0.02
 
 
-@pytest.mark.parametrize("look", ["oil", "watercolour", "charcoal", "ink"])
+@pytest.mark.parametrize("look", ["oil", "watercolour", "charcoal", "ink", "stippling"])
 def test_looks_paint_films(look, tmp_path):
     config = bg.Look.open(look).config
     config = replace(config, view=ViewConfig(size=(64, 48)), cluster=replace(config.cluster, strokes=60))

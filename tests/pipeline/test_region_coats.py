@@ -19,7 +19,7 @@ def scene():
     return still_life_of(3000)
 
 
-@pytest.mark.parametrize("look", ["oil", "watercolour", "charcoal", "ink"])
+@pytest.mark.parametrize("look", ["oil", "watercolour", "charcoal", "ink", "stippling"])
 def test_every_coat_but_the_backdrop_bears_parts(scene, look):
     config = Look.open(look).config
     config = replace(
@@ -34,7 +34,7 @@ def test_every_coat_but_the_backdrop_bears_parts(scene, look):
     for coat in coats:
         means, regions = coat.strokes.means, coat.strokes.regions
         assert set(regions) == {0, 1}
-        if coat.name == "lines":  # which are no strokes: they have the part of the nearest
+        if coat.chains is not None:  # which are no strokes: they have the part of the nearest
             away = np.linalg.norm(means[:, None].astype(float) - strokes.means, axis=2)
             np.testing.assert_array_equal(regions, strokes.regions[away.argmin(axis=1)])
         else:

@@ -275,7 +275,7 @@ def test_all_of_a_scene_is_painted_as_without_where(scene):
     assert_same(prepared.strokes, painted(scene, PAINT).strokes)
 
 
-@pytest.mark.parametrize("kind", ["charcoal", "ink", "watercolour"])
+@pytest.mark.parametrize("kind", ["charcoal", "ink", "hatching", "stippling", "watercolour"])
 def test_drawing_media_draw_a_part_too(kind, scene):
     scene = still_life_of(3000)  # of fewer Gaussians, which are larger, some reach over the border
     media = MEDIA[kind](lines=0.5)

@@ -13,6 +13,7 @@ from brushgs.options.painting import ViewConfig
 from brushgs.passes.color.color_space import Space
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
+from brushgs.rendering.effect import without_effect
 from brushgs.rendering.wet_layer import WetLayer
 from brushgs.still_life import still_life_camera
 from tests.scenes import still_life_of
@@ -70,7 +71,7 @@ def test_without_its_effect_a_wash_is_soft_paint_to_the_bit(prepared):
     bare = replace(prepared.painting, coats=(replace(wash, effect=None),), surface=None)
     expected = bg.render(wash.strokes, CAMERA, "gaussian")
     assert np.array_equal(bare.frame(CAMERA).rgb, expected.rgb)
-    keyed = wash.without_effect()
+    keyed = without_effect(wash)
     assert keyed.effect is None
     assert keyed.strokes.sh.shape[1] == 1
 

@@ -30,6 +30,7 @@
 #include "brushgs/project_backward.hpp"
 #include "brushgs/raster.hpp"
 #include "brushgs/raster_backward.hpp"
+#include "brushgs/streamlines.hpp"
 #include "brushgs/stroke_levels.hpp"
 #include "brushgs/trace.hpp"
 #include "brushgs/track.hpp"
@@ -983,6 +984,28 @@ void components(In<std::int64_t, 1> a, In<std::int64_t, 1> b, Out<std::int32_t, 
     brushgs::find_components(links, components.data(), components.shape(0));
 }
 
+nb::tuple trace_lines(In<float, 3> directions, In<float, 2> spacing, In<double, 2> taken, In<double, 2> seeds,
+                      In<double, 1> factors, double step, double shortest, double longest, double end) {
+    const brushgs::LineField field{directions.data(), spacing.data(), spacing.shape(1), spacing.shape(0)};
+    const brushgs::LineRules rules{.taken = taken.data(),
+                                   .num_taken = taken.shape(0),
+                                   .seeds = seeds.data(),
+                                   .num_seeds = seeds.shape(0),
+                                   .factors = factors.data(),
+                                   .num_levels = factors.shape(0),
+                                   .step = step,
+                                   .shortest = shortest,
+                                   .longest = longest,
+                                   .end = end};
+    brushgs::TracedLines lines;
+    {
+        const nb::gil_scoped_release without_gil;
+        lines = brushgs::trace_lines(field, rules);
+    }
+    return nb::make_tuple(to_array(std::move(lines.points)), to_array(std::move(lines.begins)),
+                          to_array(std::move(lines.levels)));
+}
+
 // Rows by label, and in order
 
 nb::tuple group_rows(In<std::int32_t, 1> labels, std::size_t num_groups) {
@@ -1228,5 +1251,10 @@ NB_MODULE(_core, m) {
     m.def("components", &components, "a"_a.noconvert(), "b"_a.noconvert(), "components"_a.noconvert(),
           "Write for each of N rows its component [N] int32, by the links a [M] to b [M] between rows. Components are "
           "numbered from 0, in the order of their first rows.");
+    m.def("trace_lines", &trace_lines, "directions"_a.noconvert(), "spacing"_a.noconvert(), "taken"_a.noconvert(),
+          "seeds"_a.noconvert(), "factors"_a.noconvert(), nb::kw_only(), "step"_a, "shortest"_a, "longest"_a, "end"_a,
+          "Evenly spaced lines along the directions [H, W, 2] of a picture (cosine and sine of twice the angle), at "
+          "the spacing [H, W] in pixels, 0 where there are none; dots where `step` is 0. See `LineRules`. Returns "
+          "points [2 P] (x, y), the first point of each line [L + 1] int64, and its level [L] int32.");
     def_stroke_levels(m);
 }

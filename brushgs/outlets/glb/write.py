@@ -92,9 +92,6 @@ def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
         "ground and tooth of the paper are not in the file, strokes have nothing behind them": (
             painting.surface is not None
         ),
-        "washes do not run in the file: it has their strokes as soft marks of their colours": any(
-            coat.effect is not None for coat in painting.coats
-        ),
         "the file has no lamp and no relief: paint is flat": painting.lamp is not None,
         "the axis of the camera goes through the middle of the picture in the file": (
             np.abs(camera.K[:2, 2] - (camera.width / 2, camera.height / 2)).max() > MIDDLE
@@ -104,12 +101,16 @@ def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
         options = coat.options
         of_coat = {
             "glazes cover what lies below in the file, they do not multiply it": coat.blend == "glaze",
+            "what runs or gathers on the paper is not in the file: its strokes lie there one by one": (
+                coat.effect is not None
+            ),
             "streaks of bristles are not in the file": options.streaks > 0,
             "strokes of nearly equal depth do not blend in the file": options.order == "soft",
         }
         if not for_view:
             of_coat |= {
                 "colours do not change with the view in the file": used_sh_degree(coat.strokes) > 0,
+                "marks do not get denser as the camera comes nearer in the file": coat.nested is not None,
                 "strokes do not thin out toward the border of the picture in the file": bool(coat.border),
             }
         found |= {sentence: found.get(sentence, False) or holds for sentence, holds in of_coat.items()}

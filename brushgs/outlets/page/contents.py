@@ -38,7 +38,7 @@ VERSION = 1  # of the header; grows when a key changes its name or meaning
 MOST_GROUND = 640  # px, longer side of a picture used as ground
 MOST_PLAIN = 100_000  # plain Gaussians of a coat: about 3 MB; more is too much for phones
 _HALF = np.finfo(np.float16)
-_DTYPES: dict[str, type[np.generic]] = dict.fromkeys(("means", "quats", "scales"), np.float32)
+_DTYPES: dict[str, type[np.generic]] = dict.fromkeys(("means", "quats", "scales", "gaps"), np.float32)
 _DTYPES |= dict.fromkeys(("brush", "region", "streakStart"), np.uint8)
 
 
@@ -164,7 +164,9 @@ def page_contents(
     """
     collected = _Collected()
     if any(coat.effect is not None for coat in painting.coats):
-        collected.omit("washes do not run in the page: it shows their strokes as soft marks of their colours")
+        collected.omit(
+            "what runs or gathers on the paper is not in the page: its strokes lie there one by one"
+        )
     painting = painting.without_effects()
     coats = [_coat(number, coat, view.center, collected) for number, coat in enumerate(painting.coats)]
     surface = None if painting.surface is None else _surface(painting.surface, collected)
@@ -285,6 +287,7 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
         "dry": coat.dry,
         "tolerance": coat.tolerance,
         "border": coat.border,
+        "nested": None if coat.nested is None else "dots" if coat.nested.is_round else "lines",
         "kernel": brush_set.kind,
         "brushes": [collected.brush(brush_set.textures[row]) for row in used] if is_image else [],
         "numSigmas": _of_rows(options.num_sigmas, used),
@@ -328,6 +331,9 @@ def _columns(
         "chance": np.where(ids < own, uniform_of(ids, 0), 0.0) if coat.border else None,
         "normals": coat.normals,
     }
+    if coat.nested is not None:
+        columns["gaps"] = coat.nested.gaps
+        columns["marks"] = np.stack([coat.nested.spacings, coat.nested.widths], axis=1)
     return {name: values for name, values in columns.items() if values is not None}
 
 

@@ -112,11 +112,11 @@ def find_lines(
             return frame
         return render(gaussians, camera, kernel, num_threads=num_threads)
 
-    camera = _in_pixels(cameras[0], PIXELS)
+    camera = in_pixels(cameras[0], PIXELS)
     first = _Traced.of(camera, drawn(camera, frames[0]))
     least = least_drawn(first.smooth, first.importances, first.along)
     found, sights = [first.lines(least, 0)], [first.sight(least)]
-    for row, is_witness in _others(cameras, first.distance):
+    for row, is_witness in others_than_first(cameras, first.distance):
         view = _Traced.of(cameras[row], drawn(cameras[row], frames[row]), only_edges=is_witness)
         found.append(view.lines(least, row))
         sights.append(view.sight(least))
@@ -189,7 +189,7 @@ class _Traced:
         return np.asarray(self.importances >= least)[self.along.chains]
 
 
-def _in_pixels(camera: Camera, pixels: int) -> Camera:
+def in_pixels(camera: Camera, pixels: int) -> Camera:
     """The same view with about `pixels` pixels; the camera itself if it has as many."""
     factor = float(np.sqrt(pixels / (camera.width * camera.height)))
     width, height = (max(round(side * factor), 1) for side in (camera.width, camera.height))
@@ -199,7 +199,7 @@ def _in_pixels(camera: Camera, pixels: int) -> Camera:
     return replace(camera, K=scale @ camera.K, width=width, height=height)
 
 
-def _others(cameras: Sequence[Camera], distance: float) -> list[tuple[int, bool]]:
+def others_than_first(cameras: Sequence[Camera], distance: float) -> list[tuple[int, bool]]:
     """Cameras after the first that differ from all earlier ones, each with whether it is so similar to the
     first that it only confirms its lines.
 

@@ -41,7 +41,7 @@ class Marking:
     opacity: float = 1.0
 
 
-HATCHING = Marking(length=0.05, aspect=26.0, spacing=3.4, is_crossed=True)  # in ink
+HATCHING = Marking(length=0.05, aspect=42.0, spacing=3.6, is_crossed=True)  # in ink
 WASH = Marking(length=0.08, aspect=2.2, spacing=0.5, opacity=0.7)  # in watercolour: they run together
 EDGE_LENGTH, EDGE_ASPECT = 0.06, 40.0  # of lines along the edge of a table, as of a marking
 

@@ -59,7 +59,7 @@ def grade(
     return shift_base_colors(strokes, np.clip(rgb_of_oklab(graded), 0, 1) - colors)
 
 
-def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5) -> F64:
+def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5, paint: F64 | None = None) -> F64:
     """The tone of each stroke, [k] 0 (black) to 1 (white).
 
     Args:
@@ -68,10 +68,13 @@ def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5) -> 
             lightness in the whole scene.
         equalized: 0 to 1: share of the latter that is the rank of the stroke by painted area, so that all
             tones are used equally; the rest is its position between the darkest 4 % and the lightest 7 %.
+        paint: [k] painted area of each stroke, any unit; None for that of its own size and opacity.
     """
     if len(strokes) == 0:
         return np.empty(0)
-    lightness, paint = oklab_of(base_colors(strokes.sh))[:, 0], painted_areas(strokes)
+    lightness = oklab_of(base_colors(strokes.sh))[:, 0]
+    if paint is None or not paint.any():
+        paint = painted_areas(strokes)
     order = np.argsort(lightness, kind="stable")
     shares = np.cumsum(paint[order])
     shares /= max(shares[-1], np.finfo(np.float64).tiny)

@@ -1,50 +1,46 @@
-"""Brush and ink on white paper: a wash in two greys, solid black, a dry brush between, lines along edges."""
+"""Pen and brush in ink: the darkest masses in solid black, hatching along the form, lines by weight."""
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from brushgs.options.media import Ink
-from brushgs.pipeline.media.materials import BACKDROP, Materials, mixed, numbers_of, scaled
+from brushgs.pipeline.media.hatching import hatching_coats, stage
+from brushgs.pipeline.media.materials import Materials, numbers_of
+from brushgs.pipeline.media.tonal import ground_coat, keyed_tones, views_of, weighed_lines
 from brushgs.rendering.coat import Coat
+from brushgs.rendering.tonal import Blacks, blacks_of, large_ones
 from brushgs.values.colors import rgb_of
-from brushgs.values.gaussians import Gaussians
-from brushgs.values.sh import in_colors
 
 if TYPE_CHECKING:
-    from brushgs.pipeline.media.staging import Staging
+    from brushgs.passes.add.tonal_view import TonalView
+    from brushgs.values.arrays import Mask
 
-WASHES = ((0.30, 0.45), (0.55, 0.18))  # tone below which a wash is laid, and its share of ink on paper
-REACH = 1.15  # of the wash, relative to the strokes
+MOST_BLACKS, LEAST_BLACK = 25, 140.0  # regions in a picture, and px of each in one of 960 x 540
+
+__all__ = ["ink", "stage"]
 
 
 def ink(materials: Materials) -> list[Coat]:
     """The coats of a drawing in ink."""
-    media, strokes, tones = numbers_of(Ink, materials), materials.strokes, materials.tones
-    black = rgb_of(media.color)
-    shares = np.zeros(len(tones))
-    for below, share in reversed(WASHES):
-        shares[tones < below] = share * media.wash
-    soft = in_colors(strokes, mixed(materials.paper, black, shares))
-    coats = [materials.smudge("wash", scaled(soft, REACH, REACH, opacities=2 * strokes.opacities))]
-    solid = np.flatnonzero(tones < media.dark)
-    marks = in_colors(scaled(strokes, 1.0, 0.95, opacities=np.full(len(tones), media.marks)), black)
-    coats.append(materials.marks("ink", marks.take(solid), dry=0.0))
-    between = np.flatnonzero((tones >= media.dark) & (tones < media.middle))
-    if len(between):
-        fading = (tones - media.dark) / (media.middle - media.dark)
-        opacities = media.marks * (1 - 0.6 * np.clip(fading, 0, 1)) * materials.solidity
-        brushed = in_colors(scaled(strokes, 1.0, 0.6, opacities=opacities), black).take(between)
-        coats.append(materials.marks("dry brush", brushed, dry=media.dry))
-    return coats + materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry)
+    media = numbers_of(Ink, materials)
+    tones = keyed_tones(materials)
+    views = views_of(materials, tones)
+    blacks, masks = _blacks(media, materials, views)
+    coats = [ground_coat(materials, tones, blacks)]
+    coats += hatching_coats(materials, views, masks)
+    return coats + weighed_lines(materials, tones)
 
 
-def stage(materials: Materials, staging: "Staging") -> Coat:
-    """A stage in a few lines of the edge of the table, and a hatched shadow."""
-    from brushgs.passes.add.stage_marks import HATCHING
-
-    strokes = Gaussians.joined([staging.shadow(HATCHING), staging.table_edge()])
-    strokes = in_colors(strokes, rgb_of(numbers_of(Ink, materials).color))
-    texture = materials.line_texture or materials.texture
-    options = materials.options.for_marks(texture)
-    return Coat(BACKDROP, strokes, texture, options)
+def _blacks(
+    media: Ink, materials: Materials, views: "list[TonalView]"
+) -> "tuple[Blacks | None, list[Mask] | None]":
+    """The effect that makes blacks, and the pixels of each view that are black."""
+    if not views or media.black == 0:
+        return None, None
+    threshold, least = blacks_of(
+        [views[0].tones], share=media.black, most_regions=MOST_BLACKS, least_pixels=LEAST_BLACK
+    )
+    effect = Blacks(threshold, least, rgb_of(media.color), materials.paper)
+    masks = [large_ones(view.tones.is_black(threshold), least) for view in views]
+    return effect, [np.asarray(mask) for mask in masks]

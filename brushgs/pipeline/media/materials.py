@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
     from brushgs.brushes.texture import StrokeTexture
     from brushgs.passes.add.lines import Lines
+    from brushgs.pipeline.media.sight import Sight
     from brushgs.values.arrays import F64
 
 M = TypeVar("M", bound=Medium)
@@ -52,6 +53,7 @@ class Materials:
         line_texture: their stroke image, or images.
         contour: how the lines of styles look; None without.
         cameras: of the job, or none.
+        sight: the views of the job; None if the medium does not look at them.
     """
 
     strokes: Gaussians
@@ -64,6 +66,7 @@ class Materials:
     line_texture: "StrokeTexture | BrushSet | None" = None
     contour: Contour | None = None
     cameras: Sequence[Camera] = ()
+    sight: "Sight | None" = None
 
     @cached_property
     def paper(self) -> Color:
@@ -142,6 +145,7 @@ class Materials:
                 dry=dry,
                 tolerance=self.media.behind * LINE_TOLERANCE,
                 normals=shown.normals,
+                chains=shown.chains,
             )
         ]
 

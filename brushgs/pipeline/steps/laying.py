@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from brushgs.options.direction import Direction
 from brushgs.options.look_parts import GroundConfig, LightConfig
 from brushgs.options.media import Medium
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
@@ -28,6 +29,7 @@ from brushgs.pipeline.look import open_relief, recolored_ground, shown_ground
 from brushgs.pipeline.make_strokes import StrokeMaker
 from brushgs.pipeline.media.materials import BACKDROP, Materials
 from brushgs.pipeline.media.media import coats_of
+from brushgs.pipeline.media.sight import Sight
 from brushgs.pipeline.moving import Moving, attached, follow_strokes
 from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
@@ -111,6 +113,19 @@ def colored_ground(ground: "Surface | None", finished: Gaussians, changes: Strok
 
 
 @anew
+@unless(lambda media_config: None if media_config.draws_tones else "the medium does not look at the views")
+def sight(
+    cameras: Sequence[Camera],
+    plain_views: "PlainViews | None",
+    pruned: Gaussians,
+    focus: F64 | None,
+    direction: Direction,
+) -> Sight:
+    """What media look at that place their marks in the views of the job."""
+    return Sight.of(cameras, plain_views, pruned, focus, direction)
+
+
+@anew
 def materials(
     background: Background,
     strokes: Gaussians,
@@ -122,11 +137,22 @@ def materials(
     line_brushes: "BrushSet | None",
     contour: Contour | None,
     cameras: Sequence[Camera],
+    sight: Sight | None,
 ) -> Materials:
     """The materials of the medium."""
     behind, config = shown_ground(colored_ground, background), painted_with
     return Materials(
-        strokes, texture, options, config.media, config.color, behind, lines, line_brushes, contour, cameras
+        strokes,
+        texture,
+        options,
+        config.media,
+        config.color,
+        behind,
+        lines,
+        line_brushes,
+        contour,
+        cameras,
+        sight,
     )
 
 

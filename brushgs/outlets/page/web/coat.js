@@ -182,8 +182,9 @@ class CoatPainter {
     const [brushes, starts] = ["brush", "streakStart"].map(column);
     const [relief, chance] = ["relief", "chance"].map((name) => column(name) && floatsOfHalves(column(name)));
     const { normals } = this.columns.base;
+    const [gaps, marks] = [column("gaps"), column("marks") && floatsOfHalves(column("marks"))];
     this._hasNormals = normals !== null;
-    this._stride = 3 + (relief || chance ? 1 : 0) + (normals ? 1 : 0);
+    this._stride = 3 + (relief || chance ? 1 : 0) + (normals ? 1 : 0) + (gaps ? 2 : 0);
     const stride = 4 * this._stride;
     const rows = Math.max(1, Math.ceil((count * this._stride) / TEXTURE_WIDTH));
     const texels = new Float32Array(4 * TEXTURE_WIDTH * rows);
@@ -192,6 +193,10 @@ class CoatPainter {
       texels[at + 11] = (brushes ? brushes[i] : 0) + 256 * (starts ? starts[i] : 0);
       if (relief) texels.set(relief.subarray(2 * i, 2 * i + 2), at + 12);
       if (chance) texels[at + 14] = chance[i];
+      if (gaps) {
+        texels.set(gaps.subarray(3 * i, 3 * i + 3), at + stride - 8);
+        texels.set(marks.subarray(2 * i, 2 * i + 2), at + stride - 5);
+      }
     }
     this._texels = texels;
     this._strokes = newTexture(gl, gl.NEAREST);
@@ -258,6 +263,8 @@ class CoatPainter {
       BORDER: header.border > 0,
       FACING: this._hasNormals,
       ONE_SIDED: header.isOneSided,
+      NESTED: header.nested !== null,
+      DOTS: header.nested === "dots",
       PLAIN: header.plainBrush !== undefined,
       IMAGE: this.isImage,
       GAUSSIAN: header.kernel === "gaussian",

@@ -5,14 +5,14 @@
 // before the camera stay in range. Directions are unit vectors: angles would cost precision.
 //
 // Compiled for a coat: SH_DEGREE; NUM_BRUSHES; STRIDE texels a stroke; ANCHORED, FADES, ANTIALIASED, BORDER,
-// FACING, PLAIN, where it has those.
+// FACING, NESTED, DOTS, PLAIN, where it has those.
 
 #include "shared.glsl"
 #include "sh.glsl"
 #include "smooth.glsl"
 
 // (mean, opacity), (quaternion w x y z), (scales, brush + 256 streak start); with relief or border
-// (thickness, gain, chance, 0); with facing (normal, 0).
+// (thickness, gain, chance, 0); with facing (normal, 0); nested (gap, spacing), (width, 0, 0, 0).
 uniform highp sampler2D uStrokes;
 // By brush of the coat: standard deviations in half a box, reach of the underpaint, row of the atlas, 1 where
 // its strokes are Gaussians that are shown as they are.
@@ -187,6 +187,29 @@ Box boxOf(int id, Stroke stroke) {
     box.opacity *= sqrt(bare.x / (bare.x + grown));
 #endif
   }
+#endif
+#ifdef NESTED
+  vec4 gap = strokeTexel(id, STRIDE - 2);
+  float unit = sqrt(uSize.x * uSize.y / NESTED_PIXELS), width = 0.5 * unit * strokeTexel(id, STRIDE - 1).x;
+  vec3 g = uRotation * gap.xyz;
+#ifdef DOTS
+  float far = length(g), cosine = abs(dot(g / max(far, 1e-30), normalize(t)));
+  float onPaper = far / t.z * sqrt(uLens.x * uLens.y * max(cosine, LEAST_FACING));
+#else
+  vec2 across = (g.xy - t.xy / t.z * g.z) * uLens.xy / t.z;
+  float onPaper = abs(across.y * box.axis.x - across.x * box.axis.y);
+#endif
+  float left = smoothed((onPaper / (unit * gap.w) - NESTED_BOUNDS.x) / (NESTED_BOUNDS.y - NESTED_BOUNDS.x));
+#ifdef DOTS
+  width *= sqrt(left);
+  float thin = min(width / THINNEST, 1.0);
+  box.halfExtents = vec2(max(width, THINNEST));
+  box.opacity *= thin * thin;
+#else
+  width *= left;
+  box.halfExtents.y = max(width, THINNEST);
+  box.opacity *= min(width / THINNEST, 1.0);
+#endif
 #endif
   vec2 reach = abs(box.axis) * box.halfExtents.x + abs(box.axis.yx) * box.halfExtents.y;
   box.isSeen = all(greaterThan(box.center + reach, vec2(0))) && all(lessThan(box.center - reach, uSize)) &&

@@ -1,0 +1,55 @@
+"""Hatching in pen or pencil: evenly spaced lines along the form, crossed in the dark, and lines by weight."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.options.media import Hatching, TonalMedium
+from brushgs.passes.add.tonal_marks import Manner
+from brushgs.pipeline.media.materials import BACKDROP, Materials, numbers_of
+from brushgs.pipeline.media.tonal import ground_coat, keyed_tones, marks_coat, views_of, weighed_lines
+from brushgs.rendering.coat import Coat
+from brushgs.values.colors import rgb_of
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import in_colors
+
+if TYPE_CHECKING:
+    from brushgs.passes.add.tonal_view import TonalView
+    from brushgs.pipeline.media.staging import Staging
+    from brushgs.values.arrays import Mask
+
+DARKEST = 0.15  # tone from which on spacing grows
+CROSS_TURN = np.radians(68.0)
+
+
+def hatching(materials: Materials) -> list[Coat]:
+    """The coats of a drawing in lines."""
+    tones = keyed_tones(materials)
+    views = views_of(materials, tones)
+    coats = [ground_coat(materials, tones, None), *hatching_coats(materials, views)]
+    return coats + weighed_lines(materials, tones)
+
+
+def hatching_coats(
+    materials: Materials, views: "list[TonalView]", masks: "list[Mask] | None" = None
+) -> list[Coat]:
+    """The coats of lines on surfaces, without those in masks of the views."""
+    media = numbers_of(Hatching, materials)
+    darkest = min(DARKEST, media.lightest - 0.01)
+    plain = Manner(darkest, media.lightest, media.spacing, media.width, media.length)
+    coats = marks_coat("hatching", materials, views, plain, is_left_out=masks, dry=media.dry, seed=1)
+    if media.crossed:
+        darkest = min(darkest, media.crossed - 0.01)
+        crossed = Manner(darkest, media.crossed, media.spacing, media.width, media.length, turn=CROSS_TURN)
+        coats += marks_coat("crossed", materials, views, crossed, is_left_out=masks, dry=media.dry, seed=2)
+    return coats
+
+
+def stage(materials: Materials, staging: "Staging") -> Coat:
+    """A stage in a few lines of the edge of the table, and a hatched shadow."""
+    from brushgs.passes.add.stage_marks import HATCHING
+
+    strokes = Gaussians.joined([staging.shadow(HATCHING), staging.table_edge()])
+    strokes = in_colors(strokes, rgb_of(numbers_of(TonalMedium, materials).color))
+    texture = materials.line_texture or materials.texture
+    return Coat(BACKDROP, strokes, texture, materials.options.for_marks(texture))

@@ -1,0 +1,143 @@
+"""Parts of ink, hatching and stippling: keyed tones, a ground that hides, marks, and lines by weight."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from brushgs.brushes.brush_set import BrushSet, size_for
+from brushgs.brushes.kit import BrushKit
+from brushgs.brushes.soft import dot_brush
+from brushgs.options.media import TonalMedium
+from brushgs.passes.add.tonal_marks import Manner, tonal_marks
+from brushgs.passes.add.tonal_view import TonalView
+from brushgs.passes.color.tone import tones as tones_of
+from brushgs.pipeline.media.materials import LINE_TOLERANCE, Materials, numbers_of
+from brushgs.pipeline.stroke_pass import nearest_regions, nearest_rows
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.tonal import Blacks
+from brushgs.values.arrays import F64, Mask, Rows
+from brushgs.values.colors import rgb_of
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import in_colors
+
+KEY_SPREAD = (0.12, 1.0)  # tones of the darkest and lightest stroke in the focus
+FINER = 0.4  # strength that lines in focus gain: more of them are drawn
+PRESS, LIGHT = 1.1, 0.92  # of lines: width by darkness, below a tone
+
+
+def keyed_tones(materials: Materials) -> F64:
+    """[n] tones of the strokes, those in focus spread from dark to light."""
+    strokes, sight, color = materials.strokes, materials.sight, materials.color
+    if sight is None:
+        return materials.tones
+    areas = sight.seen_areas(strokes, materials.options.num_threads)
+    tones = tones_of(strokes, local=color.local, equalized=color.equalize, paint=areas)
+    shares = numbers_of(TonalMedium, materials).key * sight.focus_of(strokes)
+    inside = np.flatnonzero(shares > 0)
+    if len(inside) < 2:
+        return tones
+    order = np.argsort(tones[inside], kind="stable")
+    weights = shares[inside][order]
+    ranks = np.empty(len(inside))
+    ranks[order] = np.cumsum(weights) / weights.sum()
+    spread = KEY_SPREAD[0] + (KEY_SPREAD[1] - KEY_SPREAD[0]) * ranks
+    keyed = tones.copy()
+    keyed[inside] += shares[inside] * (np.maximum(spread, tones[inside]) - tones[inside])
+    return keyed
+
+
+def views_of(materials: Materials, tones: F64) -> list[TonalView]:
+    """The maps of the strokes in the views of the job; none without views."""
+    if materials.sight is None or len(materials.strokes) == 0:
+        return []
+    return materials.sight.views(materials.strokes, tones, materials.options.num_threads)
+
+
+def ground_coat(materials: Materials, tones: F64, blacks: Blacks | None) -> Coat:
+    """The coat of paper in front of what the strokes hide, with spot blacks."""
+    gray = np.repeat(tones[:, None], 3, axis=1)
+    coat = materials.smudge("ground", in_colors(materials.strokes, gray))
+    black = rgb_of(numbers_of(TonalMedium, materials).color)
+    return replace(coat, effect=blacks or Blacks(0.0, 1.0, black, materials.paper))
+
+
+def marks_coat(
+    name: str,
+    materials: Materials,
+    views: list[TonalView],
+    manner: Manner,
+    *,
+    is_left_out: list[Mask] | None = None,
+    dry: float = 0.0,
+    seed: int = 0,
+) -> list[Coat]:
+    """A coat of marks on the surfaces that the views show; none where there are none."""
+    if not views:
+        return []
+    camera = views[0].camera
+    brushes = BrushSet.of(dot_brush())
+    if not manner.is_round:
+        brushes = BrushKit(other=("line",)).open(size=size_for(camera.width, camera.height))
+    options = materials.options.for_marks(brushes)
+    sigmas = options.num_sigmas
+    marks = tonal_marks(
+        views,
+        manner,
+        materials.strokes,
+        num_sigmas=float(sigmas[0] if isinstance(sigmas, tuple) else sigmas),
+        is_left_out=is_left_out,
+        seed=seed,
+    )
+    if len(marks.strokes) == 0:
+        return []
+    strokes = in_colors(marks.strokes, rgb_of(numbers_of(TonalMedium, materials).color))
+    if len(brushes) > 1:  # all pieces of a line have one, or it would not read as one
+        strokes = replace(strokes, brushes=(marks.chains % len(brushes)).astype(np.uint8))
+    strokes = nearest_regions(materials.strokes, strokes)
+    return [
+        Coat(
+            name,
+            strokes,
+            brushes,
+            options,
+            dry=dry,
+            tolerance=materials.media.behind * LINE_TOLERANCE,
+            nested=marks.nested,
+            chains=marks.chains,
+        )
+    ]
+
+
+def weighed_lines(materials: Materials, tones: F64) -> list[Coat]:
+    """The coat of lines along edges, wide in the dark and none in the light."""
+    media = numbers_of(TonalMedium, materials)
+    if materials.lines is not None and materials.sight is not None:
+        lines = materials.lines
+        strengths = lines.strengths.copy()
+        focus = materials.sight.focus_of(lines.strokes)
+        np.maximum.at(strengths, np.searchsorted(lines.chains, lines.chains), lines.strengths + FINER * focus)
+        strengths = strengths[np.searchsorted(lines.chains, lines.chains)]  # of each line as a whole
+        materials = replace(materials, lines=replace(lines, strengths=strengths))
+    coats = materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry)
+    return [_weighed(coat, materials.strokes, tones) for coat in coats]
+
+
+def _weighed(coat: Coat, strokes: Gaussians, tones: F64) -> Coat:
+    side = tones[nearest_rows(strokes, coat.strokes)]
+    if coat.chains is not None:
+        side = _along(side, coat.chains)
+    press = np.clip((LIGHT - side) * PRESS, 0, 1)
+    scales = coat.strokes.scales.copy()
+    order = np.argsort(-scales, axis=1)
+    rows = np.arange(len(scales))
+    for axis in (1, 2):
+        scales[rows, order[:, axis]] *= press
+    opacities = coat.strokes.opacities * (press > 0)
+    shown = replace(coat.strokes, scales=scales, opacities=opacities.astype(scales.dtype))
+    return replace(coat, strokes=shown)
+
+
+def _along(values: F64, chains: Rows) -> F64:
+    from brushgs.passes.add.line_windows import Along
+
+    return Along.of(chains).mean(values, 4)

@@ -1,0 +1,233 @@
+"""Hatching and dots placed in views: evenly spaced, nested, along directions, and lifted to surfaces."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from brushgs.core.native import core as _core
+from brushgs.passes.add.tonal_marks import LEVELS, Manner, tonal_marks
+from brushgs.passes.add.tonal_view import TonalView
+from brushgs.passes.form.plane_axes import mark_axes
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import quats_of
+
+CAMERA = Camera.look_at((0, 0, -4), (0, 0, 0), width=320, height=180, fov_y=0.8)
+LINES = Manner(0.1, 0.8, (3.0, 9.0), (1.2, 0.8), (12.0, 60.0))
+DOTS = Manner(0.1, 0.8, (3.0, 9.0), (1.2, 0.8))
+
+
+def wall(angle=0.3, scale=1.0, tilt=0.0):
+    """A wall of strokes whose long axes run at an angle, 4 from the camera, turned about the vertical."""
+    x, y = (axis.ravel() * scale for axis in np.meshgrid(np.linspace(-2, 2, 41), np.linspace(-1, 1, 21)))
+    turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
+    cos, sin = np.cos(angle), np.sin(angle)
+    frame = turn @ np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+    count = len(x)
+    means = np.stack([x, y, np.zeros(count)], axis=1) @ turn.T
+    scales = np.tile(np.array([0.1, 0.05, 0.001]) * scale, (count, 1))
+    quats = quats_of(np.tile(frame, (count, 1, 1)))
+    return Gaussians(means, quats, scales, np.full(count, 0.95), np.zeros((count, 1, 3))).astype(np.float32)
+
+
+def view_of(strokes, tones, camera=CAMERA, **options):
+    axes, normals = mark_axes(strokes)
+    return TonalView.of(strokes, np.broadcast_to(tones, len(strokes)), axes, normals, camera, **options)
+
+
+def marks_of(strokes, tones=0.1, manner=LINES, cameras=(CAMERA,)):
+    views = [view_of(strokes, tones, camera) for camera in cameras]
+    return tonal_marks(views, manner, strokes, num_sigmas=2.0)
+
+
+def traced(spacing, factors=(1.0,), *, step=1.0, taken=(), seeds=4000, directions=(1.0, 0.0), end=0.5):
+    """The points of each line in a field of one direction, and their levels."""
+    spacing = np.asarray(spacing, np.float32)
+    height, width = spacing.shape
+    field = np.tile(np.float32(directions), (height, width, 1))
+    points, begins, levels = _core.trace_lines(
+        field,
+        spacing,
+        np.array(taken, np.float64).reshape(-1, 2),
+        np.random.default_rng(0).random((seeds, 2)) * (width, height),
+        np.array(factors),
+        step=step,
+        shortest=5.0 * step,
+        longest=40.0,
+        end=end,
+    )
+    return np.split(points.reshape(-1, 2), begins[1:-1]), levels
+
+
+def test_lines_keep_their_distance_and_fill_the_field():
+    lines, _ = traced(np.full((60, 80), 4.0))
+    points, owner = np.concatenate(lines), np.repeat(np.arange(len(lines)), [len(one) for one in lines])
+    pairs = cKDTree(points).query_pairs(0.5 * 4.0 - 1e-9, output_type="ndarray")
+    assert (owner[pairs[:, 0]] == owner[pairs[:, 1]]).all(), "only the points of one line are nearer"
+    grid = np.stack(np.meshgrid(np.arange(80), np.arange(60)), axis=2).reshape(-1, 2)
+    assert cKDTree(points).query(grid)[0].max() < 1.5 * 4.0
+
+
+def test_lines_run_along_directions_and_end_where_there_are_none():
+    spacing = np.full((60, 80), 4.0)
+    spacing[:, 40:] = 0
+    angle = 0.4
+    lines, _ = traced(spacing, directions=(np.cos(2 * angle), np.sin(2 * angle)))
+    for line in lines:
+        assert (line[:, 0] < 40).all()
+        along = np.diff(line, axis=0)
+        np.testing.assert_allclose(np.abs(along @ (np.cos(angle), np.sin(angle))), 1, atol=1e-6)
+
+
+def test_levels_are_nested_and_each_keeps_its_own_distance():
+    dots, levels = traced(np.full((60, 80), 3.0), (4.0, 2.0, 1.0), step=0.0)
+    points = np.concatenate(dots)
+    for level, factor in enumerate((4.0, 2.0, 1.0)):
+        nearest = cKDTree(points[levels <= level]).query(points[levels <= level], 2)[0][:, 1]
+        assert nearest.min() >= factor * 3.0
+    alone, _ = traced(np.full((60, 80), 3.0), (4.0,), step=0.0)
+    np.testing.assert_array_equal(np.concatenate(alone), points[levels == 0])
+
+
+def test_lines_keep_away_from_points_that_are_taken():
+    lines, _ = traced(np.full((60, 80), 6.0), taken=[(40.0, 30.0)])
+    assert np.linalg.norm(np.concatenate(lines) - (40.0, 30.0), axis=1).min() >= 3.0
+    assert (
+        np.concatenate(traced(np.full((60, 80), 6.0), seeds=0, taken=[])[0] or [np.zeros((0, 2))]).size == 0
+    )
+
+
+@pytest.mark.parametrize("manner", [LINES, DOTS])
+def test_marks_are_denser_in_the_dark_and_absent_in_the_light(manner):
+    strokes = wall()
+    counts = [len(np.unique(marks_of(strokes, tone, manner).chains)) for tone in (0.1, 0.6, 0.85)]
+    assert counts[0] > 1.5 * counts[1] > 0
+    assert counts[2] == 0
+
+
+@pytest.mark.parametrize("manner", [LINES, DOTS])
+def test_marks_lie_on_the_surface(manner):
+    strokes = wall(tilt=0.4)
+    marks = marks_of(strokes, manner=manner)
+    normal = np.array([np.sin(0.4), 0, np.cos(0.4)])
+    assert np.abs(marks.strokes.means @ normal).max() < 0.07, "the size of a stroke"
+    shares = marks.nested.shares(
+        marks.strokes.means,
+        np.arange(len(marks)),
+        np.full(len(marks), boxes_angle(strokes)),
+        CAMERA,
+    )
+    assert np.median(shares) == 1, "in their own view marks are whole"
+
+
+def boxes_angle(strokes):
+    """The angle in the picture of the directions of a wall."""
+    field = view_of(strokes, 0.1).directions[90, 160]
+    return 0.5 * np.arctan2(field[1], field[0])
+
+
+def test_hatching_follows_strokes_and_crosses_at_its_turn():
+    marks = marks_of(wall(angle=0.3))
+    along = np.abs(longest_axes(marks.strokes) @ (np.cos(0.3), np.sin(0.3), 0))
+    assert np.quantile(along, 0.05) > np.cos(0.15)
+    crossed = marks_of(wall(angle=0.3), manner=replace(LINES, turn=np.pi / 2))
+    across = np.abs(longest_axes(crossed.strokes) @ (-np.sin(0.3), np.cos(0.3), 0))
+    assert np.quantile(across, 0.05) > np.cos(0.15)
+
+
+def longest_axes(strokes):
+    from brushgs.values.quats import rotation_matrices
+
+    rows = np.arange(len(strokes))
+    return rotation_matrices(strokes.quats)[rows, :, np.argmax(strokes.scales, axis=1)]
+
+
+@pytest.mark.parametrize("manner", [LINES, DOTS])
+def test_a_view_from_nearer_fills_in_and_one_from_afar_adds_nothing(manner):
+    strokes = wall()
+    near = Camera.look_at((0, 0, -1.6), (0, 0, 0), width=320, height=180, fov_y=0.8)
+    far = Camera.look_at((0, 0, -7), (0, 0, 0), width=320, height=180, fov_y=0.8)
+    one, filled = marks_of(strokes, manner=manner), marks_of(strokes, manner=manner, cameras=(CAMERA, near))
+    assert len(filled) > 1.2 * len(one)
+    np.testing.assert_array_equal(filled.strokes.means[: len(one)], one.strokes.means)
+    with_far = marks_of(wall(), manner=manner, cameras=(CAMERA, far))
+    assert len(with_far) < 1.1 * len(one)
+
+
+@pytest.mark.parametrize("manner", [LINES, DOTS])
+def test_density_on_paper_stays_from_half_the_distance_to_twice(manner):
+    """Ink on paper over that in the own view: counted as width times length, or area."""
+    strokes = wall()
+    cameras = [
+        Camera.look_at((0, 0, -z), (0, 0, 0), width=320, height=180, fov_y=0.8) for z in (4.0, 2.0, 8.0)
+    ]
+    marks = marks_of(strokes, manner=manner, cameras=cameras[:2])
+
+    def ink(camera):
+        field = view_of(strokes, 0.1, camera)
+        angles = np.full(len(marks), boxes_angle(strokes))
+        shares = marks.nested.shares(marks.strokes.means, np.arange(len(marks)), angles, camera)
+        pixels, is_seen = field.at(marks.strokes.means.astype(np.float64))
+        inside = is_seen & (np.abs(pixels - (160, 90)) < (40, 25)).all(axis=1)  # on the wall in all views
+        zoom = 4.0 / np.abs(camera.position[2])
+        return float((shares * (1.0 if manner.is_round else zoom))[inside].sum())
+
+    own, near, far = (ink(camera) for camera in cameras)
+    assert 0.7 < near / own < 1.4
+    assert 0.6 < far / own < 1.5
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_marks_do_not_depend_on_the_unit(scale):
+    camera = Camera.look_at(
+        (0, 0, -4 * scale), (0, 0, 0), width=320, height=180, fov_y=0.8, near=1e-3 * scale
+    )
+    marks, usual = marks_of(wall(scale=scale), cameras=(camera,)), marks_of(wall())
+    assert abs(len(marks) / len(usual) - 1) < 0.02, "rounding moves a few ends"
+    np.testing.assert_allclose(
+        np.median(marks.strokes.scales, axis=0), scale * np.median(usual.strokes.scales, axis=0), rtol=0.05
+    )
+
+
+@pytest.mark.parametrize("manner", [LINES, DOTS])
+@pytest.mark.parametrize("count", [0, 1])
+def test_none_and_one_stroke_give_few_marks_or_none(manner, count):
+    strokes = wall().take(np.arange(count))
+    marks = marks_of(strokes, manner=manner)
+    assert len(marks) == len(marks.tones) == len(marks.chains) < 50
+
+
+def test_marks_do_not_depend_on_threads():
+    strokes = wall()
+    one, many = (
+        tonal_marks([view_of(strokes, 0.2, num_threads=count)], LINES, strokes, num_sigmas=2.0)
+        for count in (1, 4)
+    )
+    for name in ("means", "quats", "scales"):
+        np.testing.assert_array_equal(getattr(one.strokes, name), getattr(many.strokes, name))
+
+
+def test_pieces_of_a_line_are_in_order_and_levels_halve():
+    marks = marks_of(wall())
+    assert (np.diff(marks.chains) >= 0).all()
+    assert LEVELS[-1] == 1
+    np.testing.assert_allclose(LEVELS[:-1] / LEVELS[1:], 2)
+
+
+def test_strokes_of_a_wall_share_a_direction_and_those_of_a_ball_do_not():
+    g = np.random.default_rng(0)
+    strokes = wall()
+    turned = g.normal(0.3, 0.2, len(strokes))
+    frames = np.zeros((len(strokes), 3, 3))
+    frames[:, 0, 0] = frames[:, 1, 1] = np.cos(turned)
+    frames[:, 1, 0], frames[:, 0, 1] = np.sin(turned), -np.sin(turned)
+    frames[:, 2, 2] = 1
+    strokes = replace(strokes, quats=quats_of(frames).astype(np.float32))
+    axes, _ = mark_axes(strokes)
+    units = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    assert np.abs(units @ units[0]).min() > 0.999
+    free, _ = mark_axes(strokes, with_planes=False)
+    units = free / np.linalg.norm(free, axis=1, keepdims=True)
+    assert np.abs(units @ units[0]).min() < 0.95

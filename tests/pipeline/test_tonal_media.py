@@ -1,0 +1,165 @@
+"""Ink, hatching and stippling as whole paintings: figures on the still life, edge cases, films, outlets."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.options.look import Look
+from brushgs.options.media import Hatching, Ink, Stippling, medium_of
+from brushgs.options.painting import ViewConfig
+from brushgs.outlets.glb.write import omitted
+from brushgs.pipeline.prepare import PICTURE, prepare
+from brushgs.pipeline.report import Report
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.effect import without_effect
+from brushgs.still_life import still_life_camera
+from brushgs.values.sh import base_colors
+from tests.scenes import still_life_of
+
+LOOKS = "ink", "hatching", "stippling"
+SCENE = still_life_of(3000)
+CAMERA = still_life_camera(width=480, height=270)
+
+
+def config_of(look, **media):
+    config = Look.open(look).config
+    return replace(
+        config,
+        strokes=replace(config.strokes, see="off", focus=None),
+        cluster=replace(config.cluster, strokes=600),
+        media=replace(config.media, **media),
+        view=ViewConfig(size=(480, 270)),
+    )
+
+
+def prepared(look, scene=SCENE, camera=CAMERA, **media):
+    return prepare(scene, config_of(look, **media), Report(), views=camera, asks=PICTURE)
+
+
+@pytest.fixture(scope="module")
+def paintings():
+    return {look: prepared(look).painting for look in LOOKS}
+
+
+def coats(painting):
+    return {coat.name: coat for coat in painting.coats}
+
+
+def luminance(frame):
+    return frame.rgb @ np.array([0.2126, 0.7152, 0.0722])
+
+
+def test_each_look_has_its_marks_on_a_ground_that_hides(paintings):
+    assert [coat.name for coat in paintings["ink"].coats][-4:] == ["ground", "hatching", "crossed", "lines"]
+    assert "crossed" in coats(paintings["hatching"])
+    assert coats(paintings["stippling"])["dots"].nested.is_round
+    for painting in paintings.values():
+        assert coats(painting)["ground"].effect is not None
+
+
+def test_ink_is_black_and_white_with_a_sixth_of_solid_black(paintings):
+    ground = coats(paintings["ink"])["ground"]
+    laid = replace(paintings["ink"], coats=(ground,), surface=None).with_depth(True).frame(CAMERA)
+    is_covered = laid.alpha > 0.5
+    is_black = (luminance(laid) < 0.4) & is_covered
+    assert 0.12 < is_black.sum() / is_covered.sum() < 0.22
+    from scipy import ndimage
+
+    labels, count = ndimage.label(is_black)
+    assert 0 < count <= 25
+    assert np.bincount(labels.ravel())[1:].min() >= 0.8 * 140 / 4, "a picture of half the width"
+
+
+def test_lines_of_hatching_are_long_and_white_paper_dominates(paintings):
+    painting = paintings["ink"]
+    coat = coats(painting)["hatching"]
+    boxes, _ = coat.boxes(CAMERA)
+    lengths = np.bincount(coat.chains[boxes.ids], 2 * boxes.half_extents[:, 0])
+    assert np.median(lengths[lengths > 0]) >= 20 / 2
+    assert (luminance(painting.frame(CAMERA)) > 0.8).mean() > 0.5
+
+
+def test_pencil_has_no_solid_blacks(paintings):
+    ground = coats(paintings["hatching"])["ground"]
+    laid = replace(paintings["hatching"], coats=(ground,), surface=None).with_depth(True).frame(CAMERA)
+    assert luminance(laid)[laid.alpha > 0.5].min() > 0.8
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_darker_places_have_more_ink(paintings, look):
+    """Over blocks of 30 px: ink 0.58, hatching 0.64, stippling 0.70."""
+    tones = luminance(bg.paint(SCENE, "plain", camera=CAMERA))
+    drawn = luminance(paintings[look].frame(CAMERA))
+
+    def coarse(picture):
+        return picture[:270, :480].reshape(9, 30, 16, 30).mean(axis=(1, 3)).ravel()
+
+    assert np.corrcoef(coarse(tones), coarse(drawn))[0, 1] > 0.5
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_none_and_one_stroke_are_painted(look):
+    with pytest.warns(bg.SceneWarning, match="no stroke"):
+        bg.paint(SCENE.take(np.zeros(0, int)), config_of(look), camera=CAMERA)
+    one = prepared(look, SCENE.take(np.arange(1))).painting.frame(CAMERA)
+    assert np.isfinite(one.rgb).all()
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_equal_input_gives_equal_pictures_on_any_number_of_threads(paintings, look):
+    config = config_of(look)
+    config = replace(config, draw=replace(config.draw, threads=3))
+    again = prepare(SCENE, config, Report(), views=CAMERA, asks=PICTURE).painting
+    np.testing.assert_array_equal(again.frame(CAMERA).rgb, paintings[look].frame(CAMERA).rgb)
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_a_frame_alone_in_another_process_is_that_of_the_film(paintings, look):
+    """Nothing is settled in a frame: neither thresholds nor levels depend on what was painted before."""
+    painting, other = paintings[look], replace(CAMERA, K=CAMERA.K * [[1.5], [1.5], [1]])
+    in_film = [painting.frame(camera).rgb.copy() for camera in (other, CAMERA)]
+    alone = pickle.loads(pickle.dumps(painting)).frame(CAMERA)
+    np.testing.assert_array_equal(alone.rgb, in_film[1])
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_scenes_of_any_size_have_the_same_drawing(paintings, look):
+    for scale in (1e-5, 1e5):
+        scene = replace(SCENE, means=SCENE.means * np.float32(scale), scales=SCENE.scales * np.float32(scale))
+        viewmat = CAMERA.viewmat.copy()
+        viewmat[:3, 3] *= scale
+        camera = replace(CAMERA, viewmat=viewmat, near=CAMERA.near * scale)
+        frame = prepared(look, scene, camera).painting.frame(camera)
+        usual = paintings[look].frame(CAMERA)
+        assert abs(luminance(frame).mean() - luminance(usual).mean()) < 0.02
+
+
+def test_outlets_without_effects_show_dark_strokes_in_place_of_blacks(paintings):
+    ground = coats(paintings["ink"])["ground"]
+    shown = without_effect(ground)
+    assert shown.effect is None
+    colors = base_colors(shown.strokes.sh)
+    is_ink = np.abs(colors - ground.effect.ink).max(axis=1) < 1e-5
+    assert 0 < is_ink.mean() < 0.6
+    assert (is_ink == (base_colors(ground.strokes.sh)[:, 1] < ground.effect.threshold)).all()
+    words = " ".join(omitted(Painting(paintings["ink"].coats), CAMERA, for_view=False))
+    assert "gathers on the paper" in words
+    assert "denser" in words
+
+
+def test_numbers_of_the_media_are_checked():
+    assert isinstance(medium_of({"kind": "stippling", "black": 0.3}), Stippling)
+    assert medium_of({"kind": "ink", "black": 0.3}) == Ink(black=0.3)
+    for values, message in (
+        ({"spacing": (5.0, 2.0)}, r"spacing must not be less in the lightest tone, got \[5.0, 2.0\]"),
+        ({"length": (80.0, 20.0)}, r"length must name the shortest line first, got \[80.0, 20.0\]"),
+        ({"lightest": 1.5}, "lightest must be 0 to 1"),
+        ({"width": (0.0, 1.0)}, "width must"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            Hatching(**values)
+    with pytest.raises(ValueError, match="black must be 0 to 1"):
+        Ink(black=-0.1)
