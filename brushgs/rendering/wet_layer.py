@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 ROUNDS = 3  # of smoothing
 ROOM = 0.06  # of the diagonal: how far pigment runs out of the strokes
+SPILL = 4.0  # inverse of the coverage by strokes from which washes are in full
 RIM = 0.005  # of the diagonal: width over which pigment gathers at the rim of a wash
 LOSS = 0.024  # of the diagonal: width over which a lost outline fades
 # The wash of a shadow: coverage by its strokes at its edge, how far that wanders with the noise and over what
@@ -158,7 +159,10 @@ class WetLayer:
         parted = _parted(smoothed, noise, self.washes)
         blurred = smooth(parted[1].copy(), RIM * part.diagonal)
         soft = None if self.is_room else smooth(alpha[..., None].copy(), LOSS * part.diagonal)[..., 0]
-        border = part.cut(ragged_border(*part.shape, dtype.name)) if self.is_room else None
+        if self.is_room:
+            border = part.cut(ragged_border(*part.shape, dtype.name))
+        else:  # washes do not run out of what is painted
+            border = smoothstep(SPILL * alpha).astype(dtype)
         sheet = part.grain, border, part.paper
         return _mixed(parted, blurred, noise, (alpha, soft), sheet, self.washes)
 

@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from brushgs.options.direction import Direction
 from brushgs.options.look_parts import GroundConfig, LightConfig
 from brushgs.options.media import Medium
@@ -277,8 +279,14 @@ def coats(
 ) -> list[Coat]:
     """The coats of the painting, the first laid first."""
     first, *others = coats_of(graded)
-    first = first if shown_plain is None else first.showing(shown_plain)
-    found = with_fields([*graded_backdrop, first, *others, *accents], report)
+    unpainted: list[Coat] = []
+    if shown_plain is not None and first.effect is not None:  # which changes only what is painted
+        nothing = first.strokes.take(np.zeros(0, np.intp))
+        unpainted = [replace(first, name="unpainted", strokes=nothing, effect=None).showing(shown_plain)]
+        first = replace(first, tolerance=graded.media.behind)
+    elif shown_plain is not None:
+        first = first.showing(shown_plain)
+    found = with_fields([*graded_backdrop, *unpainted, first, *others, *accents], report)
     return attached(found, strokes, resting=(BACKDROP,)) if is_moving else found
 
 
