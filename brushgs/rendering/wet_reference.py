@@ -164,6 +164,6 @@ def mix_washes(
         share = share * border
     sums = (densities.reshape(*flow.shape, 3, 3) * factors[..., None]).sum(axis=-2)
     tints = np.exp(-np.clip(sums * share[..., None], 0, washes.most))
-    covered = 1 - (1 - smoothstep(2 * (alpha - 0.1))) * tints.min(axis=-1)
+    covered = 1 - (1 - smoothstep(2 * (alpha - 0.4))) * tints.min(axis=-1)
     rgb = np.maximum(tints - 1 + covered[..., None], 0)
     return np.asarray(rgb if paper is None else rgb * paper), np.asarray(covered)

@@ -473,7 +473,7 @@ void mix_run(const MixParams<T>& params, const WashNumbers<T>& n, std::size_t fi
             darkest[i] = tint < darkest[i] ? tint : darkest[i];
         }
     for (int i = 0; i < kRun; ++i) {
-        const T cover = smoothstep<T>((alphas[0][i] - T(0.1)) * 2);
+        const T cover = smoothstep<T>((alphas[0][i] - T(0.4)) * 2);
         alphas[0][i] = 1 - (1 - cover) * darkest[i];
     }
     for (int c = 0; c < 3; ++c)
