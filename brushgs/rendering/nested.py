@@ -8,8 +8,9 @@ Source: Praun et al. 2001, Real-Time Hatching (tonal art maps).
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from brushgs.values.arrays import F64, Array, smoothstep
+from brushgs.values.arrays import F64, Array, Rows, smoothstep
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
@@ -59,7 +60,7 @@ class Nested:
         opacities = (boxes.opacities * thin).astype(boxes.opacities.dtype)
         return replace(boxes, half_extents=halves, opacities=opacities)
 
-    def shares(self, points: Array, ids: Array, angles: Array, camera: Camera) -> F64:
+    def shares(self, points: Array, ids: Rows | NDArray[np.int32], angles: Array, camera: Camera) -> F64:
         """[M] 0 (gone) to 1 (whole) for marks `ids` at points [M, 3], whose pictures run at angles [M]."""
         rotation = camera.viewmat[:3, :3]
         seen = points.astype(np.float64) @ rotation.T + camera.viewmat[:3, 3]

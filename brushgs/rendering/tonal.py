@@ -23,6 +23,7 @@ FINE, FINE_EDGE = 3.0, 0.05  # radius over which tones are averaged, px, and the
 BROAD, BROAD_EDGE = 12.0, 0.10  # the same for the masses that become black
 JUMP = 0.05  # of the depth, beyond which what is nearer crosses what is behind
 HALO = 3.0  # px of paper that are left there
+THINNING, STEEP = 6.0, 1.6  # px beyond a sharp outline that thinning ink reaches, and its contrast
 SHARP = 0.9  # px, standard deviation of the last smoothing, in place of the steps of pixels
 FADED = (0.6, 1.1)  # areas over the least one at which a region is paper, and wholly black
 EDGE = 1.6  # px, standard deviation of the smoothing of the outline of blacks
@@ -60,7 +61,7 @@ class Tones:
             scale: see `scale_of`.
         """
         alpha = alpha.astype(np.float32)
-        value = rgb[..., 1].astype(np.float32) + (1 - alpha)
+        value = np.asarray(rgb[..., 1] + (1 - alpha), np.float32)
         fine = _within_edges(value, FINE * scale, FINE_EDGE)
         broad = _within_edges(fine, BROAD * scale, BROAD_EDGE)
         size = 2 * max(1, round(HALO * scale)) + 1
@@ -72,10 +73,20 @@ class Tones:
 
     def is_black(self, threshold: float) -> Mask:
         """[H, W] the masses darker than a threshold, with smooth outlines, before small ones are left out."""
-        dark = (0.5 * (self.fine + self.broad) < threshold) & (self.alpha > 0.5) & ~self.is_jump
+        dark = (self.masses < threshold) & self.can_be_black
         return np.asarray((self.smoothed(dark) > ROUND) & ~self.is_jump)
 
-    def smoothed(self, mask: Array) -> F32:
+    @property
+    def masses(self) -> F32:
+        """[H, W] the tones by which masses are told."""
+        return np.asarray(0.5 * (self.fine + self.broad))
+
+    @property
+    def can_be_black(self) -> Mask:
+        """[H, W] surfaces, but for paper behind what is nearer."""
+        return np.asarray((self.alpha > 0.5) & ~self.is_jump)
+
+    def smoothed(self, mask: Array | Mask) -> F32:
         """[H, W] a mask averaged over its neighbourhood."""
         return np.asarray(ndimage.gaussian_filter(mask.astype(np.float32), EDGE * self.scale, truncate=3.0))
 
@@ -92,8 +103,8 @@ def _within_edges(values: F32, radius: float, contrast: float) -> F32:
 
     means = mean(values)
     spread = np.maximum(mean(values * values) - means * means, 0)
-    share = spread / (spread + np.float32(contrast**2))
-    return mean(share) * values + mean(means * (1 - share))
+    share = np.asarray(spread / (spread + contrast**2), np.float32)
+    return mean(share) * values + mean(np.asarray(means * (1 - share), np.float32))
 
 
 @dataclass(frozen=True)
@@ -107,12 +118,15 @@ class Blacks:
         least_area: of a region, share of the picture.
         ink: RGB.
         paper: RGB.
+        softness: tones to both sides of the threshold over which ink thins out, for films: where a mass is as
+            dark as the threshold, an edge would jump from frame to frame. 0 for a sharp edge.
     """
 
     threshold: float
     least_area: float
     ink: tuple[float, float, float]
     paper: tuple[float, float, float]
+    softness: float = 0.0
 
     def __call__(self, painted: Frame, camera: Camera, surface: object = None) -> Frame:
         """See `Effect`."""
@@ -141,8 +155,17 @@ class Blacks:
         if not shares.any():
             return shares
         shares += (1 - shares) * (1 - _by_area(~mask, 0.5 * least)) * ~mask  # holes in them fill likewise
+        if self.softness:
+            return self._thinning(tones, shares)
         near = ndimage.gaussian_filter(shares, SHARP * tones.scale, truncate=3.0)
         return np.asarray(np.clip((near - 0.2) / 0.6, 0, 1), np.float32)
+
+    def _thinning(self, tones: Tones, shares: F32) -> F32:
+        """[H, W] the same with edges over a range of tones, near regions of these shares."""
+        ramp = np.clip(0.5 + (self.threshold - tones.masses) / (2 * self.softness), 0, 1) * tones.can_be_black
+        size = 2 * max(1, round(THINNING * tones.scale)) + 1
+        near = ndimage.maximum_filter(shares, size, mode="nearest")
+        return np.asarray(near * np.clip(0.5 + STEEP * (tones.smoothed(ramp) - 0.5), 0, 1), np.float32)
 
 
 def large_ones(mask: Mask, least: float) -> Mask:

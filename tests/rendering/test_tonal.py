@@ -113,3 +113,14 @@ def test_nothing_painted_and_one_tone_are_no_error():
 def test_it_can_be_pickled():
     effect = Blacks(0.3, 1e-3, INK, PAPER)
     assert pickle.loads(pickle.dumps(effect)) == effect
+
+
+def test_edges_of_films_are_soft_in_tone_and_stay_in_place():
+    slope = np.tile(np.linspace(0, 0.6, 320), (180, 1))
+    view = camera()
+    sharp, soft = (
+        Blacks(0.3, 1e-3, INK, PAPER, softness)(picture(slope), view).rgb[90, :, 1] for softness in (0, 0.06)
+    )
+    assert np.abs(np.diff(soft)).max() < 0.5 * np.abs(np.diff(sharp)).max()
+    assert abs(np.argmax(sharp > 0.5) - np.argmax(soft > 0.5)) <= 3
+    assert np.abs(soft - sharp).mean() < 0.1

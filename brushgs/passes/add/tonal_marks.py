@@ -162,7 +162,7 @@ def _is_seen_as_well(view: TonalView, earlier: Sequence[TonalView]) -> Mask:
     places = np.nonzero(np.isfinite(depth))
     if not earlier or not len(places[0]):
         return np.zeros(shape, bool)
-    pixels = STRIDE * np.stack(places[::-1], axis=1) + 0.5
+    pixels = np.asarray(STRIDE * np.stack(places[::-1], axis=1) + 0.5, np.float64)
     points = view.lifted(pixels, depth[places].astype(np.float64))
     normals = view.normals[::STRIDE, ::STRIDE][places] @ view.camera.viewmat[:3, :3]
     least = CLOSE * view.sizes(points, normals)

@@ -74,7 +74,7 @@ def _largest_plane(normals: F64, areas: F64, is_left: Mask) -> Mask:
     some = rows[:: -(-len(rows) // CANDIDATES)]
     agree = np.abs(normals[some] @ normals[rows].T) >= SAME
     best = normals[some[np.argmax(agree @ areas[rows])]]
-    return is_left & (np.abs(normals @ best) >= SAME)
+    return np.asarray(is_left & (np.abs(normals @ best) >= SAME))
 
 
 def _axis_of(axes: F64, normals: F64, areas: F64) -> F64:

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from brushgs.passes.add.tonal_view import TonalView
     from brushgs.values.arrays import Mask
 
+# Of the edges of blacks in films. Along an orbit the truck flickers by 14.3 of 255 more than its plain
+# picture, by 21.2 with sharp edges.
+FILM_SOFTNESS = 0.06
 MOST_BLACKS, LEAST_BLACK = 25, 140.0  # regions in a picture, and px of each in one of 960 x 540
 
 __all__ = ["ink", "stage"]
@@ -41,6 +44,7 @@ def _blacks(
     threshold, least = blacks_of(
         [views[0].tones], share=media.black, most_regions=MOST_BLACKS, least_pixels=LEAST_BLACK
     )
-    effect = Blacks(threshold, least, rgb_of(media.color), materials.paper)
+    softness = FILM_SOFTNESS if materials.sight is not None and materials.sight.is_film else 0.0
+    effect = Blacks(threshold, least, rgb_of(media.color), materials.paper, softness)
     masks = [large_ones(view.tones.is_black(threshold), least) for view in views]
     return effect, [np.asarray(mask) for mask in masks]

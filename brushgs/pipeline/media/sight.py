@@ -33,6 +33,7 @@ class Sight:
         points: [N, 3] of the scene; none if nothing is in focus.
         focus: [N] 0 to 1, how far each is in focus.
         has_planes: whether marks on flat surfaces share a direction: not where the user says how they run.
+        is_film: whether the camera moves.
     """
 
     cameras: tuple[Camera, ...]
@@ -40,6 +41,7 @@ class Sight:
     points: Array
     focus: F64
     has_planes: bool
+    is_film: bool = False
 
     @classmethod
     def of(
@@ -59,9 +61,9 @@ class Sight:
         pictures = tuple(own[:: -(-len(own) // MOST_PICTURES)])
         has_planes = direction.kind in ("form", "color")
         if focus is None:
-            return cls(shown, pictures, np.zeros((0, 3)), np.zeros(0), has_planes)
+            return cls(shown, pictures, np.zeros((0, 3)), np.zeros(0), has_planes, len(cameras) > 1)
         shares = np.log(np.maximum(focus, 1)) / max(float(np.log(max(focus.max(), 1))), 1e-9)
-        return cls(shown, pictures, scene.means, np.clip(shares / KEYED, 0, 1), has_planes)
+        return cls(shown, pictures, scene.means, np.clip(shares / KEYED, 0, 1), has_planes, len(cameras) > 1)
 
     def focus_of(self, strokes: Gaussians) -> F64:
         """[n] 0 to 1, how far each stroke is in focus."""
@@ -70,7 +72,7 @@ class Sight:
         from scipy.spatial import cKDTree
 
         nearest = cKDTree(self.points).query(strokes.means)[1]
-        return self.focus[nearest]
+        return np.asarray(self.focus[nearest], np.float64)
 
     def seen_areas(self, strokes: Gaussians, num_threads: int | None) -> F64:
         """[n] pixels of the pictures that each stroke paints."""
