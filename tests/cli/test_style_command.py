@@ -13,11 +13,11 @@ from tests.io.styles import example
 @pytest.fixture
 def painting(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    rgb = np.zeros((60, 80, 3), np.float32)
-    rgb[:, :50], rgb[:, 50:] = (0.1, 0.2, 0.6), (0.9, 0.7, 0.2)
+    rgb = np.zeros((30, 40, 3), np.float32)  # too small for marks, whose lessons take seconds
+    rgb[:, :25], rgb[:, 25:] = (0.1, 0.2, 0.6), (0.9, 0.7, 0.2)
     rgb += np.random.default_rng(0).normal(0, 0.02, rgb.shape).astype(np.float32)
     path = tmp_path / "dusk.png"
-    bg.save(bg.Frame(np.clip(rgb, 0, 1), np.ones((60, 80), np.float32), None), path)
+    bg.save(bg.Frame(np.clip(rgb, 0, 1), np.ones((30, 40), np.float32), None), path)
     return path
 
 
@@ -44,14 +44,8 @@ def test_learn_takes_an_output_and_a_name(painting, capsys):
     assert bg.load_style("a.style").name == "Blue hour"
 
 
-def test_the_same_painting_gives_the_same_bytes(painting, capsys):
-    for name in ("a.style", "b.style"):
-        assert run(capsys, "learn", painting, "-o", name, "--quiet") == (0, "", "")
-    assert (painting.parent / "a.style").read_bytes() == (painting.parent / "b.style").read_bytes()
-
-
 def test_the_python_function_learns_the_same(painting, capsys):
-    run(capsys, "learn", painting)
+    assert run(capsys, "learn", painting, "--quiet") == (0, "", "")
     bg.save_style(bg.learn_style(painting), "again.style")
     assert (painting.parent / "again.style").read_bytes() == (painting.parent / "dusk.style").read_bytes()
 

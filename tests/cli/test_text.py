@@ -26,7 +26,7 @@ def place(tmp_path_factory):
 def here(place, monkeypatch):
     monkeypatch.chdir(place)
     monkeypatch.delenv("BRUSHGS_CLIP", raising=False)
-    monkeypatch.setattr("brushgs.passes.where.text.VIEW", 96)  # pixels: still many windows of 32
+    monkeypatch.setattr("brushgs.passes.where.text.VIEW", 64)  # pixels: still some windows of 32
 
 
 def where_of(capsys, *words):

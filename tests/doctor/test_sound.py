@@ -28,9 +28,9 @@ def constants(draw, columns):
 @pytest.mark.parametrize("made", MADE)
 def test_a_constant_column_is_no_other_encoding_and_the_cure_shows_the_same(made, tmp_path):
     columns = plant.columns_of(MADE[made](), tmp_path)
-    camera = bg.frame_scene(MADE[made](), width=120, height=90)
+    camera = bg.frame_scene(MADE[made](), width=40, height=30)
 
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=30, deadline=None)
     @given(constants(columns))
     def check(constant):
         name, value = constant

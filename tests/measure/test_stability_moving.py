@@ -29,9 +29,9 @@ from tests.scenes import still_life_of
 BRUSH = bg.StrokeTexture.open("dry_brush")
 WHITE = (1.0, 1.0, 1.0)
 PAINT = PaintConfig(
-    cluster=ClusterConfig(150),
+    cluster=ClusterConfig(100),
     draw=DrawConfig(stroke="dry_brush"),
-    view=ViewConfig(size=(96, 72), up=(0, -1, 0)),
+    view=ViewConfig(size=(80, 60), up=(0, -1, 0)),
 )
 FEW = StabilityConfig(gaps=(1, 3), alone=1)
 
@@ -44,7 +44,7 @@ def clip_of(scene, **options):
 def written(tmp_path_factory):
     """The report of six frames in which the pear rolls, and the file of its figures."""
     path = tmp_path_factory.mktemp("moving") / "a.json"
-    scene = still_life_moving(5000)
+    scene = still_life_moving(3000)
     report_stability(clip_of(scene), path, PAINT, None, FEW, make_extra_painters=painterly_painters)
     return json.loads(path.read_text())
 
@@ -88,7 +88,7 @@ def test_the_flow_makes_what_moves_comparable(written, monkeypatch, tmp_path):
     target = "brushgs.measure.stability.measure.displacements"
     monkeypatch.setattr(target, lambda *_, **__: None)
     config = replace(FEW, skip_alone=True)
-    report_stability(clip_of(still_life_moving(5000)), without, PAINT, None, config)
+    report_stability(clip_of(still_life_moving(3000)), without, PAINT, None, config)
     blind = by_name(json.loads(without.read_text()))
     assert "alone" not in blind
     seen = by_name(written)
@@ -99,7 +99,7 @@ def test_the_flow_makes_what_moves_comparable(written, monkeypatch, tmp_path):
 
 
 def test_rows_that_do_not_correspond_are_followed_by_a_truth_or_an_estimate(tmp_path):
-    loose = Clip(still_life_moving(2000, has_rows=False), ClipConfig(start=Moment(1.2), end=Moment(1.3)))
+    loose = Clip(still_life_moving(2000, has_rows=False), ClipConfig(start=Moment(1.2), end=Moment(1.27)))
     config = StabilityConfig(gaps=(1,), alone=1, skip_alone=True)
     truth = still_life_moving(2000)
     estimated = report_stability(loose, tmp_path / "b.json", PAINT, None, config)

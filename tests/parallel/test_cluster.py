@@ -21,7 +21,7 @@ import brushgs as bg
 from brushgs import __version__, cli
 from brushgs.errors import SceneError
 from brushgs.formats.scenes.read import open_files
-from brushgs.options.painting import ClusterConfig, PaintConfig, ViewConfig
+from brushgs.options.painting import ClusterConfig, PaintConfig, StrokesConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.pipeline.blocks.budget import Budget
 from brushgs.pipeline.blocks.load import load_in_blocks
@@ -118,11 +118,12 @@ def test_frames_are_the_same_bits_on_a_cluster(address, painter, frames):
     assert list(parallel_map(painter, range(NUM_FRAMES), scheduler=address)) == frames
 
 
-@pytest.mark.parametrize("output", ["a/%05d.png", "a/%05d.exr", "a.mp4"])
+@pytest.mark.parametrize("output", ["a/%05d.png", "a.mp4"])
 def test_the_files_of_a_sequence_are_the_same_from_a_cluster(address, tmp_path, monkeypatch, output):
     monkeypatch.chdir(tmp_path)
-    bg.save(still_life_of(2000), "scene.ply")
-    options = PathConfig(orbit=5), PaintConfig(cluster=ClusterConfig(100), view=ViewConfig(size=(64, 48)))
+    bg.save(still_life_of(1000), "scene.ply")
+    config = PaintConfig(cluster=ClusterConfig(40), view=ViewConfig(size=(48, 36)), strokes=StrokesConfig.off())
+    options = PathConfig(orbit=5), config
     for folder, where in (("here", SequenceConfig()), ("there", SequenceConfig(scheduler=address))):
         Path(folder).mkdir()
         paint_sequence("scene.ply", f"{folder}/{output}", *options, where)

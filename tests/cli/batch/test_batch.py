@@ -181,7 +181,7 @@ def every_kind(tmp_path_factory, made):
     """A folder in which a job of each kind of output has run."""
     folder = tmp_path_factory.mktemp("kinds")
     (folder / "pears.ply").write_bytes((made[0] / "pears.ply").read_bytes())
-    text = '[defaults]\nscene = "pears.ply"\nsize = "32x24"\nstrokes = 20\nclean = "off"\n'
+    text = '[defaults]\nscene = "pears.ply"\nsize = "32x24"\nstrokes = 20\nclean = "off"\nsee = "off"\n'
     for (command, output, more), _ in OUTPUTS.values():
         text += f'[[job]]\ncommand = "{command}"\noutput = "{output}"\n{more}\n'
     (folder / "jobs.toml").write_text(text)
