@@ -107,7 +107,7 @@ def main() -> None:
     )
     parser.add_argument("--frames", type=int, default=60, help="of each moving picture, 3 or more")
     parser.add_argument(
-        "--quick", action="store_true", help="fewer cells in the charts, small paintings: to try a change"
+        "--quick", action="store_true", help="fewer cells in the charts, sides a quarter: to try a change"
     )
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
@@ -124,29 +124,43 @@ def main() -> None:
     painting, looks, growing, strokes, options, styles, layers, moving, film = files
     print(f"writes {', '.join(map(str, files))}")
 
+    share = 4 if args.quick else 1
+    large, chart_cell, frame = (sides(1000, 750, share), sides(400, 300, share), sides(480, 360, share))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        run("demo", "-o", folder)
+        run("demo", *(["--size", "x".join(map(str, large))] if args.quick else []), "-o", folder)
         picture = open_picture(folder / "still_life-oil.png")
-        picture.resize((1000, 750), Image.Resampling.LANCZOS).save(painting, quality=88)
-        looks_chart(folder, LOOKS[:2] if args.quick else LOOKS).save(looks, quality=88)
-        save_animation(growing_picture(folder, args.frames), growing)
-        options_chart(folder, OPTIONS[::3] if args.quick else OPTIONS).save(options, quality=85)
-        paintings, size = (PAINTINGS[:2], (320, 240)) if args.quick else (PAINTINGS, (1000, 750))
-        styles_chart(folder, paintings, size).save(styles, quality=85)
-        layers_chart(folder).save(layers, quality=85)
-        save_animation(moving_picture(folder, args.frames), moving)
-        save_animation(film_of_scene(folder, args.frames), film)
+        picture.resize(large, Image.Resampling.LANCZOS).save(painting, quality=88)
+        looks_chart(folder, LOOKS[:2] if args.quick else LOOKS, sides(640, 480, share)).save(
+            looks, quality=88
+        )
+        save_animation(growing_picture(folder, args.frames, frame), growing)
+        options_chart(folder, OPTIONS[::3] if args.quick else OPTIONS, chart_cell).save(options, quality=85)
+        paintings = PAINTINGS[:2] if args.quick else PAINTINGS
+        styles_chart(folder, paintings, large, chart_cell).save(styles, quality=85)
+        layers_chart(folder, frame).save(layers, quality=85)
+        save_animation(moving_picture(folder, args.frames, frame), moving)
+        save_animation(film_of_scene(folder, args.frames, frame), film)
         scene = bg.load(folder / "still_life.ply")
-    strokes_chart(scene).save(strokes, quality=85)
+    strokes_chart(scene, 300 // share).save(strokes, quality=85)
     for path in files:
         print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 
-def strokes_chart(scene: bg.Gaussians) -> Image.Image:
+def sides(width: int, height: int, share: int) -> tuple[int, int]:
+    """A share of these sides, pixels."""
+    return width // share, height // share
+
+
+def still_camera(size: tuple[int, int]) -> bg.Camera:
+    """The view of the still life, `size` pixels wide and high."""
+    return still_life_camera(width=size[0], height=size[1])
+
+
+def strokes_chart(scene: bg.Gaussians, width: int) -> Image.Image:
     """The fruit with every built-in stroke; `gaussian` is the plain picture of the scene."""
     strokes = bg.cluster(bg.prune(scene), STROKES_OF_CHART)
-    camera = fruit_camera(width=300)
+    camera = fruit_camera(width=width)
     cells = []
     for name in progress(builtin_names(), "strokes.jpg"):
         texture = bg.StrokeTexture.open(name)
@@ -156,10 +170,9 @@ def strokes_chart(scene: bg.Gaussians) -> Image.Image:
     return chart(cells, columns=4)
 
 
-def options_chart(folder: Path, options: Sequence[str]) -> Image.Image:
+def options_chart(folder: Path, options: Sequence[str], size: tuple[int, int]) -> Image.Image:
     """One view of `still_life.ply` in a folder, painted by the command line with each of some `OPTIONS`."""
-    view = still_life_camera(width=400, height=300)
-    view_file = write_views([view], folder / "cameras.json")
+    view_file = write_views([still_camera(size)], folder / "cameras.json")
     run_view = ["--camera-file", view_file, "--background", TONED]
     palettes = {file: draw_palette(colors, folder / file) for file, colors in PALETTES.items()}
     cells = []
@@ -183,16 +196,18 @@ def options_chart(folder: Path, options: Sequence[str]) -> Image.Image:
     return chart(cells, columns=3)
 
 
-def styles_chart(folder: Path, paintings: Sequence[str], size: tuple[int, int]) -> Image.Image:
-    """Some `PAINTINGS`, of a size, and a view of `still_life.ply` in the style of each; mixes and parts."""
-    draw = [sys.executable, "-m", "tests.kit.mark_paintings", folder, *map(str, size)]
+def styles_chart(
+    folder: Path, paintings: Sequence[str], painted: tuple[int, int], size: tuple[int, int]
+) -> Image.Image:
+    """Some `PAINTINGS`, `painted` in one size, and `still_life.ply` in the style of each; mixes and parts."""
+    draw = [sys.executable, "-m", "tests.kit.mark_paintings", folder, *map(str, painted)]
     subprocess.run(draw, check=True, cwd=Path(__file__).parent.parent, stdout=subprocess.DEVNULL)
     cells = []
     for name in paintings:
         run("style", "learn", folder / f"{name}.png", "-o", folder / f"{name}.style")
-        cells.append(Cell(f"{name}.png", open_picture(folder / f"{name}.png").resize((400, 300))))
+        cells.append(Cell(f"{name}.png", open_picture(folder / f"{name}.png").resize(size)))
     (folder / "parts.toml").write_text(RULES, encoding="utf-8")
-    view = write_views([still_life_camera(width=400, height=300)], folder / "cameras.json")
+    view = write_views([still_camera(size)], folder / "cameras.json")
     left_out = set(PAINTINGS) - set(paintings)
     styled = [label for label in STYLED if not any(name in label for name in left_out)]
     for label in progress(styled, "styles.jpg"):
@@ -207,9 +222,9 @@ def styles_chart(folder: Path, paintings: Sequence[str], size: tuple[int, int]) 
     return chart(cells, columns=4)
 
 
-def looks_chart(folder: Path, looks: Sequence[str]) -> Image.Image:
+def looks_chart(folder: Path, looks: Sequence[str], size: tuple[int, int]) -> Image.Image:
     """One view of `still_life.ply` in a folder, painted by the command line in each of these looks."""
-    view = write_views([still_life_camera(width=640, height=480)], folder / "cameras.json")
+    view = write_views([still_camera(size)], folder / "cameras.json")
     scene, cells = folder / "still_life.ply", []
     for look in progress(looks, "looks.jpg"):
         run("render", scene, "--look", look, "--camera-file", view, "-o", folder / "cell.png")
@@ -217,9 +232,9 @@ def looks_chart(folder: Path, looks: Sequence[str]) -> Image.Image:
     return chart(cells, columns=2)
 
 
-def layers_chart(folder: Path) -> Image.Image:
+def layers_chart(folder: Path, size: tuple[int, int]) -> Image.Image:
     """The still life in oil, and what its layers hold, as colours."""
-    view = write_views([still_life_camera(width=480, height=360)], folder / "cameras.json")
+    view = write_views([still_camera(size)], folder / "cameras.json")
     frame = bg.paint(folder / "still_life.ply", "oil", camera_file=view, layers="all")
     layers, painted = frame.layers, frame.layers["paint"][..., None]
     near, far = np.percentile(layers["depth"][painted[..., 0] > 0.9], (1, 99))
@@ -244,31 +259,29 @@ def colors_of(matte: Matte) -> NDArray[np.float64]:
     return np.einsum("hwk,hwkc->hwc", matte.coverage, colors[matte.rows])
 
 
-def growing_picture(folder: Path, num_frames: int) -> list[Image.Image]:
+def growing_picture(folder: Path, num_frames: int, size: tuple[int, int]) -> list[Image.Image]:
     """The painting of `still_life.ply` in a folder as it comes into being."""
-    view = write_views([still_life_camera(width=480, height=360)], folder / "cameras.json")
+    view = write_views([still_camera(size)], folder / "cameras.json")
     frames, scene = folder / "growing", folder / "still_life.ply"
     grow = "--grow", num_frames / FRAMES_PER_SECOND, "--fps", FRAMES_PER_SECOND
     run("render", scene, "--camera-file", view, *grow, "-o", frames / "%05d.png")
     return [open_picture(path) for path in sorted(frames.glob("*.png"))]
 
 
-def moving_picture(folder: Path, num_frames: int) -> list[Image.Image]:
+def moving_picture(folder: Path, num_frames: int, size: tuple[int, int]) -> list[Image.Image]:
     """Frames of a loop: the camera moves to both sides of the still life and back."""
-    cameras = swaying(still_life_camera(width=480, height=360), num_frames + 1, degrees=28)
+    cameras = swaying(still_camera(size), num_frames + 1, degrees=28)
     path, frames = write_views(cameras, folder / "sway.json"), folder / "swaying"
     moves = "--path", path, "--frames", num_frames + 1
     run("render", folder / "still_life.ply", *moves, "-o", frames / "%05d.png")
     return [open_picture(path) for path in sorted(frames.glob("*.png"))][:-1]  # the last equals the first
 
 
-def film_of_scene(folder: Path, num_frames: int) -> list[Image.Image]:
+def film_of_scene(folder: Path, num_frames: int, size: tuple[int, int]) -> list[Image.Image]:
     """The still life in motion, before a camera that stands still."""
     scene, frames = still_life_moving(), folder / "film"
     clip = bg.ClipConfig(fps=FRAMES_PER_SECOND, speed=scene.duration * FRAMES_PER_SECOND / (num_frames - 1))
-    bg.paint_film(
-        scene, frames / "%05d.png", "oil", camera=still_life_camera(width=480, height=360), clip=clip
-    )
+    bg.paint_film(scene, frames / "%05d.png", "oil", camera=still_camera(size), clip=clip)
     return [open_picture(path) for path in sorted(frames.glob("*.png"))]
 
 

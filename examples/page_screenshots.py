@@ -5,7 +5,7 @@ page.jpg  both, side by side, of the example still life
 Chromium makes them on a software renderer, driven by Playwright (`pip install playwright`): no GPU is
 needed. It takes about a minute.
 
-python examples/page_screenshots.py [-o FOLDER] [--scene FILE]
+python examples/page_screenshots.py [-o FOLDER] [--scene FILE] [--quick]
 """
 
 import argparse
@@ -14,19 +14,20 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from PIL import Image
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page, ViewportSize, sync_playwright
 
 import brushgs as bg
 from brushgs.cli import main as brushgs
 from brushgs.still_life import still_life
 
 VIEW = "--zoom", "0.8"
-WINDOW = {"width": 1100, "height": 760}
+WINDOW, SMALL_WINDOW = {"width": 1100, "height": 760}, {"width": 550, "height": 380}
+QUICK = *VIEW, "--strokes", "100", "--backdrop", "off", "--see", "off"
 WIDTH, GAP = 700, 8  # of one screenshot in the picture, and between them; pixels
 # The page's own policy forbids what Playwright would wait with.
 SETTLED = """async () => {
@@ -42,17 +43,19 @@ def main() -> None:
         "-o", "--output", type=Path, default=Path(__file__).parent / "pictures", help="folder"
     )
     parser.add_argument("--scene", type=Path, help="in place of the example still life")
+    parser.add_argument("--quick", action="store_true", help="few strokes in a small window: to try a change")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as name, chromium_page() as page:
+    words, window = (QUICK, SMALL_WINDOW) if args.quick else (VIEW, WINDOW)
+    with tempfile.TemporaryDirectory() as name, chromium_page(window) as page:
         folder = Path(name)
         scene = folder / "still_life.ply"
         if args.scene is None:
             bg.save(still_life(), scene)
         else:
             scene = args.scene.resolve()
-        run("export", scene, *VIEW, "-o", folder / "painting.html")
-        shots = [exported(page, folder / "painting.html", folder), viewed(page, scene, folder)]
+        run("export", scene, *words, "-o", folder / "painting.html")
+        shots = [exported(page, folder / "painting.html", folder), viewed(page, scene, folder, words)]
         picture = side_by_side([Image.open(shot).convert("RGB") for shot in shots])
     path = args.output / "page.jpg"
     picture.save(path, quality=86)
@@ -66,7 +69,7 @@ def exported(page: Page, painting: Path, folder: Path) -> Path:
     return screenshot(page, folder / "exported.png")
 
 
-def viewed(page: Page, scene: Path, folder: Path) -> Path:
+def viewed(page: Page, scene: Path, folder: Path, words: Sequence[str]) -> Path:
     """The page of `brushgs view`, with its studio."""
     command = [
         sys.executable,
@@ -74,7 +77,7 @@ def viewed(page: Page, scene: Path, folder: Path) -> Path:
         "brushgs",
         "view",
         scene,
-        *VIEW,
+        *words,
         "--look",
         "impressionist",
         "--no-browser",
@@ -116,11 +119,11 @@ def run(*words: str | Path) -> None:
 
 
 @contextmanager
-def chromium_page() -> Iterator[Page]:
+def chromium_page(window: ViewportSize) -> Iterator[Page]:
     """A tab in which nothing turns by itself."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=CHROMIUM_FLAGS)
-        yield browser.new_page(viewport=WINDOW, reduced_motion="reduce")
+        yield browser.new_page(viewport=window, reduced_motion="reduce")
         browser.close()
 
 

@@ -16,13 +16,13 @@ from brushgs.still_life.moving import still_life_moving
 from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 
-SMALL = {"size": (64, 48), "strokes": 150}
+SMALL = {"size": (64, 48), "strokes": 60}
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    save_upright(still_life_of(2000), path)
+    save_upright(still_life_of(1000), path)
     return path
 
 
@@ -51,7 +51,7 @@ def scene(tmp_path_factory):
 )
 def test_paint_is_what_render_writes(scene, tmp_path, options, words):
     frame = bg.paint(scene, **SMALL | options)
-    count = [] if "strokes" in options else ["--strokes", "150"]
+    count = [] if "strokes" in options else ["--strokes", "60"]
     file = tmp_path / "a.png"
     assert main(["render", str(scene), "-o", str(file), "--size", "64x48", *count, *words, "--quiet"]) == 0
     np.testing.assert_array_equal(frame.bytes_over("black"), np.rint(255 * read_image(file)))

@@ -12,7 +12,8 @@ from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
 from tests.scenes import save_upright, still_life_of
 
-SMALL = ["--look", "plain", "--stroke", "ellipse", "--strokes", "80", "--size", "64x48", "--fps", "6"]
+SMALL = ["--look", "plain", "--stroke", "ellipse", "--strokes", "80", "--size", "64x48"]
+SMALL += ["--see", "off", "--fps", "6"]
 NUM_MOMENTS = 24  # a second
 CAMERA = still_life_camera(width=64, height=48)
 

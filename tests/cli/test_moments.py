@@ -16,7 +16,7 @@ from brushgs.outlets.page.export import command_of
 from tests.io.moving.params_maker import write_params
 from tests.scenes import real_scene, save_upright, still_life_of
 
-SMALL = ["--strokes", "40", "--size", "48x36"]
+SMALL = ["--strokes", "40", "--size", "48x36", "--see", "off"]
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def run(capsys, *words):
         ("folder", ["render", *SMALL, "-o", "out.png"]),
         ("params", ["render", *SMALL, "-o", "out.png"]),
         ("folder", ["views", "--size", "32x24", "-o", "out.png"]),
-        ("params", ["export", "--strokes", "40", "-o", "out.html"]),
+        ("params", ["export", *SMALL, "-o", "out.html"]),
         ("folder", ["doctor", "--fix", "out.ply"]),
         ("params", ["info"]),
     ],

@@ -19,7 +19,7 @@ from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
 from tests.scenes import save_upright
 
-FEW = ["--size", "64x48", "--strokes", "30", "--stroke", "flat", "--threads", "1"]
+FEW = ["--size", "64x48", "--strokes", "30", "--stroke", "flat", "--see", "off", "--threads", "1"]
 
 
 def pear(seed: int = 0) -> bg.Gaussians:
@@ -122,7 +122,7 @@ def test_info_prints_how_a_picture_was_painted(scene, capsys):
     run(capsys, "render", scene, *FEW, "-o", "a.png")
     code, out, _ = run(capsys, "info", "a.png")
     assert code == 0
-    assert "painted by       brushgs render pear.ply --stroke flat --strokes 30 --size 64x48" in out
+    assert "painted by       brushgs render pear.ply --stroke flat --strokes 30 --see off --size 64x48" in out
     assert str(Path(scene).parent) not in out
     assert json.loads(run(capsys, "info", "a.png", "--json")[1])["painted"]["camera"]["width"] == 64
     run(capsys, "render", scene, *FEW, "--no-metadata", "-o", "b.png")

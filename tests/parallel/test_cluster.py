@@ -122,7 +122,9 @@ def test_frames_are_the_same_bits_on_a_cluster(address, painter, frames):
 def test_the_files_of_a_sequence_are_the_same_from_a_cluster(address, tmp_path, monkeypatch, output):
     monkeypatch.chdir(tmp_path)
     bg.save(still_life_of(1000), "scene.ply")
-    config = PaintConfig(cluster=ClusterConfig(40), view=ViewConfig(size=(48, 36)), strokes=StrokesConfig.off())
+    config = PaintConfig(
+        cluster=ClusterConfig(40), view=ViewConfig(size=(48, 36)), strokes=StrokesConfig.off()
+    )
     options = PathConfig(orbit=5), config
     for folder, where in (("here", SequenceConfig()), ("there", SequenceConfig(scheduler=address))):
         Path(folder).mkdir()

@@ -227,6 +227,7 @@ def file(scene, tmp_path_factory):
 
 
 SMALL = ["--strokes", "100", "--steps", "10", "--views", "4", "--size", "64x48", "--stroke", "flat"]
+SMALL += ["--see", "off"]
 
 
 def test_the_command_writes_strokes_and_tells_the_gain(file, tmp_path, monkeypatch, capsys):

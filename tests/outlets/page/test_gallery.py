@@ -11,7 +11,7 @@ from brushgs.outlets.page.gallery import entries_of
 from tests.outlets.page.page_file import wait_until
 from tests.outlets.page.paintings import some_strokes
 
-SMALL = ("--look", "plain", "--strokes", "40", "--size", "64x48", "--quiet")
+SMALL = ("--look", "plain", "--strokes", "40", "--size", "64x48", "--see", "off", "--quiet")
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from brushgs.outlets.studio.studio import Studio
 from brushgs.pipeline.report import Report
 from tests.scenes import save_upright, still_life_of
 
-FEW = ["--strokes", "120", "--size", "96x72", "--backdrop", "off"]
+FEW = ["--strokes", "120", "--size", "96x72", "--backdrop", "off", "--see", "off"]
 SECONDS = 60.0  # that a test waits for work; a limit, not a measure
 
 
