@@ -2,6 +2,7 @@
 
 import re
 import shlex
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ LONG = {"view", "bench", "stability", "refine", "batch", "completion", "demo"}
 # What makes a command small; of a flag that is given twice the last counts.
 SIZES = {"render": "48x36", "export": "48x36", "looks": "48x36", "views": "32x24"}
 COUNTED = re.compile(r"--strokes |--stroke-size |--stroke gaussian")  # commands about their number
-WITH_VIEWS = re.compile(r"--see|--preset|for[-_]view|--explain")  # commands about strokes that see
+WITH_VIEWS = re.compile(r"--see|--preset|for[-_]view|--explain|dB")  # commands about strokes that see
 FRAMES = re.compile(r"(?<=--orbit )\d+|(?<=--grow )\d+")
 
 
@@ -52,8 +53,7 @@ def folder(tmp_path_factory):
         save_upright(scene, path / name)
     with pytest.warns(bg.SceneWarning, match="does not hold colours that change with the view"):
         bg.save(scene, path / "truck.splat")
-    two = bg.Palette.of_colors(np.array([[0.2, 0.1, 0.3], [0.9, 0.6, 0.3]]))
-    save_upright(bg.recolor(scene, two), path / "a_edited.ply")
+    save_upright(replace(scene, sh=0.8 * scene.sh), path / "a_edited.ply")  # one map: learnt quickly
     marks = np.random.default_rng(0).random((96, 128, 3)).astype(np.float32)
     marks[:, ::4] = marks[:, :1]
     for name in PAINTINGS:

@@ -9,11 +9,14 @@ shorter side, as in `brushgs.values.style`.
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 import brushgs as bg
+from brushgs.passes.style.marks import learn_marks
+from brushgs.values.style import StyleMarks
 from tests.kit.paintings import _opaque, _ramp
 
 SIZE = 1000, 750  # width, height
@@ -122,6 +125,12 @@ def paint(name: str, *, size=SIZE, seed: int = 0) -> np.ndarray:
     )
     frame = bg.rasterize(boxes, texture, width=width, height=height, depth=False)
     return _opaque(frame, _ramp(np.zeros(1), [kind.ground, kind.ground])[0])[0]
+
+
+@cache
+def learnt(name: str) -> StyleMarks:
+    """What is learnt of the marks of one of the paintings, once a process: it takes three seconds."""
+    return learn_marks(paint(name, size=(800, 600)))
 
 
 def write(folder: Path, *, size=SIZE) -> dict[str, Path]:

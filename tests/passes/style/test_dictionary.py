@@ -65,9 +65,13 @@ def test_a_mark_laid_in_its_own_colour_is_the_mark(marks):
     assert not texture.has_bristles
 
 
-def test_equal_paintings_give_equal_dictionaries():
+def test_equal_paintings_give_equal_brushes_and_dictionaries():
     image = dead_leaves(0.08, 0.02, short=200)
-    one, other = (learn_marks(image, 24).dictionary for _ in range(2))
+    first, second = (learn_marks(image, 24) for _ in range(2))
+    assert len(first.brushes) == len(second.brushes) > 0
+    for a, b in zip(first.brushes, second.brushes, strict=True):
+        np.testing.assert_array_equal(a, b)
+    one, other = first.dictionary, second.dictionary
     np.testing.assert_array_equal(one.texels, other.texels)
     np.testing.assert_array_equal(one.colors, other.colors)
 

@@ -8,10 +8,10 @@ from brushgs.passes.style.marks import MOST_GRID, learn_marks
 from brushgs.values.colors import rgb_of
 from tests.kit.for_each import for_each
 from tests.kit.mark_paintings import KINDS, paint
+from tests.kit.mark_paintings import learnt as learnt_of
 from tests.kit.paintings import PAINTINGS, _opaque
 from tests.kit.paintings import paint as painted
 
-SIZE = 800, 600
 # Mean angle, degrees, between learnt and true directions: dabs are nearly as wide as long, and washes lie
 # over each other, which shows edges across them as well.
 WITHIN = {"hatching": 4, "swirls": 9, "dabs": 20, "washes": 30}
@@ -19,7 +19,7 @@ WITHIN = {"hatching": 4, "swirls": 9, "dabs": 20, "washes": 30}
 
 @pytest.fixture(scope="module")
 def learnt():
-    return {name: learn_marks(paint(name, size=SIZE)) for name in KINDS}
+    return {name: learnt_of(name) for name in KINDS}
 
 
 @pytest.mark.parametrize("name", KINDS)
@@ -73,17 +73,17 @@ def test_marks_in_one_colour_of_paint_are_not_broken():
 
 
 def test_the_size_of_the_picture_hardly_matters():
-    small, large = (learn_marks(paint("swirls", size=size)) for size in ((480, 360), (1440, 1080)))
+    small, large = learn_marks(paint("swirls", size=(320, 240))), learnt_of("swirls")
     assert small.length / large.length == pytest.approx(1, abs=0.15)
     assert small.aspect / large.aspect == pytest.approx(1, abs=0.2)
 
 
 @for_each("channels", [1, 2, 3, 4])
 def test_pictures_of_any_channels_are_taken(channels):
-    rgb = paint("hatching", size=(160, 120))
+    rgb = paint("hatching", size=(48, 40))
     image = rgb if channels > 2 else rgb.mean(axis=2, keepdims=True)
     if channels in (2, 4):
-        image = np.concatenate([image, np.ones((120, 160, 1), np.float32)], axis=2)
+        image = np.concatenate([image, np.ones((40, 48, 1), np.float32)], axis=2)
     marks = learn_marks(np.ascontiguousarray(image))
     assert 0 < marks.length <= 1 <= marks.aspect <= 20
 
