@@ -18,6 +18,7 @@ from tests.first_view.test_photographed import moved_cameras, photographs
 from tests.scenes import save_upright
 
 ON_SIDE = about((1, 0, 0), -90.0)  # of the statue: then +z is up
+FEW = slice(None, None, 8)  # of its Gaussians: enough for a view
 TAKEN = (
     "up and first view from cameras.json beside the scene (40 cameras); --camera-file none switches it off"
 )
@@ -45,7 +46,7 @@ def scene(tmp_path):
     """A statue on its side, with its cameras beside it."""
     path = tmp_path / "capture" / "statue.ply"
     write_cameras(path.parent / "cameras.json", moved_cameras(photographs(), rotation=ON_SIDE))
-    bg.save(moved(statue(), rotation=ON_SIDE), path)
+    bg.save(moved(statue().take(FEW), rotation=ON_SIDE), path)
     return path
 
 
@@ -61,7 +62,7 @@ def view_of(source, config=None):
 def without_cameras(tmp_path_factory):
     """The first view and the notes of the statue on its side where no cameras are sought."""
     path = tmp_path_factory.mktemp("alone") / "statue.ply"
-    bg.save(moved(statue(), rotation=ON_SIDE), path)
+    bg.save(moved(statue().take(FEW), rotation=ON_SIDE), path)
     view, _, notes = view_of(SceneSource((path,), seeks_cameras=False))
     return view, notes
 
@@ -164,9 +165,11 @@ def test_none_switches_it_off(scene, tmp_path, capsys, command):
         assert "cameras.json" not in capsys.readouterr().out
         return
     output = str(tmp_path / ("out.ply" if command == "prune" else "out.png"))
-    more = {"render": ["--size", "32x24", "--look", "plain"], "views": ["--size", "32x24"], "prune": []}[
-        command
-    ]
+    more = {
+        "render": ["--size", "32x24", "--look", "plain", "--see", "off"],
+        "views": ["--size", "32x24"],
+        "prune": [],
+    }[command]
     for asked, is_told in ((words[:2], True), (words, False)):
         assert main([*asked, "-o", output, *more, "--quiet", "--json"]) == 0
         assert any("cameras.json" in note for note in json.loads(capsys.readouterr().out)["notes"]) == is_told
@@ -174,9 +177,10 @@ def test_none_switches_it_off(scene, tmp_path, capsys, command):
 
 def test_a_painting_from_python_takes_none_too(scene):
     report = Report()
-    bg.paint(scene, "plain", size="32x24", strokes=100, camera_file="none", report=report)
+    words = {"size": "32x24", "strokes": 100, "see": "off"}
+    bg.paint(scene, "plain", **words, camera_file="none", report=report)
     assert not any("cameras.json" in note for note in report.notes)
-    bg.paint(scene, "plain", size="32x24", strokes=100, report=report)
+    bg.paint(scene, "plain", **words, report=report)
     assert TAKEN in report.notes
 
 

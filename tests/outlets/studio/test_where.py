@@ -81,7 +81,9 @@ def test_the_rules_of_the_command_line_name_regions_and_files(scene, tmp_path):
     assert given_in(without.config(Settings())) == ()
 
 
-def test_strokes_are_in_it_where_the_scene_around_them_is(painted):
+def test_strokes_are_in_it_where_the_scene_around_them_is(scene, tmp_path):
+    session = session_of(parse(["view", str(scene), *FEW, "--see", "views", "-o", str(tmp_path)]))
+    painted = session.paint(Settings(), Report())
     low, high = painted.prepared.whole_scene.means.min(axis=0), painted.prepared.whole_scene.means.max(axis=0)
     middle = float(low[0] + high[0]) / 2
     sides = [found(painted, f"half:{sign},0,0,{sign * middle}") for sign in (1, -1)]
