@@ -1,12 +1,17 @@
 """What the tests need of the process they run in."""
 
 import gc
+import os
 import signal
 
-from hypothesis import settings
+if "PYTEST_XDIST_WORKER" in os.environ:  # before NumPy is there: processes share the processor already
+    for library in ("OPENBLAS", "OMP"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+from hypothesis import settings  # noqa: E402
 
 # In one place for all folders: a session has one browser.
-from tests.chromium import browser, open_page, open_shared_page  # noqa: F401
+from tests.chromium import browser, open_page, open_shared_page  # noqa: E402, F401
 
 # A shell that runs the tests in the background has them ignore Ctrl-C, nohup has them ignore the end of the
 # terminal, and so do all programs that they start. Tests that send these signals want them heard.
@@ -19,7 +24,7 @@ if hasattr(signal, "SIGHUP"):  # not on Windows
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
-# Twelve thousand tests are half a million objects that stay. The collector of garbage would go through them
+# Seven thousand tests are half a million objects that stay. The collector of garbage would go through them
 # again and again: while they are made, and in each test that makes many objects of its own.
 gc.disable()
 
