@@ -8,10 +8,10 @@ if "PYTEST_XDIST_WORKER" in os.environ:  # before NumPy is there: processes shar
     for library in ("OPENBLAS", "OMP"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
-from hypothesis import settings  # noqa: E402
+from hypothesis import settings
 
 # In one place for all folders: a session has one browser.
-from tests.chromium import browser, open_page, open_shared_page  # noqa: E402, F401
+from tests.chromium import browser, open_page, open_shared_page  # noqa: F401
 
 # A shell that runs the tests in the background has them ignore Ctrl-C, nohup has them ignore the end of the
 # terminal, and so do all programs that they start. Tests that send these signals want them heard.

@@ -120,15 +120,15 @@ def test_film(tmp_path, monkeypatch, capsys):
 def test_make_pictures(tmp_path, monkeypatch, capfd):
     words = "-o", tmp_path, "--frames", 3, "--quick"
     run("make_pictures.py", *words, monkeypatch=monkeypatch, num_gaussians=1000)
-    assert is_a_picture(tmp_path / "still_life.jpg", 1000, 750)
-    assert is_a_picture(tmp_path / "looks.jpg", 1286, 516)
-    assert is_a_picture(tmp_path / "grow.webp", 480, 360)
-    assert is_a_picture(tmp_path / "strokes.jpg", 1218, 1180)
-    assert is_a_picture(tmp_path / "options.jpg", 1212, 672)
-    assert is_a_picture(tmp_path / "styles.jpg", 1618, 672)
-    assert is_a_picture(tmp_path / "layers.jpg", 1452, 792)
-    assert is_a_picture(tmp_path / "sway.webp", 480, 360)
-    assert is_a_picture(tmp_path / "film.webp", 480, 360)
+    assert is_a_picture(tmp_path / "still_life.jpg", 250, 187)
+    assert is_a_picture(tmp_path / "looks.jpg", 326, 156)
+    assert is_a_picture(tmp_path / "grow.webp", 120, 90)
+    assert is_a_picture(tmp_path / "strokes.jpg", 318, 430)
+    assert is_a_picture(tmp_path / "options.jpg", 312, 222)
+    assert is_a_picture(tmp_path / "styles.jpg", 418, 222)
+    assert is_a_picture(tmp_path / "layers.jpg", 372, 252)
+    assert is_a_picture(tmp_path / "sway.webp", 120, 90)
+    assert is_a_picture(tmp_path / "film.webp", 120, 90)
     printed = capfd.readouterr()
     assert printed.out.count("\n") == 10
     assert printed.err == ""  # no progress bar in a pipe
