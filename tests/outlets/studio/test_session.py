@@ -46,14 +46,7 @@ def anew(session, settings):
 
 def test_the_first_painting_is_that_of_the_command_line(painted):
     _, first = painted
-    assert header_of(first.contents)["command"]["options"] == [
-        "--strokes",
-        "120",
-        "--backdrop",
-        "off",
-        "--see",
-        "off",
-    ]
+    assert header_of(first.contents)["command"]["options"] == ["--strokes", "120", *OTHERS]
     assert first.facts["look"] == "oil"
     assert first.facts["strokes"] == len(first.prepared.strokes) <= 120
 
@@ -78,14 +71,7 @@ def test_another_number_makes_strokes_anew_of_the_scene_as_it_was_loaded(painted
     assert "cluster" in made
     header = header_of(fewer.contents)
     assert sum(coat["count"] for coat in header["coats"]) == fewer.facts["strokes"] <= 40
-    assert header["command"]["options"] == [
-        "--backdrop",
-        "off",
-        "--see",
-        "off",
-        "--strokes",
-        "40",
-    ]  # not twice
+    assert header["command"]["options"] == [*OTHERS, "--strokes", "40"]  # not twice
 
 
 def test_a_change_paints_what_its_command_paints(painted, scene, tmp_path):
@@ -126,14 +112,7 @@ def test_a_palette_of_the_command_line_can_be_taken_away(scene, tmp_path, painte
     session = session_of(parse(words))
     assert session.config(Settings()).palette is not None
     assert session.config(Settings(palette="none")).palette is None
-    assert session.options({"palette.file": None}) == [
-        "--strokes",
-        "120",
-        "--backdrop",
-        "off",
-        "--see",
-        "off",
-    ]
+    assert session.options({"palette.file": None}) == ["--strokes", "120", *OTHERS]
 
 
 def test_a_file_has_the_next_free_number_and_keeps_others(painted, tmp_path):
