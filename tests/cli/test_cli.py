@@ -842,30 +842,35 @@ def test_a_real_ctrl_c_leaves_nothing_behind(tmp_path):
     assert err == "brushgs: stopped\n"
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminal")
-def test_a_terminal_sees_a_bar_for_each_stage_and_a_pipe_does_not(made, tmp_path):
+def shown_on_a_terminal(words, cwd):
+    """Exit code of a command, and what a terminal of 120 columns shows of it."""
     import pty
 
-    words = ["render", made, "--stroke", "gaussian", "--size", "32x24"]
-    with brushgs(*words, cwd=tmp_path) as process:
-        _, piped = process.communicate()
-    assert "\x1b" not in piped
-    assert len(piped.splitlines()) <= 8
-    assert "total" in piped
-
     ours, theirs = pty.openpty()
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "TERM": "xterm", "COLUMNS": "120"}
     command = [sys.executable, "-m", "brushgs", *map(str, words)]
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "TERM": "xterm", "COLUMNS": "100"}
     with subprocess.Popen(
-        command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=theirs
+        command, cwd=cwd, env=environment, stdout=subprocess.PIPE, stderr=theirs
     ) as process:
         os.close(theirs)
         shown = b""
         while chunk := _read(ours):
             shown += chunk
     os.close(ours)
-    assert process.returncode == 0
-    bars, table = shown.decode().split("scene  ")
+    return process.returncode, shown.decode()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminal")
+def test_a_terminal_sees_a_bar_for_each_stage_and_a_pipe_does_not(made, tmp_path):
+    words = ["render", made, *SMALL]
+    with brushgs(*words, cwd=tmp_path) as process:
+        _, piped = process.communicate()
+    assert "\x1b" not in piped
+    assert len(piped.splitlines()) <= 8
+    assert "total" in piped
+    code, shown = shown_on_a_terminal(words, tmp_path)
+    assert code == 0
+    bars, table = shown.split("scene  ")
     assert "\u2501" in bars  # the line that a bar is drawn with
     assert "rasterise" in bars
     assert "total" in table
@@ -873,25 +878,9 @@ def test_a_terminal_sees_a_bar_for_each_stage_and_a_pipe_does_not(made, tmp_path
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminal")
 def test_a_terminal_sees_frames_done_and_the_time_left(made, tmp_path):
-    import pty
-
-    ours, theirs = pty.openpty()
-    words = ["render", str(made), *SMALL, "--orbit", "30", "-o", "f/"]
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "TERM": "xterm", "COLUMNS": "120"}
-    with subprocess.Popen(
-        [sys.executable, "-m", "brushgs", *words],
-        cwd=tmp_path,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=theirs,
-    ) as process:
-        os.close(theirs)
-        shown = b""
-        while chunk := _read(ours):
-            shown += chunk
-    os.close(ours)
-    assert process.returncode == 0
-    assert re.search(r"paint.*[0-9]+/30 frames, [0-9.]+ per second, [0-9]+:[0-9]{2} left", shown.decode())
+    code, shown = shown_on_a_terminal(["render", made, *SMALL, "--orbit", "30", "-o", "f/"], tmp_path)
+    assert code == 0
+    assert re.search(r"paint.*[0-9]+/30 frames, [0-9.]+ per second, [0-9]+:[0-9]{2} left", shown)
 
 
 def _read(terminal):

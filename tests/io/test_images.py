@@ -199,11 +199,15 @@ def test_a_background_of_another_size_is_refused(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(("suffix", "is_opened"), [("png", False), ("exr", True)])
 def test_a_failed_write_is_reported_and_leaves_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, is_opened: bool
 ) -> None:
     class Broken:
         def open(self, *args: object) -> bool:
+            return is_opened
+
+        def write_scanlines(self, *args: object) -> bool:
             return False
 
         def close(self) -> bool:
@@ -213,8 +217,8 @@ def test_a_failed_write_is_reported_and_leaves_nothing(
             return "disk full\nmore"
 
     monkeypatch.setattr(OpenImageIO.ImageOutput, "create", lambda name: Broken())
-    with pytest.raises(SceneError, match=r"a\.png: cannot be written \(disk full\); check the disk"):
-        write_frame(make_frame(), tmp_path / "a.png")
+    with pytest.raises(SceneError, match=rf"a\.{suffix}: cannot be written \(disk full\); check the disk"):
+        write_frame(make_frame(), tmp_path / f"a.{suffix}")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -2,6 +2,9 @@
 
 import numpy as np
 
+import brushgs as bg
+from brushgs.cameras.framing import frame_scene
+from brushgs.measure.likeness import psnr
 from brushgs.values.gaussians import Gaussians
 
 
@@ -37,3 +40,15 @@ def covariances(gaussians):
 
     R = Rotation.from_quat(gaussians.quats[:, [1, 2, 3, 0]]).as_matrix()
     return R @ (gaussians.scales[:, :, None] ** 2 * R.transpose(0, 2, 1))
+
+
+def gain(scene, strokes, others):
+    """Mean over four sides of how much nearer other strokes are to the plain picture of a scene, dB."""
+    changes = []
+    for azimuth in np.radians([0, 90, 180, 270]):
+        camera = frame_scene(scene, width=240, height=180, azimuth=azimuth)
+        pictures = [(scene, "gaussian"), (strokes, "flat"), (others, "flat")]
+        frames = [bg.render(gaussians, camera, brush) for gaussians, brush in pictures]
+        truth, before, after = (frame.rgb + 1 - frame.alpha[..., None] for frame in frames)
+        changes.append(psnr(after, truth) - psnr(before, truth))
+    return np.mean(changes)
