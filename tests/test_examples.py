@@ -17,6 +17,7 @@ import pytest
 
 import brushgs as bg
 import brushgs.cli
+import brushgs.cli.parser
 import brushgs.outlets.demo
 import brushgs.still_life.moving
 from brushgs.formats.pictures.images import read_image
@@ -240,8 +241,13 @@ def test_a_command_of_the_guides_is_understood(line, tmp_path, monkeypatch, caps
         return
     assert brushgs.cli.main(words) == 2
     assert "--help" not in capsys.readouterr().err  # what an unknown flag or a wrong value refers to
-    assert brushgs.cli.main([*words, "--wrong"]) == 2
-    assert "--help" in capsys.readouterr().err
+
+
+def test_of_a_command_that_is_not_understood_the_help_is_named(capsys):
+    """Else the test above would show nothing."""
+    for name in brushgs.cli.parser.COMMANDS:
+        assert brushgs.cli.main([name, "--wrong"]) == 2
+        assert "--help" in capsys.readouterr().err
 
 
 @for_each("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
