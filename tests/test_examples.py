@@ -4,7 +4,6 @@ import base64
 import json
 import re
 import runpy
-import shlex
 import subprocess
 import sys
 from functools import partial
@@ -16,8 +15,6 @@ import av
 import pytest
 
 import brushgs as bg
-import brushgs.cli
-import brushgs.cli.parser
 import brushgs.outlets.demo
 import brushgs.still_life.moving
 from brushgs.formats.pictures.images import read_image
@@ -228,26 +225,6 @@ def test_the_notebook_is_kept_without_what_it_shows():
     for cell in cells:
         assert not cell.get("outputs")
         assert cell.get("execution_count") is None
-
-
-@for_each("line", COMMANDS)
-def test_a_command_of_the_guides_is_understood(line, tmp_path, monkeypatch, capsys):
-    """In a folder without its files it fails because of them, not because of its words."""
-    monkeypatch.chdir(tmp_path)
-    words = shlex.split(line.replace("//host:", "//127.0.0.1:"), comments=True)[1:]
-    if "--passes" in words:  # which needs no file
-        with pytest.raises(SystemExit, match="0"):
-            brushgs.cli.main(words)
-        return
-    assert brushgs.cli.main(words) == 2
-    assert "--help" not in capsys.readouterr().err  # what an unknown flag or a wrong value refers to
-
-
-def test_of_a_command_that_is_not_understood_the_help_is_named(capsys):
-    """Else the test above would show nothing."""
-    for name in brushgs.cli.parser.COMMANDS:
-        assert brushgs.cli.main([name, "--wrong"]) == 2
-        assert "--help" in capsys.readouterr().err
 
 
 @for_each("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))

@@ -9,13 +9,15 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
+from brushgs.cli.parser import COMMANDS as NAMES
 from brushgs.formats.pictures.images import write_frame
 from brushgs.values.frame import Frame
 from brushgs.values.style import StyleEdit
+from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 from tests.test_examples import COMMANDS
 
-# What a page names and the test has; a command with other files is only read, see test_examples.py.
+# What a page names and the test has; a command with other files is only read.
 SCENES = ("scene.ply", "scene.spz", "still_life.ply", "left.ply", "right.spz", "a.ply")
 PAINTINGS = ("painting.jpg", "monet.jpg", "starry.jpg")
 FILES = {*SCENES, *PAINTINGS, "truck.splat", "a_edited.ply", "my_brush.png", "lines.obj"}
@@ -84,3 +86,23 @@ def test_a_command_of_the_guides_runs(line, folder, monkeypatch, capsys):
         words += ["--see", "off"]
     code = main(words)
     assert code == 0, capsys.readouterr().err
+
+
+@for_each("line", [line for line in COMMANDS if line not in RUN])
+def test_a_command_of_the_guides_that_is_not_run_is_understood(line, tmp_path, monkeypatch, capsys):
+    """In a folder without its files it fails because of them, not because of its words."""
+    monkeypatch.chdir(tmp_path)
+    words = shlex.split(line.replace("//host:", "//127.0.0.1:"), comments=True)[1:]
+    if "--passes" in words:  # which needs no file
+        with pytest.raises(SystemExit, match="0"):
+            main(words)
+        return
+    assert main(words) == 2
+    assert "--help" not in capsys.readouterr().err  # what an unknown flag or a wrong value refers to
+
+
+def test_of_a_command_that_is_not_understood_the_help_is_named(capsys):
+    """Else the test above would show nothing."""
+    for name in NAMES:
+        assert main([name, "--wrong"]) == 2
+        assert "--help" in capsys.readouterr().err
