@@ -22,7 +22,12 @@ COLORS = {  # of paper and ink
     "blue": ((0.3, 0.45, 0.75), (0.1, 0.15, 0.4)),
 }
 LEAST = 0.002  # OKLab chroma that nobody sees
-SMALL = replace(LOOK, cluster=replace(LOOK.cluster, strokes=400), view=ViewConfig(size=(96, 72)))
+SMALL = replace(
+    LOOK,
+    cluster=replace(LOOK.cluster, strokes=400),
+    strokes=replace(LOOK.strokes, see="off"),
+    view=ViewConfig(size=(96, 72)),
+)
 
 
 def chroma(rgb):
