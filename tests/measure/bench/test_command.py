@@ -23,7 +23,7 @@ from tests.scenes import save_upright, still_life_of
 pytestmark = pytest.mark.usefixtures("few_points")
 
 FAMILIES = ["strokes", "merge", "filter", "precision", "sh", "size"]
-SMALL = ["--stroke", "dry_brush", "--size", "64x48", "--repeats", "1", "--strokes", "30", "--see", "off"]
+SMALL = ["--stroke", "dry_brush", "--size", "64x48", "--repeats", "1", "--strokes", "30"]
 
 
 @pytest.fixture(scope="module")
