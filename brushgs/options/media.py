@@ -139,7 +139,7 @@ class Stippling(TonalMedium, frozen=True):
     kind = "stippling"
 
 
-class Watercolour(DrawingMedium, frozen=True):
+class Watercolour(SoftMedium, frozen=True):
     """Watercolour: one wet layer of washes, a few touches of the brush on it, and pencil at the focus."""
 
     kind = "watercolour"
