@@ -173,8 +173,9 @@ def _views_of(file: CameraFile, path: PathConfig, fps: float) -> list[Camera]:
     """The views that a path takes from a file: moments of its motion, key views of a curve, or all."""
     if file.motion is not None and (path.frames or path.seconds or path.fps):
         # Continuous motion: another rate or duration samples other moments.
-        num_frames = path.frames or _num_frames(path.seconds or file.motion.seconds, fps, False)
-        return file.motion.views(num_frames)
+        if path.frames:  # of a loop its caller leaves out the last, which is the first again
+            return file.motion.views(path.frames + file.is_loop)
+        return file.motion.views(_num_frames(path.seconds or file.motion.seconds, fps, False))
     is_curve = path.frames or path.seconds
     return file.keys if is_curve and len(file.keys) > 1 else file.cameras
 

@@ -23,7 +23,14 @@ from brushgs.formats.styles_write import write_style
 from brushgs.formats.usd.process import is_usd_here
 from brushgs.values.camera import FirstView
 from tests.fuzz.reader import SEPARATOR
-from tests.io import camera_models, test_cameras, test_colmap, test_compressed_ply, test_photographs
+from tests.io import (
+    camera_models,
+    test_cameras,
+    test_cameras_editors,
+    test_colmap,
+    test_compressed_ply,
+    test_photographs,
+)
 from tests.io.moving import clips, params_maker, test_four_dgs
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 from tests.io.scenes import gltf_maker, ksplat_format, sog_maker, splat_format, spz_format
@@ -355,6 +362,13 @@ def camera_paths(folder: Path) -> list[bytes]:
     return [json.dumps(content).encode() for content in (path, whole)]
 
 
+def projects(folder: Path) -> list[bytes]:
+    """Archives of SuperSplat, and documents of theirs that msgspec decodes or refuses."""
+    document = json.dumps(test_cameras_editors.PROJECT).encode()
+    found = [document, document.replace(b"180", b"1e9"), b"[" * 5000]
+    return [test_cameras_editors.pack(folder, {"document.json": one}).read_bytes() for one in found]
+
+
 def colmap_models(folder: Path, form: str) -> list[bytes]:
     """Sparse models with every kind of pinhole, points, and several images."""
     lenses = [
@@ -552,6 +566,14 @@ PLY = (
 JSON = (
     *(b"[", b"]", b"{", b"}", b",", b":", b'"', b"null", b"NaN", b"1e400", b'"camera_path":[', b'"frames":['),
     *(b'"keyframes":[', b'"matrix":', b'"fov":', b'"fps":0,', b'"seconds":1e-320,', b'"k1":1,', b"[[[[[[[["),
+    *(
+        b'"poseSets":[{"poses":[',
+        b'"target":[0,0,0],',
+        b'"smoothness":1,',
+        b'"frameRate":1e-9,',
+        b'"frame":0,',
+    ),
+    *(b'"easing":3,', b'"time":1e300,', b'"focal_length_mm":1,', b'"rotation":[0,0,0,0],', b'"version":4,'),
     *(b'"camera_angle_x":1e-323', b'"w":1e99', b'"fl_x":1e-320', b'"camera_model":"OPENCV"', b"\\u0000"),
 )
 SOG = (
@@ -682,6 +704,18 @@ CAMERAS = {
     "cameras.json of a 3DGS training": (Seeds("cameras", inria_cameras, JSON),),
     "transforms.json of NeRF and nerfstudio": (Seeds("cameras", transforms, JSON),),
     "camera_path.json of the nerfstudio viewer": (Seeds("cameras", camera_paths, JSON),),
+    "a timeline of LichtFeld Studio": (
+        Seeds("cameras", lambda folder: [json.dumps(test_cameras_editors.TIMELINE).encode()], JSON),
+    ),
+    "a SuperSplat project": (
+        Seeds(
+            "cameras",
+            lambda folder: [json.dumps(test_cameras_editors.PROJECT).encode()],
+            JSON,
+            "cameras.json",
+        ),
+        Seeds("project", projects, (b"PK\1\2", b"PK\3\4", b"PK\5\6", b"document.json")),
+    ),
     "glTF (.glb, .gltf)": (
         Seeds("glb-cameras", lambda folder: gltf_cameras(folder, ".glb"), GLTF_CAMERAS, "cameras.glb"),
         Seeds("gltf-cameras", lambda folder: gltf_cameras(folder, ".gltf"), GLTF_CAMERAS, "cameras.gltf"),

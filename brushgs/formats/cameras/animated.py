@@ -1,4 +1,4 @@
-"""Cameras of 3D programs, still or moving, become views: what glTF and USD files have in common.
+"""Cameras of 3D programs, still or moving, become views: what their files have in common.
 
 Their cameras look along -z with y up and stand in a tree of transforms, which may scale; sizes in pixels are
 unknown to them. A node of the name `SCENE_NODE` says where the painted scene stands in the file: views are
@@ -10,8 +10,10 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta
 
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.cameras.read import MAX_DISTANCE, CameraFile, Motion, lens_rule
@@ -24,9 +26,11 @@ from brushgs.values.camera import Camera
 MAX_VIEWS = 50_000  # of a file: half an hour of film; a view takes some 1.2 kB in memory
 MAX_ASPECT = 50.0  # width by height, or height by width
 _UNIFORM = 1e-3  # stretch of a scene that rounding may bring
+_NEAR = 1 - 1e-9  # cosine above which two quaternions are mixed straight: the sine of their angle vanishes
 _CV_FROM_GL = np.diag([1.0, -1.0, -1.0])  # x right, y up, z backward -> x right, y down, z forward
 
 Times = tuple[float, float]
+Coordinate = Annotated[float, Meta(ge=-MAX_DISTANCE, le=MAX_DISTANCE)]  # world units
 
 
 @dataclass(frozen=True)
@@ -189,3 +193,19 @@ def _picture_size(path: Path, name: str, aspect: float) -> tuple[int, int]:
     longest = max(DEFAULT_SIZE)
     width, height = longest * min(1.0, aspect), longest * min(1.0, 1 / aspect)
     return 2 * round(width / 2), 2 * round(height / 2)
+
+
+def hermite(start: F64, leave: F64, arrive: F64, end: F64, share: F64) -> F64:
+    """Cubic curves [T, D] between two values, by the velocities at them in units of the share, [T, 1]."""
+    t2, t3 = share**2, share**3
+    at_start = (2 * t3 - 3 * t2 + 1) * start + (t3 - 2 * t2 + share) * leave
+    return np.asarray(at_start + (3 * t2 - 2 * t3) * end + (t3 - t2) * arrive)
+
+
+def slerp(first: F64, second: F64, share: F64) -> F64:
+    """Between unit quaternions [T, 4], the shorter way, at constant speed; shares are [T, 1]."""
+    cosine = np.sum(first * second, axis=1, keepdims=True)
+    second, cosine = np.where(cosine < 0, -second, second), np.abs(cosine)
+    angle = np.arccos(np.minimum(cosine, _NEAR))
+    turned = (np.sin((1 - share) * angle) * first + np.sin(share * angle) * second) / np.sin(angle)
+    return np.asarray(np.where(cosine > _NEAR, first + share * (second - first), turned))

@@ -17,7 +17,15 @@ from msgspec import Meta, Struct, field
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.cameras.animated import FoundCamera, FoundScene, LensTrack, Times, camera_file
+from brushgs.formats.cameras.animated import (
+    FoundCamera,
+    FoundScene,
+    LensTrack,
+    Times,
+    camera_file,
+    hermite,
+    slerp,
+)
 from brushgs.formats.cameras.read import CameraFile
 from brushgs.formats.gltf_file import (
     AT_REST,
@@ -43,7 +51,6 @@ Interpolation = Literal["LINEAR", "STEP", "CUBICSPLINE"]
 _MIN_ANGLE = 1e-6  # radians
 _MAX_KEYS = 4_000_000  # of all channels: hours at the rate of film
 _MOST = 1e18  # beyond, products of a few would overflow
-_NEAR = 1 - 1e-9  # cosine above which two quaternions are mixed straight: the sine of their angle vanishes
 
 Positive = Annotated[float, Meta(gt=0)]
 
@@ -150,7 +157,7 @@ class Channel:
             found = np.where(share < 1, values[before], values[before + 1])
         elif self.is_rotation:
             values = self._unit(file, values)
-            found = _slerp(values[before], values[before + 1], share)
+            found = slerp(values[before], values[before + 1], share)
         else:
             found = values[before] + share * (values[before + 1] - values[before])
         return self._unit(file, found) if self.is_rotation else found
@@ -248,21 +255,9 @@ def _differ(values: NDArray[Any], interpolation: str) -> bool:
 
 
 def _cubic(values: F64, before: NDArray[np.int64], t: F64, length: F64) -> F64:
-    """The Hermite spline: a key has its in-tangent, value and out-tangent, tangents in units a second."""
-    start, leave = values[1::3][before], values[2::3][before] * length
-    arrive, end = values[0::3][before + 1] * length, values[1::3][before + 1]
-    t2, t3 = t**2, t**3
-    at_start = (2 * t3 - 3 * t2 + 1) * start + (t3 - 2 * t2 + t) * leave
-    return np.asarray(at_start + (3 * t2 - 2 * t3) * end + (t3 - t2) * arrive)
-
-
-def _slerp(first: F64, second: F64, share: F64) -> F64:
-    """Between unit quaternions [T, 4], the shorter way, at constant speed."""
-    cosine = np.sum(first * second, axis=1, keepdims=True)
-    second, cosine = np.where(cosine < 0, -second, second), np.abs(cosine)
-    angle = np.arccos(np.minimum(cosine, _NEAR))
-    turned = (np.sin((1 - share) * angle) * first + np.sin(share * angle) * second) / np.sin(angle)
-    return np.asarray(np.where(cosine > _NEAR, first + share * (second - first), turned))
+    """A key has its in-tangent, value and out-tangent, tangents in units a second."""
+    leave, arrive = values[2::3][before] * length, values[0::3][before + 1] * length
+    return hermite(values[1::3][before], leave, arrive, values[1::3][before + 1], t)
 
 
 def read(path: Path, content: object = None) -> CameraFile:

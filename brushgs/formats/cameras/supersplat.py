@@ -1,0 +1,177 @@
+"""The camera animation of a SuperSplat project: an archive with `document.json`, or that file itself.
+
+Poses have a frame, a position, a target and a field of view in degrees along the longer side of the picture.
+The camera does not roll: y is up in the world of the editor. A scene that is loaded there stands turned by
+half a turn about z, and is exported turned back; cameras are returned in its own coordinates. Where a scene
+was moved in the editor, that holds for the exported scene, not for the file that was loaded.
+Positions, targets and fields of view follow a cubic Hermite spline over frames, which closes at the end of
+the timeline; its velocity at a pose is that between the poses beside it, times the smoothness.
+Source: SuperSplat (github.com/playcanvas/supersplat), src/camera-poses.ts, timeline.ts, camera.ts,
+anim/spline.ts and doc.ts.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from msgspec import Meta, Struct, field
+
+from brushgs.errors import SceneError
+from brushgs.formats.cameras.animated import Coordinate, FoundCamera, LensTrack, camera_file, hermite
+from brushgs.formats.cameras.read import CameraFile
+from brushgs.formats.schema import MAX_BYTES, decode, refused
+from brushgs.formats.zip_file import ZIP_FAULTS, open_zip, why_not_read
+from brushgs.options.painting import DEFAULT_SIZE
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
+
+_DOCUMENT = "document.json"
+_CURE = "save the project again"
+_SCENE_FROM_WORLD = np.diag([-1.0, -1.0, 1.0])
+
+Point = tuple[Coordinate, Coordinate, Coordinate]
+Angle = Annotated[float, Meta(gt=0, lt=180)]
+Frame = Annotated[float, Meta(ge=0)]
+
+
+class _Pose(Struct):
+    position: Point
+    target: Point
+    frame: Frame | None = None
+    fov: Angle | None = None
+
+
+class _PoseSet(Struct):
+    poses: list[_Pose] = field(default_factory=list)
+
+
+class _Timeline(Struct, rename="camel"):
+    frames: Annotated[float, Meta(ge=1)] = 180.0
+    frame_rate: Annotated[float, Meta(gt=0)] = 30.0
+    smoothness: Annotated[float, Meta(ge=0, le=1)] = 1.0
+
+
+class _View(Struct):
+    fov: Angle = 60.0
+
+
+class _Document(Struct, rename={"pose_sets": "poseSets"}):
+    pose_sets: list[_PoseSet]
+    timeline: _Timeline = field(default_factory=_Timeline)
+    camera: _View = field(default_factory=_View)
+
+
+def read(path: Path, content: bytes | None) -> CameraFile:
+    """The camera of the first set of poses, as the editor takes it; those beyond the timeline are left out.
+
+    Args:
+        path: a .ssproj archive, or its document.
+        content: of the document; None for an archive.
+
+    Raises:
+        SceneError: if it is damaged, has no poses, or one cannot be drawn.
+    """
+    document = decode(path, _unpacked(path) if content is None else content, _Document, _CURE)
+    timeline, keys = document.timeline, _Keys.of(path, document)
+    span = (0.0, timeline.frames / timeline.frame_rate) if len(keys.frames) > 1 else None
+    found = FoundCamera("the camera of the poses", span, keys.at)
+    file = camera_file(path, [found], None, timeline.frame_rate, ())
+    return replace(file, is_loop=span is not None)
+
+
+def _unpacked(path: Path) -> bytes:
+    """The document of a project, at most `MAX_BYTES`."""
+    with open_zip(path) as archive:
+        try:
+            member = archive.getinfo(_DOCUMENT)
+            if how := why_not_read(member):
+                raise SceneError(path, f"its {_DOCUMENT} {how}; {_CURE}")
+            with archive.open(member) as file:
+                content = file.read(MAX_BYTES + 1)
+        except KeyError:
+            raise SceneError(path, f"is no SuperSplat project, it has no {_DOCUMENT}; {_CURE}") from None
+        except ZIP_FAULTS as error:
+            raise SceneError(path, f"its {_DOCUMENT} is damaged ({error}); {_CURE}") from None
+    if len(content) > MAX_BYTES:
+        raise SceneError(path, f"its {_DOCUMENT} is larger than {MAX_BYTES >> 20} MiB; remove poses")
+    return content
+
+
+@dataclass(frozen=True, eq=False)
+class _Keys:
+    """K poses, with those of the turn before and after it where there are several.
+
+    Attributes:
+        path: of the file, for messages.
+        fps: frames a second.
+        frames: [K] ascending.
+        values: [K, 7] position, target, field of view in degrees.
+        speeds: [K, 7] a frame.
+    """
+
+    path: Path
+    fps: float
+    frames: F64
+    values: F64
+    speeds: F64
+
+    @classmethod
+    def of(cls, path: Path, document: _Document) -> "_Keys":
+        """The poses of a document. Raises SceneError if there are none, or two of one frame."""
+        timeline, poses = document.timeline, document.pose_sets[0].poses if document.pose_sets else []
+        frames = [i * timeline.frame_rate if one.frame is None else one.frame for i, one in enumerate(poses)]
+        kept = sorted((frame, i) for i, frame in enumerate(frames) if frame < timeline.frames)
+        if not kept:
+            fact = f"has no camera poses before frame {timeline.frames:g}"
+            raise SceneError(path, f"{fact}; add some to the timeline of SuperSplat, and {_CURE}")
+        for _, i in kept:
+            if poses[i].position == poses[i].target:
+                rule = "another point than the position"
+                raise refused(path, f"poseSets[0].poses[{i}].target", rule, list(poses[i].target), _CURE)
+        times = np.array([frame for frame, _ in kept])
+        if (np.diff(times) <= 0).any():
+            frame = times[np.flatnonzero(np.diff(times) <= 0)[0]]
+            raise SceneError(path, f"poseSets[0] has two poses at frame {frame:g}; remove one, and {_CURE}")
+        values = np.array(
+            [[*poses[i].position, *poses[i].target, poses[i].fov or document.camera.fov] for _, i in kept]
+        )
+        if len(kept) > 1:
+            length = timeline.frames
+            times = np.concatenate([times[-2:] - length, times, times[:2] + length])
+            values = np.concatenate([values[-2:], values, values[:2]])
+        speeds = np.zeros_like(values)
+        if len(kept) > 1:
+            speeds[1:-1] = (
+                timeline.smoothness * (values[2:] - values[:-2]) / (times[2:] - times[:-2])[:, None]
+            )
+        return cls(path, timeline.frame_rate, times, values, speeds)
+
+    def at(self, moments: F64) -> tuple[F64, LensTrack]:
+        """World from camera [T, 4, 4] in the coordinates of the scene, and the lens; see `FoundCamera`."""
+        values = np.repeat(self.values[:1], len(moments), axis=0)
+        if len(self.frames) > 1:
+            frames = moments * self.fps
+            start = np.clip(np.searchsorted(self.frames, frames, side="right") - 1, 1, len(self.frames) - 3)
+            length = np.diff(self.frames)[start][:, None]
+            share = (frames - self.frames[start])[:, None] / length
+            leave, arrive = self.speeds[start] * length, self.speeds[start + 1] * length
+            values = hermite(self.values[start], leave, arrive, self.values[start + 1], share)
+        matrices = np.tile(np.eye(4), (len(moments), 1, 1))
+        matrices[:, :3, 3] = values[:, :3]
+        matrices[:, :3, :3] = self._turns(values[:, 3:6] - values[:, :3])
+        matrices[:, :3] = _SCENE_FROM_WORLD @ matrices[:, :3]
+        num, aspect = len(moments), DEFAULT_SIZE[0] / DEFAULT_SIZE[1]
+        focal = max(aspect, 1.0) / 2 / np.tan(np.radians(values[:, 6]) / 2)
+        return matrices, LensTrack(focal, np.zeros((num, 2)), np.full(num, Camera.near), aspect)
+
+    def _turns(self, ahead: F64) -> F64:
+        """[T, 3, 3] world from camera of cameras that look along [T, 3] and do not roll."""
+        with np.errstate(all="ignore"):
+            back = -ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+        if not np.isfinite(back).all():
+            fact = "between two poses the camera meets its target"
+            raise SceneError(self.path, f"{fact}; move a pose, and {_CURE}")
+        azimuth = np.arctan2(back[:, 0], back[:, 2])
+        right = np.stack([np.cos(azimuth), np.zeros(len(back)), -np.sin(azimuth)], axis=1)
+        return np.stack([right, np.cross(back, right), back], axis=2)

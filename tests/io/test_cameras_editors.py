@@ -1,0 +1,299 @@
+"""Camera animations of splat editors: timelines of LichtFeld Studio and projects of SuperSplat."""
+
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+from scipy.spatial.transform import Rotation
+
+from brushgs import SceneError
+from brushgs.cameras.paths import plan_path
+from brushgs.formats.cameras.read import CameraFile, read_cameras
+from brushgs.options.painting import ViewConfig
+from brushgs.options.sequence import PathConfig
+from brushgs.values.camera import Camera
+
+SCENE_FROM_LICHTFELD = np.diag([1.0, -1.0, -1.0])  # y up, z backward -> y down, z forward
+SCENE_FROM_SUPERSPLAT = np.diag([-1.0, -1.0, 1.0])  # half a turn about z
+CV_FROM_GL = np.diag([1.0, -1.0, -1.0])
+
+
+def key(time: float, position: list[float], degrees: float = 0.0, mm: float = 35.0, easing: int = 0) -> Any:
+    """A key view that is turned to the left about y."""
+    x, y, z, w = Rotation.from_euler("y", degrees, degrees=True).as_quat()
+    return {
+        "time": time,
+        "position": position,
+        "rotation": [w, x, y, z],
+        "focal_length_mm": mm,
+        "easing": easing,
+    }
+
+
+TIMELINE = {
+    "version": 4,
+    "clip_duration": 30.0,
+    "keyframes": [
+        key(1, [0, 0, 4], 0, 24),
+        key(2, [2, 1, 4], 40, 48, 3),
+        key(4, [3, 0, 1], 90, 36, 1),
+        key(5, [3, 0, 0], 100, 36),
+    ],
+}
+PROJECT = {
+    "version": 0,
+    "camera": {"fov": 60, "azim": 0, "elev": 0, "focalPoint": [0, 0, 0], "distance": 1},
+    "timeline": {"frames": 120, "frameRate": 24, "frame": 7, "smoothness": 0.5},
+    "poseSets": [
+        {
+            "name": "set0",
+            "poses": [
+                {"name": "a", "frame": 0, "position": [0, 0, 4], "target": [0, 0, 0], "fov": 90},
+                {"name": "c", "frame": 90, "position": [-4, 2, 0], "target": [0, 0, 1]},
+                {"name": "b", "frame": 30, "position": [4, 1, 0], "target": [0, 1, 0], "fov": 50},
+            ],
+        }
+    ],
+    "splats": [],
+}
+FILES = {"lichtfeld": TIMELINE, "supersplat": PROJECT}
+
+
+def write(folder: Path, content: Any) -> Path:
+    path = folder / "camera.json"
+    path.write_text(json.dumps(content))
+    return path
+
+
+def pack(folder: Path, members: dict[str, bytes]) -> Path:
+    path = folder / "scene.ssproj"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
+    return path
+
+
+def read(folder: Path, content: Any) -> CameraFile:
+    return read_cameras(write(folder, content))
+
+
+def at(file: CameraFile, seconds: float) -> Camera:
+    """The view so many seconds after the start."""
+    assert file.motion is not None
+    return file.motion.at(np.array([seconds]))[0]
+
+
+def film_height(camera: Camera) -> float:
+    """Focal length in heights of the picture."""
+    assert camera.K[0, 0] == camera.K[1, 1]
+    return float(camera.K[1, 1] / camera.height)
+
+
+def test_a_timeline_has_its_positions_and_lenses_at_its_keys(tmp_path: Path) -> None:
+    file = read(tmp_path, TIMELINE)
+    assert file.motion is not None
+    assert file.motion.seconds == 4
+    assert file.fps is None
+    for one in TIMELINE["keyframes"]:  # type: ignore[attr-defined]
+        camera = at(file, one["time"] - 1)
+        np.testing.assert_allclose(camera.position, SCENE_FROM_LICHTFELD @ one["position"], atol=1e-12)
+        assert film_height(camera) == pytest.approx(one["focal_length_mm"] / 24)
+    assert 2 * np.degrees(np.arctan(0.5 / film_height(at(file, 0)))) == pytest.approx(53.13, abs=0.01)
+
+
+def test_a_lichtfeld_camera_looks_along_minus_z_with_y_up_in_a_world_of_y_up(tmp_path: Path) -> None:
+    (camera,) = read(tmp_path, {"version": 4, "keyframes": [key(0, [0, 0, 4])]}).cameras
+    # In the viewer: right of the axis, above it, 4 in front; scenes have y down and z forward there.
+    right_above = SCENE_FROM_LICHTFELD @ [1, 2, 0]
+    np.testing.assert_allclose(camera.viewmat @ [*right_above, 1], [1, -2, 4, 1])
+    # Turned to the left by 90 degrees, it looks along -x of the viewer.
+    (camera,) = read(tmp_path, {"keyframes": [key(0, [0, 0, 4], 90)]}).cameras
+    ahead = SCENE_FROM_LICHTFELD @ [-3, 0, 4]
+    np.testing.assert_allclose(camera.viewmat @ [*ahead, 1], [0, 0, 3, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize(("easing", "share"), [(0, 0.25), (1, 0.25**3), (2, 1 - 0.75**3), (3, 4 * 0.25**3)])
+def test_easing_moves_place_turn_and_lens_alike(tmp_path: Path, easing: int, share: float) -> None:
+    keys = [key(0, [0, 0, 4], 0, 24, easing), key(2, [4, 0, 4], 80, 48)]
+    camera = at(read(tmp_path, {"keyframes": keys}), 0.5)
+    rotation = Rotation.from_euler("y", 80 * share, degrees=True).as_matrix()
+    found = SCENE_FROM_LICHTFELD @ camera.viewmat[:3, :3].T @ CV_FROM_GL
+    np.testing.assert_allclose(found, rotation, atol=1e-12)
+    assert film_height(camera) == pytest.approx(1 + share)
+    # Catmull-Rom with the end keys repeated: velocities are half the step.
+    place = CubicHermiteSpline([0, 1], [0, 4], [2, 2])(share)
+    np.testing.assert_allclose(SCENE_FROM_LICHTFELD @ camera.position, [place, 0, 4], atol=1e-12)
+
+
+def test_easing_in_and_out_is_halfway_at_half_the_time(tmp_path: Path) -> None:
+    keys = [key(0, [0, 0, 4], 0, 24, 3), key(2, [4, 0, 4], 80, 48)]
+    camera = at(read(tmp_path, {"keyframes": keys}), 1)
+    assert film_height(camera) == pytest.approx(1.5)
+    np.testing.assert_allclose(camera.position, SCENE_FROM_LICHTFELD @ [2, 0, 4], atol=1e-12)
+
+
+def test_inner_keys_of_a_timeline_are_passed_smoothly(tmp_path: Path) -> None:
+    keys = [key(time, [time**2, 0, 4]) for time in range(5)]
+    file = read(tmp_path, {"keyframes": keys})
+    step = 1e-4
+    before, now, after = (at(file, 2 + shift).position[0] for shift in (-step, 0, step))
+    assert (now - before) / step == pytest.approx((after - now) / step, rel=1e-3)
+    assert (after - now) / step == pytest.approx((9 - 1) / 2, rel=1e-3)
+
+
+def test_keys_at_one_time_are_a_cut(tmp_path: Path) -> None:
+    keys = [key(0, [0, 0, 4]), key(1, [1, 0, 4]), key(1, [7, 0, 4]), key(2, [9, 0, 4])]
+    file = read(tmp_path, {"keyframes": keys})
+    assert at(file, 1).position[0] == pytest.approx(1)
+    assert at(file, 1 + 1e-9).position[0] == pytest.approx(7)
+
+
+def spline(name: str, width: int) -> CubicHermiteSpline:
+    """The closed curve of a field of the project's poses, over frames -90 to 240."""
+    poses = sorted(PROJECT["poseSets"][0]["poses"], key=lambda pose: pose["frame"])  # type: ignore[index]
+    frames = np.array([pose["frame"] for pose in poses], float)
+    values = np.array([np.broadcast_to(pose.get(name, 60), width) for pose in poses], float)
+    frames, values = np.concatenate([frames + turn for turn in (-120, 0, 120)]), np.tile(values, (3, 1))
+    speeds = 0.5 * (values[2:] - values[:-2]) / (frames[2:] - frames[:-2])[:, None]
+    return CubicHermiteSpline(frames[1:-1], values[1:-1], speeds)
+
+
+def test_a_project_follows_its_closed_spline(tmp_path: Path) -> None:
+    file = read(tmp_path, PROJECT)
+    assert file.is_loop
+    assert file.fps == 24
+    assert file.motion is not None
+    assert file.motion.seconds == 5
+    for frame in (0, 10, 30, 61.5, 90, 100, 119):
+        camera = at(file, frame / 24)
+        place, target = spline("position", 3)(frame), spline("target", 3)(frame)
+        np.testing.assert_allclose(camera.position, SCENE_FROM_SUPERSPLAT @ place, atol=1e-12)
+        seen = camera.viewmat @ [*(SCENE_FROM_SUPERSPLAT @ target), 1]
+        np.testing.assert_allclose(seen[:2], 0, atol=1e-12)
+        assert seen[2] == pytest.approx(np.linalg.norm(target - place))
+        fov = spline("fov", 1)(frame)[0]  # across the longer side
+        assert 2 * np.degrees(np.arctan(camera.width / 2 / camera.K[0, 0])) == pytest.approx(fov)
+        # It does not roll: up in the editor is up in the picture.
+        up = camera.viewmat[:3, :3] @ SCENE_FROM_SUPERSPLAT @ [0, 1, 0]
+        assert up[0] == pytest.approx(0, abs=1e-12)
+        assert up[1] < 0
+
+
+def test_a_supersplat_camera_in_front_sees_the_scene_upright(tmp_path: Path) -> None:
+    pose = {"frame": 0, "position": [0, 0, 4], "target": [0, 0, 0], "fov": 90}
+    (camera,) = read(tmp_path, {"poseSets": [{"poses": [pose]}]}).cameras
+    # A scene with y down stands upright in the editor: half a turn about z.
+    np.testing.assert_allclose(camera.viewmat @ [0, 0, 0, 1], [0, 0, 4, 1], atol=1e-15)
+    above_right = SCENE_FROM_SUPERSPLAT @ [1, 2, 0]
+    np.testing.assert_allclose(camera.viewmat @ [*above_right, 1], [1, -2, 4, 1], atol=1e-12)
+    assert camera.K[0, 0] == pytest.approx(camera.width / 2)
+
+
+def test_an_archive_is_read_as_its_document(tmp_path: Path) -> None:
+    packed = pack(tmp_path, {"document.json": json.dumps(PROJECT).encode(), "splat_0.ply": b"ply\n"})
+    found, plain = read_cameras(packed), read(tmp_path, PROJECT)
+    assert len(found.cameras) == 121
+    for one, other in zip(found.cameras, plain.cameras, strict=True):
+        assert np.array_equal(one.viewmat, other.viewmat)
+        assert np.array_equal(one.K, other.K)
+
+
+def test_paths_have_the_frames_and_the_pace_of_the_file(tmp_path: Path) -> None:
+    view = ViewConfig(size=(64, 48))
+    project = write(tmp_path, PROJECT)
+    path = plan_path(None, view, PathConfig(file=project))
+    assert (len(path.cameras), path.fps, path.is_loop) == (120, 24, True)
+    np.testing.assert_allclose(
+        path.cameras[61].position, SCENE_FROM_SUPERSPLAT @ spline("position", 3)(61), atol=1e-12
+    )
+    few = plan_path(None, view, PathConfig(file=project, frames=12))
+    assert len(few.cameras) == 12
+    np.testing.assert_allclose(few.cameras[3].position, path.cameras[30].position, atol=1e-12)
+    timeline = plan_path(None, view, PathConfig(file=write(tmp_path, TIMELINE), fps=10))
+    assert (len(timeline.cameras), timeline.fps, timeline.is_loop) == (41, 10, False)
+    np.testing.assert_allclose(timeline.cameras[10].position, SCENE_FROM_LICHTFELD @ [2, 1, 4], atol=1e-12)
+
+
+def test_poses_without_frames_are_a_second_apart_and_late_ones_are_left_out(tmp_path: Path) -> None:
+    poses = [{"position": [i + 1.0, 0, 0], "target": [0, 0, 0]} for i in range(9)]
+    file = read(tmp_path, {"poseSets": [{"poses": poses}]})
+    assert file.motion is not None
+    assert file.motion.seconds == 6
+    for second in range(6):
+        np.testing.assert_allclose(at(file, second).position, [-second - 1, 0, 0], atol=1e-12)
+
+
+def changed(content: Any, place: str, value: object) -> Any:
+    """A copy with another value at a place such as "keyframes.0.time"; None removes it."""
+    content = json.loads(json.dumps(content))
+    *folders, last = [int(step) if step.isdecimal() else step for step in place.split(".")]
+    inner = content
+    for step in folders:
+        inner = inner[step]
+    if value is None:
+        del inner[last]
+    else:
+        inner[last] = value
+    return content
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "value", "sentence"),
+    [
+        ("lichtfeld", "keyframes", [], "has no keyframes; add some to the timeline"),
+        ("lichtfeld", "keyframes.1.position", None, r"keyframes\[1\].position is missing"),
+        ("lichtfeld", "keyframes.1.position", [1, 2], r"keyframes\[1\].position must be 3 numbers"),
+        (
+            "lichtfeld",
+            "keyframes.0.position.2",
+            1e300,
+            r"keyframes\[0\].position\[2\] must be a number -1e\+15",
+        ),
+        ("lichtfeld", "keyframes.2.rotation", [0, 0, 0, 0], r"keyframes\[2\].rotation must be a rotation"),
+        ("lichtfeld", "keyframes.0.easing", 4, r"keyframes\[0\].easing must be 0, 1, 2 (and|or) 3, got 4"),
+        ("lichtfeld", "keyframes.0.focal_length_mm", 0, "focal_length_mm must be a number above 0, got 0"),
+        ("lichtfeld", "keyframes.3.focal_length_mm", 1e-9, "the focal length must be 0.001 to 1e.09 pixels"),
+        ("lichtfeld", "keyframes.3.time", 1e9, "moves for 999,999,999 s"),
+        ("lichtfeld", "version", 5, "version must be a whole number 1 to 4, got 5"),
+        ("supersplat", "poseSets", [], "has no camera poses before frame 120"),
+        ("supersplat", "poseSets.0.poses.1.target", None, r"poses\[1\].target is missing"),
+        ("supersplat", "poseSets.0.poses.0.target", [0, 0, 4], "target must be another point than"),
+        ("supersplat", "poseSets.0.poses.1.frame", 30, "two poses at frame 30; remove one"),
+        ("supersplat", "poseSets.0.poses.1.frame", -1, r"poses\[1\].frame must be a number of 0 or more"),
+        ("supersplat", "poseSets.0.poses.1.fov", 180, r"poses\[1\].fov must be a number above 0 to 180"),
+        ("supersplat", "timeline.frameRate", 0, "timeline.frameRate must be a number above 0, got 0"),
+        ("supersplat", "timeline.smoothness", 2, "timeline.smoothness must be a number 0 to 1, got 2"),
+        ("supersplat", "timeline.frames", 1e9, "which is more than 50,000 frames"),
+    ],
+)
+def test_what_does_not_fit_is_one_sentence(
+    tmp_path: Path, name: str, place: str, value: object, sentence: str
+) -> None:
+    with pytest.raises(SceneError, match=sentence) as error:
+        read(tmp_path, changed(FILES[name], place, value))
+    assert "\n" not in str(error.value)
+
+
+def test_a_camera_that_meets_its_target_is_refused(tmp_path: Path) -> None:
+    content = changed(PROJECT, "poseSets.0.poses.0", {"frame": 0, "position": [0, 0, 1], "target": [0, 0, 0]})
+    content["poseSets"][0]["poses"][1:] = [{"frame": 60, "position": [0, 0, 0], "target": [0, 0, 1]}]
+    with pytest.raises(SceneError, match="between two poses the camera meets its target; move a pose"):
+        read(tmp_path, content)
+
+
+def test_a_damaged_project_is_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"is no SuperSplat project, it has no document.json"):
+        read_cameras(pack(tmp_path, {"splat_0.ply": b"ply\n"}))
+    path = pack(tmp_path, {"document.json": json.dumps(PROJECT).encode()})
+    content = bytearray(path.read_bytes())
+    content[60:70] = bytes(10)
+    path.write_bytes(content)
+    with pytest.raises(SceneError, match=r"its document.json is damaged"):
+        read_cameras(path)
+    path.write_bytes(b"PK\x03\x04")
+    with pytest.raises(SceneError, match="is a damaged zip archive"):
+        read_cameras(path)
