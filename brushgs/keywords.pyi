@@ -49,6 +49,7 @@ class PaintKeywords(TypedDict, total=False):
     broken_color: float | str | None
     economy: float | str | None
     edges: float | str | None
+    depth_of_field: float | str | None
     palette: PathLike[str] | str | None
     palette_strength: float | str | None
     palette_space: Literal["lab", "linear", "srgb"] | None
@@ -121,6 +122,7 @@ class FilmKeywords(TypedDict, total=False):
     broken_color: float | str | None
     economy: float | str | None
     edges: float | str | None
+    depth_of_field: float | str | None
     palette: PathLike[str] | str | None
     palette_strength: float | str | None
     palette_space: Literal["lab", "linear", "srgb"] | None

@@ -90,6 +90,7 @@ PLAIN_STROKES: Mapping[str, Any] = {
     "broken_color": 0.0,
     "economy": 0.0,
     "edges": 0.0,
+    "depth_of_field": 0.0,
 }
 SCENE_LIGHT: StepValues = {"color": {"values": 0.0}, "light": {"key": 0.0}}  # colours as they were captured
 PLAIN_PAINT: Mapping[str, Any] = {"underpaint": False, "streaks": 0.0}

@@ -371,6 +371,9 @@ class StrokesConfig(Options, frozen=True):
         "accents of light and dark #loose #abstract #simple", default="that of the look")] = 0.0
     edges: Annotated[float, share("how far outlines are lost in shade and crisp near the focus; 0: all hard "
         "#soft #blur #outline", default="that of the look")] = 0.0
+    depth_of_field: Annotated[float, share("how far detail is lost before and behind the focus, or without "
+        "one the subject: strokes grow up to threefold, soften, and lose contrast #blur #bokeh #aperture "
+        "#background #distance")] = 0.0
     # fmt: on
 
     @classmethod

@@ -28,6 +28,7 @@ from brushgs.values.sh import base_colors, shift_base_colors
 if TYPE_CHECKING:
     from brushgs.passes.add.stage_ground import Ground
     from brushgs.passes.color.values import Values
+    from brushgs.passes.form.defocus import Lens
     from brushgs.passes.form.edges import Edges
 
 SIDE = 480  # pixels, longer side of the pictures; in smaller ones leaves widen and their darks count more
@@ -171,6 +172,7 @@ def with_accents(
     views: "PlainViews",
     gaussians: Gaussians,
     focus: F64 | None,
+    lens: "Lens | None",
     made: Gaussians,
     materials: Materials,
     report: Report,
@@ -182,6 +184,7 @@ def with_accents(
         views: plain pictures of the scene, the first in the view of the job.
         gaussians: the scene, pruned.
         focus: [N] factors of its Gaussians; or None.
+        lens: what is sharp, where the others get fewer accents; None for all.
         made: the strokes as made, in the light of the scene, which lack the accents.
         materials: of the strokes as painted.
         report: gets the stage.
@@ -199,6 +202,9 @@ def with_accents(
             made = repaint(made, gaussians, near)
         if focus is not None:
             focus = 1 + STANDING_OUT * (focus - 1) / max(float(focus.max()) - 1, 1e-9)
+        if lens is not None:
+            sharp = lens.growth(gaussians.means, config.strokes.depth_of_field) ** -2
+            focus = sharp if focus is None else focus * sharp
         found = accents(made, gaussians, near, count=count, focus=focus)
         stage.did = f"{len(found):,} of pure light and dark"
         stage.counts = {"strokes": len(found)}

@@ -1,6 +1,7 @@
-"""The stage of `--focus`: from the option to a factor per Gaussian on the strokes per area."""
+"""The stages of `--focus` and `--depth-of-field`: from options to factors and a lens."""
 
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,16 +10,19 @@ import numpy as np
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.options.focus import Focus
 from brushgs.pipeline.background import fill_picture
+from brushgs.pipeline.lamp import some_small
 from brushgs.pipeline.report import Report
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.colors import LUMINANCE, flatten
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
+    from brushgs.passes.form.defocus import Lens
     from brushgs.values.arrays import F64, Array
 
 DARK = 0.02  # luminance up to which a mask is dark
 MOST = 0.95  # share of the Gaussians in focus above which the report says that it hardly matters
+LENS_VIEWS, LENS_SIDE = 8, 240  # most views that show what is in focus, and pixels of their longer side
 SAME = 1.02  # contrast of factors up to which a focus has no effect
 
 
@@ -100,6 +104,43 @@ def place_focus(
         if in_focus > MOST * len(gaussians):
             stage.did += "; that is nearly all, so little changes"
     return factors
+
+
+def open_lens(
+    gaussians: Gaussians,
+    focus: "F64 | None",
+    first_view: FirstView | None,
+    cameras: Sequence[Camera],
+    report: Report,
+    *,
+    num_threads: int | None = None,
+) -> "Lens":
+    """What is in focus in some views of the job: where strokes are dense, else the subject.
+
+    Without either, as in scenes that are seen from inside, it is what the middle of the pictures shows.
+
+    Args:
+        gaussians: N >= 1 Gaussians to make strokes of.
+        focus: [N] factors on the strokes per area; None without a focus.
+        first_view: of the scene, for its subject; None if unknown.
+        cameras: of the job.
+        report: gets the stage.
+        num_threads: None takes the processors available to this process.
+    """
+    with report.stage("lens") as stage:
+        from brushgs.passes.form.defocus import focused
+        from brushgs.passes.reduce.focus import contrast, subject_focus
+
+        if focus is None and first_view is not None and first_view.eye is None:
+            focus = subject_focus(gaussians, first_view)
+        is_focus = None if focus is None or contrast(focus) <= SAME else focus > 0.5 * (1 + focus.max())
+        small = some_small(cameras, LENS_VIEWS, LENS_SIDE)
+        found = focused(gaussians, small, is_focus, num_threads=num_threads)
+        low, high = found.depths.mean(axis=0)
+        what = "the middle of the picture" if is_focus is None else "the focus"
+        stage.did = f"{what} is sharp, {low:.3g} to {high:.3g} away, in {len(small)} views"
+        stage.counts = {"views": len(small), "depths": found.depths.round(4).tolist()}
+    return found
 
 
 def _point(numbers: "Array") -> str:

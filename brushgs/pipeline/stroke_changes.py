@@ -22,6 +22,7 @@ from brushgs.values.sh import base_colors, in_colors
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
     from brushgs.brushes.kit import BrushKit
+    from brushgs.passes.form.defocus import Lens
     from brushgs.rendering.plain import PlainViews
 
 
@@ -173,6 +174,19 @@ def repaint_pass(
     off = "--see off" if views is None else None
     what = "in the colours that are seen there"
     return StrokePass("repaint", what, seen, skip or off, {}, (gaussians, views), memory)
+
+
+def defocus_pass(lens: "Lens", config: StrokesConfig, skip: str | None, memory: Memory) -> StrokePass:
+    """The pass that takes detail from strokes out of focus."""
+    strength = config.depth_of_field
+
+    def blurred(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.form.defocus import defocus
+
+        return defocus(strokes, lens, strength)
+
+    what = f"larger and softer away from the focus, by {strength:g}"
+    return StrokePass("depth of field", what, blurred, skip, {"strength": strength}, (lens, strength), memory)
 
 
 def broken_color_pass(config: StrokesConfig, *, seed: int, skip: str | None) -> StrokePass:

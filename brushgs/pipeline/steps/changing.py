@@ -18,6 +18,7 @@ from brushgs.pipeline.stroke_changes import (
     broken_color_pass,
     brush_color_pass,
     brush_passes,
+    defocus_pass,
     direction_pass,
     grading_passes,
     in_parts,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
     from brushgs.brushes.kit import BrushKit
     from brushgs.passes.color.recolor import Palette
+    from brushgs.passes.form.defocus import Lens
     from brushgs.rendering.plain import PlainViews
 
 
@@ -70,6 +72,7 @@ def making(
     plain_views: "PlainViews | None",
     fields: Sequence[Field],
     parts: Sequence[Region],
+    lens: "Lens | None",
     skip: str | None,
     memory: Memory,
 ) -> list[StrokePass]:
@@ -80,6 +83,7 @@ def making(
         *(one for part in parts for one in size_passes(part)),
         direction_pass(pruned, direction, fields, skip, memory),
         repaint_pass(pruned, plain_views, skip, memory),
+        *([] if lens is None else [defocus_pass(lens, strokes_config, skip, memory)]),
     ]
 
 

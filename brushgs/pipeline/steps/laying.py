@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from brushgs.passes.add.stage import Site
     from brushgs.passes.color.recolor import Palette
     from brushgs.passes.color.values import Values
+    from brushgs.passes.form.defocus import Lens
     from brushgs.passes.form.edges import Edges
     from brushgs.passes.motion.canonical import Canonical
     from brushgs.passes.reduce.cluster import Grouping
@@ -260,11 +261,12 @@ def accents(
     plain_views: "PlainViews",
     pruned: Gaussians,
     focus: F64 | None,
+    lens: "Lens | None",
     made: Gaussians,
     report: Report,
 ) -> list[Coat]:
     """The coat of accents, if any."""
-    return with_accents(painted_with, plain_views, pruned, focus, made, graded, report)
+    return with_accents(painted_with, plain_views, pruned, focus, lens, made, graded, report)
 
 
 @anew

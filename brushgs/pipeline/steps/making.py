@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import GroundConfig, LightConfig
 from brushgs.options.media import Medium
-from brushgs.options.painting import ClusterConfig, PruneConfig, ViewConfig
+from brushgs.options.painting import ClusterConfig, PruneConfig, StrokesConfig, ViewConfig
 from brushgs.options.rules import Rules
 from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.clean import select_seen
 from brushgs.pipeline.clip import Clip, Film
-from brushgs.pipeline.focus import place_focus
+from brushgs.pipeline.focus import open_lens, place_focus
 from brushgs.pipeline.job_views import draw_job_views
 from brushgs.pipeline.lamp import Key, towards_lamp
 from brushgs.pipeline.look import open_lines
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
     from brushgs.passes.add.lines import Lines
     from brushgs.passes.add.stage import Site
+    from brushgs.passes.form.defocus import Lens
     from brushgs.passes.motion.canonical import Canonical
     from brushgs.passes.reduce.cluster import Grouping
     from brushgs.rendering.plain import PlainViews
@@ -240,6 +241,30 @@ def focus(
     return factors if regions is None else regions.shares(pruned, factors)
 
 
+def _no_lens(strokes_config: StrokesConfig, skip: str | None) -> str | None:
+    return skip or (None if strokes_config.depth_of_field else "--depth-of-field 0")
+
+
+@unless(_no_lens)
+def lens(
+    pruned: Gaussians,
+    focus: "F64 | None",
+    guide: FirstView | None,
+    cameras: Sequence[Camera],
+    threads: int | None,
+    report: Report,
+) -> "Lens":
+    """What is in focus in some views of the job."""
+    return open_lens(pruned, focus, guide, cameras, report, num_threads=threads)
+
+
+@unless(lambda lens: "--depth-of-field 0" if lens is None else None, "focus")
+def density(focus: "F64 | None", lens: "Lens", pruned: Gaussians, strokes_config: StrokesConfig) -> "F64":
+    """[N] factors on the strokes per area, with fewer strokes out of focus."""
+    fewer = 1 / lens.growth(pruned.means, strokes_config.depth_of_field)
+    return fewer if focus is None else focus * fewer
+
+
 @makes("lighting", "has_stage")
 def of_light(light_config: LightConfig, ground_config: GroundConfig) -> tuple[LightConfig, bool]:
     """The options of the lamp without those of paint and canvas; and whether it lights a stage."""
@@ -281,7 +306,7 @@ def maker(
     pruned: Gaussians,
     clustering: ClusterConfig,
     plain_views: "PlainViews | None",
-    focus: "F64 | None",
+    density: "F64 | None",
     is_solid: bool,
     economy: float,
     is_economical: bool,
@@ -298,7 +323,7 @@ def maker(
         pruned,
         clustering,
         plain_views,
-        focus,
+        density,
         is_solid=is_solid and skip is None,
         economy=economy if skip is None else 0.0,
         cameras=cameras() if is_economical else (),

@@ -1,0 +1,185 @@
+"""Strokes -> the same strokes with less detail away from the focus: larger, softer, in paler contrasts.
+
+A painter gives detail to what the picture is about, and little to what lies before and behind it. With z the
+depth of a stroke in a view and z0 that depth in focus that is nearest to z, it grows as a lens blurs:
+
+    growth = 1 + 2 strength x |1/z - 1/z0| z0
+
+at most 1 + 2 strength, which is the limit far behind the focus: nearer than half of z0 growth is that, too.
+No stroke grows beyond the longest that slabs are cut to, or those in front would hide the focus. The optical
+depth of paint is divided by the growth, so outlines fade; colours move to the mean around a stroke, to 1 /
+growth of their difference from it. Blur depends on the place of a stroke alone: over a path it is the mean of
+some views in whose picture the place lies, so nothing changes as the camera moves.
+Source: Potmesil and Chakravarty 1981, A Lens and Aperture Camera Model for Synthetic Image Generation.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from brushgs.passes.color.picture_votes import votes
+from brushgs.passes.form.slabs import LONGEST, NUM_SIGMAS
+from brushgs.passes.neighbours import nearest
+from brushgs.values.arrays import F64, Array, Mask, check
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import base_colors, shift_base_colors
+
+GAIN = 2.0  # growth per blur, at strength 1
+MOST_BLUR = 1.0  # |1/z - 1/z0| z0
+ENDS = 0.1, 0.9  # quantiles of the depths of what is seen in the focus, which are in focus
+MIDDLE = 0.12  # standard deviation, in sides of the picture, of the part that is in focus without a subject
+FEW = 1e-6  # weight of views beside whose picture a place lies
+SAMPLE, AROUND = 20_000, 48  # Gaussians that colours around strokes are known from; and of them, around one
+LEAST_SEEN = 0.01  # pixels: a Gaussian with a smaller visible area is not seen
+LEAST_OPACITY = 1e-7  # transparency below which float32 has no digits
+
+
+@dataclass(frozen=True, eq=False)
+class Lens:
+    """How sharp each place of a scene is, for all views of a job.
+
+    Attributes:
+        cameras: K >= 1 views of the job.
+        depths: [K, 2] nearest and farthest camera z in focus, world units, > 0.
+        places: [m, 3] where colours are known, world units.
+        colors: [m, 3] RGB, display-encoded.
+        areas: [m] visible areas, pixels.
+    """
+
+    cameras: Sequence[Camera]
+    depths: F64
+    places: F64
+    colors: F64
+    areas: F64
+
+    def blur(self, points: Array) -> F64:
+        """[n] |1/z - 1/z0| z0 at points [n, 3], 0 to `MOST_BLUR`."""
+        total, weights = np.zeros(len(points)), np.zeros(len(points))
+        for camera, (low, high) in zip(self.cameras, self.depths, strict=True):
+            depths, is_shown = _seen_in(camera, points)
+            weight = np.where(is_shown, 1.0, FEW)
+            total += weight * np.minimum(np.abs(np.clip(depths, low, high) / depths - 1), MOST_BLUR)
+            weights += weight
+        return total / weights
+
+    def growth(self, points: Array, strength: float) -> F64:
+        """[n] growth at points [n, 3], 1 to 1 + 2 strength."""
+        return np.asarray(1 + GAIN * strength * self.blur(points))
+
+    def room(self, strokes: Gaussians) -> F64:
+        """[k] growth at which strokes are as long in a view as they may be; infinite if none shows them."""
+        longest = 2 * NUM_SIGMAS * strokes.scales.max(axis=1).astype(np.float64)
+        room = np.full(len(strokes), np.inf)
+        for camera in self.cameras:
+            depths, is_shown = _seen_in(camera, strokes.means)
+            most = LONGEST * np.hypot(camera.width, camera.height) / max(camera.K[0, 0], camera.K[1, 1])
+            room[is_shown] = np.minimum(room, most * depths / longest)[is_shown]
+        return room
+
+    def around(self, points: Array) -> F64:
+        """[n, 3] mean colours around points [n, 3]; there must be known colours."""
+        _, rows = nearest(self.places, np.asarray(points, np.float64), min(AROUND, len(self.places)))
+        weights = self.areas[rows]
+        return np.asarray((weights[..., None] * self.colors[rows]).sum(axis=1) / weights.sum(axis=1)[:, None])
+
+
+def focused(
+    gaussians: Gaussians,
+    cameras: Sequence[Camera],
+    is_focus: Mask | None,
+    *,
+    num_threads: int | None = None,
+) -> Lens:
+    """Focus on some Gaussians, as far as views show them.
+
+    Args:
+        gaussians: N >= 1 Gaussians, the scene.
+        cameras: some small views of the job, >= 1.
+        is_focus: [N] whether Gaussians are in the focus; None for the middle of the pictures, which also
+            counts in views that show none of them.
+        num_threads: None takes the processors available to this process. The result does not depend on it.
+    """
+    depths, seen = np.empty((len(cameras), 2)), np.zeros(len(gaussians))
+    for row, camera in zip(depths, cameras, strict=True):
+        sums, areas = votes(
+            gaussians, [camera], [_middle(camera.width, camera.height)], num_threads=num_threads
+        )
+        seen += areas
+        z, _ = _seen_in(camera, gaussians.means)
+        weights = sums[:, 0] if is_focus is None else areas * is_focus
+        for found in (weights, sums[:, 0], areas):
+            if found.sum() > LEAST_SEEN:
+                row[:] = _quantiles(z, found, ENDS)
+                break
+        else:
+            row[:] = camera.near, np.inf
+    rows = np.flatnonzero(seen > LEAST_SEEN)
+    rows = rows[:: -(-len(rows) // SAMPLE) or 1]
+    places, colors = gaussians.means[rows].astype(np.float64), base_colors(gaussians.sh[rows])
+    return Lens(cameras, depths, places, colors, seen[rows])
+
+
+def defocus(strokes: Gaussians, lens: Lens, strength: float) -> Gaussians:
+    """Strokes with less detail away from the focus.
+
+    Args:
+        strokes: k strokes.
+        lens: see `focused`.
+        strength: 0 to 1.
+
+    Returns:
+        The same strokes in the same order, larger (see `Lens.room`), more transparent and closer to the colours around them
+        where they are not in focus; the input itself at strength 0.
+
+    Raises:
+        ValueError: if `strength` is out of range.
+
+    Example:
+        >>> from brushgs.passes.form.defocus import defocus, focused
+        >>> softer = defocus(strokes, focused(scene, [camera], None), 0.6)
+        >>> len(softer) == len(strokes)
+        True
+    """
+    if not 0 <= strength <= 1:
+        raise ValueError(f"defocus: strength must be in [0, 1], got {strength:g}")
+    check("defocus", means=(strokes.means, "k 3"))
+    if strength == 0 or len(strokes) == 0:
+        return strokes
+    growth = np.minimum(lens.growth(strokes.means, strength), np.maximum(lens.room(strokes), 1))
+    dtype = strokes.scales.dtype
+    scales = (strokes.scales * growth[:, None]).astype(dtype)
+    passes = np.maximum(1 - strokes.opacities.astype(np.float64), LEAST_OPACITY)
+    opacities = np.where(growth > 1, 1 - passes ** (1 / growth), strokes.opacities).astype(dtype)
+    sh = strokes.sh.copy()
+    sh[:, 1:] /= growth[:, None, None].astype(sh.dtype)
+    paler = replace(strokes, scales=scales, opacities=opacities, sh=sh)
+    if len(lens.places) == 0:
+        return paler
+    steps = lens.around(strokes.means) - base_colors(strokes.sh)
+    return shift_base_colors(paler, (1 - 1 / growth)[:, None] * steps)
+
+
+def _seen_in(camera: Camera, points: Array) -> tuple[F64, Mask]:
+    """Depths [n] of points, at least the near plane, and whether they lie in the picture."""
+    local = np.asarray(points, np.float64) @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
+    depths = np.maximum(local[:, 2], camera.near)
+    x = local[:, 0] * (camera.K[0, 0] / depths) + camera.K[0, 2]
+    y = local[:, 1] * (camera.K[1, 1] / depths) + camera.K[1, 2]
+    is_shown = (x > 0) & (x < camera.width) & (y > 0) & (y < camera.height)
+    return depths, np.asarray(is_shown & (local[:, 2] > camera.near))
+
+
+def _middle(width: int, height: int) -> F64:
+    """[height, width, 1] weights of pixels, 1 in the middle of a picture."""
+    x, y = (((np.arange(side) + 0.5) / side - 0.5) / MIDDLE for side in (width, height))
+    return np.asarray(np.exp(-0.5 * (x**2 + y[:, None] ** 2)))[..., None]
+
+
+def _quantiles(values: F64, weights: F64, shares: tuple[float, ...]) -> F64:
+    """Weighted quantiles; the weights are not all 0."""
+    order = np.argsort(values, kind="stable")
+    before = np.cumsum(weights[order])
+    rows = np.searchsorted(before, np.array(shares) * before[-1])
+    return np.asarray(values[order][np.minimum(rows, len(values) - 1)])
