@@ -6,7 +6,7 @@ depth of a stroke in a view and z0 that depth in focus that is nearest to z, it 
     growth = 1 + 2 strength x |1/z - 1/z0| z0
 
 at most 1 + 2 strength, which is the limit far behind the focus: nearer than half of z0 growth is that, too.
-No stroke grows beyond the longest that slabs are cut to, or those in front would hide the focus. The optical
+No stroke grows beyond the longest that slabs are cut to: those in front would veil the focus. The optical
 depth of paint is divided by the growth, so outlines fade; colours move to the mean around a stroke, to 1 /
 growth of their difference from it. Blur depends on the place of a stroke alone: over a path it is the mean of
 some views in whose picture the place lies, so nothing changes as the camera moves.
@@ -69,14 +69,16 @@ class Lens:
         return np.asarray(1 + GAIN * strength * self.blur(points))
 
     def room(self, strokes: Gaussians) -> F64:
-        """[k] growth at which strokes are as long in a view as they may be; infinite if none shows them."""
-        longest = 2 * NUM_SIGMAS * strokes.scales.max(axis=1).astype(np.float64)
-        room = np.full(len(strokes), np.inf)
+        """[k] growth at which strokes are as long as they may be, if a view turned to them.
+
+        What lies beside or behind a camera counts too: grown, it would hang into the picture as a veil.
+        """
+        means, nearest_share = strokes.means.astype(np.float64), np.full(len(strokes), np.inf)
         for camera in self.cameras:
-            depths, is_shown = _seen_in(camera, strokes.means)
-            most = LONGEST * np.hypot(camera.width, camera.height) / max(camera.K[0, 0], camera.K[1, 1])
-            room[is_shown] = np.minimum(room, most * depths / longest)[is_shown]
-        return room
+            distances = np.linalg.norm(means - camera.position, axis=1)
+            share = np.hypot(camera.width, camera.height) / max(camera.K[0, 0], camera.K[1, 1])
+            nearest_share = np.minimum(nearest_share, share * np.maximum(distances, camera.near))
+        return LONGEST * nearest_share / (2 * NUM_SIGMAS * strokes.scales.max(axis=1).astype(np.float64))
 
     def around(self, points: Array) -> F64:
         """[n, 3] mean colours around points [n, 3]; there must be known colours."""
@@ -130,8 +132,8 @@ def defocus(strokes: Gaussians, lens: Lens, strength: float) -> Gaussians:
         strength: 0 to 1.
 
     Returns:
-        The same strokes in the same order, larger (see `Lens.room`), more transparent and closer to the colours around them
-        where they are not in focus; the input itself at strength 0.
+        The same strokes in the same order, larger (but see `Lens.room`), more transparent and closer to the
+        colours around them where they are not in focus; the input itself at strength 0.
 
     Raises:
         ValueError: if `strength` is out of range.

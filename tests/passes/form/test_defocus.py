@@ -149,3 +149,9 @@ def test_colors_around_are_those_that_are_seen():
 def test_a_strength_out_of_range_is_refused():
     with pytest.raises(ValueError, match=r"defocus: strength must be in \[0, 1\], got 1.5"):
         defocus(dots([1]), LENS, 1.5)
+
+
+@pytest.mark.parametrize("place", [(0.0, 0.0, -0.1), (0.3, 0.0, 0.05)])
+def test_strokes_beside_and_behind_the_camera_do_not_grow_into_the_picture(place):
+    strokes = replace(dots([1.0], size=0.05), means=np.array([place]))
+    np.testing.assert_array_equal(growth_of(strokes), 1)
