@@ -121,6 +121,7 @@ def test_a_backdrop_is_a_stage_or_loose_or_none(words, stage, backdrop, is_alway
         (["--key", "0.25"], "light", "key", 0.25),
         (["--values", "0.25"], "color", "values", 0.25),
         (["--edges", "0.25"], "strokes", "edges", 0.25),
+        (["--depth-of-field", "0.25"], "strokes", "depth_of_field", 0.25),
         (["--economy", "0.25"], "strokes", "economy", 0.25),
         (["--focus", "off"], "strokes", "focus", None),
         (["--gloss", "0.1"], "light", "gloss", 0.1),

@@ -34,6 +34,7 @@ EXAMPLES = {
     "values": (0.5, ["--values", "0.5"]),
     "economy": (1, ["--economy", "1"]),
     "edges": (0.25, ["--edges", "0.25"]),
+    "depth-of-field": ("60%", ["--depth-of-field", "0.6"]),
     "gloss": (0.01, ["--gloss", "0.01"]),
     "canvas": ("linen", ["--canvas", "linen"]),
     "stroke": (["flat", "dab"], ["--stroke", "flat,dab"]),

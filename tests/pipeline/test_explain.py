@@ -38,6 +38,7 @@ OFF = {"strokes": {"edges": 0.0, "economy": 0.0, "focus": None}, "light": {"key"
 JOBS = {
     "oil": (config_of("oil", ground={"stage": True}), {}),
     "plain": (config_of("plain"), {}),
+    "depth of field": (config_of("oil", strokes={"depth_of_field": 0.6}), {}),
     "ink": (config_of("ink"), {}),
     "watercolour": (config_of("watercolour"), {}),
     "all off": (config_of("oil", **OFF), {}),

@@ -281,7 +281,12 @@ def test_one_memory_paints_every_change_of_options_as_a_fresh_job():
 
 OPTIONS = {
     "cluster": {"strokes_for": ["scene", "view"], "strokes": [40, 60]},
-    "strokes": {"see": ["views", "off"], "economy": [0.0, 1.0], "edges": [0.0, 0.9]},
+    "strokes": {
+        "see": ["views", "off"],
+        "economy": [0.0, 1.0],
+        "edges": [0.0, 0.9],
+        "depth_of_field": [0.0, 0.6],
+    },
     "light": {"key": [0.0, 0.5], "lamp": [None, (1.0, 0.5)]},
     "ground": {"stage": [False, True]},
     "view": {"azimuth": [None, 1.0]},
