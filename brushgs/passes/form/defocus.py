@@ -78,7 +78,8 @@ class Lens:
             distances = np.linalg.norm(means - camera.position, axis=1)
             share = np.hypot(camera.width, camera.height) / max(camera.K[0, 0], camera.K[1, 1])
             nearest_share = np.minimum(nearest_share, share * np.maximum(distances, camera.near))
-        return LONGEST * nearest_share / (2 * NUM_SIGMAS * strokes.scales.max(axis=1).astype(np.float64))
+        lengths = 2 * NUM_SIGMAS * strokes.scales.max(axis=1).astype(np.float64)
+        return np.asarray(LONGEST * nearest_share / lengths)
 
     def around(self, points: Array) -> F64:
         """[n, 3] mean colours around points [n, 3]; there must be known colours."""
