@@ -212,7 +212,9 @@ class Painting:
         return replace(self, coats=tuple(coat.posed(pose, takes_light=takes_light) for coat in self.coats))
 
     def with_depth(self, depth: bool) -> "Painting":
-        """The same painting with or without depth in its frames; depth tests and effects keep what they need."""
+        """The same painting with or without depth in its frames; depth tests and effects keep what they
+        need.
+        """
         tested = [coat.tolerance is not None for coat in self.coats]
         last = max((i for i, is_tested in enumerate(tested) if is_tested), default=0)
         coats = [

@@ -147,12 +147,16 @@ class DeepMaker:
 
 
 def _tints_over(marks: Marks) -> list[Array | None]:
-    """[H, W, 3] of each coat that covers the product of the glazes above it; empty without glazes."""
+    """[H, W, 3] factors on the colours of each coat that covers: of the glazes above it and of its effect.
+
+    Empty if there are none.
+    """
     tints: list[Array | None] = []
     above: Array | None = None
     for laid in reversed(marks.all_laid):
         if laid.tint is None:
-            tints.insert(0, above)
+            own = laid.recolored
+            tints.insert(0, above if own is None else own if above is None else above * own)
         else:
             above = laid.tint if above is None else above * laid.tint
-    return [] if above is None else tints
+    return tints if any(tint is not None for tint in tints) else []

@@ -44,6 +44,7 @@ class LaidCoat:
         alpha: [H, W] its own coverage.
         share: [H, W] share of its paint that the paper takes; None for all.
         tint: [H, W, 3] of a glaze; None for covering paint.
+        recolored: [H, W, 3] factor of an effect on the colours of covering paint; None without.
     """
 
     coat: "Coat"
@@ -52,19 +53,23 @@ class LaidCoat:
     alpha: Array  # [H, W]
     share: Array | None = None  # [H, W]
     tint: Array | None = None  # [H, W, 3]
+    recolored: Array | None = None  # [H, W, 3]
 
     @classmethod
     def of(
         cls, coat: "Coat", boxes: Boxes, painted: Frame, taken: Frame, in_front_of: "DepthTest | None" = None
     ) -> "LaidCoat":
         """From its own frame, and the part of it that the paper takes."""
-        share = None
+        share = recolored = None
         if taken is not painted and coat.blend == "cover":
             share = np.divide(
                 taken.alpha, painted.alpha, out=np.zeros_like(taken.alpha), where=painted.alpha > 0
             )
+            if coat.effect is not None:
+                kept = share[..., None] * painted.rgb
+                recolored = np.divide(taken.rgb, kept, out=np.ones_like(kept), where=kept > 0)
         tint = taken.rgb.copy() if coat.blend == "glaze" else None  # the canvas reuses these arrays
-        return cls(coat, boxes, in_front_of, taken.alpha.copy(), share, tint)
+        return cls(coat, boxes, in_front_of, taken.alpha.copy(), share, tint, recolored)
 
     @property
     def num_rows(self) -> int:

@@ -100,6 +100,9 @@ def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
         options = coat.options
         of_coat = {
             "glazes cover what lies below in the file, they do not multiply it": coat.blend == "glaze",
+            f"the coat of {coat.name} is not rubbed or run in the file, which shows its strokes": (
+                coat.effect is not None
+            ),
             "streaks of bristles are not in the file": options.streaks > 0,
             "strokes of nearly equal depth do not blend in the file": options.order == "soft",
         }

@@ -12,6 +12,8 @@ from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, shift_base_colors
 
+NUM_MASS_ROUNDS = 3  # of means over the nearest 16
+ALIKE = 0.1  # difference of tones that are one mass, standard deviation
 NUM_ROUNDS = 6  # of means over the nearest 16: in total some 100 neighbours
 LOCAL_RANGE = 1.4  # deviations from neighbours that are almost black or white
 LEAST_SPREAD = 0.05  # OKLab L: a smaller spread counts as flat
@@ -59,7 +61,7 @@ def grade(
     return shift_base_colors(strokes, np.clip(rgb_of_oklab(graded), 0, 1) - colors)
 
 
-def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5) -> F64:
+def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5, areas: F64 | None = None) -> F64:
     """The tone of each stroke, [k] 0 (black) to 1 (white).
 
     Args:
@@ -68,10 +70,12 @@ def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5) -> 
             lightness in the whole scene.
         equalized: 0 to 1: share of the latter that is the rank of the stroke by painted area, so that all
             tones are used equally; the rest is its position between the darkest 4 % and the lightest 7 %.
+        areas: [k] of paint; None for `painted_areas`.
     """
     if len(strokes) == 0:
         return np.empty(0)
-    lightness, paint = oklab_of(base_colors(strokes.sh))[:, 0], painted_areas(strokes)
+    lightness = oklab_of(base_colors(strokes.sh))[:, 0]
+    paint = painted_areas(strokes) if areas is None else areas
     order = np.argsort(lightness, kind="stable")
     shares = np.cumsum(paint[order])
     shares /= max(shares[-1], np.finfo(np.float64).tiny)
@@ -82,6 +86,29 @@ def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5) -> 
     ranks[order] = shares
     tone = (1 - equalized) * plain + equalized * ranks
     return np.asarray((1 - local) * tone + local * _local_tones(strokes, lightness, paint) if local else tone)
+
+
+def masses(strokes: Gaussians, tones: F64, areas: F64) -> F64:
+    """Tones of the large masses that strokes belong to: means over neighbours of nearly their own tone.
+
+    A bilateral filter over strokes in space instead of pixels, so it is the same in every view.
+    Source: Tomasi and Manduchi 1998.
+
+    Args:
+        strokes: k strokes.
+        tones: [k] of them.
+        areas: [k] of paint, the weights.
+
+    Returns:
+        [k] 0 to 1.
+    """
+    others = nearest_others(strokes.means.astype(np.float64), NUM_NEIGHBORS)
+    rows = np.concatenate([np.arange(len(strokes))[:, None], others], axis=1)
+    weights = (np.sqrt(areas) + np.finfo(np.float64).tiny)[rows]
+    for _ in range(NUM_MASS_ROUNDS):
+        alike = weights * np.exp(-0.5 * ((tones[rows] - tones[:, None]) / ALIKE) ** 2)
+        tones = (alike * tones[rows]).sum(axis=1) / alike.sum(axis=1)
+    return tones
 
 
 def painted_areas(strokes: Gaussians) -> F64:

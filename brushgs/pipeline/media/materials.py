@@ -1,5 +1,6 @@
 """The materials of every medium: strokes, their brushes, and functions that alter strokes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
@@ -15,6 +16,7 @@ from brushgs.pipeline.styling import Contour
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.arrays import Array
+from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
@@ -30,6 +32,7 @@ ACCENTS = "accents"  # of pure lights and darks, which are laid last
 Color = tuple[float, float, float]
 CONTOUR_STRENGTH = 0.35  # of edges from which styles have contours
 CONTOUR_OVERLAP = 1.7  # of their pieces, which are wide: with less the overlaps of their soft ends show
+SIDE, MOST_VIEWS = 240, 3  # pixels, longer side of the views in which areas are measured, and their number
 LINE_TOLERANCE = (
     20.0  # times that of marks: a line is thin, and its own size says little about what it lies on
 )
@@ -49,6 +52,7 @@ class Materials:
         lines: along edges of the scene; None if the medium has none.
         line_texture: their stroke image, or images.
         contour: how the lines of styles look; None without.
+        cameras: of the job; perhaps none.
     """
 
     strokes: Gaussians
@@ -60,6 +64,7 @@ class Materials:
     lines: "Lines | None" = None
     line_texture: "StrokeTexture | BrushSet | None" = None
     contour: Contour | None = None
+    cameras: Sequence[Camera] = ()
 
     @cached_property
     def paper(self) -> Color:
@@ -75,6 +80,15 @@ class Materials:
         from brushgs.passes.color.tone import tones
 
         return tones(self.strokes, local=self.color.local, equalized=self.color.equalize)
+
+    @cached_property
+    def areas(self) -> "F64":
+        """[N] paint of each stroke in the views of the job; in space if no view shows any."""
+        from brushgs.passes.color.tone import painted_areas
+        from brushgs.passes.seen import shown_areas, some_small
+
+        areas = shown_areas(self.strokes, some_small(self.cameras, MOST_VIEWS, SIDE))
+        return areas if areas.any() else painted_areas(self.strokes)
 
     @cached_property
     def solidity(self) -> "F64":

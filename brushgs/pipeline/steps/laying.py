@@ -121,11 +121,12 @@ def materials(
     lines: "Lines | None",
     line_brushes: "BrushSet | None",
     contour: Contour | None,
+    cameras: Sequence[Camera],
 ) -> Materials:
     """The materials of the medium."""
     behind, config = shown_ground(colored_ground, background), painted_with
     return Materials(
-        strokes, texture, options, config.media, config.color, behind, lines, line_brushes, contour
+        strokes, texture, options, config.media, config.color, behind, lines, line_brushes, contour, cameras
     )
 
 
