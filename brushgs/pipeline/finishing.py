@@ -58,7 +58,7 @@ def seen_small(cameras: Sequence[Camera], backdrop: Sequence[Coat], materials: M
     """
     from brushgs.passes.seen import some_small
 
-    subject, behind, seen = _alone(coats_of(materials)), _alone(backdrop), Seen([], [])
+    subject, behind, seen = Painting.alone(coats_of(materials)), Painting.alone(backdrop), Seen([], [])
     for camera in some_small(cameras, MOST_VIEWS, SIDE):
         picture = np.asarray(materials.paper, np.float32)
         frame = subject.frame(camera)
@@ -67,16 +67,6 @@ def seen_small(cameras: Sequence[Camera], backdrop: Sequence[Coat], materials: M
         seen.pictures.append(picture)
         seen.coverages.append(frame.alpha)
     return seen
-
-
-def _alone(coats: Sequence[Coat]) -> Painting:
-    """Coats without ground and relief, drawn as a still: tracks exist only in the views of a path."""
-
-    def still(options: RenderOptions) -> RenderOptions:
-        flat = replace(options, order="depth", relief=None, depth=False)
-        return replace(flat, lock="anchor") if flat.lock in ("track", "canonical") else flat
-
-    return Painting(tuple(replace(coat, options=still(coat.options)) for coat in coats))
 
 
 def with_values(

@@ -300,9 +300,7 @@ def _note_omitted(coat: "Coat", brush_set: BrushSet, collected: _Collected) -> N
             f"of {len(coat.plain):,} Gaussians that are not painted the page has the {MOST_PLAIN:,} largest"
         )
     if coat.effect is not None:
-        collected.omit(
-            f"the coat of {coat.name} is not rubbed or run in the page, which shows its strokes"
-        )
+        collected.omit(f"the coat of {coat.name} is not rubbed or run in the page, which shows its strokes")
     if options.order == "soft":
         collected.omit(
             "strokes of nearly equal depth do not blend in the page: the nearer one covers the other"

@@ -81,7 +81,10 @@ def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5, are
     shares /= max(shares[-1], np.finfo(np.float64).tiny)
     ends = np.searchsorted(shares, (DARKEST, LIGHTEST))
     low, high = lightness[order[np.minimum(ends, len(order) - 1)]]
-    plain = np.clip((lightness - low) / np.maximum(high - low, LEAST_RANGE), 0, 1)
+    missing = max(LEAST_RANGE - (high - low), 0.0)
+    equalized *= 1 - missing / LEAST_RANGE  # ranks of equal tones say nothing
+    low = low * (1 - missing)  # so that the tone of a scene of one lightness is that lightness
+    plain = np.clip((lightness - low) / max(high - low, LEAST_RANGE), 0, 1)
     ranks = np.empty(len(order))
     ranks[order] = shares
     tone = (1 - equalized) * plain + equalized * ranks

@@ -6,7 +6,6 @@ the masses show the same surface. Shares are of what the views of the job show. 
 on captured scenes.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -16,14 +15,21 @@ from brushgs.cameras.framing import weighted_quantiles
 from brushgs.options.media import Charcoal
 from brushgs.passes.color.squint import Squint
 from brushgs.passes.seen import some_small
-from brushgs.pipeline.media.materials import BACKDROP, Color, Materials, mixed, numbers_of, scaled
+from brushgs.pipeline.media.materials import (
+    BACKDROP,
+    MOST_VIEWS,
+    SIDE,
+    Color,
+    Materials,
+    mixed,
+    numbers_of,
+    scaled,
+)
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.values.arrays import F64, Mask
-from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of, rgb_of
 from brushgs.values.frame import Frame
-from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, in_colors
 
 if TYPE_CHECKING:
@@ -31,6 +37,7 @@ if TYPE_CHECKING:
 
 VALUES = (1.0, 0.58, 0.22, 0.0)  # of the four masses, the darkest first, in shares of the wash
 SHARES = (0.18, 0.42, 0.70)  # of the picture that is darker than each border between two values
+USUAL, LEAST_SPREAD = (0.2, 0.42, 0.66), 0.1  # tones of these borders for masses of a smaller spread
 MASSED = 0.75  # share of the soft tone that is one of the values; the rest follows the tone
 REACH = 0.8  # of a mass, relative to the strokes
 WAVE = 0.09  # of the noise by which edges are rubbed, in the extent of the strokes
@@ -42,9 +49,6 @@ FADE = 0.10  # range of tones over which both become opaque
 BARE = 0.55  # of the way from the paper to chalk that a rubber takes a rubbed paper
 CHALK = (0.98, 0.97, 0.94)
 WHITE_PAPER = 0.93  # OKLab lightness from which chalk would not show
-SIDE_BESIDE, MOST_BESIDE = 160, 3  # pixels, longer side of the views for counterchange, and their number
-NEAR_BESIDE = 0.09  # of that side, deviation of the blur by which strokes of a stage are beside a subject
-LIFTED, FULL_BESIDE = 3.0, 2.0  # of the difference to the subject's middle tone, and of its coverage there
 COUNTERED = 0.75  # darkness that counterchange adds and takes
 STAGE, STAGE_BORDER = 1.5, 0.1  # darkness of the masses around a subject, and their margin in the picture
 LIGHTEST_STAGE, DARKEST_STAGE = 0.2, 0.8  # share of a stage that stays light, and its darkest share of black
@@ -109,7 +113,7 @@ def _masses(materials: Materials) -> Coat:
     if len(strokes) == 0:
         return materials.smudge("masses", strokes)
     mass = masses(strokes, _tones(materials, 0.0), areas)
-    borders = _quantiles(mass, areas, SHARES)
+    borders = _borders(mass, areas)
     values = media.wash * np.array(VALUES)
     value = values[np.searchsorted(borders, mass, side="right")]
     shares = MASSED * value + (1 - MASSED) * values[0] * np.clip(1 - mass / max(borders[-1], 1e-6), 0, 1)
@@ -118,6 +122,13 @@ def _masses(materials: Materials) -> Coat:
     _, radius = robust_frame(strokes.means)
     rub = Rub(materials.paper, black, tuple(sorted(values.tolist())), media.rub, max(WAVE * radius, 1e-12))
     return replace(coat, effect=rub)
+
+
+def _borders(mass: F64, areas: F64) -> F64:
+    """[3] borders between the four values; in a scene of one tone the usual ones."""
+    found, ends = _quantiles(mass, areas, SHARES), _quantiles(mass, areas, (0.1, 0.9))
+    spread = min(float(ends[1] - ends[0]) / LEAST_SPREAD, 1.0)
+    return spread * found + (1 - spread) * np.array(USUAL)
 
 
 def _quantiles(tone: F64, areas: F64, shares: tuple[float, ...]) -> F64:
@@ -142,19 +153,20 @@ def stage(materials: Materials, staging: "Staging") -> Coat:
 
     By counterchange it is rubbed darker beside light sides of the subject, and lighter beside dark ones.
     """
+    from brushgs.passes.add.beside import beside
+
     media, strokes = numbers_of(Charcoal, materials), staging.painted()
+    toned = in_colors(materials.strokes, np.repeat(_tones(materials, 0.0)[:, None], 3, axis=1))
     paper = oklab_of(np.array([materials.paper]))[0, 0]
     dark = np.clip(1 - oklab_of(base_colors(strokes.sh).astype(np.float64))[:, 0] / paper, 0, 1)
-    shares = np.maximum(
-        media.wash * (STAGE * dark + COUNTERED * _beside(materials, strokes, staging.cameras)), 0
-    )
+    shares = np.maximum(media.wash * (STAGE * dark + COUNTERED * beside(toned, strokes, staging.cameras)), 0)
     low, black = float(np.quantile(shares, LIGHTEST_STAGE)), rgb_of(media.color)
-    views, subject = some_small(staging.cameras, MOST_BESIDE, SIDE_BESIDE), charcoal(materials)
+    views, subject = some_small(staging.cameras, MOST_VIEWS, SIDE), charcoal(materials)
     coat = materials.smudge(BACKDROP, strokes)
     for gain in GAINS:
         opened = np.clip(low / gain + gain * (shares - low), 0, DARKEST_STAGE)
         coat = replace(coat, strokes=in_colors(strokes, mixed(materials.paper, black, opened)))
-        painting = Painting((coat, *subject)).with_depth(False)
+        painting = Painting.alone((coat, *subject))
         if np.mean([_range_of(painting.frame(view), materials.paper) for view in views]) >= RANGE:
             break
     return replace(coat, border=STAGE_BORDER)
@@ -164,34 +176,3 @@ def _range_of(frame: Frame, paper: Color) -> float:
     """The range of values of a picture of strokes on paper, L*, see `Squint`."""
     picture = frame.rgb + (1 - frame.alpha[..., None]) * np.asarray(paper, frame.rgb.dtype)
     return Squint.of(picture, frame.alpha).range
-
-
-def _beside(materials: Materials, strokes: Gaussians, cameras: Sequence[Camera]) -> F64:
-    """[n] how light the subject is beside strokes of a stage, -1 to 1; 0 far from it, and where unseen."""
-    from scipy import ndimage
-
-    from brushgs.brushes.texture import StrokeTexture
-    from brushgs.rendering.options import RenderOptions, render_with
-
-    kernel = StrokeTexture.open("gaussian")
-    tone = _tones(materials, 0.0)
-    toned = in_colors(materials.strokes, np.repeat(tone[:, None], 3, axis=1))
-    total, count = np.zeros(len(strokes)), np.zeros(len(strokes))
-    for camera in some_small(cameras, MOST_BESIDE, SIDE_BESIDE):
-        frame = render_with(toned, camera, kernel, RenderOptions.of(kernel))
-        light, near = (
-            ndimage.gaussian_filter(plane.astype(np.float64), NEAR_BESIDE * max(plane.shape), mode="constant")
-            for plane in (frame.rgb[..., 0], frame.alpha)
-        )
-        middle = float(light.sum() / max(near.sum(), 1e-12))
-        beside = np.clip(LIFTED * (light / np.maximum(near, 1e-6) - middle), -1, 1)
-        beside *= np.clip(FULL_BESIDE * near / max(float(near.max()), 1e-12), 0, 1)
-        places = strokes.means @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
-        depth = np.maximum(places[:, 2], camera.near)
-        columns = places[:, 0] / depth * camera.K[0, 0] + camera.K[0, 2]
-        rows = places[:, 1] / depth * camera.K[1, 1] + camera.K[1, 2]
-        seen = (places[:, 2] > camera.near) & (columns >= 0) & (rows >= 0)
-        seen &= (columns < camera.width) & (rows < camera.height)
-        total[seen] += beside[rows[seen].astype(int), columns[seen].astype(int)]
-        count += seen
-    return total / np.maximum(count, 1)
