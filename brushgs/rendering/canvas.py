@@ -152,10 +152,10 @@ class Canvas:
         from brushgs.rendering.layers import PaintedView
 
         is_opaque, is_deep = self._surface is not None and not self._is_transparent, self._wanted.deep
-        rest = None
-        if is_deep and self._surface is not None and is_opaque:
-            rest = Rest.ground(self._surface.rgb, self._tint)
-        elif is_deep and self._tint is not None:
+        rest, has_rest = None, is_deep or self._wanted.paths
+        if has_rest and self._surface is not None and is_opaque:
+            rest = Rest.ground(self._surface.rgb, self._tint if is_deep else None)
+        elif has_rest and self._tint is not None:
             rest = Rest.glazes(self._tint)
         return PaintedView(
             self._camera,
