@@ -23,8 +23,9 @@ from brushgs.values.paths import Path2D, PathGroup, Paths
 
 STEPS = 17  # places along the axis at which a stroke is looked at
 SHOWN = 0.5  # share of it that shows at a place, from which it is drawn there
-THIN, SLENDER = 4.5, 3.0  # px of a 1000 x 750 picture, width of a line; and its length in widths
-DOT, ROUND = 8.0, 1.5  # the same of a dot: its diameter, and its length in widths
+THIN, SLENDER = 4.5, 1.1  # px of a 1000 x 750 picture, width of a line; and its length in widths
+THIN_PIXELS = 3.0  # of a line in any picture: the low-pass of projection widens thin strokes
+DOT, ROUND = 8.0, 1.1  # the same of a dot: its diameter, and its length in widths
 STRIPS, BINS = 10, 32  # bristles of a brush, and places along them
 COVERED = 0.1  # light that a later coat lets through, below which a line under it is cut
 JOINED, ALIKE = 1.2, 0.25  # widths between pieces of one line, and most difference of their widths
@@ -90,7 +91,7 @@ def _groups(laid: LaidCoat, passed: F64, camera: Camera, names: Sequence[str]) -
 def _are_lines(laid: LaidCoat, camera: Camera) -> Mask:
     """[M] whether the box of a stroke is that of a line."""
     brushes, half = BrushSet.of(laid.coat.texture), laid.boxes.half_extents
-    thin = THIN * canvas_scale(camera.width, camera.height)
+    thin = max(THIN * canvas_scale(camera.width, camera.height), THIN_PIXELS)
     is_thin = (2 * half[:, 1] <= thin) & (half[:, 0] >= SLENDER * half[:, 1])
     return np.asarray(is_thin & (brushes.kind == "image"))
 

@@ -18,6 +18,7 @@ NUM_ROUNDS = 6  # of means over the nearest 16: in total some 100 neighbours
 LOCAL_RANGE = 1.4  # deviations from neighbours that are almost black or white
 LEAST_SPREAD = 0.05  # OKLab L: a smaller spread counts as flat
 DARKEST, LIGHTEST = 0.04, 0.93  # shares of the painted area that become black and white
+ENDS_SEEN = 0.015, 0.985  # the same of areas that are seen, which hidden and distant paint does not falsify
 LEAST_RANGE = 0.15  # minimum OKLab L between them: a scene of one tone is not stretched
 SHADOW, LIGHT = (0.62, 0.40), (0.62, 0.35)  # OKLab L at which they begin, and the range over which they grow
 
@@ -70,7 +71,8 @@ def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5, are
             lightness in the whole scene.
         equalized: 0 to 1: share of the latter that is the rank of the stroke by painted area, so that all
             tones are used equally; the rest is its position between the darkest 4 % and the lightest 7 %.
-        areas: [k] of paint; None for `painted_areas`.
+        areas: [k] of paint as views show it; then only the darkest and the lightest 1.5 % are cut off. None
+            for `painted_areas`.
     """
     if len(strokes) == 0:
         return np.empty(0)
@@ -79,7 +81,7 @@ def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5, are
     order = np.argsort(lightness, kind="stable")
     shares = np.cumsum(paint[order])
     shares /= max(shares[-1], np.finfo(np.float64).tiny)
-    ends = np.searchsorted(shares, (DARKEST, LIGHTEST))
+    ends = np.searchsorted(shares, (DARKEST, LIGHTEST) if areas is None else ENDS_SEEN)
     low, high = lightness[order[np.minimum(ends, len(order) - 1)]]
     missing = max(LEAST_RANGE - (high - low), 0.0)
     equalized *= 1 - missing / LEAST_RANGE  # ranks of equal tones say nothing

@@ -37,10 +37,11 @@ if TYPE_CHECKING:
 
 VALUES = (1.0, 0.58, 0.22, 0.0)  # of the four masses, the darkest first, in shares of the wash
 SHARES = (0.18, 0.42, 0.70)  # of the picture that is darker than each border between two values
-USUAL, LEAST_SPREAD = (0.2, 0.42, 0.66), 0.1  # tones of these borders for masses of a smaller spread
+# Share of a border that is so by area; its tone else, and always where the masses spread less than this.
+BY_AREA, USUAL, LEAST_SPREAD = 0.4, (0.2, 0.42, 0.66), 0.1
 MASSED = 0.75  # share of the soft tone that is one of the values; the rest follows the tone
 REACH = 0.8  # of a mass, relative to the strokes
-WAVE = 0.09  # of the noise by which edges are rubbed, in the extent of the strokes
+WAVE = 0.25  # of the noise by which edges are rubbed, in the extent of the strokes
 LEAST_MARK = 0.1  # opacity of the faintest mark, relative to the darkest
 PRESSED = 1.3  # power of the darkness of marks
 ACCENT = (0.05, 0.14)  # tones at which accents are pressed most, and from which there are none
@@ -125,9 +126,9 @@ def _masses(materials: Materials) -> Coat:
 
 
 def _borders(mass: F64, areas: F64) -> F64:
-    """[3] borders between the four values; in a scene of one tone the usual ones."""
+    """[3] borders between the four values: by area and by tone; in a scene of one tone by tone alone."""
     found, ends = _quantiles(mass, areas, SHARES), _quantiles(mass, areas, (0.1, 0.9))
-    spread = min(float(ends[1] - ends[0]) / LEAST_SPREAD, 1.0)
+    spread = BY_AREA * min(float(ends[1] - ends[0]) / LEAST_SPREAD, 1.0)
     return spread * found + (1 - spread) * np.array(USUAL)
 
 
