@@ -132,6 +132,7 @@ SCENE_SUFFIXES = suffixes_of(_WRITTEN["scene"])  # that a scene may be written t
 # That the strokes of a painting are exported to; a .glb has them as textured rectangles.
 STROKE_SUFFIXES = tuple(suffix for suffix in SCENE_SUFFIXES if suffix not in QUAD_SUFFIXES)
 PICTURE_SUFFIXES = suffixes_of(_WRITTEN["picture"])
+DRAWING_SUFFIXES = suffixes_of(_WRITTEN["drawing"])  # of strokes as paths
 VIDEO_FORMATS = _WRITTEN["video"]
 VIDEO_SUFFIXES = suffixes_of(VIDEO_FORMATS)
 # What may lie beside a scene, where trainers and captures keep cameras: files, and the folder of a model.
@@ -156,6 +157,11 @@ def holds_depth(path: str | Path) -> bool:
     """Whether a picture that is written to this path holds the depth of the frame."""
     picture_format = find_written("picture", path)
     return picture_format is not None and picture_format.holds_depth
+
+
+def is_drawing(path: str | Path) -> bool:
+    """Whether strokes are written to this path as paths."""
+    return find_written("drawing", path) is not None
 
 
 def holds_alpha(path: str | Path) -> bool:

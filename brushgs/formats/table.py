@@ -152,6 +152,10 @@ _PICTURES = (
     Format("AVIF", "picture", (".avif",), write="pictures.libav:write_avif", bits=(8, 10),
         note="8 or 10 bit", holds_alpha=False, holds_metadata=False),
 )
+_DRAWINGS = (
+    Format("SVG", "drawing", (".svg",), write="pictures.svg:write_svg",
+        note="strokes as paths, in layers by coat and region"),
+)
 VIDEO_CODECS: Mapping[str, VideoCodec] = {
     # One chroma sample for each 2 x 2 pixels, so sides are even; x264 refuses longer ones.
     "h264": VideoCodec("H.264", "pictures.libav:open_h264", max_side=16384, has_even_sides=True),
@@ -180,4 +184,5 @@ _STYLES = (
         note="what was learnt of a painting"),
 )
 # fmt: on
-FORMATS: tuple[Format, ...] = (*_SCENES, *_CLIPS, *_CAMERAS, *_GUIDES, *_PICTURES, *_VIDEOS, *_STYLES)
+_SHOWN = (*_PICTURES, *_DRAWINGS, *_VIDEOS)
+FORMATS: tuple[Format, ...] = (*_SCENES, *_CLIPS, *_CAMERAS, *_GUIDES, *_SHOWN, *_STYLES)

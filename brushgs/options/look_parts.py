@@ -86,7 +86,7 @@ class ColorConfig(Options, frozen=True):
     pigments: Annotated[int, option("number of pigments to mix colours from, 2 or more; 0: any colour",
         ge=0, le=MAX_PIGMENTS)] = 0
     pure: Annotated[float, share("how far strokes move to the colour of their pigment", flag=None)] = 0.85
-    gray: Annotated[bool, in_files("keep only lightness")] = False
+    gray: Annotated[bool, in_files("keep only lightness, of strokes and of what lies behind them")] = False
     values: Annotated[float, share("how far the tonal range is expanded to that of a painting, with lights "
         "warmer than darks #contrast #range")] = 0.0
     # fmt: on

@@ -76,14 +76,16 @@ class SoftMedium(DrawingMedium, frozen=True):
 
 
 class Charcoal(SoftMedium, frozen=True):
-    """Charcoal and chalk."""
+    """Charcoal, a rubber and chalk."""
 
     kind = "charcoal"
     has_own_color = True
     color: Code = "#171615"
-    middle: Annotated[float, share("tone up to which marks are made", flag=None)] = 0.7
-    white: Annotated[float, share("tone from which chalk is laid; 1 for nowhere", flag=None)] = 1.0
-    chalk: Annotated[float, share("opacity of chalk", flag=None)] = 0.8
+    rub: Annotated[float, share("how far the edges of masses are rubbed", flag=None)] = 0.6
+    middle: Annotated[float, share("tone up to which marks are made", flag=None)] = 0.6
+    accents: Annotated[float, share("opacity of marks in the darkest tones; 0 for none", flag=None)] = 0.9
+    rubber: Annotated[float, share("opacity of lights taken out with a rubber; 0 for none", flag=None)] = 0.8
+    chalk: Annotated[float, share("opacity of chalk in the lightest tones; 0 for none", flag=None)] = 0.9
     chalk_dry: Annotated[float, share("`dry` of chalk", flag=None)] = 0.34
 
 

@@ -96,3 +96,10 @@ def shown_areas(gaussians: Gaussians, cameras: Sequence[Camera]) -> NDArray[np.f
     for ids, shares in view_by_view(look, cameras, len(gaussians)):
         add_rows(areas, ids, shares)
     return areas / max(len(cameras), 1)
+
+
+def some_small(cameras: Sequence[Camera], most: int, side: int) -> list[Camera]:
+    """At most `most` cameras, evenly spread, with at most `side` pixels on the longer side."""
+    rows = np.unique(np.linspace(0, len(cameras) - 1, min(len(cameras), most)).round().astype(int))
+    chosen = (cameras[row] for row in rows)
+    return [camera.in_side(min(side, max(camera.width, camera.height))) for camera in chosen]

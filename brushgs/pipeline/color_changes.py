@@ -143,13 +143,13 @@ def _shown(strokes: Gaussians, cameras: Sequence[Camera]) -> Array:
     return painted_weights(strokes)
 
 
-def adjust_change(config: AdjustConfig) -> FittedMap:
-    """The change of `--adjust` and `--swap`."""
+def adjust_change(config: AdjustConfig, *, is_gray: bool = False) -> FittedMap:
+    """The change of `--adjust` and `--swap`; then grey if `is_gray`."""
 
     def fit(strokes: Gaussians) -> ColorMap:
-        from brushgs.passes.color.adjust import adjust_map
+        from brushgs.passes.color.adjust import Gray, adjust_map
 
-        return adjust_map(config)
+        return Chain([adjust_map(config), Gray()]) if is_gray else adjust_map(config)
 
     return FittedMap(fit)
 
@@ -163,17 +163,23 @@ class Changes:
         adjust: the adjustments.
         first_view: of the scene; None if no style needs it.
         cameras: see `style_change`.
+        is_gray: whether all colours become grey in the end.
     """
 
     styles: Styles | None
     adjust: AdjustConfig
     first_view: FirstView | None = None
     cameras: Sequence[Camera] = ()
+    is_gray: bool = False
 
     @property
     def are_any(self) -> bool:
         """Whether there are any changes."""
-        return self.styles is not None or self.adjust.changes
+        return self.styles is not None or self._adjusts
+
+    @property
+    def _adjusts(self) -> bool:
+        return self.adjust.changes or self.is_gray
 
     @cached_property
     def _style(self) -> FittedMap | None:
@@ -181,7 +187,7 @@ class Changes:
 
     @cached_property
     def _adjust(self) -> FittedMap | None:
-        return adjust_change(self.adjust) if self.adjust.changes else None
+        return adjust_change(self.adjust, is_gray=self.is_gray) if self._adjusts else None
 
     def style_passes(self) -> list[StrokePass]:
         """The stage of styles, if there are any."""
@@ -204,7 +210,8 @@ class Changes:
         """The stage of adjustments, if any: the last colour change, so that grey stays grey."""
         if self._adjust is None:
             return []
-        return [StrokePass("adjust", f"with {described(self.adjust)}", self._adjust)]
+        words = [described(self.adjust)] * self.adjust.changes + ["grey"] * self.is_gray
+        return [StrokePass("adjust", f"with {', '.join(words)}", self._adjust)]
 
     def backdrop(self, strokes: Gaussians) -> Gaussians:
         """Recolor strokes of a backdrop, after the stages ran."""

@@ -285,8 +285,27 @@ def write_picture(
     """Write the picture on its background, with layers and metadata if the format holds them."""
     with report.stage("write") as stage:
         from brushgs.formats.pictures.images import write_frame
+        from brushgs.formats.registry import is_drawing
 
-        write_frame(frame, path, background=background, bits=config.output.bits, shot=shot)
+        if is_drawing(path):
+            _write_paths(frame, path, background, shot, stage)
+        else:
+            write_frame(frame, path, background=background, bits=config.output.bits, shot=shot)
         ground = config.draw.background
         stage.did = f"{path}, on {ground}"
-        stage.counts = {"path": str(path), "bytes": path.stat().st_size, "background": ground}
+        stage.counts |= {"path": str(path), "bytes": path.stat().st_size, "background": ground}
+
+
+def _write_paths(frame: Frame, path: Path, background: Background, shot: "Shot | None", stage: Stage) -> None:
+    """Write the strokes of a frame as paths; a picture behind them becomes its mean colour."""
+    from brushgs.formats.pictures.svg import write_svg
+
+    paths = frame.paths
+    assert paths is not None, "they were wanted of the frame"
+    if paths.ground is None and background is not None:
+        red, green, blue = np.asarray(background, np.float64).reshape(-1, 3).mean(axis=0)
+        paths = replace(paths, ground=(float(red), float(green), float(blue)))
+    write_svg(paths, path, shot=shot)
+    num = sum(len(group.paths) for group in paths.groups)
+    stage.details.append(f"{num:,} paths in {len(paths.groups)} groups, without light, tooth and streaks")
+    stage.counts = {"paths": num}

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from brushgs.options.painting import PaintConfig
-from brushgs.pipeline.lamp import some_small
 from brushgs.pipeline.media.materials import ACCENTS, Materials
 from brushgs.pipeline.media.media import coats_of
 from brushgs.pipeline.report import Report, Stage
@@ -23,7 +22,7 @@ from brushgs.rendering.plain import PlainViews
 from brushgs.values.arrays import F64, Array
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.sh import base_colors, shift_base_colors
+from brushgs.values.sh import base_colors, in_colors, shift_base_colors
 
 if TYPE_CHECKING:
     from brushgs.passes.add.stage_ground import Ground
@@ -58,7 +57,9 @@ def seen_small(cameras: Sequence[Camera], backdrop: Sequence[Coat], materials: M
         backdrop: the coat of the backdrop, or none.
         materials: of the strokes.
     """
-    subject, behind, seen = _alone(coats_of(materials)), _alone(backdrop), Seen([], [])
+    from brushgs.passes.seen import some_small
+
+    subject, behind, seen = Painting.alone(coats_of(materials)), Painting.alone(backdrop), Seen([], [])
     for camera in some_small(cameras, MOST_VIEWS, SIDE):
         picture = np.asarray(materials.paper, np.float32)
         frame = subject.frame(camera)
@@ -67,16 +68,6 @@ def seen_small(cameras: Sequence[Camera], backdrop: Sequence[Coat], materials: M
         seen.pictures.append(picture)
         seen.coverages.append(frame.alpha)
     return seen
-
-
-def _alone(coats: Sequence[Coat]) -> Painting:
-    """Coats without ground and relief, drawn as a still: tracks exist only in the views of a path."""
-
-    def still(options: RenderOptions) -> RenderOptions:
-        flat = replace(options, order="depth", relief=None, depth=False)
-        return replace(flat, lock="anchor") if flat.lock in ("track", "canonical") else flat
-
-    return Painting(tuple(replace(coat, options=still(coat.options)) for coat in coats))
 
 
 def with_values(
@@ -115,6 +106,7 @@ def with_values(
         seen = seen_small(cameras, backdrop, materials)
         before = () if views is None else views.frames[:1]
         values = fit_values(seen.pictures, seen.coverages, strength=strength, before=before)
+        values = values.without_warmth if config.color.gray else values
         _describe(stage, values, seen)
     laid = [replace(coat, strokes=values.strokes(coat.strokes)) for coat in backdrop]
     return laid, replace(materials, strokes=values.strokes(materials.strokes)), values
@@ -214,6 +206,10 @@ def with_accents(
         rows = nearest_rows(made, found)
         shifts = base_colors(materials.strokes.sh) - base_colors(made.sh)
         found = shift_base_colors(found, shifts[rows])
+        if config.color.gray:
+            from brushgs.passes.color.adjust import Gray
+
+            found = in_colors(found, Gray().colors(base_colors(found.sh)))
         if materials.strokes.brushes is not None:
             found = replace(found, brushes=materials.strokes.brushes[rows])
         return [materials.marks(ACCENTS, nearest_regions(materials.strokes, found), dry=0.0)]

@@ -61,6 +61,8 @@ class Key:
         """
         if light.key == 0 or site is None:
             return None
+        from brushgs.passes.seen import some_small
+
         small = some_small(cameras, MOST_VIEWS, SMALL)
         is_inside = first_view is not None and first_view.eye is not None
         return cls(light.key * (INSIDE if is_inside else 1), site, small, is_inside)
@@ -80,13 +82,6 @@ class Key:
         what = f"lit, warm in the light and cool in the shade, by {self.strength:g}"
         counts = {"strength": self.strength, "towards": [round(x, 3) for x in self.site.towards.tolist()]}
         return StrokePass("key", what, lit, skip, counts)
-
-
-def some_small(cameras: Sequence[Camera], most: int, side: int) -> list[Camera]:
-    """At most `most` cameras, evenly spread, with at most `side` pixels on the longer side."""
-    rows = np.unique(np.linspace(0, len(cameras) - 1, min(len(cameras), most)).round().astype(int))
-    chosen = (cameras[row] for row in rows)
-    return [camera.in_side(min(side, max(camera.width, camera.height))) for camera in chosen]
 
 
 def check_sun(light: LightConfig, *, is_film: bool, is_moving: bool) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.options import rasterize_with
+from brushgs.rendering.options import RenderOptions, rasterize_with
 from brushgs.rendering.project import Directions
 from brushgs.rendering.wanted import NOTHING, Wanted
 from brushgs.values.arrays import Array
@@ -152,10 +152,10 @@ class Canvas:
         from brushgs.rendering.layers import PaintedView
 
         is_opaque, is_deep = self._surface is not None and not self._is_transparent, self._wanted.deep
-        rest = None
-        if is_deep and self._surface is not None and is_opaque:
-            rest = Rest.ground(self._surface.rgb, self._tint)
-        elif is_deep and self._tint is not None:
+        rest, has_rest = None, is_deep or self._wanted.paths
+        if has_rest and self._surface is not None and is_opaque:
+            rest = Rest.ground(self._surface.rgb, self._tint if is_deep else None)
+        elif has_rest and self._tint is not None:
             rest = Rest.glazes(self._tint)
         return PaintedView(
             self._camera,
@@ -195,6 +195,17 @@ class Painting:
     is_moving: bool = False
     region_names: tuple[str, ...] = ()
     day: "Day | None" = None
+
+    @classmethod
+    def alone(cls, coats: Sequence[Coat]) -> "Painting":
+        """Coats without ground and relief, drawn as a still: tracks exist only in the views of a path."""
+
+        def still(options: RenderOptions) -> RenderOptions:
+            flat = replace(options, order="depth", relief=None)
+            return replace(flat, lock="anchor") if flat.lock in ("track", "canonical") else flat
+
+        coats = tuple(replace(coat, options=still(coat.options)) for coat in coats)
+        return cls(coats).with_depth(False)
 
     def canvas(self, camera: Camera, wanted: Wanted = NOTHING) -> "Canvas":
         """The bare canvas of one view, with requested layers."""

@@ -84,7 +84,7 @@ class Coat:
         return replace(self, strokes=strokes, normals=normals, nested=nested, plain=plain, fields=fields)
 
     def showing(self, plain: Gaussians) -> "Coat":
-        """The coat with plain Gaussians among its strokes.
+        """The coat with plain Gaussians among its strokes; without its effect, which would change them too.
 
         Raises:
             ValueError: if its strokes use a kernel other than that of 3DGS.
@@ -92,7 +92,7 @@ class Coat:
         from brushgs.rendering.among import with_soft_brush
 
         texture, options = with_soft_brush(self.texture, self.options)
-        return replace(self, texture=texture, options=options, plain=plain)
+        return replace(self, texture=texture, options=options, plain=plain, effect=None)
 
     def boxes(self, camera: Camera, directions: Directions | None = None) -> tuple[Boxes, ProjectCounts]:
         """The boxes of one view, and cull counts."""

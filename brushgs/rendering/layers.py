@@ -60,6 +60,17 @@ def with_layers(view: PaintedView, wanted: "Wanted") -> Frame:
     frame, layers = view.frame, _picture_layers(view, wanted)
     if not wanted.needs_strokes:
         return replace(frame, layers=layers)
+    paths = None
+    if wanted.paths:
+        from brushgs.rendering.paths import paths_of
+
+        ground = None
+        if view.is_opaque and view.rest is not None:
+            red, green, blue = np.asarray(view.rest.rgb, np.float64).reshape(-1, 3).mean(axis=0)
+            ground = float(red), float(green), float(blue)
+        paths = paths_of(view.laid, view.camera, ground, view.region_names)
+        if not (wanted.deep or wanted.layers):
+            return replace(frame, paths=paths)
     marks = Marks(view.laid, view.camera, frame.rgb.dtype)
     mattes = _mattes(view, marks, wanted)
     normal = NormalMaker(marks) if "normal" in wanted.layers else None
@@ -74,7 +85,7 @@ def with_layers(view: PaintedView, wanted: "Wanted") -> Frame:
     if normal is not None:
         layers["normal"] = normal.normals
     layers |= places.planes | {name: matte.result() for name, matte in mattes.items()}
-    return replace(frame, layers=layers, deep=None if deep is None else deep.result())
+    return replace(frame, layers=layers, deep=None if deep is None else deep.result(), paths=paths)
 
 
 def _picture_layers(view: PaintedView, wanted: "Wanted") -> dict[str, Layer]:

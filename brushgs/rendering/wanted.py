@@ -41,6 +41,7 @@ class Wanted:
         layers: names of `LAYERS`.
         deep: whether deep samples are requested.
         following: the next frame, required for "motion".
+        paths: whether the strokes are requested as paths.
 
     Raises:
         ValueError: if a layer is unknown.
@@ -49,6 +50,7 @@ class Wanted:
     layers: tuple[str, ...] = ()
     deep: bool = False
     following: Following | None = None
+    paths: bool = False
 
     def __post_init__(self) -> None:
         if unknown := [name for name in self.layers if name not in LAYERS]:
@@ -57,12 +59,12 @@ class Wanted:
     @property
     def is_any(self) -> bool:
         """Whether anything is requested."""
-        return bool(self.layers) or self.deep
+        return bool(self.layers) or self.deep or self.paths
 
     @property
     def needs_strokes(self) -> bool:
         """Whether all fragments of each pixel are needed."""
-        return self.deep or not OF_STROKES.isdisjoint(self.layers)
+        return self.deep or self.paths or not OF_STROKES.isdisjoint(self.layers)
 
 
 NOTHING = Wanted()

@@ -11,6 +11,7 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.values.arrays import Array
 from brushgs.values.colors import rgb_of
 from brushgs.values.layers import DeepSamples, Layer
+from brushgs.values.paths import Paths
 from brushgs.values.png import png_bytes
 
 _SHOWN_SIDE = 1024  # pixels: notebooks store what they show, and their columns are about this wide
@@ -37,6 +38,7 @@ class Frame:
             "stroke", "brush", "region", "layer". Any request adds "paint" [H, W], the coverage by paint, also
             under an opaque ground.
         deep: all strokes of each pixel, if requested; else None.
+        paths: the strokes as paths, if requested; else None.
 
     Example:
         >>> frame = bg.render(strokes, camera, "flat")
@@ -52,6 +54,7 @@ class Frame:
     height: Array | None = None  # [H, W]
     layers: Mapping[str, Layer] = field(default_factory=dict, kw_only=True)
     deep: DeepSamples | None = field(default=None, kw_only=True)
+    paths: Paths | None = field(default=None, kw_only=True)
 
     def __repr__(self) -> str:
         height, width = self.alpha.shape

@@ -112,7 +112,7 @@ def test_only_plain_strokes_are_bare(scene, look):
     assert is_bare(found) == (look == "plain")
     coat = main_coat(found)
     assert coat.options.lock == "track"
-    assert coat.name not in ("backdrop", "wash", "smudge")
+    assert coat.name not in ("backdrop", "wash", "masses")
     assert (behind(found) is None) == (look == "plain")
 
 

@@ -14,7 +14,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.files import check_plain, exists
 from brushgs.formats.pictures.images import MAX_PIXELS, find_format, suffixed
 from brushgs.formats.pictures.shot import Origin, Shot
-from brushgs.formats.registry import VIDEO_FORMATS
+from brushgs.formats.registry import VIDEO_FORMATS, is_drawing
 from brushgs.formats.registry import by_suffix as by_suffix
 from brushgs.values.camera import Camera
 from brushgs.version import __version__
@@ -76,7 +76,12 @@ def read_metadata(path: Path) -> Metadata | None:
     Raises:
         SceneError: if there is no such file, or it is no picture or video that can be read.
     """
-    text = _comment(path) if by_suffix(VIDEO_FORMATS, path) else _description(path)
+    if is_drawing(path):
+        from brushgs.formats.pictures.svg import read_description
+
+        text = read_description(path)
+    else:
+        text = _comment(path) if by_suffix(VIDEO_FORMATS, path) else _description(path)
     try:
         return msgspec.json.decode(text, type=Metadata)
     except (msgspec.DecodeError, RecursionError):

@@ -101,7 +101,7 @@ def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
         options = coat.options
         of_coat = {
             "glazes cover what lies below in the file, they do not multiply it": coat.blend == "glaze",
-            "what runs or gathers on the paper is not in the file: its strokes lie there one by one": (
+            "what is rubbed, runs or gathers on the paper is not in the file: strokes lie there one by one": (
                 coat.effect is not None
             ),
             "streaks of bristles are not in the file": options.streaks > 0,

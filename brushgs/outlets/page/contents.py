@@ -164,7 +164,9 @@ def page_contents(
     """
     collected = _Collected()
     if any(coat.effect is not None for coat in painting.coats):
-        collected.omit("what runs or gathers on the paper is not in the page: strokes lie there one by one")
+        collected.omit(
+            "what is rubbed, runs or gathers on the paper is not in the page: strokes lie one by one"
+        )
     painting = painting.without_effects()
     coats = [_coat(number, coat, view.center, collected) for number, coat in enumerate(painting.coats)]
     surface = None if painting.surface is None else _surface(painting.surface, collected)

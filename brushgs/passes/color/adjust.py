@@ -52,6 +52,21 @@ def adjust_map(config: AdjustConfig) -> ColorMap:
 
 
 @dataclass(frozen=True, eq=False)
+class Gray:
+    """Colours without chroma, in the same OKLab lightness: a `ColorMap`."""
+
+    def colors(self, rgb: F64, features: "StrokeFeatures | None" = None) -> F64:
+        """See `ColorMap`."""
+        lab = oklab_of(rgb)
+        lab[:, 1:] = 0
+        return rgb_of_oklab(lab)
+
+    def slopes(self, rgb: F64, after: F64, features: "StrokeFeatures | None" = None) -> F64:
+        """See `ColorMap`."""
+        return difference_slopes(self, rgb)
+
+
+@dataclass(frozen=True, eq=False)
 class Swap:
     """A swap of one colour and its shades for another: a `ColorMap`.
 

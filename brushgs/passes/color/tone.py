@@ -12,10 +12,13 @@ from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, shift_base_colors
 
+NUM_MASS_ROUNDS = 3  # of means over the nearest 16
+ALIKE = 0.1  # difference of tones that are one mass, standard deviation
 NUM_ROUNDS = 6  # of means over the nearest 16: in total some 100 neighbours
 LOCAL_RANGE = 1.4  # deviations from neighbours that are almost black or white
 LEAST_SPREAD = 0.05  # OKLab L: a smaller spread counts as flat
 DARKEST, LIGHTEST = 0.04, 0.93  # shares of the painted area that become black and white
+ENDS_SEEN = 0.015, 0.985  # the same of areas that are seen, which hidden and distant paint does not falsify
 LEAST_RANGE = 0.15  # minimum OKLab L between them: a scene of one tone is not stretched
 SHADOW, LIGHT = (0.62, 0.40), (0.62, 0.35)  # OKLab L at which they begin, and the range over which they grow
 
@@ -59,7 +62,14 @@ def grade(
     return shift_base_colors(strokes, np.clip(rgb_of_oklab(graded), 0, 1) - colors)
 
 
-def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5, paint: F64 | None = None) -> F64:
+def tones(
+    strokes: Gaussians,
+    *,
+    local: float = 0.5,
+    equalized: float = 0.5,
+    areas: F64 | None = None,
+    ends: tuple[float, float] = (DARKEST, LIGHTEST),
+) -> F64:
     """The tone of each stroke, [k] 0 (black) to 1 (white).
 
     Args:
@@ -68,23 +78,49 @@ def tones(strokes: Gaussians, *, local: float = 0.5, equalized: float = 0.5, pai
             lightness in the whole scene.
         equalized: 0 to 1: share of the latter that is the rank of the stroke by painted area, so that all
             tones are used equally; the rest is its position between the darkest 4 % and the lightest 7 %.
-        paint: [k] painted area of each stroke, any unit; None for that of its own size and opacity.
+        areas: [k] of paint, such as views show it, any unit; None for `painted_areas`.
+        ends: shares of it that become black and white.
     """
     if len(strokes) == 0:
         return np.empty(0)
     lightness = oklab_of(base_colors(strokes.sh))[:, 0]
-    if paint is None or not paint.any():
-        paint = painted_areas(strokes)
+    paint = areas if areas is not None and areas.any() else painted_areas(strokes)
     order = np.argsort(lightness, kind="stable")
     shares = np.cumsum(paint[order])
     shares /= max(shares[-1], np.finfo(np.float64).tiny)
-    ends = np.searchsorted(shares, (DARKEST, LIGHTEST))
-    low, high = lightness[order[np.minimum(ends, len(order) - 1)]]
-    plain = np.clip((lightness - low) / np.maximum(high - low, LEAST_RANGE), 0, 1)
+    places = np.searchsorted(shares, ends)
+    low, high = lightness[order[np.minimum(places, len(order) - 1)]]
+    missing = max(LEAST_RANGE - (high - low), 0.0)
+    equalized *= 1 - missing / LEAST_RANGE  # ranks of equal tones say nothing
+    low = low * (1 - missing)  # so that the tone of a scene of one lightness is that lightness
+    plain = np.clip((lightness - low) / max(high - low, LEAST_RANGE), 0, 1)
     ranks = np.empty(len(order))
     ranks[order] = shares
     tone = (1 - equalized) * plain + equalized * ranks
     return np.asarray((1 - local) * tone + local * _local_tones(strokes, lightness, paint) if local else tone)
+
+
+def masses(strokes: Gaussians, tones: F64, areas: F64) -> F64:
+    """Tones of the large masses that strokes belong to: means over neighbours of nearly their own tone.
+
+    A bilateral filter over strokes in space instead of pixels, so it is the same in every view.
+    Source: Tomasi and Manduchi 1998.
+
+    Args:
+        strokes: k strokes.
+        tones: [k] of them.
+        areas: [k] of paint, the weights.
+
+    Returns:
+        [k] 0 to 1.
+    """
+    others = nearest_others(strokes.means.astype(np.float64), NUM_NEIGHBORS)
+    rows = np.concatenate([np.arange(len(strokes))[:, None], others], axis=1)
+    weights = (np.sqrt(areas) + np.finfo(np.float64).tiny)[rows]
+    for _ in range(NUM_MASS_ROUNDS):
+        alike = weights * np.exp(-0.5 * ((tones[rows] - tones[:, None]) / ALIKE) ** 2)
+        tones = (alike * tones[rows]).sum(axis=1) / alike.sum(axis=1)
+    return tones
 
 
 def painted_areas(strokes: Gaussians) -> F64:

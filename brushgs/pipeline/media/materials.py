@@ -33,6 +33,7 @@ ACCENTS = "accents"  # of pure lights and darks, which are laid last
 Color = tuple[float, float, float]
 CONTOUR_STRENGTH = 0.35  # of edges from which styles have contours
 CONTOUR_OVERLAP = 1.7  # of their pieces, which are wide: with less the overlaps of their soft ends show
+SIDE, MOST_VIEWS = 240, 3  # pixels, longer side of the views in which areas are measured, and their number
 LINE_TOLERANCE = (
     20.0  # times that of marks: a line is thin, and its own size says little about what it lies on
 )
@@ -82,6 +83,15 @@ class Materials:
         from brushgs.passes.color.tone import tones
 
         return tones(self.strokes, local=self.color.local, equalized=self.color.equalize)
+
+    @cached_property
+    def areas(self) -> "F64":
+        """[N] paint of each stroke in the views of the job; in space if no view shows any."""
+        from brushgs.passes.color.tone import painted_areas
+        from brushgs.passes.seen import shown_areas, some_small
+
+        areas = shown_areas(self.strokes, some_small(self.cameras, MOST_VIEWS, SIDE))
+        return areas if areas.any() else painted_areas(self.strokes)
 
     @cached_property
     def solidity(self) -> "F64":

@@ -31,7 +31,7 @@ def keyed_tones(materials: Materials) -> F64:
     if sight is None:
         return materials.tones
     areas = sight.seen_areas(strokes, materials.options.num_threads)
-    tones = tones_of(strokes, local=color.local, equalized=color.equalize, paint=areas)
+    tones = tones_of(strokes, local=color.local, equalized=color.equalize, areas=areas)
     shares = numbers_of(TonalMedium, materials).key * sight.focus_of(strokes)
     inside = np.flatnonzero(shares > 0)
     if len(inside) < 2:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from brushgs.options.direction import Direction
 from brushgs.options.look_parts import ColorConfig
+from brushgs.options.media import Medium
 from brushgs.options.painting import ClusterConfig, PaletteConfig, StrokesConfig
 from brushgs.options.styling import AdjustConfig
 from brushgs.pipeline.color_changes import Changes, palette_passes
@@ -92,12 +93,16 @@ def colors(
     styles: Styles | None,
     regions: Regions | None,
     adjust_config: AdjustConfig,
+    color_config: ColorConfig,
+    media_config: Medium,
     stance: Later[FirstView | None],
     plain_views: "PlainViews | None",
 ) -> Changes:
     """The colour changes that do not come from the scene, fitted to the first strokes."""
     seen = stance() if styles is not None or regions is not None else None
-    return Changes(styles, adjust_config, seen, () if plain_views is None else plain_views.cameras)
+    cameras = () if plain_views is None else plain_views.cameras
+    is_gray = color_config.gray and not media_config.has_own_color  # such media have no other colours
+    return Changes(styles, adjust_config, seen, cameras, is_gray)
 
 
 @anew

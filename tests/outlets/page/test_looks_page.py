@@ -20,7 +20,7 @@ SIZES = {"linen": (320, 240), "paper": (240, 180), "none": (160, 120)}  # at whi
 FAITHFUL = {"charcoal": 0.98}  # share of pixels within 4 of 255, 0.99 else: its stage is 6000 faint marks
 # of half floats, pressed through the tooth, which multiplies a difference by five: measured 0.987
 UNLIT = ("watercolour", "charcoal", "ink", "hatching", "stippling", "plain")  # looks without a lamp
-GATHERED = "what runs or gathers on the paper is not in the page: strokes lie there one by one"
+GATHERED = "what is rubbed, runs or gathers on the paper is not in the page: strokes lie one by one"
 
 
 def room():
@@ -69,7 +69,10 @@ def scene():
     [(look, None) for look in LOOKS] + [(look, 0.6) for look in ("watercolour", "charcoal")],
 )
 def test_the_page_paints_every_look_as_the_exact_renderer_does(studio, scene, look, relief):
-    """Oil is within 64 dB, gouache 62, impressionist 61, watercolour 59, plain 55, ink 52, charcoal 45."""
+    """Oil is within 64 dB, gouache 62, impressionist 61, watercolour 59, plain 55, ink 52, charcoal 45.
+
+    Effects are left out of the page, and named.
+    """
     config = Look.open(look).config
     light = config.light if relief is None else replace(config.light, relief=relief)
     config = replace(

@@ -1,0 +1,152 @@
+"""Write strokes as paths in SVG: layers by coat and region, and a page in the colour of the ground.
+
+Source: W3C, Scalable Vector Graphics (SVG) 1.1; `inkscape:groupmode` makes a group a layer in Inkscape, and
+in vpype, which plots it.
+"""
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+
+from brushgs.errors import SceneError
+from brushgs.formats.files import open_plain, replacing
+from brushgs.formats.pictures.metadata import metadata_text
+from brushgs.formats.pictures.shot import Shot
+from brushgs.values.arrays import F64
+from brushgs.values.paths import Path2D, PathGroup, Paths
+
+TENTHS = 10  # coordinates are rounded to tenths of a pixel
+MOST_GRADIENTS, COLOR_STEPS = 400, (255, 63, 31, 15, 6)  # of soft ellipses: one for each of their colours
+STOPS = 9  # of the gradient of a soft ellipse
+_NAME = re.compile(r"[^a-zA-Z0-9]+")
+_MOST_TEXT = 1 << 17  # bytes at the start of a file in which its metadata stand
+
+
+def write_svg(paths: Paths, path: str | Path, *, shot: Shot | None = None) -> None:
+    """Write paths to a file; equal paths give equal bytes.
+
+    Args:
+        paths: the strokes.
+        path: the name of the file; it appears when it is complete.
+        shot: for its metadata; None for none.
+
+    Raises:
+        SceneError: if the file cannot be written.
+    """
+    text = "".join(_lines_of(paths, metadata_text(shot)))
+    with replacing(path) as temporary:
+        try:
+            temporary.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise SceneError(path, f"cannot be written ({error.strerror})") from None
+
+
+def read_description(path: Path) -> str:
+    """The metadata that `write_svg` wrote; "" if there are none."""
+    with open_plain(path, "picture") as file:
+        begin = file.read(_MOST_TEXT).decode("utf-8", "replace")
+    found = re.search(r"<desc>(.*?)</desc>", begin, re.DOTALL)
+    return "" if found is None else found[1].replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
+
+
+def _lines_of(paths: Paths, description: str) -> Iterator[str]:
+    size = f'width="{paths.width}" height="{paths.height}" viewBox="0 0 {paths.width} {paths.height}"'
+    spaces = 'xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
+    yield f'<?xml version="1.0" encoding="UTF-8"?>\n<svg {spaces} {size}>\n'
+    if description:
+        yield f"<desc>{escape(description)}</desc>\n"
+    if any(group.multiplies for group in paths.groups):
+        yield "<style>.glaze *{mix-blend-mode:multiply}</style>\n"
+    soft = [path for group in paths.groups for path in group.paths if path.kind == "soft"]
+    if soft:
+        steps = next(n for n in COLOR_STEPS if len({_code(path, n) for path in soft}) <= MOST_GRADIENTS)
+        yield from _gradients(sorted({_code(path, steps) for path in soft}))
+    if paths.ground is not None:
+        color = "#" + "".join(f"{round(255 * min(max(one, 0), 1)):02x}" for one in paths.ground)
+        yield f'<rect id="page" width="{paths.width}" height="{paths.height}" fill="{color}"/>\n'
+    coat, number, steps = "", 0, steps if soft else 255
+    for group in paths.groups:
+        if group.coat != coat:
+            number += 1
+            yield ("</g>\n" if coat else "") + _layer(f"{number}-{group.coat}", group.coat, group)
+        coat = group.coat
+        if group.region:
+            yield _layer(f"{number}-{group.coat}-{group.region}", group.region, None)
+        for path in group.paths:
+            yield _shape(path, steps)
+        if group.region:
+            yield "</g>\n"
+    yield ("</g>\n" if coat else "") + "</svg>\n"
+
+
+def _layer(name: str, label: str, group: PathGroup | None) -> str:
+    style = ""
+    if group is not None:
+        style = ' stroke-linecap="round" stroke-linejoin="round"' + ' class="glaze"' * group.multiplies
+    identity = "coat-" + _NAME.sub("-", name).strip("-").lower()
+    return f'<g id="{identity}" inkscape:label={quoteattr(label)} inkscape:groupmode="layer"{style}>\n'
+
+
+def _gradients(codes: list[str]) -> Iterator[str]:
+    """A soft ellipse of each color: exp(-4.5 r^2), as the kernel of 3DGS, clipped at r = 1."""
+    yield "<defs>\n"
+    for code in codes:
+        stops = "".join(
+            f'<stop offset="{k / STOPS:.2f}" stop-color="{code}" '
+            f'stop-opacity="{math.exp(-4.5 * (k / STOPS) ** 2):.3f}"/>'
+            for k in range(STOPS + 1)
+        )
+        yield f'<radialGradient id="s{code[1:]}">{stops}</radialGradient>\n'
+    yield "</defs>\n"
+
+
+def _code(path: Path2D, steps: int = 255) -> str:
+    """#rrggbb, with each channel in so many steps."""
+    return "#" + "".join(f"{round(255 * round(steps * one) / steps):02x}" for one in path.color)
+
+
+def _shape(path: Path2D, steps: int) -> str:
+    """The element of a path; `steps` of the colours of soft ellipses."""
+    code, opacity = (
+        _code(path, steps if path.kind == "soft" else 255),
+        f"{path.opacity:.2f}".rstrip("0").rstrip(".") or "0",
+    )
+    if path.kind == "line":
+        seen = "" if path.opacity > 0.995 else f' stroke-opacity="{opacity}"'
+        width = f"{max(path.width, 0.01):.2f}"
+        return f'<path d="{_drawn(path.points)}" fill="none" stroke="{code}" stroke-width="{width}"{seen}/>\n'
+    seen = "" if path.opacity > 0.995 else f' fill-opacity="{opacity}"'
+    if path.kind == "area":
+        return f'<path d="{_drawn(path.points)}z" fill="{code}"{seen}/>\n'
+    x, y = path.points[0]
+    if path.kind == "dot":
+        return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{path.width / 2:.2f}" fill="{code}"{seen}/>\n'
+    along, across = path.points[1] - path.points[0], path.points[2] - path.points[0]
+    angle = math.degrees(math.atan2(along[1], along[0]))
+    radii = f'rx="{np.hypot(*along):.1f}" ry="{np.hypot(*across):.1f}"'
+    turned = f'transform="translate({x:.1f} {y:.1f}) rotate({angle:.1f})"'
+    return f'<ellipse {radii} {turned} fill="url(#s{code[1:]})"{seen}/>\n'
+
+
+def _drawn(points: F64) -> str:
+    """Rings or a line in relative steps of rounded points, so that rounding does not add up."""
+    gaps = np.flatnonzero(np.isnan(points[:, 0]))
+    rings = np.split(points, gaps)
+    return "z".join(_ring(ring[k > 0 :]) for k, ring in enumerate(rings))
+
+
+def _ring(points: F64) -> str:
+    tenths = np.rint(points * TENTHS).astype(np.int64)
+    x, y = tenths[0].tolist()
+    steps = " ".join(f"{_number(dx)},{_number(dy)}" for dx, dy in np.diff(tenths, axis=0).tolist())
+    return f"M{_number(x)},{_number(y)}l{steps}"
+
+
+def _number(tenths: int) -> str:
+    whole, rest = divmod(abs(tenths), TENTHS)
+    sign = "-" if tenths < 0 else ""
+    return f"{sign}{whole}.{rest}" if rest else f"{sign}{whole}"

@@ -1,0 +1,262 @@
+"""A painted view -> its strokes as paths, in painting order, without what is hidden.
+
+A stroke is followed along its axis: where the depth test or a later coat hides it, it is cut. Nearer strokes
+of its own coat cover it, as they do in the picture.
+"""
+
+from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import uniform_filter
+
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering.constants import MIN_ALPHA
+from brushgs.rendering.marks import LaidCoat
+from brushgs.rendering.relief import canvas_scale
+from brushgs.values.arrays import F64, Mask, Rows, smoothstep
+from brushgs.values.camera import Camera
+from brushgs.values.paths import Path2D, PathGroup, Paths
+
+STEPS = 17  # places along the axis at which a stroke is looked at
+SHOWN = 0.5  # share of it that shows at a place, from which it is drawn there
+THIN, SLENDER = 4.5, 1.1  # px of a 1000 x 750 picture, width of a line; and its length in widths
+THIN_PIXELS = 3.0  # of a line in any picture: the low-pass of projection widens thin strokes
+DOT, ROUND = 8.0, 1.1  # the same of a dot: its diameter, and its length in widths
+STRIPS, BINS = 10, 32  # bristles of a brush, and places along them
+COVERED = 0.1  # light that a later coat lets through, below which a line under it is cut
+JOINED, ALIKE = 1.2, 0.25  # widths between pieces of one line, and most difference of their widths
+FAINTEST = 2 * MIN_ALPHA  # opacity below which a path is left out
+
+
+class _Runs(NamedTuple):
+    """Shown parts of strokes, [R] each: the box, its first and last place, -1 to 1, and share of paint."""
+
+    boxes: Rows
+    starts: F64
+    ends: F64
+    shares: F64
+
+    def take(self, rows: Rows) -> "_Runs":
+        """Some of them."""
+        return _Runs(self.boxes[rows], self.starts[rows], self.ends[rows], self.shares[rows])
+
+
+def paths_of(
+    laid: Sequence[LaidCoat],
+    camera: Camera,
+    ground: tuple[float, float, float] | None = None,
+    region_names: Sequence[str] = (),
+) -> Paths:
+    """The strokes of a view as paths.
+
+    Args:
+        laid: its coats, in the order of laying.
+        camera: the view.
+        ground: RGB behind them; None for transparent.
+        region_names: from region 1.
+    """
+    groups: list[PathGroup] = []
+    passed = np.ones((camera.height, camera.width))
+    for coat in reversed(laid):
+        groups[:0] = _groups(coat, passed, camera, region_names)
+        if coat.tint is None:
+            passed = passed * (1 - coat.alpha)
+    return Paths(camera.width, camera.height, ground, tuple(groups))
+
+
+def _groups(laid: LaidCoat, passed: F64, camera: Camera, names: Sequence[str]) -> list[PathGroup]:
+    runs = _shown(laid, passed, _are_lines(laid, camera))
+    regions = np.zeros(laid.num_rows, np.intp)
+    own = laid.coat.strokes.regions
+    if own is not None:
+        regions[: len(own)] = own
+    of_runs, depths = regions[laid.boxes.ids[runs.boxes]], laid.boxes.depths[runs.boxes]
+    found = []
+    # What lies farther is painted first, strokes as regions.
+    labels = sorted(np.unique(of_runs), key=lambda label: -float(np.median(depths[of_runs == label])))
+    for label in labels:
+        rows = np.flatnonzero(of_runs == label)
+        some = runs.take(rows)
+        paths = tuple(path for path in _paths(laid, some, camera) if path.opacity >= FAINTEST)
+        name = names[label - 1] if 0 < label <= len(names) else f"region {label}" if label else ""
+        if paths:
+            found.append(PathGroup(laid.coat.name, name, laid.coat.blend == "glaze", paths))
+    return found
+
+
+def _are_lines(laid: LaidCoat, camera: Camera) -> Mask:
+    """[M] whether the box of a stroke is that of a line."""
+    brushes, half = BrushSet.of(laid.coat.texture), laid.boxes.half_extents
+    thin = max(THIN * canvas_scale(camera.width, camera.height), THIN_PIXELS)
+    is_thin = (2 * half[:, 1] <= thin) & (half[:, 0] >= SLENDER * half[:, 1])
+    return np.asarray(is_thin & (brushes.kind == "image"))
+
+
+def _shown(laid: LaidCoat, passed: F64, is_line: Mask) -> _Runs:
+    """The shown parts of the strokes of a coat, the farthest first."""
+    boxes, steps = laid.boxes, np.linspace(-1, 1, STEPS)
+    along = np.stack([np.cos(boxes.angles), np.sin(boxes.angles)], axis=1) * boxes.half_extents[:, :1]
+    points = boxes.centers[:, None] + steps[:, None] * along[:, None]
+    height, width = passed.shape
+    with np.errstate(invalid="ignore"):
+        columns = np.clip(points[..., 0], 0, width - 1).astype(np.intp)
+        rows = np.clip(points[..., 1], 0, height - 1).astype(np.intp)
+    shown = _fade(laid, np.arange(len(boxes)), points)
+    # Areas are painted over, and cut by themselves; lines may be plotted.
+    shown[is_line] *= passed[rows[is_line], columns[is_line]] > COVERED
+    shown[~is_line] = np.maximum(shown[~is_line], 1)
+    if laid.share is not None and laid.coat.effect is None:
+        shares = laid.share[rows, columns].mean(axis=1)
+    else:
+        shares = np.ones(len(boxes))
+    is_shown = np.zeros((len(boxes), STEPS + 2), np.int8)
+    is_shown[:, 1:-1] = shown > SHOWN
+    change = np.diff(is_shown, axis=1)[::-1]
+    box, first = np.nonzero(change == 1)
+    _, end = np.nonzero(change == -1)
+    box = len(boxes) - 1 - box
+    half = 1 / (STEPS - 1)
+    starts = np.where(first == 0, -1, steps[first] - half)
+    ends = np.where(end == STEPS, 1, steps[end - 1] + half)
+    return _Runs(box, np.maximum(starts, -1), np.minimum(ends, 1), shares[box])
+
+
+def _paths(laid: LaidCoat, runs: _Runs, camera: Camera) -> Iterator[Path2D]:
+    brushes, boxes = BrushSet.of(laid.coat.texture), laid.boxes
+    covers = [_covers(texture) for texture in brushes.textures]
+    rows = runs.boxes
+    brush = np.zeros(len(rows), np.intp)
+    if boxes.brushes is not None and len(covers) > 1:
+        brush = boxes.brushes[rows].astype(np.intp)
+    half = boxes.half_extents[rows].astype(np.float64)
+    pixel = canvas_scale(camera.width, camera.height)
+    is_thin = _are_lines(laid, camera)[rows]
+    is_dot = (2 * half[:, 1] <= DOT * pixel) & (half[:, 0] <= ROUND * half[:, 1]) & ~is_thin
+    colors = np.clip(boxes.colors[rows].astype(np.float64), 0, 1)
+    opacities = boxes.opacities[rows] * runs.shares
+    axes = np.stack([np.cos(boxes.angles[rows]), np.sin(boxes.angles[rows])], axis=1)
+    normals = axes[:, ::-1] * (-1, 1)
+    centers = boxes.centers[rows].astype(np.float64)
+    if is_thin.any():
+        yield from _lines(np.flatnonzero(is_thin), laid, runs, covers, brush)
+    wide = np.flatnonzero(~is_thin)
+    soft = brushes.kind == "gaussian"
+    areas = [None] * len(wide) if soft else _areas(laid, rows[wide], covers, brush[wide])
+    for i, area in zip(wide, areas, strict=True):
+        color, opacity = tuple(colors[i].tolist()), float(opacities[i])
+        if area is None:
+            ends = centers[i] + np.stack([0 * axes[i], axes[i] * half[i, 0], normals[i] * half[i, 1]])
+            yield Path2D("soft", ends, 0.0, color, opacity)
+        elif is_dot[i]:
+            size = 2 * float(np.sqrt(half[i].prod() * 4 / np.pi * covers[brush[i]].mean()))
+            yield Path2D("dot", centers[i : i + 1], size, color, opacity)
+        elif len(area):
+            yield Path2D("area", area, 0.0, color, opacity)
+
+
+@cache
+def _covers(texture: StrokeTexture) -> Mask:
+    """[STRIPS, BINS] where a brush covers its box, v by u: as much of the box as its coverage."""
+    across, along = ((np.arange(n) + 0.5) / n * 2 - 1 for n in (STRIPS, BINS))
+    if texture.kind != "image":
+        return np.asarray(across[:, None] ** 2 + along**2 < 1)
+    coverage = texture.coverage / 255.0
+    rows, columns = (
+        (np.clip(at * n, -n, n - 1) + n).astype(int) // 2
+        for at, n in zip((across, along), coverage.shape, strict=True)
+    )
+    means = uniform_filter(
+        coverage, [max(n // k, 1) for n, k in zip(coverage.shape, (STRIPS, BINS), strict=True)]
+    )
+    found = means[np.ix_(rows, columns)]
+    return np.asarray(found >= np.quantile(found, 1 - float(coverage.mean())))
+
+
+def _areas(laid: LaidCoat, rows: Rows, covers: Sequence[Mask], brush: Rows) -> list[F64]:
+    """[K, 2] of each of some boxes the bristles that show, as rectangles with NaN between; perhaps none."""
+    boxes = laid.boxes
+    across, along = ((np.arange(n) + 0.5) / n * 2 - 1 for n in (STRIPS, BINS))
+    u = np.stack([np.cos(boxes.angles[rows]), np.sin(boxes.angles[rows])], axis=1).astype(np.float64)
+    v = u[:, ::-1] * (-1, 1) * boxes.half_extents[rows, 1:]
+    u = u * boxes.half_extents[rows, :1]
+    centers = boxes.centers[rows].astype(np.float64)
+    places = (
+        centers[:, None, None] + across[:, None, None] * v[:, None, None] + along[:, None] * u[:, None, None]
+    )
+    inside = np.stack(covers)[brush] & (_fade(laid, rows, places) > SHOWN)
+    change = np.diff(np.pad(inside, ((0, 0), (0, 0), (1, 1))).astype(np.int8), axis=2)
+    box, strip, first = np.nonzero(change == 1)
+    last = np.nonzero(change == -1)[2]
+    sides = [first / BINS, last / BINS, strip / STRIPS, (strip + 1) / STRIPS]
+    left, right, low, high = (2 * side - 1 for side in sides)
+    nothing = np.full(len(box), np.nan)
+    corners = np.stack([[left, right, right, left, nothing], [low, low, high, high, nothing]], axis=2)
+    points = centers[box] + corners[..., :1] * u[box] + corners[..., 1:] * v[box]
+    ends = np.searchsorted(box, np.arange(len(rows) + 1))
+    flat = points.transpose(1, 0, 2).reshape(-1, 2)
+    return [flat[5 * first : max(5 * last - 1, 5 * first)] for first, last in pairwise(ends)]
+
+
+def _fade(laid: LaidCoat, rows: Rows, places: F64) -> F64:
+    """How far boxes pass the depth test at places [n, ..., 2], see `DepthTest`."""
+    test = laid.in_front_of
+    if test is None:
+        return np.ones(places.shape[:-1])
+    height, width = test.limit.shape
+    x, y = (np.clip(places[..., k], 0, n - 1).astype(np.intp) for k, n in ((0, width), (1, height)))
+    shape = (-1,) + (1,) * (places.ndim - 2)
+    tolerance = np.maximum(test.tolerance[rows].astype(np.float64), 1e-12).reshape(shape)
+    ahead = test.limit[y, x] + tolerance - laid.boxes.depths[rows].reshape(shape)
+    return smoothstep(ahead / (tolerance / 2))
+
+
+def _lines(thin: Rows, laid: LaidCoat, runs: _Runs, covers: Sequence[Mask], brush: Rows) -> Iterator[Path2D]:
+    """Thin strokes as polylines; pieces whose rows and ends follow each other are one."""
+    boxes = laid.boxes
+    thin = thin[np.lexsort((runs.starts[thin], boxes.ids[runs.boxes[thin]]))]
+    rows = runs.boxes[thin]
+    half = boxes.half_extents[rows].astype(np.float64)
+    axes = np.stack([np.cos(boxes.angles[rows]), np.sin(boxes.angles[rows])], axis=1) * half[:, :1]
+    ends = (
+        boxes.centers[rows, None]
+        + np.stack([runs.starts[thin], runs.ends[thin]], axis=1)[..., None] * axes[:, None]
+    )
+    widths = 2 * half[:, 1] * [float(covers[k].mean()) for k in brush[thin]]
+    opacities = boxes.opacities[rows] * runs.shares[thin]
+    colors = np.clip(boxes.colors[rows].astype(np.float64), 0, 1)
+    follows = np.diff(boxes.ids[rows].astype(np.int64), prepend=-2) <= 1
+    follows[1:] &= (colors[1:] == colors[:-1]).all(axis=1)
+    follows[1:] &= np.abs(widths[1:] - widths[:-1]) <= ALIKE * np.maximum(widths[1:], widths[:-1])
+    starts = np.flatnonzero(~follows)
+    for first, last in zip(starts, [*starts[1:], len(thin)], strict=True):
+        yield from _joined(ends[first:last], widths[first:last], opacities[first:last], tuple(colors[first]))
+
+
+def _joined(ends: F64, widths: F64, opacities: F64, color: tuple[float, ...]) -> Iterator[Path2D]:
+    """Polylines of pieces [n, 2, 2] in a row; a gap begins a new one."""
+    red, green, blue = map(float, color)
+    points, begin = [ends[0, 0], ends[0, 1]], 0
+
+    def made(end: int) -> Path2D:
+        pieces = slice(begin, end)
+        mean = float(widths[pieces].mean()), (red, green, blue), float(opacities[pieces].mean())
+        return Path2D("line", np.array(points), *mean)
+
+    for i in range(1, len(ends)):
+        reach = JOINED * widths[i] + 1.0
+        away = np.linalg.norm(points[-1] - ends[i], axis=1)
+        if len(points) == 2 and np.linalg.norm(points[0] - ends[i], axis=1).min() < away.min():
+            points.reverse()
+            away = np.linalg.norm(points[-1] - ends[i], axis=1)
+        if away.min() > reach:
+            yield made(i)
+            points, begin = [ends[i, 0], ends[i, 1]], i
+            continue
+        near = int(away.argmin())
+        points[-1] = 0.5 * (points[-1] + ends[i, near])
+        points.append(ends[i, 1 - near])
+    yield made(len(ends))

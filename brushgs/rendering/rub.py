@@ -1,0 +1,119 @@
+"""Rub soft tone: the effect of a thumb or a stump on masses of charcoal.
+
+Tones gather in few values with clear edges, and these edges are rubbed: here hardly, there widely. How much
+is a noise of the places in space that pixels show, so nothing swims when the camera moves.
+"""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import ndimage
+
+from brushgs.rendering.effect import positions_of
+from brushgs.rendering.relief import canvas_scale
+from brushgs.values.arrays import F32, Array, smoothstep
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+
+if TYPE_CHECKING:
+    from brushgs.rendering.coat import Coat
+    from brushgs.rendering.surface import Surface
+
+SHARP, SOFT = 0.9, 5.0  # px of a 1000 x 750 picture, deviation of edges that are not rubbed, and most rubbed
+RISE = 0.5  # width of an edge between two values before it is rubbed, in their difference
+GATHERED = 0.8  # share of the tone that gathers in values; the rest stays as it is
+SOLID = (0.3, 0.7)  # coverage between which the border of a mass lies
+TOOTH = 0.2  # of the tone: more on the peaks of the paper, less in its hollows, where it is not rubbed
+STEP = 4  # pixels between places at which the noise is computed
+FINEST = (10.0, 30.0)  # px, length of a wave of noise below which it is gone, and from which it is whole
+# Directions of the waves, whose sum is the noise: of 6, evenly spread over the sphere, and their phases.
+_GOLDEN = (1 + 5**0.5) / 2
+WAVES = np.array(
+    [(0, 1, _GOLDEN), (0, -1, _GOLDEN), (1, _GOLDEN, 0), (-1, _GOLDEN, 0), (_GOLDEN, 0, 1), (_GOLDEN, 0, -1)]
+) / np.hypot(1, _GOLDEN)
+PHASES = np.array([0.3, 1.9, 4.1, 2.8, 5.4, 0.9])
+
+
+@dataclass(frozen=True, eq=False)
+class Rub:
+    """Gather the tone of a coat in values, and rub their edges: an `Effect`.
+
+    Attributes:
+        paper: RGB of no tone.
+        black: RGB of full tone; the colours of the coat lie between both.
+        values: shares of black, ascending; the first and the last bound the tone.
+        strength: how far edges are rubbed, 0 to 1.
+        wave: length of a wave of the noise, world units, > 0.
+    """
+
+    paper: tuple[float, float, float]
+    black: tuple[float, float, float]
+    values: tuple[float, ...]
+    strength: float
+    wave: float
+
+    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
+        """See `Effect`. Coverage never grows."""
+        dtype, pixel = painted.rgb.dtype, canvas_scale(camera.width, camera.height)
+        paper = np.asarray(self.paper, dtype)
+        tint = np.asarray(self.black, dtype) - paper
+        pull = (tint / max(float(tint @ tint), 1e-12)).astype(dtype)
+        alpha = painted.alpha
+        shares = painted.rgb @ pull - alpha * (paper @ pull)
+        shares /= np.maximum(alpha, np.finfo(dtype).tiny)
+        low, high = SOLID
+        solid: Array = smoothstep((alpha - low) / (high - low)).astype(dtype)
+        toned: Array = solid * self._gathered(shares)
+        assert painted.depth is not None, "effects are painted with depth"
+        noise = self._noise(painted.depth, camera).astype(dtype)
+        solid, toned = (_rubbed(plane, noise, pixel) for plane in (solid, toned))
+        if surface is not None:
+            toned *= 1 + TOOTH * (1 - noise) * (2 * surface.grain.astype(dtype) - 1)
+        taken = np.minimum(solid, alpha)
+        toned *= np.divide(taken, solid, out=np.zeros_like(solid), where=solid > 0)
+        return replace(painted, rgb=taken[..., None] * paper + toned[..., None] * tint, alpha=taken)
+
+    def stand_in(self, coat: "Coat") -> "Coat":
+        """See `Effect`: the strokes themselves."""
+        return replace(coat, effect=None)
+
+    def _gathered(self, shares: Array) -> Array:
+        """Shares of black, gathered in the values."""
+        gathered = np.full_like(shares, self.values[0])
+        for low, high in zip(self.values, self.values[1:], strict=False):
+            if high > low:
+                gathered += (high - low) * smoothstep(
+                    (shares - 0.5 * (low + high)) / (RISE * (high - low)) + 0.5
+                )
+        return np.asarray(GATHERED * gathered + (1 - GATHERED) * shares, shares.dtype)
+
+    def _noise(self, depth: Array, camera: Camera) -> F32:
+        """[H, W] how far each pixel is rubbed, 0 to 1."""
+        rows, columns = (np.arange(size)[STEP // 2 :: STEP] for size in depth.shape)
+        if not len(rows) or not len(columns):
+            return np.zeros(depth.shape, np.float32)
+        # A camera whose pixel centres are the chosen ones.
+        shift = 0.5 - (STEP // 2 + 0.5) / STEP
+        scale = np.array([[1 / STEP, 0, shift], [0, 1 / STEP, shift], [0, 0, 1]])
+        few = depth[STEP // 2 :: STEP, STEP // 2 :: STEP]
+        coarse = replace(camera, K=scale @ camera.K, width=len(columns), height=len(rows))
+        points = positions_of(few, coarse) * np.float32(2 * np.pi / self.wave)
+        total = np.zeros(few.shape, np.float32)
+        for direction, phase in zip(WAVES, PHASES, strict=True):
+            total += np.sin(points @ direction.astype(np.float32) + np.float32(phase))
+        pixels = self.wave * camera.K[0, 0] / np.maximum(few, 1e-30)
+        finest, whole = FINEST
+        total *= np.clip((pixels - finest) / (whole - finest), 0, 1)
+        noise = self.strength * np.clip(0.5 + total / np.float32(len(WAVES) ** 0.5), 0, 1)
+        found = noise.repeat(STEP, axis=0).repeat(STEP, axis=1)
+        short = [(0, max(size - grown, 0)) for size, grown in zip(depth.shape, found.shape, strict=True)]
+        return np.asarray(np.pad(found, short, mode="edge")[: depth.shape[0], : depth.shape[1]], np.float32)
+
+
+def _rubbed(plane: Array, noise: Array, pixel: float) -> Array:
+    """A plane [H, W] blurred between hardly and widely."""
+    sharp, soft = (
+        ndimage.gaussian_filter(plane, sigma * pixel, mode="nearest", truncate=2.5) for sigma in (SHARP, SOFT)
+    )
+    return np.asarray(sharp + noise * (soft - sharp))

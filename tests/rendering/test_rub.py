@@ -1,0 +1,84 @@
+"""Rubbing gathers tone in values, blurs their edges by places in space, and depends on one frame alone."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.rendering.rub import Rub
+from brushgs.values.frame import Frame
+
+PAPER, BLACK = (0.8, 0.77, 0.7), (0.09, 0.09, 0.08)
+VALUES = (0.0, 0.2, 0.5, 0.75)
+CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), (0, -1, 0), width=320, height=240)
+RUB = Rub(PAPER, BLACK, VALUES, 1.0, 1.5)
+
+
+def frame_of(shares, alpha=None):
+    alpha = np.ones(shares.shape, np.float32) if alpha is None else alpha
+    colors = np.asarray(PAPER) + shares[..., None] * (np.asarray(BLACK) - np.asarray(PAPER))
+    return Frame((colors * alpha[..., None]).astype(np.float32), alpha, np.full(shares.shape, 4, np.float32))
+
+
+def shares_of(frame):
+    way = np.asarray(BLACK) - np.asarray(PAPER)
+    return (frame.rgb / frame.alpha[..., None] - np.asarray(PAPER)) @ way / (way @ way)
+
+
+def test_tones_gather_in_the_four_values():
+    ramp = np.broadcast_to(np.linspace(0, 0.75, 320), (240, 320))
+    found = shares_of(replace(RUB, strength=0.0)(frame_of(ramp), CAMERA, None))
+    counts = np.histogram(found, bins=np.linspace(-0.02, 0.8, 42))[0]
+    nearest = np.abs(found[..., None] - np.asarray(VALUES)).min(axis=-1)
+    assert np.median(nearest) < 0.6 * np.median(np.abs(ramp[..., None] - np.asarray(VALUES)).min(axis=-1))
+    assert counts.max() > 3 * np.median(counts[counts > 0])
+
+
+def test_edges_are_rubbed_more_here_than_there_and_not_at_strength_0():
+    step = np.where(np.arange(320) < 160, 0.0, 0.75) * np.ones((240, 1))
+    rubbed = shares_of(RUB(frame_of(step), CAMERA, None))
+    sharp = shares_of(replace(RUB, strength=0.0)(frame_of(step), CAMERA, None))
+    steepest = np.abs(np.diff(rubbed, axis=1)).max(axis=1)
+    assert steepest.max() > 1.3 * steepest.min()
+    assert np.abs(np.diff(sharp, axis=1)).max(axis=1).min() >= steepest.max() - 1e-6
+
+
+def test_the_noise_belongs_to_places_in_space():
+    """A camera that moves sideways by 8 pixels shows the same noise, 8 pixels further on."""
+    shift = 8 * 4 / CAMERA.K[0, 0]
+    moved = bg.Camera.look_at((shift, 0, -4), (shift, 0, 0), (0, -1, 0), width=320, height=240)
+    depth = np.full((240, 320), 4, np.float32)
+    first, second = RUB._noise(depth, CAMERA), RUB._noise(depth, moved)
+    sign = 1 if np.abs(first[:, 8:] - second[:, :-8]).max() < 1e-3 else -1
+    one, other = (first, second) if sign == 1 else (second, first)
+    np.testing.assert_allclose(one[:, 8:], other[:, :-8], atol=1e-3)
+    assert np.ptp(first) > 0.3
+
+
+def test_waves_finer_than_pixels_are_left_out():
+    noise = replace(RUB, wave=1e-3)._noise(np.full((240, 320), 4, np.float32), CAMERA)
+    assert np.ptp(noise) == 0
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_coverage_never_grows_and_what_comes_in_stays(dtype):
+    alpha = np.random.default_rng(0).random((240, 320)).astype(dtype)
+    frame = frame_of(np.full((240, 320), 0.5), alpha)
+    frame = Frame(frame.rgb.astype(dtype), alpha, frame.depth.astype(dtype))
+    before = frame.rgb.copy()
+    found = RUB(frame, CAMERA, None)
+    assert found.rgb.dtype == found.alpha.dtype == dtype
+    assert (found.alpha <= alpha).all()
+    assert np.isfinite(found.rgb).all()
+    np.testing.assert_array_equal(frame.rgb, before)
+
+
+def test_nothing_stays_nothing_and_a_rub_can_be_pickled():
+    nothing = Frame(*(np.zeros((240, 320, *more), np.float32) for more in ((3,), (), ())))
+    found = pickle.loads(pickle.dumps(RUB))(nothing, CAMERA, None)
+    assert not found.rgb.any()
+    assert not found.alpha.any()
+    tiny = replace(CAMERA, width=1, height=1)
+    assert RUB(frame_of(np.zeros((1, 1))), tiny, None).alpha.shape == (1, 1)
