@@ -9,8 +9,8 @@ import numpy as np
 
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.options.focus import Focus
+from brushgs.passes.seen import some_small
 from brushgs.pipeline.background import fill_picture
-from brushgs.pipeline.lamp import some_small
 from brushgs.pipeline.report import Report
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.colors import LUMINANCE, flatten

@@ -164,9 +164,7 @@ def page_contents(
     """
     collected = _Collected()
     if any(coat.effect is not None for coat in painting.coats):
-        collected.omit(
-            "what is rubbed, runs or gathers on the paper is not in the page: strokes lie one by one"
-        )
+        collected.omit("what is rubbed, runs or gathers on paper is not in the page: strokes lie one by one")
     painting = painting.without_effects()
     coats = [_coat(number, coat, view.center, collected) for number, coat in enumerate(painting.coats)]
     surface = None if painting.surface is None else _surface(painting.surface, collected)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.pipeline.lamp import some_small
+from brushgs.passes.seen import some_small
 from brushgs.pipeline.media.materials import Materials
 from brushgs.rendering.effect import positions_of
 from brushgs.rendering.render import render

@@ -20,7 +20,7 @@ SIZES = {"linen": (320, 240), "paper": (240, 180), "none": (160, 120)}  # at whi
 FAITHFUL = {"charcoal": 0.98}  # share of pixels within 4 of 255, 0.99 else: its stage is 6000 faint marks
 # of half floats, pressed through the tooth, which multiplies a difference by five: measured 0.987
 UNLIT = ("watercolour", "charcoal", "ink", "hatching", "stippling", "plain")  # looks without a lamp
-GATHERED = "what is rubbed, runs or gathers on the paper is not in the page: strokes lie one by one"
+GATHERED = "what is rubbed, runs or gathers on paper is not in the page: strokes lie one by one"
 
 
 def room():
