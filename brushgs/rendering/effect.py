@@ -4,6 +4,7 @@ Strokes then say where the medium goes, and the paper does the rest. An effect d
 its coat in one view and on constants of the job, so any frame alone equals that of a film.
 """
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -15,6 +16,9 @@ from brushgs.values.frame import Frame
 if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.surface import Surface
+
+
+Color = tuple[float, float, float]
 
 
 class Effect(Protocol):
@@ -30,6 +34,14 @@ class Effect(Protocol):
 
         Returns:
             New arrays of the same shape and dtype: covering paint, or the tint of a glaze, see `Coat.blend`.
+        """
+        ...
+
+    def areas(self, picture: Array) -> "Sequence[tuple[Array, Color]] | None":
+        """Areas of one colour each in its picture [H, W, 3], for vector drawings.
+
+        Returns:
+            Shares [H, W] and RGB of each, the first painted first; None if it is not made of such.
         """
         ...
 

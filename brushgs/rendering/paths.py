@@ -17,6 +17,7 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.constants import MIN_ALPHA
 from brushgs.rendering.marks import LaidCoat
 from brushgs.rendering.relief import canvas_scale
+from brushgs.rendering.tracing import outlines
 from brushgs.values.arrays import F64, Mask, Rows, smoothstep
 from brushgs.values.camera import Camera
 from brushgs.values.paths import Path2D, PathGroup, Paths
@@ -69,13 +70,18 @@ def paths_of(
 
 
 def _groups(laid: LaidCoat, passed: F64, camera: Camera, names: Sequence[str]) -> list[PathGroup]:
-    runs = _shown(laid, passed, _are_lines(laid, camera))
+    areas = None if laid.picture is None or laid.coat.effect is None else laid.coat.effect.areas(laid.picture)
+    if areas is not None:
+        found = ((outlines(laid.alpha * shares), color) for shares, color in areas)
+        paths = tuple(Path2D("area", points, 0.0, color, 1.0) for points, color in found if len(points))
+        return [PathGroup(laid.coat.name, "", False, paths)] if paths else []
+    runs = _shown(laid, passed, _are_lines(laid, camera) | _are_dots(laid, camera))
     regions = np.zeros(laid.num_rows, np.intp)
     own = laid.coat.strokes.regions
     if own is not None:
         regions[: len(own)] = own
     of_runs, depths = regions[laid.boxes.ids[runs.boxes]], laid.boxes.depths[runs.boxes]
-    found = []
+    groups = []
     # What lies farther is painted first, strokes as regions.
     labels = sorted(np.unique(of_runs), key=lambda label: -float(np.median(depths[of_runs == label])))
     for label in labels:
@@ -84,8 +90,8 @@ def _groups(laid: LaidCoat, passed: F64, camera: Camera, names: Sequence[str]) -
         paths = tuple(path for path in _paths(laid, some, camera) if path.opacity >= FAINTEST)
         name = names[label - 1] if 0 < label <= len(names) else f"region {label}" if label else ""
         if paths:
-            found.append(PathGroup(laid.coat.name, name, laid.coat.blend == "glaze", paths))
-    return found
+            groups.append(PathGroup(laid.coat.name, name, laid.coat.blend == "glaze", paths))
+    return groups
 
 
 def _are_lines(laid: LaidCoat, camera: Camera) -> Mask:
@@ -96,8 +102,16 @@ def _are_lines(laid: LaidCoat, camera: Camera) -> Mask:
     return np.asarray(is_thin & (brushes.kind == "image"))
 
 
+def _are_dots(laid: LaidCoat, camera: Camera) -> Mask:
+    """[M] whether the box of a stroke is that of a dot; lines are none."""
+    half, most = laid.boxes.half_extents, DOT * canvas_scale(camera.width, camera.height)
+    is_round = (2 * half[:, 1] <= most) & (half[:, 0] <= ROUND * half[:, 1])
+    is_image = BrushSet.of(laid.coat.texture).kind != "gaussian"
+    return np.asarray(is_round & is_image & ~_are_lines(laid, camera))
+
+
 def _shown(laid: LaidCoat, passed: F64, is_line: Mask) -> _Runs:
-    """The shown parts of the strokes of a coat, the farthest first."""
+    """The shown parts of the strokes of a coat, the farthest first; lines and dots are cut here."""
     boxes, steps = laid.boxes, np.linspace(-1, 1, STEPS)
     along = np.stack([np.cos(boxes.angles), np.sin(boxes.angles)], axis=1) * boxes.half_extents[:, :1]
     points = boxes.centers[:, None] + steps[:, None] * along[:, None]
@@ -106,7 +120,7 @@ def _shown(laid: LaidCoat, passed: F64, is_line: Mask) -> _Runs:
         columns = np.clip(points[..., 0], 0, width - 1).astype(np.intp)
         rows = np.clip(points[..., 1], 0, height - 1).astype(np.intp)
     shown = _fade(laid, np.arange(len(boxes)), points)
-    # Areas are painted over, and cut by themselves; lines may be plotted.
+    # Areas are painted over, and cut by themselves; lines and dots may be plotted.
     shown[is_line] *= passed[rows[is_line], columns[is_line]] > COVERED
     shown[~is_line] = np.maximum(shown[~is_line], 1)
     if laid.share is not None and laid.coat.effect is None:
@@ -133,9 +147,7 @@ def _paths(laid: LaidCoat, runs: _Runs, camera: Camera) -> Iterator[Path2D]:
     if boxes.brushes is not None and len(covers) > 1:
         brush = boxes.brushes[rows].astype(np.intp)
     half = boxes.half_extents[rows].astype(np.float64)
-    pixel = canvas_scale(camera.width, camera.height)
-    is_thin = _are_lines(laid, camera)[rows]
-    is_dot = (2 * half[:, 1] <= DOT * pixel) & (half[:, 0] <= ROUND * half[:, 1]) & ~is_thin
+    is_thin, is_dot = _are_lines(laid, camera)[rows], _are_dots(laid, camera)[rows]
     colors = np.clip(boxes.colors[rows].astype(np.float64), 0, 1)
     opacities = boxes.opacities[rows] * runs.shares
     axes = np.stack([np.cos(boxes.angles[rows]), np.sin(boxes.angles[rows])], axis=1)

@@ -74,6 +74,9 @@ class Rub:
         toned *= np.divide(taken, solid, out=np.zeros_like(solid), where=solid > 0)
         return replace(painted, rgb=taken[..., None] * paper + toned[..., None] * tint, alpha=taken)
 
+    def areas(self, picture: Array) -> None:
+        """See `Effect`: none, tones are soft."""
+
     def stand_in(self, coat: "Coat") -> "Coat":
         """See `Effect`: the strokes themselves."""
         return replace(coat, effect=None)

@@ -4,6 +4,7 @@ Lengths are pixels in a picture of `PIXELS`, and scale with the root of the area
 the same shapes.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from brushgs.values.sh import base_colors, in_colors
 
 if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
+    from brushgs.rendering.effect import Color
 
 FINE, FINE_EDGE = 3.0, 0.05  # radius over which tones are averaged, px, and the contrast of edges that stay
 BROAD, BROAD_EDGE = 12.0, 0.10  # the same for the masses that become black
@@ -140,6 +142,13 @@ class Blacks:
         alpha = np.maximum(smoothstep((painted.alpha - CLEAR) / (SOLID - CLEAR)), shares).astype(dtype)
         rgb = alpha[..., None] * paper + (alpha * shares.astype(dtype))[..., None] * (ink - paper)
         return Frame(rgb, alpha, painted.depth, painted.height)
+
+    def areas(self, picture: Array) -> "Sequence[tuple[Array, Color]]":
+        """See `Effect`: paper, and ink on it."""
+        paper, ink = np.array(self.paper), np.array(self.ink)
+        tint = ink - paper
+        shares = ((picture - paper) @ tint) / max(float(tint @ tint), 1e-12)
+        return [(np.ones_like(shares), self.paper), (shares, self.ink)]
 
     def stand_in(self, coat: "Coat") -> "Coat":
         """See `Effect`: the strokes of the blacks in ink, all others in the colour of the paper."""

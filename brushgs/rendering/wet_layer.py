@@ -142,6 +142,9 @@ class WetLayer:
         """The wet layer as covering paint: its paper hides what lies below the strokes."""
         return _on_part(self._laid, painted, camera, surface)
 
+    def areas(self, picture: Array) -> None:
+        """See `Effect`: none, washes run."""
+
     def stand_in(self, coat: "Coat") -> "Coat":
         """See `Effect`: the strokes in keyed colours."""
         keyed = in_colors(coat.strokes, self.key.base_colors(coat.strokes))
@@ -190,6 +193,9 @@ class ShadowWash:
         """The tint of the wash."""
         darker = _on_part(self._laid, painted, camera, surface)
         return replace(darker, rgb=darker.rgb + (1 - darker.alpha)[..., None])
+
+    def areas(self, picture: Array) -> None:
+        """See `Effect`: none, washes run."""
 
     def stand_in(self, coat: "Coat") -> "Coat":
         """See `Effect`: the strokes themselves."""

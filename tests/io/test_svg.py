@@ -63,13 +63,12 @@ def psnr_of(scene, folder, config):
 
 @pytest.mark.parametrize(
     ("look", "media", "least"),
-    [("ink", {"marks": 0.0, "wash": 0.0}, 30), ("oil", {}, 23.5), ("gouache", {}, 24)],
-    ids=["lines", "oil", "gouache"],
+    [("ink", {}, 24), ("hatching", {}, 22), ("stippling", {}, 24), ("oil", {}, 23.5), ("gouache", {}, 24)],
 )
 def test_another_renderer_shows_the_picture(scene, tmp_path, look, media, least):
-    """Lines are within 33 dB; brushes, cut to bristles, within 24 at this size and 28 at 640 pixels."""
+    """In small pictures, where edges are most of it; koala has 29 dB in dots and 27 in ink at 640 px."""
     config = config_of(look, **media)
-    if look != "ink":
+    if look in ("oil", "gouache"):
         config = replace(config, light=replace(config.light, relief=0.0, canvas="none"))
     assert psnr_of(scene, tmp_path, config) >= least
 
@@ -82,7 +81,7 @@ def test_layers_are_coats_in_painting_order_and_regions(scene, tmp_path):
     root = ElementTree.parse(tmp_path / "a.svg").getroot()
     assert (root.get("width"), root.get("viewBox")) == ("320", "0 0 320 240")
     coats = [one.get(f"{INKSCAPE}label") for one in root.findall(f"{SVG}g")]
-    assert [one for one in coats if one in ("wash", "ink", "lines")] == ["wash", "ink", "lines"]
+    assert [one for one in coats if one in ("ground", "hatching", "lines")] == ["ground", "hatching", "lines"]
     layers = root.iter(f"{SVG}g")
     assert {one.get(f"{INKSCAPE}groupmode") for one in layers} == {"layer"}
     names = [one.get("id") for one in root.iter(f"{SVG}g")]
@@ -97,7 +96,7 @@ def test_hidden_lines_are_cut(scene, tmp_path):
     """The tighter the depth test, the less of the lines lies before it."""
     lengths = []
     for behind in (10.0, 1.6, 0.8):
-        paint_file(scene, tmp_path / "a.svg", config_of("ink", marks=0.0, wash=0.0, behind=behind))
+        paint_file(scene, tmp_path / "a.svg", config_of("ink", black=0.0, behind=behind))
         lengths.append(length_of(tmp_path / "a.svg"))
     print(lengths)
     assert lengths[0] > lengths[1] > 0
