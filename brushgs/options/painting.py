@@ -373,7 +373,7 @@ class StrokesConfig(Options, frozen=True):
         "#soft #blur #outline", default="that of the look")] = 0.0
     depth_of_field: Annotated[float, share("how far detail is lost before and behind the focus, or without "
         "one the subject: strokes grow up to threefold, soften, and lose contrast #blur #bokeh #aperture "
-        "#background #distance")] = 0.0
+        "#defocus #distance")] = 0.0
     # fmt: on
 
     @classmethod

@@ -40,7 +40,7 @@ class PathConfig(Options, frozen=True):
     sway: Annotated[float | None, option("with --orbit: not a turn, but a sway by this angle to each side "
         "and back, in N frames #swing #parallax #wiggle #loop", gt=0, le=90, unit="degrees",
         default="a full turn; for a scene made from one photograph as far as it has no holes",
-        metavar="DEG", example="12")] = None
+        metavar="DEG")] = None
     file: Annotated[Path | None, option("camera file: {cameras}; each view is a frame or, with --frames or "
         "--seconds, a key view of a smooth path; animated cameras keep their own motion #trajectory #camera "
         "#animation", flag="--path", default="")] = None
