@@ -29,7 +29,7 @@ def test_every_step_makes_of_golden_inputs_what_it_made(found, golden):
 @pytest.mark.parametrize("name", LOOKS)
 def test_a_painting_of_golden_strokes_is_the_golden_picture(name, tmp_path):
     expected = 255 * read_image(PAINTINGS / f"{name}.png").astype(np.float64)
-    assert not differs(painted(name, tmp_path), expected)
+    assert not differs(painted(name, tmp_path), expected, name)
 
 
 def test_goldens_tell_looks_apart_and_are_small():
