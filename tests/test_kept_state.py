@@ -12,6 +12,8 @@ KEPT = {
     "passes/add/ground_maps.py _weights": "by the side of a map and the width of its blur",
     "passes/color/color_space.py _curves": "numbers that follow from constants",
     "passes/where/evaluate.py _known": "of a scene and a view, and gone with these",
+    "rendering/paths.py _covers": "where a brush covers its box, by the brush, of which a painting has few",
+    "rendering/wet_layer.py ragged_border": "by the size of the picture",
     "rendering/relief.py _at_rest": "of strokes that moved those at rest, whichever frame came first",
     "rendering/relief.py _cache": "of strokes, and gone with them; by all that it depends on",
     "rendering/streaks.py noise": "numbers that follow from constants",

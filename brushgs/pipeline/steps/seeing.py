@@ -200,23 +200,23 @@ def whole(cleaned: Gaussians, stance: FirstView | None, report: Report) -> Gauss
     return cleaned if stance is None or len(cleaned) == 0 else drop_crumbs(cleaned, stance, report)
 
 
-def _no_gaps(stance: FirstView | None, views: Views) -> str | None:
-    if stance is None or stance.photograph is None:
+def _no_gaps(notes: "LoadNotes | None", views: Views) -> str | None:
+    if notes is None or notes.photograph is None:
         return "the scene was not predicted from one photograph"
     return None if isinstance(views, PathConfig) else "the camera does not move"
 
 
 @unless(_no_gaps, "whole")
-def filled(whole: Gaussians, stance: FirstView, views: Views, report: Report) -> Gaussians:
+def filled(whole: Gaussians, first_view: FirstView, views: Views, report: Report) -> Gaussians:
     """The Gaussians with those behind edges, which gaps show as the camera moves."""
     with report.stage("gaps") as stage:
         from brushgs.first_view.from_photograph import ANGLES
         from brushgs.passes.add.behind import behind
 
-        assert stance.photograph is not None
+        assert first_view.photograph is not None
         assert isinstance(views, PathConfig)
-        angle = float(ANGLES[0]) if views.orbit is None else views.sway or stance.photograph.cone
-        added = behind(whole, stance.photograph, angle)
+        angle = float(ANGLES[0]) if views.orbit is None else views.sway or first_view.photograph.cone
+        added = behind(whole, first_view.photograph, angle)
         stage.did = f"{len(added):,} Gaussians behind edges"
         stage.counts = {"added": len(added)}
     return Gaussians.joined([whole, added])
