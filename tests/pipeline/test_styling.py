@@ -22,7 +22,7 @@ from brushgs.options.painting import (
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.passes.style.palette import learn_palette
-from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.still_life import still_life_camera
@@ -106,7 +106,7 @@ def test_without_saturation_a_painting_is_grey_and_its_ground_and_backdrop_too(s
 
 def test_a_growing_painting_ends_as_the_finished_one(scene, folder, tmp_path):
     config = config_of("negative.style:0.7", folder, adjust=AdjustConfig(brightness=0.05))
-    grown = prepare(scene, config, Report(), views=GrowConfig(2.0))
+    grown = prepare(scene, config, Report(), asks=(*PICTURE, "growth"), views=GrowConfig(2.0))
     finished = prepare(scene, config, Report())
     np.testing.assert_array_equal(
         np.sort(base_colors(grown.strokes.sh), axis=0), np.sort(base_colors(finished.strokes.sh), axis=0)
