@@ -57,7 +57,7 @@ template <class T>
 [[gnu::always_inline]] inline T slope(std::uint32_t hash, T x, T y, T z) {
     const std::uint32_t h = hash & 15;
     const T u = h < 8 ? x : y;
-    const T other = (h == 12) | (h == 14) ? x : z;
+    const T other = ((h == 12) | (h == 14)) ? x : z;
     const T v = h < 4 ? y : other;
     return ((h & 1) ? -u : u) + ((h & 2) ? -v : v);
 }
