@@ -103,12 +103,12 @@ def ring_views(
     return views
 
 
-def turned(camera: Camera, target: ArrayLike, up: F64, right: float, higher: float) -> Camera:
+def turned(camera: Camera, target: ArrayLike, up: ArrayLike, right: float, higher: float = 0.0) -> Camera:
     """The camera turned about a point: about `up` to the viewer's right, then upwards; radians."""
     if right == 0 and higher == 0:
         return camera
     point = np.asarray(target, np.float64)
-    axes = np.stack([up / np.linalg.norm(up), camera.viewmat[0, :3]])
+    axes = np.stack([np.asarray(up, np.float64) / np.linalg.norm(up), camera.viewmat[0, :3]])
     turn = np.matmul(*turns(axes, np.array([right, -higher])))
     viewmat = np.eye(4)
     viewmat[:3, :3] = camera.viewmat[:3, :3] @ turn.T
@@ -122,7 +122,7 @@ def subject_ahead(camera: Camera, view: FirstView, look_at: LookAt | None = None
     if point is None:
         points = points_of(view, look_at)
         point = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    return _in_the_middle(camera, float(camera.viewmat[2, :3] @ point + camera.viewmat[2, 3]))
+    return on_axis(camera, float(camera.viewmat[2, :3] @ point + camera.viewmat[2, 3]))
 
 
 def point_ahead(camera: Camera, plain: Frame) -> F64:
@@ -138,9 +138,9 @@ def point_ahead(camera: Camera, plain: Frame) -> F64:
         return camera.position
     order = np.argsort(depth, kind="stable")
     total = np.cumsum(alpha[order])
-    return _in_the_middle(camera, float(depth[order][np.searchsorted(total, 0.5 * total[-1])]))
+    return on_axis(camera, float(depth[order][np.searchsorted(total, 0.5 * total[-1])]))
 
 
-def _in_the_middle(camera: Camera, depth: float) -> F64:
+def on_axis(camera: Camera, depth: float) -> F64:
     """[3] the point on the axis of a camera at a depth; not nearer than the near plane."""
     return np.asarray(camera.position + max(depth, camera.near) * camera.viewmat[2, :3])

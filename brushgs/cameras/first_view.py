@@ -16,8 +16,8 @@ from brushgs.values.camera import Camera
 from brushgs.values.camera import FirstView as FirstView
 
 _ROUNDINGS = 4  # rounds until a rounded unit vector is a fixed point
-# Degrees from the front of the subject, to the viewer's right.
 _TURNING = ("azimuth", "elevation", "side", "look_at", "distance", "pan", "roll", "fov_y", "zoom")
+# Degrees from the front of the subject, to the viewer's right.
 SIDES = {"front": 0.0, "right": 90.0, "back": 180.0, "left": -90.0, "top": 0.0}
 
 

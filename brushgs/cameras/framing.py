@@ -357,6 +357,12 @@ def camera_axes(up: NDArray[np.float64], azimuth: float, elevation: float) -> ND
     return np.stack([right, np.cross(forward, right), forward])
 
 
+def angles_toward(up: NDArray[np.float64], toward: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    """Azimuth and elevation [...], radians, of cameras that stand towards unit vectors [..., 3]."""
+    right, down, forward = camera_axes(up, 0.0, 0.0)
+    return np.arctan2(toward @ right, -(toward @ forward)), -np.arcsin(np.clip(toward @ down, -1, 1))
+
+
 def _front(up: NDArray[np.float64]) -> NDArray[np.float64]:
     """[3] direction to the viewer at azimuth 0: -z for up -y, see `frame_scene` for others."""
     nearest = int(np.argmax(np.abs(up)))

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from brushgs.cameras.around import on_axis, subject_ahead, turned
 from brushgs.cameras.framing import (
     DEFAULT_FOV_Y,
     NEAR_SHARE,
@@ -158,12 +159,9 @@ def sway(camera: Camera, view: FirstView, num_frames: int, *, roll: float = 0.0)
 
 def pivot_of(view: FirstView, camera: Camera) -> F64:
     """[3] the point about which a camera sways: on its axis, as far away as the middle of the subject."""
-    axes = camera.viewmat[:3, :3]
-    if view.eye is not None:
-        away = distance_ahead(view, axes)
-    else:
-        away = float(axes[2] @ (middle_of(view.points, view.up) - camera.position))
-    return np.asarray(camera.position + max(away, camera.near) * axes[2])
+    if view.eye is None:
+        return subject_ahead(camera, view)
+    return on_axis(camera, distance_ahead(view, camera.viewmat[:3, :3]))
 
 
 def swing(camera: Camera, center: ArrayLike, up: ArrayLike, num_frames: int, angle: float) -> list[Camera]:
@@ -177,19 +175,7 @@ def swing(camera: Camera, center: ArrayLike, up: ArrayLike, num_frames: int, ang
         angle: to each side, radians.
     """
     turns = angle * np.sin(2 * np.pi * np.arange(num_frames) / num_frames)
-    return [turned_about(camera, center, up, float(turn)) for turn in turns]
-
-
-def turned_about(camera: Camera, center: ArrayLike, up: ArrayLike, turn: float) -> Camera:
-    """A camera moved on a circle around an axis, radians to its right; the axis as for `swing`."""
-    axis, middle = np.asarray(up, np.float64) / np.linalg.norm(up), np.asarray(center, np.float64)
-    cross = np.cross(np.eye(3), axis)  # rows: cross @ p = axis x p
-    rotation = np.eye(3) + np.sin(turn) * cross + (1 - np.cos(turn)) * (cross @ cross)
-    viewmat = np.eye(4)
-    viewmat[:3, :3] = camera.viewmat[:3, :3] @ rotation.T
-    seen = camera.viewmat[:3, :3] @ middle + camera.viewmat[:3, 3]
-    viewmat[:3, 3] = seen - viewmat[:3, :3] @ middle
-    return replace(camera, viewmat=viewmat)
+    return [turned(camera, center, up, float(turn)) for turn in turns]
 
 
 def _swept(points: F64, axis: F64, beside: F64) -> F64:

@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from brushgs.cameras.around import turned
 from brushgs.cameras.first_view import framed_camera, framed_orbit
 from brushgs.cameras.framing import NEAR_SHARE
 from brushgs.cameras.motion import is_same_view
-from brushgs.cameras.orbit import pivot_of, swing, turned_about
+from brushgs.cameras.orbit import pivot_of, swing
 from brushgs.cameras.spline import through
 from brushgs.errors import SceneError
 from brushgs.formats.cameras.read import CameraFile
@@ -142,7 +143,7 @@ def turn_around(
     """
     num_frames = max(_num_frames(seconds, fps, True), 3)
     turns = (2 * np.pi * (index / num_frames) for index in range(num_frames))
-    cameras = [turned_about(camera, center, up, turn) for turn in turns]
+    cameras = [turned(camera, center, up, turn) for turn in turns]
     return CameraPath(cameras, True, fps, f"one turn in steps of {360 / num_frames:g} degrees")
 
 

@@ -6,9 +6,8 @@ the camera may move to each side is found from the scene itself, by the holes th
 
 import numpy as np
 
-from brushgs.cameras.around import point_ahead
-from brushgs.cameras.framing import camera_axes, plain_first_view, unit_of
-from brushgs.cameras.orbit import turned_about
+from brushgs.cameras.around import point_ahead, turned
+from brushgs.cameras.framing import angles_toward, plain_first_view, unit_of
 from brushgs.options.painting import Up
 from brushgs.rendering.plain import plain_views
 from brushgs.values.arrays import F64
@@ -36,7 +35,7 @@ def view_of_photograph(gaussians: Gaussians, camera: Camera, *, up: Up | None = 
     view = plain_first_view(gaussians, tuple(float(x) for x in axis))
     small = camera.in_side(SIDE)
     pivot = point_ahead(small, plain_views(gaussians, [small], depth=True).frames[0])
-    azimuth, elevation = _angles(axis, forward)
+    azimuth, elevation = (float(angle) + 0.0 for angle in angles_toward(axis, -forward))
     return FirstView(
         points=view.points,
         up=axis,
@@ -50,17 +49,10 @@ def view_of_photograph(gaussians: Gaussians, camera: Camera, *, up: Up | None = 
     )
 
 
-def _angles(up: F64, forward: F64) -> tuple[float, float]:
-    """Azimuth and elevation of a camera that looks along `forward`, see `frame_scene`."""
-    right, _, ahead = camera_axes(up, 0.0, 0.0)
-    azimuth = np.arctan2(-(forward @ right), forward @ ahead)
-    return float(azimuth) + 0.0, float(-np.arcsin(np.clip(forward @ up, -1, 1))) + 0.0
-
-
 def _cone(gaussians: Gaussians, camera: Camera, pivot: F64, up: F64) -> float:
     """The widest angle of `ANGLES` at which both views have few holes; 0 if none has, radians."""
     for angle in ANGLES:
-        cameras = [turned_about(camera, pivot, up, turn) for turn in (float(angle), -float(angle))]
+        cameras = [turned(camera, pivot, up, turn) for turn in (float(angle), -float(angle))]
         frames = plain_views(gaussians, cameras).frames
         if max(float((frame.alpha < HOLE).mean()) for frame in frames) <= MOST_HOLES:
             return float(angle)

@@ -13,7 +13,7 @@ import numpy as np
 
 from brushgs.cameras.around import ring_views
 from brushgs.cameras.first_view import up_text
-from brushgs.cameras.framing import AXES, NEAR_SHARE, camera_axes, default_elevation, subject
+from brushgs.cameras.framing import AXES, NEAR_SHARE, angles_toward, default_elevation, subject
 from brushgs.cameras.ground import level_up
 from brushgs.first_view import find_first_view, rank_ups
 from brushgs.first_view.sample import Painter, thin
@@ -210,9 +210,7 @@ def _standpoints(view: FirstView, poses: Poses, sees: Mask) -> tuple[F64, int]:
     distances = np.linalg.norm(offsets, axis=1)
     distances = np.maximum(distances, LEAST_DISTANCE * distances.max())
     toward = offsets / distances[:, None] if view.eye is None else -poses.axes[:, 2]
-    right, down, forward = camera_axes(view.up, 0.0, 0.0)
-    azimuths = np.arctan2(toward @ right, -(toward @ forward))
-    elevations = -np.arcsin(np.clip(toward @ down, -1, 1))
+    azimuths, elevations = angles_toward(view.up, toward)
     usual = default_elevation(view.points, view.up) if view.eye is None else 0.0
     level = np.clip(usual, *np.quantile(elevations[sees], LEVELS))
     aim = np.einsum("ni,ni->n", -poses.axes[:, 2], offsets) / distances

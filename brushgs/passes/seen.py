@@ -7,6 +7,7 @@ flecks.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,18 +81,23 @@ def seen_in(gaussians: Gaussians, views: PlainViews) -> Seen | None:
     return Seen(areas / len(views), shift_base_colors(gaussians, steps))
 
 
-def shown_areas(gaussians: Gaussians, cameras: Sequence[Camera]) -> NDArray[np.float64]:
+def shown_areas(
+    gaussians: Gaussians, cameras: Sequence[Camera], *, kernel: Literal["ellipse", "gaussian"] = "ellipse"
+) -> NDArray[np.float64]:
     """[N] visible area of each stroke, mean over some cameras, pixels.
 
-    They are drawn as ellipses, about as large as strokes are.
+    Args:
+        gaussians: N strokes.
+        cameras: the mean over none is 0.
+        kernel: what strokes are drawn as; ellipses are about as large as strokes are.
     """
-    kernel = StrokeTexture.open("ellipse")
+    texture = StrokeTexture.open(kernel)
     areas = np.zeros(len(gaussians))
 
     def look(camera: Camera) -> tuple[NDArray[np.int32], Array]:
-        boxes, _ = project_with(gaussians, camera, RenderOptions.of(kernel))
+        boxes, _ = project_with(gaussians, camera, RenderOptions.of(texture))
         size = camera.height, camera.width
-        return boxes.ids, painted_shares(boxes, kernel, np.ones(size))
+        return boxes.ids, painted_shares(boxes, texture, np.ones(size))
 
     for ids, shares in view_by_view(look, cameras, len(gaussians)):
         add_rows(areas, ids, shares)

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from brushgs.passes.add.line_windows import Along
 from brushgs.passes.add.lines import Lines
+from brushgs.passes.neighbours import nearest
 from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 
@@ -32,8 +32,8 @@ def pressed(lines: Lines, strokes: Gaussians, tones: F64) -> Lines:
     if len(lines) == 0 or len(strokes) == 0:
         return lines
     count = min(NEAR, len(strokes))
-    _, rows = cKDTree(strokes.means).query(lines.strokes.means, count)
-    near = np.sort(tones[rows.reshape(len(lines), count)], axis=1)
+    _, rows = nearest(strokes.means, lines.strokes.means, count)
+    near = np.sort(tones[rows], axis=1)
     side = near[:, : min(DARKEST, count)].mean(axis=1)
     along = Along.of(lines.chains)
     pressure = along.mean(np.clip((LIGHT - side) / (LIGHT - DARK), 0, 1), REACH)

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from brushgs.cameras.framing import weighted_quantiles
 from brushgs.passes.color.picture_votes import votes
 from brushgs.passes.form.slabs import LONGEST, NUM_SIGMAS
 from brushgs.passes.neighbours import nearest
@@ -114,7 +115,7 @@ def focused(
         weights = sums[:, 0] if is_focus is None else areas * is_focus
         for found in (weights, sums[:, 0], areas):
             if found.sum() > LEAST_SEEN:
-                row[:] = _quantiles(z, found, ENDS)
+                row[:] = weighted_quantiles(z, found, ENDS)
                 break
         else:
             row[:] = camera.near, np.inf
@@ -178,11 +179,3 @@ def _middle(width: int, height: int) -> F64:
     """[height, width, 1] weights of pixels, 1 in the middle of a picture."""
     x, y = (((np.arange(side) + 0.5) / side - 0.5) / MIDDLE for side in (width, height))
     return np.asarray(np.exp(-0.5 * (x**2 + y[:, None] ** 2)))[..., None]
-
-
-def _quantiles(values: F64, weights: F64, shares: tuple[float, ...]) -> F64:
-    """Weighted quantiles; the weights are not all 0."""
-    order = np.argsort(values, kind="stable")
-    before = np.cumsum(weights[order])
-    rows = np.searchsorted(before, np.array(shares) * before[-1])
-    return np.asarray(values[order][np.minimum(rows, len(values) - 1)])

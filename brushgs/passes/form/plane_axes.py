@@ -5,10 +5,10 @@ would swirl. Where normals agree, all strokes of planes of one attitude share th
 """
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from brushgs.passes.color.tone import painted_areas
 from brushgs.passes.form.planes import Planes
+from brushgs.passes.neighbours import nearest
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.gaussians import Gaussians
 
@@ -58,7 +58,7 @@ def _normals_around(strokes: Gaussians) -> tuple[F64, F64]:
     """
     means = strokes.means.astype(np.float64)
     count = min(AROUND, len(means))
-    rows = cKDTree(means).query(means, count)[1].reshape(len(means), count)
+    _, rows = nearest(means, means, count)
     offsets = means[rows] - means[rows].mean(axis=1, keepdims=True)
     normals = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))[1][:, :, 0]
     tensors = (normals[:, :, None] * normals[:, None, :])[rows].mean(axis=1)

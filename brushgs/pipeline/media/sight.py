@@ -6,10 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.direction import Direction
-from brushgs.rendering.options import RenderOptions, project_with
-from brushgs.rendering.visibility import painted_shares
+from brushgs.passes.neighbours import nearest
 from brushgs.values.arrays import F64, Array
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
@@ -69,21 +67,8 @@ class Sight:
         """[n] 0 to 1, how far each stroke is in focus."""
         if len(self.points) == 0 or len(strokes) == 0:
             return np.zeros(len(strokes))
-        from scipy.spatial import cKDTree
-
-        nearest = cKDTree(self.points).query(strokes.means)[1]
-        return np.asarray(self.focus[nearest], np.float64)
-
-    def seen_areas(self, strokes: Gaussians, num_threads: int | None) -> F64:
-        """[n] pixels of the pictures that each stroke paints."""
-        kernel = StrokeTexture.open("gaussian")
-        options = RenderOptions.of(kernel, num_threads=num_threads)
-        areas = np.zeros(len(strokes))
-        for camera in self.pictures:
-            boxes, _ = project_with(strokes, camera, options)
-            shares = np.ones((camera.height, camera.width), boxes.colors.dtype)
-            areas[boxes.ids] += painted_shares(boxes, kernel, shares, num_threads=num_threads)
-        return areas
+        _, rows = nearest(self.points, strokes.means, 1)
+        return np.asarray(self.focus[rows[:, 0]], np.float64)
 
     def views(self, strokes: Gaussians, tones: F64, num_threads: int | None) -> "list[TonalView]":
         """Maps of the strokes in the views that differ enough, the first of them the picture."""

@@ -11,6 +11,7 @@ from brushgs.options.media import TonalMedium
 from brushgs.passes.add.tonal_marks import Manner, tonal_marks
 from brushgs.passes.add.tonal_view import TonalView
 from brushgs.passes.color.tone import tones as tones_of
+from brushgs.passes.seen import shown_areas
 from brushgs.pipeline.media.materials import LINE_TOLERANCE, Materials, numbers_of
 from brushgs.pipeline.stroke_pass import nearest_regions, nearest_rows
 from brushgs.rendering.coat import Coat
@@ -30,7 +31,7 @@ def keyed_tones(materials: Materials) -> F64:
     strokes, sight, color = materials.strokes, materials.sight, materials.color
     if sight is None:
         return materials.tones
-    areas = sight.seen_areas(strokes, materials.options.num_threads)
+    areas = shown_areas(strokes, sight.pictures, kernel="gaussian")
     tones = tones_of(strokes, local=color.local, equalized=color.equalize, areas=areas)
     shares = numbers_of(TonalMedium, materials).key * sight.focus_of(strokes)
     inside = np.flatnonzero(shares > 0)
