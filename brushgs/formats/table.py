@@ -26,6 +26,28 @@ from brushgs.formats.format import (
 )
 
 # fmt: off
+_PICTURES = (
+    Format("PNG", "picture", (".png",), begins_with(b"\x89PNG\r\n\x1a\n"), read="",
+        write="pictures.still:write_png", bits=(8, 16), note="8 or 16 bit"),
+    Format("JPEG", "picture", (".jpg", ".jpeg"), begins_with(b"\xff\xd8\xff"),
+        read="pictures.still:check_jpeg", write="pictures.still:write_jpeg", note="8 bit, quality 95",
+        holds_alpha=False),
+    Format("TIFF", "picture", (".tif", ".tiff"), begins_with(b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
+        read="", write="pictures.still:write_tiff", bits=(16, 8), note="16 or 8 bit"),
+    Format("OpenEXR", "picture", (".exr",), begins_with(b"\x76\x2f\x31\x01"), read="",
+        write="pictures.exr:write", bits=(16,), note="half float, linear light, depth, layers",
+        is_linear=True, holds_depth=True),
+    Format("WebP", "picture", (".webp",),
+        lambda path, begin: begin.startswith(b"RIFF") and begin[8:12] == b"WEBP",
+        read="pictures.still:check_webp", write="pictures.still:write_webp", note="8 bit, lossless"),
+    Format("BMP", "picture", (".bmp",), begins_with(b"BM"), read=""),
+    Format("Radiance HDR", "picture", (".hdr",), begins_with(b"#?RADIANCE", b"#?RGBE"), read="",
+        is_linear=True),
+    # Without transparency: so it is with the encoder in the wheels of PyAV, which takes none.
+    Format("AVIF", "picture", (".avif",), write="pictures.libav:write_avif", bits=(8, 10),
+        note="8 or 10 bit", holds_alpha=False, holds_metadata=False),
+)
+_PHOTOGRAPHS = tuple(row for row in _PICTURES if row.name in ("JPEG", "PNG", "TIFF", "WebP"))
 _SCENES = (
     Format("PLY file", "scene", (".ply",), begins_with(b"ply\n", b"ply\r"), read="scenes.ply:open_scene",
         write="scenes.ply_write:write_scene",
@@ -52,10 +74,9 @@ _SCENES = (
         note="with ParticleField3DGaussianSplat, by the package usd-core"),
     Format(".ksplat scene", "scene", (".ksplat",), is_ksplat, read="scenes.ksplat:open_scene",
         note="compression levels 0 to 2"),
-    Format("picture", "scene", (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff"),
-        begins_with(b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"RIFF", b"II*\0", b"MM\0*"),
-        read="scenes.picture:open_scene", note="a photograph, as a plane of Gaussians before its camera",
-        is_alone=True),
+    Format("picture", "scene", tuple(suffix for row in _PHOTOGRAPHS for suffix in row.suffixes),
+        any_of(*(row.matches for row in _PHOTOGRAPHS)), read="scenes.picture:open_scene",
+        note="a photograph, as a plane of Gaussians before its camera", is_alone=True),
     # The last of those that are read: it has no mark of its own.
     Format(".splat scene", "scene", (".splat",), is_splat, read="scenes.splat:open_scene",
         write="scenes.splat:write_scene", note="32 bytes a Gaussian", rounds=True),
@@ -130,27 +151,6 @@ _CAMERAS = (
 _GUIDES = (
     Format("OBJ with lines, as Blender exports them", "guides", (".obj",), read="guides:read_obj"),
     Format("JSON, a list of lists of points [x, y, z]", "guides", (".json",), read="guides:read_lists"),
-)
-_PICTURES = (
-    Format("PNG", "picture", (".png",), begins_with(b"\x89PNG\r\n\x1a\n"), read="",
-        write="pictures.still:write_png", bits=(8, 16), note="8 or 16 bit"),
-    Format("JPEG", "picture", (".jpg", ".jpeg"), begins_with(b"\xff\xd8\xff"),
-        read="pictures.still:check_jpeg", write="pictures.still:write_jpeg", note="8 bit, quality 95",
-        holds_alpha=False),
-    Format("TIFF", "picture", (".tif", ".tiff"), begins_with(b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
-        read="", write="pictures.still:write_tiff", bits=(16, 8), note="16 or 8 bit"),
-    Format("OpenEXR", "picture", (".exr",), begins_with(b"\x76\x2f\x31\x01"), read="",
-        write="pictures.exr:write", bits=(16,), note="half float, linear light, depth, layers",
-        is_linear=True, holds_depth=True),
-    Format("WebP", "picture", (".webp",),
-        lambda path, begin: begin.startswith(b"RIFF") and begin[8:12] == b"WEBP",
-        read="pictures.still:check_webp", write="pictures.still:write_webp", note="8 bit, lossless"),
-    Format("BMP", "picture", (".bmp",), begins_with(b"BM"), read=""),
-    Format("Radiance HDR", "picture", (".hdr",), begins_with(b"#?RADIANCE", b"#?RGBE"), read="",
-        is_linear=True),
-    # Without transparency: so it is with the encoder in the wheels of PyAV, which takes none.
-    Format("AVIF", "picture", (".avif",), write="pictures.libav:write_avif", bits=(8, 10),
-        note="8 or 10 bit", holds_alpha=False, holds_metadata=False),
 )
 _DRAWINGS = (
     Format("SVG", "drawing", (".svg",), write="pictures.svg:write_svg",

@@ -18,8 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import NoGaussiansError, SceneError, SceneWarning
-from brushgs.formats.cameras.photograph import COUNTS, camera_in
-from brushgs.formats.cameras.read import reason_of
 from brushgs.formats.files import open_plain
 from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.ply_header import (
@@ -281,13 +279,17 @@ def open_scene(path: Path) -> SceneFile:
 def _photograph(path: Path, header: Header, size: int) -> tuple[Camera | None, tuple[str, ...]]:
     """The camera of the photograph that a scene was predicted from, and the elements that are not read."""
     known, camera = {"vertex", "chunk", "sh"}, None
-    try:
-        camera = camera_in(path, header, size)
-    except SceneError as error:
-        message = f"{path}: the camera of its photograph is not used: {reason_of(error)}"
-        warnings.warn(SceneWarning(message), stacklevel=3)
-    if camera is not None:
-        known |= set(COUNTS)
+    if header.find("extrinsic") is not None:
+        from brushgs.formats.cameras.photograph import COUNTS, camera_in
+        from brushgs.formats.cameras.read import reason_of
+
+        try:
+            camera = camera_in(path, header, size)
+        except SceneError as error:
+            message = f"{path}: the camera of its photograph is not used: {reason_of(error)}"
+            warnings.warn(SceneWarning(message), stacklevel=3)
+        if camera is not None:
+            known |= set(COUNTS)
     return camera, tuple(f"element {one.name}" for one in header.elements if one.name not in known)
 
 
