@@ -200,7 +200,7 @@ class CoatPainter {
     }
     this._texels = texels;
     this._strokes = newTexture(gl, gl.NEAREST);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, TEXTURE_WIDTH, rows, 0, gl.RGBA, gl.FLOAT, texels);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, TEXTURE_WIDTH, rows, 0, gl.RGBA, gl.FLOAT, null);
     this._numBrushes = Math.max(1, header.numSigmas.length);
   }
 
