@@ -157,10 +157,10 @@ def sway(camera: Camera, view: FirstView, num_frames: int, *, roll: float = 0.0)
     return cameras
 
 
-def pivot_of(view: FirstView, camera: Camera) -> F64:
-    """[3] the point about which a camera sways: on its axis, as far away as the middle of the subject."""
-    if view.eye is None:
-        return subject_ahead(camera, view)
+def pivot_of(view: FirstView, camera: Camera, look_at: LookAt | None = None) -> F64:
+    """[3] the point about which a camera sways: on its axis, as far away as its framing target."""
+    if view.eye is None or look_at is not None:
+        return subject_ahead(camera, view, look_at)
     return on_axis(camera, distance_ahead(view, camera.viewmat[:3, :3]))
 
 

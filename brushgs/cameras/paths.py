@@ -81,13 +81,13 @@ def plan_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig) 
     if first_view is None:
         raise ValueError("orbit: the scene must have at least one Gaussian, got none")
     fps = path.fps or DEFAULT_FPS
-    photograph = first_view.photograph
+    photograph = first_view.photograph if view.look_at is None and view.side is None else None
     angle = path.sway
-    if angle is None and photograph is not None and view.look_at is None and view.side is None:
+    if angle is None and photograph is not None:
         angle = photograph.cone
     if angle is not None:
         camera = framed_camera(first_view, view)
-        pivot = pivot_of(first_view, camera) if photograph is None else photograph.pivot
+        pivot = pivot_of(first_view, camera, view.look_at) if photograph is None else photograph.pivot
         cameras = swing(camera, pivot, first_view.up, path.orbit, angle)
         return CameraPath(cameras, True, fps, f"a sway of {np.degrees(angle):.3g} degrees to each side")
     cameras = framed_orbit(first_view, view, path.orbit)

@@ -181,6 +181,17 @@ def test_any_scene_can_sway() -> None:
     assert "17.2 degrees to each side" in path.source
 
 
+def test_a_sway_is_about_what_the_camera_looks_at() -> None:
+    from tests.scenes import still_life_of
+
+    view = choose_first_view(still_life_of(2000), ViewConfig(), None, Report())
+    point = view.points.min(axis=0)  # a corner of the subject, off its middle
+    config = ViewConfig(size=(64, 48), look_at=tuple(point))
+    for camera in plan_path(view, config, PathConfig(orbit=8, sway=0.3)).cameras:
+        ahead = camera.viewmat[:3, :3] @ point + camera.viewmat[:3, 3]
+        assert np.abs(ahead[:2]).max() < 1e-9 * ahead[2]
+
+
 def picture(path: Path, alpha: bool = False) -> Path:
     pixels = np.zeros((48, 64, 4), np.uint8)
     pixels[..., 0], pixels[..., 3] = np.linspace(0, 60, 64), 255
