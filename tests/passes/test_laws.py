@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -56,9 +57,14 @@ def kept(work: Callable[[Gaussians], Gaussians]) -> Callable:
     return rows
 
 
+@cache
+def floor() -> Gaussians:
+    return planks(4000, 1, frame=turned_frame())[1]
+
+
 def oriented(field: str) -> Pass:
     def work(strokes: Gaussians, moved: Callable[[Gaussians], Gaussians]) -> Gaussians:
-        return bg.orient(strokes, moved(planks(4000, 1, frame=turned_frame())[1]), field)
+        return bg.orient(strokes, moved(floor()), field)
 
     return Pass(work, lambda num: planks(1, num, frame=turned_frame())[0], rtol=1e-6)
 
