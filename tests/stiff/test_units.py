@@ -45,7 +45,7 @@ def painted(exponent):
     }
 
 
-@for_each("exponent", [-60, -47, -30, -13, 13, 30, 47, 60])
+@for_each("exponent", [-60, -30, 13, 47])
 def test_boxes_of_a_scene_times_a_power_of_two_are_the_same_bit_for_bit(exponent):
     for name, expected in painted(0).items():
         np.testing.assert_array_equal(painted(exponent)[name], expected, err_msg=name)
