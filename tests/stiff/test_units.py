@@ -65,7 +65,7 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("units")
 
 
-@pytest.mark.parametrize("unit", [1e-18, 1e-14, 1e-10, 1e-6, 1e6, 1e12, 1e18])
+@pytest.mark.parametrize("unit", [1e-18, 1e-10, 1e6, 1e18])
 def test_a_picture_of_a_file_in_any_unit_is_the_same(unit, folder):
     """Files hold logarithms of scales, rounded to float32."""
     away = np.abs(shown(unit, folder) - shown(1.0, folder))
