@@ -25,6 +25,37 @@ def replaced(gaussians, **columns):
     return Gaussians(**{name: columns.get(name, getattr(gaussians, name)) for name in names})
 
 
+def strange_strokes():
+    """Strokes that have no plane, no size, no distance from each other, or far too much of it."""
+    scene = random_gaussians(60, size=0.1)
+    rows = np.arange(60)
+    one = np.ones((60, 3))
+    needles = scene.scales * [1e7, 1, 1]
+    line = np.stack([rows * 0.1, 0 * rows, 0 * rows], axis=1)
+    return {
+        "none": scene.take(slice(0)),
+        "one": scene.take(slice(1)),
+        "two": scene.take(slice(2)),
+        "equal places": replaced(scene, means=0 * scene.means + 5),
+        "needles": replaced(scene, scales=needles),
+        "discs": replaced(scene, scales=scene.scales * [1, 1, 0]),
+        "lines": replaced(scene, scales=scene.scales * [1, 0, 0]),
+        "points": replaced(scene, scales=0 * scene.scales),
+        "balls": replaced(scene, scales=0.1 * one),
+        "a row": replaced(scene, means=line),
+        "a plane": replaced(scene, means=scene.means * [1, 1, 0], sh=0 * scene.sh),
+        "immense": replaced(scene, scales=scene.scales * 1e30),
+        "loud": replaced(scene, sh=100 * scene.sh),
+        "opaque": replaced(scene, opacities=np.ones(60)),
+        "transparent": replaced(scene, opacities=0 * scene.opacities),
+        "tiny": replaced(scene, means=scene.means * 1e-4, scales=scene.scales * 1e-4),
+        "huge": replaced(scene, means=scene.means * 1e4, scales=scene.scales * 1e4),
+        "the smallest": replaced(scene, means=scene.means * 1e-37, scales=scene.scales * 1e-37),
+        "the largest": replaced(scene, means=scene.means * 1e36, scales=scene.scales * 1e36),
+        "an outlier": replaced(scene, means=scene.means + 1e30 * (rows[:, None] == 7)),
+    }
+
+
 def columns_of(gaussians):
     return gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities, gaussians.sh
 

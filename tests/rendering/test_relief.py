@@ -353,15 +353,15 @@ def test_without_it_no_bit_changes_and_the_definition_agrees():
 
 
 def test_in_oil_the_lights_of_the_still_life_stand_twice_as_high_as_its_darks():
-    size = {"width": 400, "height": 300}
+    size = {"width": 280, "height": 210}
     camera, config = still_life_camera(**size), Look.open("oil").config
     config = replace(
         config,
-        cluster=replace(config.cluster, strokes=3000),
+        cluster=replace(config.cluster, strokes=1500),
         strokes=replace(config.strokes, see="off"),
-        view=ViewConfig(size=(400, 300)),
+        view=ViewConfig(size=(280, 210)),
     )
-    painting = prepare(still_life_of(20000), config, Report(), views=camera).painting
+    painting = prepare(still_life_of(10_000), config, Report(), views=camera).painting
     ratios = []
     for by_light in (0.0, 1.0):
         coats = []

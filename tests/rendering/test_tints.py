@@ -85,13 +85,13 @@ def test_float32_is_float64_rounded(order):
 
 @pytest.mark.parametrize("filter", ["bilinear", "mip", "nearest"])
 def test_gradients_are_differences_of_the_definition(filter):
-    small, brushes = {"width": 41, "height": 23}, mixed_set()
+    small, brushes = {"width": 33, "height": 18}, mixed_set()
     boxes = random_boxes(12, **small, seed=4, sizes=(2, 14))
     boxes = replace(
         boxes, opacities=np.linspace(0.2, 1, 12), brushes=np.resize([0, 1, 2], 12).astype(np.uint8)
     )
     g = np.random.default_rng(9)
-    v_rgb, v_alpha = g.normal(size=(23, 41, 3)), g.normal(size=(23, 41))
+    v_rgb, v_alpha = g.normal(size=(18, 33, 3)), g.normal(size=(18, 33))
     frame = rasterize(boxes, brushes, filter=filter, **small)
     actual = rasterize_backward(boxes, brushes, frame, v_rgb, v_alpha, filter=filter)
 

@@ -68,18 +68,6 @@ def test_of_a_wall_beside_fur_the_wall_is_smooth_where_it_is_light_and_the_fur_r
     assert not (found.smooth * found.rough).any()
 
 
-def test_neither_order_nor_unit_nor_place_counts():
-    strokes = wall(colors=0.05, normals=0.4, sizes=0.2)
-    shuffle = np.random.default_rng(1).permutation(len(strokes))
-    found, shuffled = Materials.of(strokes), Materials.of(strokes.take(shuffle))
-    far = Materials.of(replace(strokes, means=1000 * strokes.means + 7, scales=1000 * strokes.scales))
-    assert found.roughness.std() > 0.01
-    for name in ("roughness", "smooth", "rough"):
-        expected = getattr(found, name)
-        np.testing.assert_allclose(getattr(shuffled, name), expected[shuffle], atol=1e-12)
-        np.testing.assert_allclose(getattr(far, name), expected, atol=1e-9)
-
-
 @for_each("num", [0, 1, 2, 5, 40])
 @for_each("scale", [0.0, 1e20, 1.0])
 @for_each("dtype", [np.float32, np.float64])

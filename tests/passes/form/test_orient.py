@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.core.threads import at_most
 from brushgs.formats.guides import Guides
 from brushgs.passes.form import planes
 from brushgs.passes.form.mark_directions import Marks
@@ -13,7 +12,7 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of, rotation_matrices
 from tests.kit.for_each import for_each
 from tests.passes.form.planks import aspects, boards, long_axes, planks, surface, turned_frame
-from tests.passes.scenes import assert_same, covariances, random_gaussians, replaced
+from tests.passes.scenes import assert_same, covariances, replaced, strange_strokes
 
 
 @pytest.mark.parametrize("field", ["form", "color"])
@@ -118,32 +117,6 @@ def test_neighbours_point_the_same_way():
     assert np.abs(np.sign(axes @ turned_frame(5)[:, 0]).sum()) == len(axes)
 
 
-@pytest.mark.parametrize("field", ["form", "color"])
-def test_order_of_rows_unit_and_place_do_not_matter(field):
-    strokes, gaussians = planks(frame=turned_frame())
-    expected = covariances(bg.orient(strokes, gaussians, field))
-    random = np.random.default_rng(2)
-    first, second = random.permutation(len(strokes)), random.permutation(len(gaussians))
-    for unit, shift in ((1.0, 0.0), (2.0**-13, 0.0), (2.0**13, 0.0), (1.0, 1024.0)):
-
-        def moved(some, unit=unit, shift=shift):
-            return replaced(some, means=some.means * unit + shift, scales=some.scales * unit)
-
-        after = bg.orient(moved(strokes).take(first), moved(gaussians).take(second), field)
-        np.testing.assert_allclose(
-            covariances(after), expected[first] * unit**2, rtol=1e-6, atol=1e-9 * unit**2
-        )
-
-
-def test_the_number_of_threads_changes_no_bit():
-    strokes, gaussians = planks(20_000, 2000)
-    results = []
-    for threads in (1, 3):
-        with at_most(threads):
-            results.append(bg.orient(strokes, gaussians))
-    assert_same(*results)
-
-
 def test_blocks_of_rows_change_no_bit(monkeypatch):
     strokes, gaussians = planks()
     expected = bg.orient(strokes, gaussians)
@@ -155,34 +128,6 @@ def test_an_unknown_field_is_refused():
     strokes, gaussians = planks(100, 20)
     with pytest.raises(ValueError, match=r"direction must be own, form, color, .* got 'shape'"):
         bg.orient(strokes, gaussians, "shape")
-
-
-def strange_strokes():
-    """Strokes that have no plane, no size, no distance from each other, or far too much of it."""
-    scene = random_gaussians(60, size=0.1)
-    rows = np.arange(60)
-    one = np.ones((60, 3))
-    needles = scene.scales * [1e7, 1, 1]
-    line = np.stack([rows * 0.1, 0 * rows, 0 * rows], axis=1)
-    return {
-        "none": scene.take(slice(0)),
-        "one": scene.take(slice(1)),
-        "two": scene.take(slice(2)),
-        "equal places": replaced(scene, means=0 * scene.means + 5),
-        "needles": replaced(scene, scales=needles),
-        "discs": replaced(scene, scales=scene.scales * [1, 1, 0]),
-        "lines": replaced(scene, scales=scene.scales * [1, 0, 0]),
-        "points": replaced(scene, scales=0 * scene.scales),
-        "balls": replaced(scene, scales=0.1 * one),
-        "a row": replaced(scene, means=line),
-        "a plane": replaced(scene, means=scene.means * [1, 1, 0], sh=0 * scene.sh),
-        "transparent": replaced(scene, opacities=0 * scene.opacities),
-        "tiny": replaced(scene, means=scene.means * 1e-4, scales=scene.scales * 1e-4),
-        "huge": replaced(scene, means=scene.means * 1e4, scales=scene.scales * 1e4),
-        "the smallest": replaced(scene, means=scene.means * 1e-37, scales=scene.scales * 1e-37),
-        "the largest": replaced(scene, means=scene.means * 1e36, scales=scene.scales * 1e36),
-        "an outlier": replaced(scene, means=scene.means + 1e30 * (rows[:, None] == 7)),
-    }
 
 
 WAVES = np.sin(np.add.outer(np.arange(40), 2 * np.arange(50)))[:, :, None] / 2 + 0.5

@@ -48,17 +48,6 @@ def test_haze_stays_haze_and_opaque_strokes_stay_as_they_are():
     np.testing.assert_array_equal(solid.opacities, opaque.opacities)
 
 
-@pytest.mark.parametrize("unit", [1e-4, 1e4])
-def test_solid_paint_does_not_depend_on_unit_place_or_order(unit):
-    strokes = random_gaussians(300, seed=3, size=0.3)
-    expected = bg.solidify(strokes)
-    shuffle = np.random.default_rng(0).permutation(300)
-    moved = replaced(strokes, means=unit * (strokes.means + np.arange(1, 4)), scales=unit * strokes.scales)
-    found = bg.solidify(moved.take(shuffle))
-    np.testing.assert_allclose(found.opacities, expected.opacities[shuffle], rtol=1e-7)
-    np.testing.assert_allclose(found.scales, unit * expected.scales[shuffle], rtol=1e-7)
-
-
 @for_each("num", [0, 1, 2, 3, 40])
 @for_each("dtype", [np.float32, np.float64])
 def test_solid_paint_of_stiff_strokes(num, dtype):

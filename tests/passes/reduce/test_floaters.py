@@ -84,12 +84,6 @@ def test_a_cloud_of_dots_is_too_sparse_to_have_floaters(tmp_path: Path) -> None:
     assert "floaters" not in names
 
 
-def test_what_is_found_does_not_depend_on_the_order_of_rows() -> None:
-    scene = joined(ball(), blobs(np.random.default_rng(5).uniform(-3, 3, (40, 3)), 0.1))
-    order = np.random.default_rng(6).permutation(len(scene))
-    np.testing.assert_array_equal(is_apart(scene.take(order)), is_apart(scene)[order])
-
-
 def test_the_dial_keeps_or_takes_more(tmp_path: Path) -> None:
     """The last one hovers half way between the two distances."""
     scene = joined(ball(), blobs([(0, 2.5, 0), (2.5, 0, 0)], 0.1), blobs((0, 0, 1.1), 0.003))

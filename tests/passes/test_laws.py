@@ -1,0 +1,226 @@
+"""Laws that bind the passes, each asserted once over a table of them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+import brushgs as bg
+from brushgs.core.threads import at_most
+from brushgs.passes.color.recolor import Palette
+from brushgs.passes.color.tone import grade, tones
+from brushgs.passes.form.material import Materials
+from brushgs.passes.reduce.cluster import group
+from brushgs.passes.reduce.contribution import visible_shares
+from brushgs.passes.reduce.detail import color_detail
+from brushgs.passes.reduce.worth import worth_keeping
+from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
+from tests.passes.color.test_recolor import painting
+from tests.passes.form.planks import planks, turned_frame
+from tests.passes.form.test_choose_brushes import KIT, SURFACES
+from tests.passes.form.test_material import wall
+from tests.passes.reduce.test_floaters import is_apart
+from tests.passes.scenes import covariances, random_gaussians, replaced, strange_strokes
+
+MANY = 5000  # rows, enough for several threads
+PALETTE = Palette.of_image(painting())
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A pass and what it is tried on.
+
+    Attributes:
+        work: from Gaussians, and where all else is to go that it looks at, to Gaussians or columns of rows.
+        scene: so many Gaussians, float64.
+        laws: "order", "unit" (of the scene) and "place": what does not count.
+        rtol, atol: of its outcome, which has no unit.
+    """
+
+    work: Callable[[Gaussians, Callable[[Gaussians], Gaussians]], Any]
+    scene: Callable[[int], Gaussians] = random_gaussians
+    laws: str = "order unit place"
+    rtol: float = 1e-7
+    atol: float = 1e-9
+
+
+def kept(work: Callable[[Gaussians], Gaussians]) -> Callable:
+    """Which rows a pass keeps that leaves some out."""
+
+    def rows(gaussians: Gaussians, _: object) -> np.ndarray:
+        numbered = replace(gaussians, ids=np.arange(len(gaussians), dtype=np.int32))
+        return np.isin(numbered.ids, work(numbered).ids)
+
+    return rows
+
+
+@cache
+def floor() -> Gaussians:
+    return planks(4000, 1, frame=turned_frame())[1]
+
+
+def oriented(field: str) -> Pass:
+    def work(strokes: Gaussians, moved: Callable[[Gaussians], Gaussians]) -> Gaussians:
+        return bg.orient(strokes, moved(floor()), field)
+
+    return Pass(work, lambda num: planks(1, num, frame=turned_frame())[0], rtol=1e-6)
+
+
+def faint(num: int) -> Gaussians:
+    strokes = random_gaussians(num, 5, size=0.15)
+    return replaced(strokes, opacities=strokes.opacities**4)
+
+
+def sparse(num: int) -> Gaussians:
+    """A ball, and a tenth of it far around."""
+    scene = random_gaussians(num, size=0.05)
+    away = np.where(np.arange(num) % 10, 0.3, 9.0)
+    return replaced(scene, means=scene.means * away[:, None])
+
+
+def surfaces(num: int) -> Gaussians:
+    return wall(num, colors=0.05, normals=0.4, sizes=0.2)
+
+
+PASSES = {
+    "solidify": Pass(lambda s, _: bg.solidify(s), lambda num: random_gaussians(num, 3, size=0.3)),
+    "orient by form": oriented("form"),
+    "orient by color": oriented("color"),
+    "choose brushes": Pass(lambda s, _: bg.choose_brushes(s, SURFACES, material=0.8), surfaces, "order"),
+    "choose variants": Pass(lambda s, _: bg.choose_brushes(s, KIT), surfaces, "order"),
+    "materials": Pass(lambda s, _: vars(Materials.of(s)), surfaces),
+    "break colors": Pass(lambda s, _: bg.break_colors(s), laws="order"),
+    "break colors, followed": Pass(lambda s, _: bg.break_colors(s, follows=0.7), laws="order"),
+    "tones": Pass(lambda s, _: tones(s), laws="order unit"),
+    "grade": Pass(lambda s, _: grade(s, chroma=1.5, contrast=0.5)),
+    "recolor": Pass(lambda s, _: bg.recolor(s, PALETTE, 0.7)),
+    "prune": Pass(kept(lambda s: bg.prune(s, 0.3))),
+    "prune as published": Pass(kept(lambda s: bg.prune(s, 0.3, weight="paper"))),
+    "clean": Pass(kept(bg.clean), sparse),
+    "floaters": Pass(lambda s, _: is_apart(s), sparse),
+    "worth": Pass(lambda s, _: worth_keeping(s), faint),
+    "detail": Pass(lambda s, _: color_detail(s)),
+    "visible": Pass(lambda s, _: visible_shares(s)),
+    "cluster": Pass(lambda s, _: group(s, max(1, len(s) // 15)).labels if len(s) else (), laws="unit"),
+}
+
+
+def here(gaussians: Gaussians) -> Gaussians:
+    return gaussians
+
+
+def found(
+    one: Pass, gaussians: Gaussians, moved: Callable[[Gaussians], Gaussians] = here, unit: float = 1.0
+) -> dict[str, np.ndarray]:
+    """Columns of the outcome, without a unit."""
+    result = one.work(gaussians, moved)
+    if not isinstance(result, Gaussians):
+        return result if isinstance(result, dict) else {"": np.asarray(result)}
+    columns = {"moved": (result.means - gaussians.means) / unit, "shapes": covariances(result) / unit**2}
+    columns |= {"opacities": result.opacities, "sh": result.sh}
+    return columns if result.brushes is None else columns | {"brushes": result.brushes}
+
+
+def binding(law: str) -> list[str]:
+    return [name for name, one in PASSES.items() if law in one.laws.split()]
+
+
+def assert_close(one: Pass, actual: dict[str, np.ndarray], expected: dict[str, np.ndarray]) -> None:
+    assert actual.keys() == expected.keys()
+    for name, column in expected.items():
+        np.testing.assert_allclose(actual[name], column, one.rtol, one.atol, err_msg=name)
+
+
+@for_each("name", PASSES)
+def test_rows_differ_in_what_a_pass_makes_of_them(name):
+    """What the laws below compare is no constant."""
+    columns = found(PASSES[name], PASSES[name].scene(300))
+    assert any((column != column[0]).any() for column in columns.values())
+
+
+@for_each("name", binding("order"))
+def test_the_order_of_rows_does_not_count(name):
+    one = PASSES[name]
+    scene, rows = one.scene(300), np.random.default_rng(1).permutation(300)
+    expected = {column: values[rows] for column, values in found(one, scene).items()}
+    assert_close(one, found(one, scene.take(rows)), expected)
+
+
+@for_each("unit", [2.0**-13, 1e4])
+@for_each("name", binding("unit"))
+def test_the_unit_of_the_scene_does_not_count(name, unit):
+    one = PASSES[name]
+    scene = one.scene(300)
+
+    def moved(gaussians):
+        return replaced(gaussians, means=gaussians.means * unit, scales=gaussians.scales * unit)
+
+    assert_close(one, found(one, moved(scene), moved, unit), found(one, scene))
+
+
+@for_each("name", binding("place"))
+def test_the_place_of_the_scene_does_not_count(name):
+    one = PASSES[name]
+    scene = one.scene(300)
+
+    def moved(gaussians):
+        return replaced(gaussians, means=gaussians.means + np.arange(1, 4))
+
+    assert_close(one, found(one, moved(scene), moved), found(one, scene))
+
+
+@for_each("name", PASSES)
+def test_the_number_of_threads_changes_no_bit(name):
+    one = PASSES[name]
+    scene, outcomes = one.scene(MANY), []
+    for threads in (1, 3):
+        with at_most(threads):
+            outcomes.append(found(one, scene))
+    for column, values in outcomes[0].items():
+        np.testing.assert_array_equal(outcomes[1][column], values, err_msg=column)
+
+
+@for_each("dtype", [np.float32, np.float64])
+@for_each("name", PASSES)
+def test_dtype_and_what_a_pass_is_not_about_are_kept(name, dtype):
+    given = PASSES[name].scene(300).astype(dtype)
+    ids = np.random.default_rng(2).permutation(300).astype(np.int32)
+    given = replace(given, ids=ids, finest=1e-6, antialiased=True)
+    result = PASSES[name].work(given, lambda gaussians: gaussians.astype(dtype))
+    if isinstance(result, Gaussians):
+        for column in ("means", "quats", "scales", "opacities", "sh"):
+            assert getattr(result, column).dtype == dtype, column
+        np.testing.assert_array_equal(result.ids, ids)
+        assert (result.finest, result.antialiased) == (given.finest, True)
+
+
+@for_each("num", [0, 1, 2])
+@for_each("name", PASSES)
+def test_none_one_and_two_gaussians_are_enough(name, num):
+    one = PASSES[name]
+    for column, values in found(one, one.scene(300).take(slice(num))).items():
+        assert len(values) == num, column
+        assert np.isfinite(values).all(), column
+
+
+def strange_rows() -> list[tuple[str, str, type]]:
+    """Every pass with every scene, in one dtype or the other by turns."""
+    pairs = product(enumerate(PASSES), enumerate(strange_strokes()))
+    return [(name, scene, (np.float32, np.float64)[(i + j) % 2]) for (i, name), (j, scene) in pairs]
+
+
+@for_each(("name", "scene", "dtype"), strange_rows())
+def test_strange_strokes_come_out_finite(name, scene, dtype):
+    """`Gaussians` itself refuses what is not finite and opacities out of range."""
+    strokes = strange_strokes()[scene].astype(dtype)
+    result = PASSES[name].work(strokes, lambda gaussians: gaussians.astype(dtype))
+    if isinstance(result, Gaussians):
+        assert len(result) == len(strokes)
+        return
+    for column, values in result.items() if isinstance(result, dict) else [("", np.asarray(result))]:
+        assert values.shape[:1] == (len(strokes),), column
+        assert np.isfinite(values).all(), column
