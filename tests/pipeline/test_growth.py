@@ -20,8 +20,7 @@ from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 
 LOOKS = ["oil", "plain", "charcoal", "ink"]
-# Ink and hatching begin with the lines of their stage, some of which the paper under the subject hides later.
-STEADY = ["oil", "plain", "charcoal"]
+STEADY = ["oil", "plain", "charcoal", "ink", "hatching"]
 NUM_FRAMES = 8
 SCENE = still_life_of(3000)
 GROW = GrowConfig(1.0, fps=8)  # six frames that grow, and two of the finished painting

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 NUM_VIEWS = 4  # of a path, in which strokes are seen or hidden
 PACE = 0.15  # exponent of the number of strokes in the duration of a stage: small strokes come faster
-# Shares of a duration after which waiting strokes come: of later coats, for strokes that those mostly cover;
-# of its own coat, for strokes that it hides and that later coats are tested against.
+# Shares of a duration after which waiting strokes come: of the later coats that mostly cover them; and of all
+# coats until one that is tested against them, for strokes that these hide.
 COVERED_FROM, HIDDEN_FROM = 0.3, 0.9
 
 
@@ -73,13 +73,15 @@ def _paced(
     duration = max(float(passed[-1]), 1.0)
     knots = np.concatenate([[0], laid]), np.concatenate([[0], passed]) / duration
     times, comes, before, start = [], [], 0, 0.0
-    for order in orders:
+    ends = np.interp(np.cumsum([int(order.counts.sum()) for order in orders]), *knots).tolist()
+    for order, end in zip(orders, ends, strict=True):
         time = np.interp(before + order.ranks, *knots)
         before += int(order.counts.sum())
-        end = float(np.interp(before, *knots))
-        time[order.is_covered] = _spread(end + COVERED_FROM * (1 - end), int(order.is_covered.sum()))
+        until = 1.0 if order.complete_with is None else ends[order.complete_with]
+        covered = _spread(end + COVERED_FROM * (until - end), until, int(order.is_covered.sum()))
+        time[order.is_covered] = covered
         times.append(time)
-        hidden = start + HIDDEN_FROM * (end - start) if order.is_ahead else 1.0
+        hidden = 1.0 if order.complete_with is None else start + HIDDEN_FROM * (until - start)
         comes.append(np.where(order.is_unseen, np.inf, np.where(order.is_hidden, hidden, time)))
         start = end
     in_turn = np.sort(np.concatenate([*comes, np.zeros(0)]))
@@ -114,6 +116,6 @@ def _of_finished(relief: Relief, strokes: Gaussians) -> Relief:
     return replace(relief, size=median_size(strokes)).in_lights_of(strokes)
 
 
-def _spread(start: float, count: int) -> F64:
-    """`count` evenly spread times from a start to the end."""
-    return np.linspace(start, 1, count, endpoint=False)
+def _spread(start: float, end: float, count: int) -> F64:
+    """`count` evenly spread times from a start to an end."""
+    return np.linspace(start, end, count, endpoint=False)

@@ -41,8 +41,8 @@ class Order:
         is_unseen: [N] coarse strokes that never come, because their level hides them.
         is_hidden: [N] strokes that wait for the end; the stroke that they replace still leaves in its turn.
         is_covered: [N] strokes that wait for later coats, which cover most of them.
-        is_ahead: whether the coat is complete before the next one begins, which is tested against it: then
-            hidden strokes wait for the end of the coat only, and no stroke waits for later coats.
+        complete_with: the last coat before one that is tested against this one. Until its end this one is
+            complete, too: strokes wait no longer than that. None if there is no such coat.
         counts: number of strokes in each stage, without waiting strokes.
     """
 
@@ -50,7 +50,7 @@ class Order:
     is_unseen: Mask
     is_hidden: Mask
     is_covered: Mask
-    is_ahead: bool
+    complete_with: int | None
     counts: Rows
 
 
@@ -58,25 +58,30 @@ def lay_orders(coats: Sequence[Coat], layers: Sequence[Layers], cameras: Sequenc
     """The order of each coat for some views; `layers` are those of the coats."""
     views = [small_view(camera) for camera in cameras]
     orders: list[Order] = []
-    passed, is_ahead = [np.ones((view.height, view.width)) for view in views], False
-    for coat, of_coat in zip(reversed(coats), reversed(layers), strict=True):
+    passed = [np.ones((view.height, view.width)) for view in views]
+    complete_with: int | None = None
+    for row in reversed(range(len(coats))):
+        coat, of_coat = coats[row], layers[row]
         found = [_measure(of_coat, view, light) for view, light in zip(views, passed, strict=True)]
-        order = _lay_order(of_coat, _Measured.in_all(found), with_lights=not orders, is_ahead=is_ahead)
+        order = _lay_order(of_coat, _Measured.in_all(found), row, complete_with, with_lights=not orders)
         orders.append(order)
-        is_ahead = is_ahead or coat.tolerance is not None
+        complete_with = complete_with if coat.tolerance is None else row - 1
         if coat.blend == "cover" and coat.dry == 0:  # paint below a glaze or in the tooth of paper is visible
             passed = [light * (1 - one.alpha) for light, one in zip(passed, found, strict=True)]
     return orders[::-1]
 
 
-def _lay_order(layers: Layers, found: "_Measured", *, with_lights: bool, is_ahead: bool) -> Order:
+def _lay_order(
+    layers: Layers, found: "_Measured", row: int, complete_with: int | None, *, with_lights: bool
+) -> Order:
     """The order of one coat.
 
     Args:
         layers: of the coat.
         found: its measures.
+        row: of the coat in the painting.
+        complete_with: see `Order`.
         with_lights: whether the lights come last.
-        is_ahead: see `Order`.
     """
     seen = found.seen
     stages = np.minimum(layers.level_of, layers.num_merged + 1)
@@ -88,7 +93,7 @@ def _lay_order(layers: Layers, found: "_Measured", *, with_lights: bool, is_ahea
     if with_lights:
         stages[_lights(layers, is_coarse)] = last
     order = np.lexsort((layers.broods, keys, layers.level_of, stages))
-    is_covered = ~is_hidden & (not is_ahead) & (seen < COVERED * found.own) & (layers.level_of == 0)
+    is_covered = ~is_hidden & (complete_with != row) & (seen < COVERED * found.own) & (layers.level_of == 0)
     comes = ~(is_unseen | is_hidden | is_covered)[order]
     before = np.cumsum(comes) - comes
     is_next = np.ones(len(order), bool)
@@ -96,7 +101,7 @@ def _lay_order(layers: Layers, found: "_Measured", *, with_lights: bool, is_ahea
     ranks = np.zeros(len(stages), np.intp)
     ranks[order] = before[is_next][np.cumsum(is_next) - 1]
     counts = np.bincount(stages[order], comes, minlength=last + 1).astype(np.intp)
-    return Order(ranks, is_unseen, is_hidden, is_covered, is_ahead, counts)
+    return Order(ranks, is_unseen, is_hidden, is_covered, complete_with, counts)
 
 
 @dataclass(frozen=True, eq=False)
