@@ -28,6 +28,7 @@ HALO = 3.0  # px of paper that are left there
 THINNING, STEEP = 6.0, 1.6  # px beyond a sharp outline that thinning ink reaches, and its contrast
 SHARP = 0.9  # px, standard deviation of the last smoothing, in place of the steps of pixels
 FADED = (0.6, 1.1)  # areas over the least one at which a region is paper, and wholly black
+LAID, SKIRT = 0.6, 2.0  # share from which a pixel counts as ink, and px of the soft edge around it
 EDGE = 1.6  # px, standard deviation of the smoothing of the outline of blacks
 ROUND = 0.5  # share of a mask within `EDGE` at which its outline runs
 LOWEST, HIGHEST, ROUNDS = 0.06, 0.46, 7  # tones between which the threshold lies, and halvings of these
@@ -167,7 +168,10 @@ class Blacks:
         if self.softness:
             return self._thinning(tones, shares)
         near = ndimage.gaussian_filter(shares, SHARP * tones.scale, truncate=3.0)
-        return np.asarray(np.clip((near - 0.2) / 0.6, 0, 1), np.float32)
+        smooth = np.asarray(np.clip((near - 0.2) / 0.6, 0, 1), np.float32)
+        whole = _without_small(smooth > LAID, least)  # a neck that was smoothed away leaves pieces
+        near_whole = ndimage.maximum_filter(whole, 2 * max(1, round(SKIRT * tones.scale)) + 1)
+        return np.asarray(smooth * near_whole, np.float32)
 
     def _thinning(self, tones: Tones, shares: F32) -> F32:
         """[H, W] the same with edges over a range of tones, near regions of these shares."""

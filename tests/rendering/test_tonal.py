@@ -60,6 +60,26 @@ def test_small_spots_and_small_holes_are_left_out():
     np.testing.assert_array_equal(kept, disc(radius=40))
 
 
+def test_a_region_whose_neck_is_smoothed_away_leaves_no_spot():
+    """Of two discs on a neck of one pixel, one smaller than the least area, that one goes with the neck."""
+    from scipy import ndimage
+
+    view = camera(960, 540)
+    mask = disc(540, 960, 60, 300, 270) | disc(540, 960, 5.5, 400, 270)
+    mask[270, 300:400] = True
+
+    class Masked(Tones):
+        def is_black(self, threshold):
+            return mask
+
+    flat = np.ones(mask.shape, np.float32)
+    tones = Masked(flat, flat, flat, np.zeros(mask.shape, bool), scale_of(view))
+    shares = Blacks(0.3, 140 / mask.size, INK, PAPER).shares(tones)
+    assert ndimage.label(shares > 0)[1] == 1
+    assert shares[270, 300] == 1
+    assert shares[270, 400] == 0
+
+
 def test_what_is_nearer_gets_a_halo_of_paper():
     depth = np.where(np.arange(960) < 480, 1.0, 2.0)
     view = camera(960, 540)

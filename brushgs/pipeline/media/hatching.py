@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 DARKEST = 0.15  # tone from which on spacing grows
 CROSS_TURN = np.radians(68.0)
+CROSS_SHORTEST = 22.0  # px of a picture of `PIXELS`: what crosses others never stands alone
 
 
 def hatching(materials: Materials) -> list[Coat]:
@@ -40,7 +41,8 @@ def hatching_coats(
     coats = marks_coat("hatching", materials, views, plain, is_left_out=masks, dry=media.dry, seed=1)
     if media.crossed:
         darkest = min(darkest, media.crossed - 0.01)
-        crossed = Manner(darkest, media.crossed, media.spacing, media.width, media.length, turn=CROSS_TURN)
+        length = min(media.length[0], CROSS_SHORTEST), media.length[1]
+        crossed = Manner(darkest, media.crossed, media.spacing, media.width, length, turn=CROSS_TURN)
         coats += marks_coat("crossed", materials, views, crossed, is_left_out=masks, dry=media.dry, seed=2)
     return coats
 
