@@ -101,6 +101,22 @@ def test_a_painter_turns_changes_and_renders(viewed, tmp_path):
     assert read_image(tmp_path / "pears-oil-1.png").shape[:2] == (48, 64)
 
 
+def test_the_token_leaves_the_address_though_no_picture_can_be_shown(shared, browser):
+    """Before the page is whole: the view of a link stays, a reload works, a copied address does not."""
+    without_webgl = "HTMLCanvasElement.prototype.getContext = () => null;"
+    tab, other = browser.new_context(), browser.new_context()
+    try:
+        page = tab.new_page()
+        page.add_init_script(without_webgl)
+        page.goto(f"{shared.address()}#view=30,12,1.2,0,0,0")
+        assert page.url == f"http://127.0.0.1:{shared.port}/#view=30,12,1.2,0,0,0"
+        assert page.reload().status == 200
+        assert other.new_page().goto(page.url).status == 403
+    finally:
+        tab.close()
+        other.close()
+
+
 def test_a_picture_that_is_done_before_the_page_hears_of_it_is_shown(viewed):
     page = viewed
     page.evaluate(

@@ -1,5 +1,8 @@
 // The studio: what the page of `brushgs view` has beside that of a file. Its server makes the strokes anew.
 
+// The token leaves the address before anything else can fail; the cookie has it, and a link keeps its view.
+history.replaceState(null, "", `/${location.hash}`);
+
 const SEND_AFTER = 150; // ms that a slider rests before its value is sent
 const WIDE = "(min-width: 900px)"; // there the studio stands beside the picture, else over it
 const LEAST_STROKES = 100, MOST_STROKES = 100_000;
@@ -43,7 +46,6 @@ class Studio {
 
   /** Build the panel, and follow the server from now on. */
   async start() {
-    history.replaceState(null, "", "/"); // the token is no more to be seen
     this._choices = await this._server.choices();
     this._build();
     this._follow();
