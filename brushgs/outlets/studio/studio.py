@@ -169,10 +169,12 @@ class Studio:
             The number of the state.
 
         Raises:
-            ValueError: if a setting is out of range; then nothing changes.
+            ValueError: if a setting is out of range, or the file of options cannot be written; then nothing
+                changes.
         """
         self._session.config(settings)
         with self._changed:
+            self._session.save(settings)
             self._wanted, self._error, self._progress = settings, None, Progress("waiting")
             # While the state is locked, so that tasks and states have the same order.
             self._changes.submit(lambda task: self._paint(settings, task))

@@ -23,7 +23,9 @@ class FakeSession:
     stages: dict = field(default_factory=dict)  # number of strokes -> event that lets its stage go on
     began: dict = field(default_factory=dict)  # number of strokes -> event that it began
     error: Exception | None = None
+    save_error: Exception | None = None
     painted: list = field(default_factory=list)
+    saved: list = field(default_factory=list)
     dropped: dict = field(default_factory=dict)
     known: Known = field(default_factory=Known)
     source: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(name="fake"))
@@ -31,6 +33,11 @@ class FakeSession:
     def config(self, settings):
         if settings.relief is not None and settings.relief > 1:
             raise ValueError("relief must be 0 to 1")
+
+    def save(self, settings):
+        if self.save_error is not None:
+            raise self.save_error
+        self.saved.append(settings)
 
     def hold(self, count):
         self.stages[count], self.began[count] = threading.Event(), threading.Event()
@@ -226,3 +233,14 @@ def test_closing_a_studio_leaves_its_work(session, studio):
     assert studio.close(SECONDS)
     assert session.painted == []
     assert states_of(studio) == ["stopped"]
+
+
+def test_changes_are_saved_before_they_are_painted(session, studio):
+    session.hold(1)
+    studio.change(Settings(strokes=1))
+    assert session.saved == [Settings(strokes=1)]
+    session.save_error = SceneError("mine.toml", "cannot be written; check the disk")
+    with pytest.raises(SceneError, match=r"mine\.toml: cannot be written"):
+        studio.change(Settings(strokes=2))
+    assert studio.state()["settings"] == {"strokes": 1}
+    session.stages[1].set()
