@@ -8,7 +8,7 @@ import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -120,6 +120,10 @@ class Session:
         """
         return self.config_of(overrides_of(settings, self.known))
 
+    def of_scene(self, source: SceneSource) -> "Session":
+        """The same with another scene."""
+        return replace(self, source=source, _memory=Memory(), _finder=Finder())
+
     def save(self, settings: Settings) -> None:
         """Write the file of options, and the dropped pictures that they use.
 
@@ -128,8 +132,9 @@ class Session:
         """
         if self.saved is None:
             return
-        used = {settings.stroke, settings.palette} & self.dropped.keys()
-        names = {key: self.saved.keep(key, self.dropped[key].name, self.dropped[key].path) for key in used}
+        given = (settings.stroke, settings.palette)
+        used = {key: one for key, one in self.dropped.items() if key in given}
+        names = {key: self.saved.keep(key, one.name, one.path) for key, one in used.items()}
         self.saved.write(overrides_of(settings, self.known), flags_of(settings, names))
 
     def paint(self, settings: Settings, report: Report) -> Painted:
