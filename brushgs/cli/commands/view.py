@@ -1,8 +1,10 @@
 """`brushgs view`: turn and change a painting in the browser, and paint pictures and videos from there."""
 
 import sys
+import tempfile
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -32,6 +34,20 @@ class Own(Options, frozen=True):
     # fmt: on
 
 
+class Scene(Options, frozen=True):
+    """The scene, which may be missing, and those that the page offers."""
+
+    # fmt: off
+    scene: Annotated[tuple[Path, ...], option("scene, as `brushgs render` takes it; without one the first of "
+        "--scenes, or an example; others can be dropped on the page", flag="scene", read=Path, nargs="*",
+        default=""
+    )] = ()
+    scenes: Annotated[Path | None, option("folder of scenes that the page offers to open", metavar="FOLDER",
+        default="none"
+    )] = None
+    # fmt: on
+
+
 class Browser(Options, frozen=True):
     """How the page is opened."""
 
@@ -45,12 +61,13 @@ class Browser(Options, frozen=True):
 
 
 # Flags that `brushgs render` does not have.
-OF_THE_VIEWER = {"save", *(row.field for kind in (ServerConfig, Browser) for row in rows_of(kind))}
+OF_THE_VIEWER = {"save", "scenes", *(row.field for kind in (ServerConfig, Browser) for row in rows_of(kind))}
 
 
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
-    flags.add_scene(parser)
+    flags.add(parser, Scene)
+    flags.add(parser, "source", without=("memory",))
     flags.add(parser, Own)
     flags.add(parser, flags.NoMetadataFlag)
     flags.add(parser, ServerConfig)
@@ -63,6 +80,31 @@ def run(args: Namespace) -> None:
     """Paint, and serve until Ctrl-C."""
     server = ServerConfig(args.host, args.port, args.certificate, args.key)
     paint_config(args)
+    with ExitStack() as stack:
+        others = [] if args.scenes is None else scenes_in(args.scenes)
+        args.scene = args.scene or others[:1] or [example_in(stack)]
+        _serve(args, server, others)
+
+
+def scenes_in(folder: Path) -> list[Path]:
+    """The scenes of a folder. Raises SceneError if it holds none."""
+    from brushgs.formats.scenes.open_file import find_parts
+
+    return find_parts([folder])
+
+
+def example_in(stack: ExitStack) -> Path:
+    """The file of an example scene, in a folder that lasts as long as the stack."""
+    from brushgs.formats.scenes.write import write_scene
+    from brushgs.outlets.demo import SCENE_NAME
+    from brushgs.still_life import still_life
+
+    path = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="brushgs-"))) / SCENE_NAME
+    write_scene(still_life(), path)
+    return path
+
+
+def _serve(args: Namespace, server: ServerConfig, others: Sequence[Path]) -> None:
     with reported(args) as report:
         from brushgs.outlets.studio.serve import paint_first, serve
 
@@ -81,6 +123,7 @@ def run(args: Namespace) -> None:
         note=note,
         opens_browser=not args.no_browser and not args.serve,
         is_for_headset=args.serve,
+        others=others,
     )
 
 
