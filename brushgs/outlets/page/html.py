@@ -47,11 +47,12 @@ SCRIPTS = (
     "live_fields.js",
     "live_outputs.js",
     "live_where.js",
+    "live_scene.js",
     "live.js",
     "app.js",
 )
 # Files for pages with a server only.
-LIVE_SCRIPTS = frozenset({"live_server.js", "live_fields.js", "live_outputs.js", "live_where.js", "live.js"})
+LIVE_SCRIPTS = frozenset(name for name in SCRIPTS if name.startswith("live"))
 SHARED_GLSL = "shared.glsl"  # generated, see `brushgs.outlets.page.shared`
 SHADER_SUFFIXES = (".vert", ".frag", ".glsl")
 _INCLUDE = re.compile(r'^[ \t]*#include "([^"\n]+)"[ \t]*$', re.MULTILINE)

@@ -2,7 +2,7 @@
 
 import tempfile
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -38,6 +38,7 @@ def serve(
     note: Callable[[str], None],
     opens_browser: bool = True,
     is_for_headset: bool = False,
+    others: Sequence[Path] = (),
 ) -> None:
     """Serve the page until Ctrl-C.
 
@@ -49,6 +50,7 @@ def serve(
         note: called with sentences for people.
         opens_browser: open the browser of this machine.
         is_for_headset: print how to reach the page from a headset.
+        others: scenes that the page offers.
 
     Raises:
         SceneError: if the address or the certificate cannot be used.
@@ -57,7 +59,7 @@ def serve(
     with ExitStack() as stack:
         heard = stack.enter_context(hearing_warnings())
         uploads = stack.enter_context(tempfile.TemporaryDirectory(prefix="brushgs-"))
-        studio = Studio(session, first, uploads=Path(uploads), heard=heard, say=say)
+        studio = Studio(session, first, uploads=Path(uploads), heard=heard, say=say, others=others)
         stack.callback(studio.close, SECONDS_TO_LEAVE)
         server = stack.enter_context(StudioServer(studio, config))
         studio.hint = headset_hint(server)

@@ -1,6 +1,6 @@
 """The HTTP front of a studio, on the standard library's server, with strict checks of requests.
 
-Ten routes for one user need no framework, and all rules are here: who may ask (a token, the host name, the
+A few routes for one user need no framework, and all rules are here: who may ask (a token, the host name, the
 origin of changing requests), how much (lengths, times, connections), and that no part of a request is used as
 a file name.
 """
@@ -21,8 +21,8 @@ from dataclasses import dataclass, field
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from io import BytesIO
-from typing import Any
+from tempfile import SpooledTemporaryFile
+from typing import IO, Any
 from urllib.parse import parse_qsl, urlsplit
 
 from brushgs.errors import SceneError
@@ -31,11 +31,13 @@ from brushgs.outlets.studio.settings import read_film, read_json, read_part, rea
 from brushgs.outlets.studio.studio import Studio
 
 MAX_UPLOAD = 16 << 20  # bytes of a dropped picture
+MAX_SCENE = 512 << 20  # bytes of a dropped scene
 MAX_JSON = 1 << 18  # 500 cameras take 200 kB
 MAX_CONNECTIONS = 48  # of those who have the token, and of those who have not shown it: a browser keeps six
 REQUEST_SECONDS = 30.0  # for one request: uploads come from this machine
 STATE_SECONDS = 20.0  # longest wait of a request for the next state
 READ_BYTES = 1 << 16
+LIMITS = {"/file": MAX_UPLOAD, "/scene": MAX_SCENE}  # of what is sent, bytes; else MAX_JSON
 
 # Replies other than the page must not run or render anything.
 PLAIN_POLICY = "default-src 'none'; frame-ancestors 'none'"
@@ -282,9 +284,12 @@ class StudioHandler(BaseHTTPRequestHandler):
             raise RefusedError(HTTPStatus.METHOD_NOT_ALLOWED, f"only {', '.join(methods)}")
         if self.command == "POST":
             self._check_origin(hosts[0])
-        body = self._body(MAX_UPLOAD if url.path == "/file" else MAX_JSON)
-        self.server.begin(self.plain_request, self.request, float("inf"))
-        return ROUTES[self.command, url.path](self, query, body)
+        route = ROUTES[self.command, url.path]
+        with SpooledTemporaryFile(MAX_UPLOAD) as body:
+            self._receive(LIMITS.get(url.path, MAX_JSON), body)
+            body.seek(0)
+            self.server.begin(self.plain_request, self.request, float("inf"))
+            return route(self, query, body)
 
     def _has_token(self, given: str | None) -> bool:
         """Whether a request has the token, by cookie or, the first time, by address."""
@@ -303,15 +308,15 @@ class StudioHandler(BaseHTTPRequestHandler):
         if origins != [f"{self.server.scheme}://{host}"]:
             raise RefusedError(HTTPStatus.FORBIDDEN, "only the page itself may ask for that")
 
-    def _body(self, most: int) -> bytes:
-        """The body of a request, at most `most` bytes; empty for GET."""
+    def _receive(self, most: int, content: IO[bytes]) -> None:
+        """Write the body of a request to a file, at most `most` bytes; none for GET."""
         lengths = self.headers.get_all("Content-Length", [])
         if "Transfer-Encoding" in self.headers:
             raise RefusedError(HTTPStatus.LENGTH_REQUIRED, "say the length, in place of chunks")
         if self.command != "POST":
             if lengths not in ([], ["0"]):
                 raise RefusedError(HTTPStatus.BAD_REQUEST, "this request holds nothing")
-            return b""
+            return
         if not lengths:
             raise RefusedError(HTTPStatus.LENGTH_REQUIRED, "say the length of what is sent")
         if len(lengths) > 1 or not re.fullmatch(r"[0-9]{1,18}", lengths[0]):
@@ -320,13 +325,11 @@ class StudioHandler(BaseHTTPRequestHandler):
         if length > most:
             sentence = f"at most {most / (1 << 20):g} MiB may be sent"
             raise RefusedError(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, sentence)
-        content = BytesIO()
         while (left := length - content.tell()) > 0:
             piece = self.rfile.read1(min(left, READ_BYTES))
             if not piece:
                 raise RefusedError(HTTPStatus.REQUEST_TIMEOUT, "less was sent than was said")
             content.write(piece)
-        return content.getvalue()
 
     def _send(self, status: HTTPStatus, reply: Reply, *, closes: bool = False) -> None:
         try:
@@ -344,60 +347,68 @@ class StudioHandler(BaseHTTPRequestHandler):
         except OSError:  # the browser closed the connection
             self.close_connection = True
 
-    def page(self, query: Mapping[str, str], body: bytes) -> Reply:
+    def page(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """The page; sets the cookie with the token."""
         secure = "; Secure" if self.server.tls is not None else ""
         cookie = f"{self.server.cookie}={self.server.token}; Path=/; HttpOnly; SameSite=Strict{secure}"
         headers = {"Set-Cookie": cookie, "Content-Security-Policy": PAGE_POLICY}
         return Reply(self.server.studio.page().encode(), "text/html; charset=utf-8", headers)
 
-    def state(self, query: Mapping[str, str], body: bytes) -> Reply:
+    def state(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """The state, as soon as it differs from the given number."""
         known = query.get("known", "0")
         if not re.fullmatch(r"[0-9]{1,15}", known):
             raise ValueError("known must be the number of a state")
         return Reply.of(self.server.studio.state(int(known), STATE_SECONDS))
 
-    def choices(self, query: Mapping[str, str], body: bytes) -> Reply:
+    def choices(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """The choices of the page's controls."""
         return Reply.of(self.server.studio.choices())
 
-    def contents(self, query: Mapping[str, str], body: bytes) -> Reply:
+    def contents(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """The painting."""
         version, content = self.server.studio.contents()
         return Reply(content, "application/octet-stream", {"X-Version": str(version)})
 
-    def settings(self, query: Mapping[str, str], body: bytes) -> Reply:
+    def settings(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """Change the painting."""
         studio = self.server.studio
-        return Reply.of({"number": studio.change(read_settings(read_json(body), studio.session.known))})
+        settings = read_settings(read_json(body.read()), studio.session.known)
+        return Reply.of({"number": studio.change(settings)})
 
-    def file(self, query: Mapping[str, str], body: bytes) -> Reply:
+    def file(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """Store a dropped picture."""
-        name = "".join(letter for letter in query.get("name", "") if letter.isprintable())[:200]
-        return Reply.of({"id": self.server.studio.add_file(name or "picture", body)})
+        return Reply.of({"id": self.server.studio.add_file(_name_in(query) or "picture", body.read())})
 
-    def render(self, query: Mapping[str, str], body: bytes) -> Reply:
+    def scene(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
+        """Open a dropped scene."""
+        return Reply.of({"id": self.server.studio.add_scene(_name_in(query) or "scene", body)})
+
+    def open_scene(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
+        """Open a known scene."""
+        return Reply.of({"number": self.server.studio.open_scene(query.get("id", ""))})
+
+    def render(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """Start painting a picture."""
-        return Reply.of({"id": self.server.studio.shoot(read_shot(read_json(body)))})
+        return Reply.of({"id": self.server.studio.shoot(read_shot(read_json(body.read())))})
 
-    def video(self, query: Mapping[str, str], body: bytes) -> Reply:
+    def video(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """Start painting a video."""
-        return Reply.of({"id": self.server.studio.film(read_film(read_json(body)))})
+        return Reply.of({"id": self.server.studio.film(read_film(read_json(body.read())))})
 
-    def where(self, query: Mapping[str, str], body: bytes) -> Reply:
+    def where(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """Find the strokes in a part of the scene."""
-        return Reply.of(self.server.studio.find(read_part(read_json(body))))
+        return Reply.of(self.server.studio.find(read_part(read_json(body.read()))))
 
-    def stop(self, query: Mapping[str, str], body: bytes) -> Reply:
+    def stop(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """Stop a picture or a video."""
         return Reply.of({"stopped": self.server.studio.stop(query.get("id", ""))})
 
-    def icon(self, query: Mapping[str, str], body: bytes) -> Reply:
+    def icon(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """An empty favicon, which browsers request."""
         return Reply(b"", "image/png")
 
-    def output(self, query: Mapping[str, str], body: bytes) -> Reply:
+    def output(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """A picture or a video that was written."""
         path = self.server.studio.output(query.get("id", ""))
         if path is None:
@@ -406,7 +417,7 @@ class StudioHandler(BaseHTTPRequestHandler):
         return Reply(path.read_bytes(), kind)
 
 
-Route = Callable[[StudioHandler, Mapping[str, str], bytes], Reply]
+Route = Callable[[StudioHandler, Mapping[str, str], IO[bytes]], Reply]
 ROUTES: Mapping[tuple[str, str], Route] = {
     ("GET", "/"): StudioHandler.page,
     ("GET", "/favicon.ico"): StudioHandler.icon,
@@ -416,11 +427,18 @@ ROUTES: Mapping[tuple[str, str], Route] = {
     ("GET", "/output"): StudioHandler.output,
     ("POST", "/settings"): StudioHandler.settings,
     ("POST", "/file"): StudioHandler.file,
+    ("POST", "/scene"): StudioHandler.scene,
+    ("POST", "/open"): StudioHandler.open_scene,
     ("POST", "/render"): StudioHandler.render,
     ("POST", "/video"): StudioHandler.video,
     ("POST", "/where"): StudioHandler.where,
     ("POST", "/stop"): StudioHandler.stop,
 }
+
+
+def _name_in(query: Mapping[str, str]) -> str:
+    """The name of a dropped file, for people."""
+    return "".join(letter for letter in query.get("name", "") if letter.isprintable())[:200]
 
 
 def _is_address(text: str) -> bool:

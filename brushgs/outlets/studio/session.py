@@ -8,7 +8,7 @@ import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +23,7 @@ from brushgs.options.scene_source import SceneSource
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import page_contents
 from brushgs.outlets.page.export import command_of, view_of
+from brushgs.outlets.studio.saved import SavedOptions
 from brushgs.outlets.studio.settings import Film, Known, Settings, Shot, flags_of, overrides_of, shown_lamp
 from brushgs.outlets.studio.where import Finder, Members, given_in, read_where
 from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
@@ -85,6 +86,7 @@ class Session:
         folder: for pictures and videos.
         dropped: dropped pictures by id.
         writes_metadata: whether pictures and videos get metadata.
+        saved: file of options to write at each change; or None.
     """
 
     source: SceneSource
@@ -94,6 +96,7 @@ class Session:
     folder: Path = Path()
     dropped: dict[str, Dropped] = field(default_factory=dict)
     writes_metadata: bool = True
+    saved: SavedOptions | None = None
     _memory: Memory = field(default_factory=Memory)
     _finder: Finder = field(default_factory=Finder)
 
@@ -116,6 +119,23 @@ class Session:
             ValueError: if one is out of range, or they exclude each other.
         """
         return self.config_of(overrides_of(settings, self.known))
+
+    def of_scene(self, source: SceneSource) -> "Session":
+        """The same with another scene."""
+        return replace(self, source=source, _memory=Memory(), _finder=Finder())
+
+    def save(self, settings: Settings) -> None:
+        """Write the file of options, and the dropped pictures that they use.
+
+        Raises:
+            SceneError: if one cannot be written.
+        """
+        if self.saved is None:
+            return
+        given = (settings.stroke, settings.palette)
+        used = {key: one for key, one in self.dropped.items() if key in given}
+        names = {key: self.saved.keep(key, one.name, one.path) for key, one in used.items()}
+        self.saved.write(overrides_of(settings, self.known), flags_of(settings, names))
 
     def paint(self, settings: Settings, report: Report) -> Painted:
         """Make the painting of settings.

@@ -9,15 +9,16 @@ import re
 import threading
 import time
 from base64 import b64encode
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 from secrets import token_hex
-from typing import Any, Literal
+from typing import IO, Any, Literal
 
 from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.page.html import page_html
 from brushgs.outlets.studio.hearing import Heard
+from brushgs.outlets.studio.scenes import Scenes
 from brushgs.outlets.studio.session import Dropped, Painted, Session
 from brushgs.outlets.studio.settings import Film, Settings, Shot, schema
 from brushgs.outlets.studio.work import AbandonedError, Lane, Progress, Task, WatchedReport
@@ -79,6 +80,7 @@ class Studio:
         uploads: empty folder for dropped pictures while the studio is open.
         heard: scene warnings by thread; or None.
         say: called with the path of each written file.
+        others: scenes that the page may open, besides dropped ones.
 
     Attributes:
         hint: how to reach the page from a headset; or "".
@@ -92,13 +94,16 @@ class Studio:
         uploads: Path,
         heard: Heard | None = None,
         say: Say = lambda path: None,
+        others: Sequence[Path] = (),
     ) -> None:
         self._session, self._uploads, self._heard = session, uploads, heard or Heard()
         self._say, self.hint = say, ""
-        self._changed, self._finding = threading.Condition(), threading.Lock()
+        self._changed, self._finding, self._adding = threading.Condition(), threading.Lock(), threading.Lock()
         self._number, self._is_closed = 1, False
         self._painted, self._version, self._seconds = first, 1, 0.0
         self._wanted = first.settings
+        self._scenes = Scenes(session.source, others, uploads)
+        self._scene = self._next = next(iter(self._scenes.known))  # shown, and being painted
         self._progress: Progress | None = None
         self._error: str | None = None
         self._notes: tuple[str, ...] = ()
@@ -135,6 +140,7 @@ class Studio:
             return {
                 "number": self._number,
                 "version": self._version,
+                "scene": self._scene,
                 "seconds": round(self._seconds, 2),
                 "painting": dict(self._painted.facts),
                 "settings": _settings(self._wanted),
@@ -153,7 +159,9 @@ class Studio:
         looks = [(name, Look.open(name)) for name in known.looks]
         with self._changed:
             dropped = {key: one.name for key, one in self._session.dropped.items()}
+            scenes = [{"id": key, "name": one.name} for key, one in self._scenes.known.items()]
         return {
+            "scenes": scenes,
             "looks": [{"name": name, "title": look.title, "goodFor": look.good_for} for name, look in looks],
             "strokes": [{"name": note.name, "goodFor": note.good_for} for note in stroke_notes()],
             "schema": schema(),
@@ -169,14 +177,45 @@ class Studio:
             The number of the state.
 
         Raises:
-            ValueError: if a setting is out of range; then nothing changes.
+            ValueError: if a setting is out of range, or the file of options cannot be written; then nothing
+                changes.
         """
         self._session.config(settings)
         with self._changed:
-            self._wanted, self._error, self._progress = settings, None, Progress("waiting")
+            self._session.save(settings)
             # While the state is locked, so that tasks and states have the same order.
-            self._changes.submit(lambda task: self._paint(settings, task))
-            return self._bump()
+            return self._start(settings, self._next)
+
+    def open_scene(self, key: str) -> int:
+        """Start painting another scene with the same settings; the shown one stays if that fails.
+
+        Returns:
+            The number of the state.
+
+        Raises:
+            ValueError: if there is no such scene.
+        """
+        with self._changed:
+            if key not in self._scenes.known:
+                raise ValueError("there is no such scene; reload the page")
+            return self._start(self._wanted, key)
+
+    def add_scene(self, name: str, content: IO[bytes]) -> str:
+        """Store a dropped scene, and start painting it; returns its id.
+
+        Raises:
+            ValueError: if it is of no format that is read, or there are too many.
+        """
+        with self._adding:  # without the state: large files take long
+            key = self._scenes.add(name, content)
+        with self._changed:
+            self._start(self._wanted, key)
+        return key
+
+    def _start(self, settings: Settings, scene: str) -> int:
+        self._wanted, self._error, self._progress, self._next = settings, None, Progress("waiting"), scene
+        self._changes.submit(lambda task: self._paint(settings, scene, task))
+        return self._bump()
 
     def shoot(self, shot: Shot) -> str:
         """Start painting a picture; returns the id of the output. Raises ValueError if too many wait."""
@@ -264,7 +303,7 @@ class Studio:
         is_left = self._changes.close(max(until - time.monotonic(), 0.0))
         return self._writing.close(max(until - time.monotonic(), 0.0)) and is_left
 
-    def _paint(self, settings: Settings, task: Task) -> None:
+    def _paint(self, settings: Settings, scene: str, task: Task) -> None:
         """The work of a change."""
         start = time.perf_counter()
 
@@ -275,9 +314,13 @@ class Studio:
                 self._bump()
 
         self._heard.take()
+        with self._changed:
+            session, source = self._session, self._scenes.known[scene].source
+            if scene != self._scene:
+                session = session.of_scene(source)
         painted, error = None, None
         try:
-            painted = self._session.paint(settings, WatchedReport(watch=watch))
+            painted = session.paint(settings, WatchedReport(watch=watch))
         except AbandonedError:
             raise
         except Exception as caught:
@@ -286,7 +329,11 @@ class Studio:
         with self._changed:
             task.check()
             self._progress, self._error, self._notes = None, error, notes
-            if painted is not None:
+            if painted is None:
+                self._next = self._scene
+            else:
+                session.dropped = self._session.dropped  # some may have been dropped meanwhile
+                self._session, self._scene = session, scene
                 self._painted, self._version = painted, self._version + 1
                 self._seconds = time.perf_counter() - start
             self._bump()
@@ -338,7 +385,7 @@ class Studio:
             sentence = f"internal error, {type(error).__name__}: {error}"
         for key, one in self._session.dropped.items():  # hide its path
             sentence = sentence.replace(str(one.path), one.name).replace(key, one.name)
-        return sentence
+        return self._scenes.hide(sentence)
 
     def _update(self, key: str, **fields: Any) -> None:
         with self._changed:

@@ -16,7 +16,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.viewer import ServerConfig
 from brushgs.outlets.studio import server as server_module
-from brushgs.outlets.studio.server import MAX_JSON, MAX_UPLOAD, ROUTES, StudioServer
+from brushgs.outlets.studio.server import MAX_JSON, MAX_SCENE, MAX_UPLOAD, ROUTES, StudioServer
 from tests.outlets.studio.conftest import SECONDS, serving
 
 SWIRL = (Path(__file__).parents[3] / "strokes" / "swirl.png").read_bytes()
@@ -261,10 +261,20 @@ def test_what_cannot_be_is_refused_with_a_sentence(shared, path, body):
     assert shared.studio.state() == before
 
 
-def test_too_much_is_refused_before_it_is_sent(shared):
-    line = "POST /file?name=a.png HTTP/1.1"
-    status = send(shared, request(shared, line, f"Content-Length: {MAX_UPLOAD + 1}"), ends=False)
+@pytest.mark.parametrize(("path", "most"), [("/file", MAX_UPLOAD), ("/scene", MAX_SCENE)])
+def test_too_much_is_refused_before_it_is_sent(shared, path, most):
+    line = f"POST {path}?name=a.png HTTP/1.1"
+    status = send(shared, request(shared, line, f"Content-Length: {most + 1}"), ends=False)
     assert status == 413
+
+
+def test_a_scene_that_is_none_is_told_in_a_sentence_and_not_kept(shared):
+    choices = json.loads(ask(shared, "GET", "/choices")[2])
+    status, _, content = ask(shared, "POST", "/scene?name=..%2Fa.ply", b"no scene")
+    assert status == 400
+    assert json.loads(content)["error"].startswith("../a.ply: ")
+    assert json.loads(ask(shared, "GET", "/choices")[2]) == choices
+    assert ask(shared, "POST", "/open?id=..%2Fa.ply", b"{}")[0] == 400
 
 
 def test_a_dropped_picture_becomes_a_choice(shared):

@@ -9,6 +9,7 @@ import av
 import numpy as np
 import pytest
 
+from brushgs.brushes.texture import strokes_folder
 from brushgs.cli.commands.view import session_of
 from brushgs.cli.parser import parse
 from brushgs.errors import SceneError, SceneWarning
@@ -180,3 +181,46 @@ def test_a_path_of_equal_views_is_refused(painted, tmp_path):
     with pytest.raises(ValueError, match="at least 2 different key views, got 1"):
         session.film(first, Film(FilmConfig("path", 1, 64, 48), [camera, camera]), Report())
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def saving(scene, tmp_path):
+    """Words of a command that saves, and its file."""
+    file = tmp_path / "mine.toml"
+    return ["view", str(scene), *FEW, "--relief", "0.1", "--save", str(file)], file
+
+
+def test_saved_options_go_on_where_a_killed_server_was(saving, tmp_path):
+    words, file = saving
+    session = session_of(parse(words))
+    assert not file.exists()  # nothing was changed
+    settings = Settings(look="gouache", stroke_size=20, relief=0.75, lamp=(20, 60), keep=0.5)
+    session.save(settings)
+    session.save(settings)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
+    again = parse(["view", words[1], "--config", str(file), "--save", str(file)])
+    assert session_of(again).config(Settings()) == session.config(settings)
+    assert parse(["render", words[1], "--config", str(file)]).look == "gouache"
+
+
+def test_a_dropped_picture_is_saved_beside_the_options(saving, tmp_path):
+    words, file = saving
+    session = session_of(parse(words))
+    dropped = tmp_path / "dropped"
+    dropped.write_bytes((strokes_folder() / "swirl.png").read_bytes())
+    session.dropped = {"id1": Dropped("../my brush.PNG", dropped)}
+    session.save(Settings(stroke="id1", palette="id1"))
+    dropped.unlink()  # with the folder of a killed server
+    config = session_of(parse(["view", words[1], "--config", str(file)])).config(Settings())
+    assert config.draw.stroke == str(tmp_path / "mine-id1.png")
+    assert config.palette.file == tmp_path / "mine-id1.png"
+    read_image(tmp_path / "mine-id1.png")
+
+
+def test_a_file_that_is_there_is_not_replaced_by_options(saving):
+    words, file = saving
+    file.write_text("look = 'ink'")
+    with pytest.raises(SceneError, match=r"mine.toml: exists; add --config .* to go on with it"):
+        session_of(parse(words))
+    with pytest.raises(ValueError, match=r"save must name a \.toml file, got 'mine.png'"):
+        session_of(parse([*words[:-1], str(file.with_suffix(".png"))]))

@@ -1,14 +1,17 @@
 """The state of the page: the latest change wins, outputs show what was changed before, errors are told."""
 
 import threading
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from brushgs.errors import SceneError
+from brushgs.options.scene_source import SceneSource
 from brushgs.options.viewer import FilmConfig
+from brushgs.outlets.studio.scenes import MAX_DROPPED
 from brushgs.outlets.studio.session import Painted
 from brushgs.outlets.studio.settings import Film, Known, Settings, Shot
 from brushgs.outlets.studio.studio import MAX_OUTPUTS
@@ -23,14 +26,24 @@ class FakeSession:
     stages: dict = field(default_factory=dict)  # number of strokes -> event that lets its stage go on
     began: dict = field(default_factory=dict)  # number of strokes -> event that it began
     error: Exception | None = None
+    save_error: Exception | None = None
     painted: list = field(default_factory=list)
+    saved: list = field(default_factory=list)
     dropped: dict = field(default_factory=dict)
     known: Known = field(default_factory=Known)
-    source: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(name="fake"))
+    source: SceneSource = field(default_factory=lambda: SceneSource.of("fake.ply"))
 
     def config(self, settings):
         if settings.relief is not None and settings.relief > 1:
             raise ValueError("relief must be 0 to 1")
+
+    def save(self, settings):
+        if self.save_error is not None:
+            raise self.save_error
+        self.saved.append(settings)
+
+    def of_scene(self, source):
+        return replace(self, source=source)
 
     def hold(self, count):
         self.stages[count], self.began[count] = threading.Event(), threading.Event()
@@ -226,3 +239,62 @@ def test_closing_a_studio_leaves_its_work(session, studio):
     assert studio.close(SECONDS)
     assert session.painted == []
     assert states_of(studio) == ["stopped"]
+
+
+def test_changes_are_saved_before_they_are_painted(session, studio):
+    session.hold(1)
+    studio.change(Settings(strokes=1))
+    assert session.saved == [Settings(strokes=1)]
+    session.save_error = SceneError("mine.toml", "cannot be written; check the disk")
+    with pytest.raises(SceneError, match=r"mine\.toml: cannot be written"):
+        studio.change(Settings(strokes=2))
+    assert studio.state()["settings"] == {"strokes": 1}
+    session.stages[1].set()
+
+
+SPLAT = bytes(32)  # one Gaussian without size
+
+
+def test_another_scene_is_painted_with_the_same_settings_and_shown_when_it_is_done(session, studio):
+    studio.change(Settings(strokes=5))
+    assert studio.wait(SECONDS)
+    before = studio.state()["scene"]
+    session.hold(5)
+    key = studio.add_scene("../garden.splat", BytesIO(SPLAT))
+    assert session.began[5].wait(SECONDS)
+    assert studio.state()["scene"] == before
+    assert studio.session.source.name == "fake"
+    session.stages[5].set()
+    assert studio.wait(SECONDS)
+    state = studio.state()
+    assert (state["scene"], state["settings"], state["version"]) == (key, {"strokes": 5}, 3)
+    assert studio.session.source.name == "garden"
+    assert studio.choices()["scenes"] == [
+        {"id": before, "name": "fake.ply"},
+        {"id": key, "name": "../garden.splat"},
+    ]
+    studio.open_scene(before)
+    assert studio.wait(SECONDS)
+    assert studio.session.source.name == "fake"
+
+
+def test_a_scene_that_fails_leaves_the_one_that_is_shown(session, studio, tmp_path):
+    before = studio.state()["scene"]
+    uploads = tmp_path / "uploads"
+    with pytest.raises(ValueError, match=r"^a\.ply: is empty"):
+        studio.add_scene("a.ply", BytesIO(b""))
+    assert list(uploads.iterdir()) == []
+    session.error = SceneError("x", "holds no strokes")
+    studio.add_scene("b.splat", BytesIO(SPLAT))
+    assert studio.wait(SECONDS)
+    assert (studio.state()["scene"], studio.state()["error"]) == (before, "x: holds no strokes")
+    session.error = None
+    studio.change(Settings(strokes=7))
+    assert studio.wait(SECONDS)
+    assert studio.session.source.name == "fake"
+    for _ in range(MAX_DROPPED - 1):
+        studio.add_scene("b.splat", BytesIO(SPLAT))
+    with pytest.raises(ValueError, match="at most 8 scenes can be dropped"):
+        studio.add_scene("b.splat", BytesIO(SPLAT))
+    with pytest.raises(ValueError, match="there is no such scene; reload the page"):
+        studio.open_scene("../b.splat")

@@ -12,6 +12,7 @@ from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.page.html import page_script, web_files
 from tests.outlets.page.page_file import violations
 from tests.outlets.studio.conftest import FEW, SECONDS, serving
+from tests.scenes import save_upright, still_life_of
 
 
 def until(page, expression):
@@ -101,6 +102,22 @@ def test_a_painter_turns_changes_and_renders(viewed, tmp_path):
     assert read_image(tmp_path / "pears-oil-1.png").shape[:2] == (48, 64)
 
 
+def test_the_token_leaves_the_address_though_no_picture_can_be_shown(shared, browser):
+    """Before the page is whole: the view of a link stays, a reload works, a copied address does not."""
+    without_webgl = "HTMLCanvasElement.prototype.getContext = () => null;"
+    tab, other = browser.new_context(), browser.new_context()
+    try:
+        page = tab.new_page()
+        page.add_init_script(without_webgl)
+        page.goto(f"{shared.address()}#view=30,12,1.2,0,0,0")
+        assert page.url == f"http://127.0.0.1:{shared.port}/#view=30,12,1.2,0,0,0"
+        assert page.reload().status == 200
+        assert other.new_page().goto(page.url).status == 403
+    finally:
+        tab.close()
+        other.close()
+
+
 def test_a_picture_that_is_done_before_the_page_hears_of_it_is_shown(viewed):
     page = viewed
     page.evaluate(
@@ -156,12 +173,12 @@ def test_a_dropped_picture_paints(viewed, tmp_path):
     from brushgs.brushes.texture import strokes_folder
 
     picture.write_bytes((strokes_folder() / "swirl.png").read_bytes())
-    page.set_input_files("#studio input[type=file] >> nth=0", picture)
+    page.set_input_files("#studio input[accept='image/*'] >> nth=0", picture)
     until(page, "window.brushgs.contents.header.brushes.map((brush) => brush.name).join() === 'mine'")
     until(page, "window.brushgs.studio.isSettled")
     options = page.evaluate("window.brushgs.contents.header.command.options")
     assert options[-2:] == ["--stroke", "mine.png"]
-    page.set_input_files("#studio input[type=file] >> nth=1", picture)
+    page.set_input_files("#studio input[accept='image/*'] >> nth=1", picture)
     until(page, "window.brushgs.contents.header.command.options.includes('--palette')")
     page.click("#reset")
     until(page, "window.brushgs.contents.header.brushes.map((brush) => brush.name).join() === 'impasto'")
@@ -183,7 +200,7 @@ def test_every_field_has_a_name_for_screen_readers_and_keys_reach_it(viewed):
     assert page.get_attribute("#studioToggle", "aria-expanded") == "false"
     page.keyboard.press("Enter")
     page.keyboard.press("Tab")
-    assert page.evaluate("document.activeElement.name") == "look"
+    assert page.evaluate("document.activeElement.name") == "scene"
 
 
 def test_a_page_of_a_file_has_no_studio():
@@ -220,6 +237,27 @@ def test_a_file_over_the_page_is_shown_where_it_may_be_dropped(viewed, tmp_path)
     page.evaluate(send, ["drop", "stroke"])
     assert page.is_hidden("#drops")
     until(page, "window.brushgs.contents.header.brushes[0].name === 'dropped'")
+
+
+@pytest.mark.parametrize("viewed", ["400 (Bad Request)"], indirect=True)
+def test_a_dropped_scene_is_opened_and_a_bad_one_is_told(viewed, tmp_path):
+    page = viewed
+    (tmp_path / "bad.ply").write_bytes(b"no scene")
+    save_upright(still_life_of(1200), tmp_path / "pot.ply")
+    page.set_input_files("#studio input[accept='']", tmp_path / "bad.ply")
+    until(page, "document.getElementById('notice').textContent.startsWith('bad.ply: ')")
+    slide(page, "strokes", 3.7)
+    few = strokes_of(page)
+    with page.expect_navigation():
+        page.set_input_files("#studio input[accept='']", tmp_path / "pot.ply")
+    until(page, "window.brushgs?.studio?.isSettled")
+    assert page.evaluate("window.brushgs.contents.header.title") == page.title() == "pot"
+    assert abs(strokes_of(page) - few) <= few / 2  # the settings stay
+    assert page.locator("[name=scene] option").all_inner_texts() == ["pears.ply", "pot.ply"]
+    with page.expect_navigation():
+        page.select_option("[name=scene]", "pears.ply")
+    until(page, "window.brushgs?.studio?.isSettled")
+    assert page.title() == "pears"
 
 
 PART = "window.brushgs.look.highlight"

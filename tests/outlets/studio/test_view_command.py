@@ -16,6 +16,7 @@ import pytest
 from brushgs.cli import main
 from brushgs.cli.commands import view
 from brushgs.options.viewer import FilmConfig, ServerConfig, check_picture
+from brushgs.outlets.studio.studio import Studio
 from tests.kit.for_each import for_each
 from tests.outlets.studio.conftest import FEW, SECONDS
 
@@ -97,6 +98,33 @@ def test_the_address_is_printed_and_opened(stopped_when_served, scene, tmp_path,
     assert "note: no browser could be opened; open the address" in err
     assert "adb" not in err
     assert err.endswith("brushgs: stopped\n")
+
+
+def test_without_a_scene_the_first_of_a_folder_is_opened_or_an_example(
+    stopped_when_served, scene, tmp_path, monkeypatch
+):
+    opened = []
+    whole = Studio.__init__
+
+    def noted(self, session, first, **more):
+        whole(self, session, first, **more)
+        opened.append([one["name"] for one in self.choices()["scenes"]])
+
+    monkeypatch.setattr(Studio, "__init__", noted)
+    folder = tmp_path / "scenes"
+    folder.mkdir()
+    for name in ("b10.ply", "b9.ply"):
+        (folder / name).write_bytes(scene.read_bytes())
+    words = [*FEW, "--no-browser", "--quiet", "-o", str(tmp_path)]
+    assert main(["view", *words, "--scenes", str(folder)]) == 130
+    assert main(["view", str(scene), *words, "--scenes", str(folder)]) == 130
+    assert main(["view", *words]) == 130
+    assert opened == [["b9.ply", "b10.ply"], ["pears.ply", "b9.ply", "b10.ply"], ["still_life.ply"]]
+
+
+def test_a_folder_without_scenes_is_refused(tmp_path, capsys):
+    assert main(["view", "--scenes", str(tmp_path), "--no-browser", "--quiet"]) == 2
+    assert "is an empty folder" in capsys.readouterr().err
 
 
 def test_a_headset_is_told_how_to_get_here(stopped_when_served, scene, tmp_path, capsys):

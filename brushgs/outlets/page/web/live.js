@@ -1,5 +1,8 @@
 // The studio: what the page of `brushgs view` has beside that of a file. Its server makes the strokes anew.
 
+// The token leaves the address before anything else can fail; the cookie has it, and a link keeps its view.
+history.replaceState(null, "", `/${location.hash}`);
+
 const SEND_AFTER = 150; // ms that a slider rests before its value is sent
 const WIDE = "(min-width: 900px)"; // there the studio stands beside the picture, else over it
 const LEAST_STROKES = 100, MOST_STROKES = 100_000;
@@ -43,7 +46,6 @@ class Studio {
 
   /** Build the panel, and follow the server from now on. */
   async start() {
-    history.replaceState(null, "", "/"); // the token is no more to be seen
     this._choices = await this._server.choices();
     this._build();
     this._follow();
@@ -100,6 +102,7 @@ class Studio {
 
   _show(state) {
     const { progress, painting } = state;
+    this._scene.show(state);
     this._bar.hidden = progress === null;
     if (progress) this._progress.textContent = `${STAGES[progress.stage] ?? progress.stage} …`;
     else if (state.error) this._progress.textContent = state.error;
@@ -141,11 +144,13 @@ class Studio {
     this._bar = element("progress", { "aria-label": "Painting", hidden: true });
     this._notes = element("p", { className: "note" });
     this._outputs = new Outputs(this.app, this._server, (text) => this.say(text));
-    const { hint } = this._choices;
+    const { hint, scenes } = this._choices;
+    this._scene = new SceneField(this._server, (text) => this.say(text), scenes);
     this._panel = element(
       "aside",
       { id: "studio", "aria-label": "Studio" },
       element("header", {}, this._progress, this._bar),
+      this._scene.element,
       this._lookFields(),
       this._strokeFields(),
       this._lightFields(),
@@ -326,19 +331,20 @@ class Studio {
 
   /** Where a dragged file may be dropped: shown while it is over the page. */
   _dropZones() {
-    const zone = (use, words) => {
+    const zone = (take, words) => {
       const made = element("div", { className: "zone" }, words);
       made.addEventListener("drop", (event) => {
         const [file] = event.dataTransfer.files;
-        if (file) this._useFile(file, use);
+        if (file) take(file);
       });
       return made;
     };
     const zones = element(
       "div",
       { id: "drops", hidden: true },
-      zone("stroke", "Paint with this brush"),
-      zone("palette", "Take the colours of this painting"),
+      zone((file) => this._useFile(file, "stroke"), "Paint with this brush"),
+      zone((file) => this._useFile(file, "palette"), "Take the colours of this painting"),
+      zone((file) => this._scene.add(file), "Open this scene"),
     );
     let depth = 0; // entering a child comes before leaving its parent
     const show = (step) => {
@@ -358,9 +364,9 @@ class Studio {
   }
 }
 
-/** A button that chooses a picture file. */
-function filePicker(words, onFile) {
-  const input = element("input", { type: "file", accept: "image/*", hidden: true });
+/** A button that chooses a file, of pictures where nothing else is said. */
+function filePicker(words, onFile, accept = "image/*") {
+  const input = element("input", { type: "file", accept, hidden: true });
   input.addEventListener("change", () => {
     if (input.files.length) onFile(input.files[0]);
     input.value = ""; // so that the same file can be chosen again

@@ -31,6 +31,18 @@ class StudioServer {
     return (await answer.json()).id;
   }
 
+  /** Open a scene that was dropped; its id. */
+  async addScene(file) {
+    const path = `/scene?name=${encodeURIComponent(file.name)}`;
+    const answer = await this._ask(path, { method: "POST", body: file });
+    return (await answer.json()).id;
+  }
+
+  /** Open a scene that the server knows. */
+  open(id) {
+    return this._ask(`/open?id=${id}`, { method: "POST", body: "{}" });
+  }
+
   /** Have a picture painted. */
   render(request) {
     return this._post("/render", request);
