@@ -14,6 +14,7 @@ from brushgs.core.threads import at_most  # noqa: E402
 from brushgs.formats.pictures.images import read_image  # noqa: E402
 from brushgs.options.where import Where  # noqa: E402
 from brushgs.passes.where import memberships  # noqa: E402
+from brushgs.refine import distil as distil_module  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
 from brushgs.refine.checkpoint import Checkpoint  # noqa: E402
 from brushgs.refine.distil import distil, mean_psnr  # noqa: E402
@@ -327,3 +328,23 @@ def test_without_kornia_only_a_style_image_is_refused(file, tmp_path, monkeypatc
     assert cli.main(["refine", file, *SMALL, "--style", file]) == 2
     assert "pip install kornia" in capsys.readouterr().err
     assert cli.main(["refine", file, *SMALL, "-o", "a.ply"]) == 0
+
+
+def test_fits_of_all_parameters_do_not_make_needles(
+    strokes, training_views, validation_views, drawing, monkeypatch
+):
+    order = np.argsort(strokes.scales, axis=1)
+    middle, longest = (np.take_along_axis(strokes.scales, order[:, k : k + 1], axis=1) for k in (1, 2))
+    scales, area = strokes.scales.copy(), longest * middle
+    np.put_along_axis(scales, order[:, 2:], np.sqrt(8 * area), axis=1)
+    np.put_along_axis(scales, order[:, 1:2], np.sqrt(area / 8), axis=1)
+    needles = replace(strokes, scales=scales)  # 8 to 1
+
+    def share_of_needles():
+        after, _ = refined(needles, training_views, validation_views, drawing)
+        ordered = np.sort(after.scales, axis=1)
+        return (ordered[:, 2] > 7 * ordered[:, 1]).mean()
+
+    assert share_of_needles() < 0.15  # measured 0.06
+    monkeypatch.setattr(distil_module, "ROUNDNESS", 0.0)
+    assert share_of_needles() > 0.5  # measured 0.63

@@ -52,6 +52,13 @@ def test_equalized_tones_are_the_share_of_painted_area_that_is_darker():
     np.testing.assert_allclose(tone, (rank + 1) / 400, atol=1e-9)
 
 
+def test_equalized_tones_count_strokes_by_size_and_opacity():
+    scales = [[1, 1, 0.1], [2, 1, 0.1], [2, 2, 0.1], [1, 1, 0.1]]
+    strokes = greys([0.2, 0.4, 0.6, 0.8], scales=np.array(scales), opacities=np.array([0.5, 0.5, 0.5, 1.0]))
+    tone = tones(strokes, local=0, equalized=1)
+    np.testing.assert_allclose(tone, np.cumsum([0.5, 1, 2, 1]) / 4.5, atol=1e-6)
+
+
 def test_plain_tones_go_from_the_darkest_to_the_lightest():
     lightness = np.linspace(0.3, 0.7, 200)
     tone = tones(greys(lightness), local=0, equalized=0)
