@@ -48,7 +48,7 @@ extents of +-2e7 around a subject at the origin
 scenes 1e-4 and 1e4 units wide
     drawn    scene: 1e-4 wide
     drawn    scene: 1e4 wide
-    drawn    ../passes/reduce/test_cluster.py::test_balanced_features_do_not_depend_on_the_unit
+    drawn    ../passes/test_laws.py::test_the_unit_of_the_scene_does_not_count
 exactly isotropic and exactly horizontal or vertical strokes
     drawn    scene: isotropic
     drawn    ../rendering/test_project.py::test_round_things_have_angle_zero
