@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.brushes.of_style import fitting, mark_texture, names_of_style
+from brushgs.brushes.of_style import contrast_of, fitting, mark_texture, names_of_style
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.style.choose_marks import choose_marks
 from brushgs.passes.style.marks import learn_marks
@@ -63,6 +63,22 @@ def test_a_mark_laid_in_its_own_colour_is_the_mark(marks):
     assert away.max() < 0.5 * texture.tint.step + 1e-6
     assert texture.height is not None
     assert not texture.has_bristles
+
+
+def test_marks_of_paintings_whose_marks_differ_are_laid_with_up_to_twice_their_contrast(marks):
+    factors = [
+        contrast_of(replace(marks, broken_lightness=spread)) for spread in (0.0, 0.02, 0.035, 0.05, 0.2)
+    ]
+    np.testing.assert_allclose(factors, (1, 1, 1.5, 2, 2))
+
+    def light(contrast):
+        tint = mark_texture(marks.dictionary, 0, "one", contrast).tint
+        rgb = tint.mean + (tint.texels - 128.0) * tint.step
+        lightness = oklab_of(rgb.reshape(-1, 3))[:, 0]
+        is_paint = marks.dictionary.texels[0, ..., 3].ravel() > 0
+        return lightness[is_paint].std()
+
+    assert light(1.5) / light(1.0) == pytest.approx(1.5, rel=0.05)
 
 
 def test_equal_paintings_give_equal_brushes_and_dictionaries():
