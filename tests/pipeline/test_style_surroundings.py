@@ -6,12 +6,18 @@ import numpy as np
 import pytest
 
 import brushgs as bg
+from brushgs.formats.styles import read_style
 from brushgs.formats.styles_write import write_style
 from brushgs.options.painting import ViewConfig
+from brushgs.options.styling import DIALS
 from brushgs.outlets.learn_style import learn_style
+from brushgs.pipeline.prepare import PICTURE, prepare
+from brushgs.pipeline.report import Report
 from brushgs.pipeline.styling import styled
 from brushgs.still_life import still_life_camera
 from brushgs.values.colors import oklab_of
+from brushgs.values.sh import base_colors
+from brushgs.values.style import StyleLines
 from tests.scenes import still_life_of
 
 CAMERA = still_life_camera(width=96, height=72)
@@ -70,3 +76,57 @@ def test_dials_take_back_what_they_name(folder):
     assert np.abs(whole - plain).mean() > 0.05
     none = painted(folder, "blue.style;color=0;marks=0;direction=0;line=0;stage=0")
     assert np.abs(none - plain).mean() < 0.2 * np.abs(whole - plain).mean()
+
+
+GEOMETRY = "means", "scales", "quats", "opacities"
+# Of each dial alone: the coat and the column that it changes, and columns of both coats that it does not.
+CHANGED = {
+    "color": ("strokes", "sh", GEOMETRY, GEOMETRY),
+    "marks": ("strokes", "brushes", GEOMETRY, GEOMETRY),
+    "direction": ("strokes", "quats", ("means",), GEOMETRY),
+    "line": ("lines", None, (*GEOMETRY, "sh", "brushes"), (*GEOMETRY, "sh", "brushes")),
+    "stage": ("backdrop", None, (*GEOMETRY, "brushes"), ()),
+}
+
+
+@pytest.fixture(scope="module")
+def coats_with(folder):
+    """Name -> strokes of the still life, with some properties of a style with contours."""
+    contours = StyleLines(0.3, 0.01, np.array([0.05, 0.05, 0.1]))
+    write_style(replace(read_style(folder / "blue.style"), lines=contours), folder / "lined.style")
+
+    def coats(*names):
+        dials = ";".join(f"{dial}={int(dial in names)}" for dial in DIALS)
+        config = styled(SMALL, f"{folder}/lined.style;{dials}")
+        painting = prepare(still_life_of(1000), config, Report(), asks=PICTURE).painting
+        return {coat.name: coat.strokes for coat in painting.coats}
+
+    return coats
+
+
+@pytest.fixture(scope="module")
+def without(coats_with):
+    return coats_with()
+
+
+@pytest.mark.parametrize("dial", DIALS)
+def test_each_dial_changes_what_it_names_and_nothing_else(coats_with, without, dial):
+    name, column, *kept = CHANGED[dial]
+    found = coats_with(dial)
+    if column is None:
+        assert name not in without or len(without[name]) != len(found[name])
+    else:
+        assert not np.array_equal(getattr(found[name], column), getattr(without[name], column))
+    assert set(found) - set(without) == ({"lines"} if dial == "line" else set())
+    for coat, columns in zip(("strokes", "backdrop"), kept, strict=True):
+        for each in columns:
+            np.testing.assert_array_equal(
+                getattr(found[coat], each), getattr(without[coat], each), err_msg=f"{coat} {each}"
+            )
+    light, *tint = mean_lab(found["strokes"]) - mean_lab(without["strokes"])
+    assert (np.hypot(*tint) > 0.05) == (dial == "color")
+    assert abs(light) < 0.01 or dial in ("color", "stage")  # a stage moves the subject apart from it
+
+
+def mean_lab(strokes):
+    return oklab_of(np.clip(base_colors(strokes.sh), 0, 1).astype(np.float64)).mean(axis=0)

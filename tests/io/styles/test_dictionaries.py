@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from brushgs.errors import SceneError
-from brushgs.formats.styles import read_style
+from brushgs.formats.pictures import images
+from brushgs.formats.styles import MAX_ATLAS, read_style
 from brushgs.formats.styles_write import pack, write_style
 from brushgs.values.style import MarkDictionary, MarkSpectrum
 from tests.io.styles import example
@@ -74,8 +75,26 @@ def bomb(marks):
     marks["dictionary"]["atlas"]["data"] = png_of(40_000, 40_000, zlib.compress(bytes(1000)))
 
 
+def halve(marks):
+    """The true atlas, cut off in the middle."""
+    whole = base64.b64decode(marks["dictionary"]["atlas"]["data"])
+    marks["dictionary"]["atlas"]["data"] = base64.b64encode(whole[: len(whole) // 2]).decode()
+
+
 CASES = {
     "a bomb": (bomb, "pixels, got one of 40000x40000"),
+    "a little too large": (
+        lambda m: m["dictionary"]["atlas"].update(data=png_of(2001, 2000, zlib.compress(bytes(1000)))),
+        "pixels, got one of 2001x2000",
+    ),
+    "no base64": (lambda m: m["dictionary"]["atlas"].update(data="iVBOR?*"), "dictionary.atlas.data"),
+    "half of a picture": (halve, "dictionary.atlas.data"),
+    "more marks than the picture has": (
+        lambda m: m["dictionary"].update(
+            colors=pack(np.zeros((40, 3)), "float16"), shares=pack(np.zeros(40), "float16")
+        ),
+        "160x18 pixels, got 160x12",
+    ),
     "cut off": (lambda m: m["dictionary"]["atlas"].update(data=png_of(160, 12)), "dictionary.atlas"),
     "another size": (
         lambda m: m["dictionary"]["atlas"].update(data=png_of(8, 8, zlib.compress(bytes(33 * 8)))),
@@ -111,5 +130,22 @@ def test_hostile_ones_are_refused_by_name(path, case):
     hostile = edited(path, change)
     with pytest.raises(SceneError) as error:
         read_style(hostile)
-    assert words in str(error.value)
-    assert str(hostile) in str(error.value)
+    sentence = str(error.value)
+    assert words in sentence
+    assert str(hostile) in sentence
+    assert "\n" not in sentence
+    assert ". " not in sentence.removeprefix(str(hostile))  # one sentence
+
+
+def test_an_atlas_that_is_too_large_is_not_decoded(path, monkeypatch):
+    file, decoded, read_bytes = edited(path, CASES["a little too large"][0]), [], images.read_bytes
+
+    def noted(picture, most):
+        decoded.append(most)
+        return read_bytes(picture, most)
+
+    monkeypatch.setattr(images, "read_bytes", noted)
+    with pytest.raises(SceneError, match="got one of 2001x2000"):
+        read_style(file)
+    assert decoded  # the brushes without colours
+    assert MAX_ATLAS not in decoded

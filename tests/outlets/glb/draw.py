@@ -20,7 +20,8 @@ def picture_of(glb, width, height):
     to_camera = np.linalg.inv(glb.world_matrices()[node])
     lens = camera["perspective"]
     half = np.tan(lens["yfov"] / 2) * np.array([lens["aspectRatio"], 1.0])
-    texture = glb.image()[..., 3] / 255
+    texture = glb.image() / 255
+    texture[..., :3] = _linear(texture[..., :3])
     for _, vertices, faces, uv, colors in glb.meshes():
         seen = vertices @ to_camera[:3, :3].T + to_camera[:3, 3]
         for pair in faces.reshape(-1, 6):
@@ -59,17 +60,21 @@ def _paint(rgba, corners, uv, color, texture, half, near):
         is_inside = (c > 0) & (s > 0) & (s < 1) & (t > 0) & (t < 1)
     u = uv[0, 0] + (uv[1, 0] - uv[0, 0]) * np.where(is_inside, s, 0)
     v = uv[0, 1] + (uv[3, 1] - uv[0, 1]) * np.where(is_inside, t, 0)
-    alpha = np.where(is_inside, color[3] * _sample(texture, u, v), 0)
-    alpha = alpha.reshape(rows.stop - rows.start, SAMPLES, -1, SAMPLES).mean(axis=(1, 3))[..., None]
-    layer = np.append(encoded(color[:3]), 1.0)
-    rgba[rows, columns] = alpha * layer + (1 - alpha) * rgba[rows, columns]
+    texels = color * _sample(texture, u, v)  # in linear light, as the colours of vertices are
+    alpha = np.where(is_inside, texels[..., 3], 0)[..., None]
+    layer = alpha * np.append(encoded(texels[..., :3]), np.ones_like(alpha), axis=2)
+    layer, alpha = (
+        whole.reshape(rows.stop - rows.start, SAMPLES, -1, SAMPLES, whole.shape[2]).mean(axis=(1, 3))
+        for whole in (layer, alpha)
+    )
+    rgba[rows, columns] = layer + (1 - alpha) * rgba[rows, columns]
 
 
 def _sample(texture, u, v):
-    height, width = texture.shape
+    height, width = texture.shape[:2]
     x, y = u * width - 0.5, v * height - 0.5
     x0, y0 = np.floor(x).astype(int), np.floor(y).astype(int)
-    fx, fy = x - x0, y - y0
+    fx, fy = (x - x0)[..., None], (y - y0)[..., None]
     x1, y1 = np.minimum(x0 + 1, width - 1), np.minimum(y0 + 1, height - 1)
     above = texture[y0, x0] * (1 - fx) + texture[y0, x1] * fx
     below = texture[y1, x0] * (1 - fx) + texture[y1, x1] * fx
@@ -81,3 +86,8 @@ def encoded(linear):
     return np.where(
         linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055
     )
+
+
+def _linear(encoded):
+    """Its inverse."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)

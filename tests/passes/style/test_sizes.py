@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from brushgs.passes.color.color_space import oklab_planes
+from brushgs.passes.style.averages import averaged
+from brushgs.passes.style.marks import MOST_SIDE
 from brushgs.passes.style.sizes import mark_sizes
 from tests.passes.style.dead_leaves import dead_leaves
 
@@ -32,6 +34,14 @@ def test_the_resolution_hardly_matters():
     found = [sizes_of(dead_leaves(0.06, 0.016, short=short, kind="gradient")) for short in (384, 900)]
     assert found[0].length / found[1].length == pytest.approx(1, abs=0.12)
     assert found[0].width / found[1].width == pytest.approx(1, abs=0.12)
+
+
+def test_a_painting_4000_pixels_wide_is_measured_as_it_is_learnt():
+    image = dead_leaves(0.04, 0.02, short=3077, kind="shapes")
+    assert image.shape == (3077, 4000, 3)
+    found = sizes_of(averaged(image, MOST_SIDE))
+    assert 1 / 1.25 < found.length / 0.04 < 1.25
+    assert 1 / 1.25 < found.width / 0.02 < 1.25
 
 
 def test_areas_with_and_without_direction_are_told_apart():
