@@ -273,15 +273,14 @@ class StrokeTexture:
         from brushgs.brushes.of_style import contrast_of, mark_texture, marks_of
 
         marks = marks_of(path)
-        brushes = () if marks is None else marks.brushes
-        dictionary = None if marks is None else marks.dictionary
-        if not brushes and dictionary is None:
+        if marks is None or not (marks.brushes or marks.dictionary):
             raise SceneError(path, "the style has no brushes; choose a stroke that comes with the program")
+        brushes, dictionary = marks.brushes, marks.dictionary
         total = len(brushes) + (0 if dictionary is None else len(dictionary))
         if number is None or not 1 <= number <= total:
             have = "1 brush" if total == 1 else f"{total} brushes"
             raise SceneError(path, f"the style has {have}; name one of them, such as {path}:1")
-        if marks is not None and dictionary is not None and number > len(brushes):
+        if dictionary is not None and number > len(brushes):
             row, name = number - len(brushes) - 1, name_in_style(path, number)
             return mark_texture(dictionary, row, name, contrast_of(marks))
         coverage = brushes[number - 1].astype(np.float32) / np.float32(255)

@@ -67,7 +67,7 @@ class Tones:
         value = np.asarray(rgb[..., 1] + (1 - alpha), np.float32)
         fine = _within_edges(value, FINE * scale, FINE_EDGE)
         broad = _within_edges(fine, BROAD * scale, BROAD_EDGE)
-        size = 2 * max(1, round(HALO * scale)) + 1
+        size = _side(HALO * scale)
         with np.errstate(invalid="ignore"):
             nearest = ndimage.minimum_filter(depth, size, mode="nearest")
             is_jump = depth - nearest > JUMP * np.minimum(nearest, depth)
@@ -94,12 +94,17 @@ class Tones:
         return np.asarray(ndimage.gaussian_filter(mask.astype(np.float32), EDGE * self.scale, truncate=3.0))
 
 
+def _side(radius: float) -> int:
+    """Pixels along a square window of a radius, px, at least 1."""
+    return 2 * max(1, round(radius)) + 1
+
+
 def _within_edges(values: F32, radius: float, contrast: float) -> F32:
     """Averages that keep edges of more than a contrast.
 
     Source: He, Sun and Tang 2010, Guided Image Filtering.
     """
-    size = 2 * max(1, round(radius)) + 1
+    size = _side(radius)
 
     def mean(of: F32) -> F32:
         return np.asarray(ndimage.uniform_filter(of, size, mode="nearest"))
@@ -170,14 +175,13 @@ class Blacks:
         near = ndimage.gaussian_filter(shares, SHARP * tones.scale, truncate=3.0)
         smooth = np.asarray(np.clip((near - 0.2) / 0.6, 0, 1), np.float32)
         whole = _without_small(smooth > LAID, least)  # a neck that was smoothed away leaves pieces
-        near_whole = ndimage.maximum_filter(whole, 2 * max(1, round(SKIRT * tones.scale)) + 1)
+        near_whole = ndimage.maximum_filter(whole, _side(SKIRT * tones.scale))
         return np.asarray(smooth * near_whole, np.float32)
 
     def _thinning(self, tones: Tones, shares: F32) -> F32:
         """[H, W] the same with edges over a range of tones, near regions of these shares."""
         ramp = np.clip(0.5 + (self.threshold - tones.masses) / (2 * self.softness), 0, 1) * tones.can_be_black
-        size = 2 * max(1, round(THINNING * tones.scale)) + 1
-        near = ndimage.maximum_filter(shares, size, mode="nearest")
+        near = ndimage.maximum_filter(shares, _side(THINNING * tones.scale), mode="nearest")
         return np.asarray(near * np.clip(0.5 + STEEP * (tones.smoothed(ramp) - 0.5), 0, 1), np.float32)
 
 

@@ -231,7 +231,7 @@ STACKS = {
 }
 
 
-@for_each("opacity", [1.0, 0.5, 0.004])
+@for_each("opacity", [1.0, 0.5, 0.02, 0.004])
 @for_each("stack", STACKS)
 def test_stacks_of_strokes_in_one_band_are_as_defined_and_finite(stack, opacity):
     """Of full paint a pixel takes sixteen, of faint all: up to a thousand, which are a crowd."""

@@ -121,7 +121,7 @@ def test_strokes_that_move_through_a_crowd_never_jump():
     still = replace(still, colors=np.where(np.arange(300)[:, None] % 2, 1.0, 0.0) * np.ones(3))
     speed = g.normal(size=300)
     previous, jumps = None, []
-    for step in np.linspace(0, 0.1, 12):
+    for step in np.linspace(0, 0.2, 24):
         depths = still.depths + step * speed
         order = np.argsort(depths, kind="stable")
         names = ("centers", "half_extents", "angles", "colors", "opacities", "softness")

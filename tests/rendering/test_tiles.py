@@ -25,7 +25,7 @@ def num_wrong(boxes, width: int, height: int) -> int:
 @for_each("lean", [0.0, 1e-17, 1e-13, -1e-13, 1e-9, -1e-9, 1e-7, -1e-6, 1e-5])
 def test_boxes_that_lie_along_the_pixels_fill_all_their_tiles(quarters, lean):
     g = np.random.default_rng(1)
-    for center, half in zip(g.uniform(20, 80, (15, 2)), g.uniform(10, 60, (15, 2)), strict=True):
+    for center, half in zip(g.uniform(20, 80, (40, 2)), g.uniform(10, 60, (40, 2)), strict=True):
         assert num_wrong(boxes_of([center], half, angles=quarters * QUARTER + lean), 130, 100) == 0
 
 

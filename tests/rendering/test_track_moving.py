@@ -119,7 +119,8 @@ def test_strokes_that_rest_do_not_depend_on_those_that_move():
 # What moves
 
 
-@for_each(("degrees", "is_closed"), [(20.0, False), (85.0, True), (-77.0, False)])
+@for_each("is_closed", [False, True])
+@for_each("degrees", [20.0, 85.0, -77.0])
 def test_what_turns_in_the_picture_takes_its_strokes_with_it(degrees, is_closed):
     """However fast; and hardly relative to it: wide strokes off the middle are seen a little aslant."""
     motion, positions, cameras = around_the_ray(degrees), EVERY, STILL
@@ -138,7 +139,8 @@ def test_what_turns_in_the_picture_takes_its_strokes_with_it(degrees, is_closed)
         np.testing.assert_array_equal(path.directions(0).angles, path.directions(len(path) - 1).angles)
 
 
-@for_each(("degrees", "is_turning"), [(0.5, False), (3.0, True), (6.0, False), (6.0, True)])
+@for_each("is_turning", [False, True])
+@for_each("degrees", [0.5, 3.0, 6.0])
 def test_strokes_of_a_moving_scene_do_not_flip_spin_or_pop(degrees, is_turning):
     """Measured at 6 degrees a step: at most 10.4 in the picture, 682 flips and 320 spins without a lock."""
     cameras = turntable(NUM_FRAMES) if is_turning else STILL

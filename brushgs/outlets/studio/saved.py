@@ -24,20 +24,23 @@ class SavedOptions:
     path: Path
     named: Callable[[Mapping[str, Any], Sequence[str]], Named]
 
-    def beside(self, key: str, name: str) -> Path:
-        """Path for a copy of a dropped picture; of its name only a plain suffix is used."""
-        suffix = PurePath(name).suffix.lower()
-        return self.path.with_name(
-            f"{self.path.stem}-{key}{suffix if re.fullmatch('[.][a-z]{3,4}', suffix) else '.png'}"
-        )
-
     def keep(self, key: str, name: str, source: Path) -> str:
-        """Copy a dropped picture beside the file, once; returns the name of the copy.
+        """Copy a dropped picture beside the file, once.
+
+        Args:
+            key: of the picture, for the name of the copy.
+            name: that the page gave; only a plain suffix of it is used.
+            source: the stored picture.
+
+        Returns:
+            The name of the copy.
 
         Raises:
             SceneError: if it cannot be written.
         """
-        copy = self.beside(key, name)
+        suffix = PurePath(name).suffix.lower()
+        suffix = suffix if re.fullmatch("[.][a-z]{3,4}", suffix) else ".png"
+        copy = self.path.with_name(f"{self.path.stem}-{key}{suffix}")
         if not copy.exists():
             with replacing(copy) as path:
                 path.write_bytes(source.read_bytes())

@@ -52,8 +52,12 @@ def test_shifts_have_the_deviations_asked_for_and_keep_local_means():
 
 def test_shifts_are_a_hash_of_place_and_seed():
     strokes = colored(300, [0.5, 0.4, 0.6])
+    shuffle = np.random.default_rng(1).permutation(300)
     broken = bg.break_colors(strokes)
-    assert_same(bg.break_colors(strokes, follows=0), broken)
+    np.testing.assert_allclose(
+        bg.break_colors(strokes.take(shuffle)).sh, broken.take(shuffle).sh, atol=1e-12, rtol=0
+    )
+    assert_same(bg.break_colors(strokes), broken)
     other = bg.break_colors(strokes, seed=1)
     assert np.abs(np.corrcoef(shifts_of(strokes)[:, 0], shifts_of(strokes, seed=1)[:, 0])[0, 1]) < 0.2
     assert not np.array_equal(other.sh, broken.sh)
@@ -93,6 +97,16 @@ def test_a_grey_beside_pure_colours_stays_grey():
     assert shifts[1::2].std() > 0.8 * CHROMA
 
 
+def test_shifts_that_follow_nothing_are_those_of_before_and_the_order_does_not_count():
+    strokes = random_gaussians(200)
+    assert_same(bg.break_colors(strokes, follows=0), bg.break_colors(strokes))
+    shuffle = np.random.default_rng(1).permutation(200)
+    followed = bg.break_colors(strokes, follows=0.7)
+    np.testing.assert_allclose(
+        bg.break_colors(strokes.take(shuffle), follows=0.7).sh, followed.take(shuffle).sh, atol=1e-12, rtol=0
+    )
+
+
 def test_only_base_colours_change():
     strokes = random_gaussians(100, terms=4)
     broken = bg.break_colors(strokes)
@@ -120,9 +134,23 @@ def test_near_the_limits_shifts_stay_inside_and_centred(rgb):
     np.testing.assert_allclose(oklab_of(broken).mean(axis=0), oklab_of(colors_of(strokes))[0], atol=1e-3)
 
 
-def test_a_stroke_alone_is_its_own_local_mean():
-    strokes = random_gaussians(1)
-    np.testing.assert_allclose(bg.break_colors(strokes).sh, strokes.sh, atol=1e-5)
+@for_each("num", [1, 2, 40])
+@for_each("dtype", [np.float32, np.float64])
+def test_stiff_strokes_get_finite_colours(num, dtype):
+    strokes = random_gaussians(num, dtype=dtype)
+    for scale, opacity, unit in ((0, 0, 1e-4), (1e30, 1, 1e4), (1, 0, 0)):
+        columns = {
+            "scales": np.full((num, 3), scale, dtype),
+            "opacities": np.full(num, opacity, dtype),
+            "means": (unit * strokes.means).astype(dtype),
+            "sh": 100 * strokes.sh,
+        }
+        for follows in (0, 1):
+            # Raises where a colour is not finite.
+            broken = bg.break_colors(replaced(strokes, **columns), follows=follows)
+            assert broken.sh.dtype == dtype
+    alone = bg.break_colors(strokes.take(slice(1)))
+    np.testing.assert_allclose(alone.sh, strokes.sh[:1], atol=1e-5)  # its own local mean
 
 
 @for_each(

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from brushgs.passes.reduce.prune import intensities, prune
 from tests.kit.for_each import for_each
-from tests.passes.scenes import assert_same, random_gaussians, replaced
+from tests.passes.scenes import assert_same, columns_of, random_gaussians, replaced
 
 WEIGHTS = ["contribution", "paper"]
 
@@ -23,6 +23,14 @@ def test_prune_keeps_order_and_is_a_subset(n, seed, keep, weight):
     assert rows == sorted(set(rows))
     assert len(kept) == max(1, int(np.floor(keep * n + 0.5)))
     assert_same(kept, scene.take(np.array(rows)))
+
+
+@pytest.mark.parametrize("weight", WEIGHTS)
+def test_prune_does_not_depend_on_the_order_of_rows(weight):
+    scene = random_gaussians(200)
+    shuffle = np.random.default_rng(1).permutation(200)
+    kept, of_shuffled = prune(scene, 0.3, weight=weight), prune(scene.take(shuffle), 0.3, weight=weight)
+    assert {tuple(m) for m in kept.means} == {tuple(m) for m in of_shuffled.means}
 
 
 @pytest.mark.parametrize("weight", WEIGHTS)
@@ -89,6 +97,23 @@ def test_a_closed_room_does_not_hide_what_stands_in_it():
     assert inside.sum() > 60  # of the 100 that stand inside: more than of the walls, of which half goes
 
 
+@pytest.mark.parametrize("factor", [2.0**-13, 2.0**13])
+def test_the_unit_of_the_scene_does_not_matter(factor):
+    scene = random_gaussians(300)
+    other = replaced(scene, means=scene.means * factor, scales=scene.scales * factor)
+    kept, of_other = prune(scene, 0.4), prune(other, 0.4)
+    np.testing.assert_array_equal(kept.means * factor, of_other.means)
+
+
+@for_each("weight", WEIGHTS)
+@for_each("size", [0.0, 1e-30, 1e15])
+@for_each("spread", [0.0, 1e-30, 2e7])
+def test_extreme_sizes_and_extents_are_pruned_without_complaint(size, spread, weight):
+    scene = random_gaussians(40, dtype=np.float32)
+    scene = replaced(scene, scales=scene.scales * np.float32(size), means=scene.means * np.float32(spread))
+    assert len(prune(scene, 0.25, weight=weight)) == 10
+
+
 @for_each(
     ("keep", "message"),
     [
@@ -108,3 +133,10 @@ def test_keep_out_of_range_is_refused(keep, message):
 def test_unknown_weight_is_refused():
     with pytest.raises(ValueError, match="prune: weight must be 'contribution' or 'paper', got 'size'"):
         prune(random_gaussians(3), weight="size")
+
+
+def test_prune_keeps_the_dtype_and_every_column():
+    scene = random_gaussians(20, terms=16, dtype=np.float32)
+    kept = prune(scene, 0.5)
+    assert all(column.dtype == np.float32 for column in columns_of(kept))
+    assert kept.sh.shape == (10, 16, 3)
