@@ -93,8 +93,10 @@ PASSES = {
     "choose brushes": Pass(lambda s, _: bg.choose_brushes(s, SURFACES, material=0.8), surfaces, "order"),
     "choose variants": Pass(lambda s, _: bg.choose_brushes(s, KIT), surfaces, "order"),
     "materials": Pass(lambda s, _: vars(Materials.of(s)), surfaces),
-    "break colors": Pass(lambda s, _: bg.break_colors(s), laws="order"),
-    "break colors, followed": Pass(lambda s, _: bg.break_colors(s, follows=0.7), laws="order"),
+    "break colors": Pass(lambda s, _: bg.break_colors(s), laws="order", rtol=0, atol=1e-12),
+    "break colors, followed": Pass(
+        lambda s, _: bg.break_colors(s, follows=0.7), laws="order", rtol=0, atol=1e-12
+    ),
     "tones": Pass(lambda s, _: tones(s), laws="order unit"),
     "grade": Pass(lambda s, _: grade(s, chroma=1.5, contrast=0.5)),
     "recolor": Pass(lambda s, _: bg.recolor(s, PALETTE, 0.7)),
@@ -103,8 +105,8 @@ PASSES = {
     "clean": Pass(kept(bg.clean), sparse),
     "floaters": Pass(lambda s, _: is_apart(s), sparse),
     "worth": Pass(lambda s, _: worth_keeping(s), faint),
-    "detail": Pass(lambda s, _: color_detail(s)),
-    "visible": Pass(lambda s, _: visible_shares(s)),
+    "detail": Pass(lambda s, _: color_detail(s), rtol=1e-12, atol=0),
+    "visible": Pass(lambda s, _: visible_shares(s), rtol=1e-9, atol=0),
     "cluster": Pass(lambda s, _: group(s, max(1, len(s) // 15)).labels if len(s) else (), laws="unit"),
 }
 
@@ -150,7 +152,7 @@ def test_the_order_of_rows_does_not_count(name):
     assert_close(one, found(one, scene.take(rows)), expected)
 
 
-@for_each("unit", [2.0**-13, 1e4])
+@for_each("unit", [1e-12, 1e-4, 2.0**-13, 2.0**13, 1e4, 1e12])
 @for_each("name", binding("unit"))
 def test_the_unit_of_the_scene_does_not_count(name, unit):
     one = PASSES[name]

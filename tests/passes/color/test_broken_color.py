@@ -52,11 +52,7 @@ def test_shifts_have_the_deviations_asked_for_and_keep_local_means():
 
 def test_shifts_are_a_hash_of_place_and_seed():
     strokes = colored(300, [0.5, 0.4, 0.6])
-    shuffle = np.random.default_rng(1).permutation(300)
     broken = bg.break_colors(strokes)
-    np.testing.assert_allclose(
-        bg.break_colors(strokes.take(shuffle)).sh, broken.take(shuffle).sh, atol=1e-12, rtol=0
-    )
     assert_same(bg.break_colors(strokes), broken)
     other = bg.break_colors(strokes, seed=1)
     assert np.abs(np.corrcoef(shifts_of(strokes)[:, 0], shifts_of(strokes, seed=1)[:, 0])[0, 1]) < 0.2
@@ -97,14 +93,9 @@ def test_a_grey_beside_pure_colours_stays_grey():
     assert shifts[1::2].std() > 0.8 * CHROMA
 
 
-def test_shifts_that_follow_nothing_are_those_of_before_and_the_order_does_not_count():
+def test_shifts_that_follow_nothing_are_those_of_before():
     strokes = random_gaussians(200)
     assert_same(bg.break_colors(strokes, follows=0), bg.break_colors(strokes))
-    shuffle = np.random.default_rng(1).permutation(200)
-    followed = bg.break_colors(strokes, follows=0.7)
-    np.testing.assert_allclose(
-        bg.break_colors(strokes.take(shuffle), follows=0.7).sh, followed.take(shuffle).sh, atol=1e-12, rtol=0
-    )
 
 
 def test_only_base_colours_change():
