@@ -3,7 +3,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import brushgs.formats.scenes.rows
 from brushgs import SceneError, SceneWarning
 from brushgs.formats import load, read_scene
 from tests.io.ply_maker import element_bytes, write_ply_file
@@ -151,16 +150,6 @@ def test_the_other_encodings_read_alike(tmp_path: Path, encoding: str) -> None:
     )
     for name in ("means", "quats", "scales", "opacities", "sh"):
         np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
-
-
-def test_threads_do_not_change_what_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = encode(tmp_path / "a.ply", make(10_000, degree=1))
-    monkeypatch.setattr(brushgs.formats.scenes.rows, "_count_threads", lambda num_rows: 1)
-    one = load(path)
-    monkeypatch.setattr(brushgs.formats.scenes.rows, "_count_threads", lambda num_rows: 3)
-    three = load(path)
-    for name in ("means", "quats", "scales", "opacities", "sh"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(three, name))
 
 
 def test_a_chunk_with_nan_takes_its_rows_along(tmp_path: Path) -> None:
