@@ -6,20 +6,11 @@ import numpy as np
 import pytest
 
 import brushgs.formats.files
-from brushgs import SceneError
 from brushgs.formats import load
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
+from tests.kit.refused import refuse
 
 FACES = (b"element face 2\nproperty list uchar int vertex_indices\n", (b"\x03" + b"\0" * 12) * 2)
-
-
-def refuse(path: Path, sentence: str) -> None:
-    """Loading must fail with this sentence, which begins with the path and is a single line."""
-    with pytest.raises(SceneError, match=sentence) as caught:
-        load(path)
-    assert caught.value.path == path
-    assert str(caught.value).startswith(f"{path}: ")
-    assert "\n" not in str(caught.value)
 
 
 def test_a_missing_file(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0, sh_basis
 from tests.io.scenes import spz_format
 from tests.io.scenes.gltf_maker import PREFIX, Attributes, Model, make
+from tests.kit.refused import refuse
 
 
 def model_of(attributes: Attributes, **options: object) -> Model:
@@ -197,13 +198,6 @@ def test_one_mesh_may_be_placed_twice(tmp_path: Path) -> None:
 
 
 # ---- what is not read, is refused, or is damaged
-
-
-def refuse(path: Path, sentence: str) -> None:
-    with pytest.raises(bg.SceneError, match=sentence) as caught:
-        bg.load(path)
-    assert str(path.parent) in str(caught.value)
-    assert len(str(caught.value)) < 1200
 
 
 def test_a_model_without_splats_is_refused(tmp_path: Path) -> None:

@@ -4,12 +4,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgs import SceneError
 from brushgs.formats import load, read_scene
 from brushgs.formats.scenes.read import read_raw_parts
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import ksplat_format as ksplat
 from tests.io.scenes.witness import as_gaussforge_reads, assert_alike, convert
+from tests.kit.refused import refuse
 from tests.scenes import real_scene
 
 LEVELS = (0, 1, 2)
@@ -115,22 +115,17 @@ def patched(data: bytes, place: int, form: str, value: float) -> bytes:
     ],
 )
 def test_a_bad_header_is_refused(tmp_path: Path, place: int, form: str, value: int, sentence: str) -> None:
-    refuse(tmp_path, patched(ksplat.encode([ksplat.make(100)], 1), place, form, value), sentence)
-
-
-def refuse(folder: Path, data: bytes, sentence: str) -> None:
-    path = write(folder / "a.ksplat", data)
-    with pytest.raises(SceneError, match=sentence) as caught:
-        load(path)
-    assert str(caught.value).startswith(f"{path}: ")
-    assert "\n" not in str(caught.value)
+    refuse(
+        write(tmp_path / "a.ksplat", patched(ksplat.encode([ksplat.make(100)], 1), place, form, value)),
+        sentence,
+    )
 
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_a_file_cut_off_is_refused(tmp_path: Path, level: int) -> None:
     data = ksplat.encode([ksplat.make(40, 1), ksplat.make(9)], level)
     for size in (1, 40, 4095, 4096, 5000, 6144, 6145, len(data) // 2 + 3200, len(data) - 1):
-        refuse(tmp_path, data[:size], f"is cut off: {size} bytes do not hold")
+        refuse(write(tmp_path / "a.ksplat", data[:size]), f"is cut off: {size} bytes do not hold")
 
 
 # Outside witness, as far as it holds to the format, and a real scene.

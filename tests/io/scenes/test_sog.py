@@ -14,6 +14,7 @@ from brushgs.formats.format import NUM_FIRST_BYTES
 from brushgs.formats.registry import SCENE_FORMATS
 from brushgs.formats.scenes import sog
 from tests.io.scenes.sog_maker import decode_row, files_of, make, webp, write_bundle, write_folder, zipped
+from tests.kit.refused import refuse
 from tests.scenes import real_scene
 
 CASES = [(version, degree) for version in (1, 2) for degree in range(4)]
@@ -175,13 +176,6 @@ def test_a_second_library_reads_the_same(tmp_path: Path, source: str) -> None:
 
 
 # ---- damaged input: one sentence each
-
-
-def refuse(path: Path, sentence: str) -> None:
-    with pytest.raises(bg.SceneError, match=sentence) as caught:
-        bg.load(path)
-    assert str(path.parent) in str(caught.value)
-    assert len(str(caught.value)) < 1200
 
 
 META_FAULTS = [
