@@ -21,8 +21,6 @@ KEPT = {
     "rendering/surface.py _linen": "by the size and the seed of the weave",
     "rendering/surface.py _paper": "by the size and the seed of the grain",
     "rendering/texture_levels.py _cache": "mip levels of a stroke image, and gone with it",
-    "rendering/texture_levels.py _height_cache": "mip levels of a stroke image, and gone with it",
-    "rendering/texture_levels.py _tint_cache": "mip levels of a stroke image, and gone with it",
 }
 
 
