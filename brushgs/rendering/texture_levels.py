@@ -172,7 +172,7 @@ def _with_heights(
     """
     of_texture, flat = _height_cache.setdefault(texture, {}), _cache.setdefault(texture, {})
     missing = sorted(code for code in codes if code not in of_texture)
-    height = None if texture.height is None else paint_height(texture)
+    height = paint_height(texture) if missing and texture.height is not None else None
     made = stroke_levels(texture.coverage, missing, height, num_threads=num_threads)
     for code, (paint, raised) in zip(missing, made, strict=True):
         pairs, shape = _packed(paint)

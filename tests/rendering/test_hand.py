@@ -40,7 +40,8 @@ def seen(coat):
 
 def hand(coat, *paces, every=3, is_loop=False, places=None, **options):
     """A film of these paces: of what is in no part, then of the parts."""
-    rhythms = {coat.name: Rhythm.of(coat, places)}
+    rhythm = Rhythm.of(coat, paces, NUM_FRAMES / FPS, is_loop=is_loop, places=places)
+    rhythms = {coat.name: rhythm}
     return Hand(paces, every, False, FPS, NUM_FRAMES, is_loop, rhythms, **options)
 
 
@@ -93,7 +94,7 @@ def test_parts_are_held_at_their_own_rates_and_none_leaves_its_place(coat, seen)
 @pytest.mark.parametrize(("hold", "every", "numbers"), [(1, 3, [0, 0, 0, 1]), (2, 3, [0, 0, 0, 0, 1, 1])])
 def test_what_boils_is_drawn_anew_at_whole_holds(coat, hold, every, numbers):
     pace = Pace(hold, 0.5)
-    film = hand(coat, pace, every=every)
+    film = hand(coat, pace, pace, every=every)
     assert [film.drawing(film.starts(index)[0], pace) for index in range(len(numbers))] == numbers
 
 
@@ -140,21 +141,20 @@ def test_a_loop_closes_and_lays_as_much_as_was_asked_for(coat, seen, rate, wave)
     for index in (0, 3):
         first, again = (film.boxes(at, lambda _: seen(0)) for at in (index, index + NUM_FRAMES))
         assert same(first, again)
-    is_open = replace(film, is_loop=False)
+    is_open = hand(coat, Pace(redraw=rate), Pace(redraw=rate), places=places)
     first, again = (is_open.boxes(at, lambda _: seen(0)) for at in (0, NUM_FRAMES))
     assert not same(first, again)  # what is asserted above is no matter of course
     # Strokes laid in the film, by area.
     scales = np.sort(coat.strokes.scales, axis=1)
     paint = scales[:, 1] * scales[:, 2] * coat.strokes.opacities
-    rows = np.arange(len(paint))
-    periods, _, _ = film._periods(film.rhythms["strokes"], rows, np.full(len(paint), rate))
-    assert (periods * paint).sum() / paint.sum() == pytest.approx(rate, rel=0.35)
+    rates = film.rhythms["strokes"].rates
+    assert (rates * paint).sum() / paint.sum() == pytest.approx(rate, rel=0.35)
 
 
 def test_large_strokes_are_laid_seldom(coat):
-    rarity = Rhythm.of(coat, None).rarity
+    rates = Rhythm.of(coat, [Pace(redraw=1)] * 2, 1.0).rates
     areas = np.sort(coat.strokes.scales, axis=1)[:, 1:].prod(axis=1)
-    assert rarity[np.argmax(areas)] > rarity[np.argmin(areas)] == 1
+    assert 0 < rates[np.argmax(areas)] < rates[np.argmin(areas)] == rates.max()
 
 
 def test_what_moves_fast_trails_thinner_strokes_behind_it(coat, seen):
