@@ -16,6 +16,7 @@ Numbers are hashes of stroke and drawing: drawings do not come back, except that
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from math import lcm
 
 import numpy as np
 from numpy.typing import NDArray
@@ -154,6 +155,11 @@ class Hand:
     def changes(self) -> bool:
         """Whether pictures change by more than the scene and the camera do."""
         return any(pace.boil or pace.redraw for pace in self.paces)
+
+    @property
+    def rhythm(self) -> int:
+        """Frames after which all that is held and boils begins anew."""
+        return lcm(*(pace.hold for pace in self.paces), self.every if self.changes else 1)
 
     def shown(self, index: int) -> int:
         """The frame whose camera, and scene, a frame has."""
