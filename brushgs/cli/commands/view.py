@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from brushgs.cli import flags
+from brushgs.cli.clips import open_clip
 from brushgs.cli.configs import look_of, paint_config, scene_source
 from brushgs.cli.console import reported
 from brushgs.cli.words import NOT_PAINTED, pieces_of, words_of
@@ -139,6 +140,7 @@ def session_of(args: Namespace) -> "Session":
         args.output,
         writes_metadata=not args.no_metadata,
         saved=saved_options(args),
+        clip_of=lambda source: open_clip(args, source),
     )
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import degrees
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import msgspec
 import numpy as np
@@ -19,7 +19,7 @@ from brushgs.options.look_parts import USUAL_LAMP
 from brushgs.options.painting import STEPS, StrokeSizeFlag
 from brushgs.options.sequence import DEFAULT_FPS
 from brushgs.options.table import LARGEST, Row, Struct, number_text, row_of
-from brushgs.options.viewer import MAX_KEYS, FilmConfig, check_picture
+from brushgs.options.viewer import MAX_KEYS, FilmConfig, FilmKind, check_picture
 from brushgs.values.camera import Camera
 
 GROUNDS = ("none", "toned", "canvas", "paper")
@@ -27,6 +27,7 @@ GROUNDS = ("none", "toned", "canvas", "paper")
 Json = Mapping[str, Any]
 T = TypeVar("T")
 Number = Annotated[float, msgspec.Meta(ge=-LARGEST, le=LARGEST, description="a number")]
+Seconds = Annotated[float, msgspec.Meta(ge=0, le=LARGEST, description="a number of 0 or more")]
 Count = Annotated[int, msgspec.Meta(ge=1, lt=2**31, description="a whole number of 1 or more")]
 
 
@@ -189,12 +190,13 @@ class ShotRequest(Struct, frozen=True, forbid_unknown_fields=True):
     camera: CameraRequest
     width: Count
     height: Count
+    seconds: Seconds = 0.0
 
 
 class FilmRequest(Struct, frozen=True, forbid_unknown_fields=True):
-    """A video that is asked for; a turn has one camera and a center."""
+    """A video that is asked for; a turn has one camera and a center, a clip one camera."""
 
-    kind: Literal["turn", "path"]
+    kind: FilmKind
     cameras: Annotated[list[CameraRequest], msgspec.Meta(min_length=1, max_length=MAX_KEYS)]
     seconds: Number
     width: Count
@@ -212,9 +214,10 @@ class PartRequest(Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True)
 class Shot:
-    """A requested picture: the camera in its size."""
+    """A requested picture: the camera in its size, and seconds from the start of a moving scene."""
 
     camera: Camera
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -223,8 +226,8 @@ class Film:
 
     Attributes:
         config: its kind, duration and size.
-        cameras: first view of a turn, or key views of a path.
-        center: [3] centre of a turn, world units; None for a path.
+        cameras: first view of a turn, key views of a path, or the view of a clip.
+        center: [3] centre of a turn, world units; else None.
     """
 
     config: FilmConfig
@@ -236,7 +239,7 @@ def read_shot(value: Json) -> Shot:
     """A picture of a `ShotRequest`. Raises ValueError."""
     asked = _request(value, ShotRequest)
     check_picture(asked.width, asked.height)
-    return Shot(asked.camera.camera("camera").resized(asked.width, asked.height))
+    return Shot(asked.camera.camera("camera").resized(asked.width, asked.height), asked.seconds)
 
 
 def read_film(value: Json) -> Film:
@@ -245,8 +248,10 @@ def read_film(value: Json) -> Film:
     config = FilmConfig(asked.kind, asked.seconds, asked.width, asked.height, asked.fps, asked.loop)
     if asked.kind == "turn" and (len(asked.cameras) != 1 or asked.center is None):
         raise ValueError("a turn must have one camera and a center")
-    if asked.kind == "path" and asked.center is not None:
-        raise ValueError("center belongs to a turn; a path has none")
+    if asked.kind != "turn" and asked.center is not None:
+        raise ValueError(f"center belongs to a turn; a {asked.kind} has none")
+    if asked.kind == "clip" and len(asked.cameras) != 1:
+        raise ValueError("a clip must have one camera, which rests")
     cameras = [view.camera(f"cameras[{index}]") for index, view in enumerate(asked.cameras)]
     return Film(config, [camera.resized(config.width, config.height) for camera in cameras], asked.center)
 

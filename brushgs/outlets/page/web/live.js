@@ -48,6 +48,10 @@ class Studio {
   async start() {
     this._choices = await this._server.choices();
     this._build();
+    this.app.player.onRest = () => {
+      clearTimeout(this._resting);
+      this._resting = setTimeout(() => this._keepMoment(), SEND_AFTER);
+    };
     this._follow();
   }
 
@@ -93,6 +97,11 @@ class Studio {
     this.app.replace(await decodeContents(await this._server.contents()));
     this._version = version;
     this._where.again();
+  }
+
+  /** Keep the moment of a moving scene in the address: a reload shows it again. */
+  _keepMoment() {
+    if (this.app.player.duration > 0) history.replaceState(null, "", `/#${linkText(this.app)}`);
   }
 
   /** Say something in a few words. */
