@@ -62,7 +62,7 @@ class Browser(Options, frozen=True):
 
 
 # Flags that `brushgs render` does not have.
-OF_THE_VIEWER = {"save", "scenes", *(row.field for kind in (ServerConfig, Browser) for row in rows_of(kind))}
+OF_THE_VIEWER = {row.field for kind in (Own, Scene, ServerConfig, Browser) for row in rows_of(kind)}
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -167,11 +167,12 @@ def saved_options(args: Namespace) -> "SavedOptions | None":
 
 
 def _with(args: Namespace, overrides: Mapping[str, Any]) -> Namespace:
-    """The namespace with overridden values; palette file None removes the palette."""
+    """The namespace with overridden values; None removes one, and with a palette file its other options."""
     changed = {**vars(args), **overrides}
-    if changed.get("palette.file", "") is None:
-        changed = {name: value for name, value in changed.items() if not name.startswith("palette.")}
-    return Namespace(**changed)
+    removed = {name for name in overrides if overrides[name] is None}
+    if "palette.file" in removed:
+        removed |= {name for name in changed if name.startswith("palette.")}
+    return Namespace(**{name: value for name, value in changed.items() if name not in removed})
 
 
 def _named(

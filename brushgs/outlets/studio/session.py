@@ -127,8 +127,11 @@ class Session:
         """The options of settings.
 
         Raises:
-            ValueError: if one is out of range, or they exclude each other.
+            ValueError: if one is out of range, they exclude each other, or a part would read files that are
+                not on the command line.
         """
+        if settings.part is not None:
+            read_where(settings.part, given_in(self.config_of({})))
         return self.config_of(overrides_of(settings, self.known))
 
     def of_scene(self, source: SceneSource) -> "Session":

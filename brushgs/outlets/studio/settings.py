@@ -47,6 +47,10 @@ SETTINGS: Mapping[str, tuple[str, Row | None]] = {
     "ground": ("ground.ground", _row("ground", "ground")),
     "palette": ("palette.file", _row("palette", "file")),
     "palette_strength": ("palette.strength", _row("palette", "strength")),
+    "focus": ("strokes.focus", _row("strokes", "focus")),
+    "part": ("painted.expression", _row("painted", "expression")),
+    "up": ("view.up", _row("view", "up")),
+    "azimuth": ("view.azimuth", _row("view", "azimuth")),
 }
 
 
@@ -60,7 +64,9 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
 
     `stroke_size`, the typical length of strokes in pixels of the first view, replaces `strokes`. `lamp` is
     (azimuth, elevation), degrees. `ground` is one of `GROUNDS` or "#rrggbb". `stroke` is one of
-    `Known.strokes` or the id of a dropped picture; `palette` is such an id or "none".
+    `Known.strokes` or the id of a dropped picture; `palette` is such an id or "none". `focus` is a ball of
+    denser strokes: centre and radius, world units. `part` is the part that is painted, as text of `--where`.
+    `up` is an axis; `azimuth` that of the first view, degrees.
     """
 
     look: str | None = None
@@ -73,6 +79,10 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
     ground: str | None = None
     palette: str | None = None
     palette_strength: Number | None = None
+    focus: tuple[Number, Number, Number, Number] | None = None
+    part: str | None = None
+    up: tuple[Number, Number, Number] | None = None
+    azimuth: Number | None = None
 
     @property
     def given(self) -> dict[str, Any]:
@@ -137,7 +147,7 @@ def read_settings(value: Json, known: Known) -> Settings:
 def overrides_of(settings: Settings, known: Known) -> dict[str, Any]:
     """The overrides of flags, by step and field.
 
-    A palette file of None removes the palette of the command line.
+    A palette file of None removes the palette of the command line; a side of None, that of `--from`.
     """
     values = {}
     for name, value in settings.given.items():
@@ -146,6 +156,10 @@ def overrides_of(settings: Settings, known: Known) -> dict[str, Any]:
             value = known.files[value] if name == "palette" else str(known.files[value])
         elif name == "palette":
             value = None
+        elif name in ("focus", "up"):
+            value = ",".join(map(number_text, value))
+        elif name == "azimuth":
+            values["view.side"] = None
         values[dest] = value if row is None or value is None else row.value(value)
     return values
 
@@ -161,7 +175,9 @@ def flags_of(settings: Settings, names: Mapping[str, str]) -> list[str]:
             flag = "--look" if row is None else row.flags[-1]
             text = ",".join(map(number_text, value)) if isinstance(value, tuple) else value
             text = number_text(text) if isinstance(text, float) else str(text)
-            words += [flag, f"{text}px" if name == "stroke_size" else text]
+            text = f"{text}px" if name == "stroke_size" else text
+            # A value that begins with a minus would be taken for a flag.
+            words += [f"{flag}={text}"] if text.startswith("-") else [flag, text]
     return words
 
 

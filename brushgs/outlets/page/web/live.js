@@ -144,6 +144,7 @@ class Studio {
     this._palette.show(settings.palette ?? "");
     this._strength.element.hidden = painting.palette === null;
     this._strength.show(painting.palette ?? 1);
+    this._point.show(settings);
   }
 
   _build() {
@@ -165,6 +166,7 @@ class Studio {
       this._lightFields(),
       this._paletteFields(),
       this._whereField(),
+      this._pointField(),
       button("Back to how it began", () => this._reset(), { id: "reset" }),
       this._notes,
       ...this._outputs.elements,
@@ -315,6 +317,17 @@ class Studio {
       return found.version === this._version ? found : new Promise(() => {});
     });
     return group("Regions", this._where.element);
+  }
+
+  _pointField() {
+    this._point = new PointField(this.app, {
+      set: (changes) => this.set(changes),
+      say: (text) => this.say(text),
+      onArm: (isArmed) => { // the picture must be seen
+        if (!window.matchMedia(WIDE).matches) this._open(!isArmed);
+      },
+    });
+    return group("Point at the picture", this._point.element);
   }
 
   /** Offer brushes and palettes, dropped ones among them. */
