@@ -149,7 +149,7 @@ def overrides_of(settings: Settings, known: Known) -> dict[str, Any]:
 
     A palette file of None removes the palette of the command line; a side of None, that of `--from`.
     """
-    values = {}
+    values: dict[str, Any] = {}
     for name, value in settings.given.items():
         dest, row = SETTINGS[name]
         if isinstance(value, str) and name in ("stroke", "palette") and value in known.files:

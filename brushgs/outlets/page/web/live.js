@@ -154,8 +154,8 @@ class Studio {
     this._bar = element("progress", { "aria-label": "Painting", hidden: true });
     this._notes = element("p", { className: "note" });
     this._outputs = new Outputs(this.app, this._server, (text) => this.say(text));
-    const { hint, scenes } = this._choices;
-    this._scene = new SceneField(this._server, (text) => this.say(text), scenes);
+    const { hint } = this._choices;
+    this._scene = new SceneField(this._server, (text) => this.say(text), this._choices);
     this._panel = element(
       "aside",
       { id: "studio", "aria-label": "Studio" },
