@@ -136,6 +136,11 @@ class Blacks:
     paper: tuple[float, float, float]
     softness: float = 0.0
 
+    @property
+    def traits(self) -> str:
+        """See `Effect`."""
+        return "spot blacks" if self.threshold > 0 else "hard edges of paper"
+
     def __call__(self, painted: Frame, camera: Camera, surface: object = None) -> Frame:
         """See `Effect`."""
         assert painted.depth is not None, "coats with effects have a depth"

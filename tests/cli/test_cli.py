@@ -4,7 +4,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -145,7 +144,7 @@ def test_the_plain_picture_takes_the_whole_scene(scene, capsys):
     assert stages["project"]["before"] == stages["load"]["gaussians"]
 
 
-@pytest.mark.parametrize("up", ["-y", "+Z", "-0.1,-1,0", "0,0,1", "-.5 1 0"])
+@pytest.mark.parametrize("up", ["-y", "-0.1,-1,0", "-.5 1 0"])
 def test_up_may_start_with_a_minus(scene, capsys, up):
     assert run(capsys, "render", scene, *SMALL, "--up", up, "--quiet")[0] == 0
 
@@ -537,9 +536,7 @@ def test_views_writes_a_sheet_and_lists_its_cells(scene, tmp_path, monkeypatch, 
     assert counts["camera"]["flags"] == cells[1]["flags"]
 
 
-@pytest.mark.parametrize(
-    "words", [["-o", "a/b.png"], ["--orbit", "3", "-o", "a/turn.gif"], ["--orbit", "3", "-o", "a/frames/"]]
-)
+@pytest.mark.parametrize("words", [["-o", "a/b.png"], ["--orbit", "3", "-o", "a/frames/"]])
 def test_render_writes_the_sheet_beside_the_picture(scene, tmp_path, monkeypatch, capsys, words):
     monkeypatch.chdir(tmp_path)
     Path("a").mkdir()
@@ -651,7 +648,7 @@ def test_looks_paints_a_sheet_of_a_scene(scene, capsys):
 
 
 def test_a_picture_is_called_after_its_look(scene, capsys):
-    words = ["--strokes", "50", "--size", "64x48"]
+    words = ["--strokes", "50", "--size", "64x48", "--see", "off", "--ground", "none"]
     assert run(capsys, "render", scene, *words)[:2] == (0, "pears-oil.png\n")
     Path("mine.toml").write_text('base = "ink"\n[light]\nrelief = 0.2\n')
     assert run(capsys, "render", scene, *words, "--look", "mine.toml")[:2] == (0, "pears-mine.png\n")
@@ -668,23 +665,6 @@ def test_the_number_of_strokes_of_a_look_is_of_scenes_and_files_of_strokes_stay_
         words = "render", path, "--look", "mine.toml", "--size", "64x48", "--json", *flags
         stages = {stage["name"]: stage["counts"] for stage in json.loads(run(capsys, *words)[1])["stages"]}
         assert stages["project"]["before"] == expected
-
-
-def test_frames_of_another_look_are_not_resumed(scene, capsys):
-    words = ["--strokes", "50", "--size", "32x24", "--orbit", "3", "-o", "f/", "--quiet"]
-    words = ["render", scene, *words]
-    assert run(capsys, *words, "--look", "plain", "--stroke", "dab")[0] == 0
-    for flags, part in (
-        (["--relief", "0.5"], "light plain, now relief 0.5"),
-        (
-            ["--chroma", "1.5"],
-            "color plain, now chroma 1.5",
-        ),
-    ):
-        code, _, err = run(capsys, *words, "--look", "plain", "--stroke", "dab", *flags, "--resume")
-        assert code == 2
-        assert f"the frames there are of another painting ({part})" in err
-    assert run(capsys, *words, "--look", "plain", "--stroke", "dab", "--resume")[0] == 0
 
 
 def test_info_tells_what_a_scene_holds(scene, capsys):
@@ -816,30 +796,6 @@ def test_a_disc_that_fills_while_frames_are_painted_leaves_those_that_are_whole(
     assert (process.returncode, out) == (2, "")
     assert re.fullmatch(r"brushgs: /.*: has no room for temporary files; .* TMPDIR .*\n", err), err
     assert names(tmp_path / "f") == [".%05d.png.json"]
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send")
-def test_a_real_ctrl_c_leaves_nothing_behind(tmp_path):
-    fifo = tmp_path / "never.ply"
-    os.mkfifo(fifo)
-    code = "import sys, time, brushgs.pipeline.still as p, brushgs.cli as c\n"
-    code += "def wait(*a, **k): print('ready', flush=True); time.sleep(60)\n"
-    code += "p.paint_file = wait\nsys.exit(c.main(['render', 'a.ply']))"
-    process = subprocess.Popen(
-        [sys.executable, "-c", code],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    with process:
-        assert process.stdout.readline() == "ready\n"
-        time.sleep(0.05)
-        process.send_signal(signal.SIGINT)
-        err = process.stderr.read()
-    assert process.returncode == 130
-    assert err == "brushgs: stopped\n"
 
 
 def shown_on_a_terminal(words, cwd):

@@ -48,11 +48,7 @@ def run(capsys, *words):
     ("clip", "words"),
     [
         ("params", ["cluster", "--strokes", "50", "-o", "out.ply"]),
-        ("folder", ["prune", "-o", "out.ply"]),
-        ("params", ["recolor", "--palette", "palette.png", "-o", "out.ply"]),
         ("folder", ["render", *SMALL, "-o", "out.png"]),
-        ("params", ["render", *SMALL, "-o", "out.png"]),
-        ("folder", ["views", "--size", "32x24", "-o", "out.png"]),
         ("params", ["export", *SMALL, "-o", "out.html"]),
         ("folder", ["doctor", "--fix", "out.ply"]),
         ("params", ["info"]),
@@ -60,7 +56,6 @@ def run(capsys, *words):
     indirect=["clip"],
 )
 def test_every_command_takes_a_moment(clip, capsys, words):
-    bg.save(bg.Frame(np.full((8, 8, 3), 0.5, np.float32), np.ones((8, 8), np.float32)), "palette.png")
     code, _, err = run(capsys, words[0], clip, "--time", "0.05", *words[1:])
     assert code == 0, err
     assert words[0] == "info" or next(Path().glob("out.*")).stat().st_size > 0
@@ -141,9 +136,7 @@ def test_a_moment_of_a_scene_at_rest_is_refused(tmp_path, monkeypatch, capsys, c
     )
 
 
-@pytest.mark.parametrize(
-    "command", ["render", "cluster", "prune", "info", "doctor", "export", "view", "views"]
-)
+@pytest.mark.parametrize("command", ["render", "info", "view"])
 def test_a_rate_of_moments_is_refused_where_there_are_none(clips, tmp_path, monkeypatch, capsys, command):
     monkeypatch.chdir(tmp_path)
     bg.save(still_life_of(1000), "still.ply")

@@ -140,11 +140,9 @@ def test_a_file_without_a_record_is_never_replaced_by_a_default_name(scene, caps
 @pytest.mark.parametrize(
     "words",
     [
-        ["render", *FEW, "-o", "a/b/c.png"],
         ["render", *FEW, "--orbit", "3", "-o", "a/b/c.mp4"],
         ["render", *FEW, "--orbit", "3", "-o", "a/b/"],
         ["export", *FEW[:4], "-o", "a/b/c.html"],
-        ["views", "--size", "16x12", "-o", "a/b/c.png"],
         ["prune", "--keep", "50%", "-o", "a/b/c.ply"],
     ],
 )

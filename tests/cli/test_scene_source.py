@@ -37,7 +37,7 @@ def run(capsys, *words):
     return code, out, err
 
 
-@pytest.mark.parametrize("words", [["tiles"], ["tiles/"], ["tiles/a.ply", "tiles/b.ply"]])
+@pytest.mark.parametrize("words", [["tiles"], ["tiles/a.ply", "tiles/b.ply"]])
 def test_a_scene_in_parts_paints_the_picture_of_the_whole(tiles, capsys, words):
     small = [*SMALL, "--no-metadata"]  # which would name the files
     assert run(capsys, "render", "whole.ply", *small)[0] == 0
@@ -46,15 +46,11 @@ def test_a_scene_in_parts_paints_the_picture_of_the_whole(tiles, capsys, words):
 
 
 @pytest.mark.parametrize(
-    ("words", "name"),
-    [(["tiles/"], "tiles"), (["tiles/a.ply", "tiles/b.ply"], "a+1"), (["tiles/a.ply"], "a")],
-)
-@pytest.mark.parametrize(
-    ("command", "ending"),
+    ("words", "name", "command", "ending"),
     [
-        (["render", *SMALL], "gaussian.png"),
-        (["prune", "--quiet"], "pruned.ply"),
-        (["cluster", "--strokes", "50", "--quiet"], "strokes.ply"),
+        (["tiles/"], "tiles", ["render", *SMALL], "gaussian.png"),
+        (["tiles/a.ply", "tiles/b.ply"], "a+1", ["prune", "--quiet"], "pruned.ply"),
+        (["tiles/a.ply"], "a", ["cluster", "--strokes", "50", "--quiet"], "strokes.ply"),
     ],
 )
 def test_outputs_bear_the_name_of_the_source(tiles, capsys, words, name, command, ending):

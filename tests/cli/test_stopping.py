@@ -66,11 +66,9 @@ def wait_until(condition, process):
 @pytest.mark.parametrize(
     ("number", "words"),
     [
-        *((number, ("-o", "a.mp4")) for number in CODES if number != signal.SIGTERM),
-        (signal.SIGTERM, ("-o", "a.mov", "--background", "transparent")),
-        (signal.SIGTERM, ("-o", "a.mp4", "--codec", "h265")),
+        (signal.SIGINT, ("-o", "a.mp4")),
         (signal.SIGTERM, ("-o", "a.webm", "--jobs", "2")),
-        (signal.SIGTERM, ("-o", "a.gif")),
+        (signal.SIGHUP, ("-o", "a.gif")),
     ],
 )
 def test_every_video_is_whole_or_not_there(start, tmp_path, number, words):
@@ -83,15 +81,14 @@ def test_every_video_is_whole_or_not_there(start, tmp_path, number, words):
     assert list((tmp_path / "out").iterdir()) == list((tmp_path / "temporary").iterdir()) == []
 
 
-@pytest.mark.parametrize("name", ["a.png", "a.tif", "a.exr"])
-def test_a_still_is_whole_or_not_there(scene, tmp_path, name):
+def test_a_still_is_whole_or_not_there(scene, tmp_path):
     """The signal comes while the picture is written: encoders are not interrupted, but nothing is left."""
     out, temporary = tmp_path / "out", tmp_path / "temporary"
     out.mkdir()
     temporary.mkdir()
     command = [sys.executable, "-m", "brushgs", "render", scene, *SOON]
     with subprocess.Popen(
-        [*map(str, command), "--size", "1500x1000", "-o", name],
+        [*map(str, command), "--size", "1500x1000", "-o", "a.exr"],
         cwd=out,
         env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)},
         stdout=subprocess.PIPE,
@@ -103,22 +100,20 @@ def test_a_still_is_whole_or_not_there(scene, tmp_path, name):
         _, err = process.communicate()
     assert (process.returncode, err) in [(143, "brushgs: stopped\n"), (0, "")]
     left = [path.name for path in out.iterdir()]
-    assert left in ([], [name])
+    assert left in ([], ["a.exr"])
     assert list(temporary.iterdir()) == []
     if left:
-        assert read_image(out / name).shape[:2] == (1000, 1500)
+        assert read_image(out / "a.exr").shape[:2] == (1000, 1500)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_to_all_processes_leaves_none_of_their_files(start, tmp_path, number):
-    """As a terminal and `timeout` send it: to the whole group, and `timeout` twice to the first process."""
+def test_a_signal_to_all_processes_leaves_none_of_their_files(start, tmp_path):
+    """As `timeout` sends it: to the whole group, and twice to the first process."""
     with start("-o", "f/%05d.exr", "--jobs", "3") as process:
         wait_until((tmp_path / "out" / "f" / "00005.exr").exists, process)
-        if number == signal.SIGTERM:
-            process.send_signal(number)
-        os.killpg(process.pid, number)
+        process.send_signal(signal.SIGTERM)
+        os.killpg(process.pid, signal.SIGTERM)
         out, err = process.communicate()  # ends when no process holds the pipe any more
-    assert (process.returncode, out) == (CODES[number], "")
+    assert (process.returncode, out) == (143, "")
     assert "of 3000 frames are done; add --resume to paint the rest\n" in err
     assert err.count("\n") == 1
     files = sorted(path.name for path in (tmp_path / "out" / "f").iterdir())

@@ -48,10 +48,7 @@ GONE = "| { true; }"
 @pytest.mark.parametrize(
     ("redirection", "out"),
     [
-        (">&-", ""),
-        ("2>&-", "a.png\n"),
         ("<&- >&- 2>&-", ""),
-        (GONE, ""),
         (f"2>&1 {GONE}", ""),
         (f"2>&1 >path {GONE}", ""),
         ("2>/dev/full", "a.png\n"),
@@ -69,21 +66,21 @@ def test_a_picture_is_painted_whatever_becomes_of_the_words_about_it(run, tmp_pa
 @pytest.mark.parametrize(
     ("words", "redirection"),
     [
-        *((words, GONE) for words in ("--help", "render --help", "--version", "strokes", "info a.ply")),
-        *((words, to) for words in ("--help", "info a.ply") for to in (">&-", f"2>&1 {GONE}", ">&- 2>&-")),
+        *((words, GONE) for words in ("render --help", "--version", "info a.ply")),
+        *(("--help", to) for to in (">&-", ">&- 2>&-")),
     ],
 )
 def test_what_nobody_reads_ends_quietly(run, words, redirection):
     assert run(words, redirection) == (0, "", "")
 
 
-@pytest.mark.parametrize("redirection", ["2>&-", f"2>&1 {GONE}", "2>/dev/full"])
+@pytest.mark.parametrize("redirection", ["2>&-", "2>/dev/full"])
 def test_an_error_that_cannot_be_told_has_its_exit_code(run, redirection):
     assert run("render none.ply", redirection) == (2, "", "")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
-@pytest.mark.parametrize("words", ["strokes", "info a.ply", RENDER])
+@pytest.mark.parametrize("words", ["strokes", RENDER])
 def test_a_full_disc_behind_stdout_gets_a_sentence(run, words):
     code, _, err = run(words, "> /dev/full")
     assert code == 2

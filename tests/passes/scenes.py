@@ -46,6 +46,7 @@ def strange_strokes():
         "a plane": replaced(scene, means=scene.means * [1, 1, 0], sh=0 * scene.sh),
         "immense": replaced(scene, scales=scene.scales * 1e30),
         "loud": replaced(scene, sh=100 * scene.sh),
+        "black": replaced(scene, sh=np.full_like(scene.sh, -9)),
         "opaque": replaced(scene, opacities=np.ones(60)),
         "transparent": replaced(scene, opacities=0 * scene.opacities),
         "tiny": replaced(scene, means=scene.means * 1e-4, scales=scene.scales * 1e-4),

@@ -10,19 +10,25 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.core.threads import at_most
+from brushgs.passes.color.key_light import KeyLight
 from brushgs.passes.color.recolor import Palette
 from brushgs.passes.color.tone import grade, tones
+from brushgs.passes.form.gaps import growth
 from brushgs.passes.form.material import Materials
+from brushgs.passes.form.saliency import saliency
 from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.contribution import visible_shares
 from brushgs.passes.reduce.detail import color_detail
 from brushgs.passes.reduce.worth import worth_keeping
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import rotation_matrices
 from tests.kit.for_each import for_each
+from tests.passes.color.test_key import place_of
 from tests.passes.color.test_recolor import painting
 from tests.passes.form.planks import planks, turned_frame
 from tests.passes.form.test_choose_brushes import KIT, SURFACES
 from tests.passes.form.test_material import wall
+from tests.passes.form.test_saliency import framed
 from tests.passes.reduce.test_floaters import is_apart
 from tests.passes.scenes import covariances, random_gaussians, replaced, strange_strokes
 
@@ -82,8 +88,34 @@ def sparse(num: int) -> Gaussians:
     return replaced(scene, means=scene.means * away[:, None])
 
 
+def layer(num: int) -> Gaussians:
+    """Discs beside each other."""
+    rows = np.arange(num)
+    means = np.stack([rows % 17, rows // 17, 0.1 * np.sin(rows)], axis=1)
+    strokes = random_gaussians(num, size=0.34)
+    upright = np.tile([1.0, 0, 0, 0], (num, 1))
+    sizes = np.tile([0.34, 0.36, 0.03], (num, 1))
+    return replaced(strokes, means=means, quats=upright, scales=sizes, opacities=np.full(num, 0.9))
+
+
 def surfaces(num: int) -> Gaussians:
     return wall(num, colors=0.05, normals=0.4, sizes=0.2)
+
+
+def gaps(strokes: Gaussians, _: object) -> np.ndarray:
+    order = np.argsort(strokes.scales, axis=1)
+    axes = np.take_along_axis(rotation_matrices(strokes.quats.astype(float)), order[:, None], axis=2)
+    sizes = np.take_along_axis(strokes.scales, order, axis=1)
+    return growth(*(one.astype(float) for one in (strokes.means, sizes, axes, strokes.opacities)))
+
+
+def in_its_light(strokes: Gaussians, moved: Callable[[Gaussians], Gaussians]) -> Gaussians:
+    lamp = np.array([0.6, -0.8, 0.0])
+    return KeyLight.of(strokes, (), place_of(moved(random_gaussians(300)))).lit(lamp)
+
+
+def outstanding(strokes: Gaussians, _: object) -> np.ndarray:
+    return saliency(strokes, framed(strokes if len(strokes) else random_gaussians(2)))
 
 
 PASSES = {
@@ -93,6 +125,9 @@ PASSES = {
     "choose brushes": Pass(lambda s, _: bg.choose_brushes(s, SURFACES, material=0.8), surfaces, "order"),
     "choose variants": Pass(lambda s, _: bg.choose_brushes(s, KIT), surfaces, "order"),
     "materials": Pass(lambda s, _: vars(Materials.of(s)), surfaces),
+    "gaps": Pass(gaps, layer),
+    "key light": Pass(in_its_light, rtol=1e-3, atol=1e-3),
+    "saliency": Pass(outstanding, laws="order unit", atol=1e-3),
     "break colors": Pass(lambda s, _: bg.break_colors(s), laws="order", rtol=0, atol=1e-12),
     "break colors, followed": Pass(
         lambda s, _: bg.break_colors(s, follows=0.7), laws="order", rtol=0, atol=1e-12
@@ -184,6 +219,17 @@ def test_the_number_of_threads_changes_no_bit(name):
             outcomes.append(found(one, scene))
     for column, values in outcomes[0].items():
         np.testing.assert_array_equal(outcomes[1][column], values, err_msg=column)
+
+
+BLOCKS = {"gaps": "form.gaps", "orient by form": "form.planes", "recolor": "color.color_map"}
+
+
+@for_each(("name", "module"), BLOCKS.items())
+def test_blocks_of_rows_do_not_count(name, module, monkeypatch):
+    one = PASSES[name]
+    expected = found(one, one.scene(300))
+    monkeypatch.setattr(f"brushgs.passes.{module}.ROWS_AT_A_TIME", 7)
+    assert_close(one, found(one, one.scene(300)), expected)
 
 
 @for_each("dtype", [np.float32, np.float64])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.core.threads import at_most
 from brushgs.measure.likeness import psnr
 from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.split import painted_errors
@@ -133,15 +132,6 @@ def test_the_error_of_a_picture_is_shared_among_its_strokes():
         total += 0.5 * float((frame.alpha[..., None] * away**2).sum(dtype=np.float64))
     assert errors.sum() == pytest.approx(total, rel=1e-4)
     assert (errors >= 0).all()
-
-
-def test_equal_input_gives_equal_strokes_for_any_number_of_threads():
-    scene = squares()
-    first = bg.cluster(scene, 150, views=FRONT)
-    with at_most(1):
-        second = bg.cluster(scene, 150, views=FRONT)
-    for name, column in first.columns().items():
-        np.testing.assert_array_equal(column, getattr(second, name))
 
 
 def test_strokes_not_worth_keeping_are_replaced():

@@ -130,7 +130,8 @@ def check_motion(comparison: Comparison) -> None:
 
 def _schedule(comparison: Comparison, config: StabilityConfig) -> FrameSchedule:
     closes = comparison.moving is None and is_closed(comparison.strokes, comparison.cameras)
-    return FrameSchedule(len(comparison.cameras), closes, config)
+    rhythm = 1 if comparison.by_hand is None else comparison.by_hand[0].rhythm
+    return FrameSchedule(len(comparison.cameras), closes, config, rhythm)
 
 
 class _Looks:

@@ -22,6 +22,7 @@ from brushgs.rendering import (
     relief,
     streaks,
     surface,
+    tonal,
     tooth,
 )
 from brushgs.values.hashing import GOLDEN_32
@@ -51,6 +52,7 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "SOLID_BELOW": depth_test.SOLID,
         "DARKEST": glaze.DARKEST,
         "TOOTH_SOFTNESS": tooth.SOFTNESS,
+        "HIDES_BOUNDS": (tonal.CLEAR, tonal.SOLID),
         "CARRIED": canvas.CARRIED,
         "UNDERPAINT_THICKNESS": relief.UNDERPAINT_THICKNESS,
         "CANVAS_PIXELS": relief.CANVAS_PIXELS,

@@ -1,4 +1,4 @@
-"""`brushgs batch`: six pictures in two processes, what fails, what is skipped, and what is printed."""
+"""`brushgs batch`: four pictures in two processes, what fails, what is skipped, and what is printed."""
 
 import contextlib
 import json
@@ -15,7 +15,6 @@ import pytest
 from brushgs.cli import main
 from brushgs.cli.batch.jobs import read_jobs
 from brushgs.cli.batch.run import Outcome, Task, run_jobs
-from brushgs.formats.pictures.images import read_image
 from brushgs.options.sequence import SequenceConfig
 from tests.scenes import save_upright, still_life_of
 
@@ -31,15 +30,15 @@ see = "off"
 scene = "pears.ply"
 output = "out/{look}-{side}.png"
 [job.each]
-look = ["oil", "plain", "ink"]
+look = ["oil", "plain"]
 side = [{ name = "left", from = "left" }, { name = "above", elevation = 60 }]
 """
-NAMES = [f"{look}-{side}.png" for look in ("oil", "plain", "ink") for side in ("left", "above")]
+NAMES = [f"{look}-{side}.png" for look in ("oil", "plain") for side in ("left", "above")]
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A folder in which six jobs have run in two processes, and their JSON."""
+    """A folder in which four jobs have run in two processes, and their JSON."""
     folder = tmp_path_factory.mktemp("batch")
     save_upright(still_life_of(1000), folder / "pears.ply")
     (folder / "jobs.toml").write_text(JOBS)
@@ -60,10 +59,10 @@ def batch(capsys, file, *words):
     return code, out, err
 
 
-def test_six_jobs_write_six_pictures_and_one_report(made):
+def test_four_jobs_write_four_pictures_and_one_report(made):
     folder, report = made
     assert sorted(path.name for path in (folder / "out").iterdir()) == sorted(NAMES)
-    assert (report["done"], report["failed"], report["skipped"]) == (6, 0, 0)
+    assert (report["done"], report["failed"], report["skipped"]) == (4, 0, 0)
     assert [line["output"] for line in report["jobs"]] == [str(folder / "out" / name) for name in NAMES]
     assert all(line["seconds"] > 0 and line["peak_memory_bytes"] > 1e6 for line in report["jobs"])
     assert sorted(path.name for path in folder.iterdir()) == [
@@ -74,33 +73,25 @@ def test_six_jobs_write_six_pictures_and_one_report(made):
     ]
 
 
-def test_a_picture_of_a_batch_is_that_of_its_command(made, tmp_path):
-    folder, _ = made
-    words = ["--look", "ink", "--from", "left", "--size", "48x36", "--strokes", "60"]
-    words += ["--clean", "off", "--see", "off", "--quiet"]
-    assert main(["render", str(folder / "pears.ply"), "-o", str(tmp_path / "a.png"), *words]) == 0
-    assert (read_image(tmp_path / "a.png") == read_image(folder / "out" / "ink-left.png")).all()
-
-
 def test_a_batch_that_is_resumed_runs_what_is_missing_or_differs(made, capsys):
     folder, _ = made
     kept = {path: path.stat().st_mtime_ns for path in (folder / "out").iterdir()}
     (folder / "out" / "oil-left.png").unlink()
-    (folder / "out" / "ink-left.png").write_bytes(b"another")
+    (folder / "out" / "plain-left.png").write_bytes(b"another")
     dry = batch(capsys, folder / "jobs.toml", "--resume", "--dry-run")[1]
     assert [line.split("--output=")[1].split()[0] for line in dry.splitlines()] == [
         "out/oil-left.png",
-        "out/ink-left.png",
+        "out/plain-left.png",
     ]
-    (folder / "jobs.toml").write_text(JOBS.replace('"plain"', '"plain", "gouache"'))
+    (folder / "jobs.toml").write_text(JOBS.replace('"plain"', '"plain", "ink"'))
     code, out, _ = batch(capsys, folder / "jobs.toml", "--resume", "--json")
     report = json.loads(out)
     assert code == 0
-    assert (report["done"], report["skipped"]) == (4, 4)
+    assert (report["done"], report["skipped"]) == (4, 2)
     for path, changed in kept.items():
-        assert (path.stat().st_mtime_ns == changed) == (path.name not in ("oil-left.png", "ink-left.png"))
+        assert (path.stat().st_mtime_ns == changed) == (path.name not in ("oil-left.png", "plain-left.png"))
     os.utime(folder / "pears.ply", (1, 1))
-    assert len(batch(capsys, folder / "jobs.toml", "--resume", "--dry-run")[1].splitlines()) == 8
+    assert len(batch(capsys, folder / "jobs.toml", "--resume", "--dry-run")[1].splitlines()) == 6
 
 
 def test_a_job_that_fails_does_not_stop_the_others(made, tmp_path, capsys):
@@ -166,7 +157,6 @@ def test_a_list_of_an_earlier_version_is_told_and_not_read(made, tmp_path, capsy
 
 OUTPUTS = {  # of a job: what it is called with, and a file that it writes beside others
     "frames": (["render", "frames/%02d.png", "orbit = 3\nlook = 'plain'"], "frames/01.png"),
-    "film": (["render", "a.gif", "orbit = 3\nlook = 'plain'"], "a.gif"),
     "page": (["export", "a.html", ""], "a.html"),
     "strokes": (["cluster", "a.ply", ""], "a.ply"),
     "curves": (
@@ -220,8 +210,7 @@ def test_the_order_of_options_changes_no_job_and_their_values_do(every_kind, cap
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_batch_that_is_stopped_leaves_whole_files_only(made, tmp_path, number, code):
+def test_a_batch_that_is_stopped_leaves_whole_files_only(made, tmp_path):
     text = f'[defaults]\nscene = "{made[0]}/pears.ply"\nsize = "64x48"\nstrokes = 50\nlook = "plain"\n'
     text += 'see = "off"\nclean = "off"\n[[job]]\noutput = "first.png"\n' + "".join(
         f'[[job]]\norbit = 5000\noutput = "{name}.mp4"\n' for name in "ab"
@@ -241,9 +230,9 @@ def test_a_batch_that_is_stopped_leaves_whole_files_only(made, tmp_path, number,
         assert process.poll() is None, process.stderr.read()
         assert time.monotonic() < until
         time.sleep(0.05)
-    process.send_signal(number)
+    process.send_signal(signal.SIGTERM)
     _, err = process.communicate(timeout=60)
-    assert process.returncode == code
+    assert process.returncode == 143
     assert "stopped: 2 of 3 jobs are not done; --resume runs them" in err
     assert sorted(path.name for path in tmp_path.iterdir()) == [".jobs.toml.json", "first.png", "jobs.toml"]
 
@@ -257,23 +246,13 @@ def test_jobs_of_one_scene_load_it_once_and_paint_what_each_paints_alone(made, t
     stages = [{stage["name"] for stage in outcome.report["stages"]} for outcome in found]
     assert "load" in stages[0]
     assert all(one.isdisjoint({"load", "clean"}) for one in stages[1:])
-    for name in NAMES:  # three at a time were made before
+    for name in NAMES:  # two at a time were made before
         assert (tmp_path / "out" / name).read_bytes() == (folder / "out" / name).read_bytes(), name
     words = [*jobs[-1].words, "--quiet"]
     alone = [word.replace(f"out/{NAMES[-1]}", "alone.png") for word in words]
     with contextlib.chdir(tmp_path):
         assert main(["render", *alone]) == 0
     assert (tmp_path / "alone.png").read_bytes() == (tmp_path / "out" / NAMES[-1]).read_bytes()
-
-
-def test_a_batch_of_which_all_is_done_runs_nothing(made, capsys):
-    folder, _ = made
-    (folder / "done.toml").write_text(
-        JOBS.replace("out/", "again/").replace('"oil", "plain", "ink"', '"plain"')
-    )
-    assert batch(capsys, folder / "done.toml", "--quiet")[0] == 0
-    code, out, _ = batch(capsys, folder / "done.toml", "--resume", "--json")
-    assert (code, [job["state"] for job in json.loads(out)["jobs"]]) == (0, ["skipped"] * 2)
 
 
 def die_or_tell(task):

@@ -42,12 +42,19 @@ class Laid:
     blend: str = "cover"
     dry: float = 0.0
     tolerance: float | None = None
+    hides: bool = False
 
     @property
     def facts(self):
         """As it stands in the header."""
         relief = None if self.frame.height is None else {"thickness": 1, "gain": 1}
-        return {"blend": self.blend, "dry": self.dry, "tolerance": self.tolerance, "relief": relief}
+        return {
+            "blend": self.blend,
+            "dry": self.dry,
+            "tolerance": self.tolerance,
+            "relief": relief,
+            "isHiding": self.hides,
+        }
 
     @property
     def planes(self):

@@ -179,34 +179,12 @@ def test_density_on_paper_stays_from_half_the_distance_to_twice(manner):
     assert 0.6 < far / own < 1.5
 
 
-@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-def test_marks_do_not_depend_on_the_unit(scale):
-    camera = Camera.look_at(
-        (0, 0, -4 * scale), (0, 0, 0), width=320, height=180, fov_y=0.8, near=1e-3 * scale
-    )
-    marks, usual = marks_of(wall(scale=scale), cameras=(camera,)), marks_of(wall())
-    assert abs(len(marks) / len(usual) - 1) < 0.02, "rounding moves a few ends"
-    np.testing.assert_allclose(
-        np.median(marks.strokes.scales, axis=0), scale * np.median(usual.strokes.scales, axis=0), rtol=0.05
-    )
-
-
 @pytest.mark.parametrize("manner", [LINES, DOTS])
 @pytest.mark.parametrize("count", [0, 1])
 def test_none_and_one_stroke_give_few_marks_or_none(manner, count):
     strokes = wall().take(np.arange(count))
     marks = marks_of(strokes, manner=manner)
     assert len(marks) == len(marks.tones) == len(marks.chains) < 50
-
-
-def test_marks_do_not_depend_on_threads():
-    strokes = wall()
-    one, many = (
-        tonal_marks([view_of(strokes, 0.2, num_threads=count)], LINES, strokes, num_sigmas=2.0)
-        for count in (1, 4)
-    )
-    for name in ("means", "quats", "scales"):
-        np.testing.assert_array_equal(getattr(one.strokes, name), getattr(many.strokes, name))
 
 
 def test_pieces_of_a_line_are_in_order_and_levels_halve():

@@ -30,7 +30,6 @@ from brushgs.values.colors import oklab_of
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of
 from brushgs.values.sh import C0, base_colors, in_colors
-from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 NUM = 6000
@@ -328,48 +327,3 @@ def test_a_lamp_that_passes_the_zenith_does_not_jump():
 def test_lamp_axes_are_orthonormal():
     for lamp in (lamp_at(20, 30), np.array([0.0, 1.0, 0.0]), np.array([0.6, 0.0, 0.8])):
         assert np.allclose(lamp_axes(lamp) @ lamp_axes(lamp).T, np.eye(3), atol=1e-9)
-
-
-def test_the_order_of_strokes_does_not_matter():
-    light, lamp = lit_ball(), lamp_at(-40, 40)
-    order = np.random.default_rng(0).permutation(600)
-    strokes = light.strokes.take(order)
-    other = KeyLight.of(strokes, views_around(light.strokes), light.place)
-    assert np.abs(other.colors(lamp) - light.colors(lamp)[order]).max() < 1e-5
-
-
-@pytest.mark.parametrize("unit", [1e-6, 1e6])
-def test_the_unit_of_the_scene_does_not_matter(unit):
-    light, lamp = lit_ball(), lamp_at(-40, 40)
-    scaled = replace(
-        light.strokes,
-        means=light.strokes.means * np.float32(unit),
-        scales=light.strokes.scales * np.float32(unit),
-    )
-    other = KeyLight.of(scaled, (), place_of(scaled))
-    same = KeyLight.of(light.strokes, (), light.place)
-    assert np.abs(other.colors(lamp) - same.colors(lamp)).max() < 1e-3
-
-
-@for_each("lit_by", [None, lamp_at(0, 40)])
-@for_each("case", ["none", "one", "one place", "flat", "huge", "loud", "clear"])
-def test_extreme_strokes_stay_numbers(case, lit_by):
-    strokes = ball(60)
-    place = place_of(strokes)
-    changes = {
-        "none": lambda: strokes.take(slice(0, 0)),
-        "one": lambda: strokes.take(slice(0, 1)),
-        "one place": lambda: replace(strokes, means=np.zeros_like(strokes.means)),
-        "flat": lambda: replace(strokes, scales=np.zeros_like(strokes.scales)),
-        "huge": lambda: replace(strokes, scales=np.full_like(strokes.scales, 1e20)),
-        "loud": lambda: replace(
-            strokes, sh=100 * np.sin(np.arange(180.0)).reshape(60, 1, 3).astype(np.float32)
-        ),
-        "clear": lambda: replace(strokes, opacities=np.zeros_like(strokes.opacities)),
-    }
-    changed = changes[case]()
-    light = KeyLight.of(changed, views_around(strokes)[:2], place, lit_by=lit_by)
-    colors = light.colors(lamp_at(-40, 40))
-    assert colors.shape == (len(changed), 3)
-    assert ((colors >= 0) & (colors <= 1)).all()
-    assert np.isfinite(light.lit(lamp_at(-40, 40)).sh).all()

@@ -167,25 +167,6 @@ def test_transparent_parts_of_a_painting_do_not_count():
     np.testing.assert_allclose(Palette.of_image(half).mean, Palette.of_image(opaque).mean, atol=1e-6)
 
 
-def test_extreme_scenes_stay_finite():
-    before = scene(degree=3)
-    sh = before.sh.copy()
-    sh[:10] *= 1e6
-    sh[10:20] = -3.0
-    wild = bg.Gaussians(before.means, before.quats, before.scales, np.zeros_like(before.opacities), sh)
-    for space in SPACES:
-        assert np.isfinite(recolor(wild, Palette.of_image(painting(), space=space)).sh).all()
-    empty = before.take(slice(0))
-    assert len(recolor(empty, Palette.of_image(painting()))) == 0
-
-
-def test_the_result_does_not_depend_on_the_block(monkeypatch):
-    before, palette = scene(degree=1), Palette.of_image(painting())
-    whole = recolor(before, palette).sh
-    monkeypatch.setattr("brushgs.passes.color.color_map.ROWS_AT_A_TIME", 333)
-    np.testing.assert_allclose(recolor(before, palette).sh, whole, atol=1e-6)
-
-
 @for_each(
     ("call", "sentence"),
     [

@@ -3,10 +3,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from brushgs.core.native import core as _core
-from brushgs.passes.form import gaps
 from brushgs.passes.form.gaps import CURLED, PLANE, growth
 from brushgs.passes.reduce.merge import merge_clusters
-from tests.kit.for_each import for_each
 from tests.passes.scenes import covariances, random_gaussians, replaced
 
 
@@ -46,29 +44,6 @@ def test_what_curls_grows_less_than_a_plane():
         [np.stack([s, zero, c], 1), np.stack([c, zero, -s], 1), np.tile([0, 1.0, 0], (144, 1))], 2
     )
     assert growth(means, scales, axes, opacities).max() <= CURLED + 1e-12
-
-
-@pytest.mark.parametrize("unit", [2.0**-40, 1.0, 2.0**40])
-def test_growth_does_not_depend_on_unit_place_order_or_blocks(monkeypatch, unit):
-    random = np.random.default_rng(0)
-    means, scales, axes, opacities = discs(lattice() + 0.1 * random.normal(size=(144, 3)), 0.4)
-    expected = growth(means, scales, axes, opacities)
-    assert 0 < expected.mean() < PLANE
-    monkeypatch.setattr(gaps, "ROWS_AT_A_TIME", 7)
-    shuffle = random.permutation(144)
-    found = growth((means * unit)[shuffle], (scales * unit)[shuffle], axes[shuffle], opacities[shuffle])
-    np.testing.assert_allclose(found, expected[shuffle], rtol=1e-9, atol=1e-12)
-
-
-@for_each("count", [0, 1, 2, 3])
-@for_each("size", [0.0, 1e-300, 1.0, 1e150])
-@for_each("spread", [0.0, 1e-300, 1.0, 1e150])
-def test_growth_is_finite_whatever_the_strokes(count, size, spread):
-    means, scales, axes, opacities = discs(spread * lattice(2)[:count], size)
-    scales = scales * np.array([0.0, 1e-9, 1.0])  # needles
-    found = growth(means, scales, axes, opacities)
-    assert found.shape == (count,)
-    assert ((found >= 0) & (found <= PLANE)).all()
 
 
 def test_merging_without_an_overlap_grows_a_layer_and_with_one_does_not():

@@ -8,7 +8,6 @@ import pytest
 from brushgs.passes.form.material import Materials, roughness
 from brushgs.values.colors import rgb_of_oklab
 from brushgs.values.sh import in_colors
-from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 
 
@@ -66,21 +65,3 @@ def test_of_a_wall_beside_fur_the_wall_is_smooth_where_it_is_light_and_the_fur_r
     assert found.rough[of_fur].min() > 0.95
     assert found.rough[:800].max() == found.smooth[of_fur].max() == 0
     assert not (found.smooth * found.rough).any()
-
-
-@for_each("num", [0, 1, 2, 5, 40])
-@for_each("scale", [0.0, 1e20, 1.0])
-@for_each("dtype", [np.float32, np.float64])
-def test_strokes_of_any_kind_have_a_material(num, scale, dtype):
-    strokes = random_gaussians(num, dtype=dtype)
-    strokes = replace(
-        strokes,
-        means=np.zeros_like(strokes.means),  # all at one place
-        scales=np.full_like(strokes.scales, scale),
-        opacities=np.zeros_like(strokes.opacities),
-        sh=100 * strokes.sh,
-    )
-    found = Materials.of(strokes)
-    for values in (found.roughness, found.smooth, found.rough):
-        assert values.shape == (num,)
-        assert ((values >= 0) & (values <= 1)).all()

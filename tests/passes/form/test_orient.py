@@ -5,14 +5,13 @@ import pytest
 
 import brushgs as bg
 from brushgs.formats.guides import Guides
-from brushgs.passes.form import planes
 from brushgs.passes.form.mark_directions import Marks
 from brushgs.passes.form.orient import ASPECT
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of, rotation_matrices
 from tests.kit.for_each import for_each
 from tests.passes.form.planks import aspects, boards, long_axes, planks, surface, turned_frame
-from tests.passes.scenes import assert_same, covariances, replaced, strange_strokes
+from tests.passes.scenes import covariances, replaced, strange_strokes
 
 
 @pytest.mark.parametrize("field", ["form", "color"])
@@ -115,13 +114,6 @@ def test_neighbours_point_the_same_way():
     strokes, gaussians = planks(frame=turned_frame(5))
     axes = long_axes(bg.orient(strokes, gaussians))
     assert np.abs(np.sign(axes @ turned_frame(5)[:, 0]).sum()) == len(axes)
-
-
-def test_blocks_of_rows_change_no_bit(monkeypatch):
-    strokes, gaussians = planks()
-    expected = bg.orient(strokes, gaussians)
-    monkeypatch.setattr(planes, "ROWS_AT_A_TIME", 7)
-    assert_same(bg.orient(strokes, gaussians), expected)
 
 
 def test_an_unknown_field_is_refused():

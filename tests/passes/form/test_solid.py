@@ -3,8 +3,6 @@ import pytest
 
 import brushgs as bg
 from brushgs.passes.form.coverage import Coverage
-from tests.kit.for_each import for_each
-from tests.passes.scenes import random_gaussians, replaced
 
 
 def layer(side=8, *, opacity=0.5, size=0.5, z=0.0):
@@ -46,23 +44,6 @@ def test_haze_stays_haze_and_opaque_strokes_stay_as_they_are():
     solid = bg.solidify(opaque)
     np.testing.assert_array_equal(solid.scales, opaque.scales)
     np.testing.assert_array_equal(solid.opacities, opaque.opacities)
-
-
-@for_each("num", [0, 1, 2, 3, 40])
-@for_each("dtype", [np.float32, np.float64])
-def test_solid_paint_of_stiff_strokes(num, dtype):
-    strokes = random_gaussians(num, dtype=dtype)
-    for scale, opacity in ((0, 0), (0, 1), (1e30, 0.5), (1e30, 1), (1, 0)):
-        columns = {
-            "scales": np.full((num, 3), scale, dtype),
-            "opacities": np.full(num, opacity, dtype),
-            "means": np.zeros((num, 3), dtype),
-        }
-        solid = bg.solidify(replaced(strokes, **columns))  # raises where a column is not finite
-        assert len(solid) == num
-        assert solid.means.dtype == dtype
-        assert np.all(solid.opacities >= columns["opacities"])
-        np.testing.assert_allclose(paint(solid), opacity * scale**2, rtol=1e-5)
 
 
 @pytest.mark.parametrize("strength", [-0.1, 1.5, np.nan])

@@ -4,7 +4,6 @@ import pytest
 from brushgs.passes.reduce.cluster import cluster_weights
 from brushgs.passes.reduce.detail import color_detail
 from brushgs.values.sh import C0
-from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians, replaced
 
 
@@ -28,11 +27,3 @@ def test_detail_attracts_strokes():
     scene = halves()
     weights, x = cluster_weights(scene), scene.means[:, 0]
     assert np.median(weights[x > 0.1]) > 8 * np.median(weights[x < -0.1])
-
-
-@for_each("count", [0, 1, 2, 15, 16, 17, 33])
-def test_few_gaussians_have_detail_too(count):
-    detail = color_detail(random_gaussians(count))
-    assert detail.shape == (count,)
-    assert (detail >= 0).all()
-    assert count > 1 or not detail.any()

@@ -8,9 +8,9 @@
 //     canvas.finish();
 //
 // A coat is drawn into targets of its own only where it must be seen apart from the canvas: to be pressed
-// through the tooth, to be tested against what is on the canvas, to tint it, or where heights lie below that
-// it carries on. Others are drawn on the canvas, which gives the same. Where all are and no lamp shines,
-// there is no canvas: coats are drawn into the target, over the ground.
+// through the tooth, to hide as paper does, to be tested against what is on the canvas, to tint it, or where
+// heights lie below that it carries on. Others are drawn on the canvas, which gives the same. Where all are
+// and no lamp shines, there is no canvas: coats are drawn into the target, over the ground.
 
 const NO_FLOATS =
   "this browser cannot draw into float textures: the painting is shown without relief, lamp and threads";
@@ -167,8 +167,8 @@ class Canvas {
     for (const program of this._programs.values()) program.dispose();
   }
 
-  _layPrograms({ isDirect, isGlaze, isPressed, hasDetail }) {
-    const program = (kind) => this._program("lay.frag", { [kind]: true, PRESSED: isPressed });
+  _layPrograms({ isDirect, isGlaze, isPressed, isHiding, hasDetail }) {
+    const program = (kind) => this._program("lay.frag", { [kind]: true, PRESSED: isPressed, HIDES: isHiding });
     if (isDirect) return null;
     return { color: program(isGlaze ? "GLAZE" : "COLOR"), detail: hasDetail ? program("DETAIL") : null };
   }
@@ -396,9 +396,10 @@ function planOf({ coats, surface, lamp }, isHalf) {
     const hasHeight = !isGlaze && _isLit && coat.relief !== null;
     const hasDepth = !isGlaze && i < lastTested;
     const hasDetail = hasHeight || hasDepth;
-    const isDirect = !(isGlaze || isPressed || isTested[i] || (hasHeights && hasDetail));
+    const { isHiding } = coat;
+    const isDirect = !(isGlaze || isPressed || isHiding || isTested[i] || (hasHeights && hasDetail));
     hasHeights ||= hasHeight;
-    return { isGlaze, isPressed, isTested: isTested[i], hasHeight, hasDepth, hasDetail, isDirect };
+    return { isGlaze, isPressed, isHiding, isTested: isTested[i], hasHeight, hasDepth, hasDetail, isDirect };
   });
   return {
     _plans,

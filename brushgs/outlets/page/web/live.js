@@ -48,6 +48,10 @@ class Studio {
   async start() {
     this._choices = await this._server.choices();
     this._build();
+    this.app.player.onRest = () => {
+      clearTimeout(this._resting);
+      this._resting = setTimeout(() => this._keepMoment(), SEND_AFTER);
+    };
     this._follow();
   }
 
@@ -95,6 +99,11 @@ class Studio {
     this._where.again();
   }
 
+  /** Keep the moment of a moving scene in the address: a reload shows it again. */
+  _keepMoment() {
+    if (this.app.player.duration > 0) history.replaceState(null, "", `/#${linkText(this.app)}`);
+  }
+
   /** Say something in a few words. */
   say(text) {
     this.app.panel.say(text);
@@ -135,6 +144,7 @@ class Studio {
     this._palette.show(settings.palette ?? "");
     this._strength.element.hidden = painting.palette === null;
     this._strength.show(painting.palette ?? 1);
+    this._point.show(settings);
   }
 
   _build() {
@@ -144,8 +154,8 @@ class Studio {
     this._bar = element("progress", { "aria-label": "Painting", hidden: true });
     this._notes = element("p", { className: "note" });
     this._outputs = new Outputs(this.app, this._server, (text) => this.say(text));
-    const { hint, scenes } = this._choices;
-    this._scene = new SceneField(this._server, (text) => this.say(text), scenes);
+    const { hint } = this._choices;
+    this._scene = new SceneField(this._server, (text) => this.say(text), this._choices);
     this._panel = element(
       "aside",
       { id: "studio", "aria-label": "Studio" },
@@ -156,6 +166,7 @@ class Studio {
       this._lightFields(),
       this._paletteFields(),
       this._whereField(),
+      this._pointField(),
       button("Back to how it began", () => this._reset(), { id: "reset" }),
       this._notes,
       ...this._outputs.elements,
@@ -306,6 +317,17 @@ class Studio {
       return found.version === this._version ? found : new Promise(() => {});
     });
     return group("Regions", this._where.element);
+  }
+
+  _pointField() {
+    this._point = new PointField(this.app, {
+      set: (changes) => this.set(changes),
+      say: (text) => this.say(text),
+      onArm: (isArmed) => { // the picture must be seen
+        if (!window.matchMedia(WIDE).matches) this._open(!isArmed);
+      },
+    });
+    return group("Point at the picture", this._point.element);
   }
 
   /** Offer brushes and palettes, dropped ones among them. */
