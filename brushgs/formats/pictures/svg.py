@@ -86,7 +86,7 @@ def _lines_of(paths: Paths, description: str) -> Iterator[str]:
 def _layer(name: str, label: str, group: PathGroup | None) -> str:
     style = ""
     if group is not None:
-        style = ' stroke-linecap="round" stroke-linejoin="round"' + ' class="glaze"' * group.multiplies
+        style = ' stroke-linecap="butt" stroke-linejoin="round"' + ' class="glaze"' * group.multiplies
     identity = "coat-" + _NAME.sub("-", name).strip("-").lower()
     return f'<g id="{identity}" inkscape:label={quoteattr(label)} inkscape:groupmode="layer"{style}>\n'
 
