@@ -31,7 +31,7 @@ STRIPS, BINS = 10, 32  # bristles of a brush, and places along them
 COVERED = 0.1  # light that a later coat lets through, below which a line under it is cut
 JOINED = 1.2  # widths between pieces of one line
 ALIKE = 0.2  # most difference of the paint of pieces that are one path, relative to the larger
-WIDER = 1.03  # an even line that is as soft, over its paint
+WIDER = 1.03  # a line as soft as that of a brush, over one that is opaque
 AROUND = 3  # px, side of the window in which the paint that paper takes is measured
 FAINTEST = 2 * MIN_ALPHA  # opacity below which a path is left out
 
@@ -248,7 +248,7 @@ def _fade(laid: LaidCoat, rows: Rows, places: F64) -> F64:
 
 
 def _lines(thin: Rows, laid: LaidCoat, runs: _Runs, solid: F64) -> Iterator[Path2D]:
-    """Thin strokes as polylines; pieces whose rows and ends follow each other are one."""
+    """Thin strokes as polylines; pieces of a line whose rows and ends follow each other are one."""
     boxes = laid.boxes
     thin = thin[np.lexsort((runs.starts[thin], boxes.ids[runs.boxes[thin]]))]
     rows = runs.boxes[thin]
@@ -261,7 +261,11 @@ def _lines(thin: Rows, laid: LaidCoat, runs: _Runs, solid: F64) -> Iterator[Path
     widths = 2 * half[:, 1] * solid[thin] * WIDER
     opacities = boxes.opacities[rows] * runs.shares[thin] / WIDER
     colors = np.clip(boxes.colors[rows].astype(np.float64), 0, 1)
-    follows = np.diff(boxes.ids[rows].astype(np.int64), prepend=-2) <= 1
+    lines = laid.coat.chains
+    line = boxes.ids[rows].astype(np.int64)
+    follows = np.diff(line, prepend=-2) <= 1
+    line = line if lines is None else lines[line]
+    follows[1:] &= line[1:] == line[:-1]
     follows[1:] &= (colors[1:] == colors[:-1]).all(axis=1)
     starts = np.flatnonzero(~follows)
     for first, last in zip(starts, [*starts[1:], len(thin)], strict=True):

@@ -123,7 +123,7 @@ def test_kinds_of_paths_and_an_empty_drawing(tmp_path):
     text = (tmp_path / "a.svg").read_text()
     assert 'd="M1,2l2.3,0 1.7,3" fill="none"' in text
     assert 'd="M0,0l4,0 0,4zM5,5l1,0 0,1z" fill="#ff0000" fill-opacity="0.5"' in text
-    assert '<circle cx="3.0" cy="3.0" r="1.00" fill="#0000ff"/>' in text
+    assert '<circle cx="3.00" cy="3.00" r="1.00" fill="#0000ff"/>' in text
     assert "multiply" in text
     assert "<rect" not in text
     write_svg(Paths(8, 6, (1, 1, 1), ()), tmp_path / "b.svg")
