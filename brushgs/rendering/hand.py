@@ -157,9 +157,9 @@ class Hand:
         return any(pace.boil or pace.redraw for pace in self.paces)
 
     @property
-    def rhythm(self) -> int:
+    def beat(self) -> int:
         """Frames after which all that is held and boils begins anew."""
-        return lcm(*(pace.hold for pace in self.paces), self.every if self.changes else 1)
+        return lcm(*(pace.hold * (self._holds(pace) if pace.boil else 1) for pace in self.paces))
 
     def shown(self, index: int) -> int:
         """The frame whose camera, and scene, a frame has."""
@@ -184,12 +184,16 @@ class Hand:
 
     def drawing(self, start: int, pace: Pace) -> int:
         """The number of the drawing of what boils, in a frame at which something held begins."""
-        holds = -(-self.every // pace.hold)  # for which a drawing lasts
+        holds = self._holds(pace)
         block = start // pace.hold
         if not self.is_loop:
             return block // holds
         num_blocks = -(-self.num_frames // pace.hold)
         return block * max(round(num_blocks / holds), 1) // num_blocks
+
+    def _holds(self, pace: Pace) -> int:
+        """For how many holds a drawing of what boils lasts."""
+        return -(-self.every // pace.hold)
 
     def state(self, index: int) -> tuple[tuple[int, ...], ...]:
         """Equal for frames that differ only by what is seen of the scene at the `starts`."""

@@ -106,6 +106,7 @@ def test_what_boils_is_drawn_anew_at_whole_holds(coat, hold, every, numbers):
     pace = Pace(hold, 0.5)
     film = hand(coat, pace, pace, every=every)
     assert [film.drawing(film.starts(index)[0], pace) for index in range(len(numbers))] == numbers
+    assert film.beat == len(numbers) - numbers.count(1)
 
 
 def test_boil_of_a_part_leaves_the_others(coat, seen):
