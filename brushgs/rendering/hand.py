@@ -157,9 +157,9 @@ class Hand:
         return any(pace.boil or pace.redraw for pace in self.paces)
 
     @property
-    def rhythm(self) -> int:
+    def beat(self) -> int:
         """Frames after which all that is held and boils begins anew."""
-        return lcm(*(pace.hold for pace in self.paces), self.every if self.changes else 1)
+        return lcm(*(pace.hold * (self._holds(pace) if pace.boil else 1) for pace in self.paces))
 
     def shown(self, index: int) -> int:
         """The frame whose camera, and scene, a frame has."""
@@ -184,12 +184,16 @@ class Hand:
 
     def drawing(self, start: int, pace: Pace) -> int:
         """The number of the drawing of what boils, in a frame at which something held begins."""
-        holds = -(-self.every // pace.hold)  # for which a drawing lasts
+        holds = self._holds(pace)
         block = start // pace.hold
         if not self.is_loop:
             return block // holds
         num_blocks = -(-self.num_frames // pace.hold)
         return block * max(round(num_blocks / holds), 1) // num_blocks
+
+    def _holds(self, pace: Pace) -> int:
+        """For how many holds a drawing of what boils lasts."""
+        return -(-self.every // pace.hold)
 
     def state(self, index: int) -> tuple[tuple[int, ...], ...]:
         """Equal for frames that differ only by what is seen of the scene at the `starts`."""
@@ -218,7 +222,7 @@ class Hand:
         of_boxes = labels[boxes.ids]
         if coat.name in self.rhythms:
             seconds = (np.array(starts) / self.fps)[of_boxes]
-            boxes = _laid(boxes, self.rhythms[coat.name], seconds, len(coat.strokes), most)
+            boxes = _laid(boxes, coat, self.rhythms[coat.name], seconds, most)
             of_boxes = labels[boxes.ids]
         strengths = np.array([pace.boil**2 for pace in paces], np.float32)
         strengths *= np.float32(BEHIND if coat.name == self.backdrop else 1)
@@ -291,32 +295,34 @@ def _parts(
             yield here[~is_known[here.ids]]
 
 
-def _laid(boxes: Boxes, rhythm: Rhythm, seconds: F64, num_strokes: int, most: float) -> Boxes:
+def _laid(boxes: Boxes, coat: Coat, rhythm: Rhythm, seconds: F64, most: float) -> Boxes:
     """The boxes as they lie, those that are being laid, and below these the ones before.
 
     Args:
-        boxes: of a coat; rows from `num_strokes` on are shown as they are.
+        boxes: M of a coat; what is shown as it is stays.
+        coat: the coat.
         rhythm: of its strokes.
         seconds: [M] since the film began.
-        num_strokes: of the coat.
         most: pixels by which strokes lie aside.
     """
     ids = np.minimum(boxes.ids, len(rhythm.rates) - 1)
-    rates = np.where(boxes.ids < num_strokes, rhythm.rates[ids], 0.0)
+    rates = np.where(boxes.ids < len(coat.strokes), rhythm.rates[ids], 0.0)
     if not rates.any():
         return boxes
     turns = seconds * rates + rhythm.phases[ids]
     keys = np.floor(turns)
     share_laid = (turns - keys) / np.minimum(LAYING * rates, MOST_LAYING).clip(1e-9)
     is_laid = (share_laid < 1) & (rates > 0)
-    # The new one first, then what is not yet covered of the old one: it is never ahead of the new one.
+    # The new one first, then what is left of the old one. That goes behind the new one, in the second half of
+    # the time; at once where paint does not cover, since both would be seen.
     rows = np.repeat(np.arange(len(ids)), 1 + is_laid)
     is_old = np.append(False, rows[1:] == rows[:-1])
     laid = np.where(is_laid, share_laid, 1.0)[rows].astype(np.float32)
     length, width = boxes.half_extents[rows].T
     touch = np.minimum(TOUCH * width / np.maximum(length, 1e-9), 1)
-    begins = np.where(is_old, np.maximum(2 * laid - 1, 0), 0)
-    ends = np.where(is_old, 1, np.maximum(laid, touch))
+    reached = np.maximum(laid, touch)
+    gone = reached if coat.blend == "glaze" else np.maximum(2 * laid - 1, 0)
+    begins, ends = np.where(is_old, gone, 0), np.where(is_old, 1, reached)
     shown = np.flatnonzero(ends - begins >= touch)
     rows, is_old = rows[shown], is_old[shown]
     drawings = ((keys[rows] - is_old) % rhythm.counts[ids[rows]]).astype(np.int64).astype(np.uint32)

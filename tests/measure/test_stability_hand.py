@@ -27,8 +27,8 @@ def test_the_command_takes_the_flags(tmp_path, monkeypatch, capsys):
     assert all(one > other for one, other in zip(*excess, strict=True))
 
 
-@pytest.mark.parametrize(("pairs", "rhythm", "stride"), [(40, 1, 3), (40, 3, 4), (60, 6, 5), (120, 6, 1)])
-def test_pairs_begin_at_all_moments_of_what_is_made_by_hand(pairs, rhythm, stride):
-    schedule = FrameSchedule(121, True, StabilityConfig(pairs=pairs), rhythm)
+@pytest.mark.parametrize(("pairs", "beat", "stride"), [(40, 1, 3), (40, 3, 4), (60, 6, 5), (120, 6, 1)])
+def test_pairs_begin_at_all_moments_of_what_is_made_by_hand(pairs, beat, stride):
+    schedule = FrameSchedule(121, True, StabilityConfig(pairs=pairs), beat)
     assert schedule.stride == stride
-    assert {start % rhythm for start in schedule.starts(1)} == set(range(rhythm))
+    assert {start % beat for start in schedule.starts(1)} == set(range(beat))

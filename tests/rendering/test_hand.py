@@ -9,7 +9,7 @@ import brushgs as bg
 from brushgs.options.hand import Pace
 from brushgs.rendering import hand as hand_module
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.drawn_anew import TURN
+from brushgs.rendering.drawn_anew import SIZE, TURN
 from brushgs.rendering.hand import LAID_ASIDE, Hand, Rhythm, Seen
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
@@ -106,6 +106,7 @@ def test_what_boils_is_drawn_anew_at_whole_holds(coat, hold, every, numbers):
     pace = Pace(hold, 0.5)
     film = hand(coat, pace, pace, every=every)
     assert [film.drawing(film.starts(index)[0], pace) for index in range(len(numbers))] == numbers
+    assert film.beat == len(numbers) - numbers.count(1)
 
 
 def test_boil_of_a_part_leaves_the_others(coat, seen):
@@ -159,6 +160,20 @@ def test_a_loop_closes_and_lays_as_much_as_was_asked_for(coat, seen, rate, wave)
     paint = scales[:, 1] * scales[:, 2] * coat.strokes.opacities
     rates = film.rhythms["strokes"].rates
     assert (rates * paint).sum() / paint.sum() == pytest.approx(rate, rel=0.35)
+
+
+@pytest.mark.parametrize("blend", ["cover", "glaze"])
+def test_transparent_paint_is_never_there_twice(coat, seen, blend):
+    """What is left of the old stroke begins where the new one ends; paint that covers hides it longer."""
+    boxes = hand(coat, *[Pace(redraw=2)] * 2).boxes(
+        5, lambda k: replace(seen(k), coat=replace(coat, blend=blend))
+    )
+    new = np.flatnonzero(boxes.ids[1:] == boxes.ids[:-1])
+    lengths = boxes.half_extents[new, 0] + boxes.half_extents[new + 1, 0]
+    row_of = {stroke: row for row, stroke in enumerate(seen(5).boxes.ids.tolist())}
+    whole = seen(5).boxes.half_extents[[row_of[stroke] for stroke in boxes.ids[new].tolist()], 0]
+    assert len(new) > 5
+    assert (np.max(lengths / whole) < np.exp(SIZE * LAID_ASIDE) + 1e-5) == (blend == "glaze")
 
 
 def test_large_strokes_are_laid_seldom(coat):

@@ -17,7 +17,7 @@ class FrameSchedule:
         num_frames: see below.
         is_closed: see below.
         config: gaps, and number of comparisons.
-        rhythm: frames after which what is made by hand begins anew; pairs begin at all of its moments.
+        beat: frames after which what is made by hand begins anew; pairs begin at all of its moments.
 
     Attributes:
         num_frames: frames of the path; a closed one repeats its first.
@@ -30,11 +30,11 @@ class FrameSchedule:
         judged: painted frames whose similarity to the plain picture is measured, ascending.
     """
 
-    def __init__(self, num_frames: int, is_closed: bool, config: StabilityConfig, rhythm: int = 1) -> None:
+    def __init__(self, num_frames: int, is_closed: bool, config: StabilityConfig, beat: int = 1) -> None:
         self.num_frames, self.is_closed = num_frames, is_closed
         self.gaps = [gap for gap in config.gaps if gap < num_frames]
         self.stride = -(-(num_frames - 1) // config.pairs)
-        while gcd(self.stride, rhythm) > 1:
+        while gcd(self.stride, beat) > 1:
             self.stride += 1
         self.last_use: dict[int, int] = {}
         for gap in self.gaps:
