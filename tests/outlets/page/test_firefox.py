@@ -1,4 +1,4 @@
-"""An exported page in Firefox against the picture of `brushgs render`: oil 60 dB, gouache 59, in Chromium 62."""
+"""An exported page in Firefox against the picture of `brushgs render`: 59 dB and more, in Chromium 62."""
 
 import base64
 
