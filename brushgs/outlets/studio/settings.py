@@ -85,6 +85,11 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
     azimuth: Number | None = None
 
     @property
+    def of_any_scene(self) -> "Settings":
+        """Without places and axes, which are those of one scene."""
+        return msgspec.structs.replace(self, focus=None, part=None, up=None, azimuth=None)
+
+    @property
     def given(self) -> dict[str, Any]:
         """The changed values."""
         return {name: value for name, value in msgspec.structs.asdict(self).items() if value is not None}

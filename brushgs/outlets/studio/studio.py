@@ -189,7 +189,7 @@ class Studio:
             return self._start(settings, self._next)
 
     def open_scene(self, key: str) -> int:
-        """Start painting another scene with the same settings; the shown one stays if that fails.
+        """Start painting another scene with the same settings but places; the shown one stays if that fails.
 
         Returns:
             The number of the state.
@@ -200,7 +200,7 @@ class Studio:
         with self._changed:
             if key not in self._scenes.known:
                 raise ValueError("there is no such scene; reload the page")
-            return self._start(self._wanted, key)
+            return self._start(self._wanted.of_any_scene, key)
 
     def add_scene(self, name: str, content: IO[bytes]) -> str:
         """Store a dropped scene, and start painting it; returns its id.
@@ -211,7 +211,7 @@ class Studio:
         with self._adding:  # without the state: large files take long
             key = self._scenes.add(name, content)
         with self._changed:
-            self._start(self._wanted, key)
+            self._start(self._wanted.of_any_scene, key)
         return key
 
     def _start(self, settings: Settings, scene: str) -> int:
@@ -332,6 +332,8 @@ class Studio:
             task.check()
             self._progress, self._error, self._notes = None, error, notes
             if painted is None:
+                if scene != self._scene:
+                    self._wanted = self._painted.settings
                 self._next = self._scene
             else:
                 session.dropped = self._session.dropped  # some may have been dropped meanwhile

@@ -43,10 +43,13 @@ def test_more_strokes_go_to_a_ball(scene):
     assert inside[1] > 1.2 * inside[0]
 
 
-def test_a_part_that_reads_files_is_refused(scene):
+def test_what_does_not_suit_the_command_line_is_refused(scene):
     session = session_of(parse(["view", str(scene), *FEW]))
     with pytest.raises(ValueError, match="mask: reads files, which a page must not name"):
         session.config(Settings(part="mask:/etc/passwd"))
+    cameras = session_of(parse(["view", str(scene), *FEW, "--camera-file", "cameras.json"]))
+    with pytest.raises(ValueError, match="--azimuth cannot be combined with --camera-file"):
+        cameras.config(Settings(azimuth=20))
     with pytest.raises(ValueError, match="where must have sphere:x,y,z,radius"):
         session.config(Settings(part="sphere:1"))
 

@@ -256,7 +256,7 @@ SPLAT = bytes(32)  # one Gaussian without size
 
 
 def test_another_scene_is_painted_with_the_same_settings_and_shown_when_it_is_done(session, studio):
-    studio.change(Settings(strokes=5))
+    studio.change(Settings(strokes=5, focus=(0, 0, 0, 1), azimuth=20))  # places are those of one scene
     assert studio.wait(SECONDS)
     before = studio.state()["scene"]
     session.hold(5)

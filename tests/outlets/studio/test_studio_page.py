@@ -274,6 +274,18 @@ def test_a_dropped_scene_is_opened_and_a_bad_one_is_told(viewed, tmp_path):
     assert page.title() == "pears"
 
 
+@pytest.mark.parametrize("viewed", ["400 (Bad Request)"], indirect=True)
+def test_a_refused_change_is_told_and_forgotten(viewed):
+    page = viewed
+    page.evaluate("brushgs.studio.set({ relief: 7 })")
+    until(page, "document.getElementById('notice').textContent.startsWith('relief must be 0 to 1')")
+    slide(page, "keep", 0.6)
+    assert page.evaluate("brushgs.studio._settings") == {"keep": 0.6}
+    page.select_option("#studio select[name=look]", "gouache")
+    until(page, "window.brushgs.studio.isSettled")
+    assert page.evaluate("brushgs.studio._settings") == {"keep": 0.6, "look": "gouache"}
+
+
 PART = "window.brushgs.look.highlight"
 
 

@@ -35,6 +35,7 @@ class Studio {
     this.app = app;
     this._server = new StudioServer();
     this._settings = {}; // what was changed here; all else is as on the command line, or in the look
+    this._accepted = {}; // of the server
     this._sent = 0; // number of the state since the last change
     this.isSettled = false;
     this._version = 1; // of the painting that is shown: the page came with it
@@ -68,11 +69,13 @@ class Studio {
   }
 
   async _send() {
-    const changes = this._changes;
+    const changes = this._changes, settings = { ...this._settings };
     try {
-      this._sent = await this._server.change(this._settings);
+      this._sent = await this._server.change(settings);
+      this._accepted = settings;
     } catch (error) {
       this.say(error.message);
+      this._settings = { ...this._accepted }; // or each further change would be refused as well
     }
     this._taken = Math.max(this._taken, changes);
   }
@@ -131,6 +134,7 @@ class Studio {
       this._offerFiles();
     }
     this._settings = { ...settings };
+    this._accepted = settings;
     this._look.show(painting.look);
     this._count.show(painting.strokes);
     this._length.show(settings.strokeSize ?? null);
@@ -205,9 +209,9 @@ class Studio {
       options: this._choices.looks.map(({ name, title, goodFor }) => [name, title, goodFor]),
       // Another look has its own number, light and ground: what was changed for the one before is not meant.
       onChange: (look) => {
-        const { keep, palette, paletteStrength } = this._settings;
+        const { keep, palette, paletteStrength, focus, part, up, azimuth } = this._settings;
         this._settings = { look };
-        this.set({ keep, palette, paletteStrength });
+        this.set({ keep, palette, paletteStrength, focus, part, up, azimuth });
       },
     });
     this._ground = new Choice({
