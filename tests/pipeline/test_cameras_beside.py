@@ -155,7 +155,7 @@ def test_strokes_have_the_view_of_their_scene_and_gaussians_in_memory_none(scene
     assert "cameras.json" not in " ".join(report.notes)
 
 
-@pytest.mark.parametrize("command", ["render", "views", "prune", "info"])
+@pytest.mark.parametrize("command", ["render", "prune", "info"])
 def test_none_switches_it_off(scene, tmp_path, capsys, command):
     words = [command, str(scene), "--camera-file", "none"]
     if command == "info":
@@ -167,7 +167,6 @@ def test_none_switches_it_off(scene, tmp_path, capsys, command):
     output = str(tmp_path / ("out.ply" if command == "prune" else "out.png"))
     more = {
         "render": ["--size", "32x24", "--look", "plain", "--see", "off"],
-        "views": ["--size", "32x24"],
         "prune": [],
     }[command]
     for asked, is_told in ((words[:2], True), (words, False)):

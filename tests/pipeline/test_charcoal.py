@@ -7,7 +7,6 @@ import pytest
 
 import brushgs as bg
 from brushgs.options.look import Look
-from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import ViewConfig
 from brushgs.passes.color.squint import Squint, squinted
 from brushgs.pipeline.prepare import prepare
@@ -109,38 +108,20 @@ def test_a_frame_alone_is_that_of_any_number_of_threads_and_depends_on_its_view_
     np.testing.assert_array_equal(one.painting.frame(CAMERA).rgb, picture.rgb)
 
 
-@pytest.mark.parametrize("unit", [2.0**-20, 2.0**20])
-def test_a_scene_of_any_unit_is_drawn_alike(unit):
-    scene = replace(SCENE, means=SCENE.means * np.float32(unit), scales=SCENE.scales * np.float32(unit))
-    viewmat = CAMERA.viewmat.copy()
-    viewmat[:3, 3] *= unit
-    camera = replace(CAMERA, viewmat=viewmat, near=CAMERA.near * unit)
-    config = config_of()
-    # Variants of brushes are hashes of places.
-    config = replace(config, draw=replace(config.draw, stroke="flat"), brushes=BrushesConfig())
-    frames = [
-        prepare(one, config, Report(), views=view).painting.frame(view)
-        for one, view in ((SCENE, CAMERA), (scene, camera))
-    ]
-    assert np.isfinite(frames[1].rgb).all()
-    assert np.abs(frames[1].rgb - frames[0].rgb).mean() < 2e-3
-
-
-@pytest.mark.parametrize("count", [1, 2])
-def test_one_stroke_is_drawn_by_its_own_tone(count):
-    scene = SCENE.take(np.arange(count))
+def test_one_stroke_is_drawn_by_its_own_tone():
+    scene = SCENE.take([0])
     camera = bg.Camera.look_at(scene.means[0] + (0, 0, -2), scene.means[0], width=SIZE[0], height=SIZE[1])
     levels = []
     for grey in (0.05, 0.95):
-        solid = replace(in_colors(scene, np.full(3, grey)), opacities=np.ones(count, np.float32))
-        wide = replace(solid, scales=np.full((count, 3), 0.3, np.float32))
+        solid = replace(in_colors(scene, np.full(3, grey)), opacities=np.ones(1, np.float32))
+        wide = replace(solid, scales=np.full((1, 3), 0.3, np.float32))
         frame = prepare(wide, config_of(num_strokes=None), Report(), views=camera).painting.frame(camera)
         assert np.isfinite(frame.rgb).all()
         levels.append(frame.rgb[80:100, 110:130].mean())
     assert levels[0] < 0.4 < levels[1]
 
 
-@pytest.mark.parametrize("look", ["oil", "gouache", "watercolour"])
+@pytest.mark.parametrize("look", ["oil", "watercolour"])
 def test_gray_takes_the_colour_out_of_any_look(look):
     """Only papers with their own light: the picture has no hue, and the lightness of the coloured one."""
     coloured = bg.paint(SCENE, config_of(look, 250), camera=CAMERA)

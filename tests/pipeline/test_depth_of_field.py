@@ -87,11 +87,9 @@ def test_a_frame_alone_is_that_of_the_film():
     np.testing.assert_array_equal(alone, frames[2])
 
 
-@pytest.mark.parametrize("change", ["one", "together", "huge", "tiny", "black"])
+@pytest.mark.parametrize("change", ["one", "together", "black"])
 def test_extreme_scenes_are_painted(change):
     scene = SCENE.take(slice(0, 1 if change == "one" else 200))
-    unit = {"huge": 1e6, "tiny": 1e-6}.get(change, 1.0)
-    scene = replaced(scene, means=scene.means * unit, scales=scene.scales * unit)
     if change == "together":
         scene = replaced(scene, means=np.zeros_like(scene.means))
     if change == "black":
@@ -101,7 +99,7 @@ def test_extreme_scenes_are_painted(change):
     assert np.isfinite(painter.frame(FrameView(0, found.cameras[0])).rgb).all()
 
 
-@pytest.mark.parametrize("name", ["strokes.glb", "strokes.html", "strokes.ply"])
+@pytest.mark.parametrize("name", ["strokes.html", "strokes.ply"])
 def test_exports_take_the_strokes(tmp_path, name):
     save(SCENE, tmp_path / "scene.ply")
     outputs = []

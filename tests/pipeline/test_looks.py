@@ -64,7 +64,7 @@ def frames(paintings):
     return {name: frame for name, (frame, _) in paintings.items()}
 
 
-@pytest.mark.parametrize("name", LOOKS)
+@pytest.mark.parametrize("name", ["oil", "watercolour", "charcoal"])
 def test_a_painting_is_the_same_in_any_number_of_threads(frames, name):
     again, _ = painted(name, threads=3)
     np.testing.assert_array_equal(again.rgb, frames[name].rgb)
@@ -111,7 +111,6 @@ def test_an_empty_scene_is_the_bare_ground(name):
     ("name", "see", "unit"),  # clustering turns on the last bits of sums
     [
         ("oil", "views", 2.0**-10),
-        ("oil", "off", 2.0**13),
         ("charcoal", "off", 2.0**-10),
         ("watercolour", "off", 2.0**13),
     ],

@@ -118,11 +118,9 @@ def test_frames_do_not_depend_on_each_other(tmp_path):
     assert one == {file.name: file.read_bytes() for file in (tmp_path / "one").glob("*.png")}
 
 
-@pytest.mark.parametrize(
-    ("look", "path"), [("gouache", CAMERA), ("oil", PathConfig(orbit=5))], ids=["standing", "orbit"]
-)
-def test_thick_paint_does_not_depend_on_which_frame_a_process_paints_first(path, look, tmp_path):
-    config = Look.open(look).config
+def test_thick_paint_does_not_depend_on_which_frame_a_process_paints_first(tmp_path):
+    path = PathConfig(orbit=4)
+    config = Look.open("oil").config
     config = replace(
         config,
         cluster=replace(config.cluster, strokes=80),
@@ -274,7 +272,7 @@ def test_what_leaves_and_comes_back_takes_its_strokes_along(tmp_path):
     assert np.abs(back - first).mean() < 0.02
 
 
-@pytest.mark.parametrize("look", ["oil", "watercolour", "charcoal", "ink", "stippling"])
+@pytest.mark.parametrize("look", ["oil", "watercolour", "stippling"])
 def test_looks_paint_films(look, tmp_path):
     config = bg.Look.open(look).config
     config = replace(config, view=ViewConfig(size=(64, 48)), cluster=replace(config.cluster, strokes=60))

@@ -225,17 +225,6 @@ def test_parts_follow_a_moving_scene(has_rows, orange):
     np.testing.assert_array_equal(reddish, strokes.regions == 1)
 
 
-def test_a_painting_with_other_rules_is_not_resumed(scene, tmp_path):
-    path, output = tmp_path / "scene.ply", f"{tmp_path}/frames/"
-    bg.save(scene, path)
-    orbit = PathConfig(orbit=3)
-    paint_sequence(path, output, orbit, with_rules(rule(LEFT)))
-    again = SequenceConfig(is_resumed=True)
-    paint_sequence(path, output, orbit, with_rules(rule(LEFT)), again)
-    with pytest.raises(SceneError, match=r"another painting .*rules"):
-        paint_sequence(path, output, orbit, with_rules(rule(RIGHT)), again)
-
-
 def test_frames_do_not_depend_on_the_number_of_processes(scene, tmp_path):
     path = tmp_path / "scene.ply"
     bg.save(scene, path)
@@ -340,12 +329,3 @@ def test_a_part_without_adjustments_keeps_those_of_the_painting(scene):
     strokes = painted(scene, with_rules(rule(LEFT, adjust=AdjustConfig(saturation=2.0)), paint=grey)).strokes
     spread = np.ptp(base_colors(strokes.sh), axis=1)
     assert spread[strokes.regions == 0].max() < 0.02 < spread[strokes.regions == 1].mean()
-
-
-def test_a_painting_of_another_part_is_not_resumed(scene, tmp_path):
-    path, output = tmp_path / "scene.ply", f"{tmp_path}/frames/"
-    bg.save(scene, path)
-    paint_sequence(path, output, PathConfig(orbit=3), shown(LEFT))
-    again = SequenceConfig(is_resumed=True)
-    with pytest.raises(SceneError, match=r"where half:-1.*, now half:1"):
-        paint_sequence(path, output, PathConfig(orbit=3), shown(RIGHT), again)

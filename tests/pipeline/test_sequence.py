@@ -1,3 +1,4 @@
+import contextlib
 import json
 import os
 import pickle
@@ -23,6 +24,7 @@ from brushgs.formats.pictures.images import encode_frame, read_image
 from brushgs.formats.pictures.numbered import Manifest
 from brushgs.formats.pictures.shot import Shot
 from brushgs.options.focus import Focus
+from brushgs.options.look_parts import ColorConfig, LightConfig
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,
@@ -31,7 +33,9 @@ from brushgs.options.painting import (
     StrokesConfig,
     ViewConfig,
 )
+from brushgs.options.rules import Rule, Rules
 from brushgs.options.sequence import PathConfig, SequenceConfig
+from brushgs.options.where import Where, WhereConfig
 from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.pipeline.report import Report, Stopwatch, pace
 from brushgs.pipeline.sequence import paint_sequence
@@ -52,6 +56,7 @@ ORBIT = PathConfig(orbit=NUM_FRAMES, fps=12)
 VIEW = ViewConfig(size=(48, 36))
 PASSES = ["solid", "direction", "repaint", "broken colour"]
 MANIFEST = ".%05d.png.json"
+LEFT = Where.parse("half:-1,0,0,0")
 FILES = [f"{index:05}.png" for index in range(NUM_FRAMES)]
 
 
@@ -154,7 +159,7 @@ def test_strokes_for_the_views_of_a_path_are_the_same_whichever_frames_are_paint
         paint(scene, "some/", paint_config=other, is_resumed=True)
 
 
-@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".jpg"])
+@pytest.mark.parametrize("suffix", [".png", ".exr"])
 def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(scene, folder, suffix):
     for name, jobs in (("a", 1), ("b", 2)):
         if suffix == ".png" or jobs == 1:  # starting processes takes a second
@@ -213,7 +218,7 @@ def test_transparent_frames_keep_their_alpha(scene, folder):
     assert (alpha.min(), alpha.max()) == (0, pytest.approx(1, abs=0.05))
 
 
-@pytest.mark.parametrize("lock", ["track", "anchor", "off"])
+@pytest.mark.parametrize("lock", ["track", "off"])
 def test_the_lock_asked_for_is_the_lock_painted(scene, folder, lock, monkeypatch):
     painters, shots = [], []
     whole = FramePainter.__call__
@@ -302,7 +307,7 @@ def test_frames_of_a_longer_sequence_that_follow_are_told(scene, folder):
 
 # Worst frames measured: 32.5, 31.8 and 40.2 dB, for in pictures this small all is edges, which the halved
 # chroma of the first two blurs. At 640x480 it is 38.7, 39.0 and 42.3.
-@pytest.mark.parametrize(("name", "least"), [("a.mp4", 31.5), ("a.webm", 31), ("a.gif", 39)])
+@pytest.mark.parametrize(("name", "least"), [("a.mp4", 31.5), ("a.gif", 39)])
 def test_a_video_shows_the_frames(scene, folder, name, least):
     report = paint(scene, name)
     paint(scene, "f/")
@@ -364,10 +369,23 @@ def test_without_resume_frames_are_replaced(scene, folder):
     assert all(before[name] != after[name] for name in before)
 
 
-@pytest.mark.parametrize(
+@pytest.fixture(scope="module")
+def frames_there(scene, tmp_path_factory):
+    """A folder in which the frames are painted."""
+    folder = tmp_path_factory.mktemp("painted")
+    with contextlib.chdir(folder):
+        paint(scene)
+    return folder
+
+
+@for_each(
     ("change", "difference"),
     [
         ({"paint_config": config(stroke="ink")}, "stroke flat, now ink"),
+        ({"paint_config": replace(config(), light=LightConfig(relief=0.5))}, "light plain, now relief 0.5"),
+        ({"paint_config": replace(config(), color=ColorConfig(chroma=1.5))}, "color plain, now chroma 1.5"),
+        ({"paint_config": replace(config(), rules=Rules((Rule(LEFT),)))}, ".*rules.*"),
+        ({"paint_config": replace(config(), painted=WhereConfig(LEFT))}, "where .*, now half:-1,0,0,0.*"),
         ({"paint_config": config(lock="off")}, "lock track, now off"),
         ({"paint_config": config(order="depth")}, "order soft, now depth"),
         ({"paint_config": config(background="black")}, "background white, now black"),
@@ -381,8 +399,8 @@ def test_without_resume_frames_are_replaced(scene, folder):
         ({"path": PathConfig(orbit=7)}, "frames 6, now 7; another path"),
     ],
 )
-def test_another_painting_is_not_gone_on_with(scene, folder, change, difference):
-    paint(scene)
+def test_another_painting_is_not_gone_on_with(scene, frames_there, monkeypatch, change, difference):
+    monkeypatch.chdir(frames_there)
     before = contents("f") | {MANIFEST: Path("f", MANIFEST).read_bytes()}
     sentence = rf"f/%05d\.png: the frames there are of another painting \({difference}\); give the options"
     with pytest.raises(bg.SceneError, match=sentence):
@@ -549,9 +567,8 @@ def wait_until(condition, process):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send")
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_ctrl_c_leaves_whole_frames_and_says_how_to_go_on(scene, folder, jobs):
-    with start(scene, folder, "f/", "--jobs", jobs) as process:
+def test_ctrl_c_leaves_whole_frames_and_says_how_to_go_on(scene, folder):
+    with start(scene, folder, "f/") as process:
         wait_until(Path("f/00012.png").exists, process)
         os.killpg(process.pid, signal.SIGINT)
         out, err = process.communicate()
@@ -565,17 +582,6 @@ def test_ctrl_c_leaves_whole_frames_and_says_how_to_go_on(scene, folder, jobs):
     assert int(told[1]) == len(files) - 1
     for name in files[1:]:
         assert read_image(f"f/{name}").shape == (36, 48, 3)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send")
-def test_ctrl_c_leaves_nothing_of_a_video(scene, folder):
-    with start(scene, folder, "a.mp4") as process:
-        wait_until(lambda: any(folder.iterdir()), process)
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate()
-    assert (process.returncode, out) == (130, "")
-    assert err == "brushgs: stopped: no video was written; numbered frames, -o a/, can be resumed\n"
-    assert names(folder) == []
 
 
 def test_a_painting_that_was_stopped_is_finished_to_the_same_files(scene, folder, monkeypatch):

@@ -23,7 +23,6 @@ from tests.scenes import still_life_of
 CAMERA = still_life_camera(width=96, height=72)
 LOOK = bg.Look.open("oil").config
 COLORS = {  # of paper and ink
-    "grey": ((0.95, 0.95, 0.95), (0.05, 0.05, 0.05)),
     "cream": ((0.93, 0.9, 0.82), (0.1, 0.09, 0.09)),
     "blue": ((0.3, 0.45, 0.75), (0.1, 0.15, 0.4)),
 }
@@ -66,9 +65,8 @@ def painted(folder, text):
     return bg.paint(still_life_of(1000), config, camera=CAMERA).over((1.0, 1.0, 1.0))
 
 
-@pytest.mark.parametrize("name", ["grey", "cream"])
-def test_a_painting_in_black_and_white_stays_so(folder, name):
-    assert chroma(painted(folder, f"{name}.style")) <= 1.3 * chroma(drawing(*COLORS[name])) + LEAST
+def test_a_painting_in_black_and_white_stays_so(folder):
+    assert chroma(painted(folder, "cream.style")) <= 1.3 * chroma(drawing(*COLORS["cream"])) + LEAST
 
 
 def test_dials_take_back_what_they_name(folder):

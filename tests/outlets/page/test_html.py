@@ -175,7 +175,7 @@ def test_chromium_runs_the_script_of_the_page_and_no_other(browser, open_page, t
     tab.close()
 
 
-@pytest.mark.parametrize("name", HOSTILE[:5])
+@pytest.mark.parametrize("name", HOSTILE[:2])
 def test_chromium_shows_a_hostile_name_as_text(open_page, tmp_path, name):
     strokes = some_strokes(20)
     painting = Painting((some_coat(strokes, name=name),))

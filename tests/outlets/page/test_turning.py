@@ -19,7 +19,7 @@ SIGMAS = (1.0, 1.7)  # of the two brushes: a stroke that took the other one woul
 
 @pytest.fixture(scope="module")
 def turned(studio):
-    """The boxes of the page, those of `project`, and the ellipses, of a whole turn."""
+    """The boxes of the page, those of `project`, and the ellipses, of a quarter of a turn."""
     scene = still_life_of(3000)
     strokes = bg.cluster(scene, 600)
     strokes = replace(strokes, brushes=(np.arange(len(strokes)) % 2).astype(np.uint8))
@@ -27,8 +27,7 @@ def turned(studio):
     painting = painting_of(strokes, texture, num_sigmas=SIGMAS)
     coat = painting.coats[0]
     unlocked = replace(coat, options=replace(coat.options, lock="off"))
-    cameras = orbit(scene, STEPS, **SIZE)
-    cameras = [*cameras, cameras[0]]
+    cameras = orbit(scene, STEPS, **SIZE)[: STEPS // 4 + 1]
     rows = studio.load(painting, cameras[0]).rows[0]
     shown = [boxes_of(boxes, rows) for boxes in studio.turning(cameras)]
     exact = [coat.boxes(camera)[0] for camera in cameras]
@@ -59,7 +58,7 @@ def test_strokes_turn_as_those_of_anchor(turned):
     shown, exact, ellipses = turned
     found = orientation_events(shown, ellipses=ellipses, **SIZE)
     expected = orientation_events(exact, ellipses=ellipses, **SIZE)
-    assert (found.num_steps, found.stroke_frames) == (STEPS, expected.stroke_frames)
+    assert (found.num_steps, found.stroke_frames) == (STEPS // 4, expected.stroke_frames)
     assert (found.flips, found.kinks) == (expected.flips, expected.kinks)
     # Equal here; rounding may take a step over the edge of what counts.
     assert found.spins == pytest.approx(expected.spins, rel=0.01)
@@ -67,7 +66,7 @@ def test_strokes_turn_as_those_of_anchor(turned):
     assert found.vanished == pytest.approx(expected.vanished, rel=0.01)
     assert found.largest_step == pytest.approx(expected.largest_step, abs=1e-3)
     # What "anchor" is: strokes seen along their axis turn fast, as they must without a memory.
-    assert found.stroke_frames > 100_000
+    assert found.stroke_frames > 25_000
     assert found.flip_share < 1e-4
     assert found.spin_share < 2e-3
     assert found.pop_share < 3e-3
