@@ -145,7 +145,8 @@ def main() -> None:
         save_animation(growing_picture(folder, args.frames, frame), growing)
         options_chart(folder, OPTIONS[::3] if args.quick else OPTIONS, chart_cell).save(options, quality=85)
         paintings = PAINTINGS[:2] if args.quick else PAINTINGS
-        styles_chart(folder, paintings, large, chart_cell).save(styles, quality=85)
+        styled = STYLED[::2] if args.quick else STYLED
+        styles_chart(folder, paintings, styled, large, chart_cell).save(styles, quality=85)
         layers_chart(folder, frame).save(layers, quality=85)
         save_animation(moving_picture(folder, args.frames, frame), moving)
         save_animation(film_of_scene(folder, args.frames, frame), film)
@@ -209,9 +210,13 @@ def options_chart(folder: Path, options: Sequence[str], size: tuple[int, int]) -
 
 
 def styles_chart(
-    folder: Path, paintings: Sequence[str], painted: tuple[int, int], size: tuple[int, int]
+    folder: Path,
+    paintings: Sequence[str],
+    labels: Sequence[str],
+    painted: tuple[int, int],
+    size: tuple[int, int],
 ) -> Image.Image:
-    """Some `PAINTINGS`, `painted` in one size, and `still_life.ply` in the style of each; mixes and parts."""
+    """Some `PAINTINGS`, `painted` in one size, and `still_life.ply` with some options of `STYLED`."""
     draw = [sys.executable, "-m", "tests.kit.mark_paintings", folder, *map(str, painted)]
     subprocess.run(draw, check=True, cwd=Path(__file__).parent.parent, stdout=subprocess.DEVNULL)
     cells = []
@@ -221,7 +226,7 @@ def styles_chart(
     (folder / "parts.toml").write_text(RULES, encoding="utf-8")
     view = write_views([still_camera(size)], folder / "cameras.json")
     left_out = set(PAINTINGS) - set(paintings)
-    styled = [label for label in STYLED if not any(name in label for name in left_out)]
+    styled = [label for label in labels if not any(name in label for name in left_out)]
     for label in progress(styled, "styles.jpg"):
         flag, value = label.split()
         if flag == "--style":

@@ -24,9 +24,9 @@ FILES = {*SCENES, *PAINTINGS, "truck.splat", "a_edited.ply", "my_brush.png", "li
 FILES |= {"monet.style", "dusk.style"}
 WRITTEN = {"both.png", "turn.mov", "looks.jpg", "strokes.ply", "strokes.exr", "painting.exr", "strokes.glb"}
 WRITTEN |= {"strokes.sog", "shot.%04d.exr"}
-LONG = {"view", "bench", "stability", "refine", "batch", "completion", "demo"}
+LONG = {"view", "bench", "stability", "refine", "batch", "completion", "demo", "looks"}
 # What makes a command small; of a flag that is given twice the last counts.
-SIZES = {"render": "48x36", "export": "48x36", "looks": "48x36", "views": "32x24"}
+SIZES = {"render": "48x36", "export": "48x36", "views": "32x24"}
 COUNTED = re.compile(r"--strokes |--stroke-size |--stroke gaussian")  # commands about their number
 WITH_VIEWS = re.compile(r"--see|--preset|for[-_]view|--explain|dB")  # commands about strokes that see
 FRAMES = re.compile(r"(?<=--orbit )\d+|(?<=--grow )\d+")

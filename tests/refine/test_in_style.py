@@ -117,7 +117,7 @@ def test_outside_a_region_strokes_stay_as_they_were(folder, tmp_path):
     assert all(row.tobytes() in rows for row in kept)
 
 
-@pytest.mark.parametrize("how", [(), ("--params", "color"), ("--palette", "painting.png")])
+@pytest.mark.parametrize("how", [(), ("--palette", "painting.png")])
 def test_outside_a_region_rows_of_a_file_of_strokes_stay_as_they_were(folder, tmp_path, how):
     """Places, rotations and colours bit for bit; sizes and opacities are written as logarithms once more."""
     path, how = tmp_path / "strokes.ply", [str(folder / word) if "." in word else word for word in how]

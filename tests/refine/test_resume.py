@@ -127,7 +127,7 @@ def test_what_is_fitted_is_kept_until_it_is_written(scene, made, monkeypatch, ca
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_a_run_that_is_killed_before_it_writes_is_resumed(scene, made, capsys, number):
     code = "import sys, time, brushgs.cli as c\n"
     code += "from brushgs.formats.scenes import write\n"

@@ -73,7 +73,7 @@ def test_the_style_image_is_at_distance_nought_from_itself_and_turned_stripes_ar
 
 
 def test_tiles_change_neither_losses_nor_gradient(monkeypatch):
-    picture, content = noise(100, 150, 1), noise(100, 150, 2)
+    picture, content = noise(60, 100, 1), noise(60, 100, 2)
     style = nnfm.Style(FilterBank(noise()), noise())
     whole = nnfm.style_gradient(picture, style, content, 0.5)
     monkeypatch.setattr(nnfm, "TILE", 48)
@@ -113,16 +113,6 @@ def test_vgg_reads_torchvisions_file(vgg_file, depth, channels):
             names = f"features.{place}.weight", f"features.{place}.bias"
             x = torch.relu(torch.nn.functional.conv2d(x[None], *(state[n] for n in names), padding=1))[0]
     np.testing.assert_allclose(group[:256], x, rtol=1e-4, atol=1e-4)
-
-
-def test_vgg_tiles_change_nothing(vgg_file, monkeypatch):
-    features, picture = Vgg(vgg_file(16)), noise(120, 200, 1)
-    style = nnfm.Style(features, noise())
-    whole = nnfm.style_gradient(picture, style, None, 0.0)
-    monkeypatch.setattr(nnfm, "TILE", 64)
-    tiled = nnfm.style_gradient(picture, style, None, 0.0)
-    assert tiled[0] == pytest.approx(whole[0], rel=1e-4)
-    np.testing.assert_allclose(tiled[2], whole[2], atol=1e-4 * float(whole[2].abs().max()))
 
 
 def test_weights_in_the_hubs_cache_are_found(vgg_file, monkeypatch, tmp_path):

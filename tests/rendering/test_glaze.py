@@ -121,15 +121,6 @@ def test_faint_glazes_are_skipped_like_faint_paint():
     assert (rasterize(boxes, SOLID, width=8, height=8, blend="glaze").rgb == 1).all()
 
 
-def test_a_glaze_does_not_depend_on_the_number_of_threads():
-    boxes = random_boxes(5000, 200, 150, sizes=(0.5, 10), dtype=np.float32)
-    one, many = (
-        rasterize(boxes, "flat", width=200, height=150, blend="glaze", num_threads=n) for n in (1, 5)
-    )
-    np.testing.assert_array_equal(one.rgb, many.rgb)
-    np.testing.assert_array_equal(one.alpha, many.alpha)
-
-
 def test_a_glaze_refuses_what_only_paint_that_covers_has():
     boxes = set_back(random_boxes(3, 8, 8), 1.0)
     how = {"width": 8, "height": 8, "blend": "glaze"}

@@ -12,6 +12,8 @@ from brushgs.rendering.backward import BOX_COLUMNS, rasterize_backward
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
 from tests.differences import assert_same_gradient, central_differences
+from tests.kit.for_each import for_each
+from tests.pairs import pairs_of
 from tests.rendering.strokes import bristles, random_boxes, set_back, softened
 
 SIZE = {"width": 75, "height": 41}
@@ -40,9 +42,10 @@ def boxes_for(brushes: BrushSet, num=40, dtype=np.float64, **options):
 ORDERS = {"hard": lambda boxes: boxes, "soft": lambda boxes: softened(boxes, 0.8)}
 
 
-@pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize("filter", ["mip", "bilinear", "nearest"])
-@pytest.mark.parametrize("more", ["plain", "underpaint", "streaks", "relief"])
+@for_each(
+    ("order", "filter", "more"),
+    pairs_of(ORDERS, ("mip", "bilinear", "nearest"), ("plain", "underpaint", "streaks", "relief")),
+)
 def test_the_kernel_paints_what_the_reference_says(order, filter, more):
     brushes = mixed_set()
     boxes = ORDERS[order](boxes_for(brushes))

@@ -485,7 +485,7 @@ STIFF = {
 @for_each("name", STIFF)
 def test_stiff_strokes_are_followed_without_a_fault(name, dtype):
     scene = STIFF[name].astype(dtype)
-    through = [Camera.look_at((0.3 * t, 0.1, -t), (0, 0, 0.5), **SIZE) for t in np.linspace(2, -2, 60)]
+    through = [Camera.look_at((0.3 * t, 0.1, -t), (0, 0, 0.5), **SIZE) for t in np.linspace(2, -2, 30)]
     for cameras in (turntable(30), closed(turntable(24, step=np.pi / 12)), through):
         path = track_directions(scene, cameras)
         for frame, boxes in enumerate(bg.track(scene, cameras, fade=True)):

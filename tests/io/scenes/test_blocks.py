@@ -9,9 +9,11 @@ import pytest
 
 import brushgs as bg
 from brushgs.errors import SceneError
+from brushgs.formats.scenes import rows
 from brushgs.formats.scenes.columns import Columns
 from brushgs.formats.scenes.dropped import Dropped
 from brushgs.formats.scenes.open_file import open_file
+from brushgs.formats.scenes.read import read_raw_parts
 from brushgs.formats.scenes.rows import read_blocks, sample_rows
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import scene_columns, write_scene
@@ -107,3 +109,25 @@ def test_a_sample_is_spread_over_the_whole_file(tmp_path: Path) -> None:
     assert len(sample) == 8192
     assert (sample[0], sample[-1]) == (0, 19_999)
     assert len(sample_rows(rows, 1 << 30).means) >= 20_000
+
+
+@pytest.mark.parametrize("name", [*FILES, "scene.glb"])
+def test_raw_rows_are_log_scales_and_logits_of_what_any_number_of_threads_reads(
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(globals(), "NUM", 5000)  # more than a block of any decoder
+    path = FILES.get(name, saved)(tmp_path / name)
+    read = []
+    for num_threads in (1, 3):
+        monkeypatch.setattr(rows, "_count_threads", lambda _, count=num_threads: count)
+        read.append(bg.load(path))
+    for column in NAMES:
+        np.testing.assert_array_equal(*(getattr(one, column) for one in read), err_msg=column)
+    ((raw, file),) = read_raw_parts(path)
+    assert (len(raw.means), file.num_terms) == (len(read[0]), raw.sh.shape[1])
+    opacities = read[0].opacities.astype(np.float64)
+    with np.errstate(divide="ignore"):
+        logits = np.log(opacities) - np.log1p(-opacities)
+        sizes = np.log(read[0].scales)
+    np.testing.assert_allclose(raw.scales, sizes, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(raw.opacities, logits, rtol=2e-5, atol=2e-5)

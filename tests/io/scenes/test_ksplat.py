@@ -4,13 +4,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import brushgs.formats.scenes.rows
 from brushgs import SceneError
 from brushgs.formats import load, read_scene
 from brushgs.formats.scenes.read import read_raw_parts
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import ksplat_format as ksplat
-from tests.io.scenes.witness import NAMES, as_gaussforge_reads, assert_alike, convert
+from tests.io.scenes.witness import as_gaussforge_reads, assert_alike, convert
 from tests.scenes import real_scene
 
 LEVELS = (0, 1, 2)
@@ -89,31 +88,6 @@ def test_bands_that_are_zero_are_dropped(tmp_path: Path, level: int) -> None:
     gaussians, notes = read_scene(write(tmp_path / "a.ksplat", ksplat.encode([scene], level)))
     assert (gaussians.sh_degree, notes.sh_degree_stored, notes.sh_degree_used) == (1, 3, 1)
     assert read_raw_parts(tmp_path / "a.ksplat")[0][0].sh.shape == (400, 16, 3)
-
-
-def test_rows_read_raw_are_logits_and_log_scales(tmp_path: Path) -> None:
-    data = ksplat.encode([ksplat.make(50)], 1)
-    columns = read_raw_parts(write(tmp_path / "a.ksplat", data))[0][0]
-    plain = ksplat.decode(data)
-    np.testing.assert_allclose(columns.scales, np.log(plain["scales"]), rtol=1e-6)
-    with np.errstate(divide="ignore"):
-        logits = np.log(plain["opacities"] / (1 - plain["opacities"]))
-    np.testing.assert_allclose(columns.opacities, logits, atol=2e-6)
-
-
-def test_threads_do_not_change_what_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    scenes = [ksplat.make(count, 1, seed=count) for count in (5000, 3000, 700)]
-    path = write(tmp_path / "a.ksplat", ksplat.encode(scenes, 1))
-    monkeypatch.setattr(brushgs.formats.scenes.rows, "_count_threads", lambda num_rows: 1)
-    one = load(path)
-    monkeypatch.setattr(brushgs.formats.scenes.rows, "_count_threads", lambda num_rows: 3)
-    for name in NAMES:
-        np.testing.assert_array_equal(getattr(one, name), getattr(load(path), name))
-
-
-@pytest.mark.parametrize("level", LEVELS)
-def test_a_renamed_file_is_recognised(tmp_path: Path, level: int) -> None:
-    assert len(load(write(tmp_path / "scene.ply", ksplat.encode([ksplat.make(30)], level)))) == 30
 
 
 def patched(data: bytes, place: int, form: str, value: float) -> bytes:

@@ -55,21 +55,6 @@ def test_folder_meta_and_archive_are_one_scene(tmp_path: Path, version: int) -> 
             np.testing.assert_array_equal(getattr(other, name), getattr(first, name))
 
 
-@pytest.mark.parametrize("version", [1, 2])
-def test_raw_rows_hold_log_scales_and_logits(tmp_path: Path, version: int) -> None:
-    scene = make(60, 2, version)
-    file = sog.open_scene(write_bundle(tmp_path / "a.sog", scene))
-    columns, _ = file.read_columns(is_raw=True)
-    expected = [decode_row(scene, row) for row in range(60)]
-    np.testing.assert_allclose(columns.scales, np.log([row["scales"] for row in expected]), rtol=1e-6)
-    with np.errstate(divide="ignore"):
-        opacities = np.array([row["opacities"] for row in expected])
-        logits = np.log(opacities) - np.log1p(-opacities)
-    np.testing.assert_allclose(columns.opacities, logits, rtol=1e-5, atol=1e-6)
-    assert columns.sh.shape == (60, 9, 3)
-    assert file.num_terms == 9
-
-
 def test_many_rows_are_decoded_by_threads_to_the_same_bits(tmp_path: Path) -> None:
     scene = make(250_000, 1)
     gaussians = bg.load(write_folder(tmp_path / "a", scene))

@@ -4,13 +4,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import brushgs.formats.scenes.rows
 from brushgs import SceneError, SceneWarning
 from brushgs.formats import load, read_scene
-from brushgs.formats.scenes.read import read_raw_parts
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import splat_format as splat
-from tests.io.scenes.witness import NAMES, as_gaussforge_reads, assert_alike, convert
+from tests.io.scenes.witness import as_gaussforge_reads, assert_alike, convert
 from tests.scenes import SCENES_FOLDER, real_scene
 
 
@@ -47,25 +45,6 @@ def test_the_ends_of_opacities_and_the_identity_are_exact(tmp_path: Path) -> Non
     assert gaussians.opacities.tolist() == [0, 1]
     assert not gaussians.quats[:, 1:].any()
     assert gaussians.quats[1, 0] == -1
-
-
-def test_rows_read_raw_are_logits_and_log_scales(tmp_path: Path) -> None:
-    data = splat.encode(splat.make(50))
-    columns = read_raw_parts(write(tmp_path / "a.splat", data))[0][0]
-    plain = splat.decode(data)
-    np.testing.assert_allclose(columns.scales, np.log(plain["scales"]), rtol=1e-6)
-    with np.errstate(divide="ignore"):
-        logits = np.log(plain["opacities"] / (1 - plain["opacities"]))
-    np.testing.assert_allclose(columns.opacities, logits, atol=2e-6)
-
-
-def test_threads_do_not_change_what_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = write(tmp_path / "a.splat", splat.encode(splat.make(10_000)))
-    monkeypatch.setattr(brushgs.formats.scenes.rows, "_count_threads", lambda num_rows: 1)
-    one = load(path)
-    monkeypatch.setattr(brushgs.formats.scenes.rows, "_count_threads", lambda num_rows: 3)
-    for name in NAMES:
-        np.testing.assert_array_equal(getattr(one, name), getattr(load(path), name))
 
 
 @pytest.mark.parametrize("name", ["scene.ply", "scene", "scene.bin"])

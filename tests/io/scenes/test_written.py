@@ -91,7 +91,7 @@ def assert_close(found: Gaussians, written: Gaussians, suffix: str) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:.*a .splat file does not hold")
-@pytest.mark.parametrize("num_terms", [1, 4, 9, 16])
+@pytest.mark.parametrize("num_terms", [1, 9])
 @pytest.mark.parametrize("suffix", BOUNDS)
 def test_what_is_written_reads_back_to_the_error_of_its_rounding(
     tmp_path: Path, suffix: str, num_terms: int
@@ -104,7 +104,7 @@ def test_what_is_written_reads_back_to_the_error_of_its_rounding(
 
 
 @pytest.mark.filterwarnings("ignore:.*a .splat file does not hold")
-@pytest.mark.parametrize("num_terms", [1, 4, 9, 16])
+@pytest.mark.parametrize("num_terms", [4, 16])
 @pytest.mark.parametrize("suffix", WITNESSED)
 def test_an_outside_reader_finds_the_same(tmp_path: Path, suffix: str, num_terms: int) -> None:
     written = make(1000, num_terms)

@@ -184,8 +184,8 @@ def test_progress_counts_runs_not_frames(scene, monkeypatch):
 
     monkeypatch.setattr(BenchReport, "stage", recorded)
     monkeypatch.setattr(BenchReport, "advance", advance)
-    assert cli.main(["bench", scene, *SMALL, "--families", "strokes,merge", "-o", "a.csv", "--quiet"]) == 0
-    assert stages == [["strokes", "runs", 6, 6], ["merge", "runs", 20, 20]]  # each verified, then all timed
+    assert cli.main(["bench", scene, *SMALL, "--families", "strokes", "-o", "a.csv", "--quiet"]) == 0
+    assert stages == [["strokes", "runs", 6, 6]]  # each verified, then all timed
     assert pace(3, 9, 1.5, "runs") == "3/9 runs, 2 per second, 0:03 left"
 
 
