@@ -56,7 +56,7 @@ def choose_marks(
     lab = oklab_of(np.clip(base_colors(strokes.sh), 0, 1))
     means, contrasts = _around(strokes, lab)
     ranks = _ranks(contrasts)
-    typical = max(float(contrasts.mean()), np.finfo(np.float32).tiny)
+    typical = max(float(contrasts.mean()), float(np.finfo(np.float32).tiny))
     brushes = np.zeros(len(strokes), np.uint8) if strokes.brushes is None else strokes.brushes.copy()
     kept = np.ones(len(strokes))
     for marks, rows, share in choices:
