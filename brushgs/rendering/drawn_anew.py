@@ -4,7 +4,7 @@ Numbers are hashes of stroke and drawing.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from brushgs.brushes.texture import without_number
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.arrays import F32
 from brushgs.values.boxes import Boxes
+from brushgs.values.columns import RowChoice, take_rows
 from brushgs.values.hashing import GOLDEN_32, hash_32
 
 # Of a stroke that boils with strength 1; the change of a picture grows with the root of the strength, which
@@ -24,12 +25,15 @@ TURN = np.radians(15.0)
 SIZE = 0.25  # of the logarithm
 
 
-def words_of(ids: NDArray[np.int32], keys: NDArray[np.uint32], stream: np.uint32) -> NDArray[np.uint32]:
-    """[3, M] bits of each stroke and drawing."""
+def words_of(
+    ids: NDArray[np.int32], keys: NDArray[np.uint32], stream: np.uint32, num: int
+) -> list[NDArray[np.uint32]]:
+    """[M] bits of each stroke and drawing, so many times."""
     golden = np.uint32(GOLDEN_32)
-    first = hash_32(hash_32(keys * golden + stream) + ids.astype(np.uint32) * golden)
-    second = hash_32(first + golden)
-    return np.stack([first, second, hash_32(second + golden)])
+    words = [hash_32(hash_32(keys * golden + stream) + ids.astype(np.uint32) * golden)]
+    while len(words) < num:
+        words.append(hash_32(words[-1] + golden))
+    return words
 
 
 def _halves(words: NDArray[np.uint32]) -> tuple[F32, F32]:
@@ -44,42 +48,46 @@ def _halves(words: NDArray[np.uint32]) -> tuple[F32, F32]:
 def aside(
     boxes: Boxes,
     strengths: F32,
-    words: NDArray[np.uint32],
+    words: Sequence[NDArray[np.uint32]],
     most: float,
+    rows: RowChoice = slice(None),
     part: tuple[F32, F32] | None = None,
 ) -> Boxes:
     """Boxes a little aside, turned and of another size.
 
     Args:
-        boxes: M of them.
+        boxes: some.
         strengths: [M] by how much.
-        words: [3, M] bits that decide it, see `words_of`.
+        words: two times [M] bits that decide it, see `words_of`.
         most: pixels by which they lie aside.
+        rows: M of the boxes, as for `Boxes.take`.
         part: where, along its direction, the part of each begins that is left of it, and where that ends, [M]
             shares of its length; None leaves the whole.
     """
-    dtype, half = boxes.centers.dtype, boxes.half_extents
+    columns = take_rows("Boxes", {f.name: getattr(boxes, f.name) for f in fields(boxes)}, rows)
+    dtype, half = boxes.centers.dtype, columns["half_extents"]
     (x, y), (turn, size) = _halves(words[0]), _halves(words[1])
-    width = np.minimum(half[:, 0], half[:, 1])
-    reach = strengths * np.minimum(np.float32(2 * OFFSET) * width, np.float32(most))
-    centers = boxes.centers + np.stack([reach * x, reach * y], axis=1)
-    angles = boxes.angles + np.float32(TURN) * strengths * turn
+    reach = strengths * np.minimum(
+        np.float32(2 * OFFSET) * np.minimum(half[:, 0], half[:, 1]), np.float32(most)
+    )
+    centers = columns["centers"] + np.stack([reach * x, reach * y], axis=1)
+    angles = columns["angles"] + np.float32(TURN) * strengths * turn
     half = half * np.exp(np.float32(SIZE) * strengths * size)[:, None]
     if part is not None:
         begins, ends = part
         shift = (begins + ends - 1) * half[:, 0]
         centers += np.stack([shift * np.cos(angles), shift * np.sin(angles)], axis=1)
         half[:, 0] *= ends - begins
-    return replace(
-        boxes,
-        centers=centers.astype(dtype, copy=False),
-        half_extents=half.astype(dtype, copy=False),
-        angles=angles.astype(dtype, copy=False),
-    )
+    moved = {"centers": centers, "half_extents": half, "angles": angles}
+    return Boxes(**columns | {name: column.astype(dtype, copy=False) for name, column in moved.items()})
 
 
 def in_other_images(
-    boxes: Boxes, strengths: F32, words: NDArray[np.uint32], texture: Brushes, options: RenderOptions
+    boxes: Boxes,
+    strengths: F32,
+    words: Sequence[NDArray[np.uint32]],
+    texture: Brushes,
+    options: RenderOptions,
 ) -> Boxes:
     """Boxes that are painted with another image of their brush, as many as the strength says."""
     siblings, counts = _siblings(BrushSet.of(texture).names)

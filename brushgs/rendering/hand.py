@@ -58,7 +58,7 @@ class Rhythm:
 
     rates: F64
     phases: F64
-    counts: F64
+    counts: NDArray[np.int64]
 
     @classmethod
     def of(
@@ -84,17 +84,17 @@ class Rhythm:
         waves = waves_of_one * asked
         words = hash_32(np.arange(len(asked), dtype=np.uint32) * np.uint32(GOLDEN_32) + _WAITS)
         chance = words.astype(np.float64) * 2.0**-32
-        counts = np.full(len(asked), 2.0**31)
+        counts = np.full(len(asked), 2**31, np.int64)
         if places is None:
             rates = waves / rarity
             if is_loop:
-                counts = np.floor(seconds * rates + (chance * 4096) % 1)
+                counts = np.floor(seconds * rates + (chance * 4096) % 1).astype(np.int64)
                 rates = counts / seconds
             return cls(rates, chance, np.maximum(counts, 1))
         if is_loop:
             whole = np.where(asked > 0, np.maximum(np.rint(seconds * waves), 1), 0).astype(np.int64)
             rarity = _largest_divisors(whole, rarity)
-            waves, counts = whole / seconds, np.maximum(whole // rarity, 1).astype(np.float64)
+            waves, counts = whole / seconds, np.maximum(whole // rarity, 1)
         phases = (np.floor(chance * rarity) + 1 - places) / rarity
         return cls(waves / rarity, phases, counts)
 
@@ -229,7 +229,7 @@ class Hand:
         if strengths.any():
             drawings = [self.drawing(start, pace) for start, pace in zip(starts, paces, strict=True)]
             drawn = np.array(drawings, np.uint32)[of_boxes]
-            words = words_of(boxes.ids, drawn, _BOILS)
+            words = words_of(boxes.ids, drawn, _BOILS, 3)
             boxes = aside(boxes, strengths[of_boxes], words, most)
             boxes = in_other_images(boxes, strengths[of_boxes], words, texture, coat.options)
         if self.smear:
@@ -310,7 +310,7 @@ def _laid(boxes: Boxes, coat: Coat, rhythm: Rhythm, seconds: F64, most: float) -
     if not rates.any():
         return boxes
     turns = seconds * rates + rhythm.phases[ids]
-    keys = np.floor(turns)
+    keys = turns.astype(np.int64)
     share_laid = (turns - keys) / np.minimum(LAYING * rates, MOST_LAYING).clip(1e-9)
     is_laid = (share_laid < 1) & (rates > 0)
     # The new one first, then what is left of the old one. That goes behind the new one, in the second half of
@@ -318,18 +318,17 @@ def _laid(boxes: Boxes, coat: Coat, rhythm: Rhythm, seconds: F64, most: float) -
     rows = np.repeat(np.arange(len(ids)), 1 + is_laid)
     is_old = np.append(False, rows[1:] == rows[:-1])
     laid = np.where(is_laid, share_laid, 1.0)[rows].astype(np.float32)
-    length, width = boxes.half_extents[rows].T
+    length, width = boxes.half_extents.take(rows, axis=0).T
     touch = np.minimum(TOUCH * width / np.maximum(length, 1e-9), 1)
     reached = np.maximum(laid, touch)
     gone = reached if coat.blend == "glaze" else np.maximum(2 * laid - 1, 0)
     begins, ends = np.where(is_old, gone, 0), np.where(is_old, 1, reached)
     shown = np.flatnonzero(ends - begins >= touch)
     rows, is_old = rows[shown], is_old[shown]
-    drawings = ((keys[rows] - is_old) % rhythm.counts[ids[rows]]).astype(np.int64).astype(np.uint32)
+    drawings = ((keys[rows] - is_old) % rhythm.counts[ids[rows]]).astype(np.uint32)
     strengths = np.where(rates > 0, np.float32(LAID_ASIDE), np.float32(0))[rows]
-    taken = boxes.take(rows)
-    words = words_of(taken.ids, drawings, _LIES)
-    return aside(taken, strengths, words, most, (begins[shown], ends[shown]))
+    words = words_of(boxes.ids[rows], drawings, _LIES, 2)
+    return aside(boxes, strengths, words, most, rows, (begins[shown], ends[shown]))
 
 
 def _smeared(boxes: Boxes, now: Seen, before: Seen, share: float) -> Boxes:
