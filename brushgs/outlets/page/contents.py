@@ -229,12 +229,12 @@ def _is_hiding(coat: "Coat", collected: _Collected) -> bool:
     """Whether a coat hides what lies below with the hard edge of paper. Notes effects that are left out."""
     from brushgs.rendering.tonal import Blacks
 
-    if coat.effect is None:
-        return False
-    is_paper = isinstance(coat.effect, Blacks)
-    if not (is_paper and coat.effect.threshold == 0):
-        collected.omit(f"{coat.effect.traits} are not in the page: strokes lie one by one")
-    return is_paper
+    effect = coat.effect
+    if isinstance(effect, Blacks) and effect.threshold == 0:
+        return True
+    if effect is not None:
+        collected.omit(f"{effect.traits} are not in the page: strokes lie one by one")
+    return isinstance(effect, Blacks)
 
 
 def shown_by(coat: "Coat") -> Gaussians:

@@ -9,13 +9,12 @@ from brushgs.cameras.paths import turn_around
 from brushgs.options.look import Look
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
-from brushgs.rendering.constants import MIN_ALPHA
 from brushgs.rendering.effect import without_effect
-from brushgs.rendering.tonal import CLEAR, SOLID, Blacks
+from brushgs.rendering.tonal import Blacks
 from brushgs.still_life import still_life_camera
-from brushgs.values.arrays import smoothstep
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
+from tests.outlets.page.studio import hiding
 from tests.scenes import still_life_of
 
 STROKES = 1000
@@ -61,22 +60,13 @@ def test_a_page_as_it_opens_shows_what_render_shows_indoors(studio, look):
     assert psnr(studio.paint(camera, ground=True, order="distance"), exact) < 45
 
 
-class Hiding:
-    """The part of `Blacks` that the page has: paper hides what lies below with a hard edge."""
-
-    def __call__(self, painted, camera, surface):
-        hidden = smoothstep((painted.alpha - CLEAR) / (SOLID - CLEAR))
-        share = hidden / np.maximum(painted.alpha, MIN_ALPHA)
-        return replace(painted, rgb=painted.rgb * share[..., None], alpha=hidden)
-
-
 def in_page(painting):
     """What a page shows of a painting."""
 
     def shown(coat):
         if not isinstance(coat.effect, Blacks):
             return without_effect(coat)
-        return coat if coat.effect.threshold == 0 else replace(without_effect(coat), effect=Hiding())
+        return coat if coat.effect.threshold == 0 else replace(without_effect(coat), effect=hiding)
 
     return replace(painting, coats=tuple(map(shown, painting.coats)))
 
