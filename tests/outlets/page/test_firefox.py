@@ -3,10 +3,10 @@
 import base64
 
 import numpy as np
-import pytest
 
 from brushgs.cli import main
 from brushgs.formats.pictures.images import read_image
+from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 
 PAINT = """
@@ -29,7 +29,7 @@ PAINT = """
 """
 
 
-@pytest.mark.parametrize("look", ["oil", "gouache"])
+@for_each("look", ["oil", "gouache"])
 def test_a_page_shows_what_render_paints(firefox, tmp_path, look):
     scene = tmp_path / "pears.ply"
     save_upright(still_life_of(2000), scene)

@@ -205,8 +205,9 @@ class PointField {
 class Aim {
   constructor({ controls, contents, canvas }) {
     const camera = controls.restingCamera(Math.max(1, canvas.clientWidth), Math.max(1, canvas.clientHeight));
-    const { origin, radius } = contents.header;
-    Object.assign(this, { contents, camera, origin });
+    const { header, arrays } = contents, { origin, radius } = header;
+    const coats = header.coats.filter(({ isBackdrop }) => !isBackdrop); // which is not of the scene
+    Object.assign(this, { contents: { header: { ...header, coats }, arrays }, camera, origin });
     this._axes = [0, 4, 8].map((row) => [...camera.viewmat.subarray(row, row + 3)]); // right, down, forward
     this._eye = [...camera.eye()];
     this._decimals = Math.min(20, Math.max(0, Math.ceil(4 - Math.log10(radius)))); // a ten-thousandth of it
