@@ -1,4 +1,4 @@
-"""Writes the pictures of the README: a painting, five charts and three moving pictures.
+"""Writes the pictures of README and guides: a painting, five charts and six moving pictures.
 
 still_life.jpg  what `brushgs demo` paints
 looks.jpg       the still life in every look
@@ -9,6 +9,9 @@ layers.jpg      layers of a painting, for compositing
 options.jpg     one view of the still life, once for each line of `OPTIONS`
 sway.webp       a loop: the camera moves to both sides of the still life and back
 film.webp       the still life in motion: the pear rolls, a draught lifts the cloth, the lamp swings
+hold.webp       a loop on threes, the camera held as well
+boil.webp       the still life before a camera at rest, drawn anew every three frames
+redraw.webp     laid anew in waves from the left
 
 Labels and files are made with Pillow (extra test). It takes about a minute.
 
@@ -48,6 +51,11 @@ TONED, CREAM = "#2e2113", "#eadfc8"  # the background of the demo, and the label
 TONED_RGB = 0x2E / 255, 0x21 / 255, 0x13 / 255
 FRAMES_PER_SECOND = 15
 GAP, LABEL = 6, 36  # between the cells of a chart, and the height of their labels; pixels
+BY_HAND = {  # films of the guide on time: sway of the camera in degrees, and options
+    "hold.webp": (15, "--hold 3 --hold-camera"),
+    "boil.webp": (0, "--boil 0.55"),
+    "redraw.webp": (0, "--redraw 2 --redraw-from left"),
+}
 FRUIT = 105, 290, 535, 357  # lemon, pear and apple in the view of 1000 x 750: left, top, width, height
 STROKES_OF_CHART = 3000
 OPTIONS = (
@@ -120,8 +128,8 @@ def main() -> None:
         "styles.jpg",
         "layers.jpg",
     )
-    files = [args.output / name for name in (*names, "sway.webp", "film.webp")]
-    painting, looks, growing, strokes, options, styles, layers, moving, film = files
+    files = [args.output / name for name in (*names, "sway.webp", "film.webp", *BY_HAND)]
+    painting, looks, growing, strokes, options, styles, layers, moving, film, *by_hand = files
     print(f"writes {', '.join(map(str, files))}")
 
     share = 4 if args.quick else 1
@@ -142,6 +150,10 @@ def main() -> None:
         layers_chart(folder, frame).save(layers, quality=85)
         save_animation(moving_picture(folder, args.frames, frame), moving)
         save_animation(film_of_scene(folder, args.frames, frame), film)
+        for file in by_hand:
+            degrees, words = BY_HAND[file.name]
+            few, small = max(args.frames // 2, 3), sides(320, 240, share)
+            save_animation(moving_picture(folder, few, small, words, degrees=degrees), file)
         scene = bg.load(folder / "still_life.ply")
     strokes_chart(scene, 300 // share).save(strokes, quality=85)
     for path in files:
@@ -273,13 +285,15 @@ def growing_picture(folder: Path, num_frames: int, size: tuple[int, int]) -> lis
     return [open_picture(path) for path in sorted(frames.glob("*.png"))]
 
 
-def moving_picture(folder: Path, num_frames: int, size: tuple[int, int]) -> list[Image.Image]:
+def moving_picture(
+    folder: Path, num_frames: int, size: tuple[int, int], words: str = "", *, degrees: float = 28
+) -> list[Image.Image]:
     """Frames of a loop: the camera moves to both sides of the still life and back."""
-    cameras = swaying(still_camera(size), num_frames + 1, degrees=28)
-    path, frames = write_views(cameras, folder / "sway.json"), folder / "swaying"
-    moves = "--path", path, "--frames", num_frames + 1
-    run("render", folder / "still_life.ply", *moves, "-o", frames / "%05d.png")
-    return [open_picture(path) for path in sorted(frames.glob("*.png"))][:-1]  # the last equals the first
+    cameras = swaying(still_camera(size), num_frames + 1, degrees=degrees)
+    path, frames = write_views(cameras, folder / "sway.json"), folder / f"swaying{words}"
+    moves = "--path", path, "--loop", "--fps", FRAMES_PER_SECOND
+    run("render", folder / "still_life.ply", *moves, *words.split(), "-o", frames / "%05d.png")
+    return [open_picture(path) for path in sorted(frames.glob("*.png"))]
 
 
 def film_of_scene(folder: Path, num_frames: int, size: tuple[int, int]) -> list[Image.Image]:

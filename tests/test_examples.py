@@ -127,8 +127,11 @@ def test_make_pictures(tmp_path, monkeypatch, capfd):
     assert is_a_picture(tmp_path / "layers.jpg", 372, 252)
     assert is_a_picture(tmp_path / "sway.webp", 120, 90)
     assert is_a_picture(tmp_path / "film.webp", 120, 90)
+    assert is_a_picture(tmp_path / "hold.webp", 80, 60)
+    assert is_a_picture(tmp_path / "boil.webp", 80, 60)
+    assert is_a_picture(tmp_path / "redraw.webp", 80, 60)
     printed = capfd.readouterr()
-    assert printed.out.count("\n") == 10
+    assert printed.out.count("\n") == 13
     assert printed.err == ""  # no progress bar in a pipe
 
 

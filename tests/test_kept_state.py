@@ -13,6 +13,7 @@ KEPT = {
     "passes/color/color_space.py _curves": "numbers that follow from constants",
     "passes/where/evaluate.py _known": "of a scene and a view, and gone with these",
     "rendering/paths.py _covers": "where a brush covers its box, by the brush, of which a painting has few",
+    "rendering/paths.py _solid": "how much of its box a brush covers, by the brush",
     "rendering/wet_layer.py ragged_border": "by the size of the picture",
     "rendering/relief.py _at_rest": "of strokes that moved those at rest, whichever frame came first",
     "rendering/relief.py _cache": "of strokes, and gone with them; by all that it depends on",
@@ -21,8 +22,6 @@ KEPT = {
     "rendering/surface.py _linen": "by the size and the seed of the weave",
     "rendering/surface.py _paper": "by the size and the seed of the grain",
     "rendering/texture_levels.py _cache": "mip levels of a stroke image, and gone with it",
-    "rendering/texture_levels.py _height_cache": "mip levels of a stroke image, and gone with it",
-    "rendering/texture_levels.py _tint_cache": "mip levels of a stroke image, and gone with it",
 }
 
 

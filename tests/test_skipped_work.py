@@ -224,10 +224,10 @@ def test_levels_made_together_are_products_of_matrices(num_threads):
 
 def test_a_level_made_later_is_the_one_made_with_others():
     texture = bg.StrokeTexture.open("flat")
-    together = texture_levels._packed_levels(texture, [(2, 5), (0, 0), (2, 1)])
-    for code, (pairs, _) in zip([(2, 5), (0, 0), (2, 1)], together, strict=True):
+    together = texture_levels.packed_levels(texture, [(2, 5), (0, 0), (2, 1)])
+    for code, level in zip([(2, 5), (0, 0), (2, 1)], together, strict=True):
         texture_levels._cache.pop(texture, None)
-        np.testing.assert_array_equal(texture_levels._packed_levels(texture, [code])[0][0], pairs)
+        np.testing.assert_array_equal(texture_levels.packed_levels(texture, [code])[0].pairs, level.pairs)
 
 
 @for_each("dtype", [np.float32, np.float64])

@@ -14,9 +14,9 @@ from brushgs.values.colors import rgb_of_oklab
 from brushgs.values.style import MarkDictionary, StyleMarks, residuals_of
 
 RAISED = 2.5  # height by lightness: a mark that is 0.2 lighter than its mean stands as high as paint does
-# Differences of neighbouring marks, OKLab lightness: from the first on, marks are laid with more contrast
-# than they have, at the second with the most. Chroma takes a third of the excess.
-DIFFERENT = 0.02, 0.05
+# Contrast of a mark, OKLab lightness: from the first on it is laid with more than it has, at the second with
+# the most. Chroma takes a third of the excess.
+DIFFERENT = 0.015, 0.04
 MOST_CONTRAST, OF_CHROMA = 2.0, 1 / 3
 
 
@@ -37,29 +37,28 @@ def _read(path: Path, time: int, size: int) -> StyleMarks | None:
     return read_style(path).marks
 
 
-def contrast_of(marks: StyleMarks) -> float:
-    """Factor on the contrast within the marks of a style, 1 to 2.
+def laid_contrast(contrast: float) -> float:
+    """Factor on the differences within a mark of a contrast, OKLab, 1 to 2.
 
-    Marks overlap and are filtered: that halves the local contrast of paintings whose marks differ much, and
-    hardly that of flat ones.
+    Marks overlap and are filtered: that halves the contrast of busy marks, and hardly that of calm ones.
     """
     low, high = DIFFERENT
-    share = np.clip((marks.broken_lightness - low) / (high - low), 0, 1)
+    share = np.clip((contrast - low) / (high - low), 0, 1)
     return float(1 + (MOST_CONTRAST - 1) * share)
 
 
-def mark_texture(marks: MarkDictionary, row: int, name: str, contrast: float = 1.0) -> StrokeTexture:
+def mark_texture(marks: MarkDictionary, row: int, name: str) -> StrokeTexture:
     """A mark of a dictionary as a brush: its colours are added to that of a stroke, its lights are raised.
 
     Args:
         marks: the dictionary.
         row: of the mark.
         name: of the brush.
-        contrast: factor on its differences in lightness, >= 1; chroma takes a third of the excess.
     """
     residual = residuals_of(marks.texels[row])
     coverage = np.ascontiguousarray(marks.texels[row, ..., 3])
     mean = marks.colors[row].astype(np.float64)
+    contrast = laid_contrast(float(marks.contrasts[row]))
     chroma = 1 + OF_CHROMA * (contrast - 1)
     laid = mean + residual * (contrast, chroma, chroma)
     rgb = np.clip(rgb_of_oklab(laid.reshape(-1, 3)), 0, 1).reshape(residual.shape)

@@ -270,7 +270,7 @@ class StrokeTexture:
 
     @classmethod
     def _from_style(cls, path: Path, number: int | None, size: int) -> "StrokeTexture":
-        from brushgs.brushes.of_style import contrast_of, mark_texture, marks_of
+        from brushgs.brushes.of_style import mark_texture, marks_of
 
         marks = marks_of(path)
         if marks is None or not (marks.brushes or marks.dictionary):
@@ -282,7 +282,7 @@ class StrokeTexture:
             raise SceneError(path, f"the style has {have}; name one of them, such as {path}:1")
         if dictionary is not None and number > len(brushes):
             row, name = number - len(brushes) - 1, name_in_style(path, number)
-            return mark_texture(dictionary, row, name, contrast_of(marks))
+            return mark_texture(dictionary, row, name)
         coverage = brushes[number - 1].astype(np.float32) / np.float32(255)
         small = _average(coverage, _shape_within(coverage.shape, size))
         return cls("image", name_in_style(path, number), np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8))

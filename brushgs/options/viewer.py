@@ -11,7 +11,7 @@ LOOPBACK = "127.0.0.1"
 MAX_SECONDS = 600.0  # of a video: more is a typing error
 MAX_KEYS = 500  # marked views of a path
 
-FilmKind = Literal["turn", "path"]
+FilmKind = Literal["turn", "path", "clip"]
 
 
 class ServerConfig(Options, frozen=True):
@@ -53,7 +53,8 @@ def check_picture(width: int, height: int) -> None:
 class FilmConfig(Options, frozen=True):
     """A video requested from the page.
 
-    "turn" is one orbit around the target of the page's view; "path" goes through marked views.
+    "turn" is one orbit around the target of the page's view; "path" goes through marked views; "clip" is a
+    moving scene before a camera that rests.
     """
 
     kind: FilmKind

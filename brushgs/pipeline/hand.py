@@ -45,13 +45,20 @@ def open_hand(config: PaintConfig, path: "CameraPath", coats: Iterable[Coat]) ->
         return None
     paces, hand = config.paces, config.hand
     rhythms = {}
-    if any(pace.redraw for pace in paces):
-        rhythms = {
-            coat.name: Rhythm.of(coat, _places(hand.redraw_from, coat, path.cameras[0]))
-            for coat in coats
-            if coat.name != BACKDROP
-        }
     frames = path.fps, len(path.cameras), path.is_loop
+    if any(pace.redraw for pace in paces):
+        seconds = len(path.cameras) / path.fps
+        rhythms = {
+            coat.name: Rhythm.of(
+                coat,
+                paces,
+                seconds,
+                is_loop=path.is_loop,
+                places=_places(hand.redraw_from, coat, path.cameras[0]),
+            )
+            for coat in coats
+            if coat.name != BACKDROP and len(coat.strokes)
+        }
     return Hand(paces, hand.boil_every, hand.hold_camera, *frames, rhythms, BACKDROP, hand.smear)
 
 

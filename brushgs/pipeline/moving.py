@@ -4,22 +4,26 @@ Strokes are made once, from Gaussians at their reference moments, by the stages 
 follow their Gaussians: nothing is clustered again. If rows do not correspond, strokes may be born later.
 """
 
+import hashlib
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from brushgs.errors import SceneWarning
 from brushgs.pipeline.clip import Clip, Film
 from brushgs.pipeline.report import Report
+from brushgs.pipeline.runner import Memory, NoMemory
 from brushgs.pipeline.stroke_pass import nearest_regions, nearest_rows
 from brushgs.rendering.motion import Pose, StrokeMotion
 from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from brushgs.passes.motion.canonical import Canonical
     from brushgs.passes.reduce.cluster import Grouping
     from brushgs.rendering.coat import Coat
@@ -148,6 +152,7 @@ def follow_strokes(
     found: "Canonical | None" = None,
     plain: Gaussians | None = None,
     asked: int | None = None,
+    memory: Memory | None = None,
 ) -> tuple[Gaussians, Gaussians | None, StrokeMotion]:
     """Follow strokes over a film.
 
@@ -162,6 +167,7 @@ def follow_strokes(
         found: how rows move, from `load_clip`.
         plain: Gaussians of `load_clip` that are followed one by one; or None.
         asked: the requested number of strokes; None for no fixed number.
+        memory: of earlier jobs: where rows correspond, strokes of other colours are not followed anew.
 
     Returns:
         The strokes, those born later at the end; the plain Gaussians, with ids after those of strokes; and
@@ -184,7 +190,16 @@ def follow_strokes(
         if clip.scene.has_rows:
             from brushgs.passes.motion.rows import follow_rows
 
-            motion = follow_rows(clip.scene, moments, strokes, members, labels, advance=report.advance)
+            read = (moments, labels, members.sh[:, 0], *_columns(members), *_columns(strokes))
+            hashed = hashlib.blake2b()
+            for column in read:
+                hashed.update(column.tobytes())
+            key = clip.scene, hashed.digest()
+            motion = (memory or NoMemory()).of(
+                "motion of rows",
+                key,
+                lambda: follow_rows(clip.scene, moments, strokes, members, labels, advance=report.advance),
+            )
         else:
             from brushgs.passes.motion.frames import follow_frames
 
@@ -217,6 +232,12 @@ def follow_strokes(
     if plain is None:
         return strokes, None, motion
     return strokes.take(slice(num_strokes)), strokes.take(slice(num_strokes, None)), motion
+
+
+def _columns(gaussians: Gaussians) -> "tuple[NDArray[Any], ...]":
+    """The columns but colours."""
+    assert gaussians.ids is not None, "who is followed has ids"
+    return gaussians.ids, gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities
 
 
 def _lengths(clip: Clip, film: Film) -> list[str]:

@@ -7,9 +7,12 @@ painting needs the same strokes: only data in the size of the picture are remade
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.pipeline.drawing import open_picture_background
 from brushgs.pipeline.look import open_surface, recolored_ground
+from brushgs.pipeline.moving import Moving
 from brushgs.pipeline.prepare import Prepared
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.steps.seeing import canvas
@@ -18,6 +21,7 @@ from brushgs.values.camera import Camera
 
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
+    from brushgs.pipeline.clip import Film
 
 
 def seen_by(prepared: Prepared, config: PaintConfig, camera: Camera, report: Report) -> Prepared:
@@ -39,7 +43,30 @@ def seen_by(prepared: Prepared, config: PaintConfig, camera: Camera, report: Rep
     return replace(prepared, cameras=[camera], path=None, background=background, painting=painting)
 
 
-def along(prepared: Prepared, config: PaintConfig, path: "CameraPath", report: Report) -> Prepared:
+def at_moment(prepared: Prepared, seconds: float) -> Prepared:
+    """The same strokes at one moment of a moving scene, as a still; a still scene is unchanged.
+
+    Args:
+        prepared: of a painting without a path.
+        seconds: of its film, from the start; later ones are the last moment.
+    """
+    moving = prepared.moving
+    if moving is None:
+        return prepared
+    times = moving.film.times
+    time = np.interp(seconds * moving.film.fps, np.arange(len(times)), times)
+    pose = moving.motion.pose(float(moving.motion.positions(np.array([time]))[0]))
+    painting = prepared.painting.posed(pose, takes_light=moving.takes_light)
+    return replace(prepared, painting=painting, moving=None)
+
+
+def along(
+    prepared: Prepared,
+    config: PaintConfig,
+    path: "CameraPath",
+    report: Report,
+    film: "Film | None" = None,
+) -> Prepared:
     """The same strokes along a path: with the lock, the order and the light of paths.
 
     Args:
@@ -47,11 +74,15 @@ def along(prepared: Prepared, config: PaintConfig, path: "CameraPath", report: R
         config: options of `prepared`.
         path: its cameras.
         report: gets the stages of data in the size of the pictures.
+        film: moments of the frames, of a moving scene.
     """
     seen = seen_by(prepared, config, path.cameras[0], report)
     coats = tuple(_along(coat, config.draw) for coat in seen.painting.coats)
     painting = replace(seen.painting, coats=coats, is_moving=True)
-    return replace(seen, cameras=path.cameras, path=path, painting=painting)
+    moving = seen.moving
+    if moving is not None and film is not None:
+        moving = Moving.of(moving.scene, film, moving.motion, takes_light=moving.takes_light)
+    return replace(seen, cameras=path.cameras, path=path, painting=painting, moving=moving)
 
 
 def _along(coat: Coat, draw: DrawConfig) -> Coat:

@@ -177,7 +177,8 @@ def manner_of(styles: Styles | None) -> "Manner | None":
     for style, share in staged:
         assert style.stage is not None
         of = {name: share * found[id(style)] / whole[id(style)] for name, found in shares.items()}
-        parts.append(Part(style.stage, of["color"], of["direction"]))
+        dictionary = None if style.marks is None else style.marks.dictionary
+        parts.append(Part(style.stage, of["color"], of["direction"], dictionary))
         if (marks := style.marks) is not None:
             size += of["marks"] * np.log(marks.length / np.sqrt(marks.aspect))
             aspect += of["marks"] * np.log(marks.aspect)

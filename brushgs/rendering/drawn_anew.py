@@ -4,8 +4,7 @@ Numbers are hashes of stroke and drawing.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from brushgs.brushes.texture import without_number
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.arrays import F32
 from brushgs.values.boxes import Boxes
+from brushgs.values.columns import RowChoice, take_rows
 from brushgs.values.hashing import GOLDEN_32, hash_32
 
 # Of a stroke that boils with strength 1; the change of a picture grows with the root of the strength, which
@@ -25,49 +25,78 @@ TURN = np.radians(15.0)
 SIZE = 0.25  # of the logarithm
 
 
-def words_of(ids: NDArray[np.int32], keys: NDArray[np.uint32], stream: np.uint32) -> NDArray[np.uint32]:
-    """[M, 3] bits of each stroke and drawing."""
+def words_of(
+    ids: NDArray[np.int32], keys: NDArray[np.uint32], stream: np.uint32, num: int
+) -> list[NDArray[np.uint32]]:
+    """[M] bits of each stroke and drawing, so many times."""
     golden = np.uint32(GOLDEN_32)
-    first = hash_32(hash_32(keys * golden + stream) + ids.astype(np.uint32) * golden)
-    second = hash_32(first + golden)
-    return np.stack([first, second, hash_32(second + golden)], axis=1)
+    words = [hash_32(hash_32(keys * golden + stream) + ids.astype(np.uint32) * golden)]
+    while len(words) < num:
+        words.append(hash_32(words[-1] + golden))
+    return words
 
 
-def _halves(words: NDArray[np.uint32]) -> F32:
-    """[..., 2] numbers from -1 to 1 of words."""
-    halves = np.stack([words & np.uint32(0xFFFF), words >> np.uint32(16)], axis=-1)
-    numbers: F32 = halves.astype(np.float32)
-    numbers *= np.float32(2 / 65535)
-    numbers -= np.float32(1)
-    return numbers
+def _halves(words: NDArray[np.uint32]) -> tuple[F32, F32]:
+    """Two times [M] numbers from -1 to 1 of words."""
+
+    def number(half: NDArray[np.uint32]) -> F32:
+        return np.asarray(half.astype(np.float32) * np.float32(2 / 65535) - np.float32(1))
+
+    return number(words & np.uint32(0xFFFF)), number(words >> np.uint32(16))
 
 
-def aside(boxes: Boxes, strengths: F32, words: NDArray[np.uint32], most: float) -> Boxes:
-    """Boxes a little aside, at most so many pixels, turned and of another size."""
-    dtype, half = boxes.centers.dtype, boxes.half_extents
-    numbers = _halves(words[:, :2])  # [M, 2, 2]
-    reach = (strengths * np.minimum(np.float32(2 * OFFSET) * half.min(axis=1), np.float32(most)))[:, None]
-    turns = np.float32(TURN) * strengths * numbers[:, 1, 0]
-    sizes = np.exp(np.float32(SIZE) * strengths * numbers[:, 1, 1])[:, None]
-    return replace(
-        boxes,
-        centers=(boxes.centers + reach * numbers[:, 0]).astype(dtype, copy=False),
-        half_extents=(half * sizes).astype(dtype, copy=False),
-        angles=(boxes.angles + turns).astype(dtype, copy=False),
+def aside(
+    boxes: Boxes,
+    strengths: F32,
+    words: Sequence[NDArray[np.uint32]],
+    most: float,
+    rows: RowChoice = slice(None),
+    part: tuple[F32, F32] | None = None,
+) -> Boxes:
+    """Boxes a little aside, turned and of another size.
+
+    Args:
+        boxes: some.
+        strengths: [M] by how much.
+        words: two times [M] bits that decide it, see `words_of`.
+        most: pixels by which they lie aside.
+        rows: M of the boxes, as for `Boxes.take`.
+        part: where, along its direction, the part of each begins that is left of it, and where that ends, [M]
+            shares of its length; None leaves the whole.
+    """
+    columns = take_rows("Boxes", {f.name: getattr(boxes, f.name) for f in fields(boxes)}, rows)
+    dtype, half = boxes.centers.dtype, columns["half_extents"]
+    (x, y), (turn, size) = _halves(words[0]), _halves(words[1])
+    reach = strengths * np.minimum(
+        np.float32(2 * OFFSET) * np.minimum(half[:, 0], half[:, 1]), np.float32(most)
     )
+    centers = columns["centers"] + np.stack([reach * x, reach * y], axis=1)
+    angles = columns["angles"] + np.float32(TURN) * strengths * turn
+    half = half * np.exp(np.float32(SIZE) * strengths * size)[:, None]
+    if part is not None:
+        begins, ends = part
+        shift = (begins + ends - 1) * half[:, 0]
+        centers += np.stack([shift * np.cos(angles), shift * np.sin(angles)], axis=1)
+        half[:, 0] *= ends - begins
+    moved = {"centers": centers, "half_extents": half, "angles": angles}
+    return Boxes(**columns | {name: column.astype(dtype, copy=False) for name, column in moved.items()})
 
 
 def in_other_images(
-    boxes: Boxes, strengths: F32, words: NDArray[np.uint32], texture: Brushes, options: RenderOptions
+    boxes: Boxes,
+    strengths: F32,
+    words: Sequence[NDArray[np.uint32]],
+    texture: Brushes,
+    options: RenderOptions,
 ) -> Boxes:
     """Boxes that are painted with another image of their brush, as many as the strength says."""
     siblings, counts = _siblings(BrushSet.of(texture).names)
     if boxes.brushes is None or counts.max() == 1:
         return boxes
-    numbers = 0.5 * _halves(words[:, 2]) + 0.5
-    places = (numbers[:, 1] * counts[boxes.brushes]).astype(np.intp)
+    chance, place = (0.5 * number + 0.5 for number in _halves(words[2]))
+    places = (place * counts[boxes.brushes]).astype(np.intp)
     others = siblings[boxes.brushes, np.minimum(places, counts[boxes.brushes] - 1)]
-    brushes = np.where(numbers[:, 0] < strengths, others, boxes.brushes)
+    brushes = np.where(chance < strengths, others, boxes.brushes)
     half, sigmas = boxes.half_extents, options.num_sigmas
     if isinstance(sigmas, tuple):
         of_brush = np.array(sigmas, half.dtype)
@@ -84,16 +113,3 @@ def _siblings(names: Sequence[str]) -> tuple[NDArray[np.uint8], NDArray[np.intp]
     for row, found in enumerate(rows):
         table[row, : len(found)] = found
     return table, counts
-
-
-def between(boxes: Boxes, begins: Any, ends: Any) -> Boxes:
-    """The boxes from one place along their directions to another, shares of their lengths."""
-    half, dtype = boxes.half_extents, boxes.centers.dtype
-    along = np.stack([np.cos(boxes.angles), np.sin(boxes.angles)], axis=1)
-    shift = ((begins + ends - 1) * half[:, 0])[:, None]
-    lengths = (ends - begins) * half[:, 0]
-    return replace(
-        boxes,
-        centers=(boxes.centers + shift * along).astype(dtype, copy=False),
-        half_extents=np.stack([lengths, half[:, 1]], axis=1).astype(dtype, copy=False),
-    )

@@ -24,6 +24,11 @@ Color = tuple[float, float, float]
 class Effect(Protocol):
     """A function of the picture of a coat. Implementations can be pickled: films are painted by processes."""
 
+    @property
+    def traits(self) -> str:
+        """What it gives a picture, a few words in the plural: outlets without effects name what they lack."""
+        ...
+
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
         """The picture to lay.
 

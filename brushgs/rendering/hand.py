@@ -16,16 +16,17 @@ Numbers are hashes of stroke and drawing: drawings do not come back, except that
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from math import lcm
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.options.hand import STEADY, Pace
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.drawn_anew import MOST_OFFSET, aside, between, in_other_images, words_of
+from brushgs.rendering.drawn_anew import MOST_OFFSET, aside, in_other_images, words_of
 from brushgs.rendering.places import projected
 from brushgs.rendering.project import Directions
-from brushgs.values.arrays import F64, Rows
+from brushgs.values.arrays import F64
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.hashing import GOLDEN_32, hash_32
@@ -35,6 +36,7 @@ HELD_WITHIN = 0.75  # of the picture from its middle, the centers of strokes tha
 LAID_ASIDE = 0.25  # strength with which a stroke that is laid again differs from the one before
 LAYING = 0.15  # seconds in which a stroke is laid
 MOST_LAYING = 0.7  # of the time until it is laid again
+TOUCH = 0.5  # of its width, the shortest piece of a stroke that is laid or left over
 LARGEST = 6  # times more seldom the largest strokes are laid again
 # Of what is smeared: how far it moves in a frame before it is, of the root of the picture's area; how far it
 # trails behind at most, in lengths; and the places on that way of the strokes that do, with their sizes.
@@ -46,29 +48,67 @@ _BOILS, _LIES, _WAITS = np.uint32(0x5BD1E995), np.uint32(0x27D4EB2F), np.uint32(
 
 @dataclass(frozen=True, eq=False)
 class Rhythm:
-    """When the strokes of a coat are laid again, at a pace of 1; a pace of r is r times as fast.
+    """When the strokes of a coat are laid again.
 
     Attributes:
-        rarity: [N] every how many waves each is laid again, whole numbers from 1.
-        waves: waves a second in which all of the painted area is laid once a second.
-        places: [N] where each lies on the way of the wave, 0 to 1; None: each has its own time.
+        rates: [N] how often a second each is laid, 0 for never.
+        phases: [N] share of the time between two layings that has passed when the film begins, 0 to 1.
+        counts: [N] number of layings after which the first one comes again, whole numbers from 1.
     """
 
-    rarity: NDArray[np.int64]
-    waves: float
-    places: F64 | None = None
+    rates: F64
+    phases: F64
+    counts: NDArray[np.int64]
 
     @classmethod
-    def of(cls, coat: Coat, places: F64 | None) -> "Rhythm":
-        """Of the strokes of a coat."""
-        scales = np.sort(coat.strokes.scales.astype(np.float64), axis=1)
-        areas = scales[:, 1] * scales[:, 2]
-        rarity = np.ones(len(areas), np.int64)
-        if len(areas) and (median := float(np.median(areas))) > 0:
-            rarity = np.clip(np.rint(np.sqrt(areas / median)), 1, LARGEST).astype(np.int64)
-        paint = areas * coat.strokes.opacities
-        laid = float((paint / rarity).sum())
-        return cls(rarity, float(paint.sum()) / laid if laid > 0 else 1.0, places)
+    def of(
+        cls,
+        coat: Coat,
+        paces: Sequence[Pace],
+        seconds: float,
+        *,
+        is_loop: bool = False,
+        places: F64 | None = None,
+    ) -> "Rhythm":
+        """Of the strokes of a coat.
+
+        Args:
+            coat: the strokes, with the part of each.
+            paces: of what is in no part, then of the parts.
+            seconds: duration of the film.
+            is_loop: whether it begins again after that: every stroke is then laid a whole number of times.
+            places: [N] where each lies on the way of the wave, 0 to 1; None: each has its own time.
+        """
+        asked = np.array([pace.redraw for pace in paces])[_labels(coat, len(paces))[: len(coat.strokes)]]
+        rarity, waves_of_one = _rarity(coat)
+        waves = waves_of_one * asked
+        words = hash_32(np.arange(len(asked), dtype=np.uint32) * np.uint32(GOLDEN_32) + _WAITS)
+        chance = words.astype(np.float64) * 2.0**-32
+        counts = np.full(len(asked), 2**31, np.int64)
+        if places is None:
+            rates = waves / rarity
+            if is_loop:
+                counts = np.floor(seconds * rates + (chance * 4096) % 1).astype(np.int64)
+                rates = counts / seconds
+            return cls(rates, chance, np.maximum(counts, 1))
+        if is_loop:
+            whole = np.where(asked > 0, np.maximum(np.rint(seconds * waves), 1), 0).astype(np.int64)
+            rarity = _largest_divisors(whole, rarity)
+            waves, counts = whole / seconds, np.maximum(whole // rarity, 1)
+        phases = (np.floor(chance * rarity) + 1 - places) / rarity
+        return cls(waves / rarity, phases, counts)
+
+
+def _rarity(coat: Coat) -> tuple[NDArray[np.int64], float]:
+    """[N] every how many waves each stroke is laid; waves a second that lay all of the area once a second."""
+    scales = np.sort(coat.strokes.scales.astype(np.float64), axis=1)
+    areas = scales[:, 1] * scales[:, 2]
+    rarity = np.ones(len(areas), np.int64)
+    if len(areas) and (median := float(np.median(areas))) > 0:
+        rarity = np.clip(np.rint(np.sqrt(areas / median)), 1, LARGEST).astype(np.int64)
+    paint = areas * coat.strokes.opacities
+    laid = float((paint / rarity).sum())
+    return rarity, float(paint.sum()) / laid if laid > 0 else 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +156,11 @@ class Hand:
         """Whether pictures change by more than the scene and the camera do."""
         return any(pace.boil or pace.redraw for pace in self.paces)
 
+    @property
+    def beat(self) -> int:
+        """Frames after which all that is held and boils begins anew."""
+        return lcm(*(pace.hold * (self._holds(pace) if pace.boil else 1) for pace in self.paces))
+
     def shown(self, index: int) -> int:
         """The frame whose camera, and scene, a frame has."""
         return _start(index, self.paces[0].hold) if self.holds_camera else index
@@ -139,12 +184,16 @@ class Hand:
 
     def drawing(self, start: int, pace: Pace) -> int:
         """The number of the drawing of what boils, in a frame at which something held begins."""
-        holds = -(-self.every // pace.hold)  # for which a drawing lasts
+        holds = self._holds(pace)
         block = start // pace.hold
         if not self.is_loop:
             return block // holds
         num_blocks = -(-self.num_frames // pace.hold)
         return block * max(round(num_blocks / holds), 1) // num_blocks
+
+    def _holds(self, pace: Pace) -> int:
+        """For how many holds a drawing of what boils lasts."""
+        return -(-self.every // pace.hold)
 
     def state(self, index: int) -> tuple[tuple[int, ...], ...]:
         """Equal for frames that differ only by what is seen of the scene at the `starts`."""
@@ -170,15 +219,17 @@ class Hand:
         starts = (*self.starts(index), index)
         paces = (*self.paces, STEADY)
         most = MOST_OFFSET * float(np.sqrt(camera.width * camera.height))
-        if any(pace.redraw for pace in paces) and coat.name in self.rhythms:
-            boxes = self._laid(boxes, self.rhythms[coat.name], labels, (starts, paces), most)
+        of_boxes = labels[boxes.ids]
+        if coat.name in self.rhythms:
+            seconds = (np.array(starts) / self.fps)[of_boxes]
+            boxes = _laid(boxes, coat, self.rhythms[coat.name], seconds, most)
+            of_boxes = labels[boxes.ids]
         strengths = np.array([pace.boil**2 for pace in paces], np.float32)
         strengths *= np.float32(BEHIND if coat.name == self.backdrop else 1)
         if strengths.any():
             drawings = [self.drawing(start, pace) for start, pace in zip(starts, paces, strict=True)]
-            of_boxes = labels[boxes.ids]
             drawn = np.array(drawings, np.uint32)[of_boxes]
-            words = words_of(boxes.ids, drawn, _BOILS)
+            words = words_of(boxes.ids, drawn, _BOILS, 3)
             boxes = aside(boxes, strengths[of_boxes], words, most)
             boxes = in_other_images(boxes, strengths[of_boxes], words, texture, coat.options)
         if self.smear:
@@ -189,6 +240,8 @@ class Hand:
     def _held(self, index: int, seen: Callable[[int], Seen], labels: NDArray[np.intp]) -> Boxes:
         """The boxes of the drawings that are held, where their strokes are now."""
         now, starts = seen(index), (*self.starts(index), index)
+        if set(starts) == {index}:
+            return now.boxes
         found = sorted({starts[label] for label in np.unique(labels).tolist()})
         if found in ([], [index]):
             return now.boxes
@@ -203,67 +256,6 @@ class Hand:
         }
         order = np.argsort(columns["depths"], kind="stable")
         return Boxes(**{name: column[order] for name, column in columns.items()})
-
-    def _laid(
-        self,
-        boxes: Boxes,
-        rhythm: Rhythm,
-        labels: NDArray[np.intp],
-        parts: tuple[Sequence[int], Sequence[Pace]],
-        most: float,
-    ) -> Boxes:
-        """The boxes as they lie, those that are being laid, and below these the ones before.
-
-        Args:
-            boxes: of a coat.
-            rhythm: of its strokes.
-            labels: [N] of the part of each row.
-            parts: since when each is held, and its pace.
-            most: pixels by which strokes lie aside.
-        """
-        (starts, paces), ids, of_boxes = parts, boxes.ids, labels[boxes.ids]
-        rates = np.array([pace.redraw for pace in paces])[of_boxes]
-        seconds = (np.array(starts) / self.fps)[of_boxes]
-        is_stroke = ids < len(rhythm.rarity)
-        rows = np.where(is_stroke, ids, 0)
-        periods, phases, counts = self._periods(rhythm, rows, np.where(is_stroke, rates, 0.0))
-        turns = seconds * periods + phases
-        keys = np.floor(turns)
-        share_laid = (turns - keys) / np.minimum(LAYING * periods, MOST_LAYING).clip(1e-9)
-        is_laid = (share_laid < 1) & (periods > 0)
-        twice = np.repeat(np.arange(len(ids)), 1 + is_laid)
-        is_old = np.zeros(len(twice), np.bool_)
-        is_old[1:] = twice[1:] == twice[:-1]
-        keys = (keys[twice] - is_old) % counts[twice]
-        strengths = np.where(rates > 0, np.float32(LAID_ASIDE), np.float32(0))[twice]
-        words = words_of(ids[twice], keys.astype(np.int64).astype(np.uint32), _LIES)
-        boxes = aside(boxes.take(twice), strengths, words, most)
-        laid = np.where(is_laid, share_laid, 1.0)[twice].astype(np.float32)
-        covered = np.maximum(2 * laid - 1, 0)  # of the old one: never ahead of the new one
-        begins = np.where(is_old, covered, 0)
-        ends = np.where(is_old, 1, laid)
-        boxes = between(boxes, begins, ends)
-        return boxes.take(ends > begins)
-
-    def _periods(self, rhythm: Rhythm, rows: Rows, rates: F64) -> tuple[F64, F64, F64]:
-        """How often a second these strokes are laid again, in which phase, and after how many they repeat."""
-        rarity, waves = rhythm.rarity[rows], rhythm.waves * rates
-        words = hash_32(rows.astype(np.uint32) * np.uint32(GOLDEN_32) + _WAITS)
-        chance = words.astype(np.float64) * 2.0**-32
-        duration = self.num_frames / self.fps
-        if rhythm.places is None:
-            periods, phases = waves / rarity, chance
-            if self.is_loop:
-                counts = np.floor(duration * periods + (chance * 4096) % 1)
-                return counts / duration, phases, np.maximum(counts, 1)
-            return periods, phases, np.full(len(rows), 2.0**31)
-        counts = np.full(len(rows), 2.0**31)
-        if self.is_loop:
-            whole = np.where(rates > 0, np.maximum(np.rint(duration * waves), 1), 0).astype(np.int64)
-            rarity = _largest_divisors(whole, rarity)
-            waves, counts = whole / duration, np.maximum(whole // rarity, 1).astype(np.float64)
-        phases = (np.floor(chance * rarity) + 1 - rhythm.places[rows]) / rarity
-        return waves / rarity, phases, counts
 
 
 def _start(index: int, hold: int) -> int:
@@ -301,6 +293,42 @@ def _parts(
         is_known[held.ids] = True
         if not is_known[here.ids].all():
             yield here[~is_known[here.ids]]
+
+
+def _laid(boxes: Boxes, coat: Coat, rhythm: Rhythm, seconds: F64, most: float) -> Boxes:
+    """The boxes as they lie, those that are being laid, and below these the ones before.
+
+    Args:
+        boxes: M of a coat; what is shown as it is stays.
+        coat: the coat.
+        rhythm: of its strokes.
+        seconds: [M] since the film began.
+        most: pixels by which strokes lie aside.
+    """
+    ids = np.minimum(boxes.ids, len(rhythm.rates) - 1)
+    rates = np.where(boxes.ids < len(coat.strokes), rhythm.rates[ids], 0.0)
+    if not rates.any():
+        return boxes
+    turns = seconds * rates + rhythm.phases[ids]
+    keys = turns.astype(np.int64)
+    share_laid = (turns - keys) / np.minimum(LAYING * rates, MOST_LAYING).clip(1e-9)
+    is_laid = (share_laid < 1) & (rates > 0)
+    # The new one first, then what is left of the old one. That goes behind the new one, in the second half of
+    # the time; at once where paint does not cover, since both would be seen.
+    rows = np.repeat(np.arange(len(ids)), 1 + is_laid)
+    is_old = np.append(False, rows[1:] == rows[:-1])
+    laid = np.where(is_laid, share_laid, 1.0)[rows].astype(np.float32)
+    length, width = boxes.half_extents.take(rows, axis=0).T
+    touch = np.minimum(TOUCH * width / np.maximum(length, 1e-9), 1)
+    reached = np.maximum(laid, touch)
+    gone = reached if coat.blend == "glaze" else np.maximum(2 * laid - 1, 0)
+    begins, ends = np.where(is_old, gone, 0), np.where(is_old, 1, reached)
+    shown = np.flatnonzero(ends - begins >= touch)
+    rows, is_old = rows[shown], is_old[shown]
+    drawings = ((keys[rows] - is_old) % rhythm.counts[ids[rows]]).astype(np.uint32)
+    strengths = np.where(rates > 0, np.float32(LAID_ASIDE), np.float32(0))[rows]
+    words = words_of(boxes.ids[rows], drawings, _LIES, 2)
+    return aside(boxes, strengths, words, most, rows, (begins[shown], ends[shown]))
 
 
 def _smeared(boxes: Boxes, now: Seen, before: Seen, share: float) -> Boxes:

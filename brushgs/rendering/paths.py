@@ -18,7 +18,7 @@ from brushgs.rendering.constants import MIN_ALPHA
 from brushgs.rendering.marks import LaidCoat
 from brushgs.rendering.relief import canvas_scale
 from brushgs.rendering.tracing import outlines
-from brushgs.values.arrays import F64, Mask, Rows, smoothstep
+from brushgs.values.arrays import F64, Array, Mask, Rows, smoothstep
 from brushgs.values.camera import Camera
 from brushgs.values.paths import Path2D, PathGroup, Paths
 
@@ -29,7 +29,10 @@ THIN_PIXELS = 3.0  # of a line in any picture: the low-pass of projection widens
 DOT, ROUND = 8.0, 1.1  # the same of a dot: its diameter, and its length in widths
 STRIPS, BINS = 10, 32  # bristles of a brush, and places along them
 COVERED = 0.1  # light that a later coat lets through, below which a line under it is cut
-JOINED, ALIKE = 1.2, 0.25  # widths between pieces of one line, and most difference of their widths
+JOINED = 1.2  # widths between pieces of one line
+ALIKE = 0.2  # most difference of the paint of pieces that are one path, relative to the larger
+WIDER = 1.03  # a line as soft as that of a brush, over one that is opaque
+AROUND = 3  # px, side of the window in which the paint that paper takes is measured
 FAINTEST = 2 * MIN_ALPHA  # opacity below which a path is left out
 
 
@@ -123,10 +126,9 @@ def _shown(laid: LaidCoat, passed: F64, is_line: Mask) -> _Runs:
     # Areas are painted over, and cut by themselves; lines and dots may be plotted.
     shown[is_line] *= passed[rows[is_line], columns[is_line]] > COVERED
     shown[~is_line] = np.maximum(shown[~is_line], 1)
+    taken = shown
     if laid.share is not None and laid.coat.effect is None:
-        shares = laid.share[rows, columns].mean(axis=1)
-    else:
-        shares = np.ones(len(boxes))
+        taken = shown * _taken(laid, laid.share)[rows, columns]
     is_shown = np.zeros((len(boxes), STEPS + 2), np.int8)
     is_shown[:, 1:-1] = shown > SHOWN
     change = np.diff(is_shown, axis=1)[::-1]
@@ -136,12 +138,22 @@ def _shown(laid: LaidCoat, passed: F64, is_line: Mask) -> _Runs:
     half = 1 / (STEPS - 1)
     starts = np.where(first == 0, -1, steps[first] - half)
     ends = np.where(end == STEPS, 1, steps[end - 1] + half)
-    return _Runs(box, np.maximum(starts, -1), np.minimum(ends, 1), shares[box])
+    totals = np.pad(np.cumsum(taken, axis=1), ((0, 0), (1, 0)))
+    shares = (totals[box, end] - totals[box, first]) / (end - first)
+    return _Runs(box, np.maximum(starts, -1), np.minimum(ends, 1), shares)
+
+
+def _taken(laid: LaidCoat, share: Array) -> F64:
+    """[H, W] share of the paint around a pixel that the paper takes, by that of the pixels."""
+    painted = np.divide(laid.alpha, share, out=np.zeros_like(laid.alpha), where=share > 0)
+    around = [uniform_filter(one.astype(np.float64), AROUND) for one in (laid.alpha, painted)]
+    return np.asarray(np.minimum(around[0] / np.maximum(around[1], 1e-9), 1))
 
 
 def _paths(laid: LaidCoat, runs: _Runs, camera: Camera) -> Iterator[Path2D]:
     brushes, boxes = BrushSet.of(laid.coat.texture), laid.boxes
     covers = [_covers(texture) for texture in brushes.textures]
+    solid = np.array([_solid(texture) for texture in brushes.textures])
     rows = runs.boxes
     brush = np.zeros(len(rows), np.intp)
     if boxes.brushes is not None and len(covers) > 1:
@@ -154,7 +166,7 @@ def _paths(laid: LaidCoat, runs: _Runs, camera: Camera) -> Iterator[Path2D]:
     normals = axes[:, ::-1] * (-1, 1)
     centers = boxes.centers[rows].astype(np.float64)
     if is_thin.any():
-        yield from _lines(np.flatnonzero(is_thin), laid, runs, covers, brush)
+        yield from _lines(np.flatnonzero(is_thin), laid, runs, solid[brush])
     wide = np.flatnonzero(~is_thin)
     soft = brushes.kind == "gaussian"
     areas = [None] * len(wide) if soft else _areas(laid, rows[wide], covers, brush[wide])
@@ -164,7 +176,7 @@ def _paths(laid: LaidCoat, runs: _Runs, camera: Camera) -> Iterator[Path2D]:
             ends = centers[i] + np.stack([0 * axes[i], axes[i] * half[i, 0], normals[i] * half[i, 1]])
             yield Path2D("soft", ends, 0.0, color, opacity)
         elif is_dot[i]:
-            size = 2 * float(np.sqrt(half[i].prod() * 4 / np.pi * covers[brush[i]].mean()))
+            size = 2 * float(np.sqrt(half[i].prod() * 4 / np.pi * solid[brush[i]]))
             yield Path2D("dot", centers[i : i + 1], size, color, opacity)
         elif len(area):
             yield Path2D("area", area, 0.0, color, opacity)
@@ -186,6 +198,15 @@ def _covers(texture: StrokeTexture) -> Mask:
     )
     found = means[np.ix_(rows, columns)]
     return np.asarray(found >= np.quantile(found, 1 - float(coverage.mean())))
+
+
+@cache
+def _solid(texture: StrokeTexture) -> float:
+    """Mean coverage of a box by a brush; the outermost texels of an image lie half outside."""
+    if texture.kind != "image":
+        return np.pi / 4
+    rows, columns = (np.convolve(np.ones(max(n - 1, 1)), (0.5, 0.5)) for n in texture.coverage.shape)
+    return float(rows @ (texture.coverage / 255.0) @ columns / (rows.sum() * columns.sum()))
 
 
 def _areas(laid: LaidCoat, rows: Rows, covers: Sequence[Mask], brush: Rows) -> list[F64]:
@@ -226,8 +247,8 @@ def _fade(laid: LaidCoat, rows: Rows, places: F64) -> F64:
     return smoothstep(ahead / (tolerance / 2))
 
 
-def _lines(thin: Rows, laid: LaidCoat, runs: _Runs, covers: Sequence[Mask], brush: Rows) -> Iterator[Path2D]:
-    """Thin strokes as polylines; pieces whose rows and ends follow each other are one."""
+def _lines(thin: Rows, laid: LaidCoat, runs: _Runs, solid: F64) -> Iterator[Path2D]:
+    """Thin strokes as polylines; pieces of a line whose rows and ends follow each other are one."""
     boxes = laid.boxes
     thin = thin[np.lexsort((runs.starts[thin], boxes.ids[runs.boxes[thin]]))]
     rows = runs.boxes[thin]
@@ -237,27 +258,35 @@ def _lines(thin: Rows, laid: LaidCoat, runs: _Runs, covers: Sequence[Mask], brus
         boxes.centers[rows, None]
         + np.stack([runs.starts[thin], runs.ends[thin]], axis=1)[..., None] * axes[:, None]
     )
-    widths = 2 * half[:, 1] * [float(covers[k].mean()) for k in brush[thin]]
-    opacities = boxes.opacities[rows] * runs.shares[thin]
+    widths = 2 * half[:, 1] * solid[thin] * WIDER
+    opacities = boxes.opacities[rows] * runs.shares[thin] / WIDER
     colors = np.clip(boxes.colors[rows].astype(np.float64), 0, 1)
-    follows = np.diff(boxes.ids[rows].astype(np.int64), prepend=-2) <= 1
+    lines = laid.coat.chains
+    line = boxes.ids[rows].astype(np.int64)
+    follows = np.diff(line, prepend=-2) <= 1
+    line = line if lines is None else lines[line]
+    follows[1:] &= line[1:] == line[:-1]
     follows[1:] &= (colors[1:] == colors[:-1]).all(axis=1)
-    follows[1:] &= np.abs(widths[1:] - widths[:-1]) <= ALIKE * np.maximum(widths[1:], widths[:-1])
     starts = np.flatnonzero(~follows)
     for first, last in zip(starts, [*starts[1:], len(thin)], strict=True):
         yield from _joined(ends[first:last], widths[first:last], opacities[first:last], tuple(colors[first]))
 
 
 def _joined(ends: F64, widths: F64, opacities: F64, color: tuple[float, ...]) -> Iterator[Path2D]:
-    """Polylines of pieces [n, 2, 2] in a row; a gap begins a new one."""
+    """Polylines of pieces [n, 2, 2] in a row; a gap, or another pressure, begins a new one."""
     red, green, blue = map(float, color)
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     points, begin = [ends[0, 0], ends[0, 1]], 0
 
     def made(end: int) -> Path2D:
-        pieces = slice(begin, end)
-        mean = float(widths[pieces].mean()), (red, green, blue), float(opacities[pieces].mean())
-        return Path2D("line", np.array(points), *mean)
+        pieces, line = slice(begin, end), np.array(points)
+        weights = np.maximum(lengths[pieces], 1e-9)
+        width, opacity = (np.average(one[pieces], weights=weights) for one in (widths, opacities))
+        length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
+        overlap = max(float(weights.sum() / max(length, 1e-9)), 1.0)  # where pieces do, they add up
+        return Path2D("line", line, float(width), (red, green, blue), 1 - (1 - float(opacity)) ** overlap)
 
+    paint = widths * opacities
     for i in range(1, len(ends)):
         reach = JOINED * widths[i] + 1.0
         away = np.linalg.norm(points[-1] - ends[i], axis=1)
@@ -270,5 +299,8 @@ def _joined(ends: F64, widths: F64, opacities: F64, color: tuple[float, ...]) ->
             continue
         near = int(away.argmin())
         points[-1] = 0.5 * (points[-1] + ends[i, near])
+        if abs(paint[i] - paint[begin]) > ALIKE * max(paint[i], paint[begin]):
+            yield made(i)
+            points, begin = [points[-1]], i
         points.append(ends[i, 1 - near])
     yield made(len(ends))

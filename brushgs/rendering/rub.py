@@ -53,6 +53,11 @@ class Rub:
     strength: float
     wave: float
 
+    @property
+    def traits(self) -> str:
+        """See `Effect`."""
+        return "rubbed tones"
+
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
         """See `Effect`. Coverage never grows."""
         dtype, pixel = painted.rgb.dtype, canvas_scale(camera.width, camera.height)

@@ -3,6 +3,7 @@
 Texels of levels are defined in `brushgs.brushes.levels`; here they are packed, and cached per texture.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 from weakref import WeakKeyDictionary
@@ -17,7 +18,7 @@ from brushgs.brushes.levels import (
     level_gradient,
     stroke_levels,
 )
-from brushgs.brushes.texture import StrokeTexture, Tint
+from brushgs.brushes.texture import StrokeTexture
 from brushgs.core.native import core as _core
 from brushgs.options.choices import Filter
 from brushgs.rendering.relief import paint_height
@@ -73,39 +74,39 @@ def levels_for(
     chosen: list[tuple[int, list[Code]]] = []  # brushes in use, and the codes of their levels
     rows = brush_set.rows_of(where, boxes.brushes)
     if rows is not None:
-        of_box = np.zeros(len(boxes), np.uint16)
-        first = 0
-        for brush in np.flatnonzero(np.bincount(rows, minlength=1)).tolist():
-            own = np.flatnonzero(rows == brush)
-            codes, level = _levels_of(boxes.half_extents[own], brush_set.textures[brush], filter)
-            of_box[own] = first + level if len(level) else first
+        by_brush = np.argsort(rows, kind="stable")
+        counts = np.bincount(rows, minlength=1)
+        half_extents, in_order = boxes.half_extents[by_brush], np.zeros(len(boxes), np.uint16)
+        first, ends = 0, np.cumsum(counts)
+        for brush in np.flatnonzero(counts).tolist():
+            own = slice(ends[brush] - counts[brush], ends[brush])
+            codes, level = _levels_of(half_extents[own], brush_set.textures[brush], filter)
+            in_order[own] = first + level if len(level) else first
             chosen.append((brush, codes))
             first += len(codes)
+        of_box = np.empty_like(in_order)
+        of_box[by_brush] = in_order
     elif brush_set.kind == "image":
         codes, of_box = _levels_of(boxes.half_extents, brush_set.textures[0], filter)
         chosen.append((0, codes))
-    packed: list[_Packed] = []
-    tints, steps = _tints_of(brush_set, chosen, num_threads)
-    with_heights: list[NDArray[np.uint32]] = []
-    reaches = []
+    found: list[Level] = []
     for brush, codes in chosen:
-        texture = brush_set.textures[brush]
-        height, width = texture.coverage.shape
-        with_heights += _with_heights(texture, codes, num_threads) if heights else []
-        packed += _packed_levels(texture, codes, num_threads)
-        reaches += [(axis_levels(width)[u].scale, axis_levels(height)[v].scale) for u, v in codes]
-    shapes = [shape for _, shape in packed]
-    levels = _core.Levels(
-        pairs=[pairs for pairs, _ in packed],
-        sizes=np.array([shape[::-1] for shape in shapes], np.int32).reshape(-1, 2),
-        reaches=np.array(reaches, np.float64).reshape(-1, 2),
-        of_box=of_box,
-        pairs_with_height=with_heights,
-        tints=tints,
-        tint_steps=np.array(steps, np.float64),
-    )
+        found += packed_levels(brush_set.textures[brush], codes, heights=heights, num_threads=num_threads)
+    with_heights = [pairs for level in found if (pairs := level.pairs_with_height) is not None]
     brushes = [brush for brush, codes in chosen for _ in codes]
-    return TextureLevels(levels, brushes, [code for _, codes in chosen for code in codes], shapes)
+    tints = [brush_set.textures[brush].tint for brush in brushes]
+    is_colored = any(tint is not None for tint in tints)
+    levels = _core.Levels(
+        pairs=[level.pairs for level in found],
+        sizes=np.array([level.shape[::-1] for level in found], np.int32).reshape(-1, 2),
+        reaches=np.array([level.reaches for level in found], np.float64).reshape(-1, 2),
+        of_box=of_box,
+        pairs_with_height=with_heights if heights else [],
+        tints=[level.tints for level in found] if is_colored else [],
+        tint_steps=np.array([0.0 if tint is None else tint.step for tint in tints] if is_colored else []),
+    )
+    all_codes = [code for _, codes in chosen for code in codes]
+    return TextureLevels(levels, brushes, all_codes, [level.shape for level in found])
 
 
 def count_levels(boxes: Boxes, brush_set: BrushSet) -> tuple[int, int]:
@@ -143,78 +144,68 @@ def _levels_of(
     return [divmod(int(code), num_levels_v) for code in used], of_box
 
 
-T = TypeVar("T", bound=np.generic)
-_Packed = tuple[NDArray[np.uint16], tuple[int, int]]  # texels, and their rows and columns
-_cache: WeakKeyDictionary[StrokeTexture, dict[Code, _Packed]] = WeakKeyDictionary()
+@dataclass(frozen=True, eq=False, slots=True)
+class Level:
+    """A level of a brush as the core reads it, see raster.hpp.
 
-
-def _packed_levels(
-    texture: StrokeTexture, codes: list[Code], num_threads: int | None = None
-) -> list[_Packed]:
-    """Packed levels; missing ones are made together."""
-    of_texture = _cache.setdefault(texture, {})
-    missing = sorted(code for code in codes if code not in of_texture)
-    made = stroke_levels(texture.coverage, missing, num_threads=num_threads)
-    for code, (coverage, _) in zip(missing, made, strict=True):
-        of_texture[code] = _packed(coverage)
-    return [of_texture[code] for code in codes]
-
-
-_height_cache: WeakKeyDictionary[StrokeTexture, dict[Code, NDArray[np.uint32]]] = WeakKeyDictionary()
-
-
-def _with_heights(
-    texture: StrokeTexture, codes: list[Code], num_threads: int | None
-) -> list[NDArray[np.uint32]]:
-    """Packed levels with heights.
-
-    Missing ones are made together, and cached for `_packed_levels` too.
+    Attributes:
+        pairs: texels, each paired with the one below.
+        shape: rows and columns; single ones are doubled.
+        reaches: half extents along u and v, in those of the box.
+        pairs_with_height: the same with the height of the paint; None where nobody asked for it.
+        tints: of a coloured brush, its colours: a word a texel.
     """
-    of_texture, flat = _height_cache.setdefault(texture, {}), _cache.setdefault(texture, {})
-    missing = sorted(code for code in codes if code not in of_texture)
-    height = None if texture.height is None else paint_height(texture)
-    made = stroke_levels(texture.coverage, missing, height, num_threads=num_threads)
-    for code, (paint, raised) in zip(missing, made, strict=True):
-        pairs, shape = _packed(paint)
-        heights = pairs if raised is None else _packed(raised)[0]
-        flat[code] = pairs, shape
-        of_texture[code] = pairs | heights.astype(np.uint32) << np.uint32(16)
-    return [of_texture[code] for code in codes]
+
+    pairs: NDArray[np.uint16]
+    shape: tuple[int, int]
+    reaches: tuple[float, float]
+    pairs_with_height: NDArray[np.uint32] | None
+    tints: NDArray[np.uint32] | None
 
 
-def _tints_of(
-    brush_set: BrushSet, chosen: list[tuple[int, list[Code]]], num_threads: int | None
-) -> tuple[list[NDArray[np.uint32] | None], list[float]]:
-    """The colours and their steps of each level of brushes; empty where no brush has colours."""
-    tints: list[NDArray[np.uint32] | None] = []
-    steps: list[float] = []
-    if all(brush_set.textures[brush].tint is None for brush, _ in chosen):
-        return tints, steps
-    for brush, codes in chosen:
-        texture = brush_set.textures[brush]
-        tint = texture.tint
-        tints += [None] * len(codes) if tint is None else _packed_tints(texture, codes, num_threads)
-        steps += [0.0 if tint is None else tint.step] * len(codes)
-    return tints, steps
+_cache: WeakKeyDictionary[StrokeTexture, dict[Code, Level]] = WeakKeyDictionary()
 
 
-_tint_cache: WeakKeyDictionary[Tint, dict[Code, NDArray[np.uint32]]] = WeakKeyDictionary()
+def packed_levels(
+    texture: StrokeTexture, codes: list[Code], *, heights: bool = False, num_threads: int | None = None
+) -> list[Level]:
+    """Levels of a brush, with heights where they are asked for; missing ones are made together."""
+    known = _cache.setdefault(texture, {})
+    missing = sorted(
+        code for code in codes if code not in known or (heights and known[code].pairs_with_height is None)
+    )
+    if missing:
+        known |= zip(missing, _made(texture, missing, heights, num_threads), strict=True)
+    return [known[code] for code in codes]
 
 
-def _packed_tints(
-    texture: StrokeTexture, codes: list[Code], num_threads: int | None
-) -> list[NDArray[np.uint32]]:
-    """Levels of the colours of a brush as the core reads them: a word a texel."""
-    assert texture.tint is not None, "only of coloured brushes"
-    of_tint = _tint_cache.setdefault(texture.tint, {})
-    missing = sorted(code for code in codes if code not in of_tint)
-    for code, channels in zip(missing, tint_levels(texture, missing, num_threads), strict=True):
-        words = np.zeros(channels.shape[:2], np.uint32)
-        for c in range(3):
-            words |= channels[..., c].astype(np.uint32) << np.uint32(8 * c)
-        words = _doubled(words)
-        of_tint[code] = np.append(np.concatenate([words, words[-1:]]).ravel(), np.uint32(0))
-    return [of_tint[code] for code in codes]
+def _made(
+    texture: StrokeTexture, codes: list[Code], heights: bool, num_threads: int | None
+) -> Iterator[Level]:
+    rows, columns = (axis_levels(count) for count in texture.coverage.shape)
+    height = paint_height(texture) if heights and texture.height is not None else None
+    made = stroke_levels(texture.coverage, codes, height, num_threads=num_threads)
+    colors = [None] * len(codes) if texture.tint is None else tint_levels(texture, codes, num_threads)
+    for (u, v), (paint, raised), tints in zip(codes, made, colors, strict=True):
+        pairs = _paired(paint)
+        of_height = pairs if raised is None else _paired(raised)
+        yield Level(
+            np.append(pairs.ravel(), np.uint16(0)),
+            (pairs.shape[0], pairs.shape[1]),
+            (columns[u].scale, rows[v].scale),
+            np.append((pairs | of_height.astype(np.uint32) << np.uint32(16)).ravel(), np.uint32(0))
+            if heights
+            else None,
+            None if tints is None else _packed_tints(tints),
+        )
+
+
+def _packed_tints(channels: NDArray[np.uint8]) -> NDArray[np.uint32]:
+    words = np.zeros(channels.shape[:2], np.uint32)
+    for c in range(3):
+        words |= channels[..., c].astype(np.uint32) << np.uint32(8 * c)
+    words = _doubled(words)
+    return np.append(np.concatenate([words, words[-1:]]).ravel(), np.uint32(0))
 
 
 def tint_levels(
@@ -232,6 +223,9 @@ def tint_levels(
     ]
 
 
+T = TypeVar("T", bound=np.generic)
+
+
 def _doubled(texels: NDArray[T]) -> NDArray[T]:
     """Texels with single rows and columns twice: bilinear sampling needs two."""
     for axis in (0, 1):
@@ -240,9 +234,7 @@ def _doubled(texels: NDArray[T]) -> NDArray[T]:
     return texels
 
 
-def _packed(coverage: NDArray[np.uint8]) -> _Packed:
-    """One packed level: each texel paired with the one below."""
-    texels = _doubled(coverage.astype(np.uint16))
-    below = np.concatenate([texels[1:], texels[-1:]])
-    pairs = np.append((texels | below << 8).ravel(), np.uint16(0))
-    return pairs, (texels.shape[0], texels.shape[1])
+def _paired(texels: NDArray[np.uint8]) -> NDArray[np.uint16]:
+    """Texels, each with the one below it in the high byte; the last row with itself."""
+    words = _doubled(texels.astype(np.uint16))
+    return np.asarray(words | np.concatenate([words[1:], words[-1:]]) << np.uint16(8))

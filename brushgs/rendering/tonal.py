@@ -26,9 +26,9 @@ BROAD, BROAD_EDGE = 12.0, 0.10  # the same for the masses that become black
 JUMP = 0.05  # of the depth, beyond which what is nearer crosses what is behind
 HALO = 3.0  # px of paper that are left there
 THINNING, STEEP = 6.0, 1.6  # px beyond a sharp outline that thinning ink reaches, and its contrast
-SHARP = 0.9  # px, standard deviation of the last smoothing, in place of the steps of pixels
+SHARP = 0.6  # px, standard deviation of the last smoothing, in place of the steps of pixels
 FADED = (0.6, 1.1)  # areas over the least one at which a region is paper, and wholly black
-LAID, SKIRT = 0.6, 2.0  # share from which a pixel counts as ink, and px of the soft edge around it
+LAID, SKIRT = 0.8, 2.0  # share from which a pixel counts as ink, and px of the soft edge around it
 EDGE = 1.6  # px, standard deviation of the smoothing of the outline of blacks
 ROUND = 0.5  # share of a mask within `EDGE` at which its outline runs
 LOWEST, HIGHEST, ROUNDS = 0.06, 0.46, 7  # tones between which the threshold lies, and halvings of these
@@ -135,6 +135,11 @@ class Blacks:
     ink: tuple[float, float, float]
     paper: tuple[float, float, float]
     softness: float = 0.0
+
+    @property
+    def traits(self) -> str:
+        """See `Effect`."""
+        return "spot blacks" if self.threshold > 0 else "hard edges of paper"
 
     def __call__(self, painted: Frame, camera: Camera, surface: object = None) -> Frame:
         """See `Effect`."""

@@ -138,6 +138,11 @@ class WetLayer:
     washes: Washes = field(default=Washes())
     smoothing: tuple[Wash, Wash, Wash] = WASHES
 
+    @property
+    def traits(self) -> str:
+        """See `Effect`."""
+        return "washes that run and gather"
+
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
         """The wet layer as covering paint: its paper hides what lies below the strokes."""
         return _on_part(self._laid, painted, camera, surface)
@@ -188,6 +193,11 @@ class ShadowWash:
 
     anchor: Anchor
     washes: Washes = field(default=Washes())
+
+    @property
+    def traits(self) -> str:
+        """See `Effect`."""
+        return "washes that run and gather"
 
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
         """The tint of the wash."""

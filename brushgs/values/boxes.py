@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.values.arrays import Array, check
-from brushgs.values.columns import RowChoice, check_finite, check_rows, freeze_columns, row_choice
+from brushgs.values.columns import RowChoice, check_finite, check_rows, freeze_columns, take_rows
 
 # Layers of a frame beside its colour: field of `Frame` -> column of `Boxes`, [M] or [M, channels]. A layer is
 # the alpha-weighted mean of its column; boxes without the column give frames without the layer. The core's
@@ -98,10 +98,8 @@ class Boxes:
 
     def take(self, rows: RowChoice) -> "Boxes":
         """Rows chosen as in `Gaussians.take`; their order must keep depths ascending."""
-        chosen = row_choice("Boxes", rows)
         columns = {f.name: getattr(self, f.name) for f in fields(self)}
-        taken: dict[str, Any] = {n: None if c is None else c[chosen] for n, c in columns.items()}
-        return Boxes(**taken)
+        return Boxes(**take_rows("Boxes", columns, rows))
 
     def __getitem__(self, rows: RowChoice) -> "Boxes":
         """Same as `take`."""

@@ -91,21 +91,33 @@ def _converted(where: str, name: str, values: NDArray[Any], dtype: np.dtype[Any]
     return column
 
 
-def row_choice(where: str, rows: RowChoice) -> NDArray[Any] | slice:
-    """A row choice as a NumPy index: a slice, or an array of integers or bools.
+def take_rows(where: str, columns: Mapping[str, Any], rows: RowChoice) -> dict[str, Any]:
+    """Rows of every column, in the order of the choice; columns that are None stay None.
 
     Raises:
-        TypeError: if it is something else; the message starts with `where`.
+        TypeError: if the choice is not a slice, or a list or an array of numbers or of bools; the message
+            starts with `where`.
+        IndexError: if a row is out of range, or a mask has another length.
     """
-    if isinstance(rows, slice):
-        return rows
-    chosen = np.asarray(rows)
-    if chosen.ndim != 1 or (chosen.dtype.kind not in "iub" and chosen.size):
-        given = f"{rows!r}" if chosen.ndim == 0 else f"{chosen.dtype} of shape {list(chosen.shape)}"
-        raise TypeError(
-            f"{where}: rows must be a slice, or a list or an array of numbers or of bools, got {given}"
-        )
-    return chosen if chosen.size else chosen.astype(bool if chosen.dtype.kind == "b" else np.intp)
+    chosen = rows if isinstance(rows, slice) else np.asarray(rows)
+    if isinstance(chosen, np.ndarray):
+        if chosen.ndim != 1 or (chosen.dtype.kind not in "iub" and chosen.size):
+            given = f"{rows!r}" if chosen.ndim == 0 else f"{chosen.dtype} of shape {list(chosen.shape)}"
+            raise TypeError(
+                f"{where}: rows must be a slice, or a list or an array of numbers or of bools, got {given}"
+            )
+        if chosen.dtype.kind == "b":
+            num_rows = len(next(column for column in columns.values() if column is not None))
+            if len(chosen) != num_rows:
+                raise IndexError(f"{where}: a mask must have {num_rows} rows, got {len(chosen)}")
+            chosen = np.flatnonzero(chosen)
+        chosen = chosen.astype(np.intp, copy=False)
+
+    def taken(column: Any) -> Any:
+        # 5 to 60 times as fast as column[chosen] for columns of two or three numbers
+        return column[chosen] if isinstance(chosen, slice) else column.take(chosen, axis=0)
+
+    return {name: None if column is None else taken(column) for name, column in columns.items()}
 
 
 def check_finite(where: str, value: Any) -> None:

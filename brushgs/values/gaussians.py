@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.values.arrays import Array, check
-from brushgs.values.columns import RowChoice, check_finite, check_rows, freeze_columns, row_choice
+from brushgs.values.columns import RowChoice, check_finite, check_rows, freeze_columns, take_rows
 
 SH_TERMS = {1: 0, 4: 1, 9: 2, 16: 3}  # number of spherical-harmonic terms -> degree
 GAUSSIAN_COLUMNS = (
@@ -129,10 +129,7 @@ class Gaussians:
             TypeError: for anything else, such as a single number.
             IndexError: if a row is out of range, or a mask has another length.
         """
-        chosen = row_choice("Gaussians", rows)
-        columns = self.columns() | self._integers()
-        taken: dict[str, Any] = {name: c if c is None else c[chosen] for name, c in columns.items()}
-        return replace(self, **taken)
+        return replace(self, **take_rows("Gaussians", self.columns() | self._integers(), rows))
 
     def __getitem__(self, rows: RowChoice) -> "Gaussians":
         """Same as `take`."""

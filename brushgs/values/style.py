@@ -1,7 +1,8 @@
 """A style, learnt from a painting or from an edit of a scene, that applies to any scene.
 
 It travels as a file, see `formats.styles`. A style of a painting has a palette and marks, one of an edit
-has an edit. Colours are display-encoded RGB, 0 to 1; lengths are shares of the shorter side of the painting.
+has an edit. Colours are display-encoded RGB, 0 to 1; lengths are shares of the shorter side of the painting,
+and of a narrower one than 4:3 of that of 4:3 of the same area.
 """
 
 from dataclasses import dataclass
@@ -112,6 +113,25 @@ class MarkDictionary:
         weights = self.texels[..., 3].astype(np.float64)
         squares = (weights * self.residuals[..., 0].astype(np.float64) ** 2).sum(axis=(1, 2))
         return np.asarray(np.sqrt(squares / np.maximum(weights.sum(axis=(1, 2)), 1)))
+
+    @property
+    def mean_contrast(self) -> float:
+        """The mean over the painting of the contrast within its marks, OKLab."""
+        return float(np.average(self.contrasts, weights=self.shares))
+
+    def factors_at(self, ranks: F64) -> F64:
+        """Contrasts over their mean, below which such shares of the painting's marks lie, 0 to 1.
+
+        Of the shape of `ranks`; 1 where no mark has any contrast.
+        """
+        mean = self.mean_contrast
+        if mean == 0:
+            return np.ones_like(ranks)
+        order = np.argsort(self.contrasts, kind="stable")
+        shares = self.shares[order].astype(np.float64)
+        return np.interp(
+            ranks, (np.cumsum(shares) - 0.5 * shares) / shares.sum(), self.contrasts[order] / mean
+        )
 
     def first(self, num: int) -> "MarkDictionary":
         """The `num` most frequent kinds of marks."""

@@ -219,8 +219,10 @@ def of_drawing(p: Painting) -> list[Shortcut]:
     def made(codes: list[tuple[int, int]], together: bool) -> list[Array]:
         texture_levels._cache.pop(p.texture, None)
         if together:
-            return [texture_levels._packed_levels(p.texture, codes)[codes.index(code)][0] for code in used]
-        return [texture_levels._packed(levels.level_coverage(p.texture.coverage, *code))[0] for code in used]
+            made_together = texture_levels.packed_levels(p.texture, codes)
+            return [made_together[codes.index(code)].pairs[:-1] for code in used]
+        alone = (levels.level_coverage(p.texture.coverage, *code) for code in used)
+        return [texture_levels._paired(texels).ravel() for texels in alone]
 
     def threads(asked: int) -> list[Array]:
         with patch.object(ops, "num_threads_or_default", lambda _: asked):

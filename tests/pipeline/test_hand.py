@@ -44,7 +44,10 @@ def test_held_frames_are_equal_where_the_camera_is_held_and_painted_once(scene):
     assert stage(report, "paint").counts["repeated"] == 3
 
 
-@pytest.mark.parametrize("hand", [{"hold": 2, "boil": 0.5, "redraw": 2.0}, {"boil": 0.5, "boil_every": 2}])
+ALL = {"hold": 2, "boil": 0.5, "redraw": 2.0, "smear": 1.0}
+
+
+@pytest.mark.parametrize("hand", [ALL, {"boil": 0.5, "boil_every": 2}])
 def test_a_frame_alone_is_that_of_the_film(scene, hand):
     made = replace(by_hand(**hand), rules=None)
     paint(scene, "all/", paint_config=made)

@@ -7,8 +7,10 @@ import pytest
 
 import brushgs as bg
 from brushgs.options.hand import Pace
+from brushgs.rendering import hand as hand_module
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.hand import Hand, Rhythm, Seen
+from brushgs.rendering.drawn_anew import SIZE, TURN
+from brushgs.rendering.hand import LAID_ASIDE, Hand, Rhythm, Seen
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
 from tests.scenes import still_life_of
@@ -18,9 +20,8 @@ BRUSHES = bg.BrushSet.open(["flat", "flat_2", "dab"])
 COLUMNS = ("centers", "half_extents", "angles", "depths", "colors", "opacities", "ids", "brushes")
 
 
-@pytest.fixture(scope="module")
-def coat():
-    strokes = bg.cluster(still_life_of(2000), 120)
+def coat_of(strokes):
+    """Strokes in two parts, left and right."""
     g = np.random.default_rng(0)
     strokes = replace(
         strokes,
@@ -31,8 +32,17 @@ def coat():
 
 
 @pytest.fixture(scope="module")
+def coat():
+    return coat_of(bg.cluster(still_life_of(2000), 120))
+
+
+@pytest.fixture(scope="module")
 def seen(coat):
-    cameras = bg.orbit(coat.strokes, NUM_FRAMES, width=64, height=48)
+    return frames_of(coat, bg.orbit(coat.strokes, NUM_FRAMES, width=64, height=48))
+
+
+def frames_of(coat, cameras):
+    """Gives the coat in each frame."""
     track = track_directions(coat.strokes, [*cameras, cameras[0]])
     frames = [Seen(coat, camera, track.directions(index)) for index, camera in enumerate(cameras)]
     return frames.__getitem__
@@ -40,7 +50,8 @@ def seen(coat):
 
 def hand(coat, *paces, every=3, is_loop=False, places=None, **options):
     """A film of these paces: of what is in no part, then of the parts."""
-    rhythms = {coat.name: Rhythm.of(coat, places)}
+    rhythm = Rhythm.of(coat, paces, NUM_FRAMES / FPS, is_loop=is_loop, places=places)
+    rhythms = {coat.name: rhythm}
     return Hand(paces, every, False, FPS, NUM_FRAMES, is_loop, rhythms, **options)
 
 
@@ -93,8 +104,9 @@ def test_parts_are_held_at_their_own_rates_and_none_leaves_its_place(coat, seen)
 @pytest.mark.parametrize(("hold", "every", "numbers"), [(1, 3, [0, 0, 0, 1]), (2, 3, [0, 0, 0, 0, 1, 1])])
 def test_what_boils_is_drawn_anew_at_whole_holds(coat, hold, every, numbers):
     pace = Pace(hold, 0.5)
-    film = hand(coat, pace, every=every)
+    film = hand(coat, pace, pace, every=every)
     assert [film.drawing(film.starts(index)[0], pace) for index in range(len(numbers))] == numbers
+    assert film.beat == len(numbers) - numbers.count(1)
 
 
 def test_boil_of_a_part_leaves_the_others(coat, seen):
@@ -140,21 +152,34 @@ def test_a_loop_closes_and_lays_as_much_as_was_asked_for(coat, seen, rate, wave)
     for index in (0, 3):
         first, again = (film.boxes(at, lambda _: seen(0)) for at in (index, index + NUM_FRAMES))
         assert same(first, again)
-    is_open = replace(film, is_loop=False)
+    is_open = hand(coat, Pace(redraw=rate), Pace(redraw=rate), places=places)
     first, again = (is_open.boxes(at, lambda _: seen(0)) for at in (0, NUM_FRAMES))
     assert not same(first, again)  # what is asserted above is no matter of course
     # Strokes laid in the film, by area.
     scales = np.sort(coat.strokes.scales, axis=1)
     paint = scales[:, 1] * scales[:, 2] * coat.strokes.opacities
-    rows = np.arange(len(paint))
-    periods, _, _ = film._periods(film.rhythms["strokes"], rows, np.full(len(paint), rate))
-    assert (periods * paint).sum() / paint.sum() == pytest.approx(rate, rel=0.35)
+    rates = film.rhythms["strokes"].rates
+    assert (rates * paint).sum() / paint.sum() == pytest.approx(rate, rel=0.35)
+
+
+@pytest.mark.parametrize("blend", ["cover", "glaze"])
+def test_transparent_paint_is_never_there_twice(coat, seen, blend):
+    """What is left of the old stroke begins where the new one ends; paint that covers hides it longer."""
+    boxes = hand(coat, *[Pace(redraw=2)] * 2).boxes(
+        5, lambda k: replace(seen(k), coat=replace(coat, blend=blend))
+    )
+    new = np.flatnonzero(boxes.ids[1:] == boxes.ids[:-1])
+    lengths = boxes.half_extents[new, 0] + boxes.half_extents[new + 1, 0]
+    row_of = {stroke: row for row, stroke in enumerate(seen(5).boxes.ids.tolist())}
+    whole = seen(5).boxes.half_extents[[row_of[stroke] for stroke in boxes.ids[new].tolist()], 0]
+    assert len(new) > 5
+    assert (np.max(lengths / whole) < np.exp(SIZE * LAID_ASIDE) + 1e-5) == (blend == "glaze")
 
 
 def test_large_strokes_are_laid_seldom(coat):
-    rarity = Rhythm.of(coat, None).rarity
+    rates = Rhythm.of(coat, [Pace(redraw=1)] * 2, 1.0).rates
     areas = np.sort(coat.strokes.scales, axis=1)[:, 1:].prod(axis=1)
-    assert rarity[np.argmax(areas)] > rarity[np.argmin(areas)] == 1
+    assert 0 < rates[np.argmax(areas)] < rates[np.argmin(areas)] == rates.max()
 
 
 def test_what_moves_fast_trails_thinner_strokes_behind_it(coat, seen):
@@ -165,3 +190,109 @@ def test_what_moves_fast_trails_thinner_strokes_behind_it(coat, seen):
     i, j = paired(boxes, now)  # the first of each stroke is itself
     assert np.array_equal(boxes.centers[i], now.centers[j])
     assert same(film.boxes(4, lambda _: seen(4)), now)
+
+
+def turned(boxes, others):
+    """[M] by how much each box is turned against the one of its stroke among others, radians."""
+    row_of = np.zeros(boxes.ids.max() + 1, int)
+    row_of[others.ids] = np.arange(len(others))
+    steps = boxes.angles - others.angles[row_of[boxes.ids]]
+    return np.abs((steps + np.pi) % (2 * np.pi) - np.pi)
+
+
+def asked_for(pace):
+    """By how much a pace turns strokes at most, radians, with the rounding of float32."""
+    return TURN * (pace.boil**2 + LAID_ASIDE * (pace.redraw > 0)) + 1e-5
+
+
+@pytest.mark.parametrize("pace", [Pace(2), Pace(3, 0.5), Pace(1, 0.3, 1.0), Pace(2, 1.0, 4.0)])
+def test_strokes_turn_by_what_was_asked_for_and_no_more(coat, seen, pace):
+    film = hand(coat, pace, pace)
+    steps = [
+        turned(film.boxes(k, seen), seen(film.starts(k)[0]).boxes) for k in range(6) if k % pace.hold == 0
+    ]
+    most = max(step.max() for step in steps)
+    assert most <= asked_for(pace)
+    assert most > asked_for(replace(pace, boil=0.8 * pace.boil, redraw=0.0)) or not (pace.boil or pace.redraw)
+
+
+NUM_RESTING = 48
+LIVELY = {"boil": 0.5, "redraw": 1.0}
+
+
+def film_at_rest(coat, seen, pace, every):
+    """[F, H, W] light of the frames of a film before a camera at rest."""
+    film, size = hand(coat, pace, pace, every=every), {"height": 48, "width": 64}
+    boxes = (film.boxes(index, lambda _: seen(0)) for index in range(NUM_RESTING))
+    return np.stack([bg.rasterize(one, BRUSHES, **size).over((1, 1, 1)).mean(axis=2) for one in boxes])
+
+
+def share_at(rate, energy):
+    """Share of the changing energy of a film at a rate and its multiples; `energy` is of each change, [F]."""
+    spectrum = np.abs(np.fft.rfft(energy - energy.mean())) ** 2
+    period = len(energy) * rate // FPS
+    return spectrum[period::period].sum() / spectrum.sum()
+
+
+@pytest.mark.parametrize(
+    ("pace", "every", "is_held"),
+    [
+        (Pace(3, **LIVELY), 3, True),
+        (Pace(1, **LIVELY), 1, False),
+        (Pace(2, **LIVELY), 2, False),
+    ],
+)
+def test_a_held_film_changes_at_the_rate_of_its_drawings_alone(coat, seen, pace, every, is_held):
+    """On threes at 12 frames a second: at 4 Hz and its multiples. Other rates break the law."""
+    frames = film_at_rest(coat, seen, pace, every)
+    energy = np.square(np.roll(frames, -1, axis=0) - frames).mean(axis=(1, 2))[: NUM_RESTING - 3]
+    assert (share_at(FPS // 3, energy) > 0.8) == is_held
+
+
+def largest_line(frames):
+    """Largest share of the energy of all pixels at one frequency."""
+    spectra = np.square(np.abs(np.fft.rfft(frames - frames.mean(axis=0), axis=0))).sum(axis=(1, 2))
+    return spectra.max() / spectra.sum()
+
+
+def test_drawings_that_do_not_come_back_have_no_line_in_the_spectrum(coat, seen):
+    frames = film_at_rest(coat, seen, Pace(2, boil=0.5), 2)
+    assert largest_line(frames) < 0.2
+    cycle_of_three = frames[np.arange(NUM_RESTING) % 6]
+    assert largest_line(cycle_of_three) > 0.4  # what the guide says of such a cycle
+
+
+def sheet(columns=16, rows=12):
+    """An upright sheet of paint, one stroke thick, on nothing."""
+    g = np.random.default_rng(1)
+    x, y = np.meshgrid(np.linspace(-2, 2, columns), np.linspace(-1.5, 1.5, rows))
+    count, angles = x.size, g.uniform(0, np.pi, x.size)
+    means = np.stack([x.ravel(), y.ravel(), g.uniform(0, 0.1, count)], axis=1)
+    quats = np.stack([np.cos(angles / 2), 0 * angles, 0 * angles, np.sin(angles / 2)], axis=1)
+    columns = means, quats, np.tile([0.3, 0.15, 0.01], (count, 1)), np.ones(count), np.zeros((count, 1, 3))
+    return bg.Gaussians(*(column.astype(np.float32) for column in columns))
+
+
+def test_no_paper_opens_where_parts_on_different_rates_meet(monkeypatch):
+    """A gap is a pixel without paint that has it both where all parts are held and where none is."""
+    coat, size = coat_of(sheet()), {"width": 64, "height": 48}
+    ways = [(0.3 * index, 0.05 * index) for index in range(6)]  # 4 pixels a frame
+    cameras = [bg.Camera.look_at((*way, -6), (*way, 0), fov_y=0.6, **size) for way in ways]
+    seen = frames_of(coat, cameras)
+
+    def painted(index, *holds):
+        boxes = hand(coat, *(Pace(hold) for hold in holds)).boxes(index, seen)
+        return bg.rasterize(boxes, BRUSHES, **size).alpha
+
+    def gaps():
+        """Largest share of the picture."""
+        least = [np.minimum(painted(k, 1, 1), painted(k, 3, 3)) for k in range(6)]
+        rates = [(1, 3), (3, 1), (2, 3)]
+        return max(
+            ((least[k] > 0.5) & (painted(k, *holds) < 0.25)).mean() for k in range(6) for holds in rates
+        )
+
+    assert gaps() == 0
+    # Planted: what is held stays where it was in the picture.
+    monkeypatch.setattr(hand_module, "projected", lambda coat, ids, camera: np.zeros((len(ids), 2)))
+    assert gaps() > 0.005

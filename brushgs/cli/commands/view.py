@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from brushgs.cli import flags
+from brushgs.cli.clips import open_clip
 from brushgs.cli.configs import look_of, paint_config, scene_source
 from brushgs.cli.console import reported
 from brushgs.cli.words import NOT_PAINTED, pieces_of, words_of
@@ -61,7 +62,7 @@ class Browser(Options, frozen=True):
 
 
 # Flags that `brushgs render` does not have.
-OF_THE_VIEWER = {"save", "scenes", *(row.field for kind in (ServerConfig, Browser) for row in rows_of(kind))}
+OF_THE_VIEWER = {row.field for kind in (Own, Scene, ServerConfig, Browser) for row in rows_of(kind)}
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -139,6 +140,7 @@ def session_of(args: Namespace) -> "Session":
         args.output,
         writes_metadata=not args.no_metadata,
         saved=saved_options(args),
+        clip_of=lambda source: open_clip(args, source),
     )
 
 
@@ -165,11 +167,12 @@ def saved_options(args: Namespace) -> "SavedOptions | None":
 
 
 def _with(args: Namespace, overrides: Mapping[str, Any]) -> Namespace:
-    """The namespace with overridden values; palette file None removes the palette."""
+    """The namespace with overridden values; None removes one, and with a palette file its other options."""
     changed = {**vars(args), **overrides}
-    if changed.get("palette.file", "") is None:
-        changed = {name: value for name, value in changed.items() if not name.startswith("palette.")}
-    return Namespace(**changed)
+    removed = {name for name in overrides if overrides[name] is None}
+    if "palette.file" in removed:
+        removed |= {name for name in changed if name.startswith("palette.")}
+    return Namespace(**{name: value for name, value in changed.items() if name not in removed})
 
 
 def _named(

@@ -86,7 +86,7 @@ def _lines_of(paths: Paths, description: str) -> Iterator[str]:
 def _layer(name: str, label: str, group: PathGroup | None) -> str:
     style = ""
     if group is not None:
-        style = ' stroke-linecap="round" stroke-linejoin="round"' + ' class="glaze"' * group.multiplies
+        style = ' stroke-linecap="butt" stroke-linejoin="round"' + ' class="glaze"' * group.multiplies
     identity = "coat-" + _NAME.sub("-", name).strip("-").lower()
     return f'<g id="{identity}" inkscape:label={quoteattr(label)} inkscape:groupmode="layer"{style}>\n'
 
@@ -124,7 +124,7 @@ def _shape(path: Path2D, steps: int) -> str:
         return f'<path d="{_drawn(path.points)}z" fill="{code}"{seen}/>\n'
     x, y = path.points[0]
     if path.kind == "dot":
-        return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{path.width / 2:.2f}" fill="{code}"{seen}/>\n'
+        return f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{path.width / 2:.2f}" fill="{code}"{seen}/>\n'
     along, across = path.points[1] - path.points[0], path.points[2] - path.points[0]
     angle = math.degrees(math.atan2(along[1], along[0]))
     radii = f'rx="{np.hypot(*along):.1f}" ry="{np.hypot(*across):.1f}"'

@@ -130,7 +130,8 @@ def check_motion(comparison: Comparison) -> None:
 
 def _schedule(comparison: Comparison, config: StabilityConfig) -> FrameSchedule:
     closes = comparison.moving is None and is_closed(comparison.strokes, comparison.cameras)
-    return FrameSchedule(len(comparison.cameras), closes, config)
+    beat = 1 if comparison.by_hand is None else comparison.by_hand[0].beat
+    return FrameSchedule(len(comparison.cameras), closes, config, beat)
 
 
 class _Looks:

@@ -1,6 +1,7 @@
 """The schedule of a path: which frames are painted and compared, and how long each is kept."""
 
 from collections.abc import Iterator
+from math import gcd
 
 import numpy as np
 
@@ -11,6 +12,12 @@ NUM_JUDGED = 12  # frames of which SSIM and UIQM are taken: both take longer tha
 
 class FrameSchedule:
     """The frames of a path that a `StabilityConfig` needs.
+
+    Args:
+        num_frames: see below.
+        is_closed: see below.
+        config: gaps, and number of comparisons.
+        beat: frames after which what is made by hand begins anew; pairs begin at all of its moments.
 
     Attributes:
         num_frames: frames of the path; a closed one repeats its first.
@@ -23,10 +30,12 @@ class FrameSchedule:
         judged: painted frames whose similarity to the plain picture is measured, ascending.
     """
 
-    def __init__(self, num_frames: int, is_closed: bool, config: StabilityConfig) -> None:
+    def __init__(self, num_frames: int, is_closed: bool, config: StabilityConfig, beat: int = 1) -> None:
         self.num_frames, self.is_closed = num_frames, is_closed
         self.gaps = [gap for gap in config.gaps if gap < num_frames]
         self.stride = -(-(num_frames - 1) // config.pairs)
+        while gcd(self.stride, beat) > 1:
+            self.stride += 1
         self.last_use: dict[int, int] = {}
         for gap in self.gaps:
             for start in self.starts(gap):

@@ -163,10 +163,12 @@ def page_contents(
         paints, are left out.
     """
     collected = _Collected()
-    if any(coat.effect is not None for coat in painting.coats):
-        collected.omit("what is rubbed, runs or gathers on paper is not in the page: strokes lie one by one")
+    is_hiding = [_is_hiding(coat, collected) for coat in painting.coats]
     painting = painting.without_effects()
-    coats = [_coat(number, coat, view.center, collected) for number, coat in enumerate(painting.coats)]
+    coats = [
+        {**_coat(number, coat, view.center, collected), "isHiding": is_hiding[number]}
+        for number, coat in enumerate(painting.coats)
+    ]
     surface = None if painting.surface is None else _surface(painting.surface, collected)
     behind = None if background is None else np.asarray(background, np.float64)
     if surface is None and behind is not None and behind.ndim == 3:
@@ -221,6 +223,18 @@ def _add_motion(
                 for name, values in columns.items()
             }
             header["coats"][number]["motion"] = {**numbers, "arrays": arrays}
+
+
+def _is_hiding(coat: "Coat", collected: _Collected) -> bool:
+    """Whether a coat hides what lies below with the hard edge of paper. Notes effects that are left out."""
+    from brushgs.rendering.tonal import Blacks
+
+    effect = coat.effect
+    if isinstance(effect, Blacks) and effect.threshold == 0:
+        return True
+    if effect is not None:
+        collected.omit(f"{effect.traits} are not in the page: strokes lie one by one")
+    return isinstance(effect, Blacks)
 
 
 def shown_by(coat: "Coat") -> Gaussians:

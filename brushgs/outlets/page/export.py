@@ -68,10 +68,8 @@ def export_file(
     check_output(output, PAGE_SUFFIXES, inputs=inputs if stops is None else (*inputs, stops))
     led_to = [] if stops is None else read_stops(stops)
     of_scene: SceneSource | Clip = source
-    if isinstance(scene, Clip):  # a page knows no path: it paints every moment as a still
-        of_scene, draw = scene, config.draw
-        stills = replace(draw, lock=draw.lock or "anchor", order=draw.order or "depth")
-        config = replace(config, draw=stills)
+    if isinstance(scene, Clip):
+        of_scene, config = scene, of_stills(config)
     prepared = prepare(of_scene, config, report, asks=(*PICTURE, "first_view"))
     motion = None if prepared.moving is None else PageMotion.of(prepared.moving)
     write_page(
@@ -90,6 +88,13 @@ def export_file(
     )
     report.output = str(output)
     return report
+
+
+def of_stills(config: PaintConfig) -> PaintConfig:
+    """The options of a moving scene for a page, which knows no path: it paints every moment as a still."""
+    draw = config.draw
+    stills = replace(draw, lock=draw.lock or "anchor", order=draw.order or "depth")
+    return replace(config, draw=stills)
 
 
 def read_stops(path: Path) -> list[Stop]:

@@ -47,6 +47,7 @@ SCRIPTS = (
     "live_fields.js",
     "live_outputs.js",
     "live_where.js",
+    "live_point.js",
     "live_scene.js",
     "live.js",
     "app.js",

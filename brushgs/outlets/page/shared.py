@@ -9,6 +9,7 @@ from types import MappingProxyType
 from brushgs.brushes import levels
 from brushgs.brushes.texture import FITTED_REACH, KERNEL_SIGMAS, TINT_ZERO
 from brushgs.cameras.framing import NEAR_SHARE
+from brushgs.options.page import UNDERPAINT_STEP
 from brushgs.rendering import (
     border,
     canvas,
@@ -22,6 +23,7 @@ from brushgs.rendering import (
     relief,
     streaks,
     surface,
+    tonal,
     tooth,
 )
 from brushgs.values.hashing import GOLDEN_32
@@ -51,7 +53,9 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "SOLID_BELOW": depth_test.SOLID,
         "DARKEST": glaze.DARKEST,
         "TOOTH_SOFTNESS": tooth.SOFTNESS,
+        "HIDES_BOUNDS": (tonal.CLEAR, tonal.SOLID),
         "CARRIED": canvas.CARRIED,
+        "UNDERPAINT_STEP": UNDERPAINT_STEP,
         "UNDERPAINT_THICKNESS": relief.UNDERPAINT_THICKNESS,
         "CANVAS_PIXELS": relief.CANVAS_PIXELS,
         "LIGHT_REACH": light.REACH,

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.options.page import HEADSET_FRAGMENTS, PHONE_BYTES, PHONE_FRAGMENTS
+from brushgs.options.page import HEADSET_FRAGMENTS, PHONE_BYTES, PHONE_FRAGMENTS, UNDERPAINT_STEP
 from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.coat import Coat
 from brushgs.values.boxes import Boxes
@@ -35,6 +35,12 @@ class Weight:
     def overdraw(self) -> float:
         """Mean number of fragments per painted pixel."""
         return self.fragments / max(self.painted, 1)
+
+    @property
+    def moving(self) -> float:
+        """Mean number of fragments per pixel of a picture that moves, whose underpaint is a small layer."""
+        behind = self.fragments - self.fragments_bare
+        return (self.fragments_bare + behind / UNDERPAINT_STEP**2) / self.pixels + (behind > 0)
 
     @property
     def per_pixel(self) -> float:
@@ -76,9 +82,11 @@ def warnings_of(weight: Weight, num_bytes: int) -> list[str]:
             "--strokes make it smaller"
         )
     limits = (("a phone", PHONE_FRAGMENTS), ("a headset", HEADSET_FRAGMENTS))
-    slow = [f"{name} (over {limit:g})" for name, limit in limits if weight.per_pixel > limit]
+    slow = [f"{name} (over {limit:g})" for name, limit in limits if weight.moving > limit]
     if slow:
-        fact = f"a pixel is painted {weight.per_pixel:.1f} times in the mean, slow on {' and '.join(slow)}"
+        fact = (
+            f"a moving pixel is painted {weight.moving:.1f} times in the mean, slow on {' and '.join(slow)}"
+        )
         bare = weight.fragments_bare / weight.pixels
-        found.append(fact if bare == weight.per_pixel else f"{fact}; --underpaint off leaves {bare:.1f}")
+        found.append(fact if bare == weight.moving else f"{fact}; --underpaint off leaves {bare:.1f}")
     return found

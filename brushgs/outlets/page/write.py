@@ -62,12 +62,13 @@ def write_page(
         still = still_of(frame, background)
         stage.did = (
             f"first view: {weight.fragments / 1e6:.1f} million fragments, {weight.overdraw:.1f} on a "
-            "painted pixel"
+            f"painted pixel; moving, {weight.moving:.1f} on a pixel"
         )
         stage.counts = {
             "fragments": round(weight.fragments),
             "overdraw": round(weight.overdraw, 3),
             "fragments_per_pixel": round(weight.per_pixel, 3),
+            "fragments_per_pixel_moving": round(weight.moving, 3),
             "painted": round(weight.painted / weight.pixels, 6),
             "still_bytes": len(still),
         }

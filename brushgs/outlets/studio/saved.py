@@ -67,4 +67,5 @@ class SavedOptions:
 def _text(values: Sequence[str | None]) -> str:
     """One value, or the list of those of a repeated flag, in TOML, whose text is quoted as in JSON."""
     given: Any = [True if value is None else value for value in values]
-    return json.dumps(given[0] if len(given) == 1 else given, ensure_ascii=False)
+    text = json.dumps(given[0] if len(given) == 1 else given, ensure_ascii=False)
+    return text.replace("\x7f", "\\u007F")  # which JSON leaves as it is, and TOML does not

@@ -59,7 +59,7 @@ class Scenes:
         key = token_hex(8)
         folder = self._folder / key
         folder.mkdir()
-        path = folder / _plain_name(name)
+        path = folder / plain_name(name)
         source = SceneSource((path,), seeks_cameras=False)
         try:
             with path.open("wb") as file:
@@ -93,6 +93,6 @@ def _shown(source: SceneSource) -> str:
     return source.paths[0].name if len(source.paths) == 1 else source.name
 
 
-def _plain_name(name: str) -> str:
+def plain_name(name: str) -> str:
     """A safe file name with the suffixes of a name that the page gave: formats may depend on them."""
-    return re.sub(r"[^A-Za-z0-9_.-]+", "-", name)[-60:].lstrip(".-") or "scene"
+    return re.sub(r"[^A-Za-z0-9_.-]+", "-", name)[-60:].lstrip(".-") or "dropped"

@@ -9,6 +9,7 @@ import shlex
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +23,8 @@ from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import page_contents
-from brushgs.outlets.page.export import command_of, view_of
+from brushgs.outlets.page.export import command_of, of_stills, view_of
+from brushgs.outlets.page.motion import PageMotion
 from brushgs.outlets.studio.saved import SavedOptions
 from brushgs.outlets.studio.settings import Film, Known, Settings, Shot, flags_of, overrides_of, shown_lamp
 from brushgs.outlets.studio.where import Finder, Members, given_in, read_where
@@ -33,6 +35,8 @@ from brushgs.values.arrays import Rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from brushgs.pipeline.clip import Clip
 
 QUICK = 1  # gzip level for local use: 0.1 s for 6700 strokes; level 9 takes 0.5 s
 MAX_NUMBER = 99_999  # of the files of one name
@@ -87,6 +91,7 @@ class Session:
         dropped: dropped pictures by id.
         writes_metadata: whether pictures and videos get metadata.
         saved: file of options to write at each change; or None.
+        clip_of: opens a moving scene; None for a still one, or one moment.
     """
 
     source: SceneSource
@@ -97,6 +102,7 @@ class Session:
     dropped: dict[str, Dropped] = field(default_factory=dict)
     writes_metadata: bool = True
     saved: SavedOptions | None = None
+    clip_of: "Callable[[SceneSource], Clip | None]" = lambda source: None
     _memory: Memory = field(default_factory=Memory)
     _finder: Finder = field(default_factory=Finder)
 
@@ -112,12 +118,20 @@ class Session:
         """Number of runs of each step."""
         return self._memory.made
 
+    @cached_property
+    def clip(self) -> "Clip | None":
+        """The moving scene; None for a still one, or one moment. Raises SceneError if it cannot be read."""
+        return self.clip_of(self.source)
+
     def config(self, settings: Settings) -> PaintConfig:
         """The options of settings.
 
         Raises:
-            ValueError: if one is out of range, or they exclude each other.
+            ValueError: if one is out of range, they exclude each other, or a part would read files that are
+                not on the command line.
         """
+        if settings.part is not None:
+            read_where(settings.part, given_in(self.config_of({})))
         return self.config_of(overrides_of(settings, self.known))
 
     def of_scene(self, source: SceneSource) -> "Session":
@@ -146,7 +160,11 @@ class Session:
         """
         config = self.config(settings)
         prepared = prepare(
-            self.source, config, report, asks=(*PICTURE, "first_view", "scene"), memory=self._memory
+            self.clip or self.source,
+            of_stills(config) if self.clip else config,
+            report,
+            asks=(*PICTURE, "first_view", "scene"),
+            memory=self._memory,
         )
         first, options = command_of(self.source, self._options(settings), prepared.notes)
         with report.stage("page") as stage:
@@ -158,6 +176,7 @@ class Session:
                 command=(first, options),
                 background=prepared.background,
                 regions=prepared.region_names,
+                motion=None if prepared.moving is None else PageMotion.of(prepared.moving),
             )
             packed = write_container(contents, level=QUICK)
             stage.did = f"{contents.num_strokes:,} strokes, {len(packed) / 1e6:.1f} MB"
@@ -176,11 +195,11 @@ class Session:
     def shoot(self, painted: Painted, shot: Shot, report: Report) -> Path:
         """Paint a view with the exact renderer, and return the file."""
         from brushgs.pipeline.drawing import write_picture
-        from brushgs.pipeline.other_views import seen_by
+        from brushgs.pipeline.other_views import at_moment, seen_by
         from brushgs.pipeline.still import paint_view
 
         with self._new_file(painted, ".png") as path:
-            seen = seen_by(painted.prepared, painted.config, shot.camera, report)
+            seen = seen_by(at_moment(painted.prepared, shot.seconds), painted.config, shot.camera, report)
             frame = paint_view(seen, report, depth=False)
             known = PictureShot(shot.camera, origin=self._origin(painted))
             write_picture(frame, path, seen.background, painted.config, report, known)
@@ -195,7 +214,10 @@ class Session:
 
         config, view = film.config, painted.prepared.known_view
         num_frames = max(round(config.seconds * config.fps), 3)
-        if film.center is not None and view.eye is not None:  # a view from inside has no orbit
+        if config.kind == "clip":
+            cameras = [film.cameras[0]] * num_frames
+            path = CameraPath(cameras, False, config.fps, "a camera that rests")
+        elif film.center is not None and view.eye is not None:  # a view from inside has no orbit
             cameras = sway(film.cameras[0], view, num_frames)
             path = CameraPath(cameras, True, config.fps, "a small circle, inside the scene")
         elif film.center is None:
@@ -210,7 +232,9 @@ class Session:
         else:
             path = turn_around(film.cameras[0], film.center, view.up, seconds=config.seconds, fps=config.fps)
         with self._new_file(painted, ".mp4") as target:
-            seen = along(painted.prepared, painted.config, path, report)
+            clip = self.clip
+            film_of = None if clip is None else clip.film(fps=path.fps, num_frames=len(path.cameras))
+            seen = along(painted.prepared, painted.config, path, report, film_of)
             paint_prepared(seen, target, painted.config, report, self._origin(painted))
         return target
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import degrees
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import msgspec
 import numpy as np
@@ -19,7 +19,7 @@ from brushgs.options.look_parts import USUAL_LAMP
 from brushgs.options.painting import STEPS, StrokeSizeFlag
 from brushgs.options.sequence import DEFAULT_FPS
 from brushgs.options.table import LARGEST, Row, Struct, number_text, row_of
-from brushgs.options.viewer import MAX_KEYS, FilmConfig, check_picture
+from brushgs.options.viewer import MAX_KEYS, FilmConfig, FilmKind, check_picture
 from brushgs.values.camera import Camera
 
 GROUNDS = ("none", "toned", "canvas", "paper")
@@ -27,6 +27,7 @@ GROUNDS = ("none", "toned", "canvas", "paper")
 Json = Mapping[str, Any]
 T = TypeVar("T")
 Number = Annotated[float, msgspec.Meta(ge=-LARGEST, le=LARGEST, description="a number")]
+Seconds = Annotated[float, msgspec.Meta(ge=0, le=LARGEST, description="a number of 0 or more")]
 Count = Annotated[int, msgspec.Meta(ge=1, lt=2**31, description="a whole number of 1 or more")]
 
 
@@ -46,6 +47,10 @@ SETTINGS: Mapping[str, tuple[str, Row | None]] = {
     "ground": ("ground.ground", _row("ground", "ground")),
     "palette": ("palette.file", _row("palette", "file")),
     "palette_strength": ("palette.strength", _row("palette", "strength")),
+    "focus": ("strokes.focus", _row("strokes", "focus")),
+    "part": ("painted.expression", _row("painted", "expression")),
+    "up": ("view.up", _row("view", "up")),
+    "azimuth": ("view.azimuth", _row("view", "azimuth")),
 }
 
 
@@ -59,7 +64,9 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
 
     `stroke_size`, the typical length of strokes in pixels of the first view, replaces `strokes`. `lamp` is
     (azimuth, elevation), degrees. `ground` is one of `GROUNDS` or "#rrggbb". `stroke` is one of
-    `Known.strokes` or the id of a dropped picture; `palette` is such an id or "none".
+    `Known.strokes` or the id of a dropped picture; `palette` is such an id or "none". `focus` is a ball of
+    denser strokes: centre and radius, world units. `part` is the part that is painted, as text of `--where`.
+    `up` is an axis; `azimuth` that of the first view, degrees.
     """
 
     look: str | None = None
@@ -72,6 +79,15 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
     ground: str | None = None
     palette: str | None = None
     palette_strength: Number | None = None
+    focus: tuple[Number, Number, Number, Number] | None = None
+    part: str | None = None
+    up: tuple[Number, Number, Number] | None = None
+    azimuth: Number | None = None
+
+    @property
+    def of_any_scene(self) -> "Settings":
+        """Without places and axes, which are those of one scene."""
+        return msgspec.structs.replace(self, focus=None, part=None, up=None, azimuth=None)
 
     @property
     def given(self) -> dict[str, Any]:
@@ -136,15 +152,19 @@ def read_settings(value: Json, known: Known) -> Settings:
 def overrides_of(settings: Settings, known: Known) -> dict[str, Any]:
     """The overrides of flags, by step and field.
 
-    A palette file of None removes the palette of the command line.
+    A palette file of None removes the palette of the command line; a side of None, that of `--from`.
     """
-    values = {}
+    values: dict[str, Any] = {}
     for name, value in settings.given.items():
         dest, row = SETTINGS[name]
         if isinstance(value, str) and name in ("stroke", "palette") and value in known.files:
             value = known.files[value] if name == "palette" else str(known.files[value])
         elif name == "palette":
             value = None
+        elif name in ("focus", "up"):
+            value = ",".join(map(number_text, value))
+        elif name == "azimuth":
+            values["view.side"] = None
         values[dest] = value if row is None or value is None else row.value(value)
     return values
 
@@ -160,7 +180,9 @@ def flags_of(settings: Settings, names: Mapping[str, str]) -> list[str]:
             flag = "--look" if row is None else row.flags[-1]
             text = ",".join(map(number_text, value)) if isinstance(value, tuple) else value
             text = number_text(text) if isinstance(text, float) else str(text)
-            words += [flag, f"{text}px" if name == "stroke_size" else text]
+            text = f"{text}px" if name == "stroke_size" else text
+            # A value that begins with a minus would be taken for a flag.
+            words += [f"{flag}={text}"] if text.startswith("-") else [flag, text]
     return words
 
 
@@ -189,12 +211,13 @@ class ShotRequest(Struct, frozen=True, forbid_unknown_fields=True):
     camera: CameraRequest
     width: Count
     height: Count
+    seconds: Seconds = 0.0
 
 
 class FilmRequest(Struct, frozen=True, forbid_unknown_fields=True):
-    """A video that is asked for; a turn has one camera and a center."""
+    """A video that is asked for; a turn has one camera and a center, a clip one camera."""
 
-    kind: Literal["turn", "path"]
+    kind: FilmKind
     cameras: Annotated[list[CameraRequest], msgspec.Meta(min_length=1, max_length=MAX_KEYS)]
     seconds: Number
     width: Count
@@ -212,9 +235,10 @@ class PartRequest(Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True)
 class Shot:
-    """A requested picture: the camera in its size."""
+    """A requested picture: the camera in its size, and seconds from the start of a moving scene."""
 
     camera: Camera
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -223,8 +247,8 @@ class Film:
 
     Attributes:
         config: its kind, duration and size.
-        cameras: first view of a turn, or key views of a path.
-        center: [3] centre of a turn, world units; None for a path.
+        cameras: first view of a turn, key views of a path, or the view of a clip.
+        center: [3] centre of a turn, world units; else None.
     """
 
     config: FilmConfig
@@ -236,7 +260,7 @@ def read_shot(value: Json) -> Shot:
     """A picture of a `ShotRequest`. Raises ValueError."""
     asked = _request(value, ShotRequest)
     check_picture(asked.width, asked.height)
-    return Shot(asked.camera.camera("camera").resized(asked.width, asked.height))
+    return Shot(asked.camera.camera("camera").resized(asked.width, asked.height), asked.seconds)
 
 
 def read_film(value: Json) -> Film:
@@ -245,8 +269,10 @@ def read_film(value: Json) -> Film:
     config = FilmConfig(asked.kind, asked.seconds, asked.width, asked.height, asked.fps, asked.loop)
     if asked.kind == "turn" and (len(asked.cameras) != 1 or asked.center is None):
         raise ValueError("a turn must have one camera and a center")
-    if asked.kind == "path" and asked.center is not None:
-        raise ValueError("center belongs to a turn; a path has none")
+    if asked.kind != "turn" and asked.center is not None:
+        raise ValueError(f"center belongs to a turn; a {asked.kind} has none")
+    if asked.kind == "clip" and len(asked.cameras) != 1:
+        raise ValueError("a clip must have one camera, which rests")
     cameras = [view.camera(f"cameras[{index}]") for index, view in enumerate(asked.cameras)]
     return Film(config, [camera.resized(config.width, config.height) for camera in cameras], asked.center)
 

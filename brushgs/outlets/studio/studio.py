@@ -5,20 +5,19 @@ not delay changes. The latest change wins. An output starts when no change is ru
 earlier changes. Every change of the state has a new number, which the page waits for.
 """
 
-import re
 import threading
 import time
 from base64 import b64encode
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path, PurePath
+from pathlib import Path
 from secrets import token_hex
 from typing import IO, Any, Literal
 
 from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.page.html import page_html
 from brushgs.outlets.studio.hearing import Heard
-from brushgs.outlets.studio.scenes import Scenes
+from brushgs.outlets.studio.scenes import Scenes, plain_name
 from brushgs.outlets.studio.session import Dropped, Painted, Session
 from brushgs.outlets.studio.settings import Film, Settings, Shot, schema
 from brushgs.outlets.studio.work import AbandonedError, Lane, Progress, Task, WatchedReport
@@ -104,6 +103,7 @@ class Studio:
         self._wanted = first.settings
         self._scenes = Scenes(session.source, others, uploads)
         self._scene = self._next = next(iter(self._scenes.known))  # shown, and being painted
+        self._recent = [self._scene]  # shown so far, the last one first
         self._progress: Progress | None = None
         self._error: str | None = None
         self._notes: tuple[str, ...] = ()
@@ -160,8 +160,10 @@ class Studio:
         with self._changed:
             dropped = {key: one.name for key, one in self._session.dropped.items()}
             scenes = [{"id": key, "name": one.name} for key, one in self._scenes.known.items()]
+            recent = list(self._recent)
         return {
             "scenes": scenes,
+            "recent": recent,
             "looks": [{"name": name, "title": look.title, "goodFor": look.good_for} for name, look in looks],
             "strokes": [{"name": note.name, "goodFor": note.good_for} for note in stroke_notes()],
             "schema": schema(),
@@ -187,7 +189,7 @@ class Studio:
             return self._start(settings, self._next)
 
     def open_scene(self, key: str) -> int:
-        """Start painting another scene with the same settings; the shown one stays if that fails.
+        """Start painting another scene with the same settings but places; the shown one stays if that fails.
 
         Returns:
             The number of the state.
@@ -198,7 +200,7 @@ class Studio:
         with self._changed:
             if key not in self._scenes.known:
                 raise ValueError("there is no such scene; reload the page")
-            return self._start(self._wanted, key)
+            return self._start(self._wanted.of_any_scene, key)
 
     def add_scene(self, name: str, content: IO[bytes]) -> str:
         """Store a dropped scene, and start painting it; returns its id.
@@ -209,7 +211,7 @@ class Studio:
         with self._adding:  # without the state: large files take long
             key = self._scenes.add(name, content)
         with self._changed:
-            self._start(self._wanted, key)
+            self._start(self._wanted.of_any_scene, key)
         return key
 
     def _start(self, settings: Settings, scene: str) -> int:
@@ -267,7 +269,7 @@ class Studio:
         key = token_hex(8)
         folder = self._uploads / key
         folder.mkdir()
-        path = folder / _plain_stem(name)
+        path = folder / plain_name(name)
         path.write_bytes(content)
         try:
             read_image(path)
@@ -330,10 +332,13 @@ class Studio:
             task.check()
             self._progress, self._error, self._notes = None, error, notes
             if painted is None:
+                if scene != self._scene:
+                    self._wanted = self._painted.settings
                 self._next = self._scene
             else:
                 session.dropped = self._session.dropped  # some may have been dropped meanwhile
                 self._session, self._scene = session, scene
+                self._recent = [scene, *(one for one in self._recent if one != scene)]
                 self._painted, self._version = painted, self._version + 1
                 self._seconds = time.perf_counter() - start
             self._bump()
@@ -396,11 +401,6 @@ class Studio:
         self._number += 1
         self._changed.notify_all()
         return self._number
-
-
-def _plain_stem(name: str) -> str:
-    """A file-safe stem of a name given by the page."""
-    return re.sub(r"[^A-Za-z0-9_-]+", "-", PurePath(name).stem)[:40].strip("-") or "picture"
 
 
 def _progress(progress: Progress | None) -> dict[str, Any] | None:

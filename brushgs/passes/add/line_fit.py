@@ -21,7 +21,7 @@ from brushgs.values.sh import C0
 DEVIATION = 0.25  # maximum distance of a piece from its line, in widths
 ARM = 2  # points to each side for measuring a bend: nearer ones show the grid of pixels
 LONGEST = 40.0  # widths of a piece
-OVERLAP = 0.35  # widths by which each end of a piece overlaps the next
+OVERLAP = 0.35  # widths, usual overlap of pieces at each end
 TAPER = 9.0  # widths over which a free end tapers
 SHORT = 0.35  # of a line, at most, at each end
 THIN = 0.3  # of the width, at a free end
@@ -51,12 +51,13 @@ class Pieces:
     chains: Rows
 
 
-def fit(chains: Chains, widths: F64) -> Pieces:
+def fit(chains: Chains, widths: F64, overlap: float = OVERLAP) -> Pieces:
     """Fit pieces to chains, tapered at free ends.
 
     Args:
         chains: P points.
         widths: [P] of the line, world units.
+        overlap: widths by which each end of a piece overlaps the next.
     """
     along = Along.of(chains.chains)
     if not len(chains):
@@ -80,7 +81,7 @@ def fit(chains: Chains, widths: F64) -> Pieces:
     heights = middle - 0.5 * (begin + end)
     heights -= (heights * axes).sum(axis=1, keepdims=True) * axes
     centers = 0.5 * (begin + end + heights)
-    halves = 0.5 * lengths + OVERLAP * rest[:, 0]
+    halves = 0.5 * lengths + overlap * rest[:, 0]
     of_piece = np.repeat(np.arange(along.num), counts)
     return Pieces(centers, axes, halves, rest[:, 0], rest[:, 1], rest[:, 2:], of_piece)
 

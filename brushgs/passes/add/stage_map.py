@@ -16,12 +16,13 @@ from brushgs.passes.add.stage_surface import Spots, Surface
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of
-from brushgs.values.style import StyleStage
+from brushgs.values.style import MarkDictionary, StyleStage
 
 TABLE = 0.3  # of the height of a map, that lies on the table
 COVE = 0.3  # of the way from the table to the wall, that counts as table
 LEAST_SIZE = 0.6  # of the table, from whose distance inward columns do not get narrower
 MOST_STRETCH = 1.5  # of strokes that run away from the eye, whose pictures are shorter
+AROUND = 3.0  # cells of a map: standard deviation of the places that show how calm it is
 LOOSE = 0.08  # radians: standard deviation of directions
 
 
@@ -33,11 +34,13 @@ class Part:
         stage: the map.
         color: share of its colors, 0 to 1.
         direction: share of its directions, 0 to 1.
+        marks: of the painting; None where they are not known.
     """
 
     stage: StyleStage
     color: float
     direction: float
+    marks: MarkDictionary | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +113,29 @@ def map_colors(manner: Manner, layout: Layout, surface: Surface, spots: Spots, o
     for part in manner.parts:
         found += part.color * _sampled(oklab_field(part.stage), layout, surface, spots)
     return found
+
+
+def map_contrasts(manner: Manner, layout: Layout, surface: Surface, spots: Spots) -> F64:
+    """[n] factor on the differences from mark to mark, 0 to 1: small where maps are calm."""
+    found, total = np.zeros(len(spots.points)), 0.0
+    for part in manner.parts:
+        factors = _sampled(_contrasts(part)[..., None], layout, surface, spots)[:, 0]
+        found, total = found + part.color * factors, total + part.color
+    return found / total if total > 0 else np.ones(len(found))
+
+
+def _contrasts(part: Part) -> F64:
+    """[h, w] contrast of marks over its mean, at most 1: least where the map is calmest."""
+    from scipy.ndimage import gaussian_filter
+
+    light = oklab_field(part.stage)[..., 0]
+    if part.marks is None:
+        return np.ones_like(light)
+    modes = "nearest", "wrap"
+    fine = light - gaussian_filter(light, AROUND, mode=modes)
+    energy = gaussian_filter(fine**2, AROUND, mode=modes)
+    ranks = np.argsort(np.argsort(energy, axis=None)).reshape(energy.shape) / energy.size
+    return np.minimum(part.marks.factors_at(ranks), 1)
 
 
 def oklab_field(stage: StyleStage) -> F64:

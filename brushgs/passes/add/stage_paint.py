@@ -7,7 +7,7 @@ import numpy as np
 
 from brushgs.passes.add.backdrop import seen_by_any
 from brushgs.passes.add.stage_ground import Ground
-from brushgs.passes.add.stage_map import Layout, Manner, layout_of, map_colors, map_directions
+from brushgs.passes.add.stage_map import Layout, Manner, layout_of, map_colors, map_contrasts, map_directions
 from brushgs.passes.add.stage_place import Place
 from brushgs.passes.add.stage_shadow import REACH, Shadow
 from brushgs.passes.add.stage_surface import Spots, Surface, spots_on
@@ -153,7 +153,8 @@ def _in_manner(
         (1 - share) * own + share * of_style
         for own, of_style in zip(brushwork.jitter, manner.jitter, strict=True)
     ]
-    lab += spots.noise[:, 1:4] * (jitter[0], jitter[1], jitter[1])
+    broken = 1 - share + share * map_contrasts(manner, layout, surface, spots)
+    lab += spots.noise[:, 1:4] * (jitter[0], jitter[1], jitter[1]) * broken[:, None]
     frames = _frames(spots, place, surface, len(cameras) == 1, g)
     slope, (cos, sin) = surface.slope(spots.along), (np.cos(spots.around), np.sin(spots.around))
     around = np.stack([-sin, np.zeros(len(cos)), cos], axis=1)

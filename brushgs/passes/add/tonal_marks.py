@@ -24,6 +24,7 @@ from brushgs.values.sh import C0
 LEVELS = np.array([4.0, 2.0, 1.0])  # spacings of the nested levels, over that which the tone asks for
 STEP = 1.5  # px between the points of a line
 END = 0.55  # share of the spacing at which a line ends beside another
+OVERLAP = 0.1  # widths by which each end of a piece overlaps the next: more would show as beads
 SEEN = 0.5  # share of a mark from which it counts as there
 CLOSE = 0.7  # scale of an earlier view over that of this one from which its marks are enough
 STRIDE = 2  # px between those that are compared with earlier views
@@ -276,7 +277,7 @@ def _lines(found: _Points, manner: Manner, like: Gaussians, num_sigmas: float) -
         chains=found.chains,
         views=none.astype(np.intp),
     )
-    pieces = fit(chains, manner.widths(found.tones) * pixels)
+    pieces = fit(chains, manner.widths(found.tones) * pixels, OVERLAP)
     strokes = strokes_of(pieces, (0.0, 0.0, 0.0), 1.0, num_sigmas, like)
     tones, gaps = pieces.strengths, pieces.normals.astype(like.means.dtype)
     widths = pieces.widths / Along.of(found.chains).means(pixels)[pieces.chains]

@@ -1,4 +1,4 @@
-"""Large pictures -> small ones."""
+"""Large pictures -> small ones; and the side in which the marks of one are measured."""
 
 import numpy as np
 
@@ -15,3 +15,12 @@ def averaged(image: Array, most: int) -> F32:
         block = flatten(image[row * step : (row + 1) * step, : width * step].astype(np.float32))
         small[row] = block.reshape(len(block), width, -1, 3).mean(axis=(0, 2))
     return np.clip(small, 0, 1)
+
+
+def shorter_side(shape: tuple[int, ...]) -> float:
+    """Pixels of the shorter side of a picture (height, width); of a long narrow one that of 4:3 of its area.
+
+    Marks are shares of it: those of a strip cut out of a painting are not larger than those of the painting.
+    """
+    height, width = shape
+    return float(max(min(shape), np.sqrt(0.75 * height * width)))

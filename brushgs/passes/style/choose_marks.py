@@ -1,8 +1,9 @@
 """Strokes -> the same strokes, each with a mark of a painting: by colour, contrast around it, and chance.
 
-A mark of the colour of a stroke keeps its bristles when it is laid in it; where a scene is calm calm marks
-are laid, and broken ones where it is busy. The choice is made once, from strokes in space: a stroke keeps its
-mark in every view.
+A mark of the colour of a stroke keeps its bristles when it is laid in it. Contrast is matched by rank: where
+a scene is calmest the calmest marks of the painting are laid, and broken ones where it is busiest. Strokes of
+places that are not as calm as the painting's, for their rank, come nearer to the colour around them. The
+choice is made once, from strokes in space: a stroke keeps its mark in every view.
 """
 
 from collections.abc import Sequence
@@ -15,15 +16,14 @@ from brushgs.passes.form.coverage import nearest_others
 from brushgs.passes.neighbours import nearest
 from brushgs.passes.reduce.equal_rows import chances
 from brushgs.values.arrays import F64
-from brushgs.values.colors import oklab_of
+from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.sh import base_colors
+from brushgs.values.sh import base_colors, shift_base_colors
 from brushgs.values.style import MarkDictionary
 
 NUM_BEST = 6  # marks that a stroke chooses among
-NUM_NEIGHBORS = 6  # strokes whose colours are its surroundings
-OF_CONTRAST = 0.5  # weight of contrast, colours 1
-MOST_CONTRAST = 0.15  # OKLab: outlines of things are no broken colour
+NUM_NEIGHBORS = 24  # strokes whose colours are its surroundings
+OF_CONTRAST = 4.0  # weight of contrast, colours 1
 TAKES, WHICH = 5, 6  # draws, see `chances`
 
 
@@ -47,31 +47,51 @@ def choose_marks(
         seed: 0 to 2^32 - 1.
 
     Returns:
-        The strokes with other `brushes`; the input itself where no share is above 0.
+        The strokes with other `brushes`, and calmer colours where the painting is calmer than they are; the
+        input itself where no share is above 0.
     """
     if not len(strokes) or all(share == 0 for _, _, share in choices):
         return strokes
     takes, which = (chances(strokes.means, seed, draw) for draw in (TAKES, WHICH))
     lab = oklab_of(np.clip(base_colors(strokes.sh), 0, 1))
-    contrasts = _contrasts(strokes, lab)
+    means, contrasts = _around(strokes, lab)
+    ranks = _ranks(contrasts)
+    typical = max(float(contrasts.mean()), float(np.finfo(np.float32).tiny))
     brushes = np.zeros(len(strokes), np.uint8) if strokes.brushes is None else strokes.brushes.copy()
+    kept = np.ones(len(strokes))
     for marks, rows, share in choices:
         chosen = np.flatnonzero((takes >= first) & (takes < first + share))
-        best = _most_like(marks, lab[chosen], contrasts[chosen])
+        factors, own = marks.factors_at(ranks[chosen]), contrasts[chosen] / typical
+        # Squares of what is within marks, and between them, add up; on average both are alike.
+        within = np.sqrt(np.maximum(2 * factors**2 - own**2, 0)) * marks.mean_contrast
+        best = _most_like(marks, lab[chosen], within)
         pick = (which[chosen] * best.shape[1]).astype(np.intp)
         brushes[chosen] = np.asarray(rows, np.uint8)[best[np.arange(len(best)), pick]]
+        kept[chosen] = factors / np.minimum(own, 1)
         first += share
-    return replace(strokes, brushes=brushes)
+    return _calmed(replace(strokes, brushes=brushes), lab, means, kept)
 
 
-def _contrasts(strokes: Gaussians, lab: F64) -> F64:
-    """[k] deviation of the lightness of the strokes around each, OKLab."""
+def _calmed(strokes: Gaussians, lab: F64, means: F64, kept: F64) -> Gaussians:
+    """Strokes that keep a share [k] of what their colours differ by from the means around them, at most 1."""
+    rows = np.flatnonzero(kept < 1)
+    shifts = np.zeros_like(lab)
+    calm = means[rows] + kept[rows, None] * (lab[rows] - means[rows])
+    shifts[rows] = rgb_of_oklab(calm) - rgb_of_oklab(lab[rows])
+    return shift_base_colors(strokes, shifts)
+
+
+def _around(strokes: Gaussians, lab: F64) -> tuple[F64, F64]:
+    """[k, 3] mean colour of each stroke and those around it, and [k] deviation of their lightness, OKLab."""
     others = nearest_others(strokes.means.astype(np.float64), NUM_NEIGHBORS)
-    if others.shape[1] == 0:
-        return np.zeros(len(lab))
-    away = lab[others, 0] - lab[:, :1]
-    contrast: F64 = np.minimum(np.sqrt((away**2).mean(axis=1)), MOST_CONTRAST)
-    return contrast
+    near = lab[np.column_stack([np.arange(len(lab)), others])]
+    return near.mean(axis=1), near[..., 0].std(axis=1)
+
+
+def _ranks(values: F64) -> F64:
+    """[k] the share of the values that is below each, and half of what is equal to it."""
+    _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
+    return np.asarray(((np.cumsum(counts) - 0.5 * counts) / len(values))[place])
 
 
 def _most_like(marks: MarkDictionary, lab: F64, contrasts: F64) -> NDArray[np.int64]:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, grey_closing, label
 
 from brushgs.passes.color.color_space import oklab_planes
-from brushgs.passes.style.averages import averaged
+from brushgs.passes.style.averages import averaged, shorter_side
 from brushgs.values.arrays import F64, Array
 from brushgs.values.colors import rgb_of_oklab
 from brushgs.values.style import StyleLines, StyleMarks
@@ -25,7 +25,7 @@ MOST_LIGHT = 0.55  # OKLab lightness of contours
 def learn_lines(image: Array, marks: StyleMarks) -> StyleLines | None:
     """The contours of a painting [H, W, C]; None where it has none."""
     lab = oklab_planes(averaged(image, MOST_SIDE)).astype(np.float64)
-    short, widest = min(lab.shape[1:]), WIDEST * max(lab.shape[1:])
+    short, widest = shorter_side(lab.shape[1:]), WIDEST * max(lab.shape[1:])
     light = gaussian_filter(lab[0], 0.7)
     best: StyleLines | None = None
     for factor in WIDTHS:
@@ -36,7 +36,7 @@ def learn_lines(image: Array, marks: StyleMarks) -> StyleLines | None:
     return best if best is not None and best.share >= LEAST_SHARE else None
 
 
-def _of_disc(lab: F64, light: F64, disc: int, short: int) -> StyleLines | None:
+def _of_disc(lab: F64, light: F64, disc: int, short: float) -> StyleLines | None:
     y, x = np.mgrid[:disc, :disc] - disc // 2
     hat = grey_closing(light, footprint=x * x + y * y <= (0.5 * disc) ** 2) - light
     ridges = hat > DARKER

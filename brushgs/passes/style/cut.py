@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from brushgs.passes.color.color_space import oklab_planes
 from brushgs.passes.form.planes import ramp
-from brushgs.passes.style.averages import averaged
+from brushgs.passes.style.averages import averaged, shorter_side
 from brushgs.passes.style.outlines import hull_area
 from brushgs.passes.style.sizes import Sizes
 from brushgs.values.arrays import F32, F64, Mask
@@ -84,7 +84,7 @@ def cut_marks(rgb: F32, sizes: Sizes) -> tuple[NDArray[np.uint8], ...]:
 
     step = max(1, int(sizes.width * min(rgb.shape[:2]) / MOST_WIDTH))
     lab = oklab_planes(averaged(rgb, -(-max(rgb.shape[:2]) // step)))
-    short = min(lab.shape[1:])
+    short = shorter_side(lab.shape[1:])
     typical = np.array([sizes.length, sizes.width]) * short
     deviation = np.hypot(sizes.lightness, sizes.chroma)
     rng = np.random.default_rng(0)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.passes.color.color_space import oklab_planes
+from brushgs.passes.style.averages import shorter_side
 from brushgs.passes.style.sizes import Sizes
 from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.style import MarkDictionary
@@ -41,12 +42,12 @@ def cut_dictionary(image: Array, sizes: Sizes, num: int = MANY) -> MarkDictionar
         The marks, the most frequent kinds first; None where a painting is too small for any.
     """
     lab = oklab_planes(image).astype(np.float32)
-    short = min(lab.shape[1:])
+    short = shorter_side(lab.shape[1:])
     width = max(WIDE * sizes.width * short, LEAST_PIXELS)
     length = float(np.clip(LONG * sizes.length * short, 1.5 * width, MOST_ASPECT * width))
     assert sizes.flow is not None, "sizes are measured with the flow"
-    angles, coherence = (_enlarged(plane, lab.shape[1:]) for plane in sizes.flow)
-    places = _places(coherence, 0.5 * np.hypot(length, width) + 1)
+    angles = _enlarged(sizes.flow[0], lab.shape[1:])
+    places = _places(lab.shape[1:], 0.5 * np.hypot(length, width) + 1)
     if len(places) < num:
         return None
     pieces = _cut(lab, places, angles, length, width)
@@ -63,17 +64,12 @@ def _enlarged(plane: Array, shape: tuple[int, ...]) -> Array:
     return np.asarray(plane[rows[:, None], columns])
 
 
-def _places(coherence: Array, margin: float) -> NDArray[np.intp]:
-    """[n, 2] (y, x), denser where marks have a clear direction."""
-    height, width = coherence.shape
-    rng = np.random.default_rng(0)
+def _places(shape: tuple[int, ...], margin: float) -> NDArray[np.intp]:
+    """[n, 2] (y, x), evenly over the painting, so that calm parts have their share of the marks."""
     away = int(np.ceil(margin))
-    if 2 * away >= min(height, width):
+    if 2 * away >= min(shape):
         return np.empty((0, 2), np.intp)
-    y = rng.integers(away, height - away, 4 * NUM_PIECES)
-    x = rng.integers(away, width - away, 4 * NUM_PIECES)
-    kept = rng.random(len(y)) < coherence[y, x] + 0.05
-    return np.stack([y, x], axis=1)[kept][:NUM_PIECES]
+    return np.random.default_rng(0).integers(away, np.array(shape) - away, (NUM_PIECES, 2))
 
 
 def _cut(lab: F32, places: NDArray[np.intp], angles: Array, length: float, width: float) -> F32:

@@ -1,9 +1,11 @@
 """Hatching in pen or pencil: evenly spaced lines along the form, crossed in the dark, and lines by weight."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from brushgs.brushes.soft import pen_brush
 from brushgs.options.media import Hatching, TonalMedium
 from brushgs.passes.add.tonal_marks import Manner
 from brushgs.pipeline.media.materials import BACKDROP, Materials, numbers_of
@@ -53,5 +55,5 @@ def stage(materials: Materials, staging: "Staging") -> Coat:
 
     strokes = Gaussians.joined([staging.shadow(HATCHING), staging.table_edge()])
     strokes = in_colors(strokes, rgb_of(numbers_of(TonalMedium, materials).color))
-    texture = materials.line_texture or materials.texture
-    return Coat(BACKDROP, strokes, texture, materials.options.for_marks(texture))
+    pen = pen_brush()
+    return Coat(BACKDROP, replace(strokes, brushes=None), pen, materials.options.for_marks(pen))

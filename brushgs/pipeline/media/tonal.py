@@ -4,9 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.brushes.brush_set import BrushSet, size_for
-from brushgs.brushes.kit import BrushKit
-from brushgs.brushes.soft import dot_brush
+from brushgs.brushes.soft import dot_brush, pen_brush
 from brushgs.options.media import TonalMedium
 from brushgs.passes.add.tonal_marks import Manner, tonal_marks
 from brushgs.passes.add.tonal_view import TonalView
@@ -75,11 +73,8 @@ def marks_coat(
     """A coat of marks on the surfaces that the views show; none where there are none."""
     if not views:
         return []
-    camera = views[0].camera
-    brushes = BrushSet.of(dot_brush())
-    if not manner.is_round:
-        brushes = BrushKit(other=("line",)).open(size=size_for(camera.width, camera.height))
-    options = materials.options.for_marks(brushes)
+    brush = dot_brush() if manner.is_round else pen_brush()
+    options = replace(materials.options.for_marks(brush), low_pass=0.0)  # marks have their width on paper
     sigmas = options.num_sigmas
     marks = tonal_marks(
         views,
@@ -92,14 +87,12 @@ def marks_coat(
     if len(marks.strokes) == 0:
         return []
     strokes = in_colors(marks.strokes, rgb_of(numbers_of(TonalMedium, materials).color))
-    if len(brushes) > 1:  # all pieces of a line have one, or it would not read as one
-        strokes = replace(strokes, brushes=(marks.chains % len(brushes)).astype(np.uint8))
     strokes = nearest_regions(materials.strokes, strokes)
     return [
         Coat(
             name,
             strokes,
-            brushes,
+            brush,
             options,
             dry=dry,
             tolerance=materials.media.behind * LINE_TOLERANCE,
@@ -119,6 +112,9 @@ def weighed_lines(materials: Materials, tones: F64) -> list[Coat]:
         np.maximum.at(strengths, np.searchsorted(lines.chains, lines.chains), lines.strengths + FINER * focus)
         strengths = strengths[np.searchsorted(lines.chains, lines.chains)]  # of each line as a whole
         materials = replace(materials, lines=replace(lines, strengths=strengths))
+    if materials.lines is not None:
+        even = replace(materials.lines, strokes=replace(materials.lines.strokes, brushes=None))
+        materials = replace(materials, lines=even, line_texture=pen_brush())
     coats = materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry)
     return [_weighed(coat, materials.strokes, tones) for coat in coats]
 

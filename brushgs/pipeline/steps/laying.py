@@ -35,7 +35,7 @@ from brushgs.pipeline.media.sight import Sight
 from brushgs.pipeline.moving import Moving, attached, follow_strokes
 from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.runner import anew, makes, unless
+from brushgs.pipeline.runner import Memory, anew, makes, unless
 from brushgs.pipeline.stroke_changes import StrokeChanges
 from brushgs.pipeline.styling import Contour, Styles
 from brushgs.rendering.canvas import Painting
@@ -93,6 +93,7 @@ def followed(
     clustering: ClusterConfig,
     rows: "Canonical | None",
     report: Report,
+    memory: Memory,
 ) -> tuple[Gaussians, Gaussians | None, StrokeMotion | None]:
     """The strokes, including those born later; the unpainted Gaussians; and the motion of both."""
     return follow_strokes(
@@ -106,6 +107,7 @@ def followed(
         found=rows,
         plain=plain,
         asked=clustering.asked_count,
+        memory=memory,
     )
 
 

@@ -3,6 +3,7 @@
 import pytest
 
 from tests.chromium import blank_tab
+from tests.firefox import firefox  # noqa: F401
 
 
 @pytest.fixture(scope="session")

@@ -4,6 +4,7 @@ Pictures are painted into a float target and read in the task that painted them.
 """
 
 import base64
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +14,10 @@ from brushgs.outlets.page.html import SCRIPTS, script_beginning, web_files, web_
 from brushgs.outlets.page.view import PageView
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
+from brushgs.rendering.constants import MIN_ALPHA
 from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.tonal import CLEAR, SOLID
+from brushgs.values.arrays import smoothstep
 
 HOOK = """
 const canvas = document.createElement("canvas");
@@ -173,6 +177,13 @@ def painting_of(strokes, texture, *, coat=None, surface=None, lamp=None, **optio
     """A painting of one coat; `coat` are more fields of it, `options` those of `RenderOptions.of`."""
     given = RenderOptions.of(texture, **options)
     return Painting((Coat("strokes", strokes, texture, given, **(coat or {})),), surface, lamp)
+
+
+def hiding(painted, camera, surface):
+    """The part of the effect `Blacks` that the page has: paper hides what lies below with a hard edge."""
+    hidden = smoothstep((painted.alpha - CLEAR) / (SOLID - CLEAR)).astype(painted.alpha.dtype)
+    share = hidden / np.maximum(painted.alpha, MIN_ALPHA)
+    return replace(painted, rgb=painted.rgb * share[..., None], alpha=hidden)
 
 
 def contents_of(painting, camera, **more):

@@ -16,7 +16,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from tests.chromium import blank_tab
 from tests.outlets.page.easel import Easel
-from tests.outlets.page.studio import painting_of
+from tests.outlets.page.studio import hiding, painting_of
 from tests.scenes import still_life_of
 
 WIDTH, HEIGHT = 60, 45
@@ -42,12 +42,19 @@ class Laid:
     blend: str = "cover"
     dry: float = 0.0
     tolerance: float | None = None
+    hides: bool = False
 
     @property
     def facts(self):
         """As it stands in the header."""
         relief = None if self.frame.height is None else {"thickness": 1, "gain": 1}
-        return {"blend": self.blend, "dry": self.dry, "tolerance": self.tolerance, "relief": relief}
+        return {
+            "blend": self.blend,
+            "dry": self.dry,
+            "tolerance": self.tolerance,
+            "relief": relief,
+            "isHiding": self.hides,
+        }
 
     @property
     def planes(self):
@@ -61,7 +68,8 @@ class Laid:
     @property
     def for_exact(self):
         return SimpleNamespace(
-            **dict.fromkeys(("texture", "options", "strokes", "effect")),
+            **dict.fromkeys(("texture", "options", "strokes")),
+            effect=hiding if self.hides else None,
             **{name: getattr(self, name) for name in ("blend", "dry", "tolerance")},
         )
 
@@ -181,6 +189,7 @@ COVERS = {
     "glazed below": [glaze(0), paint(1)],
     "glazes": [glaze(0), glaze(1)],
     "pressed glaze": [glaze(0, dry=0.3), paint(1, dry=0.4), glaze(2)],
+    "hidden": [paint(0), paint(1, hides=True), paint(2)],
 }
 
 
@@ -309,8 +318,8 @@ def test_what_a_painting_does_not_need_is_left_out(easel):
         ([paint(0, dry=0.4)], {}, 0),  # there is no tooth
         ([paint(0, dry=0.4)], {"ground": Ground("paper")}, 2),
         ([paint(0), glaze(1)], {}, 2),
-        (thick, {"lamp": LAMP}, 2),
-        (lit, {"lamp": LAMP}, 4),
+        (thick, {"lamp": LAMP}, 3),
+        (lit, {"lamp": LAMP}, 5),
     ):
         assert painted(easel, laid, **more)[2] == expected
 

@@ -457,16 +457,26 @@ def test_inside_a_scene_the_camera_sways_around_what_is_ahead(open_page, tmp_pat
     np.testing.assert_allclose(shot(page).viewmat, camera.viewmat, atol=1e-12)
 
 
-def test_slow_frames_make_the_moving_picture_coarser_and_fast_ones_sharper(tab):
-    shares = tab.evaluate(
-        """() => {
+@pytest.mark.parametrize(
+    ("has_underpaint", "paces"),
+    [
+        (True, [(1, False), (1, False), (1, False), (1, True), (0.5, True), (1, True), (1, False)]),
+        (False, [(1, False), (1, False), (1, False), (0.75, True), (0.5, True), (1, True), (1, False)]),
+    ],
+)
+def test_the_moving_picture_is_as_coarse_as_the_time_of_a_frame_asks_for(tab, has_underpaint, paces):
+    """At 15 frames a second it is enough to make the underpaint a layer, where there is any."""
+    found = tab.evaluate(
+        """(hasUnderpaint) => {
           const pace = new kit.Pace();
+          pace.hasUnderpaint = hasUnderpaint;
           const after = (count, seconds) => {
             for (let i = 0; i < count; i++) pace.tell(seconds);
-            return pace.share;
+            return [pace.now.share, pace.now.underpaintStep > 0];
           };
-          const slow = [after(2, 0.1), after(1, 0.01), after(2, 0.1), after(3, 0.1), after(9, 0.1)];
-          return [...slow, after(240, 0.016)];
-        }"""
+          const slow = [after(2, 0.07), after(1, 0.01), after(2, 0.07), after(1, 0.07), after(9, 0.5)];
+          return [...slow, after(240, 0.016), after(120, 0.016)];
+        }""",
+        has_underpaint,
     )
-    assert shares == [1, 1, 1, 0.75, 0.5, 1]
+    assert [tuple(one) for one in found] == paces

@@ -9,7 +9,7 @@ from brushgs import cli
 from brushgs.cli.commands import export
 from brushgs.cli.parser import parse
 from brushgs.cli.words import words_of
-from brushgs.options.page import HEADSET_FRAGMENTS, PHONE_BYTES
+from brushgs.options.page import HEADSET_FRAGMENTS, PHONE_BYTES, UNDERPAINT_STEP
 from brushgs.options.painting import PaintConfig
 from brushgs.outlets.page.export import export_file
 from brushgs.outlets.page.still import MOST_BYTES, STILL_SIDE, paint_first_view
@@ -271,11 +271,13 @@ def np_texture():
 def test_a_device_that_would_suffer_is_named():
     light = Weight(4, 100.0, 100.0, 90, 100)
     assert warnings_of(light, 1_000_000) == []
-    heavy = Weight(4, 100 * (HEADSET_FRAGMENTS + 1), 300.0, 90, 100)
+    bare = 100 * HEADSET_FRAGMENTS
+    heavy = Weight(4, bare + 1600.0, bare, 90, 100)
+    assert heavy.moving == HEADSET_FRAGMENTS + 16 / UNDERPAINT_STEP**2 + 1
     (told,) = warnings_of(heavy, 1_000_000)
     assert "headset" in told
     assert "phone" not in told
-    assert "--underpaint off leaves 3.0" in told
+    assert f"--underpaint off leaves {HEADSET_FRAGMENTS}" in told
     (told,) = warnings_of(light, PHONE_BYTES + 1)
     assert "phone" in told
 

@@ -3,6 +3,7 @@
 import gzip
 import json
 import struct
+import tomllib
 from dataclasses import replace
 
 import av
@@ -201,6 +202,14 @@ def test_saved_options_go_on_where_a_killed_server_was(saving, tmp_path):
     again = parse(["view", words[1], "--config", str(file), "--save", str(file)])
     assert session_of(again).config(Settings()) == session.config(settings)
     assert parse(["render", words[1], "--config", str(file)]).look == "gouache"
+
+
+def test_names_of_any_letters_are_saved(saving):
+    words, file = saving
+    odd = 'a\x7f"\\ü\U0001f58c.png'
+    session = session_of(parse([*words[:2], "--stroke", odd, *words[2:]]))
+    session.saved.write({}, [])
+    assert tomllib.loads(file.read_text(encoding="utf-8"))["stroke"] == odd
 
 
 def test_a_dropped_picture_is_saved_beside_the_options(saving, tmp_path):

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from brushgs.options.focus import Focus
 from brushgs.options.painting import StrokeSize
+from brushgs.options.where import Where
 from brushgs.outlets.studio.settings import (
     Known,
     Settings,
@@ -49,6 +51,21 @@ def test_settings_become_overrides_and_flags():
     words = "--look ink --strokes 300 --keep 0.5 --stroke own.png --relief 0.25 --lamp 90,45 --ground #336699"
     assert flags_of(settings, {"id1": "own.png"}) == [
         *words.split(), "--palette", "own.png", "--palette-strength", "0.5"
+    ]  # fmt: skip
+
+
+def test_places_of_the_picture_become_overrides_and_flags():
+    value = {"focus": [-1.5, 0, 2, 0.25], "part": "sphere:0,0,0,1", "up": [0, -1, 0.25], "azimuth": -20}
+    settings = read_settings(value, KNOWN)
+    assert overrides_of(settings, KNOWN) == {
+        "strokes.focus": Focus((-1.5, 0, 2, 0.25)),
+        "painted.expression": Where.parse("sphere:0,0,0,1"),
+        "view.up": "0,-1,0.25",
+        "view.azimuth": radians(-20),
+        "view.side": None,
+    }
+    assert flags_of(settings, {}) == [
+        "--focus=-1.5,0,2,0.25", "--where", "sphere:0,0,0,1", "--up", "0,-1,0.25", "--azimuth=-20"
     ]  # fmt: skip
 
 
@@ -134,8 +151,8 @@ def test_a_film_of_a_path_has_cameras_in_its_size():
 @for_each(
     ("change", "sentence"),
     [
-        ({"kind": "zoom"}, 'kind must be "path" or "turn", got "zoom"'),
-        ({"kind": ["turn"]}, 'kind must be "path" or "turn", got ["turn"]'),
+        ({"kind": "zoom"}, 'kind must be "clip", "path" or "turn", got "zoom"'),
+        ({"kind": ["turn"]}, 'kind must be "clip", "path" or "turn", got ["turn"]'),
         ({"seconds": 0}, "seconds must be above 0"),
         ({"seconds": 1e9}, "seconds must be above 0 and at most"),
         ({"fps": 0}, "fps must be above 0"),

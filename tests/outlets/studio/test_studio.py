@@ -220,9 +220,9 @@ def test_what_is_dropped_must_be_a_picture_and_its_name_is_no_path(studio, sessi
     content = (Path(__file__).parents[3] / "strokes" / "swirl.png").read_bytes()
     key = studio.add_file("../../evil.png", content)
     assert session.dropped[key].name == "../../evil.png"
-    assert session.dropped[key].path == tmp_path / "uploads" / key / "evil"
+    assert session.dropped[key].path == tmp_path / "uploads" / key / "evil.png"
     other = studio.add_file("..", content)
-    assert session.dropped.pop(other).path == tmp_path / "uploads" / other / "picture"
+    assert session.dropped.pop(other).path == tmp_path / "uploads" / other / "dropped"
     assert studio.choices()["dropped"] == [{"id": key, "name": "../../evil.png"}]
 
 
@@ -256,7 +256,7 @@ SPLAT = bytes(32)  # one Gaussian without size
 
 
 def test_another_scene_is_painted_with_the_same_settings_and_shown_when_it_is_done(session, studio):
-    studio.change(Settings(strokes=5))
+    studio.change(Settings(strokes=5, focus=(0, 0, 0, 1), azimuth=20))  # places are those of one scene
     assert studio.wait(SECONDS)
     before = studio.state()["scene"]
     session.hold(5)
@@ -273,9 +273,11 @@ def test_another_scene_is_painted_with_the_same_settings_and_shown_when_it_is_do
         {"id": before, "name": "fake.ply"},
         {"id": key, "name": "../garden.splat"},
     ]
+    assert studio.choices()["recent"] == [key, before]
     studio.open_scene(before)
     assert studio.wait(SECONDS)
     assert studio.session.source.name == "fake"
+    assert studio.choices()["recent"] == [before, key]
 
 
 def test_a_scene_that_fails_leaves_the_one_that_is_shown(session, studio, tmp_path):

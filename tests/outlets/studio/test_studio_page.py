@@ -246,6 +246,19 @@ def test_a_dropped_scene_is_opened_and_a_bad_one_is_told(viewed, tmp_path):
     save_upright(still_life_of(1200), tmp_path / "pot.ply")
     page.set_input_files("#studio input[accept='']", tmp_path / "bad.ply")
     until(page, "document.getElementById('notice').textContent.startsWith('bad.ply: ')")
+    assert page.get_by_role("progressbar", name="Sending").count() == 0
+    sent, refused = page.evaluate(
+        """async () => {
+            const shares = [], file = new File([new Uint8Array(4e6)], "zeros.ply");
+            const { message } = await brushgs.studio._server.addScene(file, (share) => {
+                shares.push(share);
+            }).catch((error) => error);
+            return [shares, message];
+        }"""
+    )
+    assert sent == sorted(sent)
+    assert sent[-1] == 1
+    assert refused.startswith("zeros.ply: ")
     slide(page, "strokes", 3.7)
     few = strokes_of(page)
     with page.expect_navigation():
@@ -253,11 +266,24 @@ def test_a_dropped_scene_is_opened_and_a_bad_one_is_told(viewed, tmp_path):
     until(page, "window.brushgs?.studio?.isSettled")
     assert page.evaluate("window.brushgs.contents.header.title") == page.title() == "pot"
     assert abs(strokes_of(page) - few) <= few / 2  # the settings stay
-    assert page.locator("[name=scene] option").all_inner_texts() == ["pears.ply", "pot.ply"]
+    assert page.locator("[name=scene] option").all_inner_texts() == ["pot.ply", "pears.ply"]
+    assert page.locator("[name=scene] optgroup").get_attribute("label") == "Recent"
     with page.expect_navigation():
         page.select_option("[name=scene]", "pears.ply")
     until(page, "window.brushgs?.studio?.isSettled")
     assert page.title() == "pears"
+
+
+@pytest.mark.parametrize("viewed", ["400 (Bad Request)"], indirect=True)
+def test_a_refused_change_is_told_and_forgotten(viewed):
+    page = viewed
+    page.evaluate("brushgs.studio.set({ relief: 7 })")
+    until(page, "document.getElementById('notice').textContent.startsWith('relief must be 0 to 1')")
+    slide(page, "keep", 0.6)
+    assert page.evaluate("brushgs.studio._settings") == {"keep": 0.6}
+    page.select_option("#studio select[name=look]", "gouache")
+    until(page, "window.brushgs.studio.isSettled")
+    assert page.evaluate("brushgs.studio._settings") == {"keep": 0.6, "look": "gouache"}
 
 
 PART = "window.brushgs.look.highlight"

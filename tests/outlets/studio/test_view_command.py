@@ -57,7 +57,7 @@ def test_a_scene_that_cannot_be_read_is_refused(tmp_path, capsys):
 @for_each(
     ("values", "sentence"),
     [
-        ({"kind": "spin"}, "kind must be turn or path"),
+        ({"kind": "spin"}, "kind must be turn, path or clip"),
         ({"seconds": 0}, "seconds must be above 0 and at most 600"),
         ({"fps": 2000}, "fps must be above 0 and at most 1000"),
         ({"width": 40000}, "size must be 1x1 to 32767x32767"),

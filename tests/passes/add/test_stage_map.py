@@ -1,5 +1,7 @@
 """A stage in the hand of paintings: where its map lies, how marks run on it, how its subject stands out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,13 +9,14 @@ from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.cameras.orbit import orbit
 from brushgs.passes.add.set_off import GAP, parted, set_off
 from brushgs.passes.add.stage import painted_stage
-from brushgs.passes.add.stage_map import Manner, Part, layout_of
+from brushgs.passes.add.stage_map import Manner, Part, layout_of, map_contrasts
 from brushgs.passes.add.stage_paint import Brushwork
+from brushgs.passes.add.stage_surface import Spots
 from brushgs.rendering.plain import plain_views
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
-from brushgs.values.style import StyleStage
+from brushgs.values.style import MarkDictionary, StyleStage
 from tests.passes.add.test_stage import SIZE, crate, stage_of
 
 COLUMNS = 60
@@ -99,6 +102,25 @@ def test_columns_go_around_a_whole_number_of_times():
         assert layout.repeats >= 1
         assert layout.heights.min() >= 0
         assert layout.heights.max() <= 1
+
+
+def test_strokes_differ_where_the_map_is_busy_and_hardly_where_it_is_calm():
+    camera, g = frame_scene(plain_first_view(crate()), **SIZE), np.random.default_rng(0)
+    colors = np.full((20, COLUMNS, 3), 0.5, np.float32)
+    colors[:, COLUMNS // 2 :] += g.normal(0, 0.1, (20, COLUMNS - COLUMNS // 2, 1)).astype(np.float32)
+    texels = np.full((2, 4, 8, 4), 128, np.uint8)
+    texels[:, :, ::2, 0] += np.array([1, 30], np.uint8)[:, None, None]  # a calm mark and a busy one
+    marks = MarkDictionary(np.full((2, 3), 0.5, np.float32), np.full(2, 0.5, np.float32), texels)
+    one = replace(
+        manner(), parts=[Part(StyleStage(colors, np.zeros((20, COLUMNS, 2), np.float32)), 1, 0, marks)]
+    )
+    stage = stage_of(crate(), [camera])
+    layout = layout_of(stage.surface, stage.place, [camera], COLUMNS / 20)
+    around = 2 * np.pi / layout.repeats * np.array([-0.25, -0.75])  # columns run against the turn
+    spots = Spots(np.zeros((2, 3)), around, np.full(2, stage.surface.length[-1] / 2), np.zeros((2, 5)))
+    calm, busy = map_contrasts(one, layout, stage.surface, spots)
+    assert calm < 0.2
+    assert busy == pytest.approx(1)
 
 
 @pytest.mark.parametrize("lightness", [0.1, 0.5, 0.9])

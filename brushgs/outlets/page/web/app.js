@@ -3,7 +3,7 @@
 const PIXEL_RATIO = 1.5; // of a picture that moves: strokes are large
 const MAX_PIXEL_RATIO = 2.5; // of one at rest, where the device is fast enough
 const RESTING_MS = 400; // that a picture at rest may take
-const FIRST_SHARE = 0.5; // of the pixels along a side, for the first picture: it is there sooner
+const FIRST = { share: 0.5, underpaintStep: SHARED.UNDERPAINT_STEP }; // of the first picture: it is there sooner
 const CONTEXT = { antialias: false, alpha: true, premultipliedAlpha: true, depth: false };
 const NO_WEBGL = "This browser cannot paint: it has no WebGL 2.";
 const TOO_OLD = "This browser is too old to unpack the painting.";
@@ -218,10 +218,12 @@ class App {
     const isMoving = this.controls.advance(seconds) || isPlaying;
     const isFirst = this.firstPictureMs === null;
     const isResting = !isFirst && !isMoving;
-    const share = isFirst ? FIRST_SHARE : isMoving ? this._pace.share : 1;
+    this._pace.hasUnderpaint = this.painter.hasUnderpaint;
+    const { share, underpaintStep } = isFirst ? FIRST : this._pace.now;
     try {
       if (isResting && !this._isTimed) this._findSharpest();
-      else this._paint(share * atMost(isResting ? this._restingRatio : PIXEL_RATIO));
+      else if (isResting) this._paint(atMost(this._restingRatio));
+      else this._paint(share * atMost(PIXEL_RATIO), { ...this.look, underpaintStep });
     } catch (error) {
       this.painter = null; // the next frame would fail as well
       this.fail(error);

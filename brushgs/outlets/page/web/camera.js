@@ -44,6 +44,12 @@ class PageCamera {
     return result;
   }
 
+  /** The unit vector of the ray through a pixel, in page coordinates. */
+  directionAt(x, y) {
+    const dx = (x - this.cx) / this.fx, dy = (y - this.cy) / this.fy, m = this.viewmat;
+    return normalized3([0, 1, 2].map((k) => dx * m[k] + dy * m[4 + k] + m[8 + k]));
+  }
+
   /** [x, y, z] of a point in camera coordinates. */
   cameraFromPage(point) {
     const m = this.viewmat;

@@ -8,16 +8,17 @@
 //     canvas.finish();
 //
 // A coat is drawn into targets of its own only where it must be seen apart from the canvas: to be pressed
-// through the tooth, to be tested against what is on the canvas, to tint it, or where heights lie below that
-// it carries on. Others are drawn on the canvas, which gives the same. Where all are and no lamp shines,
-// there is no canvas: coats are drawn into the target, over the ground.
+// through the tooth, to hide as paper does, to be tested against what is on the canvas, to tint it, or where
+// heights lie below that it carries on. Others are drawn on the canvas, which gives the same. Where all are
+// and no lamp shines, there is no canvas: coats are drawn into the target, over the ground.
 
 const NO_FLOATS =
   "this browser cannot draw into float textures: the painting is shown without relief, lamp and threads";
-const MOST_REACH = 15; // pixels, as in taps.glsl
+const MOST_REACH = 15; // pixels, as in blur.frag
 const UNITS = ["uCoat", "uCoatDetail", "uPattern", "uCanvas", "uDetail", "uTint", "uGroundImage", "uHeight"];
+const SOFT_UNITS = ["uSoft", "uSoftDetail"];
 const [ZEROS, ONES] = [new Float32Array(4), new Float32Array(4).fill(1)];
-const BYTES = { canvas: 8, detail: 4, coat: 8, coatDetail: 4, tint: 8, blurred: 2 }; // a pixel of each target
+const BYTES = { canvas: 8, detail: 4, coat: 8, coatDetail: 4, tint: 8, blurredAlong: 2, blurred: 2 }; // a pixel of each target
 
 /**
  * The canvas of a painting in one WebGL2 context.
@@ -44,14 +45,18 @@ class Canvas {
     const image = surface?.image;
     this._image = image === undefined ? null : newImage(gl, header.arrays[image].shape, arrays[image]);
     this._targets = { width: 0, height: 0, textures: {}, framebuffers: {} };
+    this._soft = { width: 0, height: 0 };
     this._picture = { width: 0, height: 0, x: 0, y: 0, target: null, ground: true };
     this._place = { x: 0, y: 0, detail: false, below: null, belowDetail: null };
     this._lamp = { direction: header.lamp?.direction, halfWay: header.lamp?.halfWay };
     this._taps = { width: 0, height: 0, reach: 0, weights: new Float32Array(MOST_REACH + 1) };
     this._programs = new Map();
     this._lays = coats.map((_, i) => this._layPrograms(this._plans[i]));
-    this._blur = this._isLit ? this._program("blur.frag", { DETAIL: this._hasDetail }) : null;
-    const finishing = { LIT: this._isLit, GLAZED: this._hasGlaze, BARE: this._isStraight };
+    this._blurs = !this._isLit ? [] : [
+      { target: "blurredAlong", program: this._program("blur.frag", { DETAIL: this._hasDetail }) },
+      { target: "blurred", program: this._program("blur.frag", { DOWN: true }) },
+    ];
+    const finishing = { LIT: this._isLit, GLAZED: this._hasGlaze, BARE: this._isStraight, PICTURE: this._image };
     this._finish = this._isStraight && this._isPlain ? null : this._program("finish.frag", finishing);
   }
 
@@ -90,22 +95,49 @@ class Canvas {
     const { textures } = this._targets;
     const { isDirect, isGlaze, isTested, hasDetail } = this._plans[i];
     Object.assign(place, { x: 0, y: 0, detail: hasDetail, below: null, belowDetail: null });
-    if (this._isStraight) {
-      this._bindPicture();
-      [place.x, place.y] = [picture.x, picture.y];
-      return place;
-    }
-    if (isDirect) {
-      this._bindTarget(hasDetail ? "canvas" : "canvasAlone");
-      return place;
-    }
-    this._clear("coatAlone", isGlaze ? ONES : ZEROS);
-    if (hasDetail) {
-      this._bindTarget("coat");
-      gl.clearBufferfv(gl.COLOR, 1, ZEROS);
-    }
+    if (this._isStraight) [place.x, place.y] = [picture.x, picture.y];
+    if (!isDirect) this._clear("coatAlone", isGlaze ? ONES : ZEROS);
+    this._bindCoatTarget(i);
+    if (!isDirect && hasDetail) gl.clearBufferfv(gl.COLOR, 1, ZEROS);
     if (isTested) [place.below, place.belowDetail] = [textures.canvas, textures.detail];
     return place;
+  }
+
+  /**
+   * Bind the layer that takes the underpaint of a coat whose target is bound, and clear it.
+   *
+   * @param {number} step pixels of the picture along one of the layer
+   * @returns {object} more options for `CoatPainter.draw`
+   */
+  bindSoft(i, step) {
+    const { gl, _picture: picture } = this;
+    const { hasDetail } = this._plans[i];
+    const [width, height] = [Math.ceil(picture.width / step), Math.ceil(picture.height / step)];
+    if (this._soft.width !== width || this._soft.height !== height) this._makeSoft(width, height);
+    const soft = this._soft;
+    soft.span = [width * step, height * step];
+    gl.bindFramebuffer(gl.FRAMEBUFFER, hasDetail ? soft.both : soft.alone);
+    gl.viewport(0, 0, width, height);
+    gl.clearBufferfv(gl.COLOR, 0, ZEROS);
+    if (hasDetail) gl.clearBufferfv(gl.COLOR, 1, ZEROS);
+    return { x: 0, y: 0, part: "underpaint", step, span: soft.span };
+  }
+
+  /** Lay the underpaint that was drawn, and bind the target of the coat for its strokes. */
+  laySoft(i) {
+    const { gl, _picture: picture, _soft: { color, detail, span } } = this;
+    this._bindCoatTarget(i);
+    const { handle, at } = this._program("soft.frag", { DETAIL: this._plans[i].hasDetail });
+    gl.useProgram(handle);
+    this._bindTexture(0, color);
+    this._bindTexture(1, detail);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform2f(at.uOrigin, ...(this._isStraight ? [picture.x, picture.y] : [0, 0]));
+    gl.uniform2fv(at.uSpan, span);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.disable(gl.BLEND);
   }
 
   /** Lay a coat that was drawn. */
@@ -132,9 +164,9 @@ class Canvas {
   finish() {
     if (this._isStraight) return;
     const { gl, _picture: picture } = this;
-    if (this._isLit) {
-      this._bindTarget("blurred");
-      const at = this._use(this._blur);
+    for (const { target, program } of this._blurs) {
+      this._bindTarget(target);
+      const at = this._use(program, target === "blurred" ? "blurredAlong" : null);
       this._setTaps(at);
       gl.uniform2i(at.uSize, picture.width, picture.height);
       gl.uniform1f(at.uSurfaceHeight, this._surfaceHeight());
@@ -150,25 +182,27 @@ class Canvas {
     const lays = this._plans.filter(({ isDirect }) => !isDirect);
     const heights = lays.filter(({ hasHeight }) => hasHeight).length;
     const depths = lays.filter(({ hasDepth }) => hasDepth).length;
-    return lays.length + heights + depths + (this._isLit ? 2 : 1);
+    return lays.length + heights + depths + (this._isLit ? 3 : 1);
   }
 
   /** Bytes of all targets, with the texture of the surface. */
   get numBytes() {
     const { width, height, textures } = this._targets;
     const perPixel = Object.keys(textures).reduce((sum, name) => sum + BYTES[name], 0);
-    return perPixel * width * height + (this._pattern?.numBytes ?? 0);
+    const ofSoft = (BYTES.coat + BYTES.coatDetail) * this._soft.width * this._soft.height;
+    return perPixel * width * height + ofSoft + (this._pattern?.numBytes ?? 0);
   }
 
   dispose() {
     this._free();
+    this._freeSoft();
     this._pattern?.dispose();
     if (this._image) this.gl.deleteTexture(this._image.texture);
     for (const program of this._programs.values()) program.dispose();
   }
 
-  _layPrograms({ isDirect, isGlaze, isPressed, hasDetail }) {
-    const program = (kind) => this._program("lay.frag", { [kind]: true, PRESSED: isPressed });
+  _layPrograms({ isDirect, isGlaze, isPressed, isHiding, hasDetail }) {
+    const program = (kind) => this._program("lay.frag", { [kind]: true, PRESSED: isPressed, HIDES: isHiding });
     if (isDirect) return null;
     return { color: program(isGlaze ? "GLAZE" : "COLOR"), detail: hasDetail ? program("DETAIL") : null };
   }
@@ -182,15 +216,16 @@ class Canvas {
       const program = new Program(gl, "screen.vert", fragment, defines);
       this._programs.set(key, program);
       gl.useProgram(program.handle);
+      SOFT_UNITS.forEach((name, unit) => gl.uniform1i(program.at[name] ?? null, unit));
       UNITS.forEach((name, unit) => gl.uniform1i(program.at[name] ?? null, unit));
     }
     return this._programs.get(key);
   }
 
   /** Use a program of a pass, with all textures bound; those that it does not read may be drawn into. */
-  _use(program) {
+  _use(program, height = "blurred") {
     const { gl } = this;
-    const { coat, coatDetail, canvas, detail, tint, blurred } = this._targets.textures;
+    const { coat, coatDetail, canvas, detail, tint, [height]: blurred } = this._targets.textures;
     gl.useProgram(program.handle);
     this._bindTexture(0, coat);
     this._bindTexture(1, coatDetail);
@@ -235,7 +270,6 @@ class Canvas {
     if (background) gl.uniform4f(at.uBackground, background[0], background[1], background[2], 1);
     else gl.uniform4fv(at.uBackground, ZEROS);
     if (this._isLit) {
-      this._setTaps(at);
       gl.uniform3fv(at.uLamp, this._lamp.direction);
       gl.uniform3fv(at.uHalfWay, this._lamp.halfWay);
       gl.uniform1f(at.uStrength, lamp.strength);
@@ -300,6 +334,12 @@ class Canvas {
     gl.viewport(0, 0, this._picture.width, this._picture.height);
   }
 
+  _bindCoatTarget(i) {
+    const { isDirect, hasDetail } = this._plans[i];
+    if (this._isStraight) this._bindPicture();
+    else this._bindTarget((isDirect ? "canvas" : "coat") + (hasDetail ? "" : "Alone"));
+  }
+
   _clear(name, values) {
     this._bindTarget(name);
     this.gl.clearBufferfv(this.gl.COLOR, 0, values);
@@ -342,6 +382,7 @@ class Canvas {
       coat: ownCoats.length > 0 && this._format,
       coatDetail: ownCoats.some(({ hasDetail }) => hasDetail) && gl.RG16F,
       tint: this._hasGlaze && this._format,
+      blurredAlong: this._isLit && gl.R16F,
       blurred: this._isLit && gl.R16F,
     };
     const textures = {};
@@ -349,7 +390,7 @@ class Canvas {
       textures[name] = newTexture(gl, gl.NEAREST);
       gl.texStorage2D(gl.TEXTURE_2D, 1, formats[name], width, height);
     }
-    const { canvas, detail, coat, coatDetail, tint, blurred } = textures;
+    const { canvas, detail, coat, coatDetail, tint, blurredAlong, blurred } = textures;
     const attached = {
       canvas: [canvas, detail],
       canvasAlone: [canvas],
@@ -358,6 +399,7 @@ class Canvas {
       coatAlone: [coat],
       tint: [canvas, tint],
       tintAlone: [tint],
+      blurredAlong: [blurredAlong],
       blurred: [blurred],
     };
     const framebuffers = {};
@@ -365,6 +407,25 @@ class Canvas {
       if (attached[name].every(Boolean)) framebuffers[name] = newFramebuffer(gl, attached[name]);
     }
     this._targets = { width, height, textures, framebuffers };
+  }
+
+  _makeSoft(width, height) {
+    const { gl } = this;
+    this._freeSoft();
+    const [color, detail] = [this._format, gl.RG16F].map((format) => {
+      const texture = newTexture(gl, gl.LINEAR);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+      return texture;
+    });
+    const [both, alone] = [this._hasDetail ? newFramebuffer(gl, [color, detail]) : null, newFramebuffer(gl, [color])];
+    this._soft = { width, height, color, detail, both, alone, span: [width, height] };
+  }
+
+  _freeSoft() {
+    const { gl, _soft: { color = null, detail = null, both = null, alone = null } } = this;
+    for (const texture of [color, detail]) gl.deleteTexture(texture);
+    for (const framebuffer of [both, alone]) gl.deleteFramebuffer(framebuffer);
+    this._soft = { width: 0, height: 0 };
   }
 
   _free() {
@@ -396,9 +457,10 @@ function planOf({ coats, surface, lamp }, isHalf) {
     const hasHeight = !isGlaze && _isLit && coat.relief !== null;
     const hasDepth = !isGlaze && i < lastTested;
     const hasDetail = hasHeight || hasDepth;
-    const isDirect = !(isGlaze || isPressed || isTested[i] || (hasHeights && hasDetail));
+    const { isHiding } = coat;
+    const isDirect = !(isGlaze || isPressed || isHiding || isTested[i] || (hasHeights && hasDetail));
     hasHeights ||= hasHeight;
-    return { isGlaze, isPressed, isTested: isTested[i], hasHeight, hasDepth, hasDetail, isDirect };
+    return { isGlaze, isPressed, isHiding, isTested: isTested[i], hasHeight, hasDepth, hasDetail, isDirect };
   });
   return {
     _plans,

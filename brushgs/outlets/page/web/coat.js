@@ -23,7 +23,7 @@ class CoatPainter {
     this._eye = new Float64Array(3);
     this._head = new Float64Array(3);
     this._axis = new Float64Array(3);
-    this._sorted = { count: -1, order: "", eye: new Float64Array(3), axis: new Float64Array(3) };
+    this._sorted = { count: -1, order: "", isParted: false, eye: new Float64Array(3), axis: new Float64Array(3) };
     this._brushes = { replaced: undefined, rows: new Float32Array(4 * Math.max(1, header.numSigmas.length)) };
     const column = (name) => (header.arrays[name] === undefined ? null : arrays[header.arrays[name]]);
     this._setColumns(column);
@@ -74,27 +74,33 @@ class CoatPainter {
    * @param {PageCamera} head its eye gives order, colours and directions
    * @param {object} options `order` "distance" or "depth"; `share` of the strokes; `brush` in place of those
    *     of the coat, an index into the brushes of the header, or null; `isBare`, without the border of the
-   *     coat; `x` and `y` of the picture in the framebuffer; `detail`; `below` and `belowDetail`, the
+   *     coat; `part` "strokes" or "underpaint" alone, null for both in one order; `step`, pixels of the picture
+   *     along one of the framebuffer, and `span` along its sides, for underpaint; `x` and `y` of the picture in
+   *     the framebuffer; `detail`; `below` and `belowDetail`, the
    *     textures of the canvas below, for coats with a tolerance, or null; `members`, a texture of 0 to 1 by
    *     stroke: then alphas of what is a member and of what is not take the place of colours, see highlight.js
    */
   draw(camera, head, options) {
     const { order, share, brush, isBare = false, x = 0, y = 0 } = options;
     const { detail = false, below = null, belowDetail = null, members = null } = options;
+    const { part = null, step = 1, span = [camera.width, camera.height] } = options;
     const count = this.countOf(share);
     if (count === 0) return;
     const { gl } = this;
-    this._sort(count, head, order);
+    this._sort(count, head, order, part !== null);
     const isTested = this.header.tolerance !== null && below !== null;
     const program = this._program("stroke.vert", "stroke.frag", [
       ...(isTested ? ["TESTED"] : []),
       ...(detail ? ["DETAIL"] : []),
       ...(members ? ["MASK"] : []),
+      ...(part === null ? [] : [part === "strokes" ? "APART" : "UNDERPAINT"]),
     ]);
     const { at } = program;
     gl.useProgram(program.handle);
     this._setView(at, camera, head, brush, isBare);
     gl.uniform2f(at.uOrigin, x, y);
+    gl.uniform2fv(at.uSpan, span);
+    gl.uniform1f(at.uStep, step);
     const { _strokes: strokes, _sh: sh, _noise: noise, atlas } = this;
     this._bind([strokes, sh, atlas.table, atlas.texture, noise, below, belowDetail, members, atlas.tints]);
     gl.enable(gl.BLEND);
@@ -102,7 +108,9 @@ class CoatPainter {
     if (this.header.blend === "glaze" && !members) gl.blendFuncSeparate(gl.ZERO, gl.SRC_COLOR, gl.ZERO, gl.SRC_ALPHA);
     else gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.bindVertexArray(this._vertices);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count * this._order.layers);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this._instances);
+    gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, part === "underpaint" ? 4 * count : 0);
+    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, part === null ? count * this._order.layers : count);
     gl.bindVertexArray(null);
     gl.disable(gl.BLEND);
   }
@@ -232,30 +240,30 @@ class CoatPainter {
     gl.bindBuffer(gl.ARRAY_BUFFER, this._instances);
     gl.bufferData(gl.ARRAY_BUFFER, this._order.ids.byteLength, gl.DYNAMIC_DRAW);
     gl.enableVertexAttribArray(0);
-    gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, 0);
     gl.vertexAttribDivisor(0, 1);
     gl.bindVertexArray(null);
   }
 
   /** Sort and upload, unless nothing changed that decides the order. */
-  _sort(count, head, order) {
+  _sort(count, head, order, isParted = false) {
     const { gl, _sorted: last, _axis: axis } = this;
     const eye = head.eye(this._eye);
     const isByDepth = order === "depth";
     for (let k = 0; k < 3; k++) axis[k] = isByDepth ? head.viewmat[8 + k] : 0;
-    if (last.count === count && last.order === order && isSame3(last.eye, eye) && isSame3(last.axis, axis)) {
-      return;
-    }
-    Object.assign(last, { count, order });
+    const isSame = last.count === count && last.order === order && last.isParted === isParted;
+    if (isSame && isSame3(last.eye, eye) && isSame3(last.axis, axis)) return;
+    Object.assign(last, { count, order, isParted });
     last.eye.set(eye);
     last.axis.set(axis);
-    const ids = this._order.sort(count, eye, isByDepth ? axis : null);
+    const sorted = this._order.sort(count, eye, isByDepth ? axis : null);
+    const ids = isParted ? this._order.part(count) : sorted;
     gl.bindBuffer(gl.ARRAY_BUFFER, this._instances);
     gl.bufferSubData(gl.ARRAY_BUFFER, 0, ids, 0, count * this._order.layers);
   }
 
   _program(vertex, fragment, more, outputs) {
     const { header } = this;
+    const isImage = this.isImage && !more.includes("UNDERPAINT");
     const has = {
       ANCHORED: header.lock === "anchor",
       FADES: header.fade,
@@ -266,12 +274,12 @@ class CoatPainter {
       NESTED: header.nested !== null,
       DOTS: header.nested === "dots",
       PLAIN: header.plainBrush !== undefined,
-      IMAGE: this.isImage,
-      GAUSSIAN: header.kernel === "gaussian",
-      STREAKS: header.streaks > 0 && this.isImage,
+      IMAGE: isImage,
+      GAUSSIAN: header.kernel === "gaussian" || more.includes("UNDERPAINT"),
+      STREAKS: header.streaks > 0 && isImage,
       RELIEF: header.relief !== null,
       GLAZE: header.blend === "glaze",
-      TINTS: this.isImage && this.atlas.hasTints && header.blend !== "glaze",
+      TINTS: isImage && this.atlas.hasTints && header.blend !== "glaze",
     };
     const defines = [
       `SH_DEGREE ${header.shDegree}`,

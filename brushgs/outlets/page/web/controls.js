@@ -164,10 +164,7 @@ class Controls {
   /** Put what is at (x, y), CSS pixels of the canvas, in the middle; where there is no paint, do nothing. */
   centerOn(x, y) {
     const camera = this.camera(this._width, this._height);
-    const axes = this.orbit.axes(this._shown());
-    const [dx, dy] = this._slopes(camera, x, y);
-    const direction = normalized3([0, 1, 2].map((k) => dx * axes[k] + dy * axes[3 + k] + axes[6 + k]));
-    const point = pointOnRay(this.contents, [...camera.eye()], direction);
+    const point = pointOnRay(this.contents, [...camera.eye()], camera.directionAt(x, y));
     if (point) this._move(() => this.orbit.lookAt(this.target, point));
   }
 

@@ -14,18 +14,24 @@ uniform highp sampler2D uCanvas;  // premultiplied colour and alpha
 uniform highp sampler2D uTint;  // of all glazes
 uniform bool uHasGround;  // whether the colour of the surface is seen
 uniform vec3 uGround;
+#ifdef PICTURE
 uniform bool uIsImage;  // whether the ground is an image instead
 uniform sampler2D uGroundImage;
 uniform vec2 uShown;  // share of the image along each axis, about its middle
+#endif
 uniform float uTone;  // standard deviation of the colour of the surface, over the colour
 uniform vec4 uBackground;  // behind all, or 0
 
 layout(location = 0) out vec4 oColor;
 
 vec3 groundAt(ivec2 pixel) {
+  vec3 ground = uGround;
+#ifdef PICTURE
   vec2 place = (vec2(pixel) + 0.5) / vec2(uSize);
   vec3 image = texture(uGroundImage, 0.5 + uShown * (vec2(place.x, 1.0 - place.y) - 0.5)).rgb;
-  return (uIsImage ? image : uGround) * (1.0 + uTone * patternAt(pixel));
+  if (uIsImage) ground = image;
+#endif
+  return ground * (1.0 + uTone * patternAt(pixel));
 }
 
 void main() {

@@ -25,10 +25,12 @@ void main() {
 #else
   float alpha = coat.a;
 #endif
-#ifdef PRESSED
-  float share = pressed(alpha, grainAt(pixel), uDry);
-#else
   float share = 1.0;
+#ifdef HIDES
+  share = smoothed((alpha - HIDES_BOUNDS.x) / (HIDES_BOUNDS.y - HIDES_BOUNDS.x)) / max(alpha, MIN_ALPHA);
+#endif
+#ifdef PRESSED
+  share *= pressed(share * alpha, grainAt(pixel), uDry);
 #endif
 #if defined(GLAZE)
   oColor = oTint = vec4(1.0 - (1.0 - coat.rgb) * share, 1);  // what is multiplied

@@ -1,21 +1,14 @@
 // A lamp on the height of a picture: rendering/light.py.
-#include "taps.glsl"
-
-uniform highp sampler2D uHeight;  // blurred along x
+uniform highp sampler2D uHeight;  // blurred
 uniform vec3 uLamp;  // unit vectors to the lamp, and half way to the eye: x right, y down, z to the eye
 uniform vec3 uHalfWay;
 uniform float uStrength;
 uniform float uGloss;
 uniform float uExponent;
 
-// The height, blurred, at a pixel; beyond its border the picture goes on as at the border.
+// The height at a pixel; beyond its border the picture goes on as at the border.
 float blurredAt(ivec2 pixel, ivec2 last) {
-  pixel = clamp(pixel, ivec2(0), last);
-  float total = 0.0;
-  for (int k = -uReach; k <= uReach; k++) {
-    total += uTaps[abs(k)] * texelFetch(uHeight, ivec2(pixel.x, clamp(pixel.y + k, 0, last.y)), 0).r;
-  }
-  return total;
+  return texelFetch(uHeight, clamp(pixel, ivec2(0), last), 0).r;
 }
 
 // `last` is the last pixel of the picture, whose rows go up.

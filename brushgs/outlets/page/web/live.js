@@ -35,6 +35,7 @@ class Studio {
     this.app = app;
     this._server = new StudioServer();
     this._settings = {}; // what was changed here; all else is as on the command line, or in the look
+    this._accepted = {}; // of the server
     this._sent = 0; // number of the state since the last change
     this.isSettled = false;
     this._version = 1; // of the painting that is shown: the page came with it
@@ -48,6 +49,10 @@ class Studio {
   async start() {
     this._choices = await this._server.choices();
     this._build();
+    this.app.player.onRest = () => {
+      clearTimeout(this._resting);
+      this._resting = setTimeout(() => this._keepMoment(), SEND_AFTER);
+    };
     this._follow();
   }
 
@@ -64,11 +69,13 @@ class Studio {
   }
 
   async _send() {
-    const changes = this._changes;
+    const changes = this._changes, settings = { ...this._settings };
     try {
-      this._sent = await this._server.change(this._settings);
+      this._sent = await this._server.change(settings);
+      this._accepted = settings;
     } catch (error) {
       this.say(error.message);
+      this._settings = { ...this._accepted }; // or each further change would be refused as well
     }
     this._taken = Math.max(this._taken, changes);
   }
@@ -93,6 +100,11 @@ class Studio {
     this.app.replace(await decodeContents(await this._server.contents()));
     this._version = version;
     this._where.again();
+  }
+
+  /** Keep the moment of a moving scene in the address: a reload shows it again. */
+  _keepMoment() {
+    if (this.app.player.duration > 0) history.replaceState(null, "", `/#${linkText(this.app)}`);
   }
 
   /** Say something in a few words. */
@@ -122,6 +134,7 @@ class Studio {
       this._offerFiles();
     }
     this._settings = { ...settings };
+    this._accepted = settings;
     this._look.show(painting.look);
     this._count.show(painting.strokes);
     this._length.show(settings.strokeSize ?? null);
@@ -135,6 +148,7 @@ class Studio {
     this._palette.show(settings.palette ?? "");
     this._strength.element.hidden = painting.palette === null;
     this._strength.show(painting.palette ?? 1);
+    this._point.show(settings);
   }
 
   _build() {
@@ -144,8 +158,8 @@ class Studio {
     this._bar = element("progress", { "aria-label": "Painting", hidden: true });
     this._notes = element("p", { className: "note" });
     this._outputs = new Outputs(this.app, this._server, (text) => this.say(text));
-    const { hint, scenes } = this._choices;
-    this._scene = new SceneField(this._server, (text) => this.say(text), scenes);
+    const { hint } = this._choices;
+    this._scene = new SceneField(this._server, (text) => this.say(text), this._choices);
     this._panel = element(
       "aside",
       { id: "studio", "aria-label": "Studio" },
@@ -156,6 +170,7 @@ class Studio {
       this._lightFields(),
       this._paletteFields(),
       this._whereField(),
+      this._pointField(),
       button("Back to how it began", () => this._reset(), { id: "reset" }),
       this._notes,
       ...this._outputs.elements,
@@ -194,9 +209,9 @@ class Studio {
       options: this._choices.looks.map(({ name, title, goodFor }) => [name, title, goodFor]),
       // Another look has its own number, light and ground: what was changed for the one before is not meant.
       onChange: (look) => {
-        const { keep, palette, paletteStrength } = this._settings;
+        const { keep, palette, paletteStrength, focus, part, up, azimuth } = this._settings;
         this._settings = { look };
-        this.set({ keep, palette, paletteStrength });
+        this.set({ keep, palette, paletteStrength, focus, part, up, azimuth });
       },
     });
     this._ground = new Choice({
@@ -306,6 +321,17 @@ class Studio {
       return found.version === this._version ? found : new Promise(() => {});
     });
     return group("Regions", this._where.element);
+  }
+
+  _pointField() {
+    this._point = new PointField(this.app, {
+      set: (changes) => this.set(changes),
+      say: (text) => this.say(text),
+      onArm: (isArmed) => { // the picture must be seen
+        if (!window.matchMedia(WIDE).matches) this._open(!isArmed);
+      },
+    });
+    return group("Point at the picture", this._point.element);
   }
 
   /** Offer brushes and palettes, dropped ones among them. */

@@ -71,13 +71,16 @@ class Choice {
     this.offer(options);
   }
 
-  /** Offer these, each [value, words, title]. */
+  /** Offer these, each [value, words, title], or under headings, each {heading, options}. */
   offer(options) {
     const { value } = this._select;
-    this._select.replaceChildren(...options.map(([of, words, title = ""]) => {
+    const made = (one) => {
+      if (one.heading) return element("optgroup", { label: one.heading }, ...one.options.map(made));
+      const [of, words, title = ""] = one;
       return element("option", { value: of, textContent: words, title });
-    }));
-    if (options.some(([of]) => of === value)) this._select.value = value;
+    };
+    this._select.replaceChildren(...options.map(made));
+    if (Array.from(this._select.options).some((option) => option.value === value)) this._select.value = value;
   }
 
   get value() {

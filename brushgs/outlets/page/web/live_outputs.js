@@ -19,12 +19,14 @@ class Outputs {
     this._width = new NumberField({ name: "width", label: "Width", value: width, ...side });
     this._height = new NumberField({ name: "height", label: "Height", value: height, ...side });
     this._seconds = new NumberField({
-      name: "seconds", label: "Seconds", least: 0.1, most: MOST_SECONDS, value: 6, step: "any",
+      name: "seconds", label: "Seconds", least: 0.1, most: MOST_SECONDS, step: "any",
+      value: Number(app.player.duration.toFixed(2)) || 6,
     });
+    const clip = app.player.duration > 0 ? [["clip", "The clip, from here"]] : [];
     this._kind = new Choice({
       name: "path",
       label: "Path",
-      options: [["turn", "One turn, from here"], ["path", "Marked views"]],
+      options: [...clip, ["turn", "One turn, from here"], ["path", "Marked views"]],
       onChange: () => {},
     });
     this._markList = element("ol", { className: "marks" });
@@ -103,15 +105,14 @@ class Outputs {
     const size = this._size();
     if (!size) return;
     const camera = worldCamera(this.app, this.app.controls.restingCamera(size.width, size.height));
-    this._ask(() => this._server.render({ camera, ...size }));
+    this._ask(() => this._server.render({ camera, ...size, seconds: this.app.player.seconds }));
   }
 
   _film() {
     const size = this._size(), { controls } = this.app;
     if (!size || !this._seconds.report()) return;
-    const isPath = this._kind.value === "path";
-    const request = { kind: isPath ? "path" : "turn", seconds: this._seconds.value, ...size };
-    if (isPath) {
+    const kind = this._kind.value, request = { kind, seconds: this._seconds.value, ...size };
+    if (kind === "path") {
       if (this._marks.length < 2) {
         this._say("Mark two views or more: the path leads through them");
         return;
@@ -120,7 +121,7 @@ class Outputs {
     } else {
       const { origin } = this.app.contents.header;
       request.cameras = [worldCamera(this.app, controls.restingCamera(size.width, size.height))];
-      request.center = [0, 1, 2].map((k) => controls.target[k] + origin[k]);
+      if (kind === "turn") request.center = [0, 1, 2].map((k) => controls.target[k] + origin[k]);
     }
     this._ask(() => this._server.video(request));
   }

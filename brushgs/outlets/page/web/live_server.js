@@ -31,11 +31,19 @@ class StudioServer {
     return (await answer.json()).id;
   }
 
-  /** Open a scene that was dropped; its id. */
-  async addScene(file) {
-    const path = `/scene?name=${encodeURIComponent(file.name)}`;
-    const answer = await this._ask(path, { method: "POST", body: file });
-    return (await answer.json()).id;
+  /** Open a scene that was dropped; `onSent` is called with the share of it that was sent, 0 to 1. */
+  addScene(file, onSent) {
+    return new Promise((resolve, reject) => { // fetch does not tell how much was sent
+      const request = new XMLHttpRequest();
+      request.upload.addEventListener("progress", ({ loaded, total }) => onSent(loaded / total));
+      request.addEventListener("error", () => reject(new ServerGone()));
+      request.addEventListener("load", () => {
+        if (request.status === 200) resolve();
+        else reject(refusal(request.status, request.responseText));
+      });
+      request.open("POST", `/scene?name=${encodeURIComponent(file.name)}`);
+      request.send(file);
+    });
   }
 
   /** Open a scene that the server knows. */
@@ -85,8 +93,16 @@ class StudioServer {
       throw new ServerGone();
     }
     if (answer.ok) return answer;
-    const { error } = await answer.json().catch(() => ({ error: `the server answered ${answer.status}` }));
-    throw new Error(error);
+    throw refusal(answer.status, await answer.text());
+  }
+}
+
+/** An Error with the sentence of a refused request. */
+function refusal(status, text) {
+  try {
+    return new Error(JSON.parse(text).error);
+  } catch {
+    return new Error(`the server answered ${status}`);
   }
 }
 

@@ -26,6 +26,7 @@ class StrokeOrder {
     this._distances = new Float32Array(count);
     this._keys = new Uint32Array(this._distances.buffer);
     this._halfway = new Uint32Array(count);
+    this.parted = setbacks ? new Uint32Array(count) : this.ids;
     this._low = new Uint32Array(RADIX);
     this._high = new Uint32Array(RADIX);
   }
@@ -45,6 +46,17 @@ class StrokeOrder {
     this._toKeys(total);
     this._scatter(count, total);
     return this.ids;
+  }
+
+  /**
+   * Part what was sorted: strokes, then underpaint, each in its order.
+   *
+   * @returns {Uint32Array} `parted`, of numbers as in `ids`: `count` strokes and as many of underpaint
+   */
+  part(count) {
+    const { ids, parted } = this;
+    for (let i = 0, stroke = 0, soft = count; i < 2 * count; i++) parted[ids[i] & 1 ? soft++ : stroke++] = ids[i];
+    return parted;
   }
 
   _measure(count, eye, axis) {

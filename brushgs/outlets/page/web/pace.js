@@ -1,6 +1,14 @@
-// How sharp the picture may be while it moves: as sharp as the graphics processor keeps up with.
+// How a picture is painted while it moves: as well as the graphics processor does in the time of a frame.
 
-const PACE_SHARES = [1, 0.75, 0.5]; // of the pixels along a side
+const { UNDERPAINT_STEP } = SHARED;
+// From best to fastest: share of the pixels along a side, and see `underpaintStep` of `Painter.paint`.
+const PACES = [
+  { share: 1, underpaintStep: 0 },
+  { share: 1, underpaintStep: UNDERPAINT_STEP },
+  { share: 0.75, underpaintStep: UNDERPAINT_STEP },
+  { share: 0.5, underpaintStep: UNDERPAINT_STEP },
+];
+const LAYERED = 0.5; // time of a picture whose underpaint is a layer, over that of one with all in order
 const SLOW_FRAME = 1 / 25; // s
 const FAST_FRAME = 1 / 45;
 const SLOW_FRAMES = 3; // so many slow frames together make it coarser
@@ -9,24 +17,40 @@ const FAST_FRAMES = 120; // so many fast ones make it sharper again
 /** Watches the time between frames that follow each other. */
 class Pace {
   constructor() {
+    this.hasUnderpaint = true; // of the painting
     this._level = this._slow = this._fast = 0;
+    this._least = Infinity; // s, of the slow frames
   }
 
-  /** Share of the pixels along a side for a picture that moves. */
-  get share() {
-    return PACE_SHARES[this._level];
+  /** `share` of the pixels along a side and `underpaintStep` for a picture that moves. */
+  get now() {
+    return PACES[this._level];
   }
 
   /** Tell the seconds from one frame to the next. */
   tell(seconds) {
-    this._slow = seconds > SLOW_FRAME ? this._slow + 1 : 0;
+    const isSlow = seconds > SLOW_FRAME;
+    this._slow = isSlow ? this._slow + 1 : 0;
+    this._least = isSlow ? Math.min(this._least, seconds) : Infinity;
     this._fast = seconds < FAST_FRAME ? this._fast + 1 : 0;
-    if (this._slow >= SLOW_FRAMES) this._change(1);
-    if (this._fast >= FAST_FRAMES) this._change(-1);
+    if (this._slow >= SLOW_FRAMES) this._change(this._fitting(this._least / this._cost(this._level)));
+    if (this._fast >= FAST_FRAMES) this._change(Math.max(0, this._level - 1));
   }
 
-  _change(step) {
-    this._level = Math.min(PACE_SHARES.length - 1, Math.max(0, this._level + step));
+  /** The best of the coarser levels that fits into the time of a frame, if the best of all takes so long. */
+  _fitting(seconds) {
+    const coarser = PACES.findIndex((_, i) => i > this._level && seconds * this._cost(i) <= SLOW_FRAME);
+    return coarser < 0 ? PACES.length - 1 : coarser;
+  }
+
+  _cost(level) {
+    const { share, underpaintStep } = PACES[level];
+    return share ** 2 * (underpaintStep && this.hasUnderpaint ? LAYERED : 1);
+  }
+
+  _change(level) {
+    this._level = level;
     this._slow = this._fast = 0;
+    this._least = Infinity;
   }
 }

@@ -53,10 +53,12 @@ class Painter {
    *     viewport: [x, y, width, height]; null for all of the canvas.
    *     isBare: on a smooth surface and without border: threads, grain and border belong to a picture, and
    *     would float before eyes that stand in the scene. Its ground is white where `ground` is true.
+   *     underpaintStep: 0 for underpaint among the strokes, as `render` has it; else that of a coat is one layer
+   *     below all strokes of the coat, with one pixel for so many along a side: most of the fragments are saved.
    *     highlight: a `Part`, see highlight.js: a veil lies over what does not belong to it; null for none.
    */
   paint(camera, { head = camera, order = "depth", share = 1, brush = null, ground = true, target = null,
-    viewport = null, isBare = false, highlight = null } = {}) {
+    viewport = null, isBare = false, highlight = null, underpaintStep = 0 } = {}) {
     const { gl, _drawing: drawing } = this;
     if (isBare) this._bareCanvas ??= new Canvas(gl, bareHeader(this.contents.header), this.contents.arrays);
     const canvas = isBare ? this._bareCanvas : this._canvas;
@@ -67,12 +69,23 @@ class Painter {
     Object.assign(drawing, { order, share, brush, isBare });
     this._coats.forEach((coat, i) => {
       if (ground === false && coat.header.isBackdrop) return; // strokes alone, as --background transparent has
-      coat.draw(camera, head, Object.assign(drawing, canvas.bindCoat(i)));
+      Object.assign(drawing, canvas.bindCoat(i), { part: null });
+      if (underpaintStep && !highlight && coat.hasUnderpaint && coat.header.blend !== "glaze") {
+        coat.draw(camera, head, { ...drawing, ...canvas.bindSoft(i, underpaintStep) });
+        canvas.laySoft(i);
+        drawing.part = "strokes";
+      }
+      coat.draw(camera, head, drawing);
       highlighter?.add(i, coat, camera, head, drawing);
       canvas.lay(i);
     });
     canvas.finish();
     highlighter?.finish({ width, height, x, y, target });
+  }
+
+  /** Whether strokes are drawn a second time behind themselves. */
+  get hasUnderpaint() {
+    return this._coats.some((coat) => coat.hasUnderpaint);
   }
 
   /** Seconds that the painting moves; 0 where nothing does. */

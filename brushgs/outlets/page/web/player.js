@@ -1,9 +1,10 @@
 // Plays a painting that moves: play, pause, scrub, speed.
 
-/** The row of the bar that plays; hidden where nothing moves. */
+/** The row of the bar that plays; hidden where nothing moves. `onRest` is called where a moment stays. */
 class Player {
   constructor(app, isCalm) {
     this.app = app;
+    this.onRest = () => {};
     this.isPlaying = false;
     this.seconds = 0;
     const byId = (id) => document.getElementById(id);
@@ -43,6 +44,7 @@ class Player {
     this._text.textContent = text;
     this._slider.setAttribute("aria-valuetext", text);
     this.app.invalidate();
+    if (!this.isPlaying) this.onRest();
   }
 
   toggle() {
@@ -56,6 +58,7 @@ class Player {
     this._button.textContent = isPlaying ? "❚❚" : "▶";
     this._button.setAttribute("aria-label", isPlaying ? "Pause" : "Play");
     this.app.invalidate();
+    if (!isPlaying) this.onRest();
   }
 
   /** Let time pass; whether a further frame is needed. It begins again at the end. */

@@ -9,6 +9,7 @@ precision highp sampler2D;
 
 uniform vec2 uOrigin;  // lower left corner of the picture in the framebuffer, pixels
 uniform vec2 uSize;
+uniform float uStep;  // pixels of the picture along one of the framebuffer
 uniform sampler2D uAtlas;
 #ifdef TINTS
 uniform sampler2D uTints;
@@ -44,20 +45,24 @@ layout(location = 1) out vec4 oDetail;  // height and depth times alpha, 0, alph
 #endif
 
 void main() {
-  vec2 pixel = gl_FragCoord.xy - uOrigin;
+  vec2 pixel = uStep * (gl_FragCoord.xy - uOrigin);
   vec2 offset = vec2(pixel.x, uSize.y - pixel.y) - vCenter;
   vec2 place = vec2(dot(offset, vPlace.xy), dot(offset, vPlace.zw));
   if (!(max(abs(place.x), abs(place.y)) < 1.0)) discard;
 
   float coverage, height = 0.5;
 #ifdef IMAGE
-  if (vKind.x == 0.0) {
+#ifndef APART
+  if (vKind.x == 0.0)
+#endif
+  {
     // textureLod: neighbours of a pixel may lie outside of the stroke
     vec2 paint = textureLod(uAtlas, vTexels.xy + (0.5 + 0.5 * place) * vTexels.zw, 0.0).rg;
     coverage = paint.x, height = paint.y;
-  } else {
-    coverage = exp(-0.5 * GAUSSIAN_SIGMAS * GAUSSIAN_SIGMAS * dot(place, place));
   }
+#ifndef APART
+  else coverage = exp(-0.5 * GAUSSIAN_SIGMAS * GAUSSIAN_SIGMAS * dot(place, place));
+#endif
 #elif defined(GAUSSIAN)
   coverage = exp(-0.5 * GAUSSIAN_SIGMAS * GAUSSIAN_SIGMAS * dot(place, place));
 #else
@@ -78,9 +83,11 @@ void main() {
 #else
   vec3 color = vPaint.rgb;
 #ifdef STREAKS
-  float bristle = vStreaks.x + 0.5 * BRISTLES * (1.0 + place.y * vStreaks.y);
-  vec2 noise = 2.0 * textureLod(uNoise, vec2((bristle + 0.5) / STREAK_PERIOD, 0.5), 0.0).rg - 1.0;
-  color *= 1.0 + dot(noise, vStreaks.zw);
+  if (vStreaks.z != 0.0 || vStreaks.w != 0.0) {
+    float bristle = vStreaks.x + 0.5 * BRISTLES * (1.0 + place.y * vStreaks.y);
+    vec2 noise = 2.0 * textureLod(uNoise, vec2((bristle + 0.5) / STREAK_PERIOD, 0.5), 0.0).rg - 1.0;
+    color *= 1.0 + dot(noise, vStreaks.zw);
+  }
 #endif
 #ifdef TINTS
   if (vTintStep > 0.0) {

@@ -6,6 +6,8 @@ precision highp int;
 #include "project.glsl"
 
 uniform bool uHasUnderpaint;  // then instances are 2 id for a stroke, 2 id + 1 for its underpaint
+uniform vec2 uSpan;  // pixels of the picture along the sides of the viewport
+uniform float uStep;  // pixels of the picture along one of the target
 uniform float uUnderpaintOpacity;
 uniform float uCanvasScale;  // pixels of the picture in one of a picture of 1000 x 750
 uniform float uMiddle;  // depth of the middle of the scene: from there, half floats tell depths apart
@@ -54,7 +56,13 @@ int levelOf(float halfExtent, float texels, float numLevels) {
 
 void main() {
   int instance = int(aInstance);
+#if defined(UNDERPAINT)
+  const bool isSoft = true;
+#elif defined(APART)
+  const bool isSoft = false;
+#else
   bool isSoft = uHasUnderpaint && (instance & 1) == 1;
+#endif
   int id = uHasUnderpaint ? instance >> 1 : instance;
   Stroke stroke = strokeOf(id);
   Box box = boxOf(id, stroke);
@@ -67,6 +75,13 @@ void main() {
   if (isSoft && brush.w > 0.0) return;  // Gaussians have no underpaint
 #endif
   vec2 halfExtents = box.halfExtents * (isSoft ? brush.y : 1.0);
+#ifdef UNDERPAINT
+  vec2 deviations = halfExtents / GAUSSIAN_SIGMAS;  // no less than a pixel of the target tells apart
+  vec2 grown = sqrt(deviations * deviations + uLowPass * (uStep * uStep - 1.0));
+  opacity *= deviations.x / grown.x * (deviations.y / grown.y);
+  if (opacity < MIN_ALPHA) return;
+  halfExtents = GAUSSIAN_SIGMAS * grown;
+#endif
 #ifdef STREAKS
   float bristle = halfExtents.y * 2.0 / BRISTLES;  // pixels
   vec2 shown = vec2(smoothed((bristle - BRISTLE_FADE.x) / (BRISTLE_FADE.y - BRISTLE_FADE.x)),
@@ -131,8 +146,8 @@ void main() {
   if (max(halfExtents.x, halfExtents.y) > 8.0 * max(uSize.x, uSize.y)) {
     place = (0.5 + 0.5 * corner) * uSize;  // all of the picture: corners further out would lose precision
   } else {
-    vec2 reach = corner * (halfExtents + EDGE);
+    vec2 reach = corner * (halfExtents + EDGE * uStep);
     place = box.center + reach.x * box.axis + reach.y * vec2(-box.axis.y, box.axis.x);
   }
-  gl_Position = vec4(2.0 * place.x / uSize.x - 1.0, 1.0 - 2.0 * place.y / uSize.y, 0, 1);
+  gl_Position = vec4(2.0 * vec2(place.x, uSize.y - place.y) / uSpan - 1.0, 0, 1);
 }

@@ -392,5 +392,7 @@ function newEye() {
     viewmat: new Float64Array(16), fx: 1, fy: 1, cx: 0, cy: 0, width: 1, height: 1, near: NEAR,
   });
   camera.viewmat[15] = 1;
-  return { camera, settings: { order: "distance", viewport: [0, 0, 0, 0], isBare: true } };
+  const settings = { order: "distance", viewport: [0, 0, 0, 0], isBare: true };
+  settings.underpaintStep = SHARED.UNDERPAINT_STEP; // overdraw is what limits headsets
+  return { camera, settings };
 }
