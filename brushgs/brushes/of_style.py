@@ -15,8 +15,9 @@ from brushgs.values.style import MarkDictionary, StyleMarks, residuals_of
 
 RAISED = 2.5  # height by lightness: a mark that is 0.2 lighter than its mean stands as high as paint does
 # Contrast of a mark, OKLab lightness: from the first on it is laid with more than it has, at the second with
-# the most. Chroma takes a third of the excess.
-DIFFERENT = 0.015, 0.04
+# the most. Width, of the shorter side: up to the first with all of that, from the second with none. Chroma
+# takes a third of the excess.
+DIFFERENT, WIDTHS = (0.015, 0.04), (0.005, 0.015)
 MOST_CONTRAST, OF_CHROMA = 2.0, 1 / 3
 
 
@@ -37,28 +38,32 @@ def _read(path: Path, time: int, size: int) -> StyleMarks | None:
     return read_style(path).marks
 
 
-def laid_contrast(contrast: float) -> float:
-    """Factor on the differences within a mark of a contrast, OKLab, 1 to 2.
+def laid_contrast(contrast: float, width: float) -> float:
+    """Factor on the differences within a mark of a contrast, OKLab, and a width, 1 to 2.
 
-    Marks overlap and are filtered: that halves the contrast of busy marks, and hardly that of calm ones.
+    Narrow marks overlap and are filtered: that halves the contrast of busy ones, hardly that of calm ones.
+    Wide marks keep theirs.
     """
-    low, high = DIFFERENT
-    share = np.clip((contrast - low) / (high - low), 0, 1)
-    return float(1 + (MOST_CONTRAST - 1) * share)
+    share, narrow = (
+        np.clip((value - low) / (high - low), 0, 1)
+        for value, (low, high) in ((contrast, DIFFERENT), (width, WIDTHS))
+    )
+    return float(1 + (MOST_CONTRAST - 1) * share * (1 - narrow))
 
 
-def mark_texture(marks: MarkDictionary, row: int, name: str) -> StrokeTexture:
+def mark_texture(marks: MarkDictionary, row: int, name: str, width: float) -> StrokeTexture:
     """A mark of a dictionary as a brush: its colours are added to that of a stroke, its lights are raised.
 
     Args:
         marks: the dictionary.
         row: of the mark.
         name: of the brush.
+        width: of the painting's marks, a share of its shorter side.
     """
     residual = residuals_of(marks.texels[row])
     coverage = np.ascontiguousarray(marks.texels[row, ..., 3])
     mean = marks.colors[row].astype(np.float64)
-    contrast = laid_contrast(float(marks.contrasts[row]))
+    contrast = laid_contrast(float(marks.contrasts[row]), width)
     chroma = 1 + OF_CHROMA * (contrast - 1)
     laid = mean + residual * (contrast, chroma, chroma)
     rgb = np.clip(rgb_of_oklab(laid.reshape(-1, 3)), 0, 1).reshape(residual.shape)

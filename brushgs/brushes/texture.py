@@ -282,7 +282,7 @@ class StrokeTexture:
             raise SceneError(path, f"the style has {have}; name one of them, such as {path}:1")
         if dictionary is not None and number > len(brushes):
             row, name = number - len(brushes) - 1, name_in_style(path, number)
-            return mark_texture(dictionary, row, name)
+            return mark_texture(dictionary, row, name, marks.length / marks.aspect)
         coverage = brushes[number - 1].astype(np.float32) / np.float32(255)
         small = _average(coverage, _shape_within(coverage.shape, size))
         return cls("image", name_in_style(path, number), np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8))

@@ -55,7 +55,7 @@ def test_a_mark_laid_in_its_own_colour_is_the_mark(marks):
     texels = marks.dictionary.texels.copy()
     texels[..., :3] = 128 + (texels[..., :3].astype(int) - 128) // 4  # so calm that no contrast is added
     found = replace(marks.dictionary, texels=texels)
-    texture = mark_texture(found, 0, "one")
+    texture = mark_texture(found, 0, "one", 0.0)
     rgb = texture.tint.mean + (texture.tint.texels - 128.0) * texture.tint.step
     expected = np.clip(
         rgb_of_oklab((found.colors[0] + found.residuals[0]).reshape(-1, 3).astype(float)), 0, 1
@@ -67,15 +67,16 @@ def test_a_mark_laid_in_its_own_colour_is_the_mark(marks):
     assert not texture.has_bristles
 
 
-def test_busy_marks_are_laid_with_up_to_twice_their_contrast(marks):
-    factors = [laid_contrast(contrast) for contrast in (0.0, 0.015, 0.0275, 0.04, 0.2)]
+def test_busy_narrow_marks_are_laid_with_up_to_twice_their_contrast(marks):
+    factors = [laid_contrast(contrast, 0.0) for contrast in (0.0, 0.015, 0.0275, 0.04, 0.2)]
     np.testing.assert_allclose(factors, (1, 1, 1.5, 2, 2))
+    np.testing.assert_allclose([laid_contrast(0.2, width) for width in (0.005, 0.01, 0.015)], (2, 1.5, 1))
     dictionary = marks.dictionary
     busy = int(np.argmin(np.abs(dictionary.contrasts - 0.03)))
-    tint = mark_texture(dictionary, busy, "one").tint
+    tint = mark_texture(dictionary, busy, "one", 0.0).tint
     lightness = oklab_of((tint.mean + (tint.texels - 128.0) * tint.step).reshape(-1, 3))[:, 0]
     is_paint = dictionary.texels[busy, ..., 3].ravel() > 0
-    expected = laid_contrast(dictionary.contrasts[busy]) * dictionary.residuals[busy, ..., 0].ravel()
+    expected = laid_contrast(dictionary.contrasts[busy], 0.0) * dictionary.residuals[busy, ..., 0].ravel()
     assert lightness[is_paint].std() == pytest.approx(expected[is_paint].std(), rel=0.05)
 
 
