@@ -139,7 +139,7 @@ class Blacks:
     @property
     def traits(self) -> str:
         """See `Effect`."""
-        return "spot blacks" if self.threshold > 0 else "hard edges of paper"
+        return "spot blacks"
 
     def __call__(self, painted: Frame, camera: Camera, surface: object = None) -> Frame:
         """See `Effect`."""

@@ -19,6 +19,7 @@ from brushgs.outlets.page.view import PageView
 from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.rendering.border import uniform_of
 from brushgs.rendering.constants import MIN_ALPHA
+from brushgs.rendering.effect import without_effect
 from brushgs.rendering.light import BLUR, LEAST_RISE
 from brushgs.rendering.relief import paint_height
 from brushgs.rendering.streaks import starts_of
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.canvas import Painting
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.light import Lamp
+    from brushgs.rendering.tonal import Blacks
 
 VERSION = 1  # of the header; grows when a key changes its name or meaning
 MOST_GROUND = 640  # px, longer side of a picture used as ground
@@ -163,11 +165,11 @@ def page_contents(
         paints, are left out.
     """
     collected = _Collected()
-    is_hiding = [_is_hiding(coat, collected) for coat in painting.coats]
-    painting = painting.without_effects()
+    papers = [_paper(coat, collected) for coat in painting.coats]
+    painting = in_page(painting)
     coats = [
-        {**_coat(number, coat, view.center, collected), "isHiding": is_hiding[number]}
-        for number, coat in enumerate(painting.coats)
+        _coat(number, coat, view.center, collected) | paper
+        for number, (coat, paper) in enumerate(zip(painting.coats, papers, strict=True))
     ]
     surface = None if painting.surface is None else _surface(painting.surface, collected)
     behind = None if background is None else np.asarray(background, np.float64)
@@ -225,16 +227,34 @@ def _add_motion(
             header["coats"][number]["motion"] = {**numbers, "arrays": arrays}
 
 
-def _is_hiding(coat: "Coat", collected: _Collected) -> bool:
-    """Whether a coat hides what lies below with the hard edge of paper. Notes effects that are left out."""
+def in_page(painting: "Painting") -> "Painting":
+    """The painting with the strokes that a page draws: in tones where the page makes blacks of them."""
+
+    def shown(coat: "Coat") -> "Coat":
+        return replace(coat, effect=None) if _blacks(coat) else without_effect(coat)
+
+    return replace(painting, coats=tuple(map(shown, painting.coats)))
+
+
+def _blacks(coat: "Coat") -> "Blacks | None":
     from brushgs.rendering.tonal import Blacks
 
-    effect = coat.effect
-    if isinstance(effect, Blacks) and effect.threshold == 0:
-        return True
-    if effect is not None:
+    return coat.effect if isinstance(coat.effect, Blacks) and coat.effect.threshold > 0 else None
+
+
+def _paper(coat: "Coat", collected: _Collected) -> dict[str, Any]:
+    """What the page does for the effect of a coat. Notes effects that it has in part, or not at all."""
+    from brushgs.rendering.tonal import Blacks
+
+    effect, blacks = coat.effect, _blacks(coat)
+    if effect is not None and blacks is not None:
+        collected.omit(f"{effect.traits} have rougher outlines in the page, and small ones stay")
+    elif effect is not None and not isinstance(effect, Blacks):
         collected.omit(f"{effect.traits} are not in the page: strokes lie one by one")
-    return isinstance(effect, Blacks)
+    colors = None
+    if blacks is not None:
+        colors = {"threshold": blacks.threshold, "ink": list(blacks.ink), "paper": list(blacks.paper)}
+    return {"isHiding": isinstance(effect, Blacks), "blacks": colors}
 
 
 def shown_by(coat: "Coat") -> Gaussians:

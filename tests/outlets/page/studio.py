@@ -15,8 +15,9 @@ from brushgs.outlets.page.view import PageView
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.constants import MIN_ALPHA
+from brushgs.rendering.nested import scale_of
 from brushgs.rendering.options import RenderOptions
-from brushgs.rendering.tonal import CLEAR, SOLID
+from brushgs.rendering.tonal import BROAD, BROAD_EDGE, CLEAR, FINE, FINE_EDGE, HALO, JUMP, SOLID
 from brushgs.values.arrays import smoothstep
 
 HOOK = """
@@ -180,10 +181,47 @@ def painting_of(strokes, texture, *, coat=None, surface=None, lamp=None, **optio
 
 
 def hiding(painted, camera, surface):
-    """The part of the effect `Blacks` that the page has: paper hides what lies below with a hard edge."""
+    """The effect of paper in the page: it hides what lies below with a hard edge."""
     hidden = smoothstep((painted.alpha - CLEAR) / (SOLID - CLEAR)).astype(painted.alpha.dtype)
     share = hidden / np.maximum(painted.alpha, MIN_ALPHA)
     return replace(painted, rgb=painted.rgb * share[..., None], alpha=hidden)
+
+
+def blacks_of_page(effect):
+    """The effect `Blacks` as the page has it: see `inkAt` in lay.frag."""
+
+    def paint(painted, camera, surface):
+        unit, alpha, solid = scale_of(camera), painted.alpha, painted.alpha > 0.5
+        tone = painted.rgb[..., 1] + 1 - alpha
+        fine = _tone_within(tone, FINE * unit, FINE_EDGE, 2)
+        broad = _tone_within(tone, BROAD * unit, BROAD_EDGE, 4)
+        depth = np.where(solid, painted.depth, np.inf)
+        nearest = np.min(list(_window(depth, HALO * unit, 3)), axis=0)
+        with np.errstate(invalid="ignore"):
+            is_open = solid & ~(depth - nearest > JUMP * nearest)
+        ink = np.clip(0.5 + (effect.threshold - 0.5 * (fine + broad)) / 0.012, 0, 1) * is_open
+        color = effect.paper + ink[..., None] * np.subtract(effect.ink, effect.paper)
+        mixed = replace(painted, rgb=(alpha[..., None] * color).astype(painted.rgb.dtype))
+        return hiding(mixed, camera, surface)
+
+    return paint
+
+
+def _window(plane, radius, taps):
+    """The plane [H, W] as seen from each place of a window of (2 taps + 1)^2."""
+    rows, columns = (np.arange(size) for size in plane.shape)
+    steps = np.floor(np.arange(-taps, taps + 1) * radius / taps + 0.5).astype(int)
+    for y in steps:
+        for x in steps:
+            beside = np.clip(rows + y, 0, rows[-1])[:, None], np.clip(columns + x, 0, columns[-1])[None]
+            yield plane[beside]
+
+
+def _tone_within(tone, radius, contrast, taps):
+    shifted = np.stack(list(_window(tone.astype(np.float64), radius, taps)))
+    spread = shifted.var(axis=0)
+    kept = spread / (spread + contrast**2)
+    return shifted.mean(axis=0) * (1 - kept) + tone * kept
 
 
 def contents_of(painting, camera, **more):

@@ -46,7 +46,7 @@ class Canvas {
     this._image = image === undefined ? null : newImage(gl, header.arrays[image].shape, arrays[image]);
     this._targets = { width: 0, height: 0, textures: {}, framebuffers: {} };
     this._soft = { width: 0, height: 0 };
-    this._picture = { width: 0, height: 0, x: 0, y: 0, target: null, ground: true };
+    this._picture = { width: 0, height: 0, x: 0, y: 0, target: null, ground: true, middle: 0 };
     this._place = { x: 0, y: 0, detail: false, below: null, belowDetail: null };
     this._lamp = { direction: header.lamp?.direction, halfWay: header.lamp?.halfWay };
     this._taps = { width: 0, height: 0, reach: 0, weights: new Float32Array(MOST_REACH + 1) };
@@ -70,7 +70,7 @@ class Canvas {
    */
   begin({ camera = null, width, height, x = 0, y = 0, target = null, ground = true }) {
     const { gl, _picture: picture } = this;
-    Object.assign(picture, { width, height, x, y, target, ground });
+    Object.assign(picture, { width, height, x, y, target, ground, middle: camera ? camera.viewmat[11] : 0 });
     if (this._isLit && camera) this._turnLamp(camera.viewmat);
     gl.disable(gl.BLEND);
     this._pattern?.resize(width, height);
@@ -201,8 +201,9 @@ class Canvas {
     for (const program of this._programs.values()) program.dispose();
   }
 
-  _layPrograms({ isDirect, isGlaze, isPressed, isHiding, hasDetail }) {
-    const program = (kind) => this._program("lay.frag", { [kind]: true, PRESSED: isPressed, HIDES: isHiding });
+  _layPrograms({ isDirect, isGlaze, isPressed, isHiding, hasBlacks, hasDetail }) {
+    const paper = { PRESSED: isPressed, HIDES: isHiding, BLACKS: hasBlacks };
+    const program = (kind) => this._program("lay.frag", { [kind]: true, ...paper });
     if (isDirect) return null;
     return { color: program(isGlaze ? "GLAZE" : "COLOR"), detail: hasDetail ? program("DETAIL") : null };
   }
@@ -249,6 +250,15 @@ class Canvas {
     const at = this._use(program);
     gl.uniform1f(at.uDry, this._header.coats[i].dry);
     gl.uniform1i(at.uIsHeight, isHeight ? 1 : 0);
+    const { blacks } = this._header.coats[i];
+    if (blacks) {
+      gl.uniform1f(at.uThreshold, blacks.threshold);
+      gl.uniform1f(at.uMiddle, this._picture.middle);
+      gl.uniform2i(at.uSize, this._picture.width, this._picture.height);
+      gl.uniform1f(at.uUnit, Math.sqrt((this._picture.width * this._picture.height) / SHARED.NESTED_PIXELS));
+      gl.uniform3fv(at.uInk, blacks.ink);
+      gl.uniform3fv(at.uPaper, blacks.paper);
+    }
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
@@ -455,12 +465,13 @@ function planOf({ coats, surface, lamp }, isHalf) {
     const isGlaze = coat.blend === "glaze";
     const isPressed = surface !== null && coat.dry > 0;
     const hasHeight = !isGlaze && _isLit && coat.relief !== null;
-    const hasDepth = !isGlaze && i < lastTested;
+    const hasDepth = !isGlaze && (i < lastTested || (isHalf && Boolean(coat.blacks)));
     const hasDetail = hasHeight || hasDepth;
     const { isHiding } = coat;
     const isDirect = !(isGlaze || isPressed || isHiding || isTested[i] || (hasHeights && hasDetail));
     hasHeights ||= hasHeight;
-    return { isGlaze, isPressed, isHiding, isTested: isTested[i], hasHeight, hasDepth, hasDetail, isDirect };
+    const hasBlacks = Boolean(coat.blacks);
+    return { isGlaze, isPressed, isHiding, hasBlacks, isTested: isTested[i], hasHeight, hasDepth, hasDetail, isDirect };
   });
   return {
     _plans,
