@@ -31,6 +31,7 @@ STRIPS, BINS = 10, 32  # bristles of a brush, and places along them
 COVERED = 0.1  # light that a later coat lets through, below which a line under it is cut
 JOINED = 1.2  # widths between pieces of one line
 ALIKE = 0.2  # most difference of the paint of pieces that are one path, relative to the larger
+SOFT_DOT = 0.75  # px, half width of dots beyond which circles are as soft
 WIDER = 1.03  # a line as soft as that of a brush, over one that is opaque
 AROUND = 3  # px, side of the window in which the paint that paper takes is measured
 FAINTEST = 2 * MIN_ALPHA  # opacity below which a path is left out
@@ -176,8 +177,9 @@ def _paths(laid: LaidCoat, runs: _Runs, camera: Camera) -> Iterator[Path2D]:
             ends = centers[i] + np.stack([0 * axes[i], axes[i] * half[i, 0], normals[i] * half[i, 1]])
             yield Path2D("soft", ends, 0.0, color, opacity)
         elif is_dot[i]:
-            size = 2 * float(np.sqrt(half[i].prod() * 4 / np.pi * solid[brush[i]]))
-            yield Path2D("dot", centers[i : i + 1], size, color, opacity)
+            wider = WIDER if half[i, 1] > SOFT_DOT else 1.0
+            size = 2 * wider * float(np.sqrt(half[i].prod() * 4 / np.pi * solid[brush[i]]))
+            yield Path2D("dot", centers[i : i + 1], size, color, opacity / wider**2)
         elif len(area):
             yield Path2D("area", area, 0.0, color, opacity)
 
