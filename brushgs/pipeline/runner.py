@@ -14,6 +14,8 @@ from copy import copy
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+import numpy as np
+
 if TYPE_CHECKING:
     from brushgs.pipeline.explain import Explained
 
@@ -126,7 +128,9 @@ def is_same(known: object, other: object) -> bool:
         return True
     if isinstance(known, tuple) and isinstance(other, tuple):
         return len(known) == len(other) and all(map(is_same, known, other))
-    return (known == other) is True  # arrays, and objects that hold them, are compared by identity
+    if isinstance(known, np.ndarray):
+        return False
+    return (known == other) is True  # objects that hold arrays too are compared by identity
 
 
 @dataclass(frozen=True)

