@@ -56,7 +56,8 @@ def choose_marks(
     lab = oklab_of(np.clip(base_colors(strokes.sh), 0, 1))
     means, contrasts = _around(strokes, lab)
     ranks = _ranks(contrasts)
-    typical = max(float(contrasts.mean()), float(np.finfo(np.float32).tiny))
+    least = float(np.finfo(np.float32).tiny)
+    typical = max(float(contrasts.mean()), least)
     brushes = np.zeros(len(strokes), np.uint8) if strokes.brushes is None else strokes.brushes.copy()
     kept = np.ones(len(strokes))
     for marks, rows, share in choices:
@@ -67,7 +68,7 @@ def choose_marks(
         best = _most_like(marks, lab[chosen], within)
         pick = (which[chosen] * best.shape[1]).astype(np.intp)
         brushes[chosen] = np.asarray(rows, np.uint8)[best[np.arange(len(best)), pick]]
-        kept[chosen] = factors / np.minimum(own, 1)
+        kept[chosen] = factors / np.clip(own, least, 1)
         first += share
     return _calmed(replace(strokes, brushes=brushes), lab, means, kept)
 

@@ -139,6 +139,13 @@ def test_where_all_marks_are_alike_colours_stay():
     np.testing.assert_allclose(chosen.sh, strokes.sh, atol=1e-5)
 
 
+def test_strokes_of_one_colour_keep_it():
+    strokes = in_colors(random_gaussians(60), np.full((60, 3), 0.25))
+    steps = np.repeat((0, 30), 20)
+    chosen = choose_marks(strokes, [(dictionary(np.full((40, 3), 0.5), steps), np.arange(40), 1.0)])
+    np.testing.assert_allclose(chosen.sh, strokes.sh, atol=1e-5)
+
+
 def test_as_a_share_grows_strokes_take_marks_and_none_gives_them_back():
     strokes = random_gaussians(300, seed=2)
     strokes = replace(strokes, brushes=np.zeros(300, np.uint8))
