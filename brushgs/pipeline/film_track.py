@@ -56,6 +56,7 @@ def track_film(
     moving: Moving,
     *,
     is_loop: bool,
+    low_pass: float,
     num_threads: int | None,
 ) -> FilmTrack:
     """Choose the stroke directions of a coat over a film.
@@ -65,6 +66,7 @@ def track_film(
         cameras: one per frame.
         moving: how the strokes move.
         is_loop: whether the frame after the last is the first again, for both camera and scene.
+        low_pass: with which the coat is projected.
         num_threads: None takes the processors available to this process.
     """
     runs, tracks = moving.film.runs(), []
@@ -79,6 +81,7 @@ def track_film(
                 moving.motion,
                 moving.motion.positions(times),
                 fps=moving.film.fps,
+                low_pass=low_pass,
                 num_threads=num_threads,
             )
         )

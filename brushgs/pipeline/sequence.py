@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import groupby
 from math import degrees, radians
 from pathlib import Path, PurePath
@@ -206,15 +206,19 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
         assert prepared.path is not None
         closed, threads, moving = prepared.path.closed, draw.threads, prepared.moving
 
-        def track(strokes: Gaussians) -> "AnyTrack":
+        def track(strokes: Gaussians, low_pass: float) -> "AnyTrack":
             if moving is None:
-                return track_directions(strokes, closed, num_threads=threads)
+                return track_directions(strokes, closed, low_pass=low_pass, num_threads=threads)
             is_loop = prepared.path is not None and prepared.path.is_loop
-            return track_film(strokes, cameras, moving, is_loop=is_loop, num_threads=threads)
+            return track_film(
+                strokes, cameras, moving, is_loop=is_loop, low_pass=low_pass, num_threads=threads
+            )
 
         shown = coats if prepared.growth is None else [one.coat for one in prepared.growth.coats]
         tracks = [
-            _with_earlier(track(coat.strokes), more.strokes, track) if coat in tracked else None
+            _with_earlier(more.strokes, partial(track, low_pass=coat.options.low_pass), len(coat.strokes))
+            if coat in tracked
+            else None
             for coat, more in zip(coats, shown, strict=True)
         ]
         _note_coarse(closed)
@@ -391,13 +395,13 @@ class _GrowingTrack:
 
 
 def _with_earlier(
-    finished: "AnyTrack", strokes: Gaussians, track: "Callable[[Gaussians], AnyTrack]"
+    strokes: Gaussians, track: "Callable[[Gaussians], AnyTrack]", num: int
 ) -> "AnyTrack | _GrowingTrack":
-    """The track of a coat that grows, whose strokes begin with those of the finished one."""
-    num = len(finished.directions(0).angles)
+    """The track of a coat that may grow, whose strokes begin with the `num` of the finished one."""
     if num == len(strokes):
-        return finished
-    return _GrowingTrack(finished, track(strokes.take(np.arange(num, len(strokes)))))
+        return track(strokes)
+    finished, earlier = (strokes.take(rows) for rows in np.split(np.arange(len(strokes)), [num]))
+    return _GrowingTrack(track(finished), track(earlier))
 
 
 def _place(track: "AnyTrack | _GrowingTrack", index: int) -> tuple[float, ...]:

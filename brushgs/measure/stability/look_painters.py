@@ -12,13 +12,13 @@ import numpy as np
 from brushgs.measure.stability.painters import AlonePainter, StrokePainter
 from brushgs.options.choices import Lock
 from brushgs.pipeline.backdrop import with_cut_edges
-from brushgs.pipeline.film_track import FilmTrack, track_film
+from brushgs.pipeline.film_track import FilmTrack
 from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.prepare import Prepared
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.project import Directions
-from brushgs.rendering.track import Track, track_directions
+from brushgs.rendering.track import Track
 from brushgs.values.arrays import Array
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
@@ -72,7 +72,7 @@ class LookPainter(StrokePainter):
         if self._tracks is None:
             with self.timer.track.running():
                 self._tracks = [
-                    self._track_of(coat.strokes) if coat.options.lock == "track" else None
+                    self._track_of(coat) if coat.options.lock == "track" else None
                     for coat in self.painting.coats
                 ]
         return [None if track is None else track.directions(index) for track in self._tracks]
@@ -88,11 +88,8 @@ class LookPainter(StrokePainter):
             if coat.strokes is self.gaussians and track is not None
         )
 
-    def _track_of(self, strokes: Gaussians) -> Track | FilmTrack:
-        threads = self.options.num_threads
-        if self.moving is None:
-            return track_directions(strokes, self.cameras, num_threads=threads)
-        return track_film(strokes, self.cameras, self.moving, is_loop=self.is_loop, num_threads=threads)
+    def _track_of(self, coat: Coat) -> Track | FilmTrack:
+        return self._track_along(coat.strokes, coat.options.low_pass)
 
 
 @dataclass

@@ -144,15 +144,17 @@ class StrokePainter:
     def _tracked(self) -> Track | FilmTrack:
         """The directions along the path, chosen at the first call."""
         if self._track is None:
-            threads = self.options.num_threads
             with self.timer.track.running():
-                if self.moving is None:
-                    self._track = track_directions(self.gaussians, self.cameras, num_threads=threads)
-                else:
-                    self._track = track_film(
-                        self.gaussians, self.cameras, self.moving, is_loop=self.is_loop, num_threads=threads
-                    )
+                self._track = self._track_along(self.gaussians, self.options.low_pass)
         return self._track
+
+    def _track_along(self, strokes: Gaussians, low_pass: float) -> Track | FilmTrack:
+        threads = self.options.num_threads
+        if self.moving is None:
+            return track_directions(strokes, self.cameras, low_pass=low_pass, num_threads=threads)
+        return track_film(
+            strokes, self.cameras, self.moving, is_loop=self.is_loop, low_pass=low_pass, num_threads=threads
+        )
 
 
 @dataclass
