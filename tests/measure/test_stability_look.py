@@ -81,6 +81,14 @@ def test_figures_are_those_of_the_frames_that_render_writes(scene, tmp_path, loo
     assert track.alone_equal == track.alone == 1
 
 
+def test_lines_of_a_pen_lie_along_their_axis_and_do_not_pop(scene, tmp_path):
+    """Directions are chosen with the low-pass that lines are drawn with, which is none."""
+    report, _ = written(scene, tmp_path, "hatching", PathConfig(orbit=72))
+    track = report.result["track"]
+    assert track.events.size_pops == 0
+    assert track.off_axis_share < 0.1
+
+
 def test_a_look_has_its_configurations_and_tells_what_it_is(scene, tmp_path):
     report, value = written(scene, tmp_path, "oil")
     names = [figures["name"] for figures in value["stability"]["configurations"]]
