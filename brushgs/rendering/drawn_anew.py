@@ -4,7 +4,7 @@ Numbers are hashes of stroke and drawing.
 """
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from brushgs.brushes.texture import without_number
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.arrays import F32
 from brushgs.values.boxes import Boxes
-from brushgs.values.columns import RowChoice, take_rows
+from brushgs.values.columns import RowChoice
 from brushgs.values.hashing import GOLDEN_32, hash_32
 
 # Of a stroke that boils with strength 1; the change of a picture grows with the root of the strength, which
@@ -64,7 +64,7 @@ def aside(
         part: where, along its direction, the part of each begins that is left of it, and where that ends, [M]
             shares of its length; None leaves the whole.
     """
-    columns = take_rows("Boxes", {f.name: getattr(boxes, f.name) for f in fields(boxes)}, rows)
+    columns = boxes.columns_of(rows)
     dtype, half = boxes.centers.dtype, columns["half_extents"]
     (x, y), (turn, size) = _halves(words[0]), _halves(words[1])
     reach = strengths * np.minimum(

@@ -92,7 +92,8 @@ def levels_for(
     found: list[Level] = []
     for brush, codes in chosen:
         found += packed_levels(brush_set.textures[brush], codes, heights=heights, num_threads=num_threads)
-    with_heights = [pairs for level in found if (pairs := level.pairs_with_height) is not None]
+    asked = found if heights else []
+    with_heights = [pairs for level in asked if (pairs := level.pairs_with_height) is not None]
     brushes = [brush for brush, codes in chosen for _ in codes]
     tints = [brush_set.textures[brush].tint for brush in brushes]
     is_colored = any(tint is not None for tint in tints)
@@ -101,7 +102,7 @@ def levels_for(
         sizes=np.array([level.shape[::-1] for level in found], np.int32).reshape(-1, 2),
         reaches=np.array([level.reaches for level in found], np.float64).reshape(-1, 2),
         of_box=of_box,
-        pairs_with_height=with_heights if heights else [],
+        pairs_with_height=with_heights,
         tints=[level.tints for level in found] if is_colored else [],
         tint_steps=np.array([0.0 if tint is None else tint.step for tint in tints] if is_colored else []),
     )

@@ -96,10 +96,13 @@ class Boxes:
         columns = {name: getattr(self, column) for name, column in LAYER_COLUMNS.items()}
         return {name: column for name, column in columns.items() if column is not None}
 
+    def columns_of(self, rows: RowChoice) -> dict[str, Any]:
+        """Rows of every column, by its name, chosen as in `Gaussians.take`; None for those that are None."""
+        return take_rows("Boxes", {f.name: getattr(self, f.name) for f in fields(self)}, rows)
+
     def take(self, rows: RowChoice) -> "Boxes":
         """Rows chosen as in `Gaussians.take`; their order must keep depths ascending."""
-        columns = {f.name: getattr(self, f.name) for f in fields(self)}
-        return Boxes(**take_rows("Boxes", columns, rows))
+        return Boxes(**self.columns_of(rows))
 
     def __getitem__(self, rows: RowChoice) -> "Boxes":
         """Same as `take`."""
