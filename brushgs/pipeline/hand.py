@@ -11,7 +11,7 @@ import numpy as np
 from brushgs.errors import SceneWarning
 from brushgs.options.hand import WAVES
 from brushgs.options.painting import PaintConfig
-from brushgs.pipeline.media.materials import BACKDROP
+from brushgs.pipeline.media.materials import ACCENTS, BACKDROP
 from brushgs.pipeline.report import Report
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.hand import Hand, Rhythm
@@ -57,7 +57,7 @@ def open_hand(config: PaintConfig, path: "CameraPath", coats: Iterable[Coat]) ->
                 places=_places(hand.redraw_from, coat, path.cameras[0]),
             )
             for coat in coats
-            if coat.name != BACKDROP and len(coat.strokes)
+            if coat.name not in (BACKDROP, ACCENTS) and len(coat.strokes)
         }
     return Hand(paces, hand.boil_every, hand.hold_camera, *frames, rhythms, BACKDROP, hand.smear)
 

@@ -4,7 +4,7 @@ Numbers are hashes of stroke and drawing.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,21 @@ OFFSET = 0.5  # of its width,
 MOST_OFFSET = 0.02  # and of the root of the picture's area
 TURN = np.radians(15.0)
 SIZE = 0.25  # of the logarithm
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Parts of boxes along their direction.
+
+    Attributes:
+        rows: [P] of the boxes that are painted in part.
+        begins: [P] where the part begins, share of the length of the box.
+        ends: [P] where it ends.
+    """
+
+    rows: NDArray[np.intp]
+    begins: F32
+    ends: F32
 
 
 def words_of(
@@ -51,7 +66,7 @@ def aside(
     words: Sequence[NDArray[np.uint32]],
     most: float,
     rows: RowChoice = slice(None),
-    part: tuple[F32, F32] | None = None,
+    part: Part | None = None,
 ) -> Boxes:
     """Boxes a little aside, turned and of another size.
 
@@ -61,8 +76,7 @@ def aside(
         words: two times [M] bits that decide it, see `words_of`.
         most: pixels by which they lie aside.
         rows: M of the boxes, as for `Boxes.take`.
-        part: where, along its direction, the part of each begins that is left of it, and where that ends, [M]
-            shares of its length; None leaves the whole.
+        part: of those of which only a part is painted; None for whole ones.
     """
     columns = boxes.columns_of(rows)
     dtype, half = boxes.centers.dtype, columns["half_extents"]
@@ -74,10 +88,10 @@ def aside(
     angles = columns["angles"] + np.float32(TURN) * strengths * turn
     half = half * np.exp(np.float32(SIZE) * strengths * size)[:, None]
     if part is not None:
-        begins, ends = part
-        shift = (begins + ends - 1) * half[:, 0]
-        centers += np.stack([shift * np.cos(angles), shift * np.sin(angles)], axis=1)
-        half[:, 0] *= ends - begins
+        shift = (part.begins + part.ends - 1) * half[part.rows, 0]
+        angle = angles[part.rows]
+        centers[part.rows] += np.stack([shift * np.cos(angle), shift * np.sin(angle)], axis=1)
+        half[part.rows, 0] *= part.ends - part.begins
     moved = {"centers": centers, "half_extents": half, "angles": angles}
     return Boxes(**columns | {name: column.astype(dtype, copy=False) for name, column in moved.items()})
 

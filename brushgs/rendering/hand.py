@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from brushgs.options.hand import STEADY, Pace
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.drawn_anew import MOST_OFFSET, aside, in_other_images, words_of
+from brushgs.rendering.drawn_anew import MOST_OFFSET, Part, aside, in_other_images, words_of
 from brushgs.rendering.places import projected
 from brushgs.rendering.project import Directions
 from brushgs.values.arrays import F64
@@ -36,6 +36,7 @@ HELD_WITHIN = 0.75  # of the picture from its middle, the centers of strokes tha
 LAID_ASIDE = 0.25  # strength with which a stroke that is laid again differs from the one before
 LAYING = 0.15  # seconds in which a stroke is laid
 MOST_LAYING = 0.7  # of the time until it is laid again
+DAB = 0.5  # of its length, the width from which a stroke is laid at one touch
 TOUCH = 0.5  # of its width, the shortest piece of a stroke that is laid or left over
 LARGEST = 6  # times more seldom the largest strokes are laid again
 # Of what is smeared: how far it moves in a frame before it is, of the root of the picture's area; how far it
@@ -312,23 +313,27 @@ def _laid(boxes: Boxes, coat: Coat, rhythm: Rhythm, seconds: F64, most: float) -
     turns = seconds * rates + rhythm.phases[ids]
     keys = turns.astype(np.int64)
     share_laid = (turns - keys) / np.minimum(LAYING * rates, MOST_LAYING).clip(1e-9)
-    is_laid = (share_laid < 1) & (rates > 0)
+    length, width = boxes.half_extents.T
+    laid = np.flatnonzero((share_laid < 1) & (rates > 0) & (width < DAB * length))
     # The new one first, then what is left of the old one. That goes behind the new one, in the second half of
     # the time; at once where paint does not cover, since both would be seen.
-    rows = np.repeat(np.arange(len(ids)), 1 + is_laid)
-    is_old = np.append(False, rows[1:] == rows[:-1])
-    laid = np.where(is_laid, share_laid, 1.0)[rows].astype(np.float32)
-    length, width = boxes.half_extents.take(rows, axis=0).T
-    touch = np.minimum(TOUCH * width / np.maximum(length, 1e-9), 1)
-    reached = np.maximum(laid, touch)
-    gone = reached if coat.blend == "glaze" else np.maximum(2 * laid - 1, 0)
-    begins, ends = np.where(is_old, gone, 0), np.where(is_old, 1, reached)
-    shown = np.flatnonzero(ends - begins >= touch)
-    rows, is_old = rows[shown], is_old[shown]
-    drawings = ((keys[rows] - is_old) % rhythm.counts[ids[rows]]).astype(np.uint32)
+    touch = TOUCH * width[laid] / length[laid]
+    reached = np.maximum(share_laid[laid], touch)
+    gone = reached if coat.blend == "glaze" else np.maximum(2 * share_laid[laid] - 1, 0)
+    is_left = 1 - gone >= touch
+    num_rows = np.ones(len(ids), np.intp)
+    num_rows[laid[is_left]] = 2
+    rows = np.repeat(np.arange(len(ids)), num_rows)
+    new = laid + np.cumsum(is_left) - is_left
+    old = new[is_left] + 1
+    keys = keys[rows]
+    keys[old] -= 1
+    words = words_of(boxes.ids[rows], (keys % rhythm.counts[ids[rows]]).astype(np.uint32), _LIES, 2)
     strengths = np.where(rates > 0, np.float32(LAID_ASIDE), np.float32(0))[rows]
-    words = words_of(boxes.ids[rows], drawings, _LIES, 2)
-    return aside(boxes, strengths, words, most, rows, (begins[shown], ends[shown]))
+    ends = np.concatenate([reached, np.ones(len(old))])
+    begins = np.concatenate([np.zeros(len(new)), gone[is_left]])
+    part = Part(np.concatenate([new, old]), begins.astype(np.float32), ends.astype(np.float32))
+    return aside(boxes, strengths, words, most, rows, part)
 
 
 def _smeared(boxes: Boxes, now: Seen, before: Seen, share: float) -> Boxes:

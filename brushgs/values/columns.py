@@ -6,6 +6,7 @@ float columns share one dtype; integer columns have their own.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -122,14 +123,15 @@ def take_rows(where: str, columns: Mapping[str, Any], rows: RowChoice) -> dict[s
 
 def check_finite(where: str, value: Any) -> None:
     """Refuse NaN and infinity, naming column and row. A finite sum proves a column finite without a mask."""
-    for f in fields(value):
-        column = getattr(value, f.name)
-        if column is None or f.type in NOT_COLUMNS:
-            continue
-        with np.errstate(over="ignore", invalid="ignore"):
-            is_finite = np.isfinite(column.sum())
-        if not is_finite:
-            check_rows(where, f.name, "be finite", ~np.isfinite(column).reshape(len(column), -1).all(axis=1))
+    columns = {f.name: getattr(value, f.name) for f in fields(value) if f.type not in NOT_COLUMNS}
+    with np.errstate(over="ignore", invalid="ignore"):
+        suspects = [
+            (name, column)
+            for name, column in columns.items()
+            if column is not None and not isfinite(np.add.reduce(column, axis=None))
+        ]
+    for name, column in suspects:
+        check_rows(where, name, "be finite", ~np.isfinite(column).reshape(len(column), -1).all(axis=1))
 
 
 def check_rows(where: str, name: str, rule: str, is_bad: NDArray[np.bool_]) -> None:

@@ -10,7 +10,7 @@ from brushgs.options.hand import Pace
 from brushgs.rendering import hand as hand_module
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.drawn_anew import SIZE, TURN
-from brushgs.rendering.hand import LAID_ASIDE, Hand, Rhythm, Seen
+from brushgs.rendering.hand import DAB, LAID_ASIDE, Hand, Rhythm, Seen
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
 from tests.scenes import still_life_of
@@ -142,6 +142,12 @@ def test_strokes_are_laid_over_the_old_ones_along_their_direction(coat, seen):
     assert len(new) == (counts == 2).sum()
     assert np.all(boxes.depths[new] == boxes.depths[new + 1])
     assert np.all(boxes.half_extents[new, 0] > 0)
+    as_seen = seen(5).boxes
+    is_dab = as_seen.half_extents[:, 1] >= DAB * as_seen.half_extents[:, 0]
+    assert 5 < is_dab.sum() < len(is_dab) - 5
+    assert set(ids[counts == 2]).isdisjoint(as_seen.ids[is_dab]), (
+        "what is hardly longer than wide comes whole"
+    )
 
 
 @pytest.mark.parametrize("wave", [False, True])
