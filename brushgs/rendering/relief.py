@@ -25,6 +25,7 @@ from brushgs.values.sh import base_colors
 
 # Reference picture (1000 x 750) of lengths on the canvas.
 CANVAS_PIXELS = 750_000
+PIXELS_PER_MM = 6.0  # of that picture where paper has a size: threads of linen are then 0.6 mm wide
 THICKNESS, GAIN = 0.4, 1.7  # px of that picture
 # Clamp of a stroke's size over the median size, before taking the root: large strokes carry more paint.
 LEAST_SIZE, MOST_SIZE = 0.4, 2.5
@@ -42,9 +43,12 @@ LEAST_RANGE = 0.1  # least OKLab L from fully dark to light: a painting of one t
 UNDERPAINT_THICKNESS: float = _core.UNDERPAINT_THICKNESS  # 0.15 / 0.8
 
 
-def canvas_scale(width: int, height: int) -> float:
-    """Pixels of this picture per pixel of a 1000 x 750 picture, so paintings look the same at any size."""
-    return sqrt(width * height / CANVAS_PIXELS)
+def canvas_scale(width: int, height: int, dpi: float | None = None) -> float:
+    """Pixels of this picture per pixel of a 1000 x 750 picture, so paintings look the same at any size.
+
+    With a `dpi`, pixels per inch on paper, what is laid over the picture has its physical size instead.
+    """
+    return sqrt(width * height / CANVAS_PIXELS) if dpi is None else dpi / 25.4 / PIXELS_PER_MM
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import ndimage
 
+from brushgs.rendering.effect import OfWhole
 from brushgs.rendering.nested import PIXELS, scale_of
 from brushgs.values.arrays import F32, Array, Mask, smoothstep
 from brushgs.values.camera import Camera
@@ -116,7 +117,7 @@ def _within_edges(values: F32, radius: float, contrast: float) -> F32:
 
 
 @dataclass(frozen=True)
-class Blacks:
+class Blacks(OfWhole):
     """Spot blacks: the effect on a coat of strokes in greys, which leaves their darkest masses in one colour.
 
     Everything else becomes paper, which hides what lies behind. With a threshold of 0 all is paper.
@@ -141,7 +142,7 @@ class Blacks:
         """See `Effect`."""
         return "spot blacks"
 
-    def __call__(self, painted: Frame, camera: Camera, surface: object = None) -> Frame:
+    def __call__(self, painted: Frame, camera: Camera, surface: object = None, part: object = None) -> Frame:
         """See `Effect`."""
         assert painted.depth is not None, "coats with effects have a depth"
         shares = np.zeros(painted.alpha.shape, np.float32)

@@ -16,6 +16,7 @@ import numpy as np
 
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
+from brushgs.rendering.effect import OfWhole
 from brushgs.rendering.space_noise import Anchor, space_noise
 from brushgs.values.arrays import F64, Array, smoothstep
 from brushgs.values.camera import Camera
@@ -121,7 +122,7 @@ class Washes:
 
 
 @dataclass(frozen=True)
-class WetLayer:
+class WetLayer(OfWhole):
     """The effect of a wet layer, see `Effect`; all its numbers are those of a job.
 
     Attributes:
@@ -143,7 +144,7 @@ class WetLayer:
         """See `Effect`."""
         return "washes that run and gather"
 
-    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
+    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None", part: Any = None) -> Frame:
         """The wet layer as covering paint: its paper hides what lies below the strokes."""
         return _on_part(self._laid, painted, camera, surface)
 
@@ -183,7 +184,7 @@ class WetLayer:
 
 
 @dataclass(frozen=True)
-class ShadowWash:
+class ShadowWash(OfWhole):
     """The effect of one wash, in the colour of its strokes, over all that they cover; for glazes.
 
     Attributes:
@@ -199,7 +200,7 @@ class ShadowWash:
         """See `Effect`."""
         return "washes that run and gather"
 
-    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
+    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None", part: Any = None) -> Frame:
         """The tint of the wash."""
         darker = _on_part(self._laid, painted, camera, surface)
         return replace(darker, rgb=darker.rgb + (1 - darker.alpha)[..., None])
