@@ -44,6 +44,7 @@ from brushgs.rendering.motion import StrokeMotion
 from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.part import Part
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
@@ -328,6 +329,8 @@ def painting(
         is_moving=along_path,
         region_names=region_names,
         day=None if suns is None else day_of(suns, key, made, coats, of_backdrop),
+        part=None if painted_with.output.crop is None else Part(*painted_with.output.crop),
+        dpi=painted_with.view.dpi,
     )
 
 
