@@ -1,4 +1,4 @@
-"""Sizes on paper: "A3@300", "40x30cm@200", "letter-portrait@150".
+"""Sizes on paper: "A3@300", "40x30cm@200", "letter-portrait@150", and in pixels "7680x4320@300".
 
 Only the standard library and msgspec are imported.
 """
@@ -35,10 +35,10 @@ SHEETS: Mapping[str, tuple[float, float]] = {
     "tabloid": (11 * MM_PER_INCH, 17 * MM_PER_INCH),
 }
 LEAST_DPI, MOST_DPI = 10.0, 2400.0
-EXAMPLES = "A3@300, A4-portrait@300, letter@150 or 40x30cm@200"
+EXAMPLES = "A3@300, A4-portrait@300, letter@150, 40x30cm@200 or 7680x4320@300"
 _NUMBER = r"([0-9]{1,6}(?:\.[0-9]{1,6})?)"
 _SHEET = re.compile(rf"([a-z]+[0-9]?)(?:-(portrait|landscape))?@{_NUMBER}", re.IGNORECASE)
-_SIDES = re.compile(rf"{_NUMBER}x{_NUMBER} ?(mm|cm|in)@{_NUMBER}", re.IGNORECASE)
+_SIDES = re.compile(rf"{_NUMBER}x{_NUMBER} ?(mm|cm|in|px)?@{_NUMBER}", re.IGNORECASE)
 Turn = Literal["", "portrait", "landscape"]
 
 
@@ -73,8 +73,9 @@ class PaperSize(Options, frozen=True):
         """
         if match := _SIDES.fullmatch(text):
             width, height, unit, dpi = match.groups()
-            sides = float(width) * MM_OF[unit.lower()], float(height) * MM_OF[unit.lower()]
-            return cls(sides, float(dpi), f"{width}x{height}{unit.lower()}")
+            unit = "" if unit is None or unit.lower() == "px" else unit.lower()
+            mm = MM_OF[unit] if unit else MM_PER_INCH / max(float(dpi), 1e-9)  # without a unit: pixels
+            return cls((float(width) * mm, float(height) * mm), float(dpi), f"{width}x{height}{unit}")
         match = _SHEET.fullmatch(text)
         names = {name.lower(): name for name in SHEETS}
         if match is None or match[1].lower() not in names:

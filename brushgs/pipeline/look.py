@@ -29,13 +29,13 @@ MOST_PIXELS = 1 << 25  # of a ground that is made at once: 640 MB; 7680 x 4320 a
 PROOF_SIDE = 4096  # pixels, of the ground of a larger picture, for its mean colour
 
 
-def open_relief(config: LightConfig) -> "Relief | None":
-    """The relief of a look's paint; None if it is not visible."""
+def open_relief(config: LightConfig, dpi: float | None = None) -> "Relief | None":
+    """The relief of a look's paint; None if it is not visible. `dpi` as of `Relief`."""
     if config.relief == 0 or config.gain == config.base == 0:
         return None
     from brushgs.rendering.relief import Relief
 
-    return Relief(thickness=config.base, gain=config.gain, by_light=min(BY_LIGHT * config.key, 1.0))
+    return Relief(thickness=config.base, gain=config.gain, by_light=min(BY_LIGHT * config.key, 1.0), dpi=dpi)
 
 
 def open_surface(

@@ -74,10 +74,15 @@ def painted_with(config: PaintConfig, view: ViewConfig) -> PaintConfig:
 
 @anew
 def options(
-    draw_config: DrawConfig, texture: "BrushSet", along_path: bool, light_config: LightConfig
+    draw_config: DrawConfig,
+    texture: "BrushSet",
+    along_path: bool,
+    light_config: LightConfig,
+    view_config: ViewConfig,
 ) -> "RenderOptions":
     """The options for drawing strokes."""
-    return render_options(draw_config, texture, along_path=along_path, relief=open_relief(light_config))
+    relief = open_relief(light_config, view_config.dpi)
+    return render_options(draw_config, texture, along_path=along_path, relief=relief)
 
 
 @anew
