@@ -423,8 +423,8 @@ class ViewConfig(Options, frozen=True):
     Angles are radians here, degrees in flags. `size` None is that of the camera in the file, or 1280 x 720;
     "auto", or the way that paper lies, is chosen to suit the subject, which is then composed in the picture
     (see `brushgs.cameras.composition`); for moving or given cameras it counts as None. With a `camera_file`
-    only `view`, the index in the file, and `size` are used. `look_at` None is the subject, or for scenes seen from
-    inside the view from there: azimuth and elevation then turn the camera in place.
+    only `view`, the index in the file, and `size` are used. `look_at` None is the subject, or for scenes seen
+    from inside the view from there: azimuth and elevation then turn the camera in place.
     """
 
     GROUP: ClassVar = "view"

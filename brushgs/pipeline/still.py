@@ -34,7 +34,7 @@ from brushgs.pipeline.media.materials import BACKDROP, CUT_IN
 from brushgs.pipeline.outputs import check_encoding, check_output, input_files
 from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.strips import needs_strips, strips
+from brushgs.pipeline.strips import check_memory, needs_strips, strips
 from brushgs.pipeline.strokes import name_of
 from brushgs.pipeline.views_sheet import write_sheet_of
 from brushgs.rendering.wanted import NOTHING, Wanted
@@ -192,6 +192,7 @@ def paint_view(
         painting = with_cut_edges(painting, camera, prepared.edges)
     if in_strips and not wanted.is_any and needs_strips(painting, camera):
         return strips(painting, camera, report, advice=advice)
+    check_memory(painting, camera)
     canvas, shown = painting.canvas(camera, wanted), []
     for coat in painting.coats:
         boxes = project_coat(coat, camera, report, advice=advice, among=len(painting.coats))

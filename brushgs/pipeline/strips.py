@@ -7,7 +7,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from brushgs.core.memory import machine_memory
 from brushgs.formats.pictures.oiio import Strips
+from brushgs.options.memory_size import memory_words
 from brushgs.pipeline.drawing import project_coat, warn_if_blank
 from brushgs.pipeline.media.materials import BACKDROP, CUT_IN
 from brushgs.pipeline.report import Report
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 
 MOST_PIXELS = 1 << 25  # of a picture in one piece: 7680 x 4320 and a little more, some 4 GB
 STRIP_PIXELS = 1 << 23  # with some 100 bytes each while it is painted
+# Bytes that a pixel of a picture in one piece takes: of oil 100, of ink 120, of washes 220.
+BYTES, BYTES_OF_WHOLE = 120, 220
 
 
 def needs_strips(painting: "Painting", camera: Camera) -> bool:
@@ -27,6 +31,25 @@ def needs_strips(painting: "Painting", camera: Camera) -> bool:
     part = painting.part
     num = camera.width * camera.height if part is None else part.width * part.height
     return num > MOST_PIXELS and painting.reach(camera) is not None
+
+
+def check_memory(painting: "Painting", camera: Camera) -> None:
+    """Refuse a large picture in one piece that the memory of this machine does not hold.
+
+    Raises:
+        ValueError: if it does not.
+    """
+    num, known, is_whole = camera.width * camera.height, machine_memory(), painting.reach(camera) is None
+    needed = num * (BYTES_OF_WHOLE if is_whole else BYTES)
+    if num <= MOST_PIXELS or known is None or needed <= known or (painting.part and not is_whole):
+        return
+    cure = "take another look" if is_whole else "write a PNG, TIFF or JPEG without layers"
+    reason = "its washes or blacks need " if is_whole else "it takes "
+    size = f"{camera.width}x{camera.height}"
+    raise ValueError(
+        f"size must suit the memory: {reason}some {memory_words(needed)} for {size} pixels at once, and this "
+        f"machine has {memory_words(known)}; {cure}, or fewer pixels"
+    )
 
 
 def strips(painting: "Painting", camera: Camera, report: Report, *, advice: str = "") -> Strips:

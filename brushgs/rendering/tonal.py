@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import ndimage
 
-from brushgs.rendering.effect import OfWhole
 from brushgs.rendering.nested import PIXELS, scale_of
 from brushgs.values.arrays import F32, Array, Mask, smoothstep
 from brushgs.values.camera import Camera
@@ -117,7 +116,7 @@ def _within_edges(values: F32, radius: float, contrast: float) -> F32:
 
 
 @dataclass(frozen=True)
-class Blacks(OfWhole):
+class Blacks:
     """Spot blacks: the effect on a coat of strokes in greys, which leaves their darkest masses in one colour.
 
     Everything else becomes paper, which hides what lies behind. With a threshold of 0 all is paper.
@@ -154,6 +153,10 @@ class Blacks(OfWhole):
         alpha = np.maximum(smoothstep((painted.alpha - CLEAR) / (SOLID - CLEAR)), shares).astype(dtype)
         rgb = alpha[..., None] * paper + (alpha * shares.astype(dtype))[..., None] * (ink - paper)
         return Frame(rgb, alpha, painted.depth, painted.height)
+
+    def reach(self, camera: Camera) -> int | None:
+        """See `Effect`: regions count by their whole area, paper alone by none."""
+        return None if self.threshold > 0 else 0
 
     def areas(self, picture: Array) -> "Sequence[tuple[Array, Color]]":
         """See `Effect`: paper, and ink on it."""
