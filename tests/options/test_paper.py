@@ -3,8 +3,8 @@
 import pytest
 
 from brushgs.options.output import OutputConfig, read_crop
-from brushgs.options.paper import SHEETS, PaperSize
 from brushgs.options.painting import ClusterConfig, PaintConfig, StrokeSize, ViewConfig, chosen_size
+from brushgs.options.paper import SHEETS, PaperSize
 from tests.kit.for_each import for_each
 
 
@@ -81,5 +81,5 @@ def test_a_part_is_four_whole_numbers(text):
 
 def test_a_part_holds_pixels():
     assert OutputConfig(crop=read_crop("0, 1, 20,30")).crop == (0, 1, 20, 30)
-    with pytest.raises(ValueError, match="crop must be X,Y,W,H .* got 0,0,0,4"):
+    with pytest.raises(ValueError, match=r"crop must be X,Y,W,H .* got 0,0,0,4"):
         OutputConfig(crop=(0, 0, 0, 4))

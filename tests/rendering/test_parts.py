@@ -104,7 +104,7 @@ def test_threads_of_linen_on_paper_are_six_tenths_of_a_millimetre_wide():
     across = linen((1, 1, 1), height=8, width=width, dpi=dpi).height.mean(axis=0)
     waves = np.abs(np.fft.rfft(across - across.mean()))
     found = width / (10 + np.argmax(waves[10:]))
-    assert PERIOD / PIXELS_PER_MM == pytest.approx(0.6)
+    assert pytest.approx(0.6) == PERIOD / PIXELS_PER_MM
     assert found == pytest.approx(0.6 * dpi / 25.4, rel=0.15)
 
 
