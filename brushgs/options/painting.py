@@ -434,7 +434,7 @@ class ViewConfig(Options, frozen=True):
         "'auto' chooses portrait, square or landscape with as many pixels as 1280x720, and composes an "
         "object with room for its shadow; or on paper, with pixels per inch: A3@300 (turned and composed "
         f"likewise; {sheet_names()}), A3-portrait@300, 40x30cm@200 #resolution #width #height #quality "
-        "#portrait #landscape #print #dpi #paper",
+        "#portrait #landscape #crop #print #dpi #paper",
         default="1280x720, or that of the camera in the file", metavar="WxH|PAPER@DPI|auto",
         read=chosen_size, written=("x", ""), example="1920x1080")] = None
     camera_file: Annotated[Path | None, option("camera file: {cameras}; 'none' ignores camera files beside "

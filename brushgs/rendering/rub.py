@@ -105,7 +105,7 @@ class Rub:
                 )
         return np.asarray(GATHERED * gathered + (1 - GATHERED) * shares, shares.dtype)
 
-    def _noise(self, depth: Array, camera: Camera, part: Part | None) -> F32:
+    def _noise(self, depth: Array, camera: Camera, part: Part | None = None) -> F32:
         """[H, W] how far each pixel is rubbed, 0 to 1."""
         rows, columns = (np.arange(size)[STEP // 2 :: STEP] for size in depth.shape)
         if not len(rows) or not len(columns):
