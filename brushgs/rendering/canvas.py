@@ -66,8 +66,9 @@ class Canvas:
         self._wanted, self._region_names = wanted, region_names
         size = camera.width, camera.height
         self._part, self._dpi, self._scale = part, dpi, canvas_scale(*size, dpi)
-        is_local = part is not None and reach is not None and not wanted.is_any
-        self._painted = part.grown(reach, *size) if is_local else None  # None for all of the picture
+        self._painted: Part | None = None  # all of the picture
+        if part is not None and reach is not None and not wanted.is_any:
+            self._painted = part.grown(reach, *size)
         if surface is not None:
             surface = surface.seen_in(camera, self._painted)
         self._laid: list[LaidCoat] = []  # filled if layers need every stroke
@@ -96,7 +97,7 @@ class Canvas:
         if self._wanted.needs_strokes:
             from brushgs.rendering.marks import LaidCoat
 
-            self._laid.append(LaidCoat.of(coat, boxes, painted, frame, **more))
+            self._laid.append(LaidCoat.of(coat, boxes, painted, frame, **more, dpi=self._dpi))
         if coat.blend == "glaze":
             if self._frame is not None:
                 np.multiply(self._frame.rgb, frame.rgb, out=self._frame.rgb)

@@ -64,8 +64,9 @@ class DeepSamples:
         firsts, counts = self.starts[chosen], self.starts[chosen + 1] - self.starts[chosen]
         starts = np.concatenate([[0], np.cumsum(counts)])
         of_samples = np.repeat(firsts - starts[:-1], counts) + np.arange(starts[-1])
-        columns = (column[of_samples] for column in (self.colors, self.alphas, self.depths, self.ids))
-        return DeepSamples(starts, *columns, height=part.height, width=part.width)
+        columns = (self.colors, self.alphas, self.depths, self.ids)
+        colors, alphas, depths, ids = (column[of_samples] for column in columns)
+        return DeepSamples(starts, colors, alphas, depths, ids, part.height, part.width)
 
 
 Layer = Array | Matte  # one of `Frame.layers`

@@ -39,7 +39,7 @@ class Part:
 
     def is_in(self, width: int, height: int) -> bool:
         """Whether a picture of this size holds all of it."""
-        return self.columns.stop <= width and self.rows.stop <= height
+        return self.left + self.width <= width and self.top + self.height <= height
 
     def grown(self, reach: int, width: int, height: int) -> "Part":
         """The part with what lies up to `reach` from it, on to whole tiles, in a picture of this size."""

@@ -193,14 +193,16 @@ def write_flat(frame: Frame, path: str | Path, background: Background, shot: Sho
     assert out is not None, "the formats of the table are part of every build of OpenImageIO"
     # An encoder that is interrupted midway complains to the terminal.
     with defer_stop(), replacing(path) as temporary:
-        is_written = out.open(str(temporary), spec) and _write_bands(out, planes, width, height)
+        is_written = out.open(str(temporary), spec) and _write_bands(out, planes, (width, height), spec.y)
         if not (out.close() and is_written):
             raise not_written(path, temporary, out)
 
 
-def _write_bands(out: "OpenImageIO.ImageOutput", planes: Sequence[Plane], width: int, height: int) -> bool:
-    """Write all rows; whether that succeeded."""
-    top = out.spec().y
+def _write_bands(
+    out: "OpenImageIO.ImageOutput", planes: Sequence[Plane], size: tuple[int, int], top: int
+) -> bool:
+    """Write all rows, the first as row `top`; whether that succeeded."""
+    width, height = size
     band = np.empty((min(_NUM_ROWS, height), width, len(planes)), np.float32)
     for start in range(0, height, _NUM_ROWS):
         stop = min(start + _NUM_ROWS, height)
