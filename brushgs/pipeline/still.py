@@ -190,8 +190,10 @@ def paint_view(
     advice = "" if prepared.notes is not None and prepared.notes.is_strokes else SPENT_OUTSIDE
     if prepared.growth is None:
         painting = with_cut_edges(painting, camera, prepared.edges)
+    # An unfinished painting may be almost empty, and so may a part of one.
+    is_whole = prepared.growth is None and painting.part is None
     if in_strips and not wanted.is_any and needs_strips(painting, camera):
-        return strips(painting, camera, report, advice=advice)
+        return strips(painting, camera, report, advice=advice, is_whole=is_whole)
     check_memory(painting, camera)
     canvas, shown = painting.canvas(camera, wanted), []
     for coat in painting.coats:
@@ -199,8 +201,7 @@ def paint_view(
         painted = lay_coat(canvas, coat, boxes, report, among=len(painting.coats))
         if coat.name not in (BACKDROP, CUT_IN):
             shown.append((painted, len(boxes), boxes, coat))
-    # An unfinished painting may be almost empty, and so may a part of one.
-    if prepared.growth is None and (painting.part is None or not any(one[1] for one in shown)):
+    if is_whole:
         painted, _, boxes, coat = max(shown, key=lambda one: one[:2])
         warn_if_blank(coat, boxes, camera, painted)
     frame = light_canvas(canvas, painting, camera, report)

@@ -52,8 +52,18 @@ def check_memory(painting: "Painting", camera: Camera) -> None:
     )
 
 
-def strips(painting: "Painting", camera: Camera, report: Report, *, advice: str = "") -> Strips:
-    """A painting in strips; its strokes are projected at once. `advice` as of `project_coat`."""
+def strips(
+    painting: "Painting", camera: Camera, report: Report, *, advice: str = "", is_whole: bool = True
+) -> Strips:
+    """A painting in strips; its strokes are projected at once.
+
+    Args:
+        painting: whose pictures depend on parts of it alone.
+        camera: the view.
+        report: gets the stages.
+        advice: see `project_coat`.
+        is_whole: whether an almost empty picture is worth a warning.
+    """
     among = len(painting.coats)
     laid = [(coat, project_coat(coat, camera, report, advice=advice, among=among)) for coat in painting.coats]
     whole = painting.part or Part.whole(camera.width, camera.height)
@@ -73,7 +83,7 @@ def strips(painting: "Painting", camera: Camera, report: Report, *, advice: str 
                     most = max(most, float(frame.alpha.mean()))
             yield canvas.finish(painting.lamp)
         coat, boxes = max(laid, key=lambda one: len(one[1]))
-        if painting.part is None:
+        if is_whole:
             warn_if_blank(coat, boxes, camera, most)
 
     with report.stage("strips") as stage:

@@ -121,8 +121,20 @@ class Washes:
         )
 
 
+class _Running(OfWhole):
+    """Washes that run through the picture of a coat."""
+
+    @property
+    def traits(self) -> str:
+        """See `Effect`."""
+        return "washes that run and gather"
+
+    def areas(self, picture: Array) -> None:
+        """See `Effect`: none, washes run."""
+
+
 @dataclass(frozen=True)
-class WetLayer(OfWhole):
+class WetLayer(_Running):
     """The effect of a wet layer, see `Effect`; all its numbers are those of a job.
 
     Attributes:
@@ -139,17 +151,9 @@ class WetLayer(OfWhole):
     washes: Washes = field(default=Washes())
     smoothing: tuple[Wash, Wash, Wash] = WASHES
 
-    @property
-    def traits(self) -> str:
-        """See `Effect`."""
-        return "washes that run and gather"
-
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None", part: Any = None) -> Frame:
         """The wet layer as covering paint: its paper hides what lies below the strokes."""
         return _on_part(self._laid, painted, camera, surface)
-
-    def areas(self, picture: Array) -> None:
-        """See `Effect`: none, washes run."""
 
     def stand_in(self, coat: "Coat") -> "Coat":
         """See `Effect`: the strokes in keyed colours."""
@@ -184,7 +188,7 @@ class WetLayer(OfWhole):
 
 
 @dataclass(frozen=True)
-class ShadowWash(OfWhole):
+class ShadowWash(_Running):
     """The effect of one wash, in the colour of its strokes, over all that they cover; for glazes.
 
     Attributes:
@@ -195,18 +199,10 @@ class ShadowWash(OfWhole):
     anchor: Anchor
     washes: Washes = field(default=Washes())
 
-    @property
-    def traits(self) -> str:
-        """See `Effect`."""
-        return "washes that run and gather"
-
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None", part: Any = None) -> Frame:
         """The tint of the wash."""
         darker = _on_part(self._laid, painted, camera, surface)
         return replace(darker, rgb=darker.rgb + (1 - darker.alpha)[..., None])
-
-    def areas(self, picture: Array) -> None:
-        """See `Effect`: none, washes run."""
 
     def stand_in(self, coat: "Coat") -> "Coat":
         """See `Effect`: the strokes themselves."""
