@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.canvas import Painting
 
 MOST_PIXELS = 1 << 25  # of a picture in one piece: 7680 x 4320 and a little more, some 4 GB
+OF_WHOLE = ("watercolour", "ink")  # media whose washes and blacks need the whole picture
 STRIP_PIXELS = 1 << 23  # with some 100 bytes each while it is painted
 # Bytes that a pixel of a picture in one piece takes: of oil 100, of ink 120, of washes 220.
 BYTES, BYTES_OF_WHOLE = 120, 220
