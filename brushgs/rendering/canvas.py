@@ -91,7 +91,8 @@ class Canvas:
             boxes, self._camera, coat.texture, coat.options, blend=blend, **given
         )
         if coat.effect is not None:
-            frame = coat.effect(painted, self._camera, self._surface, self._painted)
+            part = {} if self._painted is None else {"part": self._painted}
+            frame = coat.effect(painted, self._camera, self._surface, **part)
         if coat.dry and self._surface is not None:
             frame = _pressed(frame, coat, self._surface.grain)
         if self._wanted.needs_strokes:
@@ -248,7 +249,7 @@ class Painting:
             region_names=self.region_names,
             part=self.part,
             dpi=self.dpi,
-            reach=self.reach(camera),
+            reach=None if self.part is None else self.reach(camera),
         )
 
     def reach(self, camera: Camera) -> int | None:
