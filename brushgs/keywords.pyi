@@ -76,6 +76,7 @@ class PaintKeywords(TypedDict, total=False):
     lock: Literal["track", "anchor", "canonical", "off"] | None
     first: float | str | None
     layers: Sequence[str] | str | None
+    crop: Sequence[int] | str | None
     deep: bool | None
 
 class FilmKeywords(TypedDict, total=False):
@@ -170,6 +171,7 @@ class FilmKeywords(TypedDict, total=False):
     speed: float | str | None
     cross_fade: float | str | None
     layers: Sequence[str] | str | None
+    crop: Sequence[int] | str | None
     deep: bool | None
     codec: Literal["h264", "h265", "prores", "vp9"] | None
     bits: int | str | None

@@ -30,6 +30,7 @@ SIZES = {"render": "48x36", "export": "48x36", "views": "32x24"}
 COUNTED = re.compile(r"--strokes |--stroke-size |--stroke gaussian")  # commands about their number
 WITH_VIEWS = re.compile(r"--see|--preset|for[-_]view|--explain|dB")  # commands about strokes that see
 FRAMES = re.compile(r"(?<=--orbit )\d+|(?<=--grow )\d+")
+PART = re.compile(r"(?<=--crop )[\d,]+")
 
 
 def files_of(words):
@@ -76,10 +77,12 @@ def test_most_commands_of_the_guides_are_run():
 @pytest.mark.parametrize("line", RUN)
 def test_a_command_of_the_guides_runs(line, folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
-    line = FRAMES.sub("3", line).replace("0,1.6,0,0.4", "0,-0.2,0,1")  # a place in this scene
+    line = FRAMES.sub("3", PART.sub("9,8,20,10", line)).replace(
+        "0,1.6,0,0.4", "0,-0.2,0,1"
+    )  # a place in this scene
     words = shlex.split(line, comments=True)[1:]
     if words[0] in SIZES:
-        words += ["--size", SIZES[words[0]]]
+        words += ["--size", SIZES[words[0]] + ("@100" if re.search("--size [^ ]+@", line) else "")]
     if words[0] in ("render", "export") and not COUNTED.search(line):
         words += ["--strokes", "60"]
     if words[0] in ("render", "export") and not WITH_VIEWS.search(line):

@@ -6,6 +6,7 @@ faces and where its shadow falls, and stands below the middle. The camera keeps 
 Like all framing it depends only on a `FirstView`, so that strokes are composed like their scene.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import floor, log, log10, radians, sin, tan
 
@@ -15,11 +16,13 @@ from numpy.typing import ArrayLike
 from brushgs.cameras.first_view import framing
 from brushgs.cameras.framing import FLAT_ELEVATION, camera_axes, default_elevation, fit_eye, rolled
 from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
+from brushgs.options.paper import PaperSize
 from brushgs.values.arrays import F64
 from brushgs.values.camera import FirstView
 
 # About 921,600 pixels each, as many as 1280x720.
-SIZES = ((784, 1176), (858, 1074), (960, 960), (1074, 858), (1108, 832), (1280, 720))
+_Size = tuple[int, int] | PaperSize
+SIZES: Sequence[_Size] = ((784, 1176), (858, 1074), (960, 960), (1074, 858), (1108, 832), (1280, 720))
 TO_PICTURE = 0.6  # exponent between the proportions of a subject with its shadow and those of its picture
 FILL = 0.68  # share of the picture's width or height, whichever binds, filled by the subject
 FEET, LOW_FEET = 0.88, 0.82  # lower end of a tall and of a low subject, share of the height from the top
@@ -59,14 +62,15 @@ def composed(view: FirstView, config: ViewConfig, lamp: ArrayLike | None = None)
 
     Args:
         view: of the scene.
-        config: the options; `size` is ignored.
+        config: the options; of `size` only how paper may lie counts.
         lamp: [3] direction toward the light that casts the shadow, world axes; None for no shadow.
     """
-    size = DEFAULT_SIZE
+    sizes: Sequence[_Size] = config.size.turns if isinstance(config.size, PaperSize) else SIZES
+    size: _Size = DEFAULT_SIZE if sizes is SIZES else sizes[0]
     if view.eye is None and not view.has_surroundings and config.look_at in (None, "subject"):
         subject = _subject(view, config, lamp)
         is_flat = default_elevation(view.points, view.up) == FLAT_ELEVATION
-        size = _format(subject, 1.0 if is_flat else TO_PICTURE)
+        size = _format(subject, 1.0 if is_flat else TO_PICTURE, sizes)
         if not is_flat:
             return _set_into(subject, replace(config, size=size), view)
     return replace(config, size=size)
@@ -108,19 +112,24 @@ def _shadow(view: FirstView, light: F64) -> F64:
     return np.asarray(view.points - heights[:, None] * (view.up + SHADOW / rise * level))
 
 
-def _format(subject: _Subject, exponent: float) -> tuple[int, int]:
-    """The size of `SIZES` nearest to the framed proportions raised to `exponent`."""
+def _format(subject: _Subject, exponent: float, sizes: Sequence[_Size]) -> _Size:
+    """The size nearest to the framed proportions raised to `exponent`."""
     eye, _ = fit_eye(subject.points, FILL * subject.tangents)
     low, high = _box(np.concatenate([subject.points, subject.shadow]), eye, subject.tangents)
     wide, tall = np.maximum(high - low, 1e-9)
     wanted = exponent * log(wide / tall)
-    return min(SIZES, key=lambda size: abs(log(size[0] / size[1]) - wanted))
+
+    def off(size: _Size) -> float:
+        width, height = size.pixels if isinstance(size, PaperSize) else size
+        return abs(log(width / height) - wanted)
+
+    return min(sizes, key=off)
 
 
 def _set_into(subject: _Subject, config: ViewConfig, view: FirstView) -> ViewConfig:
     """The options with look-at point and distance of the composition."""
-    assert isinstance(config.size, tuple), "choose a format first"
-    width, height = config.size
+    assert config.fixed_size is not None, "choose a format first"
+    width, height = config.fixed_size
     tangents = subject.tangents * (width / height, 1.0)
     eye, away = fit_eye(subject.points, tangents)
     middle, front = eye[2] + away, float(subject.points[:, 2].min())

@@ -4,6 +4,7 @@ import json
 from argparse import Namespace
 from collections.abc import Sequence
 from html import escape
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -65,12 +66,16 @@ def _estimate(
     from brushgs.options.painting import DEFAULT_SIZE
     from brushgs.pipeline.clip import Clip
     from brushgs.pipeline.estimate import estimate
+    from brushgs.pipeline.strips import MOST_PIXELS, OF_WHOLE
 
     views, source = job.inputs["views"], job.inputs["source"]
     num_frames = len(source.film().times) if isinstance(source, Clip) else 1
     for name in ("orbit", "num_frames", "frames"):
         num_frames = getattr(views, name, None) or num_frames
-    return estimate(steps, num, num_terms, config.view.fixed_size or DEFAULT_SIZE, num_frames)
+    crop = config.output.crop
+    size = (config.view.fixed_size or DEFAULT_SIZE) if crop is None else crop[2:]
+    is_still = num_frames == 1 and config.media.kind not in OF_WHOLE
+    return estimate(steps, num, num_terms, size, num_frames, most_held=MOST_PIXELS if is_still else inf)
 
 
 def _print(steps: "Sequence[Explained]", cost: "Estimate", num: int, *, is_verbose: bool) -> None:

@@ -80,6 +80,7 @@ class Format(NamedTuple):
         holds_depth: of pictures, whether a frame's depth is written.
         holds_alpha: of pictures, whether transparency is written.
         holds_metadata: of pictures and videos, whether it says how it was painted, see `pictures.metadata`.
+        takes_strips: of pictures, whether one is written a few rows at a time.
         codecs: of videos, names in `VIDEO_CODECS`, the usual one first.
         container: of videos, its name in libav.
         max_fps: of videos, frames a second.
@@ -105,6 +106,7 @@ class Format(NamedTuple):
     holds_depth: bool = False
     holds_alpha: bool = True
     holds_metadata: bool = True
+    takes_strips: bool = False
     codecs: tuple[str, ...] = ()
     container: str = ""
     max_fps: int = 1000

@@ -153,6 +153,12 @@ VIDEOS_WRITTEN = listed(
 )
 
 
+def takes_strips(path: str | Path) -> bool:
+    """Whether a picture with this suffix is written a few rows at a time."""
+    found = find_written("picture", path)
+    return found is not None and found.takes_strips
+
+
 def holds_depth(path: str | Path) -> bool:
     """Whether a picture that is written to this path holds the depth of the frame."""
     picture_format = find_written("picture", path)

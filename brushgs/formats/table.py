@@ -28,12 +28,12 @@ from brushgs.formats.format import (
 # fmt: off
 _PICTURES = (
     Format("PNG", "picture", (".png",), begins_with(b"\x89PNG\r\n\x1a\n"), read="",
-        write="pictures.still:write_png", bits=(8, 16), note="8 or 16 bit"),
+        write="pictures.still:write_png", bits=(8, 16), note="8 or 16 bit", takes_strips=True),
     Format("JPEG", "picture", (".jpg", ".jpeg"), begins_with(b"\xff\xd8\xff"),
         read="pictures.still:check_jpeg", write="pictures.still:write_jpeg", note="8 bit, quality 95",
-        holds_alpha=False),
+        holds_alpha=False, takes_strips=True),
     Format("TIFF", "picture", (".tif", ".tiff"), begins_with(b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
-        read="", write="pictures.still:write_tiff", bits=(16, 8), note="16 or 8 bit"),
+        read="", write="pictures.still:write_tiff", bits=(16, 8), note="16 or 8 bit", takes_strips=True),
     Format("OpenEXR", "picture", (".exr",), begins_with(b"\x76\x2f\x31\x01"), read="",
         write="pictures.exr:write", bits=(16,), note="half float, linear light, depth, layers",
         is_linear=True, holds_depth=True),

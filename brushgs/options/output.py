@@ -1,5 +1,6 @@
 """Contents of picture files beside the picture, and encoding of videos."""
 
+import re
 from typing import Annotated, ClassVar
 
 from brushgs.options.choices import LAYERS, Codec
@@ -7,6 +8,16 @@ from brushgs.options.table import OF_FILES, OF_FILMS, Options, option
 
 ALL_LAYERS = "all"
 BITS = (8, 10, 16)
+CROP_RULE = "must be X,Y,W,H in pixels, at least 0,0,1,1, such as 0,0,640,480"
+
+
+def read_crop(text: str) -> tuple[int, int, int, int]:
+    """Left, top, width and height of a text such as "0,0,640,480"."""
+    match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9})", text.replace(" ", ""))
+    if match is None:
+        raise ValueError(f"{CROP_RULE}, got {text!r}")
+    left, top, width, height = map(int, match.groups())
+    return left, top, width, height
 
 
 class OutputConfig(Options, frozen=True):
@@ -18,6 +29,9 @@ class OutputConfig(Options, frozen=True):
     layers: Annotated[tuple[str, ...], option("further layers of an EXR file, separated by commas: "
         f"{', '.join(LAYERS)}, or all; `brushgs render --passes` explains them #passes #depth #normal #aov "
         "#exr", default="depth alone", metavar="NAMES")] = ()
+    crop: Annotated[tuple[int, int, int, int] | None, option("paint only these pixels of the picture, as the "
+        "cut of the whole: left, top, width and height, such as 0,0,640,480 #crop #region #part #tile "
+        "#detail #zoom", metavar="X,Y,W,H", read=read_crop)] = None
     deep: Annotated[bool, option("write a deep EXR file: one sample per stroke in each pixel, with colour, "
         "alpha, depth and stroke number #compositing")] = False
     codec: Annotated[Codec | None, option("video codec #video #quality #compression", default=
@@ -30,6 +44,8 @@ class OutputConfig(Options, frozen=True):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.crop is not None and (min(self.crop[:2]) < 0 or min(self.crop[2:]) < 1):
+            raise ValueError(f"crop {CROP_RULE}, got {','.join(map(str, self.crop))}")
         known = (*LAYERS, ALL_LAYERS)
         if unknown := [name for name in self.layers if name not in known]:
             raise ValueError(f"layers must be names out of {', '.join(known)}, got {unknown[0]!r}")

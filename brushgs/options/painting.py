@@ -44,6 +44,7 @@ from brushgs.options.hand import STEADY, HandConfig, Pace
 from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig, LightConfig
 from brushgs.options.media import Medium, Paint, medium_of
 from brushgs.options.output import OutputConfig
+from brushgs.options.paper import EXAMPLES, MM_PER_INCH, PaperSize, sheet_names
 from brushgs.options.rules import Rules
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.table import Options, number, numbers, option, rows_of, share, shown
@@ -71,14 +72,19 @@ def picture_size(text: str) -> tuple[int, int]:
     return size
 
 
-def chosen_size(text: str) -> tuple[int, int] | Literal["auto"]:
-    """(width, height) in pixels as `picture_size`, or "auto"."""
+def chosen_size(text: str) -> tuple[int, int] | PaperSize | Literal["auto"]:
+    """(width, height) in pixels as `picture_size`, a size on paper, or "auto"."""
     if text == "auto":
         return "auto"
+    if "@" in text:
+        return PaperSize.of(text)
     try:
         return picture_size(text)
     except ValueError as error:
-        raise ValueError(f"{error}; or auto" if "x" not in text.lower() else str(error)) from None
+        if re.search(r"(mm|cm|in)$|^[AB][0-9]|^(letter|legal|tabloid)", text, re.IGNORECASE):
+            raise ValueError(f"must name the pixels per inch too, {text}@300, got {text!r}") from None
+        more = f"; or auto, or a size on paper such as {EXAMPLES}"
+        raise ValueError(f"{error}{more}" if "x" not in text.lower() else str(error)) from None
 
 
 def _look_at(text: str) -> str | tuple[float, ...]:
@@ -154,18 +160,34 @@ class ErrorBudget(Options, frozen=True):
 class StrokeSize(Options, frozen=True):
     """A stroke count chosen by typical stroke length, see `brushgs.stroke_count.view_model.typical_size`.
 
-    `pixels` is above 0, at most the longest possible side of a picture.
+    `pixels` is above 0, at most the longest possible side of a picture. With `is_mm` it counts millimetres on
+    paper instead.
     """
 
     pixels: float
+    is_mm: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 0 < self.pixels <= MAX_SIDE:
-            raise ValueError(f"stroke-size must be above 0 and at most {MAX_SIDE} px, got {self.pixels:g} px")
+            unit = "mm" if self.is_mm else "px"
+            raise ValueError(f"stroke-size must be above 0 and at most {MAX_SIDE} {unit}, got {self}")
 
     def __str__(self) -> str:
-        return f"{self.pixels:g}px"
+        return f"{self.pixels:g}{'mm' if self.is_mm else 'px'}"
+
+    def at(self, dpi: float | None) -> "StrokeSize":
+        """The same in pixels.
+
+        Raises:
+            ValueError: if it is in millimetres and there is no size on paper.
+        """
+        if not self.is_mm:
+            return self
+        if dpi is None:
+            cure = "give one, such as --size A3@300, or the stroke size in px"
+            raise ValueError(f"stroke-size must be in px without a size on paper, got {self}; {cure}")
+        return StrokeSize(self.pixels / MM_PER_INCH * dpi)
 
 
 class UsualCount(Options, frozen=True):
@@ -234,11 +256,11 @@ def _strokes(given: Any) -> int | ErrorBudget | StrokeSize | UsualCount:
 
 
 def _stroke_size(text: str) -> StrokeSize:
-    """Parse a typical stroke length in pixels; the unit is optional."""
-    match = re.fullmatch(r"([0-9]+\.?[0-9]*|\.[0-9]+) ?(px)?", text, re.IGNORECASE)
+    """Parse a typical stroke length in millimetres or pixels; the unit of pixels is optional."""
+    match = re.fullmatch(r"([0-9]+\.?[0-9]*|\.[0-9]+) ?(px|mm)?", text, re.IGNORECASE)
     if match is None:
-        raise ValueError(f"must be a length above 0 in pixels such as 24px, got {text!r}")
-    return StrokeSize(float(match[1]))
+        raise ValueError(f"must be a length above 0 such as 24px, or 8mm on paper, got {text!r}")
+    return StrokeSize(float(match[1]), is_mm=(match[2] or "").lower() == "mm")
 
 
 def _size_value(given: Any) -> StrokeSize:
@@ -250,10 +272,10 @@ class StrokeSizeFlag(Options, frozen=True):
 
     GROUP: ClassVar = "clustering"
     # fmt: off
-    strokes: Annotated[StrokeSize | None, option("typical length of strokes in the picture such as 24px, "
-        "above 0; replaces --strokes #brush #size #thick #thin #width #large #small",
-        flag="--stroke-size", metavar="PX", read=_stroke_size, make=_size_value, alone="strokes",
-        example="24px")] = None
+    strokes: Annotated[StrokeSize | None, option("typical length of strokes in the picture such as 24px, or "
+        "8mm with a --size on paper, above 0; replaces --strokes #brush #size #thick #thin #width #large "
+        "#small #mm", flag="--stroke-size", metavar="PX|MM", read=_stroke_size, make=_size_value,
+        alone="strokes", example="24px")] = None
     # fmt: on
 
 
@@ -399,20 +421,22 @@ class ViewConfig(Options, frozen=True):
     """The view: a camera from a file, or one framed on the scene by its first view.
 
     Angles are radians here, degrees in flags. `size` None is that of the camera in the file, or 1280 x 720;
-    "auto" is chosen to suit the subject, which is then composed in the picture (see
-    `brushgs.cameras.composition`); for moving or given cameras it counts as None. With a `camera_file` only
-    `view`, the index in the file, and `size` are used. `look_at` None is the subject, or for scenes seen from
-    inside the view from there: azimuth and elevation then turn the camera in place.
+    "auto", or the way that paper lies, is chosen to suit the subject, which is then composed in the picture
+    (see `brushgs.cameras.composition`); for moving or given cameras it counts as None. With a `camera_file`
+    only `view`, the index in the file, and `size` are used. `look_at` None is the subject, or for scenes seen
+    from inside the view from there: azimuth and elevation then turn the camera in place.
     """
 
     GROUP: ClassVar = "view"
     ABOUT: ClassVar = "framed on the scene, or a camera from a file"
     # fmt: off
-    size: Annotated[tuple[int, int] | Literal["auto"] | None, option("picture size in pixels; 'auto' "
-        "chooses portrait, square or landscape with as many pixels as 1280x720, and composes an object with "
-        "room for its shadow #resolution #width #height #quality #portrait #landscape #crop",
-        default="1280x720, or that of the camera in the file", metavar="WxH|auto", read=chosen_size,
-        written=("x", ""), example="1920x1080")] = None
+    size: Annotated[tuple[int, int] | PaperSize | Literal["auto"] | None, option("picture size in pixels; "
+        "'auto' chooses portrait, square or landscape with as many pixels as 1280x720, and composes an "
+        "object with room for its shadow; or on paper, with pixels per inch: A3@300 (turned and composed "
+        f"likewise; {sheet_names()}), A3-portrait@300, 40x30cm@200 #resolution #width #height #quality "
+        "#portrait #landscape #crop #print #dpi #paper",
+        default="1280x720, or that of the camera in the file", metavar="WxH|PAPER@DPI|auto",
+        read=chosen_size, written=("x", ""), example="1920x1080")] = None
     camera_file: Annotated[Path | None, option("camera file: {cameras}; 'none' ignores camera files beside "
         "the scene, which by default give {beside} #pose #colmap #transforms", default="",
         metavar="FILE|none", action="camera file")] = None
@@ -463,7 +487,19 @@ class ViewConfig(Options, frozen=True):
     @property
     def fixed_size(self) -> tuple[int, int] | None:
         """(width, height) in pixels; None if "auto" or not given."""
-        return None if self.size == "auto" else self.size
+        if isinstance(self.size, PaperSize):
+            return self.size.pixels
+        return None if isinstance(self.size, str) else self.size
+
+    @property
+    def dpi(self) -> float | None:
+        """Pixels per inch on paper; None without a size on paper."""
+        return self.size.dpi if isinstance(self.size, PaperSize) else None
+
+    @property
+    def is_composable(self) -> bool:
+        """Whether the subject decides how the picture lies."""
+        return self.size == "auto" or (isinstance(self.size, PaperSize) and self.size.is_free)
 
 
 class DrawConfig(Options, frozen=True):
@@ -573,6 +609,19 @@ class PaintConfig(Options, frozen=True):
             ValueError: if a value is out of range.
         """
         return cls(**{step: _make(STEPS[step], of_step) for step, of_step in values.items() if of_step})
+
+    @property
+    def in_pixels(self) -> Self:
+        """The same with a stroke size on paper in pixels.
+
+        Raises:
+            ValueError: if there is no size on paper.
+        """
+        size = self.cluster.strokes
+        if not isinstance(size, StrokeSize) or not size.is_mm:
+            return self
+        replace = msgspec.structs.replace
+        return replace(self, cluster=replace(self.cluster, strokes=size.at(self.view.dpi)))
 
     @property
     def paces(self) -> tuple[Pace, ...]:

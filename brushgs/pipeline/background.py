@@ -10,6 +10,7 @@ from brushgs.formats.files import is_plain
 from brushgs.formats.pictures.images import resize
 from brushgs.options.choices import COLORS, color_code
 from brushgs.values.colors import flatten, rgb_of
+from brushgs.values.part import Part
 
 TRANSPARENT = "transparent"  # no background
 _ROWS = 64
@@ -53,6 +54,13 @@ def open_background(text: str, width: int, height: int) -> Background:
     from brushgs.formats.pictures.images import read_image
 
     return fill_picture(_flatten_rows(read_image(text)), width, height)
+
+
+def cut_background(background: Background, part: Part | None) -> Background:
+    """The background of a part of the picture; None for all of it."""
+    if part is None or not isinstance(background, np.ndarray) or background.ndim == 1:
+        return background
+    return background[part.rows, part.columns]
 
 
 def _crop(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:

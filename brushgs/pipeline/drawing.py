@@ -25,6 +25,7 @@ from brushgs.values.gaussians import Gaussians
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import Brushes, BrushSet, Sigmas
     from brushgs.brushes.kit import BrushKit
+    from brushgs.formats.pictures.oiio import Strips
     from brushgs.formats.pictures.shot import Shot
     from brushgs.rendering.canvas import Canvas, Painting
     from brushgs.rendering.coat import Coat
@@ -275,7 +276,7 @@ def _describe_levels(boxes: Boxes, texture: "Brushes", filter: str, stage: Stage
 
 
 def write_picture(
-    frame: Frame,
+    frame: "Frame | Strips",
     path: Path,
     background: Background,
     config: PaintConfig,
@@ -288,6 +289,7 @@ def write_picture(
         from brushgs.formats.registry import is_drawing
 
         if is_drawing(path):
+            assert isinstance(frame, Frame), "drawings are made of a frame"
             _write_paths(frame, path, background, shot, stage)
         else:
             write_frame(frame, path, background=background, bits=config.output.bits, shot=shot)

@@ -1,6 +1,7 @@
 """Estimate the time and memory of a job from file headers."""
 
 from collections.abc import Iterable
+from math import inf
 from typing import NamedTuple
 
 from brushgs.pipeline.blocks.budget import FOR_ALL, bytes_each
@@ -55,7 +56,13 @@ class Estimate(NamedTuple):
 
 
 def estimate(
-    steps: Iterable[Explained], num_gaussians: int, num_terms: int, size: tuple[int, int], num_frames: int = 1
+    steps: Iterable[Explained],
+    num_gaussians: int,
+    num_terms: int,
+    size: tuple[int, int],
+    num_frames: int = 1,
+    *,
+    most_held: float = inf,
 ) -> Estimate:
     """Estimate the cost of a job.
 
@@ -65,11 +72,12 @@ def estimate(
         num_terms: spherical-harmonic terms of each.
         size: (width, height) of a frame, pixels.
         num_frames: number of painted frames.
+        most_held: pixels of a frame beyond which it is painted in strips.
     """
     share = {"yes": 1.0, "undecided": 0.5, "no": 0.0}
     millions, pixels = num_gaussians / 1e6, size[0] * size[1]
     costs = ((share[step.runs], SECONDS.get(step.name, (0.0, 0.0))) for step in steps)
     seconds = sum(part * (least + millions * each) for part, (least, each) in costs)
     seconds += num_frames * (FRAME[0] + FRAME[1] * pixels / 1e6)
-    memory = FOR_ALL + num_gaussians * bytes_each(num_terms) + 60 * pixels
+    memory = FOR_ALL + num_gaussians * bytes_each(num_terms) + round(60 * min(pixels, most_held))
     return Estimate(seconds, memory, round(num_frames * PIXEL_BYTES * pixels))

@@ -11,7 +11,7 @@ import numpy as np
 from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.registry import holds_depth
 from brushgs.options.output import OutputConfig
-from brushgs.pipeline.background import Background
+from brushgs.pipeline.background import Background, cut_background
 from brushgs.rendering.project import Directions
 from brushgs.rendering.wanted import Following, Wanted
 from brushgs.values.camera import Camera
@@ -117,6 +117,11 @@ class FramePainter:
         frame = painting.frame(view.camera, directions, boxes=boxes, wanted=wanted)
         return frame if view.into is None else _faded(frame, self.frame(view.into), view.share)
 
+    @property
+    def _behind(self) -> Background:
+        """The background of what frames hold."""
+        return cut_background(self.background, self.painting.part)
+
     def _by_hand(self, hand: "Hand", view: FrameView, painting: "Painting") -> "Callable[[Coat], Boxes]":
         """The boxes of each coat of a frame that is made by hand."""
         from brushgs.rendering.hand import Seen
@@ -158,11 +163,19 @@ class FramePainter:
         if kind.suffix is None:
             from brushgs.formats.pictures.oiio import video_pixels
 
-            return video_pixels(frame, self.background, kind.output.bits or 8)
+            return video_pixels(frame, self._behind, kind.output.bits or 8)
         from brushgs.formats.pictures.images import encode_frame
 
-        shot = Shot(view.camera, view.index, kind.fps, kind.manifest, kind.origin)
-        return encode_frame(frame, kind.suffix, self.background, bits=kind.output.bits, shot=shot)
+        shot = Shot(
+            view.camera,
+            view.index,
+            kind.fps,
+            kind.manifest,
+            kind.origin,
+            dpi=self.painting.dpi,
+            part=self.painting.part,
+        )
+        return encode_frame(frame, kind.suffix, self._behind, bits=kind.output.bits, shot=shot)
 
 
 def _faded(frame: Frame, into: Frame, share: float) -> Frame:

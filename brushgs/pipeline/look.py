@@ -25,15 +25,17 @@ if TYPE_CHECKING:
 BOUGHT = {"canvas": "#dccfb8", "paper": "#f7f3ea"}  # untoned grounds
 BY_LIGHT = 2.0  # ratio of `Relief.by_light` to the strength of the key light
 LINE_BRUSH = "line"
+MOST_PIXELS = 1 << 25  # of a ground that is made at once: 640 MB; 7680 x 4320 and a little more
+PROOF_SIDE = 4096  # pixels, of the ground of a larger picture, for its mean colour
 
 
-def open_relief(config: LightConfig) -> "Relief | None":
-    """The relief of a look's paint; None if it is not visible."""
+def open_relief(config: LightConfig, dpi: float | None = None) -> "Relief | None":
+    """The relief of a look's paint; None if it is not visible. `dpi` as of `Relief`."""
     if config.relief == 0 or config.gain == config.base == 0:
         return None
     from brushgs.rendering.relief import Relief
 
-    return Relief(thickness=config.base, gain=config.gain, by_light=min(BY_LIGHT * config.key, 1.0))
+    return Relief(thickness=config.base, gain=config.gain, by_light=min(BY_LIGHT * config.key, 1.0), dpi=dpi)
 
 
 def open_surface(
@@ -43,8 +45,12 @@ def open_surface(
     gaussians: Gaussians,
     camera: Camera,
     report: Report,
+    *,
+    dpi: float | None = None,
 ) -> "Surface | None":
     """The ground and canvas of a look, in the size of the picture; None for a plain background.
+
+    Of a picture of more than `MOST_PIXELS` it is a proof: parts of the ground are made as they are painted.
 
     Args:
         ground: its options.
@@ -53,6 +59,7 @@ def open_surface(
         gaussians: the scene, whose colours a toned ground matches.
         camera: gives the size.
         report: gets the stage, only if there is a surface.
+        dpi: pixels per inch on paper; None without a physical size.
 
     Raises:
         SceneError: if the ground is an image that cannot be read.
@@ -61,16 +68,14 @@ def open_surface(
     if ground.ground == "none" and kind == "none":
         return None
     with report.stage("ground") as stage:
-        from brushgs.rendering.surface import flat, linen, paper
+        from brushgs.rendering.surface import Recipe
 
         color = _ground_color(ground, background, gaussians, camera)
-        size: dict[str, int] = {"height": camera.height, "width": camera.width}
-        shown = (1.0, 1.0, 1.0) if color is None else color
-        if kind == "none":
-            surface = flat(shown, **size)
-        else:
-            weave = linen if kind == "linen" else paper
-            surface = weave(shown, **size, strength=strength)
+        shown = np.asarray((1.0, 1.0, 1.0) if color is None else color, np.float32)
+        recipe = Recipe("flat" if kind == "none" else kind, shown, strength, 0, dpi)
+        if shown.ndim == 1 and camera.width * camera.height > MOST_PIXELS:
+            camera = camera.in_side(PROOF_SIDE)
+        surface = recipe.surface(height=camera.height, width=camera.width)
         of_colour = "transparent" if color is None else "a picture" if np.ndim(color) == 3 else _code(color)
         stage.did = f"{background if ground.ground == 'none' else ground.ground}, {of_colour}"
         if kind != "none":

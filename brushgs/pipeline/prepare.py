@@ -224,6 +224,7 @@ def open_job(
     Raises:
         ValueError: if options exclude each other.
     """
+    config = config.in_pixels
     check_sun(config.light, is_film=isinstance(views, PathConfig), is_moving=isinstance(source, Clip))
     if (on_background and "background" in asks) or config.cluster.target is not None:
         check_background(config.draw.background)

@@ -153,7 +153,13 @@ def _check_video(target: Path | NumberedFiles, path: "CameraPath", config: Paint
     """Refuse a frame rate or size that does not suit a video."""
     if isinstance(target, Path):
         check_rate(target, path.fps)
-        check_size(target, path.cameras[0].width, path.cameras[0].height, config.output.codec)
+        check_size(target, *_frame_size(path.cameras[0], config), config.output.codec)
+
+
+def _frame_size(camera: Camera, config: PaintConfig) -> tuple[int, int]:
+    """Width and height of the pictures of a film, pixels."""
+    crop = config.output.crop
+    return (camera.width, camera.height) if crop is None else crop[2:]
 
 
 def _check_seen(prepared: Prepared) -> None:
@@ -181,7 +187,7 @@ def paint_prepared(
     """
     assert prepared.path is not None, "prepare along a path"
     check_rate(target, prepared.path.fps)
-    check_size(target, prepared.camera.width, prepared.camera.height, config.output.codec)
+    check_size(target, *_frame_size(prepared.camera, config), config.output.codec)
     frames = _Frames(prepared, config, _track(prepared, config.draw, report), SequenceConfig(), origin=origin)
     describe_hand(frames.hand, frames.small, report)
     _paint_video(frames, target, report)
@@ -300,7 +306,7 @@ class _Frames:
         painting, background = self.prepared.painting, self.prepared.background
         behind = background if painting.surface is None else painting.surface.rgb
         color = np.asarray(1.0 if behind is None else behind).reshape(-1, 3).mean(axis=0)
-        flat = replace(painting, surface=None, lamp=None)
+        flat = replace(painting, surface=None, lamp=None, part=None, dpi=None)
         painter = replace(self.painter(FrameKind(None)), painting=flat, growth=None)
         for index in range(len(self.path.cameras)):
             view = self.view(index)
@@ -491,7 +497,7 @@ def _describe_painted(
 def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
     """Paint all frames to a video file."""
     path, camera, background = frames.path, frames.path.cameras[0], frames.config.draw.background
-    size, output = (camera.width, camera.height), frames.config.output
+    size, output = _frame_size(camera, frames.config), frames.config.output
     transparent = background.lower() == TRANSPARENT
     encoding = choose_encoding(target, codec=output.codec, bits=output.bits, transparent=transparent)
     film = open_video(

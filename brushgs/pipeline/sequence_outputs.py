@@ -57,8 +57,10 @@ def check_target(
     if isinstance(target, Path):
         if rate is not None:
             check_rate(target, rate)
-        if config.view.fixed_size is not None:
-            check_size(target, *config.view.fixed_size, config.output.codec)
+        crop = config.output.crop
+        size = config.view.fixed_size if crop is None else crop[2:]
+        if size is not None:
+            check_size(target, *size, config.output.codec)
         check_output(target, VIDEO_SUFFIXES, inputs=inputs)
         return
     folder = target.folder.resolve()

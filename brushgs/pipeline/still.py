@@ -8,12 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgs.formats.pictures.oiio import Strips
 from brushgs.formats.pictures.shot import Origin, Shot
-from brushgs.formats.registry import DRAWING_SUFFIXES, PICTURE_SUFFIXES, holds_depth, is_drawing
+from brushgs.formats.registry import (
+    DRAWING_SUFFIXES,
+    PICTURE_SUFFIXES,
+    holds_depth,
+    is_drawing,
+    takes_strips,
+)
 from brushgs.options.look import Look, config_of
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.pipeline.backdrop import with_cut_edges
+from brushgs.pipeline.background import cut_background
 from brushgs.pipeline.drawing import (
     add_layers,
     lay_coat,
@@ -26,6 +34,7 @@ from brushgs.pipeline.media.materials import BACKDROP, CUT_IN
 from brushgs.pipeline.outputs import check_encoding, check_output, input_files
 from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
 from brushgs.pipeline.report import Report
+from brushgs.pipeline.strips import check_memory, needs_strips, strips
 from brushgs.pipeline.strokes import name_of
 from brushgs.pipeline.views_sheet import write_sheet_of
 from brushgs.rendering.wanted import NOTHING, Wanted
@@ -72,6 +81,8 @@ def paint_file(
     check_encoding(output, config)
     if "motion" in config.output.layers:
         raise ValueError("layers must not have motion in one picture, which has no next frame; omit it")
+    if is_drawing(output) and config.output.crop is not None:
+        raise ValueError(f"crop must be omitted for a drawing in lines, got {output.name}; write a picture")
     if sheet is not None:
         check_output(Path(sheet), PICTURE_SUFFIXES, inputs=(*input_files(scene, config), output))
     has_sheet = sheet is not None
@@ -83,8 +94,18 @@ def paint_file(
         views=camera,
     )
     wanted = Wanted(config.output.all_layers, config.output.deep, paths=is_drawing(output))
-    frame = paint_view(prepared, report, depth=holds_depth(output), first=first, wanted=wanted)
-    write_picture(frame, output, prepared.background, config, report, Shot(prepared.camera, origin=origin))
+    frame = paint_view(
+        prepared,
+        report,
+        depth=holds_depth(output),
+        first=first,
+        wanted=wanted,
+        in_strips=takes_strips(output),
+    )
+    painting = prepared.painting
+    shot = Shot(prepared.camera, origin=origin, dpi=painting.dpi, part=painting.part)
+    behind = cut_background(prepared.background, painting.part)
+    write_picture(frame, output, behind, config, report, shot)
     report.output = str(output)
     if sheet is not None:
         name = name_of(scene, prepared.notes)
@@ -126,9 +147,11 @@ def paint(
     prepared = prepare(scene, config, report, asks=asks, views=camera, on_background=is_on_background)
     wanted = Wanted(config.output.all_layers, config.output.deep)
     frame = paint_view(prepared, report, first=first, wanted=wanted)
-    if not is_on_background or prepared.background is None:
+    assert isinstance(frame, Frame), "strips were not asked for"
+    background = cut_background(prepared.background, prepared.painting.part)
+    if not is_on_background or background is None:
         return frame
-    return replace(frame, rgb=frame.over(prepared.background), alpha=np.ones_like(frame.alpha))
+    return replace(frame, rgb=frame.over(background), alpha=np.ones_like(frame.alpha))
 
 
 def check_share(first: float) -> None:
@@ -148,8 +171,18 @@ def paint_view(
     depth: bool = True,
     first: float = 1.0,
     wanted: Wanted = NOTHING,
-) -> Frame:
-    """Paint the strokes as the first camera sees them; `first` as for `paint_file`, `wanted` as `Wanted`."""
+    in_strips: bool = False,
+) -> Frame | Strips:
+    """Paint the strokes as the first camera sees them.
+
+    Args:
+        prepared: the painting and its view.
+        report: gets the stages.
+        depth: whether the frame has a depth.
+        first: as for `paint_file`.
+        wanted: see `Wanted`.
+        in_strips: whether a large picture may be painted strip by strip, while it is written.
+    """
     painting, camera = prepared.painting, prepared.camera
     if prepared.growth is not None:
         painting = prepared.growth.first(first)
@@ -157,13 +190,18 @@ def paint_view(
     advice = "" if prepared.notes is not None and prepared.notes.is_strokes else SPENT_OUTSIDE
     if prepared.growth is None:
         painting = with_cut_edges(painting, camera, prepared.edges)
+    # An unfinished painting may be almost empty, and so may a part of one.
+    is_whole = prepared.growth is None and painting.part is None
+    if in_strips and not wanted.is_any and needs_strips(painting, camera):
+        return strips(painting, camera, report, advice=advice, is_whole=is_whole)
+    check_memory(painting, camera)
     canvas, shown = painting.canvas(camera, wanted), []
     for coat in painting.coats:
         boxes = project_coat(coat, camera, report, advice=advice, among=len(painting.coats))
         painted = lay_coat(canvas, coat, boxes, report, among=len(painting.coats))
         if coat.name not in (BACKDROP, CUT_IN):
             shown.append((painted, len(boxes), boxes, coat))
-    if prepared.growth is None:  # an unfinished painting may be almost empty
+    if is_whole:
         painted, _, boxes, coat = max(shown, key=lambda one: one[:2])
         warn_if_blank(coat, boxes, camera, painted)
     frame = light_canvas(canvas, painting, camera, report)

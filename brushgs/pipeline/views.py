@@ -17,6 +17,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.cameras.read import name_beside
 from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import CleanConfig, Up, ViewConfig
+from brushgs.options.table import row_of
 from brushgs.pipeline.cameras_beside import Beside, view_beside
 from brushgs.pipeline.clean import clean_scene
 from brushgs.pipeline.report import Report, Stage
@@ -200,7 +201,7 @@ def choose_camera(
             flags = flags_of(first_view, config)
             stage.did = f"framed: {flags}, {camera.width}x{camera.height}"
             if is_composed:
-                flags = f"--size {camera.width}x{camera.height} {flags}"
+                flags = f"--size {row_of(ViewConfig, 'size').text_of(config.size)} {flags}"
                 stage.did = f"composed as a {format_name(camera.width, camera.height)}: {flags}"
             stage.counts = {"source": "framed", "flags": flags, "is_composed": is_composed}
             if first_view.has_surroundings and config.look_at in (None, "subject"):

@@ -15,11 +15,13 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions, rasterize_with
 from brushgs.rendering.project import Directions
+from brushgs.rendering.relief import canvas_scale
 from brushgs.rendering.wanted import NOTHING, Wanted
 from brushgs.values.arrays import Array
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
+from brushgs.values.part import Part
 
 if TYPE_CHECKING:
     from brushgs.rendering.day import Day
@@ -43,6 +45,9 @@ class Canvas:
         is_moving: see `Painting`.
         wanted: requested layers of the frame.
         region_names: see `Painting`.
+        part: see `Painting`.
+        dpi: see `Painting`.
+        reach: how far from a pixel its colour depends on others, see `Painting.reach`.
     """
 
     def __init__(
@@ -54,8 +59,18 @@ class Canvas:
         is_moving: bool = False,
         wanted: Wanted = NOTHING,
         region_names: tuple[str, ...] = (),
+        part: Part | None = None,
+        dpi: float | None = None,
+        reach: int | None = 0,
     ) -> None:
         self._wanted, self._region_names = wanted, region_names
+        size = camera.width, camera.height
+        self._part, self._dpi, self._scale = part, dpi, canvas_scale(*size, dpi)
+        self._painted: Part | None = None  # all of the picture
+        if part is not None and reach is not None and not wanted.is_any:
+            self._painted = part.grown(reach, *size)
+        if surface is not None:
+            surface = surface.seen_in(camera, self._painted)
         self._laid: list[LaidCoat] = []  # filled if layers need every stroke
         self._finished: PaintedView | None = None  # set if any layer is requested
         self._camera, self._surface, self._is_transparent = camera, surface, is_transparent
@@ -71,15 +86,19 @@ class Canvas:
 
             more["in_front_of"] = DepthTest.by_picture(self._frame, boxes, coat.strokes, sizes=coat.tolerance)
         blend = "cover" if coat.effect is not None else coat.blend
-        frame = painted = rasterize_with(boxes, self._camera, coat.texture, coat.options, blend=blend, **more)
+        given = more | {"part": self._painted, "dpi": self._dpi}
+        frame = painted = rasterize_with(
+            boxes, self._camera, coat.texture, coat.options, blend=blend, **given
+        )
         if coat.effect is not None:
-            frame = coat.effect(painted, self._camera, self._surface)
+            part = {} if self._painted is None else {"part": self._painted}
+            frame = coat.effect(painted, self._camera, self._surface, **part)
         if coat.dry and self._surface is not None:
             frame = _pressed(frame, coat, self._surface.grain)
         if self._wanted.needs_strokes:
             from brushgs.rendering.marks import LaidCoat
 
-            self._laid.append(LaidCoat.of(coat, boxes, painted, frame, **more))
+            self._laid.append(LaidCoat.of(coat, boxes, painted, frame, **more, dpi=self._dpi))
         if coat.blend == "glaze":
             if self._frame is not None:
                 np.multiply(self._frame.rgb, frame.rgb, out=self._frame.rgb)
@@ -95,7 +114,8 @@ class Canvas:
         """The picture: opaque if the surface has a colour, lit if there is a lamp; see `layered`."""
         frame = self._frame
         if frame is None:
-            shape = self._camera.height, self._camera.width
+            held = self._painted or Part.whole(self._camera.width, self._camera.height)
+            shape = held.height, held.width
             dtype = np.float32 if self._tint is None else self._tint.dtype
             frame = Frame(np.zeros((*shape, 3), dtype), np.zeros(shape, dtype))
         coverage = frame.alpha
@@ -131,21 +151,27 @@ class Canvas:
 
             blur = BLUR_MOVING if self._is_moving else BLUR
             out = None if self._wanted.is_any else frame.rgb
-            rgb = light(frame.rgb, height, lamp, alpha=frame.alpha, blur=blur, out=out)
-            frame, lighting = replace(frame, rgb=rgb, height=height), (height, lamp, blur)
+            rgb = light(frame.rgb, height, lamp, alpha=frame.alpha, blur=blur, scale=self._scale, out=out)
+            frame, lighting = replace(frame, rgb=rgb, height=height), (height, lamp, blur, self._scale)
         if self._wanted.is_any:
             self._finished = self._seen(frame, unlit, coverage, lighting)
-        return frame
+        return self._cut(frame)
 
     def layered(self) -> Frame:
         """The finished picture with the requested layers."""
         from brushgs.rendering.layers import with_layers
 
         assert self._finished is not None, "finish the picture first, of which something is wanted"
-        return with_layers(self._finished, self._wanted)
+        return self._cut(with_layers(self._finished, self._wanted))
+
+    def _cut(self, frame: Frame) -> Frame:
+        """The requested part of a frame."""
+        if self._part is None:
+            return frame
+        return frame.cut(self._part if self._painted is None else self._part.inside(self._painted))
 
     def _seen(
-        self, frame: Frame, unlit: Frame, coverage: Array, lighting: "tuple[Array, Lamp, float] | None"
+        self, frame: Frame, unlit: Frame, coverage: Array, lighting: "tuple[Array, Lamp, float, float] | None"
     ) -> "PaintedView":
         """The inputs of the layers."""
         from brushgs.rendering.deep import Lighting, Rest
@@ -186,6 +212,9 @@ class Painting:
             if lit like stills.
         region_names: of the strokes' regions, from region 1; for mattes.
         day: moving sun; None for constant light.
+        part: the pixels that frames hold, those of the whole picture bit for bit; None for all.
+        dpi: pixels per inch on paper: threads, grain, bristles and the sharpness of the light then have a
+            physical size. None: all scales with the picture.
     """
 
     coats: tuple[Coat, ...]
@@ -195,6 +224,8 @@ class Painting:
     is_moving: bool = False
     region_names: tuple[str, ...] = ()
     day: "Day | None" = None
+    part: Part | None = None
+    dpi: float | None = None
 
     @classmethod
     def alone(cls, coats: Sequence[Coat]) -> "Painting":
@@ -216,7 +247,24 @@ class Painting:
             is_moving=self.is_moving,
             wanted=wanted,
             region_names=self.region_names,
+            part=self.part,
+            dpi=self.dpi,
+            reach=None if self.part is None else self.reach(camera),
         )
+
+    def reach(self, camera: Camera) -> int | None:
+        """How far from a pixel its colour depends on others, pixels; None: on the whole picture."""
+        reaches = [coat.effect.reach(camera) for coat in self.coats if coat.effect is not None]
+        of_effects = [reach for reach in reaches if reach is not None]
+        if len(of_effects) < len(reaches):
+            return None
+        if self.lamp is None:
+            return max(of_effects, default=0)
+        from brushgs.rendering.light import BLUR, BLUR_MOVING, blur_taps
+
+        scale = canvas_scale(camera.width, camera.height, self.dpi)
+        taps = blur_taps(BLUR_MOVING if self.is_moving else BLUR, scale)
+        return max(of_effects, default=0) + len(taps) // 2 + 1  # slopes are differences of neighbours
 
     def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Painting":
         """The same painting at a moment of a moving scene, see `Coat.posed`."""

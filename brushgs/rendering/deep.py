@@ -61,13 +61,13 @@ class Lighting:
     shines: Array  # [H, W]
 
     @classmethod
-    def of(cls, height: Array, lamp: "Lamp", blur: float) -> "Lighting":
+    def of(cls, height: Array, lamp: "Lamp", blur: float, scale: float) -> "Lighting":
         """The lighting of a lamp on paint of this height, see `light`."""
         from brushgs.rendering.light import light
 
         black = np.zeros((*height.shape, 3), height.dtype)
-        shines = light(black, height, lamp, blur=blur)[..., 0]
-        factors = light(black + 1, height, lamp, blur=blur)[..., 0] - shines
+        shines = light(black, height, lamp, blur=blur, scale=scale)[..., 0]
+        factors = light(black + 1, height, lamp, blur=blur, scale=scale)[..., 0] - shines
         return cls(np.ascontiguousarray(factors), np.ascontiguousarray(shines))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from brushgs.values.arrays import F32, Array
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
+from brushgs.values.part import Part
 
 if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
@@ -29,17 +30,25 @@ class Effect(Protocol):
         """What it gives a picture, a few words in the plural: outlets without effects name what they lack."""
         ...
 
-    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
+    def __call__(
+        self, painted: Frame, camera: Camera, surface: "Surface | None", part: Part | None = None
+    ) -> Frame:
         """The picture to lay.
 
         Args:
             painted: the strokes of the coat as they are, with depth; its arrays must not be changed.
             camera: the view.
             surface: the paper; None for none.
+            part: the part of the view that `painted` and `surface` hold, on tiles; None for all, as always
+                without a `reach`.
 
         Returns:
             New arrays of the same shape and dtype: covering paint, or the tint of a glaze, see `Coat.blend`.
         """
+        ...
+
+    def reach(self, camera: Camera) -> int | None:
+        """How far from a pixel its picture depends on what is painted, pixels; None: on all of it."""
         ...
 
     def areas(self, picture: Array) -> "Sequence[tuple[Array, Color]] | None":
@@ -55,21 +64,29 @@ class Effect(Protocol):
         ...
 
 
+class OfWhole:
+    """An effect that needs the whole picture of its coat."""
+
+    def reach(self, camera: Camera) -> None:
+        """See `Effect`."""
+
+
 def without_effect(coat: "Coat") -> "Coat":
     """The coat itself, or what stands in for it where there are no effects."""
     return coat if coat.effect is None else coat.effect.stand_in(coat)
 
 
-def positions_of(depth: Array, camera: Camera) -> F32:
+def positions_of(depth: Array, camera: Camera, corner: tuple[int, int] = (0, 0)) -> F32:
     """[H, W, 3] points in world axes that the pixels of a view show, by their camera z, [H, W].
 
-    Where nothing is painted (depth 0), the point is the centre of the camera.
+    `corner` is the column and row of the upper left pixel. Where nothing is painted (depth 0), the point is
+    the centre of the camera.
     """
     height, width = depth.shape
     inverse = np.linalg.inv(camera.K)
     to_world = np.linalg.inv(camera.viewmat)
-    columns = np.arange(width) + 0.5
-    rows = np.arange(height) + 0.5
+    columns = np.arange(corner[0], corner[0] + width) + 0.5
+    rows = np.arange(corner[1], corner[1] + height) + 0.5
     across = (to_world[:3, :3] @ inverse[:, 0])[None, :] * columns[:, None]
     down = (to_world[:3, :3] @ inverse[:, 1])[None, :] * rows[:, None]
     rays = (across[None] + down[:, None] + to_world[:3, :3] @ inverse[:, 2]).astype(np.float32)

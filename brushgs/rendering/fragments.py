@@ -131,6 +131,7 @@ class FragmentFinder:
         texture: see `rasterize`.
         options: see `rasterize_with`.
         in_front_of: see `rasterize`.
+        dpi: see `rasterize`.
     """
 
     def __init__(
@@ -140,8 +141,9 @@ class FragmentFinder:
         texture: Any,
         options: "RenderOptions",
         in_front_of: "DepthTest | None" = None,
+        dpi: float | None = None,
     ) -> None:
-        self._size = {"height": camera.height, "width": camera.width}
+        self._size: dict[str, Any] = {"height": camera.height, "width": camera.width}
         self._of_core = RasterArguments(
             boxes,
             BrushSet.of(texture),
@@ -155,6 +157,7 @@ class FragmentFinder:
             in_front_of=in_front_of,
             min_transmittance=options.min_transmittance,
             num_threads=options.num_threads,
+            dpi=dpi,
         ).of_core
 
     def find(self, first_row: int, end_row: int) -> Fragments:

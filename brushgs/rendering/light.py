@@ -112,6 +112,7 @@ def light(
     *,
     alpha: Array | None = None,
     blur: float = BLUR,
+    scale: float | None = None,
     num_threads: int | None = None,
     out: Array | None = None,
 ) -> Array:
@@ -129,6 +130,7 @@ def light(
         lamp: None takes `Lamp()`.
         alpha: [H, W] of premultiplied colours, scales highlights; None: opaque.
         blur: standard deviation of the blur of the height, px of a picture of 1000 x 750, 0 to 10.
+        scale: pixels of the picture per one of those; None by its size, see `canvas_scale`.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
         out: [H, W, 3] contiguous output array, such as `rgb` itself; None for a new one.
 
@@ -157,7 +159,7 @@ def light(
             raise TypeError(f"light: {name} must be {rgb.dtype} like rgb, got {array.dtype}")
     if out is not None and (out.shape != rgb.shape or out.dtype != rgb.dtype or not out.flags.c_contiguous):
         raise ValueError("light: out must be a contiguous array of the shape and the dtype of rgb")
-    taps = blur_taps(blur, rgb.shape[1], rgb.shape[0])
+    taps = blur_taps(blur, canvas_scale(rgb.shape[1], rgb.shape[0]) if scale is None else scale)
     new_plane: Any = _core.new_plane_float32 if rgb.dtype == np.float32 else _core.new_plane_float64
     lit: Array = new_plane(list(rgb.shape)) if out is None else out
     towards, half_way = lamp.direction, lamp.half_way
@@ -178,15 +180,15 @@ def light(
     return lit
 
 
-def blur_taps(blur: float, width: int, height: int) -> F64:
-    """[2 r + 1] weights of the height blur along either axis, for a picture of this size.
+def blur_taps(blur: float, scale: float) -> F64:
+    """[2 r + 1] weights of the height blur along either axis; `scale` as of `light`.
 
     Raises:
         ValueError: if `blur` is out of range.
     """
     if not 0 <= blur <= 10:
         raise ValueError(f"light: blur must be in 0 to 10 pixels, got {blur}")
-    deviation = blur * canvas_scale(width, height)
+    deviation = blur * scale
     radius = int(np.ceil(REACH * deviation - 0.5)) if deviation > 1 / 6 else 0
     offsets = np.arange(-radius, radius + 1)
     weights = np.exp(-0.5 * (offsets / max(deviation, 1e-9)) ** 2)

@@ -45,6 +45,7 @@ class LaidCoat:
         share: [H, W] share of its paint that the paper takes; None for all.
         tint: [H, W, 3] of a glaze; None for covering paint.
         picture: [H, W, 3] its colours if an effect gives them, not premultiplied; None for those of boxes.
+        dpi: see `rasterize`.
     """
 
     coat: "Coat"
@@ -54,10 +55,17 @@ class LaidCoat:
     share: Array | None = None  # [H, W]
     tint: Array | None = None  # [H, W, 3]
     picture: Array | None = None  # [H, W, 3]
+    dpi: float | None = None
 
     @classmethod
     def of(
-        cls, coat: "Coat", boxes: Boxes, painted: Frame, taken: Frame, in_front_of: "DepthTest | None" = None
+        cls,
+        coat: "Coat",
+        boxes: Boxes,
+        painted: Frame,
+        taken: Frame,
+        in_front_of: "DepthTest | None" = None,
+        dpi: float | None = None,
     ) -> "LaidCoat":
         """From its own frame, and the part of it that the paper takes."""
         share = None
@@ -70,7 +78,7 @@ class LaidCoat:
         if coat.effect is not None and coat.blend == "cover":
             alpha = taken.alpha[..., None]
             picture = np.divide(taken.rgb, alpha, out=np.zeros_like(taken.rgb), where=alpha > 0)
-        return cls(coat, boxes, in_front_of, taken.alpha.copy(), share, tint, picture)
+        return cls(coat, boxes, in_front_of, taken.alpha.copy(), share, tint, picture, dpi)
 
     @property
     def num_rows(self) -> int:
@@ -147,7 +155,9 @@ class Marks:
 
     def _finders(self) -> list[FragmentFinder]:
         return [
-            FragmentFinder(each.boxes, self.camera, each.coat.texture, each.coat.options, each.in_front_of)
+            FragmentFinder(
+                each.boxes, self.camera, each.coat.texture, each.coat.options, each.in_front_of, each.dpi
+            )
             for each in self.laid
         ]
 

@@ -23,6 +23,7 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.part import Part
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,6 +159,8 @@ def rasterize_with(
     *,
     blend: Blend = "cover",
     in_front_of: DepthTest | None = None,
+    part: Part | None = None,
+    dpi: float | None = None,
 ) -> Frame:
     """`rasterize` with these options, in the size of a camera. Raises the same."""
     return rasterize(
@@ -174,6 +177,8 @@ def rasterize_with(
         in_front_of=in_front_of,
         min_transmittance=options.min_transmittance,
         num_threads=options.num_threads,
+        part=part,
+        dpi=dpi,
     )
 
 

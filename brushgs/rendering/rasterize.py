@@ -20,6 +20,7 @@ from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
 from brushgs.values.arrays import Array
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
+from brushgs.values.part import TILE, Part
 
 PLAIN_EXPONENT = 40  # softness of 1e-12 to 1e12 world units needs no rescaling
 
@@ -39,6 +40,8 @@ def rasterize(
     in_front_of: DepthTest | None = None,
     min_transmittance: float = MIN_TRANSMITTANCE,
     num_threads: int | None = None,
+    part: Part | None = None,
+    dpi: float | None = None,
 ) -> Frame:
     """Paint boxes front to back with a stroke texture.
 
@@ -104,6 +107,11 @@ def rasterize(
             strokes of full paint, which leave exactly that, both count. 0: all strokes count (in soft order
             up to the 1e-31 above).
         num_threads: None takes the processors available to this process. The picture does not depend on it.
+        part: paint only these pixels, bit for bit those of the whole picture; the frame and the depth test
+            are as large as the part. It begins and ends on tiles of 32 x 16 pixels, or where the picture
+            does, see `Part.grown`. None for all.
+        dpi: pixels per inch on paper: strokes then have bristles of a physical width too, see
+            `rendering/streaks.py`. None for none.
 
     Returns:
         The frame, in the dtype of the boxes.
@@ -112,7 +120,7 @@ def rasterize(
         TypeError: if `underpaint` or `in_front_of` is neither None nor of its type.
         ValueError: if an option is out of range; if `underpaint` is given and boxes have no setbacks, or
             `relief` and they have no reliefs; if a brush is beyond the set; if a glaze has underpaint or
-            streaks; or if `in_front_of` has another size.
+            streaks; if `in_front_of` has another size; or if `part` does not lie in the picture, on tiles.
 
     Example:
         >>> boxes = bg.project(strokes, camera)
@@ -133,6 +141,8 @@ def rasterize(
         in_front_of=in_front_of,
         min_transmittance=min_transmittance,
         num_threads=num_threads,
+        part=part,
+        dpi=dpi,
     )
     return _paint(painted, blend, trace=None)
 
@@ -187,7 +197,7 @@ def rasterize_traced(
 
 
 def _paint(painted: "RasterArguments", blend: Blend, trace: Trace | None) -> Frame:
-    height, width = painted.size
+    height, width = painted.part.height, painted.part.width
     is_single = painted.boxes.centers.dtype == np.float32
     new_plane: Any = _core.new_plane_float32 if is_single else _core.new_plane_float64
     rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
@@ -201,6 +211,8 @@ def _paint(painted: "RasterArguments", blend: Blend, trace: Trace | None) -> Fra
         height_plane=height_plane,
         blend=_core.Blend.glaze if blend == "glaze" else _core.Blend.cover,
         trace=None if trace is None else trace.of_core,
+        size=painted.size,
+        corner=(painted.part.top, painted.part.left),
     )
     if painted.exponent and "depth" in layers:
         np.ldexp(layers["depth"], -painted.exponent, out=layers["depth"])
@@ -216,6 +228,7 @@ class RasterArguments:
         attributes: layer name -> attribute.
         relief: whether there is a height.
         size: height and width, pixels.
+        part: of the picture that is painted.
         levels: of the stroke images.
         of_core: core arguments by name.
     """
@@ -236,18 +249,22 @@ class RasterArguments:
         in_front_of: DepthTest | None,
         min_transmittance: float,
         num_threads: int | None,
+        part: Part | None = None,
+        dpi: float | None = None,
     ) -> None:
         if filter not in get_args(Filter):
             known = ", ".join(get_args(Filter))
             raise ValueError(f"rasterize: filter must be one of {known}, got {filter!r}")
         _check_size(height, width)
+        self.part = Part.whole(width, height) if part is None else part
+        _check_part(self.part, height, width)
         if not 0 <= min_transmittance < 1:
             raise ValueError(f"rasterize: min_transmittance must be in [0, 1), got {min_transmittance}")
         check_streaks("rasterize", streaks)
         check_glaze("rasterize", blend, underpaint, streaks)
         if relief:
             check_relief("rasterize", boxes)
-        depth_test = depth_test_arguments("rasterize", boxes, in_front_of, height, width)
+        depth_test = depth_test_arguments("rasterize", boxes, in_front_of, self.part.height, self.part.width)
         threads = num_threads_or_default(num_threads)
         is_image, is_glaze = brushes.kind == "image", blend == "glaze"
         is_soft = boxes.softness is not None and is_image and not is_glaze
@@ -269,7 +286,7 @@ class RasterArguments:
                 softness=boxes.softness if is_soft else None,
                 reliefs=boxes.reliefs if relief else None,
                 **underpaint_arguments("rasterize", boxes, brushes, underpaint),
-                **streak_arguments(boxes, streaks, brushes),
+                **streak_arguments(boxes, streaks, brushes, dpi=dpi, relief=relief),
                 **depth_test,
             ),
         }
@@ -282,6 +299,14 @@ def _check_size(height: int, width: int) -> None:
     if width * height > MAX_PIXELS:
         raise ValueError(
             f"rasterize: width x height must be at most {MAX_PIXELS} pixels, got {width} x {height}"
+        )
+
+
+def _check_part(part: Part, height: int, width: int) -> None:
+    if not part.is_in(width, height) or part.grown(0, width, height) != part:
+        raise ValueError(
+            f"rasterize: part must begin and end on tiles of {TILE[0]} x {TILE[1]} pixels or where the "
+            f"picture of {width} x {height} does, got {part}"
         )
 
 

@@ -20,7 +20,7 @@ from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.glaze import pigments
 from brushgs.rendering.light import Lamp, blur_taps
 from brushgs.rendering.project import SOFTNESS, Directions, ProjectOptions
-from brushgs.rendering.relief import UNDERPAINT_THICKNESS, Relief, paint_height
+from brushgs.rendering.relief import UNDERPAINT_THICKNESS, Relief, canvas_scale, paint_height
 from brushgs.rendering.streaks import BRISTLES, noise, streak_starts, streak_weights
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.arrays import F64, Array
@@ -550,7 +550,7 @@ def _sample(texture: StrokeTexture, coverage: NDArray[np.uint8], s: F64, t: F64,
 
 def light(rgb: Array, height: Array, lamp: Lamp, *, alpha: Array | None = None, blur: float) -> F64:
     """`brushgs.rendering.light.light`, always in float64."""
-    taps = blur_taps(blur, height.shape[1], height.shape[0])
+    taps = blur_taps(blur, canvas_scale(height.shape[1], height.shape[0]))
     blurred, reach = np.pad(height.astype(np.float64), len(taps) // 2, mode="edge"), len(taps)
     for axis in (0, 1):
         blurred = np.lib.stride_tricks.sliding_window_view(blurred, reach, axis) @ taps

@@ -25,6 +25,7 @@ from brushgs.values.sh import base_colors
 
 # Reference picture (1000 x 750) of lengths on the canvas.
 CANVAS_PIXELS = 750_000
+PIXELS_PER_MM = 6.0  # of that picture where paper has a size: threads of linen are then 0.6 mm wide
 THICKNESS, GAIN = 0.4, 1.7  # px of that picture
 # Clamp of a stroke's size over the median size, before taking the root: large strokes carry more paint.
 LEAST_SIZE, MOST_SIZE = 0.4, 2.5
@@ -42,9 +43,12 @@ LEAST_RANGE = 0.1  # least OKLab L from fully dark to light: a painting of one t
 UNDERPAINT_THICKNESS: float = _core.UNDERPAINT_THICKNESS  # 0.15 / 0.8
 
 
-def canvas_scale(width: int, height: int) -> float:
-    """Pixels of this picture per pixel of a 1000 x 750 picture, so paintings look the same at any size."""
-    return sqrt(width * height / CANVAS_PIXELS)
+def canvas_scale(width: int, height: int, dpi: float | None = None) -> float:
+    """Pixels of this picture per pixel of a 1000 x 750 picture, so paintings look the same at any size.
+
+    With a `dpi`, pixels per inch on paper, what is laid over the picture has its physical size instead.
+    """
+    return sqrt(width * height / CANVAS_PIXELS) if dpi is None else dpi / 25.4 / PIXELS_PER_MM
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,7 @@ class Relief:
         by_light: 0 to 1, how far lights are thick and darks thin: at 1 both numbers of a stroke are
             multiplied by 0.25 (dark) to 1.35 (light), by the OKLab lightness of its base colour.
         lights: OKLab L of full dark and full light, see `light_range`; None for those of the strokes.
+        dpi: pixels per inch on paper; None without a physical size.
 
     Raises:
         ValueError: if a value is out of range.
@@ -68,6 +73,7 @@ class Relief:
     size: float | None = None
     by_light: float = 0.0
     lights: tuple[float, float] | None = None
+    dpi: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("thickness", "gain"):
@@ -82,9 +88,20 @@ class Relief:
 
     def of_boxes(self, gaussians: Gaussians, ids: NDArray[np.int32], camera: Camera) -> Array:
         """[M, 2] `Boxes.reliefs` of boxes of these Gaussians, in the dtype of the scene."""
-        pixel = canvas_scale(camera.width, camera.height)
+        pixel = self._pixel(camera.width, camera.height)
         reliefs: Array = self._of(self._in_units(gaussians)[ids], pixel)
         return reliefs.astype(gaussians.means.dtype)
+
+    def _pixel(self, width: int, height: int) -> float:
+        """Pixels of a picture per pixel of one of 1000 x 750, for the thickness of paint.
+
+        On paper it is half way to its physical size: a larger print has thicker paint, as its strokes are
+        larger, but under its sharper light ridges as much higher would look like ploughed earth.
+        """
+        of_picture = canvas_scale(width, height)
+        if self.dpi is None:
+            return of_picture
+        return sqrt(of_picture * canvas_scale(width, height, self.dpi))
 
     def of_strokes(self, gaussians: Gaussians) -> F64:
         """[N, 2] thickness and gain of each stroke, px of a picture of 1000 x 750; see `canvas_scale`."""

@@ -5,6 +5,7 @@ is a noise of the places in space that pixels show, so nothing swims when the ca
 """
 
 from dataclasses import dataclass, replace
+from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from brushgs.rendering.relief import canvas_scale
 from brushgs.values.arrays import F32, Array, smoothstep
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
+from brushgs.values.part import Part
 
 if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
@@ -25,7 +27,8 @@ RISE = 0.5  # width of an edge between two values before it is rubbed, in their 
 GATHERED = 0.8  # share of the tone that gathers in values; the rest stays as it is
 SOLID = (0.3, 0.7)  # coverage between which the border of a mass lies
 TOOTH = 0.2  # of the tone: more on the peaks of the paper, less in its hollows, where it is not rubbed
-STEP = 4  # pixels between places at which the noise is computed
+TRUNCATED = 2.5  # deviations after which an edge that is rubbed ends
+STEP = 4  # pixels between places at which the noise is computed; tiles hold whole steps
 FINEST = (10.0, 30.0)  # px, length of a wave of noise below which it is gone, and from which it is whole
 # Directions of the waves, whose sum is the noise: of 6, evenly spread over the sphere, and their phases.
 _GOLDEN = (1 + 5**0.5) / 2
@@ -58,7 +61,9 @@ class Rub:
         """See `Effect`."""
         return "rubbed tones"
 
-    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
+    def __call__(
+        self, painted: Frame, camera: Camera, surface: "Surface | None", part: Part | None = None
+    ) -> Frame:
         """See `Effect`. Coverage never grows."""
         dtype, pixel = painted.rgb.dtype, canvas_scale(camera.width, camera.height)
         paper = np.asarray(self.paper, dtype)
@@ -71,13 +76,17 @@ class Rub:
         solid: Array = smoothstep((alpha - low) / (high - low)).astype(dtype)
         toned: Array = solid * self._gathered(shares)
         assert painted.depth is not None, "effects are painted with depth"
-        noise = self._noise(painted.depth, camera).astype(dtype)
+        noise = self._noise(painted.depth, camera, part).astype(dtype)
         solid, toned = (_rubbed(plane, noise, pixel) for plane in (solid, toned))
         if surface is not None:
             toned *= 1 + TOOTH * (1 - noise) * (2 * surface.grain.astype(dtype) - 1)
         taken = np.minimum(solid, alpha)
         toned *= np.divide(taken, solid, out=np.zeros_like(solid), where=solid > 0)
         return replace(painted, rgb=taken[..., None] * paper + toned[..., None] * tint, alpha=taken)
+
+    def reach(self, camera: Camera) -> int:
+        """See `Effect`: that of the widest rubbing."""
+        return ceil(TRUNCATED * SOFT * canvas_scale(camera.width, camera.height)) + 1
 
     def areas(self, picture: Array) -> None:
         """See `Effect`: none, tones are soft."""
@@ -96,7 +105,7 @@ class Rub:
                 )
         return np.asarray(GATHERED * gathered + (1 - GATHERED) * shares, shares.dtype)
 
-    def _noise(self, depth: Array, camera: Camera) -> F32:
+    def _noise(self, depth: Array, camera: Camera, part: Part | None = None) -> F32:
         """[H, W] how far each pixel is rubbed, 0 to 1."""
         rows, columns = (np.arange(size)[STEP // 2 :: STEP] for size in depth.shape)
         if not len(rows) or not len(columns):
@@ -106,7 +115,8 @@ class Rub:
         scale = np.array([[1 / STEP, 0, shift], [0, 1 / STEP, shift], [0, 0, 1]])
         few = depth[STEP // 2 :: STEP, STEP // 2 :: STEP]
         coarse = replace(camera, K=scale @ camera.K, width=len(columns), height=len(rows))
-        points = positions_of(few, coarse) * np.float32(2 * np.pi / self.wave)
+        corner = (0, 0) if part is None else (part.left // STEP, part.top // STEP)
+        points = positions_of(few, coarse, corner) * np.float32(2 * np.pi / self.wave)
         total = np.zeros(few.shape, np.float32)
         for direction, phase in zip(WAVES, PHASES, strict=True):
             total += np.sin(points @ direction.astype(np.float32) + np.float32(phase))
@@ -122,6 +132,7 @@ class Rub:
 def _rubbed(plane: Array, noise: Array, pixel: float) -> Array:
     """A plane [H, W] blurred between hardly and widely."""
     sharp, soft = (
-        ndimage.gaussian_filter(plane, sigma * pixel, mode="nearest", truncate=2.5) for sigma in (SHARP, SOFT)
+        ndimage.gaussian_filter(plane, sigma * pixel, mode="nearest", truncate=TRUNCATED)
+        for sigma in (SHARP, SOFT)
     )
     return np.asarray(sharp + noise * (soft - sharp))

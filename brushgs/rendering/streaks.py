@@ -4,6 +4,10 @@ A stroke's colour is multiplied by 1 + streaks x s, with s in -1 to 1 a fixed no
 offset into the noise is a hash of the Gaussian's row, so a stroke keeps its streaks in all views. The noise
 has two bands: single bristles, and tufts of several. Each fades out as a stroke gets smaller, before pixels
 cannot resolve it, so that nothing shimmers.
+
+On paper of a known resolution strokes wider than their twelve bristles have further ones of a physical width,
+`BRISTLE_MM`, in their colour and in the height of their paint: the stroke image ends at its texels, and would
+look blurred from near.
 """
 
 from functools import lru_cache
@@ -14,7 +18,7 @@ from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.core.native import core as _core
-from brushgs.values.arrays import F64, Array
+from brushgs.values.arrays import F64, Array, smoothstep
 from brushgs.values.boxes import Boxes
 
 MOST_STREAKS = 0.5
@@ -24,16 +28,48 @@ TUFT = 8  # bristles per tuft: width of the smoothing window
 BRISTLE_FADE = (1.0, 2.0)
 TUFT_FADE = (0.25, 0.5)
 BRISTLES: int = _core.BRISTLES  # 12 across a box
+BRISTLE_MM = 0.3  # of hog hair with paint on it
+# Times the twelve bristles from which on the physical ones begin to show, and show in full.
+FINE_FROM = (1.2, 2.4)
+FINE_STREAKS = 0.6  # of the amplitude of streaks
+FINE_GAIN = 0.07  # mm, deviation of the paint's height for noise of 1
+MOST_FINE = 2048.0  # bristles across a box, from the core
 # Bristles on either side of the box: filtered levels are larger than it.
 MARGIN: int = _core.BRISTLE_MARGIN
 
 
-def streak_arguments(boxes: Boxes, streaks: float, brush_set: BrushSet) -> dict[str, Any]:
-    """Core arguments for streaks; empty if they are 0."""
+def streak_arguments(
+    boxes: Boxes, streaks: float, brush_set: BrushSet, *, dpi: float | None = None, relief: bool = False
+) -> dict[str, Any]:
+    """Core arguments for streaks; empty if they are 0. With a `dpi` also bristles of a physical width."""
     if streaks == 0:
         return {}
-    weights = streak_weights(boxes, streaks, brush_set.without_bristles(boxes.brushes))
-    return {"streak_noise": packed_noise(), "streak_starts": streak_starts(boxes), "streak_weights": weights}
+    is_smooth = brush_set.without_bristles(boxes.brushes)
+    weights = streak_weights(boxes, streaks, is_smooth)
+    found = {"streak_noise": packed_noise(), "streak_starts": streak_starts(boxes), "streak_weights": weights}
+    if dpi is not None:
+        found["streak_fine"] = fine_bristles(boxes, streaks, dpi, is_smooth, relief=relief)
+    return found
+
+
+def fine_bristles(
+    boxes: Boxes, streaks: float, dpi: float, is_smooth: NDArray[np.bool_] | None = None, *, relief: bool
+) -> Array:
+    """[M, 3] bristles of `BRISTLE_MM` across each box, and their amplitude on colour and height (pixels).
+
+    They fade out in boxes hardly wider than `BRISTLES` of them, and where pixels do not resolve them.
+    """
+    bristle = BRISTLE_MM / 25.4 * dpi  # pixels
+    counts = np.minimum(2 * boxes.half_extents[:, 1].astype(np.float64) / bristle, MOST_FINE)
+    low, high = FINE_FROM
+    shares = smoothstep((counts / BRISTLES - low) / (high - low))
+    first, whole = BRISTLE_FADE
+    shares *= smoothstep(np.array((bristle - first) / (whole - first)))
+    if is_smooth is not None:
+        shares[is_smooth] = 0
+    heights = shares * (FINE_GAIN / 25.4 * dpi if relief else 0.0)
+    fine = np.stack([counts, FINE_STREAKS * streaks * shares, heights], axis=1)
+    return fine.astype(boxes.half_extents.dtype)
 
 
 def streak_starts(boxes: Boxes) -> NDArray[np.uint8]:

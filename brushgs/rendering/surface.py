@@ -3,13 +3,15 @@
 Lengths are pixels of a 1000 x 750 picture and scale with its size: a picture twice as large shows the same
 threads, twice as wide. Noise lies on lattices over the whole canvas, without tiling. Lattices start at the
 upper left corner, and each number is a hash of its index, so pictures of other sizes or shapes, and other
-programs (`outlets/page/web/surface.js`), show the same threads and bumps.
+programs (`outlets/page/web/surface.js`), show the same threads and bumps. On paper of a known resolution
+threads and bumps have a physical size instead, see `canvas_scale`. A part of a surface is that of the whole,
+bit for bit.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 from brushgs.core.threads import side_by_side
 from brushgs.rendering.relief import canvas_scale
 from brushgs.values.arrays import F32, Array
+from brushgs.values.camera import Camera
 from brushgs.values.hashing import GOLDEN_32, hash_32, lattice
+from brushgs.values.part import Part
 
 PERIOD = 3.6  # px from thread to thread
 LINEN_HEIGHT = 0.2  # px, standard deviation
@@ -55,12 +59,22 @@ class Recipe:
         color: [3] or [H, W, 3].
         strength: of height and tone; 0 for a flat one.
         seed: of the threads or bumps.
+        dpi: pixels per inch on paper; None without a physical size.
     """
 
     kind: Literal["flat", "linen", "paper"]
     color: Array  # [3] or [H, W, 3]
     strength: float
     seed: int
+    dpi: float | None = None
+
+    def surface(self, *, height: int, width: int, part: Part | None = None) -> "Surface":
+        """The surface in a size, or a part of it."""
+        if self.kind == "flat":
+            return flat(self.color, height=height, width=width, part=part)
+        weave = linen if self.kind == "linen" else paper
+        more: dict[str, Any] = {"strength": self.strength, "seed": self.seed, "dpi": self.dpi, "part": part}
+        return weave(self.color, height=height, width=width, **more)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,14 +93,37 @@ class Surface:
     grain: Array  # [H, W]
     recipe: Recipe | None = field(default=None, kw_only=True)
 
+    def seen_in(self, camera: Camera, part: Part | None) -> "Surface":
+        """The surface in a view, or a part of it; it is made again if it is of another size."""
+        size = camera.height, camera.width
+        if self.grain.shape == size:
+            return self if part is None else self._cut(part)
+        assert self.recipe is not None, "surfaces of another size have a recipe"
+        return self.recipe.surface(height=size[0], width=size[1], part=part)
 
-def flat(color: ArrayLike, *, height: int, width: int) -> Surface:
+    def _cut(self, part: Part) -> "Surface":
+        place = part.rows, part.columns
+        return Surface(self.rgb[place], self.height[place], self.grain[place])
+
+
+def flat(color: ArrayLike, *, height: int, width: int, part: Part | None = None) -> Surface:
     """A smooth board of a colour, [3] or [H, W, 3]."""
-    bare, full = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
-    return _surface("flat", color, bare, full, 0, 0, 0, 0)
+    sheet = _Sheet(height, width, 0, None, part or Part.whole(width, height))
+    shape = sheet.part.height, sheet.part.width
+    bare, full = np.zeros(shape, np.float32), np.ones(shape, np.float32)
+    return _surface("flat", color, bare, full, 0, 0, 0, sheet)
 
 
-def linen(color: ArrayLike, *, height: int, width: int, strength: float = 1.0, seed: int = 0) -> Surface:
+def linen(
+    color: ArrayLike,
+    *,
+    height: int,
+    width: int,
+    strength: float = 1.0,
+    seed: int = 0,
+    dpi: float | None = None,
+    part: Part | None = None,
+) -> Surface:
     """Canvas in plain weave: two sets of threads cross, over and under in turn, uneven and slightly wavy.
 
     Args:
@@ -95,15 +132,28 @@ def linen(color: ArrayLike, *, height: int, width: int, strength: float = 1.0, s
         width: pixels, >= 1.
         strength: of height and tone, >= 0; 1 is `LINEN_HEIGHT` and `LINEN_TONE`.
         seed: of the threads.
+        dpi: pixels per inch on paper: threads are then 0.6 mm wide. None for a size by that of the picture.
+        part: make only this part of the surface; None for all.
     """
-    pattern = _linen(height, width, seed)
-    return _surface("linen", color, pattern, _grain(pattern), strength, LINEN_HEIGHT, LINEN_TONE, seed)
+    sheet = _Sheet(height, width, seed, dpi, part or Part.whole(width, height))
+    pattern = _linen(sheet)
+    return _surface("linen", color, pattern, _grain(pattern), strength, LINEN_HEIGHT, LINEN_TONE, sheet)
 
 
-def paper(color: ArrayLike, *, height: int, width: int, strength: float = 1.0, seed: int = 0) -> Surface:
+def paper(
+    color: ArrayLike,
+    *,
+    height: int,
+    width: int,
+    strength: float = 1.0,
+    seed: int = 0,
+    dpi: float | None = None,
+    part: Part | None = None,
+) -> Surface:
     """Cold-pressed paper: fine bumps on coarse ones. Arguments as for `linen`."""
-    pattern = _paper(height, width, seed)
-    return _surface("paper", color, pattern, _grain(pattern), strength, PAPER_HEIGHT, PAPER_TONE, seed)
+    sheet = _Sheet(height, width, seed, dpi, part or Part.whole(width, height))
+    pattern = _paper(sheet)
+    return _surface("paper", color, pattern, _grain(pattern), strength, PAPER_HEIGHT, PAPER_TONE, sheet)
 
 
 def in_color(surface: Surface, color: ArrayLike) -> Surface:
@@ -112,14 +162,30 @@ def in_color(surface: Surface, color: ArrayLike) -> Surface:
     Raises:
         ValueError: if it has no recipe, or the colour has another shape.
     """
-    recipe = surface.recipe
-    if recipe is None:
+    if surface.recipe is None:
         raise ValueError("in_color: surface must be flat, linen or paper, got one without a recipe")
     height, width = surface.grain.shape
-    if recipe.kind == "flat":
-        return flat(color, height=height, width=width)
-    weave = linen if recipe.kind == "linen" else paper
-    return weave(color, height=height, width=width, strength=recipe.strength, seed=recipe.seed)
+    recipe = replace(surface.recipe, color=np.asarray(color, np.float32))
+    return recipe.surface(height=height, width=width)
+
+
+@dataclass(frozen=True)
+class _Sheet:
+    """What the pattern of a surface depends on, and the part of it that is made."""
+
+    height: int
+    width: int
+    seed: int
+    dpi: float | None
+    part: Part
+
+    @property
+    def scale(self) -> float:
+        return canvas_scale(self.width, self.height, self.dpi)
+
+    def noise(self, name: str, spacing: float, deviation: float = 1.0) -> "_Noise":
+        """Noise of one of `STREAMS` with this lattice spacing in pixels."""
+        return _Noise.of(_stream(self.seed, name), self, spacing, deviation)
 
 
 def _surface(
@@ -130,20 +196,21 @@ def _surface(
     strength: float,
     height: float,
     tone: float,
-    seed: int,
+    sheet: _Sheet,
 ) -> Surface:
-    rows, columns = pattern.shape
-    base = np.asarray(color, np.float32)
-    if base.shape not in ((3,), (rows, columns, 3)):
+    (rows, columns), whole = pattern.shape, np.asarray(color, np.float32)
+    if whole.shape not in ((3,), (sheet.height, sheet.width, 3)):
         raise ValueError(
-            f"surface: color must have shape [3] or [{rows}, {columns}, 3], got {list(base.shape)}"
+            f"surface: color must have shape [3] or [{sheet.height}, {sheet.width}, 3], got "
+            f"{list(whole.shape)}"
         )
+    base = whole if whole.ndim == 1 else whole[sheet.part.rows, sheet.part.columns]
     shade = 1 + np.float32(strength * tone) * pattern
     rgb = np.empty((rows, columns, 3), np.float32)
     for c in range(3):  # by channel: a third of the time of one expression with a short inner loop
         np.multiply(base[..., c], shade, out=rgb[..., c])
-    raised = np.float32(strength * height * canvas_scale(columns, rows)) * pattern
-    return Surface(rgb, raised, grain, recipe=Recipe(kind, base, strength, seed))
+    raised = np.float32(strength * height * sheet.scale) * pattern
+    return Surface(rgb, raised, grain, recipe=Recipe(kind, whole, strength, sheet.seed, sheet.dpi))
 
 
 def _grain(pattern: F32) -> F32:
@@ -152,16 +219,14 @@ def _grain(pattern: F32) -> F32:
 
 
 @lru_cache(maxsize=2)
-def _linen(height: int, width: int, seed: int) -> F32:
+def _linen(sheet: _Sheet) -> F32:
     """[H, W] height of the threads in standard deviations, mean 0; read-only."""
-    scale = canvas_scale(width, height)
+    scale, part = sheet.scale, sheet.part
     (x, of_column), (y, of_row) = (
-        _threads(_stream(seed, name), size, PERIOD * scale)
-        for name, size in (("columns", width), ("rows", height))
+        [of[span] for of in _threads(_stream(sheet.seed, name), size, PERIOD * scale)]
+        for name, size, span in (("columns", sheet.width, part.columns), ("rows", sheet.height, part.rows))
     )
-    first, second = (
-        _Noise.of(_stream(seed, name), height, width, WAVE_LENGTH * scale) for name in ("one", "other")
-    )
+    first, second = (sheet.noise(name, WAVE_LENGTH * scale) for name in ("one", "other"))
     wide, none = NARROW_THREAD
     share = float(np.clip((PERIOD * scale - none) / (wide - none), 0, 1))
     share *= share * (3 - 2 * share)
@@ -176,7 +241,7 @@ def _linen(height: int, width: int, seed: int) -> F32:
         weave -= np.float32(WEAVE_MEAN)
         return np.asarray(weave * np.float32(share / WEAVE_DEVIATION), np.float32)
 
-    return _in_bands(height, width, weave_of)
+    return _in_bands(part.height, part.width, weave_of)
 
 
 def _bump(place: F32) -> tuple[F32, NDArray[np.int32]]:
@@ -199,18 +264,16 @@ def _threads(stream: int, size: int, period: float) -> tuple[F32, F32]:
 
 
 @lru_cache(maxsize=2)
-def _paper(height: int, width: int, seed: int) -> F32:
+def _paper(sheet: _Sheet) -> F32:
     """[H, W] height of the bumps in standard deviations, mean 0; read-only. Bumps under a pixel fade."""
-    scale = canvas_scale(width, height)
+    scale, part = sheet.scale, sheet.part
     coarse, fine = (
-        _Noise.of(
-            _stream(seed, name), height, width, max(spacing * scale, 1), share * min(1, spacing * scale)
-        )
+        sheet.noise(name, max(spacing * scale, 1), share * min(1, spacing * scale))
         for name, spacing, share in zip(
             ("coarse", "fine"), (PAPER_COARSE, PAPER_FINE), PAPER_SHARES, strict=True
         )
     )
-    return _in_bands(height, width, lambda band: coarse.rows(band) + fine.rows(band))
+    return _in_bands(part.height, part.width, lambda band: coarse.rows(band) + fine.rows(band))
 
 
 def _in_bands(height: int, width: int, pattern_of: Callable[[slice], F32]) -> F32:
@@ -248,23 +311,22 @@ class _Noise:
     weights: F32
 
     @classmethod
-    def of(cls, stream: int, height: int, width: int, spacing: float, deviation: float = 1.0) -> "_Noise":
+    def of(cls, stream: int, sheet: _Sheet, spacing: float, deviation: float) -> "_Noise":
         """Noise of a random stream with this lattice spacing in pixels."""
-        axes = [
-            np.arange(int(np.ceil(size / spacing - 1e-6)) + 3, dtype=np.uint32) for size in (height, width)
-        ]
-        first, weights = _splines(height, spacing, 1.0)
-        lines = _mixed(lattice(stream, *axes), first, weights[:, :, None], axis=0)
-        return cls(lines, *_splines(width, spacing, deviation * NOISE_GAIN))
+        first, weights = _splines(sheet.part.rows, spacing, 1.0)
+        column, of_columns = _splines(sheet.part.columns, spacing, deviation * NOISE_GAIN)
+        axes = [np.arange(at[0], at[-1] + 4, dtype=np.uint32) for at in (first, column)]
+        lines = _mixed(lattice(stream, *axes), first - first[0], weights[:, :, None], axis=0)
+        return cls(lines, column - column[0], of_columns)
 
     def rows(self, band: slice) -> F32:
         """[h, W] rows of the noise."""
         return _mixed(self.lines[band], self.first, self.weights, axis=1)
 
 
-def _splines(size: int, spacing: float, gain: float) -> tuple[NDArray[np.int_], F32]:
-    """[size] first of the four lattice numbers of each pixel, and their weights [4, size]."""
-    place = (np.arange(size) + 0.5) / spacing
+def _splines(span: slice, spacing: float, gain: float) -> tuple[NDArray[np.int_], F32]:
+    """[size] first of the four lattice numbers of each pixel of a span, and their weights [4, size]."""
+    place = (np.arange(span.start, span.stop) + 0.5) / spacing
     first = place.astype(int)
     f = place - first
     splines = ((1 - f) ** 3, 3 * f**3 - 6 * f**2 + 4, -3 * f**3 + 3 * f**2 + 3 * f + 1, f**3)

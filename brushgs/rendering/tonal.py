@@ -141,7 +141,7 @@ class Blacks:
         """See `Effect`."""
         return "spot blacks"
 
-    def __call__(self, painted: Frame, camera: Camera, surface: object = None) -> Frame:
+    def __call__(self, painted: Frame, camera: Camera, surface: object = None, part: object = None) -> Frame:
         """See `Effect`."""
         assert painted.depth is not None, "coats with effects have a depth"
         shares = np.zeros(painted.alpha.shape, np.float32)
@@ -153,6 +153,10 @@ class Blacks:
         alpha = np.maximum(smoothstep((painted.alpha - CLEAR) / (SOLID - CLEAR)), shares).astype(dtype)
         rgb = alpha[..., None] * paper + (alpha * shares.astype(dtype))[..., None] * (ink - paper)
         return Frame(rgb, alpha, painted.depth, painted.height)
+
+    def reach(self, camera: Camera) -> int | None:
+        """See `Effect`: regions count by their whole area, paper alone by none."""
+        return None if self.threshold > 0 else 0
 
     def areas(self, picture: Array) -> "Sequence[tuple[Array, Color]]":
         """See `Effect`: paper, and ink on it."""

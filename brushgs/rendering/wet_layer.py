@@ -16,6 +16,7 @@ import numpy as np
 
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
+from brushgs.rendering.effect import OfWhole
 from brushgs.rendering.space_noise import Anchor, space_noise
 from brushgs.values.arrays import F64, Array, smoothstep
 from brushgs.values.camera import Camera
@@ -120,8 +121,20 @@ class Washes:
         )
 
 
+class _Running(OfWhole):
+    """Washes that run through the picture of a coat."""
+
+    @property
+    def traits(self) -> str:
+        """See `Effect`."""
+        return "washes that run and gather"
+
+    def areas(self, picture: Array) -> None:
+        """See `Effect`: none, washes run."""
+
+
 @dataclass(frozen=True)
-class WetLayer:
+class WetLayer(_Running):
     """The effect of a wet layer, see `Effect`; all its numbers are those of a job.
 
     Attributes:
@@ -138,17 +151,9 @@ class WetLayer:
     washes: Washes = field(default=Washes())
     smoothing: tuple[Wash, Wash, Wash] = WASHES
 
-    @property
-    def traits(self) -> str:
-        """See `Effect`."""
-        return "washes that run and gather"
-
-    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
+    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None", part: Any = None) -> Frame:
         """The wet layer as covering paint: its paper hides what lies below the strokes."""
         return _on_part(self._laid, painted, camera, surface)
-
-    def areas(self, picture: Array) -> None:
-        """See `Effect`: none, washes run."""
 
     def stand_in(self, coat: "Coat") -> "Coat":
         """See `Effect`: the strokes in keyed colours."""
@@ -183,7 +188,7 @@ class WetLayer:
 
 
 @dataclass(frozen=True)
-class ShadowWash:
+class ShadowWash(_Running):
     """The effect of one wash, in the colour of its strokes, over all that they cover; for glazes.
 
     Attributes:
@@ -194,18 +199,10 @@ class ShadowWash:
     anchor: Anchor
     washes: Washes = field(default=Washes())
 
-    @property
-    def traits(self) -> str:
-        """See `Effect`."""
-        return "washes that run and gather"
-
-    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None") -> Frame:
+    def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None", part: Any = None) -> Frame:
         """The tint of the wash."""
         darker = _on_part(self._laid, painted, camera, surface)
         return replace(darker, rgb=darker.rgb + (1 - darker.alpha)[..., None])
-
-    def areas(self, picture: Array) -> None:
-        """See `Effect`: none, washes run."""
 
     def stand_in(self, coat: "Coat") -> "Coat":
         """See `Effect`: the strokes themselves."""

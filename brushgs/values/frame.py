@@ -1,7 +1,7 @@
 """A painted picture, with its layers."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,8 @@ from numpy.typing import DTypeLike, NDArray
 from brushgs.core.threads import num_threads_or_default
 from brushgs.values.arrays import Array
 from brushgs.values.colors import rgb_of
-from brushgs.values.layers import DeepSamples, Layer
+from brushgs.values.layers import DeepSamples, Layer, Matte
+from brushgs.values.part import Part
 from brushgs.values.paths import Paths
 from brushgs.values.png import png_bytes
 
@@ -64,6 +65,30 @@ class Frame:
         facts += [f"layers {' '.join(self.layers)}"] if self.layers else []
         facts += ["deep"] if self.deep is not None else []
         return f"Frame({', '.join(facts)})"
+
+    def cut(self, part: Part) -> "Frame":
+        """A part of the picture, with its layers.
+
+        Raises:
+            ValueError: if the picture does not hold all of it.
+        """
+        height, width = self.alpha.shape
+        if not part.is_in(width, height):
+            raise ValueError(f"cut: part must lie in the picture of {width}x{height}, got {part}")
+        place = part.rows, part.columns
+        planes: dict[str, Any] = {
+            name: None if plane is None else np.ascontiguousarray(plane[place])
+            for name in ("rgb", "alpha", "depth", "height")
+            for plane in (getattr(self, name),)
+        }
+        layers: dict[str, Layer] = {
+            name: replace(layer, rows=layer.rows[place], coverage=layer.coverage[place])
+            if isinstance(layer, Matte)
+            else layer[place]
+            for name, layer in self.layers.items()
+        }
+        deep = None if self.deep is None else self.deep.cut(part)
+        return replace(self, **planes, layers=layers, deep=deep)
 
     def straight_colors(self) -> Array:
         """[H, W, 3] colour with straight (not premultiplied) alpha; 0 where nothing is painted."""

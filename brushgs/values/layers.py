@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.values.arrays import F32, Array, check
+from brushgs.values.part import Part
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +56,17 @@ class DeepSamples:
     ids: NDArray[np.uint32]  # [S]
     height: int
     width: int
+
+    def cut(self, part: Part) -> "DeepSamples":
+        """Those of a part of the picture."""
+        pixels = np.arange(self.height * self.width).reshape(self.height, self.width)
+        chosen = pixels[part.rows, part.columns].ravel()
+        firsts, counts = self.starts[chosen], self.starts[chosen + 1] - self.starts[chosen]
+        starts = np.concatenate([[0], np.cumsum(counts)])
+        of_samples = np.repeat(firsts - starts[:-1], counts) + np.arange(starts[-1])
+        columns = (self.colors, self.alphas, self.depths, self.ids)
+        colors, alphas, depths, ids = (column[of_samples] for column in columns)
+        return DeepSamples(starts, colors, alphas, depths, ids, part.height, part.width)
 
 
 Layer = Array | Matte  # one of `Frame.layers`

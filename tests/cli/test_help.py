@@ -58,7 +58,7 @@ def test_a_group_is_shown_by_its_name(capsys):
         (["background"], {"ground", "backdrop", "background"}),
         (["quality"], {"size", "strokes", "codec", "bits"}),
         (["portrait"], {"size", "from", "look-at"}),
-        (["crop"], {"zoom", "pan", "size", "look-at", "where"}),
+        (["crop"], {"crop", "zoom", "pan", "size", "look-at", "where"}),
         (["how", "to", "change", "the", "resolution"], {"size"}),
     ],
 )

@@ -82,6 +82,7 @@ EXAMPLES = {
     "where-soft": (0.1, ["--where-soft", "0.1"]),
     "text-model": ("model", ["--text-model", "model"]),
     "size": ((640, 360), ["--size", "640x360"]),
+    "crop": ((0, 8, 640, 360), ["--crop", "0,8,640,360"]),
     "up": ("-y", ["--up=-y"]),
     "azimuth": (-30.5, ["--azimuth=-30.5"]),
     "elevation": (-1e-3, ["--elevation=-1e-3"]),

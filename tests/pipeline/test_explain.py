@@ -141,3 +141,5 @@ def test_an_estimate_is_more_for_more():
         assert more.seconds > least.seconds
     assert np.isfinite(least.seconds)
     assert least.words.startswith("about ")
+    in_strips, whole = (estimate(steps, 10**5, 16, (9000, 9000), most_held=most) for most in (10**7, 10**9))
+    assert least.memory < in_strips.memory < whole.memory

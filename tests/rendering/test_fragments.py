@@ -38,9 +38,9 @@ def camera_of(width, height):
     return bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=width, height=height)
 
 
-def found_in(boxes, texture, width, height, in_front_of=None, rows=None, **options):
+def found_in(boxes, texture, width, height, in_front_of=None, rows=None, dpi=None, **options):
     how = RenderOptions(num_sigmas=2.0, **options)
-    finder = FragmentFinder(boxes, camera_of(width, height), texture, how, in_front_of)
+    finder = FragmentFinder(boxes, camera_of(width, height), texture, how, in_front_of, dpi)
     return finder.find(*(rows or (0, height)))
 
 
@@ -85,13 +85,14 @@ def test_fragments_of_several_brushes_are_those_of_the_definition(softness):
 
 @for_each("dtype", [np.float32, np.float64])
 @for_each("softness", [None, 0.4])
-@for_each("look", LOOKS)
+@for_each("look", [*LOOKS, "paper"])
 def test_weights_make_up_the_picture(look, softness, dtype):
-    boxes = set_back(random_boxes(700, 90, 55, seed=4, sizes=(0.5, 20), dtype=dtype), 1.0)
+    dpi, look = (300.0, "streaks") if look == "paper" else (None, look)
+    boxes = set_back(random_boxes(700, 90, 55, seed=4, sizes=(0.5, 60 if dpi else 20), dtype=dtype), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)
     options = RenderOptions(num_sigmas=2.0, **LOOKS[look])
-    frame = rasterize_with(boxes, camera_of(90, 55), bristles(), options)
-    fragments = found_in(boxes, bristles(), 90, 55, **LOOKS[look])
+    frame = rasterize_with(boxes, camera_of(90, 55), bristles(), options, dpi=dpi)
+    fragments = found_in(boxes, bristles(), 90, 55, dpi=dpi, **LOOKS[look])
     precision = 50 * np.finfo(dtype).eps
     ones = np.ones((len(boxes), 1), dtype)
     np.testing.assert_allclose(fragments.sums(ones).reshape(55, 90), frame.alpha, atol=precision)

@@ -8,6 +8,7 @@ import pytest
 
 from brushgs.rendering import reference
 from brushgs.rendering.light import MOST_STRENGTH, STRENGTH, Lamp, blur_taps, light
+from brushgs.rendering.relief import canvas_scale
 from brushgs.values.camera import Camera
 from tests.kit.for_each import for_each
 
@@ -152,11 +153,11 @@ def test_a_picture_twice_as_large_is_lit_alike():
 
 def test_the_blur_is_a_mean():
     for size in ((100, 75), (1000, 750), (4000, 3000)):
-        taps = blur_taps(0.6, *size)
+        taps = blur_taps(0.6, canvas_scale(*size))
         assert len(taps) % 2 == 1
         np.testing.assert_allclose(taps.sum(), 1, rtol=1e-12)
         np.testing.assert_array_equal(taps, taps[::-1])
-    assert len(blur_taps(0.6, 100, 75)) == 1
+    assert len(blur_taps(0.6, canvas_scale(100, 75))) == 1
 
 
 # Lamps, and what is refused

@@ -372,8 +372,9 @@ void def_box_arrays(nb::module_& m) {
                          std::optional<In<double, 1>> underpaint_reaches, double underpaint_opacity,
                          std::optional<In<std::uint16_t, 1>> streak_noise,
                          std::optional<In<std::uint8_t, 1>> streak_starts, std::optional<In<T, 2>> streak_weights,
-                         std::optional<In<T, 2>> streak_slopes, std::optional<In<T, 2>> reliefs,
-                         std::optional<In<T, 2>> limits, std::optional<In<T, 2>> fades) {
+                         std::optional<In<T, 2>> streak_slopes, std::optional<In<T, 2>> streak_fine,
+                         std::optional<In<T, 2>> reliefs, std::optional<In<T, 2>> limits,
+                         std::optional<In<T, 2>> fades) {
         auto* boxes = new (self) BoxArrays<T>{.view = {.count = centers.shape(0),
                                                        .centers = centers.data(),
                                                        .half_extents = half_extents.data(),
@@ -390,7 +391,8 @@ void def_box_arrays(nb::module_& m) {
                                                        .streaks = {.noise = data_or_null(streak_noise),
                                                                    .starts = data_or_null(streak_starts),
                                                                    .weights = data_or_null(streak_weights),
-                                                                   .slopes = data_or_null(streak_slopes)},
+                                                                   .slopes = data_or_null(streak_slopes),
+                                                                   .fine = data_or_null(streak_fine)},
                                                        .reliefs = data_or_null(reliefs),
                                                        .limits = data_or_null(limits),
                                                        .fades = data_or_null(fades)},
@@ -400,7 +402,7 @@ void def_box_arrays(nb::module_& m) {
         keep(centers, half_extents, angles, colors, opacities, depths);
         for (const auto& attribute : attributes) keep(attribute);
         keep_given(softness, setbacks, underpaint_reaches, streak_noise, streak_starts, streak_weights, streak_slopes,
-                   reliefs, limits, fades);
+                   streak_fine, reliefs, limits, fades);
     };
     const nb::object none = nb::none();
     nb::class_<BoxArrays<T>>(m, sizeof(T) == 4 ? "BoxArraysFloat32" : "BoxArraysFloat64",
@@ -411,7 +413,8 @@ void def_box_arrays(nb::module_& m) {
              "underpaint_reach"_a = 0.0, "underpaint_reaches"_a.noconvert() = none, "underpaint_opacity"_a = 0.0,
              "streak_noise"_a.noconvert() = none, "streak_starts"_a.noconvert() = none,
              "streak_weights"_a.noconvert() = none, "streak_slopes"_a.noconvert() = none,
-             "reliefs"_a.noconvert() = none, "limits"_a.noconvert() = none, "fades"_a.noconvert() = none,
+             "streak_fine"_a.noconvert() = none, "reliefs"_a.noconvert() = none, "limits"_a.noconvert() = none,
+             "fades"_a.noconvert() = none,
              "attributes, [M] or [M, channels] each, are what the layers of a picture are means of. With softness the "
              "order is soft; with setbacks, of stroke images only, boxes have underpaint; with noise, which goes with "
              "starts and weights, strokes have streaks, whose derivative needs slopes. With limits, which goes with "
@@ -433,9 +436,13 @@ brushgs::RasterParams raster_params(brushgs::Kernel kernel, const Levels& levels
 template <class T>
 void rasterize(brushgs::Kernel kernel, const Levels& levels, double min_transmittance, int num_threads,
                const BoxArrays<T>& boxes, Out<T, 3> rgb, Out<T, 2> alpha, const std::vector<AnyOut<T>>& layers,
-               std::optional<Out<T, 2>> height_plane, brushgs::Blend blend, brushgs::Trace<T>* trace) {
-    auto params = raster_params(kernel, levels, rgb.shape(0), rgb.shape(1), min_transmittance, num_threads);
+               std::optional<Out<T, 2>> height_plane, brushgs::Blend blend, brushgs::Trace<T>* trace,
+               std::pair<std::size_t, std::size_t> size, std::pair<int, int> corner) {
+    auto params = raster_params(kernel, levels, size.first, size.second, min_transmittance, num_threads);
     params.blend = blend;
+    std::tie(params.top, params.left) = corner;
+    params.part_height = static_cast<int>(rgb.shape(0));
+    params.part_width = static_cast<int>(rgb.shape(1));
     const brushgs::Picture<T> picture{.rgb = rgb.data(),
                                       .alpha = alpha.data(),
                                       .layers = channels_of<T>(layers, 2),
@@ -460,13 +467,16 @@ void def_rasterize(nb::module_& m) {
     nb::class_<brushgs::Trace<T>>(m, sizeof(T) == 4 ? "TraceFloat32" : "TraceFloat64",
                                   "What painting found out and its derivative needs again; see trace.hpp.")
         .def(nb::init<>());
-    m.def("rasterize", &rasterize<T>, nb::kw_only(), "kernel"_a, "levels"_a, "min_transmittance"_a, "num_threads"_a,
-          "boxes"_a, "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(),
-          "height_plane"_a.noconvert().none(), "blend"_a, "trace"_a.none(),
-          "Paint boxes into rgb, alpha and for each attribute of the boxes a layer [H, W] or [H, W, channels]. The "
-          "plane of the height goes with reliefs and, of stroke images, with levels that have pairs with height. "
-          "Glazes have neither these nor softness, underpaint and streaks: rgb is their tint. With a trace, which goes "
-          "with none of softness, glaze and limits, what the derivative needs is kept there.");
+    m.def(
+        "rasterize", &rasterize<T>, nb::kw_only(), "kernel"_a, "levels"_a, "min_transmittance"_a, "num_threads"_a,
+        "boxes"_a, "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(),
+        "height_plane"_a.noconvert().none(), "blend"_a, "trace"_a.none(), "size"_a, "corner"_a,
+        "Paint boxes into rgb, alpha and for each attribute of the boxes a layer [H, W] or [H, W, channels]. The "
+        "plane of the height goes with reliefs and, of stroke images, with levels that have pairs with height. "
+        "Glazes have neither these nor softness, underpaint and streaks: rgb is their tint. With a trace, which goes "
+        "with none of softness, glaze and limits, what the derivative needs is kept there. The planes hold a part of a "
+        "picture of a size (height, width), from its corner (row, column) on, which begins a tile; its sides end "
+        "a tile or the picture. With a trace they hold all of it.");
     m.def("choose_levels", &choose_levels<T>, nb::kw_only(), "half_extents"_a.noconvert(), "bounds_u"_a.noconvert(),
           "bounds_v"_a.noconvert(),
           "For boxes of half extents [M, 2] the level codes in use, level_u * (len(bounds_v) + 1) + level_v, and "

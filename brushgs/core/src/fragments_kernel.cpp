@@ -22,10 +22,14 @@ void sample_to(const TileTask<T>& task, const Record<T>& record, SampledRecord<T
     };
     if constexpr (has_streaks) {
         const StreakView<T>& view = task.boxes.streaks;
-        const Streaks<T> streaks(view, task.params.levels[static_cast<std::size_t>(record.level)], id);
+        const Level& level = task.params.levels[static_cast<std::size_t>(record.level)];
+        const Streaks<T> streaks(view, level, id);
+        const FineBristles<T> fine(view, level, id, 1);
         const typename Streaks<T>::Mix mix(1, view.weights + 2 * id);
         const auto shader = [&](int b, int lane, auto v, auto inside) __attribute__((always_inline)) {
-            L::store(shades[b] + lane, L::where(inside, streaks.at(v, inside).mixed(mix)));
+            auto factor = streaks.at(v, inside).mixed(mix);
+            if (fine.noise != nullptr) factor = factor + fine.at(v, inside);
+            L::store(shades[b] + lane, L::where(inside, factor));
         };
         sampled.blocks = sample(shader);
         sampled.shades = shades;

@@ -104,9 +104,12 @@ void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Pict
     const double visits = tiles.starts[end_tile] - tiles.starts[first_tile];
     const double work = kTileCost * static_cast<double>(num_tiles) + kVisitCost * visits;
     const std::size_t num_runs = (num_tiles + kRunOfTiles - 1) / kRunOfTiles;
+    const auto first_column = static_cast<std::size_t>(params.left / kTileWidth);
+    const auto end_column = static_cast<std::size_t>((params.right() + kTileWidth - 1) / kTileWidth);
     parallel_for(num_runs, useful_threads(work, params.num_threads), [&](std::size_t run) {
         const std::size_t first = first_tile + run * kRunOfTiles;
         for (std::size_t tile = first; tile < std::min(first + kRunOfTiles, end_tile); ++tile) {
+            if (tile % columns < first_column || tile % columns >= end_column) continue;
             TileTask<T> task = task_of(params, boxes, records, tiles, tile);
             task.painted = made.painted(tile, has_underpaint);
             for (std::uint32_t* const blocks : {task.painted.strokes, task.painted.underpaints})
@@ -124,30 +127,30 @@ struct Strip {
     int first_row, end_row;
 };
 
-// The strips of the picture to paint one after the other, so that tile lists stay small in memory even for very many
+// The strips of the part to paint one after the other, so that tile lists stay small in memory even for very many
 // very large boxes. An upper bound is counted: a box reaches no further than the sum of its half extents.
 template <class T>
 std::vector<Strip> strips_of(const RasterParams& params, const BoxView<T>& boxes) {
-    const int columns = (params.width + kTileWidth - 1) / kTileWidth;
-    const int rows = (params.height + kTileHeight - 1) / kTileHeight;
+    const int columns = (params.right() - params.left + kTileWidth - 1) / kTileWidth;
+    const int rows = (params.bottom() - params.top + kTileHeight - 1) / kTileHeight;
     const double most_visits = static_cast<double>(boxes.count) * columns * rows;
     const double larger = std::max(boxes.underpaint.reach, 1.0);
     double visits = 0;
     for (std::size_t i = 0; i < boxes.count && most_visits > kMostVisits; ++i) {
         const double half_u = static_cast<double>(boxes.half_extents[2 * i]);
         const double reach = larger * (half_u + static_cast<double>(boxes.half_extents[2 * i + 1]));
-        const auto tiles = [&](T center, int length, int tile) {
+        const auto tiles = [&](T center, int first, int end, int tile) {
             const double c = static_cast<double>(center);
-            return 1 + std::max(std::min(c + reach, 1.0 * length) - std::max(c - reach, 0.0), 0.0) / tile;
+            return 1 + std::max(std::min(c + reach, 1.0 * end) - std::max(c - reach, 1.0 * first), 0.0) / tile;
         };
-        visits += tiles(boxes.centers[2 * i], params.width, kTileWidth) *
-                  tiles(boxes.centers[2 * i + 1], params.height, kTileHeight);
+        visits += tiles(boxes.centers[2 * i], params.left, params.right(), kTileWidth) *
+                  tiles(boxes.centers[2 * i + 1], params.top, params.bottom(), kTileHeight);
     }
     const int num_strips = static_cast<int>(std::min(std::floor(visits / kMostVisits) + 1, 1.0 * rows));
     std::vector<Strip> strips;
     for (int strip = 0; strip < num_strips; ++strip) {
         const int first = rows * strip / num_strips, end = rows * (strip + 1) / num_strips;
-        strips.push_back({first * kTileHeight, std::min(end * kTileHeight, params.height)});
+        strips.push_back({params.top + first * kTileHeight, std::min(params.top + end * kTileHeight, params.bottom())});
     }
     return strips;
 }

@@ -93,9 +93,9 @@ template <class T, class MakeFilling>
     const double reach_u = half.u * u.reach, reach_v = half.v * v.reach;
     const double reach_x = std::fabs(axis.cos) * reach_u + std::fabs(axis.sin) * reach_v;
     const double reach_y = std::fabs(axis.sin) * reach_u + std::fabs(axis.cos) * reach_v;
-    const double left = std::ceil(clamped(center_x - reach_x - 0.5, 0.0, 1e5));
+    const double left = std::ceil(clamped(center_x - reach_x - 0.5, static_cast<double>(params.left), 1e5));
     const double top = std::ceil(clamped(center_y - reach_y - 0.5, static_cast<double>(params.first_row), 1e5));
-    const double right = std::floor(clamped(center_x + reach_x - 0.5, -1.0, params.width - 1.0));
+    const double right = std::floor(clamped(center_x + reach_x - 0.5, -1.0, params.right() - 1.0));
     const int end_row = params.end_row < params.height ? params.end_row : params.height;
     const double bottom = std::floor(clamped(center_y + reach_y - 0.5, -1.0, end_row - 1.0));
     if (!(left <= right && top <= bottom)) return;
@@ -201,8 +201,12 @@ template <class T, class Shades>
     const StreakView<T>& view = task.boxes.streaks;
     const Streaks<T> streaks(view, task.params.levels[static_cast<std::size_t>(record.level)], id);
     const typename Streaks<T>::Mix mix(1, view.weights + 2 * id);
-    return [ streaks, mix, &shades ](int b, int lane, auto v, auto inside) __attribute__((always_inline)) {
-        L::store(shades[0][b] + lane, L::where(inside, streaks.at(v, inside).mixed(mix)));
+    const Level& level = task.params.levels[static_cast<std::size_t>(record.level)];
+    const FineBristles<T> fine(view, level, id, 1);
+    return [ streaks, mix, fine, &shades ](int b, int lane, auto v, auto inside) __attribute__((always_inline)) {
+        auto factor = streaks.at(v, inside).mixed(mix);
+        if (fine.noise != nullptr) factor = factor + fine.at(v, inside);
+        L::store(shades[0][b] + lane, L::where(inside, factor));
     };
 }
 
@@ -212,7 +216,7 @@ template <class T, Kernel kernel, Shading shading, bool has_relief, class Shades
                                              Shades& shades, Heights& heights) {
     if constexpr (has_relief && is_image<kernel>) {
         const auto other = shader_of<T, kernel, shading, false>(task, record, id, shades, heights);
-        return HeightShader<T, Heights, std::remove_const_t<decltype(other)>>(task, id, heights, other);
+        return HeightShader<T, Heights, std::remove_const_t<decltype(other)>>(task, record, id, heights, other);
     } else if constexpr (shading == Shading::tints) {
         return TintShader<T, Shades>{Tints<T>(task, record), shades};
     } else if constexpr (shading == Shading::streaks) {

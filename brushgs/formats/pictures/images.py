@@ -21,7 +21,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, scratch_folder
 from brushgs.formats.format import NUM_FIRST_BYTES, Format
 from brushgs.formats.pictures.encoding import check_bits
-from brushgs.formats.pictures.oiio import Background, first_line
+from brushgs.formats.pictures.oiio import Background, Strips, first_line
 from brushgs.formats.pictures.shot import Shot
 from brushgs.formats.registry import PICTURE_SUFFIXES, PICTURES_READ, find_read, find_written, function_of
 from brushgs.values.arrays import F32, Array, check
@@ -235,7 +235,7 @@ def _upright(pixels: F32, spec: "OpenImageIO.ImageSpec") -> F32:
 
 
 def write_frame(
-    frame: Frame,
+    frame: Frame | Strips,
     path: str | Path,
     background: Background = None,
     *,
@@ -249,7 +249,7 @@ def write_frame(
     the layers of the frame; see `brushgs.formats.pictures.exr`. Equal frames give equal bytes.
 
     Args:
-        frame: the picture.
+        frame: the picture; of a format that `takes_strips` also in strips.
         path: the name of the file; it appears when it is complete.
         background: None keeps the transparency; one RGB colour or an [H, W, 3] array, display-encoded,
             is put behind the picture, which is then written without alpha (EXR: with an alpha of 1).

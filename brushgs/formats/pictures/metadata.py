@@ -7,6 +7,7 @@ files.
 
 import json
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -64,10 +65,13 @@ def metadata_text(shot: Shot | None) -> str:
     return text if len(text) <= _MAX_LENGTH else ""
 
 
-def described(shot: Shot | None) -> dict[str, str]:
-    """The metadata as attributes of OpenImageIO."""
+def described(shot: Shot | None) -> dict[str, Any]:
+    """The metadata, and pixels per inch, as attributes of OpenImageIO."""
     text = metadata_text(shot)
-    return {DESCRIPTION: text} if text else {}
+    found: dict[str, Any] = {DESCRIPTION: text} if text else {}
+    if shot is not None and shot.dpi is not None:
+        found |= {"XResolution": shot.dpi, "YResolution": shot.dpi, "ResolutionUnit": "in"}
+    return found
 
 
 def read_metadata(path: Path) -> Metadata | None:

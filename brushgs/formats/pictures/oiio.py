@@ -6,7 +6,8 @@ Their transparency is straight (colours are not multiplied by alpha), as readers
 browsers expect.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -40,6 +41,33 @@ def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.
     return np.asarray(np.clip(values, 0, 1) * np.iinfo(dtype).max + 0.5).astype(dtype)
 
 
+@dataclass(frozen=True, eq=False)
+class Strips:
+    """A frame in strips from the top, none of which is kept.
+
+    Attributes:
+        height: of the picture, pixels.
+        width: pixels.
+        frames: the strips; all are painted anew each time.
+    """
+
+    height: int
+    width: int
+    frames: Callable[[], Iterator[Frame]]
+
+
+def strips_of(frame: Frame | Strips, background: Background) -> Iterator[tuple[Frame, Background]]:
+    """The strips of a picture with what lies behind each."""
+    if isinstance(frame, Frame):
+        yield frame, background
+        return
+    is_image, row = background is not None and np.ndim(background) == 3, 0
+    for strip in frame.frames():
+        rows = slice(row, row + len(strip.alpha))
+        yield strip, np.asarray(background)[rows] if is_image else background
+        row = rows.stop
+
+
 def bytes_of(frame: Frame, background: Background) -> NDArray[np.uint8]:
     """[H, W, 4] straight colour and alpha in 8 bits; on a background [H, W, 3]."""
     if background is None:
@@ -53,6 +81,25 @@ def pixels_of(frame: Frame, background: Background, bits: int) -> NDArray[np.uin
         return bytes_of(frame, background)
     values = with_alpha(frame) if background is None else frame.over(background)
     return quantise(values, np.uint16).astype(np.uint16, copy=False)
+
+
+def write_frame_as(
+    path: str | Path,
+    format_name: str,
+    frame: Frame | Strips,
+    background: Background,
+    bits: int,
+    attributes: Mapping[str, Any],
+    finish: Callable[[Path], bool] = lambda path: True,
+) -> None:
+    """Write a frame, as `write_pixels` does its pixels: `pixels_of` a strip at a time."""
+    names = ("R", "G", "B", "A") if background is None else ("R", "G", "B")
+    if isinstance(frame, Frame):
+        write_pixels(path, format_name, pixels_of(frame, background, bits), names, attributes, finish)
+        return
+    shape, dtype = (frame.height, frame.width), f"uint{bits}"
+    rows = (pixels_of(strip, behind, bits) for strip, behind in strips_of(frame, background))
+    _write_rows(path, format_name, rows, (*shape, dtype), names, attributes, finish)
 
 
 def write_pixels(
@@ -77,10 +124,24 @@ def write_pixels(
     Raises:
         SceneError: if the file cannot be written.
     """
+    shape = pixels.shape[0], pixels.shape[1], pixels.dtype.name.replace("float32", "float")
+    _write_rows(path, format_name, iter([pixels]), shape, names, attributes, finish)
+
+
+def _write_rows(
+    path: str | Path,
+    format_name: str,
+    rows: Iterator[NDArray[Any]],
+    shape: tuple[int, int, str],
+    names: tuple[str, ...],
+    attributes: Mapping[str, Any],
+    finish: Callable[[Path], bool],
+) -> None:
+    """Write rows from the top; `shape` is height, width and type."""
     import OpenImageIO
 
-    height, width, num_channels = pixels.shape
-    spec = OpenImageIO.ImageSpec(width, height, num_channels, pixels.dtype.name.replace("float32", "float"))
+    height, width, dtype = shape
+    spec = OpenImageIO.ImageSpec(width, height, len(names), dtype)
     spec.channelnames = names
     spec.alpha_channel = names.index("A") if "A" in names else -1
     spec.z_channel = names.index("Z") if "Z" in names else -1
@@ -89,8 +150,12 @@ def write_pixels(
     out = OpenImageIO.ImageOutput.create(format_name)
     assert out is not None, "the formats of the table are part of every build of OpenImageIO"
     # An encoder that is interrupted midway complains to the terminal.
-    with defer_stop(), replacing(path, most=pixels.nbytes + _HEADER) as temporary:
-        is_written = out.open(str(temporary), spec) and out.write_image(np.ascontiguousarray(pixels))
+    with defer_stop(), replacing(path, most=spec.image_bytes() + _HEADER) as temporary:
+        is_written, row = out.open(str(temporary), spec), 0
+        while is_written and (pixels := next(rows, None)) is not None:
+            end = row + len(pixels)
+            is_written = out.write_scanlines(row, end, 0, np.ascontiguousarray(pixels))
+            row = end
         if not (out.close() and is_written):
             raise not_written(path, temporary, out)
         if not finish(temporary):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import PurePath
 
 from brushgs.values.camera import Camera
+from brushgs.values.part import Part
 
 _FOLDERS = re.compile(r"[^,:()=]*[/\\]")  # of a file within a value such as mask:shots/a.png
 
@@ -39,6 +40,8 @@ class Shot:
         manifest: the file with the names of the strokes of all frames (`write_manifest`), as it is named
             from the folder of the picture; None where the names stand in the picture itself.
         origin: how it was painted, which its metadata say; see `brushgs.formats.pictures.metadata`.
+        dpi: pixels per inch on paper.
+        part: the part of the view of the camera that the picture is.
 
     Raises:
         ValueError: if `fps` is not above 0.
@@ -49,6 +52,8 @@ class Shot:
     fps: float | None = None
     manifest: PurePath | None = None
     origin: Origin | None = None
+    dpi: float | None = None
+    part: Part | None = None
 
     def __post_init__(self) -> None:
         if self.fps is not None and not 0 < self.fps < float("inf"):

@@ -5,6 +5,7 @@ JPEG takes memory for all of its pixels as soon as it is opened, and one may be 
 over the whole picture; a WebP is decoded all at once.
 """
 
+import os
 import re
 import struct
 from pathlib import Path
@@ -17,7 +18,14 @@ from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, scratch_folder
 from brushgs.formats.pictures.images import check_pixels
 from brushgs.formats.pictures.metadata import described, metadata_text
-from brushgs.formats.pictures.oiio import NO_DATE, Background, bytes_of, pixels_of, write_pixels
+from brushgs.formats.pictures.oiio import (
+    NO_DATE,
+    Background,
+    Strips,
+    bytes_of,
+    write_frame_as,
+    write_pixels,
+)
 from brushgs.formats.pictures.shot import Shot
 from brushgs.values.frame import Frame
 
@@ -28,29 +36,37 @@ _PNG_END = b"\0\0\0\0IEND\xaeB`\x82"  # the chunk that closes every PNG
 
 
 def write_png(
-    frame: Frame, path: str | Path, background: Background, *, bits: int = 8, shot: Shot | None = None
+    frame: Frame | Strips,
+    path: str | Path,
+    background: Background,
+    *,
+    bits: int = 8,
+    shot: Shot | None = None,
 ) -> None:
     """See `write_frame`."""
-    pixels = pixels_of(frame, background, bits)
-    names = ("R", "G", "B", "A")[: pixels.shape[-1]]
-    write_pixels(path, "png", pixels, names, _PNG | described(shot), _is_complete)
+    write_frame_as(path, "png", frame, background, bits, _PNG | described(shot), _is_complete)
 
 
 def _is_complete(path: Path) -> bool:
     """On a full disk the PNG writer stops midway and reports success."""
-    return path.read_bytes()[-len(_PNG_END) :] == _PNG_END
+    with path.open("rb") as file:
+        file.seek(-min(len(_PNG_END), path.stat().st_size), os.SEEK_END)
+        return file.read() == _PNG_END
 
 
 _TIFF = {"oiio:UnassociatedAlpha": 1, "DateTime": NO_DATE, "tiff:zipquality": 2}
 
 
 def write_tiff(
-    frame: Frame, path: str | Path, background: Background, *, bits: int = 16, shot: Shot | None = None
+    frame: Frame | Strips,
+    path: str | Path,
+    background: Background,
+    *,
+    bits: int = 16,
+    shot: Shot | None = None,
 ) -> None:
     """See `write_frame`."""
-    pixels = pixels_of(frame, background, bits)
-    names = ("R", "G", "B", "A")[: pixels.shape[-1]]
-    write_pixels(path, "tiff", pixels, names, _TIFF | described(shot))
+    write_frame_as(path, "tiff", frame, background, bits, _TIFF | described(shot))
 
 
 _JPEG = {"Compression": "jpeg:95", "jpeg:subsampling": "4:4:4"}
@@ -65,11 +81,13 @@ _PIECE = 1 << 20  # bytes searched at a time for scans,
 _SMALL_PIECE = 1 << 12  # and for the next marker, which is mostly near
 
 
-def write_jpeg(frame: Frame, path: str | Path, background: Background, *, shot: Shot | None = None) -> None:
+def write_jpeg(
+    frame: Frame | Strips, path: str | Path, background: Background, *, shot: Shot | None = None
+) -> None:
     """See `write_frame`."""
     if background is None:
         raise ValueError(f"write_frame: a JPEG holds no transparency, got {str(path)!r}; give a background")
-    write_pixels(path, "jpeg", bytes_of(frame, background), ("R", "G", "B"), _JPEG | described(shot))
+    write_frame_as(path, "jpeg", frame, background, 8, _JPEG | described(shot))
 
 
 def encode_jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:

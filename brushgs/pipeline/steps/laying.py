@@ -44,6 +44,7 @@ from brushgs.rendering.motion import StrokeMotion
 from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.part import Part
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
@@ -73,10 +74,15 @@ def painted_with(config: PaintConfig, view: ViewConfig) -> PaintConfig:
 
 @anew
 def options(
-    draw_config: DrawConfig, texture: "BrushSet", along_path: bool, light_config: LightConfig
+    draw_config: DrawConfig,
+    texture: "BrushSet",
+    along_path: bool,
+    light_config: LightConfig,
+    view_config: ViewConfig,
 ) -> "RenderOptions":
     """The options for drawing strokes."""
-    return render_options(draw_config, texture, along_path=along_path, relief=open_relief(light_config))
+    relief = open_relief(light_config, view_config.dpi)
+    return render_options(draw_config, texture, along_path=along_path, relief=relief)
 
 
 @anew
@@ -328,6 +334,8 @@ def painting(
         is_moving=along_path,
         region_names=region_names,
         day=None if suns is None else day_of(suns, key, made, coats, of_backdrop),
+        part=None if painted_with.output.crop is None else Part(*painted_with.output.crop),
+        dpi=painted_with.view.dpi,
     )
 
 

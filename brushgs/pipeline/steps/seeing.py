@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from brushgs.options.choices import CLIP_FPS, Canvas
 from brushgs.options.look_parts import GroundConfig, LightConfig
+from brushgs.options.output import OutputConfig
 from brushgs.options.painting import CleanConfig, DrawConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig
@@ -27,6 +28,7 @@ from brushgs.pipeline.views import choose_camera, choose_first_view, known_first
 from brushgs.pipeline.where import Rest, part, split_where
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.part import Part
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
@@ -125,7 +127,7 @@ def composed_view(
     cast_light: "Later[F64 | None]",
 ) -> tuple[ViewConfig, bool]:
     """The options of the view, with the size and position of a composed picture."""
-    is_composed = view_config.size == "auto" and is_framed and views is None and clip is None
+    is_composed = view_config.is_composable and is_framed and views is None and clip is None
     if not is_composed or stance is None or stance.photograph is not None:
         return view_config, False
     from brushgs.cameras.composition import composed
@@ -156,6 +158,7 @@ def planned(
     view: ViewConfig,
     is_composed: bool,
     clip: Clip | None,
+    output_config: OutputConfig,
     check_path: "Callable[[CameraPath], None] | None",
     report: Report,
 ) -> "tuple[Sequence[Camera], CameraPath | None, Film | None]":
@@ -178,9 +181,21 @@ def planned(
         elif clip is not None:
             film = clip.film()
             path = replace(_standing(cameras[0], len(film.times), film.fps), is_loop=film.is_loop)
+    _check_crop(output_config.crop, cameras[0])
     if path is not None and check_path is not None:
         check_path(path)
     return cameras, path, film
+
+
+def _check_crop(crop: tuple[int, int, int, int] | None, camera: Camera) -> None:
+    """Refuse a part that does not lie in the picture.
+
+    Raises:
+        ValueError: if it does not.
+    """
+    if crop is not None and not Part(*crop).is_in(camera.width, camera.height):
+        size, text = f"{camera.width}x{camera.height}", ",".join(map(str, crop))
+        raise ValueError(f"crop must lie in the picture of {size} pixels, got {text}")
 
 
 def shown(cameras: Sequence[Camera], path: "CameraPath | None") -> Sequence[Camera]:
@@ -279,10 +294,11 @@ def ground(
     background_name: str,
     whole: Gaussians,
     cameras: Sequence[Camera],
+    view: ViewConfig,
     report: Report,
 ) -> "Surface | None":
     """The ground below the strokes, in its own colour."""
-    return open_surface(ground_config, canvas, background_name, whole, cameras[0], report)
+    return open_surface(ground_config, canvas, background_name, whole, cameras[0], report, dpi=view.dpi)
 
 
 @unless(lambda clustering: "the number of strokes is given" if clustering.target is None else None)

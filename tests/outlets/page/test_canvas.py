@@ -326,7 +326,7 @@ def test_what_a_painting_does_not_need_is_left_out(easel):
 
 def test_the_blur_of_heights_is_that_of_the_exact_renderer(easel):
     for width, height in ((40, 30), (320, 240), (1000, 750), (1280, 720), (3840, 2160)):
-        taps = blur_taps(BLUR, width, height)
+        taps = blur_taps(BLUR, canvas_scale(width, height))
         page = easel.page.evaluate("d => easel.taps(d)", BLUR * canvas_scale(width, height))
         np.testing.assert_allclose(page, taps[len(taps) // 2 :], atol=1e-6)
 

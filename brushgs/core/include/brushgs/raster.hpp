@@ -43,7 +43,11 @@ struct StreakView {
     const std::uint8_t* starts = nullptr;  // [M]
     const T* weights = nullptr;            // [M, 2] of the bands: the factor is 1 + sum of weight (noise / 127.5 - 1)
     const T* slopes = nullptr;             // [M, 2] derivative of the weights by the half extent along v, per pixel
+    // [M, 3] single bristles of the first band again, of a size of their own: how many across the box, at most
+    // kMostFine, the weight of their noise on the colour, and on the height in pixels; null: none. Without derivative.
+    const T* fine = nullptr;
 };
+constexpr double kMostFine = 2048;
 
 // Underpaint is thinner than its stroke, and smooth: this share of the stroke's thickness, and no gain.
 constexpr double kUnderpaintThickness = 0.15 / 0.8;
@@ -89,16 +93,27 @@ constexpr int kTintZero = 128;
 
 struct RasterParams {
     Kernel kernel;
-    int width;                                    // pixels
-    int height;                                   // pixels
-    int num_threads;                              // >= 1, at most; negative: exactly so many, whether they pay or not
-    double min_transmittance;                     // 0 to 1: a pixel is finished before it lets less light through
-    Blend blend = Blend::cover;                   // glaze: without layers, underpaint and streaks
-    int first_row = 0;                            // pixels: the rows first_row to end_row are painted alone, as a
-    int end_row = 1 << 15;                        // strip of the picture; `rasterize` sets both
+    int width;                   // pixels
+    int height;                  // pixels
+    int num_threads;             // >= 1, at most; negative: exactly so many, whether they pay or not
+    double min_transmittance;    // 0 to 1: a pixel is finished before it lets less light through
+    Blend blend = Blend::cover;  // glaze: without layers, underpaint and streaks
+    int first_row = 0;           // pixels: the rows first_row to end_row are painted alone, as a
+    int end_row = 1 << 15;       // strip of the picture; `rasterize` sets both
+    // The part of the picture that is painted and that planes [H, W] hold, pixels: its first row and column, which
+    // begin a tile, and its size; 0: up to the end of the picture. Its pixels are those of the whole, bit for bit.
+    int top = 0, left = 0, part_height = 0, part_width = 0;
     std::span<const Level> levels;                // images only: at least one
     std::span<const std::uint16_t> level_of_box;  // [M] row of `levels`; empty: all use levels[0]
     bool has_tints = false;                       // whether a level has tints; not for glazes
+
+    int bottom() const { return part_height == 0 ? height : top + part_height; }
+    int right() const { return part_width == 0 ? width : left + part_width; }
+    std::size_t row_length() const { return static_cast<std::size_t>(right() - left); }
+    // Of a pixel of the picture in the planes.
+    std::size_t place(int x, int y) const {
+        return static_cast<std::size_t>(y - top) * row_length() + static_cast<std::size_t>(x - left);
+    }
 };
 
 template <class T>

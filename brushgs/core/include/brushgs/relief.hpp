@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "brushgs/sampling.hpp"
+#include "brushgs/streaks.hpp"
 
 namespace brushgs::BRUSHGS_ISA {
 
@@ -25,18 +26,23 @@ struct HeightShader {
     using Real = typename L::Real;
     static constexpr bool needs_height = true;
     Real base, per_step;
+    FineBristles<T> fine;
     Heights& heights;
     Other other;
 
-    [[gnu::always_inline]] inline HeightShader(const TileTask<T>& task, std::uint32_t id, Heights& all,
-                                               const Other& others)
-        : heights(all), other(others) {
+    [[gnu::always_inline]] inline HeightShader(const TileTask<T>& task, const Record<T>& record, std::uint32_t id,
+                                               Heights& all, const Other& others)
+        : fine(task.boxes.streaks, task.params.levels[static_cast<std::size_t>(record.level)], id, 2),
+          heights(all),
+          other(others) {
         const T* const relief = task.boxes.reliefs + 2 * static_cast<std::size_t>(id);
         base = L::set(relief[0] - T(0.5) * relief[1]);
         per_step = L::set(relief[1] * static_cast<T>(1.0 / 255));
     }
     [[gnu::always_inline]] inline void operator()(int b, int lane, Real v, typename L::Mask inside) const {
         other(b, lane, v, inside);
+        if (fine.noise != nullptr)
+            L::store(heights[b] + lane, L::load(heights[b] + lane) + L::where(inside, fine.at(v, inside)));
     }
     template <class... Places>
         requires requires(const Other& asked, const Places&... places) { asked.tint(places...); }

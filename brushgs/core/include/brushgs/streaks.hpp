@@ -8,13 +8,14 @@
 
 namespace brushgs::BRUSHGS_ISA {
 
+constexpr double kMostReach = 1 + 2.0 * kBristleMargin / kBristles;
+
 // Whether streaks are visible in a box: many are too small. Only such boxes use a level that reaches beyond the noise.
 template <class T>
 [[gnu::always_inline]] inline bool shows_streaks(const TileTask<T>& task, const Record<T>& record, std::uint32_t id) {
-    constexpr double most_reach = 1 + 2.0 * kBristleMargin / kBristles;
     const StreakView<T>& streaks = task.boxes.streaks;
     return streaks.noise != nullptr && streaks.weights[2 * id] + streaks.weights[2 * id + 1] > 0 &&
-           task.params.levels[static_cast<std::size_t>(record.level)].reach_v <= most_reach;
+           task.params.levels[static_cast<std::size_t>(record.level)].reach_v <= kMostReach;
 }
 
 // The streaks of one box of a stroke image.
@@ -71,6 +72,39 @@ struct Streaks {
         return {{L::template byte<0>(packed), L::template byte<1>(packed)},
                 {L::template byte<2>(packed), L::template byte<3>(packed)},
                 place - bristle};
+    }
+};
+
+// Fine bristles of one box of a stroke image: what they add to its colour's factor (value 1) or its height (value 2).
+template <class T>
+struct FineBristles {
+    using L = Lanes<T>;
+    using Real = typename L::Real;
+    Real scale{}, offset{}, weight{};      // bristles per texel, bristle at texel 0, of the noise
+    const std::uint16_t* noise = nullptr;  // null: there are none
+
+    [[gnu::always_inline]] inline FineBristles(const StreakView<T>& streaks, const Level& level, std::uint32_t id,
+                                               std::size_t value) {
+        if (streaks.fine == nullptr || !(level.reach_v <= kMostReach)) return;
+        const T* const fine = streaks.fine + 3 * static_cast<std::size_t>(id);
+        if (fine[value] == 0) return;
+        const double count = static_cast<double>(fine[0]);
+        scale = L::set(static_cast<T>(count * level.reach_v / (level.rows - 1)));
+        // Whole periods more: places are never negative.
+        offset = L::set(static_cast<T>(kMostFine + streaks.starts[id] + 0.5 * count * (1 - level.reach_v)));
+        weight = L::set(fine[value]);
+        noise = streaks.noise + 2 * kBristleMargin;
+    }
+
+    // Defined where `mask` is set, as of `Streaks`.
+    [[gnu::always_inline]] inline Real at(Real v, typename L::Mask mask) const {
+        constexpr T period = 256;
+        const Real place = offset + scale * v, bristle = L::whole(place);
+        const Real first = bristle - L::set(period) * L::whole(bristle * L::set(1 / period));
+        const auto packed = L::gather(noise, L::truncate(first + first), mask);
+        const Real near = L::template byte<0>(packed);
+        const Real here = near + (place - bristle) * (L::template byte<1>(packed) - near);
+        return weight * (here * L::set(static_cast<T>(1 / 127.5)) - L::set(T(1)));
     }
 };
 

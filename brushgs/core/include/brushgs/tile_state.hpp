@@ -128,14 +128,15 @@ private:
     }
 };
 
-// Calls `work(y, pixel, count)` for the rows y of a tile that lie in the picture: `count` pixels from `pixel` on.
+// Calls `work(y, pixel, count)` for the rows y of a tile that lie in the planes: `count` pixels from `pixel` on.
 template <class T, class Work>
 [[gnu::always_inline]] inline void for_rows(const TileTask<T>& task, const Work& work) {
-    const int width = task.params.width, height = task.params.height, x0 = task.x0, y0 = task.y0;
-    const int num_columns = width - x0 < kTileWidth ? width - x0 : kTileWidth;
-    const int num_rows = height - y0 < kTileHeight ? height - y0 : kTileHeight;
-    std::size_t pixel = static_cast<std::size_t>(y0) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x0);
-    for (int y = 0; y < num_rows; ++y, pixel += static_cast<std::size_t>(width)) work(y, pixel, num_columns);
+    const int right = task.params.right(), bottom = task.params.bottom(), x0 = task.x0, y0 = task.y0;
+    const int num_columns = right - x0 < kTileWidth ? right - x0 : kTileWidth;
+    const int num_rows = bottom - y0 < kTileHeight ? bottom - y0 : kTileHeight;
+    std::size_t pixel = task.params.place(x0, y0);
+    const std::size_t row_length = task.params.row_length();
+    for (int y = 0; y < num_rows; ++y, pixel += row_length) work(y, pixel, num_columns);
 }
 
 template <class T>

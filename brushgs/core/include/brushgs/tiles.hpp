@@ -238,12 +238,12 @@ void find_limits(const RasterParams& params, const T* limits, int x0, int y0, Ti
     tile.nearest = std::numeric_limits<T>::infinity();
     tile.farthest = -tile.nearest;
     std::fill_n(tile.limits[0], kTileWidth * kTileHeight, tile.nearest);
-    const int num_columns = std::min(params.width - x0, kTileWidth),
-              num_rows = std::min(params.height - y0, kTileHeight);
+    const int num_columns = std::min(params.right() - x0, kTileWidth),
+              num_rows = std::min(params.bottom() - y0, kTileHeight);
     for (int y = 0; y < num_rows; ++y) {
-        const std::size_t first = static_cast<std::size_t>(y0 + y) * static_cast<std::size_t>(params.width);
+        const std::size_t first = params.place(x0, y0 + y);
         for (int x = 0; x < num_columns; ++x) {
-            const T limit = limits[first + static_cast<std::size_t>(x0 + x)];
+            const T limit = limits[first + static_cast<std::size_t>(x)];
             tile.limits[y / 4 * (kTileWidth / 4) + x / 4][y % 4 * 4 + x % 4] = limit;
             tile.nearest = std::min(tile.nearest, limit);
             tile.farthest = std::max(tile.farthest, limit);

@@ -49,6 +49,9 @@ def deep_header(
     most_samples: int,
     channels: Mapping[str, int],
     attributes: Mapping[str, Attribute],
+    *,
+    corner: tuple[int, int] = (0, 0),
+    whole: tuple[int, int] | None = None,
 ) -> bytes:
     """The file up to the table of the offsets of its scan lines.
 
@@ -58,14 +61,18 @@ def deep_header(
         most_samples: of a pixel.
         channels: name -> type, as above.
         attributes: beside those that every file has.
+        corner: column and row of the upper left pixel in the whole picture.
+        whole: width and height of that; None for those of the file.
     """
-    window = (0, 0, width - 1, height - 1)
+    left, top = corner
+    window = (left, top, left + width - 1, top + height - 1)
+    display_width, display_height = whole or (width, height)
     values: dict[str, tuple[str, Any]] = {
         "channels": ("chlist", channels),
         "chunkCount": ("int", height),
         "compression": ("compression", _ZIPS),
         "dataWindow": ("box2i", window),
-        "displayWindow": ("box2i", window),
+        "displayWindow": ("box2i", (0, 0, display_width - 1, display_height - 1)),
         "lineOrder": ("lineOrder", 0),  # from the top
         "maxSamplesPerPixel": ("int", most_samples),
         "pixelAspectRatio": ("float", 1.0),
@@ -113,7 +120,12 @@ def write_deep(deep: DeepSamples, path: str | Path, shot: Shot) -> None:
     counts = np.diff(deep.starts)
     names = {} if shot.manifest is None else {"names": _NAMES.format(shot.manifest.as_posix())}
     attributes = attributes_of(shot, _DEEP_NOTES | names, is_linear=False)
-    header = deep_header(deep.width, deep.height, int(counts.max(initial=0)), _CHANNELS, attributes)
+    top, window = 0, dict[str, Any]()
+    if shot.part is not None and shot.camera is not None:
+        top, size = shot.part.top, (shot.camera.width, shot.camera.height)
+        window = {"corner": (shot.part.left, top), "whole": size}
+    most = int(counts.max(initial=0))
+    header = deep_header(deep.width, deep.height, most, _CHANNELS, attributes, **window)
     offsets = np.empty(deep.height, "<u8")
     with replacing(path) as temporary, temporary.open("wb") as file:
         file.write(header)
@@ -124,7 +136,7 @@ def write_deep(deep: DeepSamples, path: str | Path, shot: Shot) -> None:
             samples = _samples(deep, slice(deep.starts[pixels.start], deep.starts[pixels.stop]))
             ends = np.cumsum(counts[pixels], dtype="<i4").tobytes()
             packed_ends, packed = _packed(ends), _packed(samples)
-            file.write(struct.pack("<iQQQ", y, len(packed_ends), len(packed), len(samples)))
+            file.write(struct.pack("<iQQQ", top + y, len(packed_ends), len(packed), len(samples)))
             file.write(packed_ends)
             file.write(packed)
         file.seek(len(header))
@@ -170,6 +182,9 @@ def write_flat(frame: Frame, path: str | Path, background: Background, shot: Sho
     spec.channelformats = tuple(plane.kind for plane in planes)
     spec.alpha_channel = spec.channelnames.index("A")
     spec.z_channel = spec.channelnames.index("Z") if "Z" in spec.channelnames else -1
+    if shot.part is not None and shot.camera is not None:  # the data window, in that of the whole picture
+        spec.x, spec.y = shot.part.left, shot.part.top
+        spec.full_width, spec.full_height = shot.camera.width, shot.camera.height
     spec.attribute("DateTime", NO_DATE)
     spec.attribute("compression", "zip")
     for name, (kind, value) in attributes.items():
@@ -178,13 +193,16 @@ def write_flat(frame: Frame, path: str | Path, background: Background, shot: Sho
     assert out is not None, "the formats of the table are part of every build of OpenImageIO"
     # An encoder that is interrupted midway complains to the terminal.
     with defer_stop(), replacing(path) as temporary:
-        is_written = out.open(str(temporary), spec) and _write_bands(out, planes, width, height)
+        is_written = out.open(str(temporary), spec) and _write_bands(out, planes, (width, height), spec.y)
         if not (out.close() and is_written):
             raise not_written(path, temporary, out)
 
 
-def _write_bands(out: "OpenImageIO.ImageOutput", planes: Sequence[Plane], width: int, height: int) -> bool:
-    """Write all rows; whether that succeeded."""
+def _write_bands(
+    out: "OpenImageIO.ImageOutput", planes: Sequence[Plane], size: tuple[int, int], top: int
+) -> bool:
+    """Write all rows, the first as row `top`; whether that succeeded."""
+    width, height = size
     band = np.empty((min(_NUM_ROWS, height), width, len(planes)), np.float32)
     for start in range(0, height, _NUM_ROWS):
         stop = min(start + _NUM_ROWS, height)
@@ -195,7 +213,7 @@ def _write_bands(out: "OpenImageIO.ImageOutput", planes: Sequence[Plane], width:
                 np.clip(values, -LARGEST_HALF, LARGEST_HALF, out=pixels[..., i])
             else:
                 pixels[..., i] = values
-        if not out.write_scanlines(start, stop, 0, pixels):
+        if not out.write_scanlines(top + start, top + stop, 0, pixels):
             return False
     return True
 

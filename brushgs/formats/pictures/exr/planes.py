@@ -64,6 +64,8 @@ def attributes_of(shot: Shot, notes: Mapping[str, str], *, is_linear: bool) -> d
     if shot.fps is not None:
         rate = frame_rate(shot.fps)
         found["framesPerSecond"] = Attribute("rational", (rate.numerator, rate.denominator))
+    if shot.dpi is not None:
+        found["xDensity"] = Attribute("float", shot.dpi)  # pixels per inch
     return found | ({} if shot.camera is None else _camera(shot.camera))
 
 

@@ -1,0 +1,199 @@
+"""A part of a painting is the cut of the whole, and a large one is painted in strips: bit for bit."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import OpenImageIO
+import pytest
+from PIL import Image
+
+import brushgs as bg
+from brushgs.cli import main
+from brushgs.options.choices import LOOKS
+from brushgs.options.look import config_of
+from brushgs.options.painting import ClusterConfig, ViewConfig, chosen_size
+from brushgs.pipeline import strips
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.still import paint_view
+from brushgs.rendering.wanted import Wanted
+from brushgs.values.layers import Matte
+from brushgs.values.part import Part
+from tests.kit.for_each import for_each
+from tests.scenes import still_life_of
+
+WIDTH, HEIGHT = 140, 102
+# A look of each medium; impressionist, gouache and stippling are made of the same parts.
+DIFFERENT = [look for look in LOOKS if look not in ("impressionist", "gouache", "stippling")]
+PARTS = (Part(37, 29, 60, 41), Part(133, 101, 7, 1))
+SMALL = ["--quiet", "--size", f"{WIDTH}x{HEIGHT}", "--strokes", "300", "--up", "-y", "--see", "off"]
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "still_life.ply"
+    bg.save(still_life_of(3000), path)
+    return path
+
+
+@cache
+def prepared_in(look):
+    config = replace(
+        config_of(look), view=ViewConfig(size=(WIDTH, HEIGHT)), cluster=ClusterConfig(strokes=300)
+    )
+    return prepare(still_life_of(3000), config, Report())
+
+
+def same_planes(one, other):
+    for name in ("rgb", "alpha", "depth", "height"):
+        a, b = getattr(one, name), getattr(other, name)
+        assert (a is b is None) or np.array_equal(a, b), name
+
+
+@for_each("look", DIFFERENT)
+def test_in_every_look_a_part_is_the_cut_of_the_whole(look):
+    prepared = prepared_in(look)
+    whole = paint_view(prepared, Report())
+    for part in PARTS:
+        painting = replace(prepared.painting, part=part)
+        same_planes(paint_view(replace(prepared, painting=painting), Report()), whole.cut(part))
+
+
+def test_only_what_washes_and_blacks_need_is_painted_whole():
+    reaches = {look: prepared_in(look).painting for look in ("oil", "charcoal", "watercolour", "ink")}
+    camera = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=1000, height=750)
+    of_look = {look: painting.reach(camera) for look, painting in reaches.items()}
+    assert of_look["watercolour"] is of_look["ink"] is None
+    assert 0 < of_look["oil"] < of_look["charcoal"] < 40
+    larger = camera.resized(4000, 3000)
+    assert reaches["oil"].reach(larger) > of_look["oil"]
+    assert replace(reaches["oil"], dpi=150.0).reach(larger) == replace(reaches["oil"], dpi=150.0).reach(
+        camera
+    )
+
+
+def test_layers_and_samples_of_a_part_are_those_of_the_whole():
+    prepared, part = prepared_in("oil"), PARTS[0]
+    painting = replace(prepared.painting, part=part)
+    for wanted in (Wanted(("depth", "stroke", "unlit", "uv", "normal")), Wanted(deep=True)):
+        whole = paint_view(prepared, Report(), wanted=wanted).cut(part)
+        cut = paint_view(replace(prepared, painting=painting), Report(), wanted=wanted)
+        same_planes(cut, whole)
+        assert cut.layers.keys() == whole.layers.keys()
+        for name, layer in cut.layers.items():
+            one, other = (of.coverage if isinstance(of, Matte) else of for of in (layer, whole.layers[name]))
+            assert np.array_equal(one, other), name
+        if cut.deep is not None:
+            assert np.array_equal(cut.deep.colors, whole.deep.colors)
+
+
+def pixels_of(path):
+    with Image.open(path) as picture:
+        return np.asarray(picture)
+
+
+@for_each("background", ["transparent", "picture"])
+def test_the_file_of_a_part_is_the_cut_of_that_of_the_whole(background, scene, tmp_path):
+    if background == "picture":
+        background = str(tmp_path / "behind.png")
+        Image.fromarray(np.random.default_rng(0).integers(0, 256, (60, 80, 3), np.uint8)).save(background)
+    flags = [*SMALL, "--look", "plain", "--stroke", "flat", "--background", background]
+    for name, more in (("whole.png", []), ("part.png", ["--crop", "37,29,60,41"])):
+        assert main(["render", str(scene), *flags, *more, "-o", str(tmp_path / name)]) == 0
+    whole, part = (pixels_of(tmp_path / name) for name in ("whole.png", "part.png"))
+    assert np.array_equal(part, whole[29:70, 37:97])
+
+
+def test_frames_of_a_film_are_cut(scene, tmp_path):
+    for name, more in (("whole", []), ("part", ["--crop", "37,29,60,41"])):
+        assert main(["render", str(scene), *SMALL, "--orbit", "3", *more, "-o", f"{tmp_path}/{name}/"]) == 0
+    for index in range(3):
+        whole, part = (pixels_of(next(tmp_path.glob(f"{name}/*{index}.png"))) for name in ("whole", "part"))
+        assert np.array_equal(part, whole[29:70, 37:97])
+
+
+def test_a_video_has_the_size_of_its_part(scene, tmp_path):
+    path = tmp_path / "part.gif"
+    assert main(["render", str(scene), *SMALL, "--orbit", "3", "--crop", "37,29,60,41", "-o", str(path)]) == 0
+    with Image.open(path) as picture:
+        assert picture.size == (60, 41)
+
+
+def test_an_exr_says_where_in_the_picture_its_part_lies(scene, tmp_path):
+    for more in (["--layers", "depth"], ["--deep"]):
+        path = tmp_path / "part.exr"
+        flags = [*SMALL, *more, "--crop", "37,29,60,41"]
+        assert main(["render", str(scene), *flags, "-o", str(path)]) == 0
+        source = OpenImageIO.ImageInput.open(str(path))
+        spec = source.spec()
+        assert (spec.x, spec.y, spec.width, spec.height) == (37, 29, 60, 41)
+        assert (spec.full_width, spec.full_height) == (WIDTH, HEIGHT)
+        pixels = source.read_native_deep_image() if spec.deep else source.read_image()
+        assert pixels is not None
+        source.close()
+
+
+@for_each("suffix", ["png", "tif", "jpg"])
+def test_strips_give_the_file_of_one_piece(suffix, scene, tmp_path, monkeypatch):
+    for look in ("oil", "charcoal") if suffix == "png" else ("oil",):
+        files = [tmp_path / f"{name}.{suffix}" for name in ("whole", "strips")]
+        flags = [*SMALL, "--look", look, "--size", f"{WIDTH}x{HEIGHT}@200"]
+        assert main(["render", str(scene), *flags, "-o", str(files[0])]) == 0
+        monkeypatch.setattr(strips, "MOST_PIXELS", 100)
+        monkeypatch.setattr(strips, "STRIP_PIXELS", 20 * WIDTH)  # strips of one row of tiles
+        assert main(["render", str(scene), *flags, "-o", str(files[1])]) == 0
+        monkeypatch.undo()
+        assert np.array_equal(*map(pixels_of, files))
+        for file in files:
+            with Image.open(file) as picture:
+                assert picture.info["dpi"] == pytest.approx((200, 200), abs=0.1)
+
+
+def test_strips_of_a_part_on_a_picture_are_those_of_one_piece(scene, tmp_path, monkeypatch):
+    behind = tmp_path / "behind.png"
+    Image.fromarray(np.random.default_rng(0).integers(0, 256, (60, 80, 3), np.uint8)).save(behind)
+    flags = [*SMALL, "--look", "plain", "--background", str(behind), "--crop", "5,3,120,90"]
+    assert main(["render", str(scene), *flags, "-o", str(tmp_path / "whole.png")]) == 0
+    monkeypatch.setattr(strips, "MOST_PIXELS", 100)
+    monkeypatch.setattr(strips, "STRIP_PIXELS", 40 * WIDTH)
+    assert main(["render", str(scene), *flags, "-o", str(tmp_path / "strips.png")]) == 0
+    assert np.array_equal(pixels_of(tmp_path / "whole.png"), pixels_of(tmp_path / "strips.png"))
+
+
+def test_a_picture_beyond_the_memory_is_refused(monkeypatch):
+    prepared = prepared_in("watercolour")
+    monkeypatch.setattr(strips, "MOST_PIXELS", 100)
+    monkeypatch.setattr(strips, "machine_memory", lambda: 10**6)
+    with pytest.raises(ValueError, match=r"its washes or blacks need some 3\.14 MB for 140x102 pixels"):
+        paint_view(prepared, Report(), in_strips=True)
+
+
+@for_each(
+    "case",
+    [
+        (["--crop", "100,0,41,10"], "crop must lie in the picture of 140x102 pixels, got 100,0,41,10"),
+        (
+            ["--crop", "0,0,4,4", "-o", "part.svg"],
+            "crop must be omitted for a drawing in lines, got part.svg",
+        ),
+        (["--stroke-size", "8mm"], "stroke-size must be in px without a size on paper, got 8mm"),
+    ],
+)
+def test_what_cannot_be_printed_is_refused(case, scene, capsys, monkeypatch, tmp_path):
+    flags, words = case
+    monkeypatch.chdir(tmp_path)
+    size = ["--quiet", "--size", f"{WIDTH}x{HEIGHT}", "--up", "-y"]
+    assert main(["render", str(scene), *size, *flags]) == 2
+    assert words in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_paper_lies_as_suits_the_subject(scene):
+    report = Report()
+    config = replace(config_of("oil"), view=ViewConfig(size=chosen_size("A6@30")), cluster=ClusterConfig(300))
+    camera = prepare(scene, config, report, asks=("cameras",)).camera
+    flags = next(stage.counts["flags"] for stage in report.stages if stage.name == "camera")
+    assert {camera.width, camera.height} == {175, 124}
+    lies = "landscape" if camera.width > camera.height else "portrait"
+    assert f"--size A6-{lies}@30" in flags
