@@ -526,8 +526,9 @@ class DrawConfig(Options, frozen=True):
     background: Annotated[str, option("transparent, '#rrggbb', an image file, scaled to fill the picture, "
         f"or one of {', '.join(COLORS)} #background #transparent #alpha", metavar="COLOR|FILE")] = "white"
     lock: Annotated[Lock | None, option("how stroke direction is fixed: 'track' (over the whole path), "
-        "'anchor' (in each view alone), 'canonical' (in each view alone, by a field fitted to each stroke: "
-        "near views agree better, more strokes lie off their axis) or 'off' (as published: strokes flip) "
+        "'anchor' (in each view alone, by the longest axis), 'canonical' (by a field of directions fitted to "
+        "each stroke: pictures, pages and films agree, and single views turn less) or 'off' (as published: "
+        "strokes flip) "
         "#flicker #stable",
         default="track along a path, anchor for a picture")] = None
     order: Annotated[Order | None, option("occlusion of strokes: by 'depth', or 'soft' (strokes of nearly "

@@ -216,7 +216,16 @@ def with_accents(
 
 
 def with_fields(coats: list[Coat], report: Report) -> list[Coat]:
-    """Coats with the fields of directions of their strokes, where the lock is "canonical"."""
+    """Coats with the fields of directions of their strokes, where the lock is "canonical".
+
+    Lines lie along their axes, whatever turns: they keep "anchor".
+    """
+    coats = [
+        replace(coat, options=replace(coat.options, lock="anchor"))
+        if coat.options.lock == "canonical" and (coat.chains is not None or coat.nested is not None)
+        else coat
+        for coat in coats
+    ]
     fitted = [coat for coat in coats if coat.options.lock == "canonical"]
     if not fitted:
         return coats

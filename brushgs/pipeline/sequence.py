@@ -56,6 +56,7 @@ from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.hand import Hand
     from brushgs.rendering.project import Directions
     from brushgs.rendering.track import Track
@@ -199,22 +200,28 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
     """Choose the stroke directions along the whole path, for each tracked coat."""
     with report.stage("track") as stage:
         cameras, coats = prepared.cameras, prepared.painting.coats
-        tracked = [coat for coat in coats if coat.options.lock == "track"]
-        lock, num_strokes = draw.lock_of(along_path=True), sum(len(coat.strokes) for coat in tracked)
+        lock = draw.lock_of(along_path=True)
+        # Strokes that move have the fields of each moment.
+        is_tracked = lock == "track" or (lock == "canonical" and prepared.moving is None)
+        tracked = [coat for coat in coats if is_tracked and coat.options.lock != "off"]
+        num_strokes = sum(len(coat.strokes) for coat in tracked)
         stage.counts = {"lock": lock, "strokes": num_strokes, "frames": len(cameras)}
         if not tracked:
             stage.did = "nothing"
             of_name = f"{prepared.texture.name!r} has no direction"
-            stage.skipped.append(f"tracking: {of_name if lock == 'track' else f'the lock is {lock!r}'}")
+            stage.skipped.append(f"tracking: {of_name if is_tracked else f'the lock is {lock!r}'}")
             return [None] * len(coats)
         from brushgs.rendering.track import track_directions
 
         assert prepared.path is not None
         closed, threads, moving = prepared.path.closed, draw.threads, prepared.moving
 
-        def track(strokes: Gaussians, low_pass: float) -> "AnyTrack":
+        def track(strokes: Gaussians, coat: "Coat") -> "AnyTrack":
+            low_pass, fields = coat.options.low_pass, coat.fields if strokes is coat.strokes else None
             if moving is None:
-                return track_directions(strokes, closed, low_pass=low_pass, num_threads=threads)
+                return track_directions(
+                    strokes, closed, fields=fields, low_pass=low_pass, num_threads=threads
+                )
             is_loop = prepared.path is not None and prepared.path.is_loop
             return track_film(
                 strokes, cameras, moving, is_loop=is_loop, low_pass=low_pass, num_threads=threads
@@ -222,9 +229,7 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
 
         shown = coats if prepared.growth is None else [one.coat for one in prepared.growth.coats]
         tracks = [
-            _with_earlier(more.strokes, partial(track, low_pass=coat.options.low_pass), len(coat.strokes))
-            if coat in tracked
-            else None
+            _with_earlier(more.strokes, partial(track, coat=coat), coat.strokes) if coat in tracked else None
             for coat, more in zip(coats, shown, strict=True)
         ]
         _note_coarse(closed)
@@ -401,12 +406,12 @@ class _GrowingTrack:
 
 
 def _with_earlier(
-    strokes: Gaussians, track: "Callable[[Gaussians], AnyTrack]", num: int
+    strokes: Gaussians, track: "Callable[[Gaussians], AnyTrack]", finished: Gaussians
 ) -> "AnyTrack | _GrowingTrack":
-    """The track of a coat that may grow, whose strokes begin with the `num` of the finished one."""
-    if num == len(strokes):
-        return track(strokes)
-    finished, earlier = (strokes.take(rows) for rows in np.split(np.arange(len(strokes)), [num]))
+    """The track of a coat that may grow, whose strokes begin with those of the finished one."""
+    if len(finished) == len(strokes):
+        return track(finished)
+    earlier = strokes.take(np.arange(len(finished), len(strokes)))
     return _GrowingTrack(track(finished), track(earlier))
 
 

@@ -8,7 +8,8 @@ turns by less than a degree for each degree of the view on the half of the spher
 toward the axis of the ellipse, the more slender the closer.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from brushgs.rendering.visibility import visible_areas
 from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.quats import rotation_matrices
+from brushgs.values.quats import quats_of, rotation_matrices
 
 NUM_ALONG = 32  # directions across `facing` that are tried
 NUM_BEST = 2  # candidates of `facing` for which they are
@@ -48,6 +49,29 @@ class Canonical:
     along: F64
     is_anchored: Mask
 
+    def followed_by(self, others: "Canonical") -> "Canonical":
+        """The fields of these strokes, then those of others."""
+        pairs = ((getattr(self, one.name), getattr(others, one.name)) for one in fields(Canonical))
+        return Canonical(*(np.concatenate(pair) for pair in pairs))
+
+    @property
+    def quats(self) -> F64:
+        """[N, 4] unit quaternions from x and y to `facing` and `along`; zeros where a stroke is anchored."""
+        frames = np.stack([self.facing, self.along, np.cross(self.facing, self.along)], axis=2)
+        return np.where(self.is_anchored[:, None], 0.0, quats_of(frames))
+
+    def arrows(self, strokes: Gaussians, camera: Camera) -> F64:
+        """[N] radians, the direction in the picture of what each field carries to a view, not bent."""
+        vectors = _carried(self.facing, self.along, _views(strokes, camera))
+        if self.is_anchored.any():
+            vectors = np.where(self.is_anchored[:, None], _own_axes(strokes)[2], vectors)
+        return np.nan_to_num(_angles(camera, strokes.means, vectors))
+
+    def turned(self, turn: Callable[[Array], Array]) -> "Canonical":
+        """The fields of strokes that are turned; `turn` turns vectors [N, 3] with them."""
+        facing, along = (turn(one).astype(np.float64) for one in (self.facing, self.along))
+        return replace(self, facing=facing, along=along)
+
     def directions(
         self,
         strokes: Gaussians,
@@ -71,6 +95,8 @@ def fit_canonical(strokes: Gaussians, *, num_threads: int | None = None) -> Cano
         strokes: N strokes.
         num_threads: None takes the processors available to this process. The result does not depend on it.
     """
+    if len(strokes) == 0:
+        return Canonical(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, np.bool_))
     cameras = views_around(strokes)
     count, num, options = len(cameras), len(strokes), RenderOptions(num_sigmas=1.0, num_threads=num_threads)
     axes, slenderness, weights, views = (np.zeros((count, num, *more)) for more in ((), (), (), (3,)))
@@ -120,9 +146,7 @@ def fit_canonical(strokes: Gaussians, *, num_threads: int | None = None) -> Cano
 
 
 def views_around(strokes: Gaussians) -> list[Camera]:
-    """Small cameras on a sphere around strokes."""
-    if len(strokes) == 0:
-        return []
+    """Small cameras on a sphere around strokes, at least one."""
     means = strokes.means.astype(np.float64)
     middle = np.median(means, axis=0)
     size = float(np.median(strokes.scales)) or 1.0

@@ -1,9 +1,8 @@
 """Coats: sets of strokes with a way of laying paint. A painting has one or more, made once for a job."""
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
@@ -77,10 +76,7 @@ class Coat:
         plain = None if self.plain is None else pose.moved(self.plain)
         fields = self.fields
         if fields is not None:
-            facing, along = (
-                pose.turned(self.strokes, one).astype(np.float64) for one in (fields.facing, fields.along)
-            )
-            fields = replace(fields, facing=facing, along=along)
+            fields = fields.turned(partial(pose.turned, self.strokes))
         return replace(self, strokes=strokes, normals=normals, nested=nested, plain=plain, fields=fields)
 
     def showing(self, plain: Gaussians) -> "Coat":

@@ -115,7 +115,7 @@ class RenderOptions:
         return ProjectOptions(
             num_sigmas=per_row("project", sigmas, brushes, count) if isinstance(sigmas, tuple) else sigmas,
             low_pass=self.low_pass,
-            lock=self.lock,
+            lock="anchor" if self.lock == "canonical" else self.lock,  # of strokes without fields
             fade=self.fade,
             order=self.order,
             underpaint=self.underpaint is not None,

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import Order
+from brushgs.rendering.canonical import Canonical
 from brushgs.rendering.knots import Knots, knots_of, middle_and_reach
 from brushgs.rendering.project import LOW_PASS, Directions, project
 from brushgs.rendering.visibility import visible_areas
@@ -24,6 +25,7 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
+NUM_LOOKS = 24  # views along a path, small, in which it is seen how much of strokes shows
 NUM_STILLS, STILL_SIDE = 12, 160  # views, small, in which it is seen which way round stills show strokes,
 SURE = 0.05  # and by how much more one way than the other, of what is seen
 TRACKED_COLUMNS = ("means", "quats", "scales", "opacities")  # of strokes: all that their directions depend on
@@ -120,6 +122,7 @@ def track_directions(
     gaussians: Gaussians,
     cameras: Sequence[Camera],
     *,
+    fields: Canonical | None = None,
     low_pass: float = LOW_PASS,
     num_threads: int | None = None,
 ) -> Track:
@@ -132,10 +135,11 @@ def track_directions(
     it, the minor axis costs a little, a turn of more than 5.2 degrees a knot is not allowed. Weighted least
     squares then pulls the directions toward the exact axes, the closer the more slender the ellipse. Of the
     two ways round a stroke gets that which `project(lock="anchor")` shows in most of what is seen of it, so
-    that films and stills agree. A
-    closed path comes back to the direction it started with: where the axis winds an odd number of half
-    turns, the half turn is spent where it costs least, at up to 7.2 degrees a knot. Where the box of a
-    slender stroke has to grow while it turns, its area grows by at most 10 % a knot and 15 % a frame.
+    that films and stills agree in part. With fields, pointing away from them costs a little in every view,
+    the more of the stroke is seen: then they agree but for 1 to 3 % of the visible paint. A closed path comes
+    back to the direction it started with: where the axis winds an odd number of half turns, the half turn is
+    spent where it costs least, at up to 7.2 degrees a knot. Where the box of a slender stroke has to grow
+    while it turns, its area grows by at most 10 % a knot and 15 % a frame.
 
     Frames further apart are themselves the knots. Between them a direction may turn by 14 degrees at almost
     no cost, so no stroke flips or spins (15 degrees) up to 12.4 degrees per frame; in return up to 3 % of
@@ -145,6 +149,7 @@ def track_directions(
     Args:
         gaussians: N Gaussians in world space.
         cameras: the F views in order, all of one size; the path is closed if the last equals the first.
+        fields: of the strokes, by which single frames point them; None: these take "anchor".
         low_pass: variance added to both axes, pixels squared, >= 0; see `project`.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
@@ -157,10 +162,55 @@ def track_directions(
         knots,
         gaussians.columns(),
         cameras[0],
+        toward=None if fields is None else wanted_along(knots, fields, gaussians, cameras[0], num_threads),
         low_pass=low_pass,
         num_threads=num_threads_or_default(num_threads),
     )
-    return pointing_as_stills(found, knots, gaussians, cameras[0], num_threads)
+    return (
+        found if fields is not None else pointing_as_stills(found, knots, gaussians, cameras[0], num_threads)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Toward:
+    """Where strokes should point along a path.
+
+    Attributes:
+        targets: [K, N] int16, as `Track.turns`.
+        pulls: [K, N] uint8, how strongly, of 255.
+    """
+
+    targets: NDArray[np.int16]
+    pulls: NDArray[np.uint8]
+
+
+def wanted_along(
+    knots: Knots, fields: Canonical, strokes: Gaussians, camera: Camera, num_threads: int | None
+) -> Toward:
+    """Where single frames point strokes, the more strongly the more of each is seen.
+
+    Args:
+        knots: of the path; `camera` gives the picture size.
+        fields: of the strokes.
+        strokes: N strokes.
+        camera: any of the path.
+        num_threads: None takes the processors available to this process.
+    """
+    views = _views_of(knots, camera)
+    looks = sampled(len(views), NUM_LOOKS)
+    areas = np.stack([seen_areas(strokes, views[look], num_threads) for look in looks])
+    shares = np.rint(255 * areas / np.maximum(areas.max(axis=0), 1e-9)).astype(np.uint8)
+    nearest = np.abs(np.arange(len(views))[:, None] - np.array(looks)).argmin(axis=1)
+    targets = np.zeros((len(views), len(strokes)), np.int16)
+    for knot, view in enumerate(views):
+        targets[knot] = np.rint(fields.arrows(strokes, view) * (65536 / (2 * pi))).astype(np.int32)
+    return Toward(targets, shares[nearest])
+
+
+def _views_of(knots: Knots, camera: Camera) -> list[Camera]:
+    """The views at the knots of a path; `camera` gives the picture size."""
+    columns = zip(knots.viewmats, knots.Ks, knots.nears, strict=True)
+    return [replace(camera, viewmat=viewmat, K=K, near=float(near)) for viewmat, K, near in columns]
 
 
 def pointing_as_stills(
@@ -179,17 +229,27 @@ def pointing_as_stills(
     found = Agreement(len(gaussians), num_threads)
     rows = np.arange(len(gaussians)) if rows is None else rows
     turns = np.zeros(len(gaussians))
-    for knot in sampled(len(knots.nears)):
-        view = replace(camera, viewmat=knots.viewmats[knot], K=knots.Ks[knot], near=float(knots.nears[knot]))
+    views = _views_of(knots, camera)
+    for knot in sampled(len(views), NUM_STILLS):
+        view = views[knot]
         turns[rows] = track.turns[knot] * (2 * pi / 65536)
         found.look(gaussians, view, turns)
     return replace(track, turns=track.turns + found.half_turns[rows])
 
 
-def sampled(count: int) -> list[int]:
+def sampled(count: int, most: int) -> list[int]:
     """Some of so many views, evenly."""
-    found: list[int] = np.unique(np.linspace(0, count - 1, NUM_STILLS).round().astype(int)).tolist()
+    found: list[int] = np.unique(np.linspace(0, count - 1, most).round().astype(int)).tolist()
     return found
+
+
+def seen_areas(strokes: Gaussians, camera: Camera, num_threads: int | None) -> Array:
+    """[N] how much of each stroke is seen in a view, pixels of a small picture."""
+    return visible_areas(strokes, _small(camera), num_threads=num_threads)
+
+
+def _small(camera: Camera) -> Camera:
+    return camera.in_side(min(STILL_SIDE, max(camera.width, camera.height)))
 
 
 class Agreement:
@@ -201,7 +261,7 @@ class Agreement:
 
     def look(self, strokes: Gaussians, camera: Camera, angles: Array) -> None:
         """Add a view, in which they have these directions, radians."""
-        view = camera.in_side(min(STILL_SIDE, max(camera.width, camera.height)))
+        view = _small(camera)
         areas = visible_areas(strokes, view, num_threads=self._num_threads)
         boxes = project(strokes, view, lock="anchor", num_threads=self._num_threads)
         self._agreement[boxes.ids] += areas[boxes.ids] * np.cos(angles[boxes.ids] - boxes.angles)
@@ -237,6 +297,7 @@ def directions_along(
     *,
     carried: F32 | None = None,
     jumps: NDArray[np.uint8] | None = None,
+    toward: Toward | None = None,
     low_pass: float,
     num_threads: int,
 ) -> Track:
@@ -250,6 +311,7 @@ def directions_along(
             directions are relative to it.
         jumps: [K, N] whether the object jumps from the previous knot, so that its stroke may spin; at the
             first knot of a closed path, from the last.
+        toward: where the strokes should point; None chooses the arrows of lines by the longest axes.
         low_pass: see `track_directions`.
         num_threads: >= 1.
     """
@@ -258,6 +320,8 @@ def directions_along(
         **tracked,
         carried=carried,
         jumps=jumps,
+        targets=None if toward is None else toward.targets,
+        pulls=None if toward is None else toward.pulls,
         **knots.core_arguments(camera.width, camera.height),
         low_pass=float(low_pass),
         num_threads=num_threads,

@@ -16,6 +16,7 @@ from brushgs.rendering.knots import Knots, knots_of, middle_and_reach
 from brushgs.rendering.motion import SHIFT, TURN, Pose, StrokeMotion, match, zeros_over_time
 from brushgs.rendering.project import LOW_PASS, Directions
 from brushgs.rendering.track import (
+    NUM_STILLS,
     TRACKED_COLUMNS,
     Agreement,
     Track,
@@ -179,7 +180,7 @@ def _pointing_as_stills(
     if len(path.moves) == 0:
         return path
     found = Agreement(len(strokes), num_threads)
-    for frame in sampled(len(cameras)):
+    for frame in sampled(len(cameras), NUM_STILLS):
         moved = motion.pose(float(positions[frame])).moved(strokes)
         found.look(moved, cameras[frame], path.directions(frame).angles)
     path.moving.turns[:] += found.half_turns[path.moves]  # in place: those of a long clip lie in a file

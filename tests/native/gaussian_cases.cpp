@@ -122,7 +122,7 @@ void run_projections(Cases& cases) {
 }
 
 template <class T>
-void run_tracks(Cases& cases, bool is_moving) {
+void run_tracks(Cases& cases, bool is_moving, bool is_pulled) {
     constexpr std::size_t num_views = 24, count = 300;
     const Gaussians<T> gaussians(21, is_moving ? num_views * count : count, 1);
     std::vector<brushgs::View> views;
@@ -132,6 +132,10 @@ void run_tracks(Cases& cases, bool is_moving) {
     const auto carried = random.numbers<float>(num_views * count, -3, 3);
     std::vector<std::uint8_t> jumps(num_views * count);
     for (auto& jump : jumps) jump = random.byte() < 8;
+    std::vector<brushgs::Turn> targets(num_views * count);
+    for (auto& target : targets) target = static_cast<brushgs::Turn>(256 * (random.byte() - 128));
+    std::vector<std::uint8_t> pulls(num_views * count);
+    for (auto& pull : pulls) pull = static_cast<std::uint8_t>(random.byte());
     for (const bool is_closed : {false, true}) {
         const brushgs::TrackParams all{.views = views.data(),
                                        .num_views = num_views,
@@ -144,8 +148,11 @@ void run_tracks(Cases& cases, bool is_moving) {
                                        .rows_per_view = is_moving ? count : 0,
                                        .carried = is_moving ? carried.data() : nullptr,
                                        .jumps = is_moving ? jumps.data() : nullptr,
+                                       .targets = is_pulled ? targets.data() : nullptr,
+                                       .pulls = is_pulled ? pulls.data() : nullptr,
                                        .num_threads = 1};
-        const std::string name = std::string(is_moving ? "moving" : "at rest") + (is_closed ? " on a closed path" : "");
+        const std::string name = std::string(is_moving ? "moving" : "at rest") +
+                                 (is_closed ? " on a closed path" : "") + (is_pulled ? ", pulled" : "");
         cases.run("track: " + name + ", " + name_of_scalar<T>, [&](int num_threads) {
             brushgs::TrackParams params = all;
             params.num_threads = num_threads;
@@ -189,8 +196,10 @@ void run_gaussian_cases(Cases& cases) {
     run_projections<float>(cases);
     run_projections<double>(cases);
     for (const bool is_moving : {false, true}) {
-        run_tracks<float>(cases, is_moving);
-        run_tracks<double>(cases, is_moving);
+        for (const bool is_pulled : {false, true}) {
+            run_tracks<float>(cases, is_moving, is_pulled);
+            run_tracks<double>(cases, is_moving, is_pulled);
+        }
     }
     run_nearest(cases);
 }

@@ -266,6 +266,7 @@ void def_project_backward(nb::module_& m) {
 template <class T>
 nb::tuple track_directions(AnyIn<T> means, AnyIn<T> quats, AnyIn<T> scales, AnyIn<T> opacities,
                            std::optional<In<float, 2>> carried, std::optional<In<std::uint8_t, 2>> jumps,
+                           std::optional<In<std::int16_t, 2>> targets, std::optional<In<std::uint8_t, 2>> pulls,
                            const std::vector<brushgs::View>& views, bool is_closed, bool is_coarse, double step,
                            double most_turn, double growth, double low_pass, int num_threads) {
     const bool is_moving = opacities.ndim() == 2;
@@ -291,6 +292,8 @@ nb::tuple track_directions(AnyIn<T> means, AnyIn<T> quats, AnyIn<T> scales, AnyI
                                                        .rows_per_view = is_moving ? count : 0,
                                                        .carried = data_or_null(carried),
                                                        .jumps = data_or_null(jumps),
+                                                       .targets = data_or_null(targets),
+                                                       .pulls = data_or_null(pulls),
                                                        .num_threads = num_threads});
     }
     nb::object turns = table(tracks.turns, views.size(), gaussians.count);
@@ -302,12 +305,14 @@ template <class T>
 void def_track_directions(nb::module_& m) {
     m.def("track_directions", &track_directions<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
           "scales"_a.noconvert(), "opacities"_a.noconvert(), "carried"_a.noconvert().none(),
-          "jumps"_a.noconvert().none(), "views"_a, "is_closed"_a, "is_coarse"_a, "step"_a, "most_turn"_a, "growth"_a,
-          "low_pass"_a, "num_threads"_a,
+          "jumps"_a.noconvert().none(), "targets"_a.noconvert().none(), "pulls"_a.noconvert().none(), "views"_a,
+          "is_closed"_a, "is_coarse"_a, "step"_a, "most_turn"_a, "growth"_a, "low_pass"_a, "num_threads"_a,
           "Directions [views, N] in 2^-16 turns; and the least area of each box [views, N], in areas of the smallest "
           "box around its ellipse, as octaves times AREA_SCALE_STEPS, or None where none is above 1. The columns have "
           "N rows, or are [views, N, ...] where Gaussians move. carried [views, N]: radians, -pi to pi, to which "
-          "directions are relative; jumps [views, N]: not 0 where a stroke may spin at a price.");
+          "directions are relative; jumps [views, N]: not 0 where a stroke may spin at a price; targets [views, N]: "
+          "where "
+          "strokes should point, in the same turns, and pulls [views, N]: how strongly, of 255.");
 }
 
 // Rasterisation

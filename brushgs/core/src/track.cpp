@@ -18,6 +18,8 @@ constexpr double kMostCost = 500;   // of one view, so that sums over 24 views f
 // The cost of lying along the minor axis of a needle. If one axis is four times the other, lying at 45 degrees costs
 // 0.75 for the larger box.
 constexpr double kMinorAxis = 0.3;
+// Twice this is the cost of pointing the other way round, where all of a stroke is seen.
+constexpr double kPull = 0.2;
 
 template <class T>
 bool track_rows(const GaussianColumns<T>& gaussians, const TrackParams& params, std::size_t begin, std::size_t end,
@@ -44,6 +46,10 @@ CostTable make_cost_table() {
                 table.rows[shape][phase][i] =
                     static_cast<Cost>(std::lround(std::min(kCostUnits * (area_factor + across), kMostCost)));
             }
+    }
+    for (std::size_t i = 0; i < 2 * kCircleStates; ++i) {
+        const double off = static_cast<double>(i) * 2 * std::numbers::pi / kCircleStates;
+        table.away[i] = static_cast<Cost>(std::lround(kCostUnits * kPull * (1 - std::cos(off)) * 256 / 255));
     }
     return table;
 }

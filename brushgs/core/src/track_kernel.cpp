@@ -5,14 +5,15 @@
 //   measure         the axis, relative to the thing where that turns by itself, and how slender the ellipse is, at
 //                   every knot
 //   choose          the cheapest sequence of directions by dynamic programming (Viterbi): a direction costs what it
-//                   makes the box larger than its ellipse needs, and a turn of at most 2 states from knot to knot
-//                   costs a little
+//                   makes the box larger than its ellipse needs, a turn of at most 2 states from knot to knot costs
+//                   a little, and so does an arrow away from where single frames show it, if that is given
 //   smooth          those directions toward the exact axes, the more slender the closer: weighted least squares, a
 //                   tridiagonal system solved by the Thomas algorithm
 //   limit_steps     no step above the limit: the mean of the upper and the lower Lipschitz envelope
 //                   (only a stroke whose thing jumps may spin, at a price, see kSpinCost)
 //   set_area_scales a box across a slender ellipse is large: it grows and shrinks over several knots, not at once
-//   choose_arrows   of the two arrows of the line, the one that agrees with the anchored direction over the path
+//   choose_arrows   of the two arrows of a line, the one that agrees with the anchored direction over the path; not
+//                   where arrows were chosen
 //
 // A closed path starts at the knot with the most slender ellipse, and must return to its first direction. For 15 to
 // 30 % of the strokes of trained scenes the line returns turned by an odd number of half turns; for those the choice is
@@ -49,10 +50,10 @@ constexpr Cost kCoarseTurnCost[] = {0, 1, 2, 3, 4, 5, 15, 20, 25, 30, 35};
 constexpr float kWide = static_cast<float>(20 * kPi / 180);  // most turn from which on the reach is wide
 constexpr Cost kSpinCost = 60;
 constexpr int kSpinReach = 26;
-// No knot costs more than 500 + 35, and 22 knots lead from the best state to any other, so the cost of a state exceeds
-// that of the best by at most 22 x 535 (or, at first, kForbidden). With the best subtracted every 24 knots all sums
-// stay under 24 x 535 + 22 x 535 = 24610: in 16 bits.
-constexpr std::size_t kKnotsPerRebase = 24;
+// No knot costs more than 500 + 80 + 35, and 32 knots lead from the best state to any other, so the cost of a state
+// exceeds that of the best by at most 32 x 615 (or, at first, kForbidden). With the best subtracted every 16 knots all
+// sums stay under 16 x 615 + 32 x 615 = 29520: in 16 bits.
+constexpr std::size_t kKnotsPerRebase = 16;
 constexpr Cost kForbidden = 8000;
 
 // Per knot: below the limit of 6 degrees for 1.5 degrees of view change, because uneven paths pass more than one knot a
@@ -226,6 +227,35 @@ inline const Cost* costs_at(const CostTable& table, const Ellipses& ellipses, st
     return table.rows[shape][phase] + (kLineStates - whole) % kLineStates;
 }
 
+// Takes where a row should point, and how strongly, at every knot from `start` on.
+void take_pulls(const TrackParams& params, std::size_t num_rows, std::size_t row, std::size_t start,
+                TrackScratch& scratch) {
+    constexpr float per_turn = 65536 / kTwoPi;
+    constexpr int per_state = 65536 / static_cast<int>(kCircleStates);
+    const std::size_t period = params.num_views - 1;
+    for (std::size_t knot = 0; knot < params.num_views; ++knot) {
+        std::size_t from = knot;
+        if (params.is_closed) {
+            from = knot == period ? start : start + knot;
+            from = from < period ? from : from - period;
+        }
+        const std::size_t at = from * num_rows + row;
+        int turn = params.targets[at];
+        if (params.carried != nullptr) turn -= static_cast<int>(rounded(params.carried[at] * per_turn));
+        const auto state = static_cast<unsigned>(turn + 2 * 65536 + per_state / 2) / per_state % kCircleStates;
+        scratch.targets[knot] = static_cast<std::uint8_t>(state);
+        scratch.pulls[knot] = params.pulls[at];
+    }
+}
+
+// The costs of the states of an arrow at one knot: those of its line, and of pointing away from its target.
+void add_pull(const CostTable& table, const TrackScratch& scratch, std::size_t knot, const Cost* line, Cost* costs) {
+    const Cost* away = table.away + (kCircleStates - scratch.targets[knot]) % kCircleStates;
+    const int pull = scratch.pulls[knot];
+    for (std::size_t j = 0; j < kCircleStates; ++j)
+        costs[j] = static_cast<Cost>(line[j % kLineStates] + ((pull * away[j]) >> 8));
+}
+
 constexpr Cost turn_cost(int turn, bool is_coarse) { return is_coarse ? kCoarseTurnCost[turn] : kTurnCost[turn]; }
 
 // The cost of the cheapest state within kSpinReach, for every state; `sum` does not wrap.
@@ -245,14 +275,19 @@ void cheapest_to_spin_from(const Cost* sum, Cost* cheapest) {
 }
 
 // Sums the cheapest way to every state of every knot. `start` is the only state allowed at the first knot, or -1. If
-// the row jumps it may spin.
-template <std::size_t states, int reach, bool is_coarse>
+// the row jumps it may spin. If `is_pulled`, states are those of an arrow, and their costs those of `add_pull`.
+template <std::size_t states, int reach, bool is_coarse, bool is_pulled>
 void sum_costs(const CostTable& table, const Ellipses& ellipses, const Series& jumps, std::size_t row,
-               std::size_t num_views, int start, Cost* sums) {
+               std::size_t num_views, int start, TrackScratch& scratch) {
+    static_assert(!is_pulled || states == kCircleStates);
+    Cost* sums = scratch.costs.get();
+    alignas(64) Cost pulled[kCircleStates];
     for (std::size_t knot = 0; knot < num_views; ++knot) {
         const Cost* cost = costs_at(table, ellipses, knot, row);
+        if constexpr (is_pulled) add_pull(table, scratch, knot, cost, pulled), cost = pulled;
+        constexpr std::size_t period = is_pulled ? kCircleStates : kLineStates;
         Cost* sum = sums + knot * kCostRow + reach;
-        const auto cost_of = [cost](std::size_t j) { return cost[j % kLineStates]; };
+        const auto cost_of = [cost](std::size_t j) { return cost[j % period]; };
         if (knot == 0) {
             for (std::size_t j = 0; j < states; ++j) sum[j] = start < 0 ? cost_of(j) : kForbidden;
             if (start >= 0) sum[start] = 0;
@@ -267,7 +302,7 @@ void sum_costs(const CostTable& table, const Ellipses& ellipses, const Series& j
                         const Cost turned = static_cast<Cost>(nearer + turn_cost(turn, is_coarse));
                         best = turned < best ? turned : best;
                     }
-                    sum[half + i] = static_cast<Cost>(best + cost[i]);
+                    sum[half + i] = static_cast<Cost>(best + cost[is_pulled ? half + i : i]);
                 }
             if (jumps.at(knot)[row] > 0) {
                 Cost spun[states];
@@ -335,22 +370,43 @@ inline int state_of(float direction) {
     return steps % static_cast<int>(kLineStates);
 }
 
+// Whether the other arrow of a line is nearer to a target.
+inline bool is_other_arrow(int state, int target) {
+    constexpr int states = static_cast<int>(kCircleStates);
+    const int off = (target - state + states) % states;
+    return off > states / 4 && off < 3 * states / 4;
+}
+
 // Chooses the states of one row into `scratch.positions`; returns whether a closed path had to spend a half turn.
 template <int reach, int half_turn_reach, bool is_coarse>
 bool choose(const TrackParams& params, const CostTable& table, const Ellipses& ellipses, const Series& jumps,
             std::size_t row, TrackScratch& scratch) {
-    Cost* sums = scratch.costs.get();
+    const Cost* sums = scratch.costs.get();
     std::int32_t* positions = scratch.positions.get();
     const std::size_t num_views = params.num_views;
-    const int start = params.is_closed ? state_of(ellipses.direction.at(0)[row]) : -1;
-    sum_costs<kLineStates, reach, is_coarse>(table, ellipses, jumps, row, num_views, start, sums);
+    const bool is_pulled = params.targets != nullptr;
+    int start = params.is_closed ? state_of(ellipses.direction.at(0)[row]) : -1;
+    sum_costs<kLineStates, reach, is_coarse, false>(table, ellipses, jumps, row, num_views, start, scratch);
     trace_back<kLineStates, reach, is_coarse>(jumps, row, num_views, start, sums, positions);
-    if (!params.is_closed || has_closed(positions, num_views)) return false;
-    sum_costs<kCircleStates, half_turn_reach, is_coarse>(table, ellipses, jumps, row, num_views, start, sums);
-    trace_back<kCircleStates, half_turn_reach, is_coarse>(jumps, row, num_views, start, sums, positions);
+    const bool closes = !params.is_closed || has_closed(positions, num_views);
+    if (closes && !is_pulled) return false;
+    if (is_pulled && start >= 0 && is_other_arrow(start, scratch.targets[0])) start += kLineStates;
+    if (closes) {
+        sum_costs<kCircleStates, reach, is_coarse, true>(table, ellipses, jumps, row, num_views, start, scratch);
+        trace_back<kCircleStates, reach, is_coarse>(jumps, row, num_views, start, sums, positions);
+        if (!params.is_closed || has_closed(positions, num_views)) return false;
+    } else {
+        if (is_pulled)
+            sum_costs<kCircleStates, half_turn_reach, is_coarse, true>(table, ellipses, jumps, row, num_views, start,
+                                                                       scratch);
+        else
+            sum_costs<kCircleStates, half_turn_reach, is_coarse, false>(table, ellipses, jumps, row, num_views, start,
+                                                                        scratch);
+        trace_back<kCircleStates, half_turn_reach, is_coarse>(jumps, row, num_views, start, sums, positions);
+    }
     if (!has_closed(positions, num_views))  // a loop of too few knots for a half turn: do not turn
         for (std::size_t knot = 0; knot < num_views; ++knot) positions[knot] = start;
-    return true;
+    return !closes;
 }
 
 // Chooses the states of one row, and how far it may turn into every knot from the one before: `limit` holds which
@@ -542,6 +598,7 @@ bool run(const GaussianColumns<T>& gaussians, const TrackParams& params, const C
                 rotate(column, i, starts[i], num_views, scratch.column.get());
         }
         if (i < count) {
+            if (params.targets != nullptr) take_pulls(params, gaussians.count, begin + i, starts[i], scratch);
             choose_row(params, table, ellipses, i, scratch, limits.step);
         } else {
             for (std::size_t knot = 0; knot < num_views; ++knot) scratch.positions[knot] = 0;
@@ -562,8 +619,8 @@ bool run(const GaussianColumns<T>& gaussians, const TrackParams& params, const C
     smooth(params, ellipses, limits.step, x, upper);
     limit_steps(params, limits, x, upper);
     set_area_scales(params, ellipses, x, upper);
-    alignas(64) float half_turns[kRows];
-    choose_arrows(num_views, ellipses, x, half_turns);
+    alignas(64) float half_turns[kRows] = {};
+    if (params.targets == nullptr) choose_arrows(num_views, ellipses, x, half_turns);
 
     bool has_area_scales = false;
     const std::size_t period = num_views - 1;

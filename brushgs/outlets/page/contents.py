@@ -323,7 +323,7 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
         "kernel": brush_set.kind,
         "brushes": [collected.brush(brush_set.textures[row]) for row in used] if is_image else [],
         "numSigmas": _of_rows(options.num_sigmas, used),
-        "lock": "off" if options.lock == "off" else "anchor",
+        "lock": options.lock if options.lock in ("off", "canonical") else "anchor",
         "lowPass": options.low_pass,
         "fade": options.fade,
         "antialiased": strokes.antialiased,
@@ -363,6 +363,8 @@ def _columns(
         "chance": np.where(ids < own, uniform_of(ids, 0), 0.0) if coat.border else None,
         "normals": coat.normals,
     }
+    if coat.fields is not None:
+        columns["fields"] = np.pad(coat.fields.quats, ((0, len(strokes) - own), (0, 0)))
     if coat.nested is not None:
         columns["gaps"] = coat.nested.gaps
         columns["marks"] = np.stack([coat.nested.spacings, coat.nested.widths], axis=1)
@@ -384,7 +386,7 @@ def _note_omitted(coat: "Coat", brush_set: BrushSet, collected: _Collected) -> N
         collected.omit(
             "strokes of nearly equal depth do not blend in the page: the nearer one covers the other"
         )
-    if options.lock not in ("off", "anchor"):
+    if options.lock == "track":
         collected.omit(
             "strokes are not tracked in the page, which knows no path: each view has its directions"
         )

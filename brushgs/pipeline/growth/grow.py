@@ -108,7 +108,13 @@ def _with_coarser(coat: Coat, layers: Layers) -> Coat:
     options = coat.options
     if options.relief is not None:
         options = replace(options, relief=_of_finished(options.relief, coat.strokes))
-    return replace(coat, strokes=layers.strokes, options=options)
+    fields = coat.fields
+    if fields is not None:
+        from brushgs.rendering.canonical import fit_canonical
+
+        earlier = layers.strokes.take(np.arange(len(coat.strokes), len(layers.strokes)))
+        fields = fields.followed_by(fit_canonical(earlier, num_threads=options.num_threads))
+    return replace(coat, strokes=layers.strokes, options=options, fields=fields)
 
 
 def _of_finished(relief: Relief, strokes: Gaussians) -> Relief:

@@ -9,6 +9,9 @@
 
 namespace brushgs {
 
+// The storage type of a direction: units of 2^-16 turns, 0.0055 degrees, with the right wraparound.
+using Turn = std::int16_t;
+
 struct TrackParams {
     const View* views;      // [count] knots of the path, `step` apart
     std::size_t num_views;  // >= 1
@@ -27,11 +30,13 @@ struct TrackParams {
     // [num_views, count] or null: not 0 if the object jumps from the previous view. There a stroke may spin at the same
     // cost as between distant frames. On a closed path the first view equals the last.
     const std::uint8_t* jumps;
+    // [num_views, count] or null: where each Gaussian should point, and how strongly, 0 to 255. An arrow the other way
+    // round costs up to what a box 1.5 times as large does. Null: directions are chosen as lines, and the arrow then.
+    const Turn* targets;
+    const std::uint8_t* pulls;  // null if and only if `targets` is
     int num_threads;
 };
 
-// The storage type of a direction: units of 2^-16 turns, 0.0055 degrees, with the right wraparound.
-using Turn = std::int16_t;
 // The area of a box, in areas of the smallest box around its ellipse, is stored as 2^(value / kAreaScaleSteps).
 // Coarser steps show: at 32 to an octave the side of a box of 200 pixels moves by more than one.
 using AreaScale = std::uint16_t;

@@ -18,6 +18,8 @@ constexpr std::size_t kNumShapes = 32, kNumPhases = 2;
 // ellipse.
 struct CostTable {
     alignas(64) Cost rows[kNumShapes][kNumPhases][3 * kLineStates];
+    // Of an arrow so many states off the one that the strongest pull is toward, in 256ths of 255; the circle twice.
+    alignas(64) Cost away[2 * kCircleStates];
 };
 const CostTable& cost_table();
 
@@ -27,12 +29,16 @@ struct TrackScratch {
         : lanes(make_buffer<float>(kNumSeries * num_views * kTrackRows)),
           column(make_buffer<float>(num_views)),
           positions(make_buffer<std::int32_t>(num_views)),
-          costs(make_buffer<Cost>(num_views * kCostRow)) {}
+          costs(make_buffer<Cost>(num_views * kCostRow)),
+          targets(make_buffer<std::uint8_t>(num_views)),
+          pulls(make_buffer<std::uint8_t>(num_views)) {}
     static constexpr std::size_t kNumSeries = 6;
     Buffer<float> lanes;             // [kNumSeries, num_views, kTrackRows]
     Buffer<float> column;            // [num_views]
     Buffer<std::int32_t> positions;  // [num_views]
     Buffer<Cost> costs;              // [num_views, kCostRow]
+    Buffer<std::uint8_t> targets;    // [num_views], states of an arrow
+    Buffer<std::uint8_t> pulls;      // [num_views]
 };
 
 // Tracks the Gaussians [begin, end), at most kTrackRows, and writes their columns of the outputs, which have

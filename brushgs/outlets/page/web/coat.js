@@ -44,6 +44,7 @@ class CoatPainter {
         texels[at + 8 + k] = now.scales[3 * i + k];
       }
       for (let k = 0; k < 4; k++) texels[at + 4 + k] = now.quats[4 * i + k];
+      if (now.fields) texels.set(now.fields.subarray(4 * i, 4 * i + 4), at + 4 * this._fieldsAt);
       texels[at + 3] = now.opacities[i];
       if (now.normals) texels.set(now.normals.subarray(3 * i, 3 * i + 3), at + stride - 4);
     }
@@ -160,7 +161,7 @@ class CoatPainter {
     const halves = (name) => column(name) && floatsOfHalves(column(name));
     const base = {
       means: column("means"), quats: column("quats"), scales: column("scales"), opacities: halves("opacities"),
-      normals: halves("normals"), colors: null,
+      normals: halves("normals"), fields: halves("fields"), colors: null,
     };
     this.columns = { base, now: base };
     if (!this.header.motion) return;
@@ -184,15 +185,16 @@ class CoatPainter {
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, TEXTURE_WIDTH, rows, gl.RGB, gl.FLOAT, this._shTexels);
   }
 
-  /** RGBA32F: see project.glsl; then (thickness, gain, chance, 0) and (normal, 0) where the coat has them. */
+  /** RGBA32F: see project.glsl. */
   _setStrokes(column) {
     const { gl, count, header } = this;
     const [brushes, starts] = ["brush", "streakStart"].map(column);
     const [relief, chance] = ["relief", "chance"].map((name) => column(name) && floatsOfHalves(column(name)));
-    const { normals } = this.columns.base;
+    const { normals, fields } = this.columns.base;
     const [gaps, marks] = [column("gaps"), column("marks") && floatsOfHalves(column("marks"))];
     this._hasNormals = normals !== null;
-    this._stride = 3 + (relief || chance ? 1 : 0) + (normals ? 1 : 0) + (gaps ? 2 : 0);
+    this._fieldsAt = 3 + (relief || chance ? 1 : 0);
+    this._stride = this._fieldsAt + (fields ? 1 : 0) + (normals ? 1 : 0) + (gaps ? 2 : 0);
     const stride = 4 * this._stride;
     const rows = Math.max(1, Math.ceil((count * this._stride) / TEXTURE_WIDTH));
     const texels = new Float32Array(4 * TEXTURE_WIDTH * rows);
@@ -265,7 +267,7 @@ class CoatPainter {
     const { header } = this;
     const isImage = this.isImage && !more.includes("UNDERPAINT");
     const has = {
-      ANCHORED: header.lock === "anchor",
+      ANCHORED: header.lock !== "off",
       FADES: header.fade,
       ANTIALIASED: header.antialiased,
       BORDER: header.border > 0,
@@ -285,6 +287,7 @@ class CoatPainter {
       `SH_DEGREE ${header.shDegree}`,
       `NUM_BRUSHES ${this._numBrushes}`,
       `STRIDE ${this._stride}`,
+      ...(this.columns.base.fields ? [`FIELDS ${this._fieldsAt}`] : []),
       ...Object.keys(has).filter((name) => has[name]),
       ...more,
     ];

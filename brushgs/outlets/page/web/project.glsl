@@ -4,15 +4,16 @@
 // Lengths are divided by the largest of them before they are squared, so that needles and what lies just
 // before the camera stay in range. Directions are unit vectors: angles would cost precision.
 //
-// Compiled for a coat: SH_DEGREE; NUM_BRUSHES; STRIDE texels a stroke; ANCHORED, FADES, ANTIALIASED, BORDER,
-// FACING, NESTED, DOTS, PLAIN, where it has those.
+// Compiled for a coat: SH_DEGREE; NUM_BRUSHES; STRIDE texels a stroke; ANCHORED, FIELDS, FADES, ANTIALIASED,
+// BORDER, FACING, NESTED, DOTS, PLAIN, where it has those.
 
 #include "shared.glsl"
 #include "sh.glsl"
 #include "smooth.glsl"
 
 // (mean, opacity), (quaternion w x y z), (scales, brush + 256 streak start); with relief or border
-// (thickness, gain, chance, 0); with facing (normal, 0); nested (gap, spacing), (width, 0, 0, 0).
+// (thickness, gain, chance, 0); with fields (quaternion, 0 0 0 0 for none) as texel FIELDS; with facing
+// (normal, 0); nested (gap, spacing), (width, 0, 0, 0).
 uniform highp sampler2D uStrokes;
 // By brush of the coat: standard deviations in half a box, reach of the underpaint, row of the atlas, 1 where
 // its strokes are Gaussians that are shown as they are.
@@ -130,6 +131,39 @@ vec2 anchoredAxis(Footprint f, vec3 scales, mat3 rotation, float depth, vec3 ray
 }
 #endif
 
+#ifdef FIELDS
+// What the field of a stroke carries to the view, bent toward the longer axis of the ellipse:
+// rendering/canonical.py. `ray` leads from the eye to the stroke at `t`.
+vec2 carriedAxis(Footprint f, vec4 field, vec3 t, vec3 ray) {
+  mat3 frame = rotationOf(field);
+  vec3 facing = frame[0], along = frame[1], axis = cross(ray, facing), first = cross(axis, along);
+  vec3 carried = uRotation * (along + first + cross(axis, first) / max(1.0 - dot(facing, ray), 1e-4));
+  vec2 picture = normalize((carried.xy - t.xy / t.z * carried.z) * uLens.xy);
+  vec2 major = majorAxis(f);
+  float scale = max(f.unit, 1.0);
+  vec2 variances = variancesOf(f, major) * (f.unit / scale) * (f.unit / scale) + uLowPass / (scale * scale);
+  float gap = variances.x - variances.y;
+  float slenderness = min(gap / variances.x * (gap / max(variances.y, 1e-30)), 1e6);
+  vec2 lean = vec2(dot(picture, major), picture.x * major.y - picture.y * major.x);
+  float off = atan(lean.y * (lean.x < 0.0 ? -1.0 : 1.0), abs(lean.x)), size = abs(off);
+  const float across = 1.57079632679;  // radians
+  float bend = size < FIELD_TOP ? size : (across - size) * (FIELD_TOP / (across - FIELD_TOP));
+  float turn = slenderness / (slenderness + FIELD_SOFT) * bend * sign(off);
+  float c = cos(turn), s = sin(turn);
+  return vec2(picture.x * c - picture.y * s, picture.x * s + picture.y * c);
+}
+#endif
+
+#ifdef ANCHORED
+vec2 axisOf(int id, Footprint f, vec3 scales, mat3 rotation, vec3 t, vec3 ray) {
+#ifdef FIELDS
+  vec4 field = strokeTexel(id, FIELDS);
+  if (field != vec4(0)) return carriedAxis(f, field, t, ray);
+#endif
+  return anchoredAxis(f, scales, rotation, t.z, ray);
+}
+#endif
+
 Box boxOf(int id, Stroke stroke) {
   Box box = Box(vec2(0), vec2(0), vec2(1, 0), 0.0, 0.0, vec3(0), false);
   vec3 t = uRotation * (stroke.mean - uEye);
@@ -154,11 +188,11 @@ Box boxOf(int id, Stroke stroke) {
   if (isPlain) {
     box.axis = major;
   } else if (uHead == uEye) {
-    box.axis = anchoredAxis(f, stroke.scales, rotation, t.z, ray);
+    box.axis = axisOf(id, f, stroke.scales, rotation, t, ray);
   } else {  // both eyes take the direction that is seen from between them
     vec3 middle = uRotation * seen;
     middle.z = max(middle.z, uNear);
-    box.axis = anchoredAxis(footprintOf(middle, axes), stroke.scales, rotation, middle.z, ray);
+    box.axis = axisOf(id, footprintOf(middle, axes), stroke.scales, rotation, middle, ray);
   }
 #else
   box.axis = major;
