@@ -7,8 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.still_life import NUM_GAUSSIANS, still_life
-
-SCENES_FOLDER = Path(__file__).resolve().parents[2] / "shared" / "scenes"
+from examples.benchmarks.scenes import FOLDER as SCENES_FOLDER
 
 
 def real_scene(name: str) -> Path:

@@ -24,7 +24,7 @@ from tests.kit.for_each import for_each
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "examples"
-GUIDES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+GUIDES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 PAGES = [*GUIDES, ROOT / "strokes" / "README.md", *sorted((EXAMPLES / "measured").glob("*.md"))]
 
 

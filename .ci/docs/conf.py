@@ -1,21 +1,24 @@
-"""Settings of Sphinx for the reference of brushgs, whose pages `write_pages.py` writes."""
+"""Settings of Sphinx for the site of brushgs, whose sources `write_pages.py` collects and writes."""
 
 import ast
 import dataclasses
 import inspect
 import re
 import textwrap
+from pathlib import Path
 from typing import Any
 
 from sphinx.application import Sphinx
 from sphinx.domains.python import PyObject
+from sphinx_gallery.scrapers import figure_rst
 
+import brushgs as bg
 from brushgs import __version__
 
 project = "brushgs"
 author = "The brushgs authors"
 version = release = __version__
-extensions = ["sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["sphinx.ext.autodoc", "sphinx.ext.napoleon", "myst_parser", "sphinx_gallery.gen_gallery"]
 html_theme = "furo"
 html_title = f"brushgs {__version__}"
 html_show_sourcelink = html_copy_source = html_show_copyright = False
@@ -28,6 +31,33 @@ napoleon_google_docstring, napoleon_numpy_docstring = True, False
 napoleon_use_ivar = True  # attributes are a list, not entries of their own
 napoleon_attr_annotations = False  # their types stand in the text, with shapes and units
 smartquotes = False  # in docstrings quotes are those of code
+source_suffix = {".rst": "restructuredtext", ".md": "markdown"}
+exclude_patterns = ["examples/gallery"]  # of which the gallery is made
+myst_heading_anchors = 3
+suppress_warnings = ["config.cache"]  # the gallery has a function among its settings
+
+
+def pictures_of(block: Any, variables: dict[str, Any], settings: dict[str, Any]) -> str:
+    """What a block of an example leaves in `picture`, a frame or a list of frames, is shown below it."""
+    found = variables["example_globals"].pop("picture", [])
+    paths = []
+    for frame in found if isinstance(found, list) else [found]:
+        paths.append(next(variables["image_path_iterator"]))
+        bg.save(frame, paths[-1])
+    return str(figure_rst(paths, settings["src_dir"]))
+
+
+sphinx_gallery_conf = {
+    "examples_dirs": str(Path(__file__).parents[2] / "examples" / "gallery"),
+    "gallery_dirs": "gallery",
+    "image_scrapers": (pictures_of,),
+    "reset_modules": (),
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "show_memory": False,
+    "thumbnail_size": (400, 300),
+    "min_reported_time": 1e6,  # seconds: no times, which differ
+}
 
 
 def signature_of(app: Sphinx, what: str, name: str, value: Any, *_: Any) -> tuple[str, str] | None:

@@ -1,9 +1,10 @@
-"""Writes the sources of the reference: a page for each public name and each command, and an index of both.
+"""Writes the sources of the site: the pages of the repository, and a reference of public names and commands.
 
 python .ci/docs/write_pages.py FOLDER
 
-All is read from `brushgs.__all__`, docstrings, the table of commands and their parsers: a new function or
-command needs no line here.
+Pages keep their places, so that links lead where they lead on GitHub; README.md is the first one. The
+reference is read from `brushgs.__all__`, docstrings, the table of commands and their parsers: nothing that is
+new needs a line here.
 """
 
 import argparse
@@ -17,6 +18,20 @@ import brushgs
 from brushgs.cli.parser import COMMANDS, build_parser
 
 HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+COPIED = ("README.md", "CHANGELOG.md", "NOTICE", "LICENSE", "docs", "strokes", "examples")
+TUTORIALS = ("first_picture", "own_look", "film", "styles", "page")
+GUIDES = ("install", "recipes", "scenes", "looks", "styles", "moving", "time", "page", "outlets", "python")
+# The side bar: captions, and the pages below each in order.
+CONTENTS = {
+    "Overview": ["docs/README"],
+    "Tutorials": [f"docs/tutorials/{name}" for name in TUTORIALS],
+    "How-to": [*(f"docs/{name}" for name in GUIDES), "strokes/README"],
+    "Reference": ["gallery/index", "reference/index"],
+    "Explanation": ["docs/method", "docs/measured", "docs/machines", "docs/structure", "CHANGELOG"],
+    "Measured": ["examples/measured/README", "examples/measured/*"],
+}
+FOLDER_LINK = re.compile(r"\[([^\]]*)\]\([\w./]*(?:examples|gallery)\)")  # which a site cannot show
 # Folders and modules of the package -> what their public names are for, in the order of the index. Others
 # come last, under the name of their folder.
 GROUPS = {
@@ -42,9 +57,33 @@ GROUPS = {
 def main(folder: Path) -> None:
     """Write everything anew."""
     shutil.rmtree(folder, ignore_errors=True)
+    _copy_pages(folder)
+    _write_reference(folder / "reference")
+
+
+def _copy_pages(folder: Path) -> None:
+    """The pages with what they show, and the contents of the site below the first of them."""
+    for name in COPIED:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        copy(ROOT / name, folder / name)
+    (folder / "README.md").rename(folder / "index.md")
+    for page in folder.rglob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        page.write_text(FOLDER_LINK.sub(r"\1", text), encoding="utf-8")
+    with (folder / "index.md").open("a", encoding="utf-8") as index:
+        for caption, pages in CONTENTS.items():
+            index.write(
+                "\n".join(
+                    ["", "```{toctree}", ":hidden:", ":glob:", f":caption: {caption}", *pages, "```", ""]
+                )
+            )
+
+
+def _write_reference(folder: Path) -> None:
     for part in ("python", "commands"):
         (folder / part).mkdir(parents=True)
-    index = [_title("brushgs"), ".. currentmodule:: brushgs", "", (HERE / "intro.rst").read_text()]
+    index = [_title("Reference"), ".. currentmodule:: brushgs", "", (HERE / "intro.rst").read_text()]
     index += [".. code-block:: python", "", *_indented((HERE / "begin.txt").read_text())]
     for group, names in _grouped().items():
         lines = {name: f":py:obj:`{name}`: {_first_sentence(name)}" for name in names}

@@ -67,7 +67,7 @@ class Format(NamedTuple):
             `holds_metadata`.
         note: which files of the format are read or written, for help texts.
         cure: of what is not read, what to do instead: one clause.
-        package: that decodes it and may not be installed; empty for none.
+        package: that decodes or encodes it and may not be installed, as it is imported; empty for none.
         written: the suffixes that are written, where these are not all.
         rounds: of scenes, whether what is written is rounded beyond float32, so that its error is worth
             telling.

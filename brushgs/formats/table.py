@@ -45,7 +45,7 @@ _PICTURES = (
         is_linear=True),
     # Without transparency: so it is with the encoder in the wheels of PyAV, which takes none.
     Format("AVIF", "picture", (".avif",), write="pictures.libav:write_avif", bits=(8, 10),
-        note="8 or 10 bit", holds_alpha=False, holds_metadata=False),
+        note="8 or 10 bit", holds_alpha=False, holds_metadata=False, package="av"),
 )
 _PHOTOGRAPHS = tuple(row for row in _PICTURES if row.name in ("JPEG", "PNG", "TIFF", "WebP"))
 _SCENES = (
@@ -169,15 +169,17 @@ VIDEO_CODECS: Mapping[str, VideoCodec] = {
 }
 _VIDEO_WRITER = "pictures.video:save_video"
 _VIDEOS = (
-    Format("MP4", "video", (".mp4",), write=_VIDEO_WRITER, container="mp4", codecs=("h264", "h265")),
+    Format("MP4", "video", (".mp4",), write=_VIDEO_WRITER, container="mp4", codecs=("h264", "h265"),
+        package="av"),
     Format("QuickTime", "video", (".mov",), write=_VIDEO_WRITER, container="mov",
-        codecs=("prores", "h265", "h264")),
-    Format("WebM", "video", (".webm",), write=_VIDEO_WRITER, container="webm", codecs=("vp9",)),
+        codecs=("prores", "h265", "h264"), package="av"),
+    Format("WebM", "video", (".webm",), write=_VIDEO_WRITER, container="webm", codecs=("vp9",),
+        package="av"),
     Format("Matroska", "video", (".mkv",), write=_VIDEO_WRITER, container="matroska",
-        codecs=("h264", "h265")),
+        codecs=("h264", "h265"), package="av"),
     # Delays count in hundredths of a second, and viewers take a delay of 1 for 10.
     Format("GIF", "video", (".gif",), write=_VIDEO_WRITER, container="gif", codecs=("gif",), max_fps=50,
-        holds_metadata=False),
+        holds_metadata=False, package="av"),
 )
 _STYLES = (
     Format("style", "style", (".style",), read="styles:read_style", write="styles_write:write_style",

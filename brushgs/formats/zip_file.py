@@ -36,7 +36,7 @@ def open_zip(path: Path) -> Iterator[zipfile.ZipFile]:
         try:
             archive = zipfile.ZipFile(bounded)
         except ZIP_FAULTS as error:
-            fact = f"is a damaged zip archive ({error or 'it is cut off'})"
+            fact = f"is a damaged zip archive ({str(error) or 'it is cut off'})"
             raise SceneError(path, f"{fact}; download or copy it again") from None
         bounded.most = None
         with archive:

@@ -10,7 +10,7 @@ from brushgs.formats.registry import SCENE_SUFFIXES, VIDEO_SUFFIXES
 from brushgs.options.choices import MOMENTS_PER_SECOND
 from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.clip import Clip
-from brushgs.pipeline.outputs import check_output, free_name
+from brushgs.pipeline.outputs import check_encoding, check_output, free_name
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.still import paint_file
@@ -93,6 +93,7 @@ def paint_moving_demo(
     check_output(files[0], SCENE_SUFFIXES)
     film = film if origin is None else free_name(film, origin)
     check_output(film, VIDEO_SUFFIXES)
+    check_encoding(film, config)
     scene = still_life_moving(num_gaussians, config.cluster.seed)
     width, height = config.view.fixed_size or FILM_SIZE
     camera = still_life_camera(width=width, height=height)

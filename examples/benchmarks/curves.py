@@ -19,18 +19,18 @@ from brushgs.measure.bench import BenchReport, report_bench
 from brushgs.measure.bench.figures import Bench
 from brushgs.measure.bench.table import rows
 from examples.benchmarks.machine import describe
-from tests.scenes import SCENES_FOLDER
+from examples.benchmarks.scenes import FOLDER, present
 
 SCENES = {  # file and flags
     "koala": ("koala.ply", []),
-    "chair": ("derived/chair.ply", ["--up", "+z"]),
-    "truck": ("derived/truck.ply", []),
-    "skull": ("derived/skull_sh3.ply", []),
+    "chair": ("chair.splat", ["--up", "+z"]),
+    "truck": ("truck.splat", []),
+    "skull": ("skull.sog", []),
     "biker": ("biker.compressed.ply", []),
-    "campsite": ("derived/campsite.ply", []),
+    "campsite": ("campsite_sog", []),
     "guitar": ("guitar.ksplat", []),
     "plant": ("plant.splat", []),
-    "playbot": ("derived/playbot_sh2.ply", []),
+    "playbot": ("playbot_sog", []),
     "rubber_toy": ("rubber_toy_cloud.ply", ["--up", "+y"]),
     "sunflower": ("sunflower_tile.ply", ["--up", "+z"]),
     "spinach": ("moving/cook_spinach.splatv", ["--time", "0"]),
@@ -54,13 +54,13 @@ def main() -> None:
     parser.add_argument("--strokes", help="as `brushgs bench` has it")
     asked = parser.parse_args()
     print(describe(), flush=True)
-    for name in asked.scenes or SCENES:
+    for name in present(asked.scenes or SCENES, {name: file for name, (file, _) in SCENES.items()}):
         file, flags = SCENES[name]
         flags = [*flags, *(["--quick"] if asked.quick else [])]
         flags += ["--repeats", str(asked.repeats)] if asked.repeats else []
         for option in ("families", "strokes"):
             flags += [f"--{option}", getattr(asked, option)] if getattr(asked, option) else []
-        words = ["bench", str(SCENES_FOLDER / file), *flags]
+        words = ["bench", str(FOLDER / file), *flags]
         paint, config = bench.configs(parse(words))
         picture = asked.page.with_name(f"curves-{name}.png")
         scene = scene_source(parse(words))

@@ -48,7 +48,8 @@ from brushgs.rendering.track import track_directions
 from brushgs.values.arrays import Array
 from examples.benchmarks.curves import placed
 from examples.benchmarks.machine import describe
-from examples.benchmarks.strokes import SCENES, markdown
+from examples.benchmarks.scenes import present
+from examples.benchmarks.strokes import FILES, SCENES, markdown
 from tests.measure.warped import warp_error
 
 SIZE = 1280, 720
@@ -293,7 +294,7 @@ def orbit_row(look: str, scene: str) -> list[str]:
     ]
 
 
-def orbit_table() -> list[list[str]]:
+def orbit_table(scenes: list[str]) -> list[list[str]]:
     head = "scene, look, flips, spins, brushes changed, look, no canvas, flat, as stills"
     table = [[*head.split(", "), *(f"{way} / flat" for way in ("look", "no canvas", "as stills"))]]
     for scene, look in (
@@ -308,8 +309,9 @@ def orbit_table() -> list[list[str]]:
         ("koala", "watercolour"),
         ("truck", "ink"),
     ):
-        table.append(orbit_row(look, scene))
-        print(table[-1], flush=True)
+        if scene in scenes:
+            table.append(orbit_row(look, scene))
+            print(table[-1], flush=True)
     return table
 
 
@@ -324,14 +326,14 @@ def main() -> None:
     parser.add_argument("--page", type=Path, help="gets the tables between its marks")
     asked = parser.parse_args()
     print(describe(), flush=True)
-    scenes = asked.scenes or list(PICKED)
+    scenes = present(asked.scenes or PICKED, FILES)
     tables = {}
     if "parts" in asked.tables:
         tables["parts"] = parts_table(
             [scene for scene in scenes if scene in ("koala", "truck", "still life")]
         )
     if "orbits" in asked.tables:
-        tables["orbits"] = orbit_table()
+        tables["orbits"] = orbit_table(scenes)
     if "likeness" in asked.tables:
         found = json.loads(asked.json.read_text()) if asked.json and asked.json.exists() else []
         found = [*(row for row in found if row["scene"] not in scenes), *rows(scenes)]

@@ -46,10 +46,10 @@ from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life
 from examples.benchmarks.curves import placed
 from examples.benchmarks.machine import describe
+from examples.benchmarks.scenes import FOLDER, present
 from examples.benchmarks.strokes import markdown
 from tests.chromium import CHROMIUM, FLAGS
 from tests.outlets.page.studio import Studio, encoded
-from tests.scenes import SCENES_FOLDER
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -68,7 +68,7 @@ PAINTED = ("renderer", "gpu-process")  # kinds of processes of Chromium: what ru
 def source(scene: str) -> Any:
     """The example scene, or the path of a real one."""
     file = SCENES[scene]
-    return still_life(60_000) if file is None else SCENES_FOLDER / file
+    return still_life(60_000) if file is None else FOLDER / file
 
 
 def config_of(look: str, size: tuple[int, int], strokes: int | None = None, stroke: str = "") -> PaintConfig:
@@ -411,7 +411,7 @@ def main() -> None:
     parser.add_argument("--page", type=Path, help="gets the tables between its marks")
     asked = parser.parse_args()
     print(describe(), flush=True)
-    scenes = asked.scenes or list(SCENES)
+    scenes = present(asked.scenes or SCENES, SCENES)
     with tempfile.TemporaryDirectory() as folder:
         for name in asked.tables:
             if name in TABLES:

@@ -17,7 +17,8 @@ import numpy as np
 import brushgs as bg
 from brushgs.measure.likeness import psnr
 from examples.benchmarks.machine import describe
-from examples.benchmarks.strokes import SCENES, markdown
+from examples.benchmarks.scenes import present
+from examples.benchmarks.strokes import FILES, SCENES, markdown
 
 SUFFIXES = (".ply", ".glb", ".usdc", ".splat", ".compressed.ply", ".spz", ".sog")
 SIZE = {"width": 320, "height": 180}
@@ -53,7 +54,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scenes", nargs="*", default=["koala", "truck", "skull"])
-    names = parser.parse_args().scenes
+    names = present(parser.parse_args().scenes, FILES)
     print(describe())
     with tempfile.TemporaryDirectory() as folder:
         rows = [row for name in names for row in rows_of(name, Path(folder))]

@@ -20,13 +20,13 @@ from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, Vie
 from brushgs.options.sequence import PathConfig
 from examples.benchmarks.machine import describe
 from examples.benchmarks.painterly import painterly_painters
-from tests.scenes import SCENES_FOLDER
+from examples.benchmarks.scenes import FOLDER, present
 
 SCENES = {
     "koala": ("koala.ply", (0, -1, 0)),
-    "chair": ("derived/chair.ply", (0, 0, 1)),
-    "truck": ("derived/truck.ply", (0, -1, 0)),
-    "skull": ("derived/skull_sh3.ply", (0, -1, 0)),
+    "chair": ("chair.splat", (0, 0, 1)),
+    "truck": ("truck.splat", (0, -1, 0)),
+    "skull": ("skull.sog", (0, -1, 0)),
 }
 
 
@@ -45,7 +45,7 @@ def main() -> None:
     width, height = (int(side) for side in options.size.lower().split("x"))
     if options.json:
         options.json.mkdir(parents=True, exist_ok=True)
-    for name in options.scenes:
+    for name in present(options.scenes, {name: file for name, (file, _) in SCENES.items()}):
         path, up = SCENES[name]
         paint = PaintConfig(
             cluster=ClusterConfig(options.strokes),
@@ -54,7 +54,7 @@ def main() -> None:
         )
         with TemporaryDirectory() as folder:
             report = report_stability(
-                SCENES_FOLDER / path,
+                FOLDER / path,
                 (options.json or Path(folder)) / f"{name}.json",
                 paint,
                 PathConfig(orbit=options.orbit),

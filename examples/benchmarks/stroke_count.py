@@ -57,24 +57,25 @@ from brushgs.stroke_count.choose import choose_for_view_model, knee_by_cells
 from brushgs.stroke_count.curve import ErrorCurve, fitted_rmse, fitted_seconds, knee, psnr_of, worth
 from brushgs.stroke_count.view_model import ViewModel
 from examples.benchmarks.machine import describe
-from tests.scenes import SCENES_FOLDER
+from examples.benchmarks.scenes import FOLDER, present
 
 SCENES = {
     "koala": ("koala.ply", "-y"),
-    "chair": ("derived/chair.ply", "+z"),
-    "truck": ("derived/truck.ply", "-y"),
-    "skull_sh3": ("derived/skull_sh3.ply", "-y"),
+    "chair": ("chair.splat", "+z"),
+    "truck": ("truck.splat", "-y"),
+    "skull_sh3": ("skull.sog", "-y"),
     "biker": ("biker.compressed.ply", "-y"),
-    "campsite": ("derived/campsite.ply", "-y"),
+    "campsite": ("campsite_sog", "-y"),
 }
 OTHERS = {
     "rubber_toy": ("rubber_toy_cloud.ply", "+y"),
-    "playbot": ("derived/playbot_sh2.ply", "-y"),
+    "playbot": ("playbot_sog", "-y"),
     "sunflower": ("sunflower_tile.ply", "+z"),
     "guitar": ("guitar.ksplat", "-y"),
     "plant": ("plant.splat", "-y"),
     "spinach": ("moving/cook_spinach.splatv", "-y"),  # its first moment
 }
+FILES = {name: file for name, (file, _) in (SCENES | OTHERS).items()}
 COUNTS = tuple(125 * 2**step for step in range(9))
 SIZES = ((1280, 720), (640, 360))  # of --cost
 DRAW = DrawConfig()
@@ -90,7 +91,7 @@ class Scene:
     def __init__(self, name: str, stroke: str = "swirl", size: tuple[int, int] = SIZES[0]) -> None:
         file, up = (SCENES | OTHERS)[name]
         self.name, self.texture = name, bg.StrokeTexture.open(stroke)
-        self.loaded = loaded(SCENES_FOLDER / file)
+        self.loaded = loaded(FOLDER / file)
         self.kept = bg.prune(self.loaded)
         self.camera = frame_scene(self.loaded, width=size[0], height=size[1], up=up_vector(up))
 
@@ -121,12 +122,12 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the figures to this file, too")
     options = parser.parse_args()
     clock = time.process_time if options.cpu else time.perf_counter
-    names = options.scenes or list(SCENES)
+    names = present(options.scenes or SCENES, FILES)
     print(describe(), flush=True)
     if options.still:
-        figures = stills(options.scenes or [*SCENES, *OTHERS], options.repeat)
+        figures = stills(present(options.scenes or [*SCENES, *OTHERS], FILES), options.repeat)
     elif options.cost:
-        figures = costs(options.scenes or [*SCENES, *OTHERS], options.repeat)
+        figures = costs(present(options.scenes or [*SCENES, *OTHERS], FILES), options.repeat)
     else:
         each = aims if options.aims else compare
         print(AIMS_HEADING if options.aims else HEADING, flush=True)
@@ -305,7 +306,7 @@ class Still:
     def measured(cls, name: str, repeat: int) -> "Still":
         file, up = (SCENES | OTHERS)[name]
         paint = PaintConfig(view=ViewConfig(up=up), cluster=ClusterConfig(1))
-        prepared = prepare(loaded(SCENES_FOLDER / file), paint, Report(), asks=ASKS)
+        prepared = prepare(loaded(FOLDER / file), paint, Report(), asks=ASKS)
         maker, camera, kept = prepared.stroke_maker, prepared.camera, prepared.pruned
         options = replace(prepared.options, depth=False)
         judge = open_view_model(

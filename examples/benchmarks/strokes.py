@@ -48,7 +48,7 @@ from brushgs.still_life import still_life
 from brushgs.values.camera import FirstView
 from examples.benchmarks.curves import placed
 from examples.benchmarks.machine import describe
-from tests.scenes import SCENES_FOLDER
+from examples.benchmarks.scenes import FOLDER, present
 
 WHITE = (1.0, 1.0, 1.0)
 SIZE, RING_SIZE = (800, 600), (400, 300)
@@ -73,7 +73,7 @@ class Scene:
     view: ViewConfig = field(default_factory=lambda: ViewConfig(size=SIZE))
 
     def source(self) -> Any:
-        return _still_life() if self.file is None else SCENES_FOLDER / self.file
+        return _still_life() if self.file is None else FOLDER / self.file
 
 
 SCENES = {
@@ -87,6 +87,7 @@ SCENES = {
     "playbot": Scene("playbot_sog"),
     "still life": Scene(None),
 }
+FILES = {name: scene.file for name, scene in SCENES.items()}
 
 
 @cache
@@ -432,7 +433,7 @@ def main() -> None:
     asked = parser.parse_args()
     print(describe(), flush=True)
     found: Rows = {}
-    for name in asked.scenes or SCENES:
+    for name in present(asked.scenes or SCENES, FILES):
         scene = SCENES[name]
         found[name] = read_rows(asked.json, name)
         arms = arms_of(scene) if asked.arms is None else asked.arms

@@ -123,7 +123,7 @@ def _open_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo, 
     except SceneError:
         raise
     except ZIP_FAULTS as error:
-        fact = f"its array {name!r} is damaged ({error or 'it is cut off'})"
+        fact = f"its array {name!r} is damaged ({str(error) or 'it is cut off'})"
         raise SceneError(path, f"{fact}; download or copy it again") from None
     start = _start_of(path, member, name)
     return StoredArray(path, shape, dtype, start + header)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
+from importlib.util import find_spec
 from math import isclose
 from pathlib import Path
 
@@ -9,6 +10,8 @@ from brushgs.formats.format import Format, VideoCodec
 from brushgs.formats.registry import VIDEO_FORMATS, VIDEO_SUFFIXES, by_suffix, find_written
 from brushgs.formats.table import VIDEO_CODECS
 from brushgs.options.table import listed
+
+INSTALL_PYAV = "pip install 'brushgs[video]'"
 
 
 def frame_rate(fps: float) -> Fraction:
@@ -35,14 +38,29 @@ class Encoding:
     has_alpha: bool
 
 
+def check_encoder(path: str | Path, row: Format) -> None:
+    """Refuse a video or an AVIF picture without the package that encodes it, before any work.
+
+    Raises:
+        ValueError: if it is not installed.
+    """
+    if not row.package or find_spec(row.package) is not None:
+        return
+    what, instead = (
+        ("films", "numbered frames, such as %04d.png") if row.kind == "video" else ("AVIF pictures", "a .png")
+    )
+    raise ValueError(f"{Path(path).name}: {what} need PyAV; {INSTALL_PYAV}, or write {instead}")
+
+
 def check_bits(path: str | Path, bits: int | None) -> int:
     """The number of bits a channel in a picture file: what is asked for, or the usual one of the format.
 
     Raises:
-        ValueError: if the format does not offer so many.
+        ValueError: if the format does not offer so many, or its encoder is not installed.
     """
     picture_format = find_written("picture", path)
     assert picture_format is not None, "the suffix was checked"
+    check_encoder(path, picture_format)
     return _bits(path, picture_format, bits)
 
 
@@ -58,9 +76,10 @@ def choose_encoding(
         transparent: whether what is painted has no background.
 
     Raises:
-        ValueError: if the format does not offer what is asked for.
+        ValueError: if the format does not offer what is asked for, or its encoder is not installed.
     """
     picture_format = find_written("picture", path)
+    check_encoder(path, picture_format or video_format_of(path))
     if picture_format is not None and codec is not None:
         raise ValueError(f"codec must be omitted for {_suffix(path)}, which is no video, got {codec!r}")
     offer = codec_of(path, codec) if picture_format is None else picture_format

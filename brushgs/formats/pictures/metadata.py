@@ -13,6 +13,7 @@ import msgspec
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import check_plain, exists
+from brushgs.formats.pictures.encoding import INSTALL_PYAV
 from brushgs.formats.pictures.images import MAX_PIXELS, find_format, suffixed
 from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.registry import VIDEO_FORMATS, is_drawing
@@ -109,7 +110,10 @@ def _camera(camera: Camera) -> CameraMetadata:
 
 
 def _comment(path: Path) -> str:
-    import av
+    try:
+        import av
+    except ImportError:
+        raise SceneError(path, f"is a film, which PyAV reads; {INSTALL_PYAV}") from None
 
     video_format = by_suffix(VIDEO_FORMATS, path)
     assert video_format is not None, "the suffix was checked"

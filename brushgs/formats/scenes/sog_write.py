@@ -111,8 +111,13 @@ def palette_of(rows: F32, most: int) -> tuple[F32, NDArray[np.int64]]:
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
     """Sums of k-means depend on how many threads share them. Fewer distinct rows than clusters are fine."""
-    from sklearn.exceptions import ConvergenceWarning
-    from threadpoolctl import threadpool_limits  # of scikit-learn
+    try:
+        from sklearn.exceptions import ConvergenceWarning
+        from threadpoolctl import threadpool_limits  # of scikit-learn
+    except ImportError:
+        raise ValueError(
+            "a .sog of spherical harmonics needs scikit-learn; pip install 'brushgs[kmeans]', or write .spz"
+        ) from None
 
     with threadpool_limits(1), warnings.catch_warnings():  # those of all threads
         warnings.simplefilter("ignore", ConvergenceWarning)
@@ -197,7 +202,8 @@ def write_scene(
         The rows in the order of the file; None if that is recorded.
 
     Raises:
-        ValueError: if the names of brushes are too long.
+        ValueError: if the names of brushes are too long, or the palette of spherical harmonics needs
+            scikit-learn, which is not installed.
         SceneError: if the file cannot be written.
     """
     order = spatial_order(gaussians)

@@ -15,10 +15,19 @@ def minibatch(points: F32, weights: NDArray[np.float64], num_clusters: int, *, s
     """Cluster points [N, D] with weights [N] into at most `num_clusters`; equal seeds give equal clusters.
 
     Importing scikit-learn takes a second, so it happens here.
+
+    Raises:
+        ValueError: if scikit-learn is not installed.
+
     Source: Sculley 2010, Web-Scale K-Means Clustering; Xiang et al. 2025 (batch size).
     """
-    from sklearn.cluster import MiniBatchKMeans
-    from sklearn.exceptions import ConvergenceWarning
+    try:
+        from sklearn.cluster import MiniBatchKMeans
+        from sklearn.exceptions import ConvergenceWarning
+    except ImportError:
+        raise ValueError(
+            "method 'minibatch' needs scikit-learn; pip install 'brushgs[kmeans]', or choose 'lloyd'"
+        ) from None
 
     # It squares in float32, which overflows at coordinates of 1e19: scaling by a power of two is exact.
     _, exponent = np.frexp(np.abs(points).max())
