@@ -14,7 +14,7 @@ from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.files import exists, is_dir, is_plain, open_plain
 from brushgs.formats.pictures.encoding import choose_encoding
 from brushgs.formats.pictures.shot import Origin
-from brushgs.formats.registry import PICTURE_SUFFIXES, holds_depth, is_drawing, is_written
+from brushgs.formats.registry import PICTURE_SUFFIXES, holds_depth, is_drawing, is_layered, is_written
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.pipeline.background import TRANSPARENT
@@ -125,14 +125,13 @@ def check_encoding(path: Path, config: PaintConfig) -> None:
         ValueError: if it does not support one of them.
     """
     output, transparent = config.output, config.draw.background.lower() == TRANSPARENT
-    if is_drawing(path):
+    if is_drawing(path) or is_layered(path):
         given = [name for name in ("codec", "bits") if getattr(output, name) is not None]
         given += [name for name in ("layers", "deep") if getattr(output, name)]
         if given:
             cure = path.with_suffix(".exr" if given[0] in ("layers", "deep") else ".png")
-            raise ValueError(
-                f"{given[0]} must be omitted for {path.name}, which holds paths, not pixels; write {cure}"
-            )
+            holds = "paths, not pixels" if is_drawing(path) else "its own layers, of 8 bits"
+            raise ValueError(f"{given[0]} must be omitted for {path.name}, which holds {holds}; write {cure}")
         return
     choose_encoding(path, codec=output.codec, bits=output.bits, transparent=transparent)
     if (output.layers or output.deep) and not holds_depth(path):

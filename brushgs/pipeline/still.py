@@ -9,7 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.formats.pictures.shot import Origin, Shot
-from brushgs.formats.registry import DRAWING_SUFFIXES, PICTURE_SUFFIXES, holds_depth, is_drawing
+from brushgs.formats.registry import (
+    DRAWING_SUFFIXES,
+    LAYERED_SUFFIXES,
+    PICTURE_SUFFIXES,
+    holds_depth,
+    is_drawing,
+    is_layered,
+)
 from brushgs.options.look import Look, config_of
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
@@ -68,7 +75,8 @@ def paint_file(
     """
     check_share(first)
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
-    check_output(output, PICTURE_SUFFIXES + DRAWING_SUFFIXES, inputs=input_files(scene, config))
+    suffixes = PICTURE_SUFFIXES + DRAWING_SUFFIXES + LAYERED_SUFFIXES
+    check_output(output, suffixes, inputs=input_files(scene, config))
     check_encoding(output, config)
     if "motion" in config.output.layers:
         raise ValueError("layers must not have motion in one picture, which has no next frame; omit it")
@@ -82,7 +90,8 @@ def paint_file(
         asks=(*PICTURE, *(("first_view", "scene") if has_sheet else ()), *(("growth",) if first < 1 else ())),
         views=camera,
     )
-    wanted = Wanted(config.output.all_layers, config.output.deep, paths=is_drawing(output))
+    kind = {"paths": is_drawing(output), "sheets": is_layered(output)}
+    wanted = Wanted(config.output.all_layers, config.output.deep, **kind)
     frame = paint_view(prepared, report, depth=holds_depth(output), first=first, wanted=wanted)
     write_picture(frame, output, prepared.background, config, report, Shot(prepared.camera, origin=origin))
     report.output = str(output)
