@@ -296,7 +296,9 @@ def write_picture(
             stage.details.append(f"{num} layers: {', '.join(sheet.name for sheet in frame.sheets)}")
             stage.counts = {"layers": num}
         else:
-            write_frame(frame, path, background=background, bits=config.output.bits, shot=shot)
+            output = config.output
+            more: dict[str, Any] = {"bits": output.bits, "colorspace": output.colorspace}
+            write_frame(frame, path, background=background, **more, shot=shot)
         ground = config.draw.background
         stage.did = f"{path}, on {ground}"
         stage.counts |= {"path": str(path), "bytes": path.stat().st_size, "background": ground}

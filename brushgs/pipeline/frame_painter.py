@@ -162,7 +162,8 @@ class FramePainter:
         from brushgs.formats.pictures.images import encode_frame
 
         shot = Shot(view.camera, view.index, kind.fps, kind.manifest, kind.origin)
-        return encode_frame(frame, kind.suffix, self.background, bits=kind.output.bits, shot=shot)
+        bits, space = kind.output.bits, kind.output.colorspace
+        return encode_frame(frame, kind.suffix, self.background, bits=bits, colorspace=space, shot=shot)
 
 
 def _faded(frame: Frame, into: Frame, share: float) -> Frame:

@@ -5,6 +5,7 @@ The stages are those of `prepare`, then project -> rasterise -> write.
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -90,7 +91,7 @@ def paint_file(
         asks=(*PICTURE, *(("first_view", "scene") if has_sheet else ()), *(("growth",) if first < 1 else ())),
         views=camera,
     )
-    kind = {"paths": is_drawing(output), "sheets": is_layered(output)}
+    kind: dict[str, Any] = {"paths": is_drawing(output), "sheets": is_layered(output)}
     wanted = Wanted(config.output.all_layers, config.output.deep, **kind)
     frame = paint_view(prepared, report, depth=holds_depth(output), first=first, wanted=wanted)
     write_picture(frame, output, prepared.background, config, report, Shot(prepared.camera, origin=origin))
