@@ -96,7 +96,8 @@ def _stack_of(sheets: tuple[Sheet, ...], frame: Frame) -> bytes:
         place = {"x": "0", "y": "0", "opacity": "1.0", "visibility": "visible"}
         source = {"name": sheet.name, "src": f"data/{row:02d}.png", "composite-op": f"svg:{sheet.mix}"}
         ElementTree.SubElement(stack, "layer", {**source, **place})
-    return ElementTree.tostring(image, encoding="UTF-8", xml_declaration=True)
+    text: bytes = ElementTree.tostring(image, encoding="UTF-8", xml_declaration=True)
+    return text
 
 
 def _zipped(files: dict[str, bytes]) -> bytes:

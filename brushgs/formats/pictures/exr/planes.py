@@ -178,8 +178,8 @@ def _colors(frame: Frame, background: Background, space: FileSpace) -> F32:
         colors = colors_in(frame.over(background), space)
         return np.concatenate([colors, np.ones_like(colors[..., :1])], axis=-1, dtype=np.float32)
     alpha = frame.alpha[..., None]
-    colors = colors_in(straight_colors(frame), space) * alpha
-    return np.concatenate([colors, alpha], axis=-1, dtype=np.float32)
+    straight = colors_in(straight_colors(frame), space)
+    return np.concatenate([straight * alpha, alpha], axis=-1, dtype=np.float32)
 
 
 def _planes(pattern: str, letters: str, kind: Literal["half", "float"], values: Array) -> list[Plane]:
