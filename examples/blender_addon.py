@@ -141,6 +141,8 @@ def import_strokes(path, *, as_painted=False):
         if as_painted:
             add_display_colors(mesh)
     if are_lit and not as_painted:
+        for thing in imported:
+            let_light_through(thing)
         add_light(scene)
     return imported
 
@@ -199,6 +201,11 @@ def make_unlit(tree):
     links.new(clear.outputs[0], mixed.inputs[1])
     links.new(paint.outputs[0], mixed.inputs[2])
     links.new(mixed.outputs[0], output.inputs["Surface"])
+
+
+def let_light_through(thing):
+    """Strokes do not shade each other: they lie a hundred deep, and a stage stands all around its subject."""
+    thing.visible_shadow = thing.visible_diffuse = thing.visible_glossy = False
 
 
 def add_display_colors(mesh):

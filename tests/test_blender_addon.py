@@ -28,9 +28,16 @@ class Thing(SimpleNamespace):
     __hash__, __eq__ = object.__hash__, object.__eq__
 
 
+class Objects(list):
+    """The objects of a file of Blender."""
+
+    def new(self, name, data):
+        return Thing(name=name, type="LIGHT", data=data)
+
+
 def blender_with(things):
     """As much of Blender's module as the add-on uses; importing a file adds these things."""
-    objects = ["cube"]
+    objects = Objects(["cube"])
     bpy = MagicMock(data=MagicMock(filepath="", objects=objects))
     bpy.types = MagicMock(**{name: type(name, (), {}) for name in ("Operator", "Panel", "PropertyGroup")})
     bpy.ops.import_scene.gltf = lambda filepath: objects.extend(things)
@@ -39,7 +46,11 @@ def blender_with(things):
         render=SimpleNamespace(image_settings=SimpleNamespace(), resolution_x=1920, resolution_y=1080),
         cycles=SimpleNamespace(),
         view_settings=SimpleNamespace(),
+        collection=MagicMock(),
+        world=MagicMock(),
     )
+    background = MagicMock(bl_idname="ShaderNodeBackground")
+    bpy.context.scene.world.node_tree.nodes = [background]
     return bpy
 
 
@@ -83,6 +94,18 @@ def test_strokes_are_imported_ready_to_render(tmp_path, addon, more):
     assert scene.render.filepath == str(tmp_path / "a.png")
     module.bpy.ops.render.render.assert_called_once_with(write_still=True)
     assert not module.bpy.data.lights.new.called  # unlit strokes need none
+
+
+def test_paint_in_relief_is_lit_and_strokes_do_not_shade_each_other(addon):
+    things, *_ = stroke_things(is_lit=True)
+    module = addon(things)
+    module.import_strokes("strokes.glb")
+    assert not things[2].visible_shadow
+    assert module.bpy.data.lights.new.called
+    module = addon(things)
+    module.bpy.context.scene.objects = [Thing(type="LIGHT")]  # the user's own lamp is enough
+    module.import_strokes("strokes.glb")
+    assert not module.bpy.data.lights.new.called
 
 
 def test_a_file_without_a_camera_is_no_file_of_strokes(addon):

@@ -15,9 +15,9 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.deep import Lighting, Rest
 from brushgs.values.arrays import Array
 from brushgs.values.frame import Frame
-from brushgs.values.sheets import Sheet
+from brushgs.values.sheets import LEAST, Sheet
 
-LEAST = 0.5 / 255  # alpha that 8 bits hold
+_TINY = 1e-6
 _PARTS = {"strokes": "subject", "backdrop": "stage", "cutting in": "stage: cutting in", "lines": "lines"}
 
 
@@ -44,39 +44,53 @@ class SheetMaker:
             lighting: None without a lamp.
         """
         if ground is None:
-            sheets, lost = _clipped(_without_ground(self._laid, lighting))
-            lighting = None
+            sheets, _, lost = _clipped(_without_ground(self._laid, lighting))
+            return _shown(_filled(sheets, lost))
+        bottom = Sheet("ground", ground, np.ones(ground.shape[:2], ground.dtype))
+        sheets, exact, lost = _clipped([bottom, *self._laid])
+        if lighting is None:
+            light = lost - np.maximum(exact - 1, 0)
         else:
-            bottom = Sheet("ground", ground, np.ones(ground.shape[:2], ground.dtype))
-            sheets, lost = _clipped([bottom, *self._laid])
-        if lighting is not None:
             sheets += _relief(lighting)
-            lost = lost * np.minimum(lighting.factors, 1)[..., None] + lighting.shines[..., None]
-        light = np.clip(lost, 0, 1)
-        sheets.append(Sheet("light", light, light.max(axis=2), "plus"))
-        return tuple(sheet for sheet in sheets if sheet.alpha.max(initial=0) > LEAST)
+            light = lost * lighting.factors[..., None] + lighting.shines[..., None]
+        light = np.clip(light, 0, 1)
+        # Opaque, black where nothing is added: programs differ on how alpha counts where layers add.
+        is_lit = np.full(light.shape[:2], light.max(initial=0) > LEAST, light.dtype)
+        return _shown([*sheets, Sheet("light", light, is_lit, "plus")])
 
 
-def _clipped(sheets: list[Sheet]) -> tuple[list[Sheet], Array]:
-    """Layers of colours of at most 1, which files hold, and the light [H, W, 3] that they lack together.
+def _shown(sheets: list[Sheet]) -> tuple[Sheet, ...]:
+    return tuple(sheet for sheet in sheets if sheet.alpha.max(initial=0) > LEAST)
 
-    What a layer loses, the next ones above it make up for. Where a pixel is not opaque, nothing is lacking:
-    light that is added would make it so.
-    """
+
+def _clipped(sheets: list[Sheet]) -> tuple[list[Sheet], Array, Array]:
+    """Layers of colours of at most 1, which files hold, the picture [H, W, 3], and what they lack of it."""
     exact = shown = np.zeros_like(sheets[0].rgb)
-    through = np.ones_like(sheets[0].alpha)
     found = []
     for sheet in sheets:
         passed = 1 - sheet.alpha[..., None]
-        through = through * passed[..., 0]
         if sheet.mix == "multiply":
             exact, shown = exact * (sheet.rgb + passed), shown * (sheet.rgb + passed)
         else:
             exact = sheet.rgb + passed * exact
-            sheet = replace(sheet, rgb=np.clip(exact - passed * shown, 0, sheet.alpha[..., None]))
+            sheet = replace(sheet, rgb=np.clip(sheet.rgb, 0, sheet.alpha[..., None]))
             shown = sheet.rgb + passed * shown
         found.append(sheet)
-    return found, np.where(through[..., None] < LEAST, np.maximum(exact - shown, 0), 0)
+    return found, exact, np.maximum(exact - shown, 0)
+
+
+def _filled(sheets: list[Sheet], lost: Array) -> list[Sheet]:
+    """Layers with the light [H, W, 3] that others lack, the uppermost first: for pixels that are not solid.
+
+    Light in a layer of its own would make them solid.
+    """
+    found, seen = list[Sheet](), np.ones_like(lost)  # share of a layer that shows
+    for sheet in reversed(sheets):
+        passed = 1 - sheet.alpha[..., None]
+        more = np.minimum(lost / np.maximum(seen, _TINY), sheet.alpha[..., None] - sheet.rgb)
+        found.insert(0, replace(sheet, rgb=sheet.rgb + more))
+        lost, seen = lost - seen * more, seen * passed
+    return found
 
 
 def _relief(lighting: Lighting) -> list[Sheet]:

@@ -5,6 +5,7 @@ from typing import Literal
 
 from brushgs.values.arrays import Array
 
+LEAST = 0.5 / 255  # alpha or light that 8 bits hold
 Mix = Literal["src-over", "multiply", "color-dodge", "plus"]  # names of SVG, without its prefix
 
 

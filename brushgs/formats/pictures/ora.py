@@ -17,7 +17,7 @@ from brushgs.formats.pictures.oiio import Background
 from brushgs.formats.pictures.shot import Shot
 from brushgs.values.arrays import Array
 from brushgs.values.frame import Frame
-from brushgs.values.sheets import Sheet
+from brushgs.values.sheets import LEAST, Sheet
 
 MIME = "image/openraster"
 MERGED = "mergedimage.png"
@@ -67,10 +67,20 @@ def merged_picture(path: Path) -> bytes:
 
 
 def _on_background(frame: Frame, background: Background) -> tuple[Sheet, ...]:
+    """The layers over a background; light that their colours, of at most 1, cannot hold there is added."""
     if background is None or (frame.alpha == 1).all():
         return frame.sheets
     color = np.broadcast_to(np.asarray(background, frame.rgb.dtype), frame.rgb.shape)
-    return Sheet("background", color, np.ones_like(frame.alpha)), *frame.sheets
+    solid = np.ones_like(frame.alpha)
+    found, shown = [Sheet("background", color, solid)], color
+    for sheet in frame.sheets:
+        assert sheet.mix == "src-over", "the only kind without a ground"
+        found.append(sheet)
+        shown = sheet.rgb + (1 - sheet.alpha[..., None]) * shown
+    light = np.clip(np.clip(frame.over(color), 0, 1) - shown, 0, 1)
+    if light.max(initial=0) > LEAST:
+        found.append(Sheet("light", light, solid, "plus"))
+    return tuple(found)
 
 
 def _png(sheet: Sheet) -> bytes:

@@ -47,7 +47,8 @@ class Bump:
         slopes = np.clip(np.stack([-along, down], axis=2), -_STEEPEST, _STEEPEST)
         normals = np.append(slopes, np.ones((*coverage.shape, 1)), axis=2)
         normals /= np.linalg.norm(normals, axis=2, keepdims=True)
-        return np.asarray(np.rint(127.5 + 127.5 * normals), np.uint8)
+        texels: U8 = np.rint(127.5 + 127.5 * normals).astype(np.uint8)
+        return texels
 
 
 def median_size(quads: Quads, camera: Camera) -> F64 | None:
