@@ -173,6 +173,7 @@ class FilmKeywords(TypedDict, total=False):
     layers: Sequence[str] | str | None
     crop: Sequence[int] | str | None
     deep: bool | None
+    colorspace: Literal["lin_srgb", "srgb", "acescg", "aces2065_1", "lin_rec2020", "lin_p3d65"] | None
     codec: Literal["h264", "h265", "prores", "vp9"] | None
     bits: int | str | None
     no_clobber: bool | None

@@ -8,11 +8,8 @@ import subprocess
 import sys
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
-from unittest.mock import MagicMock
 
 import av
-import pytest
 
 import brushgs as bg
 import brushgs.outlets.demo
@@ -66,7 +63,7 @@ def test_every_example_is_run_by_this_file():
         "film.py",
         "make_pictures.py",
         "page_screenshots.py",
-        "blender_import.py",
+        "blender_addon.py",
     }
     assert {path.name for path in EXAMPLES.glob("[!_]*.py")} == tested
 
@@ -133,51 +130,6 @@ def test_make_pictures(tmp_path, monkeypatch, capfd):
     printed = capfd.readouterr()
     assert printed.out.count("\n") == 13
     assert printed.err == ""  # no progress bar in a pipe
-
-
-class Thing(SimpleNamespace):
-    """One of Blender's: equal to itself alone."""
-
-    __hash__, __eq__ = object.__hash__, object.__eq__
-
-
-def blender_with(things):
-    """As much of Blender's module as the script uses; importing a file adds these things."""
-    objects = ["cube"]
-    bpy = MagicMock(data=SimpleNamespace(filepath="", objects=objects))
-    bpy.ops.import_scene.gltf = lambda filepath: objects.extend(things)
-    bpy.context.scene = SimpleNamespace(
-        render=SimpleNamespace(image_settings=SimpleNamespace(), resolution_x=1920, resolution_y=1080),
-        cycles=SimpleNamespace(),
-        view_settings=SimpleNamespace(),
-    )
-    return bpy, objects
-
-
-@pytest.mark.parametrize("more", [[], ["--as-painted"]], ids=["linear", "painted"])
-def test_blender_import(tmp_path, monkeypatch, more):
-    """Blender is no part of the tests: the script is run on a stand-in, and was tried in Blender by hand."""
-    color = SimpleNamespace(bl_idname="ShaderNodeVertexColor", layer_name="Color")
-    nodes = SimpleNamespace(nodes=[color])
-    material = SimpleNamespace(surface_render_method="BLENDED", node_tree=nodes)
-    mesh = MagicMock(materials=[material], color_attributes=MagicMock())
-    camera = Thing(type="CAMERA", data={"width": 640, "height": 360})
-    things = [camera, Thing(type="EMPTY"), Thing(type="MESH", data=mesh)]
-    bpy, objects = blender_with(things)
-    monkeypatch.setitem(sys.modules, "bpy", bpy)
-    words = "--", tmp_path / "strokes.glb", "--render", tmp_path / "a.png", *more
-    run("blender_import.py", *words, monkeypatch=monkeypatch)
-    scene = bpy.context.scene
-    assert objects == things  # the cube is gone
-    assert scene.camera is camera
-    assert (scene.render.resolution_x, scene.render.resolution_y) == (640, 360)
-    assert scene.cycles.transparent_max_bounces == 256
-    assert scene.view_settings.view_transform == ("Raw" if more else "Standard")
-    assert material.surface_render_method == "DITHERED"
-    assert color.layer_name == ("display colors" if more else "Color")
-    assert mesh.color_attributes.new.called == bool(more)
-    assert scene.render.filepath == str(tmp_path / "a.png")
-    bpy.ops.render.render.assert_called_once_with(write_still=True)
 
 
 def test_page_screenshots(tmp_path, browser):

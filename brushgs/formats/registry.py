@@ -133,6 +133,7 @@ SCENE_SUFFIXES = suffixes_of(_WRITTEN["scene"])  # that a scene may be written t
 STROKE_SUFFIXES = tuple(suffix for suffix in SCENE_SUFFIXES if suffix not in QUAD_SUFFIXES)
 PICTURE_SUFFIXES = suffixes_of(_WRITTEN["picture"])
 DRAWING_SUFFIXES = suffixes_of(_WRITTEN["drawing"])  # of strokes as paths
+LAYERED_SUFFIXES = suffixes_of(_WRITTEN["layered"])  # of layers for painting programs
 VIDEO_FORMATS = _WRITTEN["video"]
 VIDEO_SUFFIXES = suffixes_of(VIDEO_FORMATS)
 # What may lie beside a scene, where trainers and captures keep cameras: files, and the folder of a model.
@@ -168,6 +169,11 @@ def holds_depth(path: str | Path) -> bool:
 def is_drawing(path: str | Path) -> bool:
     """Whether strokes are written to this path as paths."""
     return find_written("drawing", path) is not None
+
+
+def is_layered(path: str | Path) -> bool:
+    """Whether a painting is written to this path as layers for painting programs."""
+    return find_written("layered", path) is not None
 
 
 def holds_alpha(path: str | Path) -> bool:

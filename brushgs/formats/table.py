@@ -156,6 +156,10 @@ _DRAWINGS = (
     Format("SVG", "drawing", (".svg",), write="pictures.svg:write_svg",
         note="strokes as paths, in layers by coat and region"),
 )
+_LAYERED = (
+    Format("OpenRaster", "layered", (".ora",), write="pictures.ora:write_ora",
+        note="8 bit, layers for ground, stage, subject, lines, relief and light"),
+)
 VIDEO_CODECS: Mapping[str, VideoCodec] = {
     # One chroma sample for each 2 x 2 pixels, so sides are even; x264 refuses longer ones.
     "h264": VideoCodec("H.264", "pictures.libav:open_h264", max_side=16384, has_even_sides=True),
@@ -186,5 +190,5 @@ _STYLES = (
         note="what was learnt of a painting"),
 )
 # fmt: on
-_SHOWN = (*_PICTURES, *_DRAWINGS, *_VIDEOS)
+_SHOWN = (*_PICTURES, *_DRAWINGS, *_LAYERED, *_VIDEOS)
 FORMATS: tuple[Format, ...] = (*_SCENES, *_CLIPS, *_CAMERAS, *_GUIDES, *_SHOWN, *_STYLES)

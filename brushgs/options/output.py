@@ -3,7 +3,7 @@
 import re
 from typing import Annotated, ClassVar
 
-from brushgs.options.choices import LAYERS, Codec
+from brushgs.options.choices import LAYERS, Codec, FileSpace
 from brushgs.options.table import OF_FILES, OF_FILMS, Options, option
 
 ALL_LAYERS = "all"
@@ -34,6 +34,10 @@ class OutputConfig(Options, frozen=True):
         "#detail #zoom", metavar="X,Y,W,H", read=read_crop)] = None
     deep: Annotated[bool, option("write a deep EXR file: one sample per stroke in each pixel, with colour, "
         "alpha, depth and stroke number #compositing")] = False
+    colorspace: Annotated[FileSpace | None, option("colour space of an EXR file: linear light with the "
+        "primaries of sRGB, ACEScg, ACES2065-1, Rec. 2020 or P3 (D65), or srgb, display-encoded #aces #ocio "
+        "#gamut #color #exr", default="lin_srgb for EXR, srgb for other files", not_in_memory=OF_FILES
+    )] = None
     codec: Annotated[Codec | None, option("video codec #video #quality #compression", default=
         "h264 for .mp4, prores (4444) for .mov, vp9 for .webm", not_in_memory=OF_FILMS)] = None
     bits: Annotated[int | None, option("bits per channel: 8 or 16 for PNG and TIFF, 8 or 10 for AVIF and "
@@ -53,6 +57,11 @@ class OutputConfig(Options, frozen=True):
             raise ValueError(f"bits must be 8, 10 or 16, got {self.bits}")
         if self.deep and self.layers:
             raise ValueError("layers cannot be combined with deep, which is a file of its own; omit one")
+        if self.deep and self.colorspace not in (None, "srgb"):
+            raise ValueError(
+                "colorspace must be srgb or omitted with deep, whose samples are laid over each other "
+                f"display-encoded, got {self.colorspace!r}"
+            )
 
     @property
     def all_layers(self) -> tuple[str, ...]:

@@ -286,13 +286,22 @@ def write_picture(
     """Write the picture on its background, with layers and metadata if the format holds them."""
     with report.stage("write") as stage:
         from brushgs.formats.pictures.images import write_frame
-        from brushgs.formats.registry import is_drawing
+        from brushgs.formats.registry import is_drawing, is_layered
 
         if is_drawing(path):
             assert isinstance(frame, Frame), "drawings are made of a frame"
             _write_paths(frame, path, background, shot, stage)
+        elif is_layered(path):
+            from brushgs.formats.pictures.ora import write_ora
+
+            assert isinstance(frame, Frame), "layered files are made of a frame"
+            num = write_ora(frame, path, background, shot=shot)
+            stage.details.append(f"{num} layers: {', '.join(sheet.name for sheet in frame.sheets)}")
+            stage.counts = {"layers": num}
         else:
-            write_frame(frame, path, background=background, bits=config.output.bits, shot=shot)
+            output = config.output
+            more: dict[str, Any] = {"bits": output.bits, "colorspace": output.colorspace}
+            write_frame(frame, path, background=background, **more, shot=shot)
         ground = config.draw.background
         stage.did = f"{path}, on {ground}"
         stage.counts |= {"path": str(path), "bytes": path.stat().st_size, "background": ground}

@@ -175,7 +175,8 @@ class FramePainter:
             dpi=self.painting.dpi,
             part=self.painting.part,
         )
-        return encode_frame(frame, kind.suffix, self._behind, bits=kind.output.bits, shot=shot)
+        bits, space = kind.output.bits, kind.output.colorspace
+        return encode_frame(frame, kind.suffix, self._behind, bits=bits, colorspace=space, shot=shot)
 
 
 def _faded(frame: Frame, into: Frame, share: float) -> Frame:

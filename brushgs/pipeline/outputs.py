@@ -14,7 +14,8 @@ from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.files import exists, is_dir, is_plain, open_plain
 from brushgs.formats.pictures.encoding import choose_encoding
 from brushgs.formats.pictures.shot import Origin
-from brushgs.formats.registry import PICTURE_SUFFIXES, holds_depth, is_drawing, is_written
+from brushgs.formats.registry import PICTURE_SUFFIXES, holds_depth, is_drawing, is_layered, is_written
+from brushgs.options.output import OutputConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.pipeline.background import TRANSPARENT
@@ -125,21 +126,33 @@ def check_encoding(path: Path, config: PaintConfig) -> None:
         ValueError: if it does not support one of them.
     """
     output, transparent = config.output, config.draw.background.lower() == TRANSPARENT
-    if is_drawing(path):
-        given = [name for name in ("codec", "bits") if getattr(output, name) is not None]
+    if is_drawing(path) or is_layered(path):
+        given = [name for name in ("codec", "bits", "colorspace") if getattr(output, name) is not None]
         given += [name for name in ("layers", "deep") if getattr(output, name)]
         if given:
-            cure = path.with_suffix(".exr" if given[0] in ("layers", "deep") else ".png")
-            raise ValueError(
-                f"{given[0]} must be omitted for {path.name}, which holds paths, not pixels; write {cure}"
-            )
+            cure = path.with_suffix(".exr" if given[0] in ("layers", "deep", "colorspace") else ".png")
+            holds = "paths, not pixels" if is_drawing(path) else "its own layers, of 8 bits"
+            raise ValueError(f"{given[0]} must be omitted for {path.name}, which holds {holds}; write {cure}")
         return
+    _check_colorspace(path, output)
     choose_encoding(path, codec=output.codec, bits=output.bits, transparent=transparent)
     if (output.layers or output.deep) and not holds_depth(path):
         asked = "deep" if output.deep else "layers"
         frames = Path(f"{path.with_suffix('')}/%05d.exr")  # of a video
         cure = path.with_suffix(".exr") if path.suffix.lower() in PICTURE_SUFFIXES else frames
         raise ValueError(f"{asked} must be written to .exr, got {path.name}; write {cure}")
+
+
+def _check_colorspace(path: Path, output: OutputConfig) -> None:
+    """Refuse a colour space that a file does not hold. Raises ValueError."""
+    space = output.colorspace
+    if space is None or holds_depth(path):
+        return
+    if path.suffix.lower() not in PICTURE_SUFFIXES:
+        raise ValueError(f"colorspace must be omitted for {path.name}, a film; write numbered .exr files")
+    if space != "srgb":
+        fact = f"colorspace must be srgb for {path.name}, which is display-encoded, got {space}"
+        raise ValueError(f"{fact}; write {path.with_suffix('.exr')}")
 
 
 def check_folder(folder: Path, path: Path) -> None:

@@ -5,6 +5,7 @@ The stages are those of `prepare`, then project -> rasterise -> write.
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +13,11 @@ from brushgs.formats.pictures.oiio import Strips
 from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.registry import (
     DRAWING_SUFFIXES,
+    LAYERED_SUFFIXES,
     PICTURE_SUFFIXES,
     holds_depth,
     is_drawing,
+    is_layered,
     takes_strips,
 )
 from brushgs.options.look import Look, config_of
@@ -77,7 +80,8 @@ def paint_file(
     """
     check_share(first)
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
-    check_output(output, PICTURE_SUFFIXES + DRAWING_SUFFIXES, inputs=input_files(scene, config))
+    suffixes = PICTURE_SUFFIXES + DRAWING_SUFFIXES + LAYERED_SUFFIXES
+    check_output(output, suffixes, inputs=input_files(scene, config))
     check_encoding(output, config)
     if "motion" in config.output.layers:
         raise ValueError("layers must not have motion in one picture, which has no next frame; omit it")
@@ -93,7 +97,8 @@ def paint_file(
         asks=(*PICTURE, *(("first_view", "scene") if has_sheet else ()), *(("growth",) if first < 1 else ())),
         views=camera,
     )
-    wanted = Wanted(config.output.all_layers, config.output.deep, paths=is_drawing(output))
+    kind: dict[str, Any] = {"paths": is_drawing(output), "sheets": is_layered(output)}
+    wanted = Wanted(config.output.all_layers, config.output.deep, **kind)
     frame = paint_view(
         prepared,
         report,

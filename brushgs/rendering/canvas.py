@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from brushgs.rendering.light import Lamp
     from brushgs.rendering.marks import LaidCoat
     from brushgs.rendering.motion import Pose
+    from brushgs.rendering.sheets import SheetMaker
     from brushgs.rendering.surface import Surface
+    from brushgs.values.sheets import Sheet
 
 CARRIED = 0.5  # share of the height below that stays under a coat: canvas shows through paint
 CARRIED_MOVING = 0.0  # the same while the camera moves, see `Painting.is_moving`
@@ -72,6 +74,7 @@ class Canvas:
         if surface is not None:
             surface = surface.seen_in(camera, self._painted)
         self._laid: list[LaidCoat] = []  # filled if layers need every stroke
+        self._sheets = _sheet_maker() if wanted.sheets else None
         self._finished: PaintedView | None = None  # set if any layer is requested
         self._camera, self._surface, self._is_transparent = camera, surface, is_transparent
         self._is_moving, self._hidden = is_moving, 1 - (CARRIED_MOVING if is_moving else CARRIED)
@@ -99,6 +102,8 @@ class Canvas:
             from brushgs.rendering.marks import LaidCoat
 
             self._laid.append(LaidCoat.of(coat, boxes, painted, frame, **more, dpi=self._dpi))
+        if self._sheets is not None:
+            self._sheets.lay(coat, frame)
         if coat.blend == "glaze":
             if self._frame is not None:
                 np.multiply(self._frame.rgb, frame.rgb, out=self._frame.rgb)
@@ -183,6 +188,11 @@ class Canvas:
             rest = Rest.ground(self._surface.rgb, self._tint if is_deep else None)
         elif has_rest and self._tint is not None:
             rest = Rest.glazes(self._tint)
+        light = Lighting.of(*lighting) if lighting and (is_deep or self._sheets) else None
+        sheets: tuple[Sheet, ...] = ()
+        if self._sheets is not None:
+            opaque = self._surface.rgb if self._surface is not None and is_opaque else None
+            sheets = self._sheets.result(opaque, light)
         return PaintedView(
             self._camera,
             tuple(self._laid),
@@ -191,8 +201,9 @@ class Canvas:
             coverage,
             rest,
             is_opaque,
-            None if lighting is None or not is_deep else Lighting.of(*lighting),
+            light if is_deep else None,
             self._region_names,
+            sheets,
         )
 
 
@@ -308,6 +319,12 @@ class Painting:
             canvas.lay(coat, coat.boxes(camera, of_coat)[0] if boxes is None else boxes(coat))
         frame = canvas.finish(self.lamp)
         return canvas.layered() if wanted.is_any else frame
+
+
+def _sheet_maker() -> "SheetMaker":
+    from brushgs.rendering.sheets import SheetMaker
+
+    return SheetMaker()
 
 
 def _pressed(frame: Frame, coat: Coat, grain: Array) -> Frame:

@@ -15,6 +15,7 @@ from brushgs.values.arrays import Array
 from brushgs.values.frame import Frame
 from brushgs.values.layers import Layer
 from brushgs.values.quats import rotation_matrices
+from brushgs.values.sheets import Sheet
 
 if TYPE_CHECKING:
     from brushgs.rendering.wanted import Following, Wanted
@@ -35,6 +36,7 @@ class PaintedView:
         is_opaque: whether `rest` is an opaque ground.
         lighting: None without a lamp.
         region_names: of the rules of the scene, in order.
+        sheets: coats and light as layers; empty if not requested.
     """
 
     camera: "Camera"
@@ -46,6 +48,7 @@ class PaintedView:
     is_opaque: bool
     lighting: Lighting | None
     region_names: Sequence[str] = ()
+    sheets: tuple[Sheet, ...] = ()
 
 
 class Maker(Protocol):
@@ -59,7 +62,7 @@ def with_layers(view: PaintedView, wanted: "Wanted") -> Frame:
     """The frame with the requested layers; layers that it cannot have are left out."""
     frame, layers = view.frame, _picture_layers(view, wanted)
     if not wanted.needs_strokes:
-        return replace(frame, layers=layers)
+        return replace(frame, layers=layers, sheets=view.sheets)
     paths = None
     if wanted.paths:
         from brushgs.rendering.paths import paths_of

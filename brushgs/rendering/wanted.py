@@ -42,6 +42,7 @@ class Wanted:
         deep: whether deep samples are requested.
         following: the next frame, required for "motion".
         paths: whether the strokes are requested as paths.
+        sheets: whether coats and light are requested as layers for painting programs.
 
     Raises:
         ValueError: if a layer is unknown.
@@ -51,6 +52,7 @@ class Wanted:
     deep: bool = False
     following: Following | None = None
     paths: bool = False
+    sheets: bool = False
 
     def __post_init__(self) -> None:
         if unknown := [name for name in self.layers if name not in LAYERS]:
@@ -59,7 +61,7 @@ class Wanted:
     @property
     def is_any(self) -> bool:
         """Whether anything is requested."""
-        return bool(self.layers) or self.deep or self.paths
+        return bool(self.layers) or self.deep or self.paths or self.sheets
 
     @property
     def needs_strokes(self) -> bool:

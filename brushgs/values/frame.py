@@ -14,6 +14,7 @@ from brushgs.values.layers import DeepSamples, Layer, Matte
 from brushgs.values.part import Part
 from brushgs.values.paths import Paths
 from brushgs.values.png import png_bytes
+from brushgs.values.sheets import Sheet
 
 _SHOWN_SIDE = 1024  # pixels: notebooks store what they show, and their columns are about this wide
 
@@ -40,6 +41,7 @@ class Frame:
             under an opaque ground.
         deep: all strokes of each pixel, if requested; else None.
         paths: the strokes as paths, if requested; else None.
+        sheets: coats and light as layers, the lowest first, if requested; else empty.
 
     Example:
         >>> frame = bg.render(strokes, camera, "flat")
@@ -56,6 +58,7 @@ class Frame:
     layers: Mapping[str, Layer] = field(default_factory=dict, kw_only=True)
     deep: DeepSamples | None = field(default=None, kw_only=True)
     paths: Paths | None = field(default=None, kw_only=True)
+    sheets: tuple[Sheet, ...] = field(default=(), kw_only=True)
 
     def __repr__(self) -> str:
         height, width = self.alpha.shape

@@ -10,8 +10,15 @@ from brushgs.cli.configs import scene_source, where_config
 from brushgs.cli.fitting_words import table_of_words
 from brushgs.errors import SceneWarning
 from brushgs.formats.files import is_dir
-from brushgs.formats.registry import PICTURE_SUFFIXES, VIDEO_SUFFIXES
+from brushgs.formats.registry import (
+    DRAWING_SUFFIXES,
+    LAYERED_SUFFIXES,
+    PICTURE_SUFFIXES,
+    VIDEO_SUFFIXES,
+)
 from brushgs.options.table import Options, option
+
+_SHOWN = (*PICTURE_SUFFIXES, *DRAWING_SUFFIXES, *LAYERED_SUFFIXES, *VIDEO_SUFFIXES)
 
 
 class Own(Options, frozen=True):
@@ -65,7 +72,7 @@ def _picture(args: Namespace) -> Path | None:
         ValueError: if a flag for scenes is given with it.
     """
     [path, *others] = args.scene
-    if others or path.suffix.lower() not in (*PICTURE_SUFFIXES, *VIDEO_SUFFIXES) or is_dir(path):
+    if others or path.suffix.lower() not in _SHOWN or is_dir(path):
         return None
     if args.in_words or flags.given(args, "where"):
         flag = "--words" if args.in_words else "--where"

@@ -24,6 +24,7 @@ from brushgs.formats.pictures.encoding import check_bits
 from brushgs.formats.pictures.oiio import Background, Strips, first_line
 from brushgs.formats.pictures.shot import Shot
 from brushgs.formats.registry import PICTURE_SUFFIXES, PICTURES_READ, find_read, find_written, function_of
+from brushgs.options.choices import FileSpace
 from brushgs.values.arrays import F32, Array, check
 from brushgs.values.colors import srgb_from_linear
 from brushgs.values.frame import Frame
@@ -185,6 +186,7 @@ def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear:
         raise SceneError(path, "holds no colours, only alpha or depth; save it with at least a grey channel")
     is_associated = has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha")
     image = np.empty((spec.height, spec.width, len(chosen)), np.float32)
+    space = _stated_space(spec) if is_linear and num_colors == 3 else None
     for start, pixels in _blocks(path, source, spec, max(chosen) + 1):
         if not (np.isfinite(pixels.min()) and np.isfinite(pixels.max())):
             raise SceneError(path, "holds NaN or infinity; write it again with finite values")
@@ -194,10 +196,22 @@ def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear:
         with np.errstate(over="ignore"):  # values above 1, clipped below
             if is_associated:
                 color[:] = np.divide(color, alpha, out=np.zeros_like(color), where=alpha > 0)
+            if space is not None:
+                from brushgs.formats.pictures.exr.spaces import rec709_of
+
+                color[:] = rec709_of(color, space)
             if is_linear:
                 color[:] = srgb_from_linear(color)
         np.clip(rows, 0, 1, out=rows)
     return image
+
+
+def _stated_space(spec: "OpenImageIO.ImageSpec") -> str | None:
+    """The name of the Color Interop Forum in a header, if it is one that brushgs writes."""
+    from brushgs.formats.pictures.exr.spaces import SPACES
+
+    found = spec.get_string_attribute("colorInteropID")
+    return found if found in {space.interop_id for space in SPACES.values()} else None
 
 
 def _blocks(
@@ -240,6 +254,7 @@ def write_frame(
     background: Background = None,
     *,
     bits: int | None = None,
+    colorspace: FileSpace | None = None,
     shot: Shot | None = None,
 ) -> None:
     """Write a frame; the suffix decides the format: .png, .jpg, .webp, .avif, .tif or .exr.
@@ -255,6 +270,7 @@ def write_frame(
             is put behind the picture, which is then written without alpha (EXR: with an alpha of 1).
         bits: of each channel, 8 or 16 of .png and .tif, 8 or 10 of .avif; None for the usual number of the
             format: 16 of .tif and .exr (half float), 8 of the others.
+        colorspace: of an EXR file; None for linear light with Rec. 709 primaries.
         shot: what is known of the picture beside its pixels: all but AVIF hold how it was painted, EXR holds
             all of it.
 
@@ -273,6 +289,8 @@ def write_frame(
     options: dict[str, Any] = {"bits": bits} if len(picture_format.bits) > 1 else {}
     if picture_format.holds_metadata:
         options["shot"] = shot
+    if picture_format.is_linear:
+        options["colorspace"] = colorspace
     function_of(picture_format.write)(frame, path, background, **options)
 
 
@@ -282,6 +300,7 @@ def encode_frame(
     background: Background = None,
     *,
     bits: int | None = None,
+    colorspace: FileSpace | None = None,
     shot: Shot | None = None,
 ) -> bytes:
     """The bytes of the file that `write_frame` would write.
@@ -291,6 +310,7 @@ def encode_frame(
         suffix: one of `PICTURE_SUFFIXES`.
         background: see `write_frame`.
         bits: see `write_frame`.
+        colorspace: see `write_frame`.
         shot: see `write_frame`.
 
     Raises:
@@ -300,7 +320,7 @@ def encode_frame(
     # OpenImageIO writes to named files only.
     with scratch_folder() as folder:
         path = folder / f"frame{suffix}"
-        write_frame(frame, path, background=background, bits=bits, shot=shot)
+        write_frame(frame, path, background=background, bits=bits, colorspace=colorspace, shot=shot)
         return path.read_bytes()
 
 

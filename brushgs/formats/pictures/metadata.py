@@ -12,11 +12,11 @@ from typing import Any
 import msgspec
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import check_plain, exists
+from brushgs.formats.files import check_plain, exists, scratch_folder
 from brushgs.formats.pictures.encoding import INSTALL_PYAV
 from brushgs.formats.pictures.images import MAX_PIXELS, find_format, suffixed
 from brushgs.formats.pictures.shot import Origin, Shot
-from brushgs.formats.registry import VIDEO_FORMATS, is_drawing
+from brushgs.formats.registry import VIDEO_FORMATS, is_drawing, is_layered
 from brushgs.formats.registry import by_suffix as by_suffix
 from brushgs.values.camera import Camera
 from brushgs.version import __version__
@@ -85,6 +85,12 @@ def read_metadata(path: Path) -> Metadata | None:
         from brushgs.formats.pictures.svg import read_description
 
         text = read_description(path)
+    elif is_layered(path):
+        from brushgs.formats.pictures.ora import merged_picture
+
+        with scratch_folder() as folder:
+            (folder / "merged.png").write_bytes(merged_picture(path))
+            text = _description(folder / "merged.png")
     else:
         text = _comment(path) if by_suffix(VIDEO_FORMATS, path) else _description(path)
     try:

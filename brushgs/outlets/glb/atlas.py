@@ -68,19 +68,34 @@ class Atlas:
         """[h, w] of all brushes."""
         return self.pixels[..., 3]
 
+    def beside(self, images: Sequence[U8 | None], fill: tuple[int, ...]) -> U8:
+        """[h, w, 3] other images of the brushes at their places, None for those without one."""
+        height, width = self.coverage.shape
+        pixels = np.full((height, width, 3), fill, np.uint8)
+        for image, place in zip(images, self.places, strict=True):
+            if image is not None:
+                x, y = np.rint(place[:2] * (width, height) - 0.5).astype(int)
+                pixels[y : y + image.shape[0], x : x + image.shape[1]] = image
+        return pixels
+
     def png(self) -> bytes:
         """The texture as a PNG of 8 bits: white between brushes, so that no filter darkens an edge.
 
         Raises:
             SceneError: if the folder for temporary files is full.
         """
-        from brushgs.formats.pictures.oiio import write_pixels
+        return png_of(self.pixels)
 
-        attributes = {"oiio:UnassociatedAlpha": 1, "png:compressionLevel": 6}  # 9: 6 % less, 9 times as long
-        with scratch_folder() as folder:  # OpenImageIO writes to named files only
-            path = folder / "brushes.png"
-            write_pixels(path, "png", self.pixels, ("R", "G", "B", "A"), attributes)
-            return path.read_bytes()
+
+def png_of(pixels: U8) -> bytes:
+    """Pixels [h, w, 3 or 4] as a PNG of 8 bits; see `Atlas.png`."""
+    from brushgs.formats.pictures.oiio import write_pixels
+
+    attributes = {"oiio:UnassociatedAlpha": 1, "png:compressionLevel": 6}  # 9: 6 % less, 9 times as long
+    with scratch_folder() as folder:  # OpenImageIO writes to named files only
+        path = folder / "texture.png"
+        write_pixels(path, "png", pixels, ("R", "G", "B", "A")[: pixels.shape[2]], attributes)
+        return path.read_bytes()
 
 
 def images_of(brushes: BrushSet) -> list[tuple[U8, float]]:

@@ -5,19 +5,22 @@
         a node with a mesh for each coat
 
 Below "scene" all coordinates are those of the scene file, apart from its rotation and translation. The meshes
-share one unlit, blended, double-sided material and one texture. Vertex colours in glTF are linear, so they
+share one blended, double-sided material and one texture. It is unlit,
+or has a normal map for a program's light. Vertex colours in glTF are linear, so they
 are decoded from the display encoding.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import atan
+from typing import Any
 
 import numpy as np
 
 from brushgs.formats.gltf_file import SCENE_NODE, GlbWriter
-from brushgs.outlets.glb.atlas import Atlas
+from brushgs.outlets.glb.atlas import Atlas, png_of
 from brushgs.outlets.glb.shape import Quads
-from brushgs.values.arrays import F64
+from brushgs.values.arrays import F64, U8
 from brushgs.values.camera import Camera
 from brushgs.values.colors import linear_from_srgb
 from brushgs.values.quats import quats_of
@@ -29,8 +32,30 @@ TRIANGLES = np.array([0, 2, 1, 0, 3, 2], np.uint32)
 _GL_AXES = np.diag([1.0, -1.0, -1.0])  # a camera of glTF looks along -z, y is up
 
 
+@dataclass(frozen=True, eq=False)
+class Bumps:
+    """How a program's light plays on paint.
+
+    Attributes:
+        normals: [h, w, 3] maps of the brushes, at their places in the atlas; see `bumps`.
+        scale: of their slopes, >= 0.
+        roughness: of the paint, 0 to 1, as glTF has it.
+    """
+
+    normals: U8
+    scale: float
+    roughness: float
+
+
 def model_of(
-    coats: Sequence[tuple[str, Quads]], atlas: Atlas, camera: Camera, *, up: F64, center: F64, title: str
+    coats: Sequence[tuple[str, Quads]],
+    atlas: Atlas,
+    camera: Camera,
+    *,
+    up: F64,
+    center: F64,
+    title: str,
+    bumps: Bumps | None = None,
 ) -> GlbWriter:
     """The model.
 
@@ -42,9 +67,11 @@ def model_of(
         center: [3] new origin, world units; mesh positions are relative to it, so that scenes far from their
             origin keep precision.
         title: of the scene.
+        bumps: of lit paint; None for an unlit material.
     """
     model = GlbWriter()
-    model.uses(UNLIT)
+    if bumps is None:
+        model.uses(UNLIT)
     turn = upright(up, camera)
     model.top |= {"scene": 0, "scenes": [{"name": title, "nodes": [0]}]}
     model.add(
@@ -61,9 +88,9 @@ def model_of(
         rotation=_xyzw(camera.viewmat[:3, :3].T @ _GL_AXES),
         translation=camera.position.tolist(),
     )
-    material = _add_material(model, atlas)
+    material = _add_material(model, atlas, bumps)
     for name, quads in coats:
-        mesh = _add_mesh(model, name, quads, atlas, center, material)
+        mesh = _add_mesh(model, name, quads, atlas, center, material, is_lit=bumps is not None)
         model.add("nodes", name=name, mesh=mesh, translation=center.tolist())
     return model
 
@@ -95,8 +122,7 @@ def _add_camera(model: GlbWriter, camera: Camera) -> int:
     return model.add("cameras", name="first view", type="perspective", perspective=lens, extras=size)
 
 
-def _add_material(model: GlbWriter, atlas: Atlas) -> int:
-    image = model.add("images", name="brushes", mimeType="image/png", bufferView=model.view(atlas.png()))
+def _add_material(model: GlbWriter, atlas: Atlas, bumps: Bumps | None) -> int:
     sampler = model.add(
         "samplers",
         magFilter=_LINEAR,
@@ -104,23 +130,28 @@ def _add_material(model: GlbWriter, atlas: Atlas) -> int:
         wrapS=_CLAMP_TO_EDGE,
         wrapT=_CLAMP_TO_EDGE,
     )
-    texture = model.add("textures", source=image, sampler=sampler)
+
+    def texture(name: str, png: bytes) -> int:
+        image = model.add("images", name=name, mimeType="image/png", bufferView=model.view(png))
+        return model.add("textures", source=image, sampler=sampler)
+
+    base = {
+        "baseColorTexture": {"index": texture("brushes", atlas.png())},
+        "metallicFactor": 0.0,
+        "roughnessFactor": 1.0 if bumps is None else bumps.roughness,  # for readers without UNLIT: matt paint
+    }
+    lit: dict[str, Any] = {"extensions": {UNLIT: {}}}
+    if bumps is not None:
+        normals = texture("normals", png_of(bumps.normals))
+        lit = {"normalTexture": {"index": normals, "scale": bumps.scale}}
     return model.add(
-        "materials",
-        name="strokes",
-        # For readers that ignore the extension: matt paint.
-        pbrMetallicRoughness={
-            "baseColorTexture": {"index": texture},
-            "metallicFactor": 0.0,
-            "roughnessFactor": 1.0,
-        },
-        extensions={UNLIT: {}},
-        alphaMode="BLEND",
-        doubleSided=True,
+        "materials", name="strokes", pbrMetallicRoughness=base, alphaMode="BLEND", doubleSided=True, **lit
     )
 
 
-def _add_mesh(model: GlbWriter, name: str, quads: Quads, atlas: Atlas, center: F64, material: int) -> int:
+def _add_mesh(
+    model: GlbWriter, name: str, quads: Quads, atlas: Atlas, center: F64, material: int, *, is_lit: bool
+) -> int:
     positions = (quads.corners - center).reshape(-1, 3).astype(np.float32)
     u0, v0, u1, v1 = atlas.places[quads.brushes].T
     uv = np.stack([u0, v0, u1, v0, u1, v1, u0, v1], axis=1).reshape(-1, 2).astype(np.float32)
@@ -133,6 +164,9 @@ def _add_mesh(model: GlbWriter, name: str, quads: Quads, atlas: Atlas, center: F
         "TEXCOORD_0": model.accessor(uv, "vertices"),
         "COLOR_0": model.accessor(shades, "vertices", normalized=True),
     }
+    if is_lit:  # tangents follow from the texture coordinates
+        normals = np.repeat(quads.normals.astype(np.float32), 4, axis=0)
+        attributes["NORMAL"] = model.accessor(normals, "vertices")
     primitive = {
         "attributes": attributes,
         "indices": model.accessor(indices.reshape(-1), "indices"),

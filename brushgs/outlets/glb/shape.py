@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import BrushSet, per_row
 from brushgs.outlets.page.contents import shown_by
+from brushgs.passes.color.key_normals import find_facing
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.constants import MAX_ALPHA, MIN_ALPHA
 from brushgs.rendering.facing import facing_shares
@@ -19,6 +20,7 @@ from brushgs.rendering.project import ProjectCounts
 from brushgs.values.arrays import F64, Array
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
 
@@ -30,6 +32,8 @@ CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 # with 1 and 0.022, 0.020, 0.021 with 0.5; the still life by 0.029, 0.051, 0.007, by 0.030, 0.053, 0.014 and
 # by 0.027, 0.049, 0.011.
 SETBACK = 0.5
+# Of normals over some 20 neighbors each. With none or one, strokes of fur are black or white under a lamp.
+SMOOTHINGS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +45,14 @@ class Quads:
         colors: [M, 3] RGB, display-encoded, 0 to 1.
         alphas: [M] at full coverage, 0 to 0.99.
         brushes: [M] row of the coat's brush; one beyond the last is the soft kernel.
+        normals: [M, 3] of the surface, unit vectors on the front side of the rectangle.
     """
 
     corners: F64  # [M, 4, 3]
     colors: F64  # [M, 3]
     alphas: F64  # [M]
     brushes: NDArray[np.intp]  # [M]
+    normals: F64  # [M, 3]
 
     def __len__(self) -> int:
         return len(self.corners)
@@ -115,15 +121,17 @@ def _unprojected(
     in_camera = np.concatenate([on_plane, np.broadcast_to(z, (*on_plane.shape[:2], 1))], axis=2)
     corners = (in_camera - camera.viewmat[:3, 3]) @ camera.viewmat[:3, :3]
     colors = np.clip(boxes.colors.astype(np.float64), 0, 1)
-    return Quads(corners, colors, _alphas(opacity * boxes.opacities.astype(np.float64)), brushes)
+    normals = np.broadcast_to(-camera.viewmat[2, :3], (len(corners), 3))
+    return Quads(corners, colors, _alphas(opacity * boxes.opacities.astype(np.float64)), brushes, normals)
 
 
-def lying(coat: Coat, camera: Camera) -> Quads:
+def lying(coat: Coat, camera: Camera, *, is_lit: bool = False) -> Quads:
     """The strokes of a coat in the planes of their two longest axes; u runs along the longest.
 
     A stroke has one colour, the mean over all directions, as SH are untrained for views from behind. The
     camera decides the order and the front side, where brushes are not mirrored and underpaint lies behind.
-    Strokes without area, or with an opacity below 1/255, are left out.
+    Strokes without area, or with an opacity below 1/255, are left out. Where a program's light falls on them,
+    `is_lit`, normals are those of the form in large; else those of the rectangles.
     """
     strokes = shown_by(coat)
     opacities = strokes.opacities.astype(np.float64)
@@ -142,7 +150,10 @@ def lying(coat: Coat, camera: Camera) -> Quads:
     brushes = brush_set.rows_of("quads", strokes.brushes)
     own = np.zeros(len(strokes), np.intp) if brushes is None else brushes.astype(np.intp)
     colors, forward = base_colors(strokes.sh), camera.viewmat[2, :3]
-    quads = Quads(_spanned(means, half[:, :1] * u, half[:, 1:] * v), colors, _alphas(opacities), own)
+    normals = np.cross(v, u)  # toward the camera
+    if is_lit:
+        normals = _form(strokes, camera)
+    quads = Quads(_spanned(means, half[:, :1] * u, half[:, 1:] * v), colors, _alphas(opacities), own, normals)
     depths = means @ forward
     underpaint = coat.options.underpaint
     if underpaint is not None and brush_set.kind == "image":
@@ -155,10 +166,25 @@ def lying(coat: Coat, camera: Camera) -> Quads:
             colors,
             _alphas(underpaint.opacity * opacities),
             np.full(len(strokes), len(brush_set)),
+            normals,
         )
         quads, depths = Quads.joined([quads, below]), np.concatenate([depths, behind @ forward])
     quads = quads.take(np.argsort(depths, kind="stable")[::-1])
     return quads.take((quads.alphas >= MIN_ALPHA) & _have_area(quads))
+
+
+def _form(strokes: Gaussians, camera: Camera) -> F64:
+    """[M, 3] normals of the form that strokes lie on, in large.
+
+    They are turned toward the camera: programs turn those of rectangles again that are seen from behind.
+    """
+    facing = find_facing(strokes, [camera])
+    normals = facing.normals
+    for _ in range(SMOOTHINGS):
+        normals = facing.wide.means(normals)
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
+    is_behind = (normals * (camera.position - strokes.means)).sum(axis=1, keepdims=True) < 0
+    return np.asarray(np.where(is_behind, -normals, normals))
 
 
 def _spanned(centers: F64, along: F64, across: F64) -> F64:

@@ -1,19 +1,24 @@
 """Write a painting as textured rectangles."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from brushgs.brushes.brush_set import BrushSet
+from brushgs.brushes.texture import StrokeTexture
 from brushgs.errors import SceneError
 from brushgs.formats.files import replacing
 from brushgs.outlets.glb.atlas import Atlas, images_of
-from brushgs.outlets.glb.gltf import model_of
+from brushgs.outlets.glb.bumps import FLAT, Bump, median_size
+from brushgs.outlets.glb.gltf import Bumps, model_of
 from brushgs.outlets.glb.shape import Quads, baked, lying
 from brushgs.outlets.page.view import PageView
+from brushgs.pipeline.media.materials import BACKDROP, CUT_IN
 from brushgs.pipeline.report import Report
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
+from brushgs.rendering.light import Lamp
 from brushgs.rendering.project import ProjectCounts
 from brushgs.values.arrays import U8
 from brushgs.values.camera import Camera
@@ -52,21 +57,23 @@ def write_quads(
     report, whole = report or Report(), painting
     painting = painting.without_effects()
     with report.stage("quads") as stage:
-        made, culled = [], ProjectCounts(0, 0, 0, 0)
+        made, culled, lamp = [], ProjectCounts(0, 0, 0, 0), _lamp_on_relief(painting)
         for coat in painting.coats:
             if for_view:
                 quads, of_coat = baked(coat, camera)
                 culled += of_coat
             else:
-                quads = lying(coat, camera)
+                is_flat = coat.name in (BACKDROP, CUT_IN)  # strokes of a stage lie on its planes
+                quads = lying(coat, camera, is_lit=lamp is not None and not is_flat)
             made.append((coat, quads))
         made = [(coat, quads) for coat, quads in made if len(quads)]
         if not made:
             cure = "point the camera at the scene" if for_view else "check the scales and opacities"
             where = "is in the picture" if for_view else "has an area and an opacity of 1/255 or more"
             raise SceneError(output, f"is not written: no stroke {where}; {cure}")
-        coats, atlas = _in_atlas(made)
-        model = model_of(coats, atlas, camera, up=view.up, center=view.center, title=title)
+        coats, atlas, maps = _in_atlas(made, camera)
+        bumps = None if lamp is None else Bumps(atlas.beside(maps, FLAT), lamp.strength, _roughness(lamp))
+        model = model_of(coats, atlas, camera, up=view.up, center=view.center, title=title, bumps=bumps)
         with replacing(output) as temporary, temporary.open("wb") as file:
             model.write(file)
         num_bytes, num_quads = Path(output).stat().st_size, sum(len(quads) for _, quads in coats)
@@ -80,6 +87,7 @@ def write_quads(
             "coats": len(coats),
             "texels": width * height,
             "for_view": for_view,
+            "normal_map": bumps is not None,
         }
         stage.skipped += omitted(whole, camera, for_view=for_view)
         if culled.total:
@@ -88,11 +96,13 @@ def write_quads(
 
 def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
     """Sentences on parts of the painting that the file does not show."""
+    has_relief = _lamp_on_relief(painting) is not None
     found = {
         "ground and tooth of the paper are not in the file, strokes have nothing behind them": (
             painting.surface is not None
         ),
-        "the file has no lamp and no relief: paint is flat": painting.lamp is not None,
+        "the file has no lamp: that of the program lights the ridges of the paint": has_relief,
+        "the file has no lamp and no relief: paint is flat": painting.lamp is not None and not has_relief,
         "the axis of the camera goes through the middle of the picture in the file": (
             np.abs(camera.K[:2, 2] - (camera.width / 2, camera.height / 2)).max() > MIDDLE
         ),
@@ -117,26 +127,68 @@ def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
     return [sentence for sentence, holds in found.items() if holds]
 
 
-def _in_atlas(made: list[tuple[Coat, Quads]]) -> tuple[list[tuple[str, Quads]], Atlas]:
-    """The coats by name, with the brushes that they use as rows of one atlas."""
+def _lamp_on_relief(painting: Painting) -> Lamp | None:
+    """The lamp that shows the relief of strokes; None where paint is flat."""
+    lamp = painting.lamp
+    has_relief = any(
+        coat.options.relief is not None and BrushSet.of(coat.texture).kind == "image"
+        for coat in painting.coats
+    )
+    return lamp if lamp is not None and lamp.strength > 0 and has_relief else None
+
+
+def _roughness(lamp: Lamp) -> float:
+    """The roughness of glTF for the highlights of a lamp: alpha^2 = 2 / (exponent + 2), roughness^2 = alpha.
+
+    Source: Walter et al. 2007, Microfacet models for refraction through rough surfaces.
+    """
+    return float((2 / (lamp.exponent + 2)) ** 0.25) if lamp.gloss > 0 else 1.0
+
+
+def _in_atlas(
+    made: list[tuple[Coat, Quads]], camera: Camera
+) -> tuple[list[tuple[str, Quads]], Atlas, list[U8 | None]]:
+    """The coats by name, with the brushes that they use as rows of one atlas; and normal maps of these."""
     places: dict[tuple[tuple[int, ...], bytes], int] = {}
     images: list[U8] = []
+    bumps: list[Bump | None] = []
     coats = []
     for coat, quads in made:
-        own = images_of(BrushSet.of(coat.texture))
+        brushes = BrushSet.of(coat.texture)
+        own = images_of(brushes)
         used, columns = np.unique(quads.brushes, return_inverse=True)
         rows = []
         gains = np.array([own[brush][1] for brush in used])[columns]
-        for brush in used:
+        for number, brush in enumerate(used):
             image, _ = own[brush]
             key = image.shape, image.tobytes()
             if key not in places:
                 places[key] = len(images)
                 images.append(image)
-            rows.append(places[key])
+                bumps.append(None)
+            row = places[key]
+            rows.append(row)
+            if brush < len(brushes):
+                bump = _bump(coat, brushes.textures[brush], quads.take(columns == number), camera)
+                bumps[row] = _higher(bumps[row], bump)
         colors = quads.colors
         if (gains != 1).any():
             lit = np.clip(linear_from_srgb(colors) * gains[:, None], 0, 1)
             colors = np.asarray(srgb_from_linear(lit), np.float64)
-        coats.append((coat.name, Quads(quads.corners, colors, quads.alphas, np.array(rows)[columns])))
-    return coats, Atlas.of(images)
+        coats.append((coat.name, replace(quads, colors=colors, brushes=np.array(rows)[columns])))
+    return coats, Atlas.of(images), [None if bump is None else bump.normals() for bump in bumps]
+
+
+def _bump(coat: Coat, texture: StrokeTexture, quads: Quads, camera: Camera) -> Bump | None:
+    """The height of a brush of a coat; None for flat paint."""
+    relief, size = coat.options.relief, median_size(quads, camera)
+    if relief is None or size is None or texture.kind != "image":
+        return None
+    return Bump(texture, relief, size)
+
+
+def _higher(one: Bump | None, other: Bump | None) -> Bump | None:
+    """Of coats that share a brush, the one with the higher paint: a stage is flatter than its subject."""
+    if one is None or other is None:
+        return one or other
+    return max(one, other, key=lambda bump: bump.relief.gain)

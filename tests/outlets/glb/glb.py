@@ -41,9 +41,9 @@ class Glb:
             values = values / np.iinfo(dtype).max
         return values
 
-    def image(self):
-        """[h, w, 4] of the only one."""
-        (image,) = self.top["images"]
+    def image(self, number=0):
+        """[h, w, 4] of the brushes; 1 is that of their normals, where paint is lit."""
+        image = self.top["images"][number]
         view = self.top["bufferViews"][image["bufferView"]]
         start = view.get("byteOffset", 0)
         return np.asarray(Image.open(io.BytesIO(self.binary[start : start + view["byteLength"]])))

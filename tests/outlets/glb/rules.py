@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.outlets.glb.glb import COMPONENTS, TYPES
 
-TARGETS = {"POSITION": 34962, "TEXCOORD_0": 34962, "COLOR_0": 34962}
+TARGETS = {"POSITION": 34962, "NORMAL": 34962, "TEXCOORD_0": 34962, "COLOR_0": 34962}
 LISTS = {"accessors", "bufferViews", "buffers", "cameras", "images", "materials", "meshes", "nodes"}
 LISTS |= {"samplers", "scenes", "textures"}
 
@@ -51,7 +51,7 @@ def check_rules(glb):
     for name in LISTS:
         assert used[name] == set(range(len(top.get(name, [])))), f"{name}: missing or unused"
     extensions = {name for material in top["materials"] for name in material.get("extensions", {})}
-    assert sorted(extensions) == top["extensionsUsed"]
+    assert sorted(extensions) == top.get("extensionsUsed", [])
 
 
 def _check_buffer(glb):
@@ -96,11 +96,15 @@ def _check_primitive(glb, primitive, used):
         kind = accessor["type"], accessor["componentType"], accessor.get("normalized", False)
         allowed = {
             "POSITION": [("VEC3", 5126, False)],
+            "NORMAL": [("VEC3", 5126, False)],
             "TEXCOORD_0": [("VEC2", 5126, False), ("VEC2", 5121, True), ("VEC2", 5123, True)],
             "COLOR_0": [("VEC4", 5126, False), ("VEC4", 5121, True), ("VEC4", 5123, True)],
         }
         assert kind in allowed[name]
     assert len(counts) == 1
+    if "NORMAL" in primitive["attributes"]:
+        normals = glb.array(primitive["attributes"]["NORMAL"])
+        assert np.abs(np.linalg.norm(normals, axis=1) - 1).max() < 1e-5
     positions = glb.top["accessors"][primitive["attributes"]["POSITION"]]
     values = glb.array(primitive["attributes"]["POSITION"])
     assert np.isfinite(values).all()
@@ -140,3 +144,6 @@ def _check_material(material, used):
     assert 0 <= base["metallicFactor"] <= 1
     assert 0 <= base["roughnessFactor"] <= 1
     used["textures"].add(base["baseColorTexture"]["index"])
+    if "normalTexture" in material:
+        assert material["normalTexture"]["scale"] >= 0
+        used["textures"].add(material["normalTexture"]["index"])

@@ -90,7 +90,8 @@ def test_the_first_view_is_that_of_render(scene, capsys):
 def test_what_is_lost_is_told(scene, capsys):
     code, out, _ = run(capsys, "export", scene, "-o", "a.glb", "--look", "oil", *SMALL, "--json")
     assert code == 0
-    assert "the file has no lamp and no relief: paint is flat" in json.loads(out)["stages"][-1]["skipped"]
+    told = json.loads(out)["stages"][-1]["skipped"]
+    assert "the file has no lamp: that of the program lights the ridges of the paint" in told
     coats = some_coat(some_strokes(4, degree=1), "flat", underpaint=True, streaks=0.1, border=0.1)
     lit = Painting((coats,), lamp=Lamp())
     for word in ("lamp", "streaks", "colours", "border"):

@@ -26,8 +26,10 @@ from brushgs.formats.pictures.exr.planes import (
     attributes_of,
     planes_of,
 )
+from brushgs.formats.pictures.exr.spaces import DEFAULT, SPACES
 from brushgs.formats.pictures.oiio import NO_DATE, Background, not_written
 from brushgs.formats.pictures.shot import Shot
+from brushgs.options.choices import FileSpace
 from brushgs.values.frame import Frame
 from brushgs.values.layers import DeepSamples
 
@@ -119,7 +121,7 @@ def write_deep(deep: DeepSamples, path: str | Path, shot: Shot) -> None:
     """Write the samples; the background of the picture is not among them. See `write_frame`."""
     counts = np.diff(deep.starts)
     names = {} if shot.manifest is None else {"names": _NAMES.format(shot.manifest.as_posix())}
-    attributes = attributes_of(shot, _DEEP_NOTES | names, is_linear=False)
+    attributes = attributes_of(shot, _DEEP_NOTES | names, "srgb")
     top, window = 0, dict[str, Any]()
     if shot.part is not None and shot.camera is not None:
         top, size = shot.part.top, (shot.camera.width, shot.camera.height)
@@ -166,13 +168,13 @@ _NUM_ROWS = 16  # written at a time: a block of the ZIP compression, small enoug
 _TYPES = {"chromaticities": "float[8]", "m44f": "matrix"}  # where OpenImageIO has another name
 
 
-def write_flat(frame: Frame, path: str | Path, background: Background, shot: Shot) -> None:
+def write_flat(frame: Frame, path: str | Path, background: Background, shot: Shot, space: FileSpace) -> None:
     """Write a frame with its layers. See `write_frame`."""
     import OpenImageIO
 
-    planes = planes_of(frame, background)
-    notes = {plane.layer: NOTES[plane.layer] for plane in planes}
-    attributes = attributes_of(shot, notes, is_linear=True)
+    planes = planes_of(frame, background, space)
+    notes = {plane.layer: NOTES[plane.layer].format(space=SPACES[space].words) for plane in planes}
+    attributes = attributes_of(shot, notes, space)
     for planes_of_matte, attributes_of_matte in cryptomattes_of(frame, shot):
         planes += planes_of_matte
         attributes |= attributes_of_matte
@@ -218,10 +220,16 @@ def _write_bands(
     return True
 
 
-def write(frame: Frame, path: str | Path, background: Background, shot: Shot | None = None) -> None:
+def write(
+    frame: Frame,
+    path: str | Path,
+    background: Background,
+    shot: Shot | None = None,
+    colorspace: FileSpace | None = None,
+) -> None:
     """See `write_frame`."""
     shot = Shot() if shot is None else shot
     if frame.deep is None:
-        write_flat(frame, path, background, shot)
+        write_flat(frame, path, background, shot, colorspace or DEFAULT)
     else:
         write_deep(frame.deep, path, shot)

@@ -14,19 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.formats.pictures.encoding import frame_rate
+from brushgs.formats.pictures.exr.spaces import SPACES, colors_in
 from brushgs.formats.pictures.metadata import metadata_text
 from brushgs.formats.pictures.oiio import Background, straight_colors
 from brushgs.formats.pictures.shot import Shot
+from brushgs.options.choices import FileSpace
 from brushgs.values.arrays import F32, Array
 from brushgs.values.camera import Camera
-from brushgs.values.colors import linear_from_srgb
 from brushgs.values.frame import Frame
 from brushgs.values.layers import Matte
 from brushgs.version import __version__
-
-# x and y of red, green, blue and white. Source: ITU-R BT.709.
-REC709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
-_LINEAR, _ENCODED = "lin_rec709_scene", "srgb_rec709_scene"
 
 Kind = Literal["string", "int", "float", "rational", "chromaticities", "m44f"]
 
@@ -43,18 +40,18 @@ class Attribute(NamedTuple):
     value: Any
 
 
-def attributes_of(shot: Shot, notes: Mapping[str, str], *, is_linear: bool) -> dict[str, Attribute]:
+def attributes_of(shot: Shot, notes: Mapping[str, str], space: FileSpace) -> dict[str, Attribute]:
     """The attributes of a file by name.
 
     Args:
         shot: what is known of the picture.
         notes: layer -> what its numbers mean.
-        is_linear: whether colours are linear light; else they are display-encoded.
+        space: of the colours.
     """
     found = {
         "Software": Attribute("string", f"brushgs {__version__}"),
-        "chromaticities": Attribute("chromaticities", REC709),
-        "colorInteropID": Attribute("string", _LINEAR if is_linear else _ENCODED),
+        "chromaticities": Attribute("chromaticities", SPACES[space].chromaticities),
+        "colorInteropID": Attribute("string", SPACES[space].interop_id),
     }
     found |= {f"brushgs/{layer}": Attribute("string", note) for layer, note in notes.items()}
     if text := metadata_text(shot):
@@ -107,8 +104,8 @@ def _in_rows(matrix: NDArray[np.float64]) -> tuple[float, ...]:
 LARGEST_HALF = 65504.0  # larger numbers become infinite
 # Layer of the file -> what its numbers mean: the header holds it, as "brushgs/LAYER".
 NOTES: Mapping[str, str] = {
-    "RGBA": "linear light, Rec. 709 primaries, premultiplied; strokes were blended display-encoded (sRGB), "
-    "so layers that are laid over each other in linear light differ from this picture",
+    "RGBA": "{space}, premultiplied; strokes were blended display-encoded (sRGB), so layers that are laid "
+    "over each other in linear light differ from this picture",
     "Z": "camera z in world units, the mean of the strokes by what each shows; 0 where nothing is painted",
     "N": "direction that the strokes face, unit vectors; camera axes x right, y up, z toward the camera",
     "forward": "motion to the next frame in pixels, u right, v up; not premultiplied",
@@ -141,14 +138,15 @@ class Plane(NamedTuple):
         return self.name.split(".")[0] if "." in self.name or self.name == "Z" else "RGBA"
 
 
-def planes_of(frame: Frame, background: Background) -> list[Plane]:
+def planes_of(frame: Frame, background: Background, space: FileSpace) -> list[Plane]:
     """The channels of a frame but for its mattes, the picture first.
 
     Args:
         frame: the picture.
         background: that it stands on; see `write_frame`.
+        space: of the colours.
     """
-    planes = _planes("{}", "RGBA", "half", _light(frame, background))
+    planes = _planes("{}", "RGBA", "half", _colors(frame, background, space))
     depth = _values(frame, "depth") if frame.depth is None else frame.depth
     if depth is not None:
         planes += _planes("{}", "Z", "float", depth[..., None])
@@ -162,7 +160,7 @@ def planes_of(frame: Frame, background: Background) -> list[Plane]:
         planes += _planes("height.{}", "Y", "half", height[..., None])
     if (unlit := _values(frame, "unlit")) is not None:
         bare = Frame(unlit[..., :3], unlit[..., 3])
-        planes += _planes("unlit.{}", "RGBA", "half", _light(bare, background))
+        planes += _planes("unlit.{}", "RGBA", "half", _colors(bare, background, space))
     paint = _values(frame, "paint")
     if paint is None and frame.layers and background is not None:
         paint = frame.alpha
@@ -176,13 +174,14 @@ def _values(frame: Frame, name: str) -> Array | None:
     return None if layer is None or isinstance(layer, Matte) else layer
 
 
-def _light(frame: Frame, background: Background) -> F32:
-    """[H, W, 4] linear light and alpha, premultiplied; alpha is 1 on a background."""
+def _colors(frame: Frame, background: Background, space: FileSpace) -> F32:
+    """[H, W, 4] colour and alpha, premultiplied; alpha is 1 on a background."""
     if background is not None:
-        light = linear_from_srgb(frame.over(background))
-        return np.concatenate([light, np.ones_like(light[..., :1])], axis=-1, dtype=np.float32)
+        colors = colors_in(frame.over(background), space)
+        return np.concatenate([colors, np.ones_like(colors[..., :1])], axis=-1, dtype=np.float32)
     alpha = frame.alpha[..., None]
-    return np.concatenate([linear_from_srgb(straight_colors(frame)) * alpha, alpha], -1, dtype=np.float32)
+    straight = colors_in(straight_colors(frame), space)
+    return np.concatenate([straight * alpha, alpha], axis=-1, dtype=np.float32)
 
 
 def _planes(pattern: str, letters: str, kind: Literal["half", "float"], values: Array) -> list[Plane]:

@@ -1,0 +1,86 @@
+"""Colour spaces of OpenEXR files: names, primaries, and conversion from the colours of paintings.
+
+OpenImageIO converts, by the configuration that comes with it and not by one that $OCIO names: equal frames
+give equal files. White points are adapted as that configuration does (Bradford).
+Sources: ITU-R BT.709, BT.2020; SMPTE EG 432-1 (P3-D65); AMPAS S-2014-004 (ACEScg), ST 2065-1; ASWF Color
+Interop Forum for the names in files.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from brushgs.options.choices import FileSpace
+from brushgs.values.arrays import F32, Array
+from brushgs.values.colors import linear_from_srgb
+
+_CONFIG = "ocio://default"
+_D65, _D60 = (0.3127, 0.329), (0.32168, 0.33767)
+_REC709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06)
+
+
+class Space(NamedTuple):
+    """A colour space as a file states it.
+
+    Attributes:
+        words: for the note in the header.
+        interop_id: its name of the Color Interop Forum, which OpenImageIO knows too.
+        chromaticities: x and y of red, green, blue and white.
+    """
+
+    words: str
+    interop_id: str
+    chromaticities: tuple[float, ...]
+
+
+SPACES: Mapping[FileSpace, Space] = {
+    "lin_srgb": Space("linear light, Rec. 709 primaries", "lin_rec709_scene", (*_REC709, *_D65)),
+    "srgb": Space("display-encoded (sRGB)", "srgb_rec709_scene", (*_REC709, *_D65)),
+    "acescg": Space(
+        "linear light, ACEScg (AP1 primaries)",
+        "lin_ap1_scene",
+        (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, *_D60),
+    ),
+    "aces2065_1": Space(
+        "linear light, ACES2065-1 (AP0 primaries)",
+        "lin_ap0_scene",
+        (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, *_D60),
+    ),
+    "lin_rec2020": Space(
+        "linear light, Rec. 2020 primaries",
+        "lin_rec2020_scene",
+        (0.708, 0.292, 0.17, 0.797, 0.131, 0.046, *_D65),
+    ),
+    "lin_p3d65": Space(
+        "linear light, P3 primaries, D65",
+        "lin_p3d65_scene",
+        (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, *_D65),
+    ),
+}
+DEFAULT: FileSpace = "lin_srgb"
+
+
+def colors_in(encoded: Array, space: FileSpace) -> F32:
+    """[H, W, 3] display-encoded colours of a painting in the space of a file."""
+    if space == "srgb":
+        return np.asarray(encoded, np.float32)
+    light = np.asarray(linear_from_srgb(encoded), np.float32)
+    return _converted(light, SPACES[DEFAULT].interop_id, SPACES[space].interop_id)
+
+
+def rec709_of(light: F32, interop_id: str) -> F32:
+    """[H, W, 3] linear light with Rec. 709 primaries of colours in a space of `SPACES`, by `interop_id`."""
+    return _converted(light, interop_id, SPACES[DEFAULT].interop_id)
+
+
+def _converted(light: F32, source: str, target: str) -> F32:
+    """[H, W, 3] colours of one space in another, by the names of the Interop Forum."""
+    if source == target or light.size == 0:
+        return light
+    from OpenImageIO import FLOAT, ImageBuf, ImageBufAlgo
+
+    pixels = ImageBuf(np.ascontiguousarray(light))
+    found = ImageBufAlgo.colorconvert(pixels, source, target, colorconfig=_CONFIG)
+    assert not found.has_error, found.geterror()
+    return np.asarray(found.get_pixels(FLOAT), np.float32)

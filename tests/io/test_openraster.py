@@ -1,0 +1,182 @@
+"""OpenRaster files: their layers, laid on each other by another reader, are the picture."""
+
+import io
+import json
+import zipfile
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from brushgs import cli
+from brushgs.formats.pictures.images import write_frame
+from brushgs.formats.pictures.ora import write_ora
+from brushgs.options.look import Look
+from brushgs.options.painting import ViewConfig
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.light import Lamp
+from brushgs.rendering.relief import Relief
+from brushgs.rendering.surface import flat
+from brushgs.rendering.wanted import Wanted
+from brushgs.still_life import still_life_camera
+from tests.io.openraster import composite, layers_of, picture_in
+from tests.outlets.page.paintings import CAMERA, some_coat, some_strokes
+from tests.scenes import save_upright, still_life_of
+
+SIZE = 96, 72
+MOST = 2.0  # of 255: what 8 bits a layer cost
+SHEETS = Wanted(sheets=True)
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def still_life():
+    return still_life_of(2000)
+
+
+def painting_of(look, scene, **draw):
+    config = Look.open(look).config
+    config = replace(config, cluster=replace(config.cluster, strokes=300), view=ViewConfig(size=SIZE))
+    config = replace(config, draw=replace(config.draw, **draw))
+    camera = still_life_camera(width=SIZE[0], height=SIZE[1])
+    return prepare(scene, config, Report(), views=camera).painting, camera
+
+
+def difference(frame, background=None):
+    """Of the layers from the PNG of the same frame, in 1/255; and the layers."""
+    write_ora(frame, "a.ora", background)
+    write_frame(frame, "a.png", background)
+    with Image.open("a.png") as picture:
+        wanted = np.asarray(picture.convert("RGBA"), np.float64) / 255
+    wanted[..., :3] *= wanted[..., 3:]
+    layers = layers_of("a.ora")
+    for _, operation, pixels in layers:
+        if operation == "svg:plus":  # programs differ on what alpha does here
+            assert set(np.unique(pixels[..., 3])) <= {0.0, 1.0}
+    return np.abs(composite(layers) - wanted).max() * 255, layers
+
+
+@pytest.mark.parametrize("look", ["oil", "gouache", "watercolour", "charcoal", "ink", "stippling"])
+def test_the_layers_of_every_medium_are_its_picture(look, still_life):
+    painting, camera = painting_of(look, still_life)
+    frame = painting.frame(camera, wanted=SHEETS)
+    most, layers = difference(frame)
+    assert most <= MOST
+    names = [name for name, *_ in layers]
+    assert names[0] == "ground"
+    assert any(name.startswith("subject") for name in names)
+    assert len(set(names)) == len(names)
+    assert np.array_equal(frame.rgb, painting.frame(camera).rgb)  # whether layers are wanted or not
+
+
+def lit_painting(surface):
+    """Stage, subject, lines and a glaze in relief, under a strong lamp."""
+    coats = [
+        some_coat(some_strokes(40, seed=row), "impasto", name=name, relief=Relief(gain=20.0))
+        for row, name in enumerate(("backdrop", "strokes", "lines"))
+    ]
+    touches = some_coat(some_strokes(20, seed=5), name="touches", blend="glaze")
+    return Painting((*coats[:2], touches, coats[2]), surface, Lamp(strength=0.85, gloss=0.4))
+
+
+def test_stage_subject_lines_relief_and_light_lie_in_layers_of_their_own():
+    painting = lit_painting(flat((0.4, 0.5, 0.6), height=CAMERA.height, width=CAMERA.width))
+    most, layers = difference(painting.frame(CAMERA, wanted=SHEETS))
+    assert most <= MOST
+    names = ["ground", "stage", "subject", "subject: touches", "lines"]
+    assert [name for name, *_ in layers] == [*names, "relief shade", "relief light", "light"]
+    unlit = replace(painting, lamp=None).frame(CAMERA).rgb.clip(0, 1)
+    assert np.abs(composite(layers[:5])[..., :3] - unlit).max() * 255 <= MOST
+    for row in range(1, 8):  # each shows something
+        away = composite(layers[:row] + layers[row + 1 :])
+        assert np.abs(away - composite(layers)).max() * 255 > MOST
+
+
+def test_a_transparent_painting_is_its_layers_too():
+    painting = lit_painting(None)
+    frame = painting.frame(CAMERA, wanted=SHEETS)
+    assert frame.alpha.min() < 0.1
+    assert frame.alpha.max() > 0.9
+    for background in (None, (1.0, 0.9, 0.8)):
+        most, layers = difference(frame, background)
+        assert most <= MOST
+        parts = [name for name, *_ in layers if name in ("stage", "subject", "lines")]
+        assert parts == ["stage", "subject", "lines"]
+    assert not any(name.startswith("relief") for name, *_ in layers)  # the coats are lit
+
+
+def test_a_painting_without_lamp_lines_and_stage_has_no_such_layers():
+    coat = some_coat(some_strokes(20))
+    frame = Painting((coat,)).frame(CAMERA, wanted=SHEETS)
+    most, layers = difference(frame)
+    assert [name for name, *_ in layers] == ["subject"]
+    assert most <= MOST
+    most, layers = difference(frame, (0.2, 0.5, 0.9))
+    assert [name for name, *_ in layers] == ["background", "subject"]
+    assert most <= MOST
+
+
+def test_paint_brighter_than_white_is_not_lost_below_other_paint():
+    bright = some_strokes(30)
+    sh = np.full_like(bright.sh, 2.5)  # 1.2 in each channel
+    below = some_coat(replace(bright, sh=sh, opacities=np.ones_like(bright.opacities)))
+    above = some_coat(some_strokes(30, seed=1), name="accents")
+    ink = some_coat(some_strokes(30, seed=2), name="touches", blend="glaze")
+    surface = flat((0.4, 0.5, 0.6), height=CAMERA.height, width=CAMERA.width)
+    for coats in ((below, above), (below, ink), (below,)):
+        frame = Painting(coats, surface).frame(CAMERA, wanted=SHEETS)
+        assert difference(frame)[0] <= MOST
+
+
+def test_files_hold_what_programs_ask_for(still_life):
+    save_upright(still_life, "pears.ply")
+    words = ["render", "pears.ply", "--strokes", "150", "--size", "300x200", "--see", "off", "--quiet"]
+    for name in ("a.ora", "b.ora", "a.png"):
+        assert cli.main([*words, "-o", name]) == 0
+    with zipfile.ZipFile("a.ora") as archive, Image.open("a.png") as picture:
+        assert np.abs(picture_in(archive, "mergedimage.png")[..., :3] * 255 - np.asarray(picture)).max() == 0
+        thumbnail = Image.open(io.BytesIO(archive.read("Thumbnails/thumbnail.png")))
+        assert thumbnail.size == (256, 171)
+
+
+def test_a_file_says_how_it_was_painted(still_life, capsys):
+    save_upright(still_life, "pears.ply")
+    words = ["pears.ply", "--strokes", "150", "--size", "96x64", "--see", "off", "-o", "a.ora", "--json"]
+    assert cli.main(["render", *words]) == 0
+    write = json.loads(capsys.readouterr().out)["stages"][-1]
+    assert write["counts"]["layers"] == len(layers_of("a.ora"))
+    assert cli.main(["info", "a.ora", "--json"]) == 0
+    assert "brushgs render pears.ply" in json.loads(capsys.readouterr().out)["painted"]["command"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["--bits", "16"],
+            "bits must be omitted for a.ora, which holds its own layers, of 8 bits; write a.png",
+        ),
+        (["--layers", "depth"], "layers must be omitted for a.ora"),
+        (["--orbit", "4"], "output of a path must be a folder or end in one of"),
+    ],
+)
+def test_what_a_file_does_not_hold_is_refused(words, said, still_life, capsys):
+    save_upright(still_life, "pears.ply")
+    assert cli.main(["render", "pears.ply", "-o", "a.ora", *words]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+
+
+def test_other_zip_files_are_refused_in_a_sentence(capsys):
+    with zipfile.ZipFile("a.ora", "w") as archive:
+        archive.writestr("mimetype", "image/openraster")
+    assert cli.main(["info", "a.ora"]) == 2
+    assert "a.ora: is no OpenRaster file, or damaged; get it again" in capsys.readouterr().err
