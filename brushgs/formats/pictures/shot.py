@@ -3,8 +3,12 @@
 import re
 from dataclasses import dataclass
 from pathlib import PurePath
+from typing import TYPE_CHECKING
 
 from brushgs.values.camera import Camera
+
+if TYPE_CHECKING:
+    from brushgs.formats.pictures.panorama import Panorama
 
 _FOLDERS = re.compile(r"[^,:()=]*[/\\]")  # of a file within a value such as mask:shots/a.png
 
@@ -39,6 +43,7 @@ class Shot:
         manifest: the file with the names of the strokes of all frames (`write_manifest`), as it is named
             from the folder of the picture; None where the names stand in the picture itself.
         origin: how it was painted, which its metadata say; see `brushgs.formats.pictures.metadata`.
+        panorama: of a sphere or of two eyes.
 
     Raises:
         ValueError: if `fps` is not above 0.
@@ -49,6 +54,7 @@ class Shot:
     fps: float | None = None
     manifest: PurePath | None = None
     origin: Origin | None = None
+    panorama: "Panorama | None" = None
 
     def __post_init__(self) -> None:
         if self.fps is not None and not 0 < self.fps < float("inf"):

@@ -8,7 +8,7 @@ over the whole picture; a WebP is decoded all at once.
 import re
 import struct
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,16 @@ def write_png(
     """See `write_frame`."""
     pixels = pixels_of(frame, background, bits)
     names = ("R", "G", "B", "A")[: pixels.shape[-1]]
-    write_pixels(path, "png", pixels, names, _PNG | described(shot), _is_complete)
+
+    def finish(written: Path) -> bool:
+        if shot is None or shot.panorama is None or not _is_complete(written):
+            return _is_complete(written)
+        from brushgs.formats.pictures.panorama import tag_png
+
+        tag_png(written, shot.panorama, pixels.shape[1], pixels.shape[0])
+        return True
+
+    write_pixels(path, "png", pixels, names, _PNG | described(shot), finish)
 
 
 def _is_complete(path: Path) -> bool:
@@ -69,7 +78,10 @@ def write_jpeg(frame: Frame, path: str | Path, background: Background, *, shot: 
     """See `write_frame`."""
     if background is None:
         raise ValueError(f"write_frame: a JPEG holds no transparency, got {str(path)!r}; give a background")
-    write_pixels(path, "jpeg", bytes_of(frame, background), ("R", "G", "B"), _JPEG | described(shot))
+    attributes: dict[str, Any] = {**_JPEG, **described(shot)}
+    if shot is not None and shot.panorama is not None:
+        attributes |= shot.panorama.tags(*reversed(frame.alpha.shape))
+    write_pixels(path, "jpeg", bytes_of(frame, background), ("R", "G", "B"), attributes)
 
 
 def encode_jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:
