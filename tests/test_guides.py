@@ -27,6 +27,7 @@ WRITTEN |= {"strokes.sog", "shot.%04d.exr"}
 LONG = {"view", "bench", "stability", "refine", "batch", "completion", "demo", "looks"}
 # What makes a command small; of a flag that is given twice the last counts.
 SIZES = {"render": "48x36", "export": "48x36", "views": "32x24"}
+SHAPES = {"equirect": "64x32", "vr180": "36x36"}
 COUNTED = re.compile(r"--strokes |--stroke-size |--stroke gaussian")  # commands about their number
 WITH_VIEWS = re.compile(r"--see|--preset|for[-_]view|--explain|dB")  # commands about strokes that see
 FRAMES = re.compile(r"(?<=--orbit )\d+|(?<=--grow )\d+")
@@ -78,8 +79,9 @@ def test_a_command_of_the_guides_runs(line, folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     line = FRAMES.sub("3", line).replace("0,1.6,0,0.4", "0,-0.2,0,1")  # a place in this scene
     words = shlex.split(line, comments=True)[1:]
+    shape = next((size for word, size in SHAPES.items() if word in words), None)
     if words[0] in SIZES:
-        words += ["--size", SIZES[words[0]]]
+        words += ["--size", shape or SIZES[words[0]]]
     if words[0] in ("render", "export") and not COUNTED.search(line):
         words += ["--strokes", "60"]
     if words[0] in ("render", "export") and not WITH_VIEWS.search(line):

@@ -161,7 +161,9 @@ class FramePainter:
             return video_pixels(frame, self.background, kind.output.bits or 8)
         from brushgs.formats.pictures.images import encode_frame
 
-        shot = Shot(view.camera, view.index, kind.fps, kind.manifest, kind.origin)
+        rig = self.painting.rig
+        camera, panorama = (view.camera, None) if rig is None else (None, rig.panorama)
+        shot = Shot(camera, view.index, kind.fps, kind.manifest, kind.origin, panorama)
         return encode_frame(frame, kind.suffix, self.background, bits=kind.output.bits, shot=shot)
 
 

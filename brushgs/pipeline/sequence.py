@@ -153,7 +153,13 @@ def _check_video(target: Path | NumberedFiles, path: "CameraPath", config: Paint
     """Refuse a frame rate or size that does not suit a video."""
     if isinstance(target, Path):
         check_rate(target, path.fps)
-        check_size(target, path.cameras[0].width, path.cameras[0].height, config.output.codec)
+        _check_video_size(target, path.cameras[0], config)
+
+
+def _check_video_size(target: Path, camera: Camera, config: PaintConfig) -> None:
+    """Refuse a whole picture, of all eyes, that the codec cannot hold."""
+    size = config.projection.whole_size(camera.width, camera.height)
+    check_size(target, *size, config.output.codec)
 
 
 def _check_seen(prepared: Prepared) -> None:
@@ -181,7 +187,7 @@ def paint_prepared(
     """
     assert prepared.path is not None, "prepare along a path"
     check_rate(target, prepared.path.fps)
-    check_size(target, prepared.camera.width, prepared.camera.height, config.output.codec)
+    _check_video_size(target, prepared.camera, config)
     frames = _Frames(prepared, config, _track(prepared, config.draw, report), SequenceConfig(), origin=origin)
     describe_hand(frames.hand, frames.small, report)
     _paint_video(frames, target, report)
@@ -199,7 +205,8 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
         if not tracked:
             stage.did = "nothing"
             of_name = f"{prepared.texture.name!r} has no direction"
-            stage.skipped.append(f"tracking: {of_name if lock == 'track' else f'the lock is {lock!r}'}")
+            locks = [coat.options.lock for coat in coats if coat.texture.is_directed]
+            stage.skipped.append(f"tracking: {f'the lock is {locks[0]!r}' if locks else of_name}")
             return [None] * len(coats)
         from brushgs.rendering.track import track_directions
 
@@ -240,6 +247,12 @@ def _note_coarse(cameras: Sequence[Camera]) -> None:
         warnings.warn(SceneWarning(f"{fact}; {cure}"), stacklevel=2)
 
 
+def _views(prepared: Prepared, index: int) -> Sequence[Camera]:
+    """The views of a frame, as strokes are made for them."""
+    rig, camera = prepared.painting.rig, prepared.cameras[index]
+    return [camera] if rig is None else rig.guides(camera)
+
+
 def _sees_any(prepared: Prepared, num_views: int) -> bool:
     """Whether a stroke is visible in any of `num_views` evenly spread views."""
     from brushgs.rendering.options import project_with
@@ -251,7 +264,7 @@ def _sees_any(prepared: Prepared, num_views: int) -> bool:
         options = replace(coat.options, lock="off", order="depth", fade=False)  # the fastest
         for index in range(0, len(prepared.cameras), step):
             shown = coat if moving is None else coat.posed(moving.pose(index))
-            if len(project_with(shown.strokes, prepared.cameras[index], options)[0]):
+            if any(len(project_with(shown.strokes, view, options)[0]) for view in _views(prepared, index)):
                 return True
     return False
 
@@ -491,7 +504,8 @@ def _describe_painted(
 def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
     """Paint all frames to a video file."""
     path, camera, background = frames.path, frames.path.cameras[0], frames.config.draw.background
-    size, output = (camera.width, camera.height), frames.config.output
+    rig, output = frames.prepared.painting.rig, frames.config.output
+    size = (camera.width, camera.height) if rig is None else rig.size_of(camera)
     transparent = background.lower() == TRANSPARENT
     encoding = choose_encoding(target, codec=output.codec, bits=output.bits, transparent=transparent)
     film = open_video(
@@ -503,11 +517,12 @@ def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
         codec=output.codec,
         bits=output.bits,
         transparent=transparent,
+        panorama=None if rig is None else rig.panorama,
     )
     cure = f"no video was written; numbered frames, -o {target.with_suffix('')}/, can be resumed"
     with _interrupted_with(lambda: cure), film as reel:
         kind, indices = FrameKind(None, replace(output, bits=encoding.bits)), range(len(path.cameras))
-        if text := metadata_text(Shot(camera, origin=frames.origin)):
+        if text := metadata_text(Shot(camera if rig is None else None, origin=frames.origin)):
             reel.describe(text)
         writing = _paint(frames, indices, kind, lambda _, pixels: reel.add(pixels), report)
         with report.stage("write", earlier=writing) as stage:

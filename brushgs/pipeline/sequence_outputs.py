@@ -58,7 +58,7 @@ def check_target(
         if rate is not None:
             check_rate(target, rate)
         if config.view.fixed_size is not None:
-            check_size(target, *config.view.fixed_size, config.output.codec)
+            check_size(target, *config.projection.whole_size(*config.view.fixed_size), config.output.codec)
         check_output(target, VIDEO_SUFFIXES, inputs=inputs)
         return
     folder = target.folder.resolve()

@@ -18,6 +18,7 @@ from brushgs.pipeline.drawing import (
     add_layers,
     lay_coat,
     light_canvas,
+    paint_with_rig,
     project_coat,
     warn_if_blank,
     write_picture,
@@ -70,6 +71,11 @@ def paint_file(
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     check_output(output, PICTURE_SUFFIXES + DRAWING_SUFFIXES, inputs=input_files(scene, config))
     check_encoding(output, config)
+    if is_drawing(output) and not config.projection.is_plain:
+        cure = output.with_suffix(".png")
+        raise ValueError(
+            f"{output.name} holds paths of one pinhole camera, no sphere and no eyes; write {cure}"
+        )
     if "motion" in config.output.layers:
         raise ValueError("layers must not have motion in one picture, which has no next frame; omit it")
     if sheet is not None:
@@ -84,7 +90,10 @@ def paint_file(
     )
     wanted = Wanted(config.output.all_layers, config.output.deep, paths=is_drawing(output))
     frame = paint_view(prepared, report, depth=holds_depth(output), first=first, wanted=wanted)
-    write_picture(frame, output, prepared.background, config, report, Shot(prepared.camera, origin=origin))
+    shot = Shot(prepared.camera, origin=origin)
+    if prepared.painting.rig is not None:  # there is no single view
+        shot = Shot(origin=origin, panorama=prepared.painting.rig.panorama)
+    write_picture(frame, output, prepared.background, config, report, shot)
     report.output = str(output)
     if sheet is not None:
         name = name_of(scene, prepared.notes)
@@ -157,6 +166,8 @@ def paint_view(
     advice = "" if prepared.notes is not None and prepared.notes.is_strokes else SPENT_OUTSIDE
     if prepared.growth is None:
         painting = with_cut_edges(painting, camera, prepared.edges)
+    if painting.rig is not None:
+        return paint_with_rig(painting, camera, report, wanted)
     canvas, shown = painting.canvas(camera, wanted), []
     for coat in painting.coats:
         boxes = project_coat(coat, camera, report, advice=advice, among=len(painting.coats))

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.light import Lamp
     from brushgs.rendering.marks import LaidCoat
     from brushgs.rendering.motion import Pose
+    from brushgs.rendering.rigs import Rig
     from brushgs.rendering.surface import Surface
 
 CARRIED = 0.5  # share of the height below that stays under a coat: canvas shows through paint
@@ -186,6 +187,7 @@ class Painting:
             if lit like stills.
         region_names: of the strokes' regions, from region 1; for mattes.
         day: moving sun; None for constant light.
+        rig: the cameras of a frame in place of its own, for spheres and two eyes; None for its own.
     """
 
     coats: tuple[Coat, ...]
@@ -195,6 +197,7 @@ class Painting:
     is_moving: bool = False
     region_names: tuple[str, ...] = ()
     day: "Day | None" = None
+    rig: "Rig | None" = None
 
     @classmethod
     def alone(cls, coats: Sequence[Coat]) -> "Painting":
@@ -254,6 +257,8 @@ class Painting:
             boxes: gives those of a coat in place of its own, see `Hand`.
             wanted: what the frame is to hold beside its colours: its `layers` and `deep`.
         """
+        if self.rig is not None:
+            return self.rig.frame(self, camera, directions, wanted=wanted)
         painting = self.with_depth(True) if "depth" in wanted.layers else self
         canvas = painting.canvas(camera, wanted)
         for coat, of_coat in zip_longest(painting.coats, directions):
