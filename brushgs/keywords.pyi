@@ -73,6 +73,9 @@ class PaintKeywords(TypedDict, total=False):
     roll: float | str | None
     fov_deg: float | str | None
     zoom: float | str | None
+    projection: Literal["perspective", "equirect"] | None
+    stereo: Literal["side", "top", "vr180"] | None
+    ipd: float | str | None
     lock: Literal["track", "anchor", "canonical", "off"] | None
     first: float | str | None
     layers: Sequence[str] | str | None
@@ -147,6 +150,9 @@ class FilmKeywords(TypedDict, total=False):
     roll: float | str | None
     fov_deg: float | str | None
     zoom: float | str | None
+    projection: Literal["perspective", "equirect"] | None
+    stereo: Literal["side", "top", "vr180"] | None
+    ipd: float | str | None
     orbit: int | str | None
     sway: float | str | None
     path: PathLike[str] | str | None

@@ -57,6 +57,7 @@ WRITTEN |= {"frames/%05d.exr", "//example.org/still_life.html"}
 LONG = {"view", "bench", "stability", "refine", "batch", "completion", "demo"}  # whose own tests run them
 # What makes a command small; of a flag that is given twice the last counts.
 SIZES = {"render": "48x36", "export": "48x36", "views": "32x24"}
+SHAPES = {"equirect": "64x32", "vr180": "36x36"}
 COUNTED = re.compile(r"--strokes |--stroke-size |--stroke gaussian")  # commands about their number
 WITH_VIEWS = re.compile(r"--see|--preset|for[-_]view|--explain|dB")  # commands about strokes that see
 FRAMES = re.compile(r"(?<=--orbit )\d+|(?<=--grow )\d+")
@@ -133,8 +134,10 @@ def test_a_command_of_the_guides_runs(line, folder, monkeypatch, capsys):
         .replace("--start 1 ", "--start 10% ")
     )
     words = shlex.split(line, comments=True)[1:]
+    shape = next((size for word, size in SHAPES.items() if word in words), None)
     if words[0] in SIZES:
-        words += ["--size", SIZES[words[0]] + ("@100" if re.search("--size [^ ]+@", line) else "")]
+        paper = "@100" if re.search("--size [^ ]+@", line) else ""
+        words += ["--size", shape or SIZES[words[0]] + paper]
     if words[0] in ("render", "export") and not COUNTED.search(line):
         words += ["--strokes", "60"]
     if words[0] in ("render", "export") and not WITH_VIEWS.search(line):

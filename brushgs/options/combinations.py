@@ -43,6 +43,8 @@ def _of(step: str, kind: type[Options], *without: str) -> tuple[str, ...]:
 
 
 FRAMING = _of("view", ViewConfig, "size", "camera_file", "view")  # options that place the camera
+_LENS = ("view.roll", "view.fov_y", "view.zoom")
+_SPHERES = ("projection.projection=equirect", "projection.stereo=vr180")
 RULES = (
     excludes("view.camera_file", FRAMING, "which places the camera"),
     needs(["view.view"], "view.camera_file", "which lists the views"),
@@ -50,6 +52,11 @@ RULES = (
     excludes("view.side=top", ["view.elevation"], "which is 90 degrees"),
     needs(_of("palette", PaletteConfig, "file"), "palette.file", "the picture whose colours are taken"),
     excludes("draw.background", ["ground.ground"], "which takes its place", fine="none"),
+    *(excludes(rig, _LENS, "which has no lens of its own") for rig in _SPHERES),
+    *(
+        excludes(rig, ["output.crop"], "which is put together from several views")
+        for rig in (*_SPHERES, "projection.stereo=side", "projection.stereo=top")
+    ),
     *(
         needs(
             [f"{step}.soft", f"{step}.camera_file", f"{step}.clip"],

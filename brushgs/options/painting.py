@@ -45,6 +45,7 @@ from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig,
 from brushgs.options.media import Medium, Paint, medium_of
 from brushgs.options.output import OutputConfig
 from brushgs.options.paper import EXAMPLES, MM_PER_INCH, PaperSize, sheet_names
+from brushgs.options.projection import ProjectionConfig
 from brushgs.options.rules import Rules
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.table import Options, number, numbers, option, rows_of, share, shown
@@ -601,6 +602,16 @@ class PaintConfig(Options, frozen=True):
     painted: WhereConfig | None = None
     hand: HandConfig = HandConfig()
     output: OutputConfig = OutputConfig()
+    projection: ProjectionConfig = ProjectionConfig()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.projection.is_plain:
+            return
+        usual = self.projection.usual_size
+        if usual is not None and self.view.fixed_size is None:
+            msgspec.structs.force_setattr(self, "view", msgspec.structs.replace(self.view, size=usual))
+        self.projection.check_with(self)
 
     @classmethod
     def of(cls, values: StepValues) -> Self:

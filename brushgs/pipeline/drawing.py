@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.options import RenderOptions
     from brushgs.rendering.relief import Relief
+    from brushgs.rendering.wanted import Wanted
 
 NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
 CURE = "run `brushgs doctor` on the scene, its file may encode opacities in another way"
@@ -191,6 +192,22 @@ def lay_coat(canvas: "Canvas", coat: "Coat", boxes: Boxes, report: Report, *, am
         if not options.depth:
             stage.details.append("no depth: this file format does not hold it")
     return painted
+
+
+def paint_with_rig(painting: "Painting", camera: Camera, report: Report, wanted: "Wanted") -> Frame:
+    """Paint one picture with several cameras."""
+    rig = painting.rig
+    assert rig is not None, "the painting has one"
+    with report.stage("paint") as stage:
+        frame = painting.frame(camera, wanted=wanted)
+        painted = float(np.mean(frame.alpha, dtype=np.float64))
+        views = len(rig.eyes(camera)) * len(rig.guides(camera))
+        width, height = rig.size_of(camera)
+        stage.did = f"{views} views into {width}x{height}"
+        stage.counts = {"views": views, "width": width, "height": height, "painted": round(painted, 6)}
+    if painting.surface is None and painted < BLANK:
+        warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
+    return frame
 
 
 def warn_if_blank(coat: "Coat", boxes: Boxes, camera: Camera, painted: float) -> None:

@@ -166,14 +166,16 @@ class FramePainter:
             return video_pixels(frame, self._behind, kind.output.bits or 8)
         from brushgs.formats.pictures.images import encode_frame
 
+        painting, rig = self.painting, self.painting.rig
         shot = Shot(
-            view.camera,
+            view.camera if rig is None else None,
             view.index,
             kind.fps,
             kind.manifest,
             kind.origin,
-            dpi=self.painting.dpi,
-            part=self.painting.part,
+            dpi=painting.dpi,
+            part=painting.part,
+            panorama=None if rig is None else rig.panorama,
         )
         bits, space = kind.output.bits, kind.output.colorspace
         return encode_frame(frame, kind.suffix, self._behind, bits=bits, colorspace=space, shot=shot)

@@ -39,6 +39,7 @@ _OF_LOOKS = (
     "adjust",
     "output",
     "hand",
+    "projection",
 )  # steps that plain paintings do nothing in
 
 
@@ -110,6 +111,7 @@ def describe_painting(
             "background image": None if background is None else digest(np.asarray(background)),
             "frames": len(path.cameras),
             "loop": path.is_loop,
+            **({} if prepared.painting.rig is None else {"eyes apart": prepared.painting.rig.ipd}),
             "path": digest(*map(_numbers, path.cameras)),
         }
     )

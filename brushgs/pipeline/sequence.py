@@ -158,9 +158,9 @@ def _check_video(target: Path | NumberedFiles, path: "CameraPath", config: Paint
 
 
 def _frame_size(camera: Camera, config: PaintConfig) -> tuple[int, int]:
-    """Width and height of the pictures of a film, pixels."""
+    """Width and height of the pictures of a film, of all eyes, pixels."""
     crop = config.output.crop
-    return (camera.width, camera.height) if crop is None else crop[2:]
+    return config.projection.whole_size(camera.width, camera.height) if crop is None else crop[2:]
 
 
 def _check_seen(prepared: Prepared) -> None:
@@ -209,7 +209,8 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
         if not tracked:
             stage.did = "nothing"
             of_name = f"{prepared.texture.name!r} has no direction"
-            stage.skipped.append(f"tracking: {of_name if is_tracked else f'the lock is {lock!r}'}")
+            locks = [coat.options.lock for coat in coats if coat.texture.is_directed]
+            stage.skipped.append(f"tracking: {f'the lock is {locks[0]!r}' if locks else of_name}")
             return [None] * len(coats)
         from brushgs.rendering.track import track_directions
 
@@ -251,6 +252,12 @@ def _note_coarse(cameras: Sequence[Camera]) -> None:
         warnings.warn(SceneWarning(f"{fact}; {cure}"), stacklevel=2)
 
 
+def _views(prepared: Prepared, index: int) -> Sequence[Camera]:
+    """The views of a frame, as strokes are made for them."""
+    rig, camera = prepared.painting.rig, prepared.cameras[index]
+    return [camera] if rig is None else rig.guides(camera)
+
+
 def _sees_any(prepared: Prepared, num_views: int) -> bool:
     """Whether a stroke is visible in any of `num_views` evenly spread views."""
     from brushgs.rendering.options import project_with
@@ -262,7 +269,7 @@ def _sees_any(prepared: Prepared, num_views: int) -> bool:
         options = replace(coat.options, lock="off", order="depth", fade=False)  # the fastest
         for index in range(0, len(prepared.cameras), step):
             shown = coat if moving is None else coat.posed(moving.pose(index))
-            if len(project_with(shown.strokes, prepared.cameras[index], options)[0]):
+            if any(len(project_with(shown.strokes, view, options)[0]) for view in _views(prepared, index)):
                 return True
     return False
 
@@ -514,11 +521,12 @@ def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
         codec=output.codec,
         bits=output.bits,
         transparent=transparent,
+        panorama=None if rig is None else rig.panorama,
     )
     cure = f"no video was written; numbered frames, -o {target.with_suffix('')}/, can be resumed"
     with _interrupted_with(lambda: cure), film as reel:
         kind, indices = FrameKind(None, replace(output, bits=encoding.bits)), range(len(path.cameras))
-        if text := metadata_text(Shot(camera, origin=frames.origin)):
+        if text := metadata_text(Shot(camera if rig is None else None, origin=frames.origin)):
             reel.describe(text)
         writing = _paint(frames, indices, kind, lambda _, pixels: reel.add(pixels), report)
         with report.stage("write", earlier=writing) as stage:

@@ -57,10 +57,11 @@ def check_target(
     if isinstance(target, Path):
         if rate is not None:
             check_rate(target, rate)
-        crop = config.output.crop
-        size = config.view.fixed_size if crop is None else crop[2:]
-        if size is not None:
-            check_size(target, *size, config.output.codec)
+        crop, fixed = config.output.crop, config.view.fixed_size
+        if crop is not None:
+            check_size(target, *crop[2:], config.output.codec)
+        elif fixed is not None:
+            check_size(target, *config.projection.whole_size(*fixed), config.output.codec)
         check_output(target, VIDEO_SUFFIXES, inputs=inputs)
         return
     folder = target.folder.resolve()

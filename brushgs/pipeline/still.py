@@ -29,6 +29,7 @@ from brushgs.pipeline.drawing import (
     add_layers,
     lay_coat,
     light_canvas,
+    paint_with_rig,
     project_coat,
     warn_if_blank,
     write_picture,
@@ -83,6 +84,11 @@ def paint_file(
     suffixes = PICTURE_SUFFIXES + DRAWING_SUFFIXES + LAYERED_SUFFIXES
     check_output(output, suffixes, inputs=input_files(scene, config))
     check_encoding(output, config)
+    if (is_drawing(output) or is_layered(output)) and not config.projection.is_plain:
+        cure = output.with_suffix(".png")
+        raise ValueError(
+            f"{output.name} holds the strokes of one pinhole camera, no sphere and no eyes; write {cure}"
+        )
     if "motion" in config.output.layers:
         raise ValueError("layers must not have motion in one picture, which has no next frame; omit it")
     if is_drawing(output) and config.output.crop is not None:
@@ -107,8 +113,10 @@ def paint_file(
         wanted=wanted,
         in_strips=takes_strips(output),
     )
-    painting = prepared.painting
-    shot = Shot(prepared.camera, origin=origin, dpi=painting.dpi, part=painting.part)
+    painting, rig = prepared.painting, prepared.painting.rig
+    shot = Shot(prepared.camera, origin=origin, part=painting.part, dpi=painting.dpi)
+    if rig is not None:  # there is no single view
+        shot = Shot(origin=origin, dpi=painting.dpi, panorama=rig.panorama)
     behind = cut_background(prepared.background, painting.part)
     write_picture(frame, output, behind, config, report, shot)
     report.output = str(output)
@@ -195,6 +203,8 @@ def paint_view(
     advice = "" if prepared.notes is not None and prepared.notes.is_strokes else SPENT_OUTSIDE
     if prepared.growth is None:
         painting = with_cut_edges(painting, camera, prepared.edges)
+    if painting.rig is not None:
+        return paint_with_rig(painting, camera, report, wanted)
     # An unfinished painting may be almost empty, and so may a part of one.
     is_whole = prepared.growth is None and painting.part is None
     if in_strips and not wanted.is_any and needs_strips(painting, camera):

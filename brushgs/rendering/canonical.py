@@ -88,6 +88,21 @@ class Canonical:
         return Directions(_wrapped(found, 2 * np.pi).astype(np.float32))
 
 
+def directions_of(
+    strokes: Gaussians, camera: Camera, options: RenderOptions, fields: "Canonical | None" = None
+) -> Directions | None:
+    """Which way strokes point that are painted in a view alone; None if they have no lock.
+
+    Strokes outside the picture have the direction 0.
+    """
+    if fields is not None:
+        return fields.directions(strokes, camera, options)
+    if options.lock != "anchor":
+        return None
+    angles = _ellipses(strokes, camera, options, "anchor")[0]
+    return Directions(angles.astype(np.float32))
+
+
 def fit_canonical(strokes: Gaussians, *, num_threads: int | None = None) -> Canonical:
     """Choose the field of each stroke by where it is seen, in views from all around, those from below too.
 

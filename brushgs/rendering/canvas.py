@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.light import Lamp
     from brushgs.rendering.marks import LaidCoat
     from brushgs.rendering.motion import Pose
+    from brushgs.rendering.rigs import Rig
     from brushgs.rendering.sheets import SheetMaker
     from brushgs.rendering.surface import Surface
     from brushgs.values.sheets import Sheet
@@ -226,6 +227,7 @@ class Painting:
         part: the pixels that frames hold, those of the whole picture bit for bit; None for all.
         dpi: pixels per inch on paper: threads, grain, bristles and the sharpness of the light then have a
             physical size. None: all scales with the picture.
+        rig: the cameras of a frame in place of its own, for spheres and two eyes; None for its own.
     """
 
     coats: tuple[Coat, ...]
@@ -237,6 +239,7 @@ class Painting:
     day: "Day | None" = None
     part: Part | None = None
     dpi: float | None = None
+    rig: "Rig | None" = None
 
     @classmethod
     def alone(cls, coats: Sequence[Coat]) -> "Painting":
@@ -313,6 +316,8 @@ class Painting:
             boxes: gives those of a coat in place of its own, see `Hand`.
             wanted: what the frame is to hold beside its colours: its `layers` and `deep`.
         """
+        if self.rig is not None:
+            return self.rig.frame(self, camera, directions, wanted=wanted)
         painting = self.with_depth(True) if "depth" in wanted.layers else self
         canvas = painting.canvas(camera, wanted)
         for coat, of_coat in zip_longest(painting.coats, directions):

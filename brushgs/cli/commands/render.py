@@ -79,6 +79,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_scene(parser)
     flags.add(parser, Own)
     flags.add_painting(parser, size="auto for a picture, 1280x720 for a film")
+    flags.add(parser, "projection")
     flags.add(parser, "path")
     flags.add(parser, "draw", "lock", group=("path", ""))
     flags.add(parser, "grow")

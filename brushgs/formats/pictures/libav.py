@@ -23,6 +23,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.files import replacing
 from brushgs.formats.pictures.encoding import Encoding
 from brushgs.formats.pictures.oiio import Background, Pixels, video_pixels
+from brushgs.formats.pictures.panorama import MATROSKA_MODES
 from brushgs.values.arrays import F32
 from brushgs.values.frame import Frame
 
@@ -75,7 +76,7 @@ _FORMATS = {3: "rgb24", 4: "rgba"}  # of pixels of 8 bits, by the number of chan
 _NOTHING_RANDOM = {"fflags": "+bitexact"}  # no random number and no version of the writer in the file
 # The index precedes the frames, so that a browser plays what it has received.
 _INDEX_FIRST = _NOTHING_RANDOM | {"movflags": "+faststart"}
-_OF_QUICKTIME = ("mp4", "mov")  # containers, as libav calls them
+OF_QUICKTIME = ("mp4", "mov")  # containers, as libav calls them
 
 
 class VideoWriter(Protocol):
@@ -102,6 +103,7 @@ class Film:
         rate: frames a second.
         encoding: bits of a channel, and whether there is transparency.
         loops: whether it starts over at its end, where the format can say so.
+        eyes: arrangement of two eyes, see `Panorama`; None for one.
     """
 
     path: Path
@@ -110,6 +112,7 @@ class Film:
     rate: Fraction
     encoding: Encoding
     loops: bool = False
+    eyes: str | None = None
 
 
 @dataclass(frozen=True)
@@ -148,11 +151,13 @@ class EncodedVideo:
         )
         stream.width, stream.height = film.size
         stream.pix_fmt = encoder.pixels
+        if film.eyes is not None and film.container not in OF_QUICKTIME:
+            stream.metadata["stereo_mode"] = MATROSKA_MODES[film.eyes]
         context = stream.codec_context
         context.thread_count = _NUM_THREADS
         context.color_primaries = context.color_trc = context.colorspace = _BT709
         context.color_range = _TV_RANGE
-        if encoder.tag is not None and film.container in _OF_QUICKTIME:
+        if encoder.tag is not None and film.container in OF_QUICKTIME:
             context.codec_tag = encoder.tag
         self._bits, self._encoder = film.encoding.bits, encoder
         if self._bits == 8:
@@ -213,7 +218,7 @@ def open_container(stack: contextlib.ExitStack, film: Film, options: Mapping[str
     import av
 
     if options is None:
-        options = _INDEX_FIRST if film.container in _OF_QUICKTIME else _NOTHING_RANDOM
+        options = _INDEX_FIRST if film.container in OF_QUICKTIME else _NOTHING_RANDOM
     container = av.open(str(film.path), "w", format=film.container, options=dict(options))
 
     def close() -> None:

@@ -3,9 +3,13 @@
 import re
 from dataclasses import dataclass
 from pathlib import PurePath
+from typing import TYPE_CHECKING
 
 from brushgs.values.camera import Camera
 from brushgs.values.part import Part
+
+if TYPE_CHECKING:
+    from brushgs.formats.pictures.panorama import Panorama
 
 _FOLDERS = re.compile(r"[^,:()=]*[/\\]")  # of a file within a value such as mask:shots/a.png
 
@@ -42,6 +46,7 @@ class Shot:
         origin: how it was painted, which its metadata say; see `brushgs.formats.pictures.metadata`.
         dpi: pixels per inch on paper.
         part: the part of the view of the camera that the picture is.
+        panorama: of a sphere or of two eyes.
 
     Raises:
         ValueError: if `fps` is not above 0.
@@ -54,6 +59,7 @@ class Shot:
     origin: Origin | None = None
     dpi: float | None = None
     part: Part | None = None
+    panorama: "Panorama | None" = None
 
     def __post_init__(self) -> None:
         if self.fps is not None and not 0 < self.fps < float("inf"):

@@ -9,7 +9,7 @@ import os
 import re
 import struct
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,24 @@ def write_png(
     shot: Shot | None = None,
 ) -> None:
     """See `write_frame`."""
-    write_frame_as(path, "png", frame, background, bits, _PNG | described(shot), _is_complete)
+
+    def finish(written: Path) -> bool:
+        if shot is None or shot.panorama is None or not _is_complete(written):
+            return _is_complete(written)
+        from brushgs.formats.pictures.panorama import tag_png
+
+        tag_png(written, shot.panorama, *_size(frame))
+        return True
+
+    write_frame_as(path, "png", frame, background, bits, _PNG | described(shot), finish)
+
+
+def _size(frame: Frame | Strips) -> tuple[int, int]:
+    """Width and height, pixels."""
+    if isinstance(frame, Strips):
+        return frame.width, frame.height
+    height, width = frame.alpha.shape
+    return width, height
 
 
 def _is_complete(path: Path) -> bool:
@@ -87,7 +104,10 @@ def write_jpeg(
     """See `write_frame`."""
     if background is None:
         raise ValueError(f"write_frame: a JPEG holds no transparency, got {str(path)!r}; give a background")
-    write_frame_as(path, "jpeg", frame, background, 8, _JPEG | described(shot))
+    attributes: dict[str, Any] = {**_JPEG, **described(shot)}
+    if shot is not None and shot.panorama is not None:
+        attributes |= shot.panorama.tags(*_size(frame))
+    write_frame_as(path, "jpeg", frame, background, 8, attributes)
 
 
 def encode_jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:

@@ -11,8 +11,9 @@ from pathlib import Path
 
 from brushgs.formats.files import replacing
 from brushgs.formats.pictures.encoding import choose_encoding, codec_of, frame_rate, video_format_of
-from brushgs.formats.pictures.libav import Film, VideoWriter, as_scene_error
+from brushgs.formats.pictures.libav import OF_QUICKTIME, Film, VideoWriter, as_scene_error
 from brushgs.formats.pictures.oiio import video_pixels
+from brushgs.formats.pictures.panorama import Panorama, mark_video
 from brushgs.formats.registry import VIDEO_SUFFIXES, function_of
 from brushgs.values.arrays import Array
 from brushgs.values.colors import rgb_of
@@ -138,6 +139,7 @@ def open_video(
     codec: str | None = None,
     bits: int | None = None,
     transparent: bool = False,
+    panorama: Panorama | None = None,
 ) -> Iterator[VideoWriter]:
     """Write a video; it appears when the block ends without an error, else no file remains.
 
@@ -154,6 +156,7 @@ def open_video(
         codec: one of those of the suffix; None for the usual one.
         bits: of each channel; None for the usual number of the codec.
         transparent: whether frames have alpha. Frames are as `video_pixels` gives them.
+        panorama: of spheres or two eyes, for players; .gif holds no such mark, .mkv and .webm that of eyes.
 
     Raises:
         ValueError: if the suffix, `fps`, the size or what is asked for is out of range.
@@ -166,7 +169,10 @@ def open_video(
     open_writer = function_of(codec_of(path, codec).write)
     rate, size = frame_rate(fps), padded_size(path, width, height, codec)
     with replacing(path) as temporary, as_scene_error(path), contextlib.ExitStack() as stack:
-        film = Film(temporary, video_format_of(path).container, size, rate, encoding, loops)
+        eyes = None if panorama is None else panorama.eyes
+        film = Film(temporary, video_format_of(path).container, size, rate, encoding, loops, eyes)
         writer: VideoWriter = open_writer(stack, film)
         yield writer
         writer.finish()
+        if panorama is not None and film.container in OF_QUICKTIME:
+            mark_video(temporary, panorama)

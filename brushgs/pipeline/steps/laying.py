@@ -13,6 +13,7 @@ from brushgs.options.direction import Direction
 from brushgs.options.look_parts import GroundConfig, LightConfig
 from brushgs.options.media import Medium
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
+from brushgs.options.projection import ProjectionConfig
 from brushgs.options.where import WhereConfig
 from brushgs.pipeline.backdrop import Setting, open_backdrop
 from brushgs.pipeline.background import Background
@@ -41,6 +42,7 @@ from brushgs.pipeline.styling import Contour, Styles
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.motion import StrokeMotion
+from brushgs.rendering.rigs import Rig
 from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
@@ -79,8 +81,11 @@ def options(
     along_path: bool,
     light_config: LightConfig,
     view_config: ViewConfig,
+    projection_config: ProjectionConfig,
 ) -> "RenderOptions":
-    """The options for drawing strokes."""
+    """The options for drawing strokes; the views of a sphere cannot be tracked in one picture."""
+    if along_path and projection_config.is_spherical and draw_config.lock is None:
+        draw_config = replace(draw_config, lock="canonical")
     relief = open_relief(light_config, view_config.dpi)
     return render_options(draw_config, texture, along_path=along_path, relief=relief)
 
@@ -174,7 +179,11 @@ def suns(lighting: LightConfig, stance: FirstView | None) -> F64 | None:
     return suns_of(lighting, stance)
 
 
-def _no_backdrop(ground_config: GroundConfig, painted_config: WhereConfig | None) -> str | None:
+def _no_backdrop(
+    ground_config: GroundConfig, painted_config: WhereConfig | None, projection_config: ProjectionConfig
+) -> str | None:
+    if projection_config.is_spherical:
+        return "a picture all around has no border and no wall"
     if not ground_config.stage and ground_config.backdrop == 0:
         return "no stage and no backdrop"
     is_part = painted_config is not None and not ground_config.backdrop_always
@@ -324,6 +333,7 @@ def painting(
     key: Key | None,
     made: Gaussians,
     of_backdrop: F32 | None,
+    rig: Rig | None,
 ) -> Painting:
     """The painting of a still, or of all frames of a film."""
     return Painting(
@@ -336,6 +346,7 @@ def painting(
         day=None if suns is None else day_of(suns, key, made, coats, of_backdrop),
         part=None if painted_with.output.crop is None else Part(*painted_with.output.crop),
         dpi=painted_with.view.dpi,
+        rig=rig,
     )
 
 

@@ -8,6 +8,7 @@ from brushgs.options.focus import Focus
 from brushgs.options.look_parts import GroundConfig, LightConfig
 from brushgs.options.media import Medium
 from brushgs.options.painting import ClusterConfig, PruneConfig, StrokesConfig, ViewConfig
+from brushgs.options.projection import ProjectionConfig
 from brushgs.options.rules import Rules
 from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.clean import select_seen
@@ -98,9 +99,9 @@ def contour(styles: Styles) -> Contour | None:
     return contour_of(styles)
 
 
-def is_path(views: Views) -> bool:
-    """Whether the camera moves."""
-    return isinstance(views, PathConfig)
+def is_path(views: Views, projection_config: ProjectionConfig) -> bool:
+    """Whether strokes are made for several cameras: the camera moves, or shows a sphere."""
+    return isinstance(views, PathConfig) or projection_config.is_spherical
 
 
 @unless(lambda skip, sees: skip or (None if sees else "--see off"))

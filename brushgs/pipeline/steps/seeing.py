@@ -9,6 +9,7 @@ from brushgs.options.choices import CLIP_FPS, Canvas
 from brushgs.options.look_parts import GroundConfig, LightConfig
 from brushgs.options.output import OutputConfig
 from brushgs.options.painting import CleanConfig, DrawConfig, ViewConfig
+from brushgs.options.projection import ProjectionConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig
 from brushgs.options.where import WhereConfig
@@ -21,11 +22,13 @@ from brushgs.pipeline.drawing import open_picture_background, render_options
 from brushgs.pipeline.look import open_surface
 from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
+from brushgs.pipeline.rigs import leveled, open_rig, views_of
 from brushgs.pipeline.runner import Later, makes, unless
 from brushgs.pipeline.steps.opening import Views
 from brushgs.pipeline.styling import Styles
 from brushgs.pipeline.views import choose_camera, choose_first_view, known_first_view, plan_views, with_up_of
 from brushgs.pipeline.where import Rest, part, split_where
+from brushgs.rendering.rigs import Rig
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.part import Part
@@ -149,7 +152,7 @@ def cast_light(
     return cast_towards(lighting, stance)
 
 
-@makes("cameras", "path", "film")
+@makes("frame_cameras", "path", "film")
 def planned(
     stance: FirstView | None,
     cleaned: Gaussians,
@@ -157,12 +160,14 @@ def planned(
     views: Views,
     view: ViewConfig,
     is_composed: bool,
+    is_framed: bool,
+    projection_config: ProjectionConfig,
     clip: Clip | None,
     output_config: OutputConfig,
     check_path: "Callable[[CameraPath], None] | None",
     report: Report,
 ) -> "tuple[Sequence[Camera], CameraPath | None, Film | None]":
-    """The cameras that strokes are made for; the path, one camera per frame; and the moments of a clip."""
+    """The cameras; the path, one camera per frame; and the moments of a clip."""
     film: Film | None = None
     path: CameraPath | None = None
     if isinstance(views, PathConfig):
@@ -172,10 +177,14 @@ def planned(
         if clip is not None:
             film = clip.film(fps=path.fps, num_frames=len(path.cameras))
             path = replace(path, is_loop=path.is_loop and film.is_loop)
+        if projection_config.is_spherical and is_framed and stance is not None:
+            path = replace(path, cameras=[leveled(camera, stance.up) for camera in path.cameras])
         cameras = path.cameras
     else:
         given = views if isinstance(views, Camera) else None
         cameras = [choose_camera(stance, view, report, camera=given, is_composed=is_composed)]
+        if projection_config.is_spherical and is_framed and stance is not None:
+            cameras = [leveled(cameras[0], stance.up)]
         if isinstance(views, GrowConfig):
             path = _standing(cameras[0], views.num_frames, views.rate)
         elif clip is not None:
@@ -198,9 +207,28 @@ def _check_crop(crop: tuple[int, int, int, int] | None, camera: Camera) -> None:
         raise ValueError(f"crop must lie in the picture of {size} pixels, got {text}")
 
 
-def shown(cameras: Sequence[Camera], path: "CameraPath | None") -> Sequence[Camera]:
+def shown(frame_cameras: Sequence[Camera], path: "CameraPath | None") -> Sequence[Camera]:
     """One camera per frame."""
-    return cameras if path is None else path.cameras
+    return frame_cameras if path is None else path.cameras
+
+
+def cameras(frame_cameras: Sequence[Camera], projection_config: ProjectionConfig) -> Sequence[Camera]:
+    """The cameras that strokes are made for."""
+    return views_of(projection_config, frame_cameras)
+
+
+@unless(lambda projection_config: "one pinhole camera" if projection_config.is_plain else None)
+def rig(
+    projection_config: ProjectionConfig,
+    cleaned: Gaussians,
+    shown: Sequence[Camera],
+    stance: FirstView | None,
+    view: ViewConfig,
+    is_framed: bool,
+    report: Report,
+) -> Rig:
+    """The cameras of each frame, for spheres and two eyes."""
+    return open_rig(projection_config, cleaned, shown[0], stance, view, report, is_framed=is_framed)
 
 
 def _no_crumbs(is_moving: bool, clean_config: CleanConfig, is_strokes: bool) -> str | None:

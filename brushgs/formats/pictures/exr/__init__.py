@@ -24,6 +24,7 @@ from brushgs.formats.pictures.exr.planes import (
     Attribute,
     Plane,
     attributes_of,
+    mark_latlong,
     planes_of,
 )
 from brushgs.formats.pictures.exr.spaces import DEFAULT, SPACES
@@ -164,6 +165,7 @@ def _packed(data: bytes) -> bytes:
     return packed if len(packed) < len(data) else data
 
 
+_MOST_HEADER = 1 << 17  # bytes: the attributes of a flat file, of which the description is the longest
 _NUM_ROWS = 16  # written at a time: a block of the ZIP compression, small enough for caches
 _TYPES = {"chromaticities": "float[8]", "m44f": "matrix"}  # where OpenImageIO has another name
 
@@ -198,6 +200,11 @@ def write_flat(frame: Frame, path: str | Path, background: Background, shot: Sho
         is_written = out.open(str(temporary), spec) and _write_bands(out, planes, (width, height), spec.y)
         if not (out.close() and is_written):
             raise not_written(path, temporary, out)
+        if "envmap" in attributes:
+            with temporary.open("r+b") as file:
+                header = mark_latlong(file.read(_MOST_HEADER))
+                file.seek(0)
+                file.write(header)
 
 
 def _write_bands(

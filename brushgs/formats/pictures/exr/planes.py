@@ -40,6 +40,16 @@ class Attribute(NamedTuple):
     value: Any
 
 
+# OpenImageIO writes no attribute of the type "envmap"; a text of one letter is as long in the file.
+LATLONG_MARK = "L"
+
+
+def mark_latlong(header: bytes) -> bytes:
+    """The beginning of a file with that text as an environment map of latitudes and longitudes."""
+    text, envmap = (b"envmap\0%s\0\1\0\0\0%s" % pair for pair in ((b"string", b"L"), (b"envmap", b"\0")))
+    return header.replace(text, envmap, 1)
+
+
 def attributes_of(shot: Shot, notes: Mapping[str, str], space: FileSpace) -> dict[str, Attribute]:
     """The attributes of a file by name.
 
@@ -63,6 +73,8 @@ def attributes_of(shot: Shot, notes: Mapping[str, str], space: FileSpace) -> dic
         found["framesPerSecond"] = Attribute("rational", (rate.numerator, rate.denominator))
     if shot.dpi is not None:
         found["xDensity"] = Attribute("float", shot.dpi)  # pixels per inch
+    if shot.panorama is not None and shot.panorama.is_photo_sphere:
+        found["envmap"] = Attribute("string", LATLONG_MARK)
     return found | ({} if shot.camera is None else _camera(shot.camera))
 
 

@@ -1,0 +1,181 @@
+"""Marks of pictures for headsets, by which players know that a picture is a sphere or has two eyes.
+
+JPEG and PNG hold the XMP tags of Google's Photo Sphere, OpenEXR its attribute for latitude and longitude,
+MP4 and QuickTime the boxes of Spherical Video V2, Matroska and WebM the arrangement of the eyes alone.
+Sources: Photo Sphere XMP Metadata (developers.google.com/streetview/spherical-metadata); Spherical Video V2
+RFC (github.com/google/spatial-media); ISO/IEC 14496-12.
+"""
+
+import os
+import shutil
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from brushgs.formats.files import replacing
+
+_SPACE = "http://ns.google.com/photos/1.0/panorama/"
+_PNG_HEAD = 33  # bytes of the signature and the first chunk, IHDR
+_ENTRY_HEAD = 86  # bytes of the entry of a video codec before its boxes
+_CONTAINERS = (b"moov", b"trak", b"mdia", b"minf", b"stbl")
+_STEREO_MODES = {None: 0, "top": 1, "side": 2}
+MATROSKA_MODES = {"side": "left_right", "top": "top_bottom"}
+
+
+@dataclass(frozen=True)
+class Panorama:
+    """How a picture lies on a sphere, and where its eyes are.
+
+    Attributes:
+        degrees: width of the picture of one eye: 360, 180, or None for a perspective picture.
+        eyes: None for one; "side": the left one left; "top": the left one above.
+    """
+
+    degrees: Literal[360, 180] | None = None
+    eyes: Literal["side", "top"] | None = None
+
+    @property
+    def is_photo_sphere(self) -> bool:
+        """Whether the tags of pictures can say what it is: these know one eye."""
+        return self.degrees == 360 and self.eyes is None
+
+    def tags(self, width: int, height: int) -> dict[str, Any]:
+        """The tags of a picture, as attributes of OpenImageIO; none if they cannot say what it is."""
+        if not self.is_photo_sphere:
+            return {}
+        sizes = {"CroppedAreaImageWidthPixels": width, "CroppedAreaImageHeightPixels": height}
+        sizes |= {"FullPanoWidthPixels": width, "FullPanoHeightPixels": height}
+        sizes |= {"CroppedAreaLeftPixels": 0, "CroppedAreaTopPixels": 0}
+        named = {"ProjectionType": "equirectangular", "UsePanoramaViewer": "True", **sizes}
+        return {f"GPano:{name}": value for name, value in named.items()}
+
+    def boxes(self) -> bytes:
+        """The boxes of the entry of a video codec."""
+        boxes = b""
+        if self.eyes is not None or self.degrees is not None:
+            boxes += _box(b"st3d", bytes(4) + bytes([_STEREO_MODES[self.eyes]]))
+        if self.degrees is not None:
+            cut = 1 << 30 if self.degrees == 180 else 0  # a quarter of the sphere, of 2^32
+            pose = _box(b"prhd", bytes(4) + struct.pack(">iii", 0, 0, 0))
+            bounds = _box(b"equi", bytes(4) + struct.pack(">IIII", 0, 0, cut, cut))
+            source = _box(b"svhd", bytes(4) + b"brushgs\0")
+            boxes += _box(b"sv3d", source + _box(b"proj", pose + bounds))
+        return boxes
+
+
+def tag_png(path: Path, panorama: Panorama, width: int, height: int) -> None:
+    """Add the tags to a PNG, as the text chunk that XMP asks for."""
+    tags = panorama.tags(width, height)
+    if not tags:
+        return
+    words = " ".join(f'{name}="{value}"' for name, value in tags.items())
+    packet = (
+        '<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?><x:xmpmeta xmlns:x="adobe:ns:meta/">'
+        '<rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#"><rdf:Description rdf:about="" '
+        f'xmlns:GPano="{_SPACE}" {words}/></rdf:RDF></x:xmpmeta><?xpacket end="r"?>'
+    )
+    content = b"iTXt" + b"XML:com.adobe.xmp" + bytes(5) + packet.encode()
+    chunk = struct.pack(">I", len(content) - 4) + content + struct.pack(">I", zlib.crc32(content))
+    picture = path.read_bytes()
+    path.write_bytes(picture[:_PNG_HEAD] + chunk + picture[_PNG_HEAD:])
+
+
+def mark_video(path: Path, panorama: Panorama) -> None:
+    """Insert the boxes into an MP4 or QuickTime file; offsets of what follows are corrected.
+
+    Raises:
+        ValueError: if the file has no video, or its index is damaged.
+    """
+    boxes = panorama.boxes()
+    with path.open("rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        start, end = _find_index(file, size)
+        file.seek(start)
+        index = _with_boxes(file.read(end - start), boxes, start)
+        with replacing(path) as marked, marked.open("wb") as other:
+            file.seek(0)
+            _copy(file, other, start)
+            other.write(index)
+            file.seek(end)
+            shutil.copyfileobj(file, other)
+
+
+def _box(kind: bytes, content: bytes) -> bytes:
+    return struct.pack(">I", 8 + len(content)) + kind + content
+
+
+def _copy(source: Any, target: Any, count: int) -> None:
+    """Copy bytes; before an index at the end of a file lie all its frames."""
+    while count and (piece := source.read(min(count, 1 << 20))):
+        target.write(piece)
+        count -= len(piece)
+
+
+def _find_index(file: Any, size: int) -> tuple[int, int]:
+    """Start and end of the box "moov"."""
+    start = 0
+    while start + 8 <= size:
+        file.seek(start)
+        head = file.read(16)
+        length, kind = struct.unpack(">I4s", head[:8])
+        if length == 1:
+            length = struct.unpack(">Q", head[8:16])[0]
+        end = start + length if length else size
+        if kind == b"moov":
+            return start, end
+        if end <= start:
+            break
+        start = end
+    raise ValueError("mark_video: the file must have a box 'moov', got none")
+
+
+def _children(content: bytes | bytearray, start: int, end: int) -> Iterator[tuple[bytes, int, int]]:
+    """Kind, start and end of the boxes between two places."""
+    while start + 8 <= end:
+        length, kind = struct.unpack_from(">I4s", content, start)
+        if not 8 <= length <= end - start:
+            raise ValueError(f"mark_video: boxes must lie in each other, got {kind!r} of {length} bytes")
+        yield kind, start, start + length
+        start += length
+
+
+def _with_boxes(index: bytes, boxes: bytes, start: int) -> bytes:
+    """The box "moov", found at `start` of a file, with boxes in the entry of its video codec."""
+    content = bytearray(index)
+    path = _way_to_entry(content, 0, len(content))
+    if path is None:
+        raise ValueError("mark_video: the file must have a video, got none")
+    _shift_offsets(content, 8, len(index), len(boxes), start)
+    for at in path:
+        struct.pack_into(">I", content, at, struct.unpack_from(">I", content, at)[0] + len(boxes))
+    place = path[-1] + _ENTRY_HEAD
+    return bytes(content[:place] + boxes + content[place:])
+
+
+def _way_to_entry(content: bytearray, start: int, end: int) -> list[int] | None:
+    """Starts of the boxes that lie in each other, down to the entry of a video codec."""
+    for kind, first, last in _children(content, start, end):
+        if kind in _CONTAINERS:
+            is_other = kind == b"mdia" and b"vide" not in content[first:last]
+            way = None if is_other else _way_to_entry(content, first + 8, last)
+            if way is not None:
+                return [first, *way]
+        elif kind == b"stsd":
+            return [first, first + 16]
+    return None
+
+
+def _shift_offsets(content: bytearray, start: int, end: int, shift: int, after: int) -> None:
+    """Move the places of frames that lie behind `after` in the file."""
+    for kind, first, last in _children(content, start, end):
+        if kind in _CONTAINERS:
+            _shift_offsets(content, first + 8, last, shift, after)
+        elif kind in (b"stco", b"co64"):
+            letter = "I" if kind == b"stco" else "Q"
+            count = struct.unpack_from(">I", content, first + 12)[0]
+            places = struct.unpack_from(f">{count}{letter}", content, first + 16)
+            moved = [place + shift if place > after else place for place in places]
+            struct.pack_into(f">{count}{letter}", content, first + 16, *moved)

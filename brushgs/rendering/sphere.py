@@ -1,0 +1,233 @@
+"""Pictures all around a camera, or of the half sphere before it, from the faces of a cube around it.
+
+Each face is a perspective picture of 90 degrees and a margin, which gives media their surroundings. Faces are
+resampled to an equirectangular picture: column and row are longitude and latitude. Where two faces meet they
+fade into each other, within `BAND`. Poles and the seam at longitude 180 degrees lie in the middle of faces.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import ceil, pi, radians, tan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.core.threads import side_by_side
+from brushgs.options.projection import ProjectionConfig
+from brushgs.rendering.all_around import lit_all_around, paper_all_around
+from brushgs.values.arrays import F32, F64, Array
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+
+if TYPE_CHECKING:
+    from brushgs.rendering.canvas import Painting
+    from brushgs.rendering.project import Directions
+    from brushgs.rendering.wanted import Wanted
+
+HALF_FACE, MARGIN, BAND = radians(45), radians(2), radians(0.75)  # half angles of view
+GUIDE_MARGIN = radians(10)  # of the views that strokes are made for: media leave their borders free
+SHARPNESS = 1.5  # pixels in the middle of a face for each pixel of the equator
+SAMPLES = 2  # of a pixel, along each side
+BAND_PIXELS = 1 << 17  # resampled at once
+# Axes of a face in those of the camera: right, down, forward.
+FRONT = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+RIGHT, LEFT = ((0, 0, -1), (0, 1, 0), (1, 0, 0)), ((0, 0, 1), (0, 1, 0), (-1, 0, 0))
+BACK = ((-1, 0, 0), (0, 1, 0), (0, 0, -1))
+UP, DOWN = ((1, 0, 0), (0, 0, 1), (0, -1, 0)), ((1, 0, 0), (0, 0, -1), (0, 1, 0))
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """The faces around a camera, and their picture.
+
+    Attributes:
+        width: of the picture of one eye, pixels.
+        height: of it, pixels; 180 degrees.
+        span: angle that the width shows, radians: 2 pi or pi.
+    """
+
+    width: int
+    height: int
+    span: float
+
+    @property
+    def turns(self) -> tuple[F64, ...]:
+        """[3, 3] each, the axes of the faces; a half sphere does without the one behind."""
+        faces = (FRONT, RIGHT, LEFT, UP, DOWN) if self.span < 2 * pi else (FRONT, RIGHT, BACK, LEFT, UP, DOWN)
+        return tuple(np.array(face, np.float64) for face in faces)
+
+    @property
+    def focal(self) -> float:
+        """Focal length of the faces, pixels."""
+        return SHARPNESS * self.width / self.span
+
+    def faces(self, camera: Camera, margin: float = MARGIN) -> list[Camera]:
+        """The cameras of the faces around one, the one ahead first; of its lens only `near` is used."""
+        side = 2 * ceil(self.focal * tan(HALF_FACE + margin))
+        K = np.array([[self.focal, 0, 0.5 * side], [0, self.focal, 0.5 * side], [0, 0, 1]])
+        cameras = []
+        for turn in self.turns:
+            viewmat = np.eye(4)
+            viewmat[:3] = turn @ camera.viewmat[:3]
+            cameras.append(Camera(viewmat, K, side, side, near=camera.near))
+        return cameras
+
+    def frames(
+        self, painting: "Painting", camera: Camera, eyes: Sequence[Camera], wanted: "Wanted"
+    ) -> list[Frame]:
+        """The pictures of eyes near a camera, in whose faces the directions of strokes are found."""
+        from brushgs.rendering.rigs import directions_between
+
+        locked: list[Sequence[Directions | None]] = [()] * len(self.turns)
+        if len(eyes) > 1:
+            locked = [directions_between(painting.coats, face) for face in self.faces(camera)]
+        return [self._frame(painting, eye, locked, wanted) for eye in eyes]
+
+    def _frame(
+        self,
+        painting: "Painting",
+        eye: Camera,
+        locked: "Sequence[Sequence[Directions | None]]",
+        wanted: "Wanted",
+    ) -> Frame:
+        painted = [
+            self._face(painting, face, turn, directions, wanted)
+            for face, turn, directions in zip(self.faces(eye), self.turns, locked, strict=True)
+        ]
+        smooth = {"rgb": [f.rgb for f in painted], "alpha": [f.alpha[..., None] for f in painted]}
+        for name in ("unlit", "paint"):
+            if name in painted[0].layers:
+                planes = [np.asarray(face.layers[name]) for face in painted]
+                smooth[name] = [plane.reshape(*plane.shape[:2], -1) for plane in planes]
+        mixed = self._split(smooth, self.resampled(_stacked(smooth)))
+        depth = None
+        if painted[0].depth is not None:
+            depth = self.nearest([face.depth[..., None] * self._lengths() for face in painted])[..., 0]  # type: ignore[index]
+        layers: dict[str, Any] = {"paint": mixed["paint"][..., 0]} if "paint" in mixed else {}
+        if "depth" in wanted.layers and depth is not None:
+            layers["depth"] = depth
+        if "normal" in wanted.layers:
+            normals = [
+                np.asarray(face.layers["normal"]) @ turn
+                for face, turn in zip(painted, self.turns, strict=True)
+            ]
+            layers["normal"] = self.nearest(normals)
+        if "unlit" in mixed:
+            layers["unlit"] = mixed["unlit"]
+        return Frame(mixed["rgb"], mixed["alpha"][..., 0], depth, layers=layers)
+
+    def _face(
+        self,
+        painting: "Painting",
+        face: Camera,
+        turn: F64,
+        directions: "Sequence[Directions | None]",
+        wanted: "Wanted",
+    ) -> Frame:
+        """One face, lit as part of the sphere."""
+        flat = replace(painting, surface=paper_all_around(painting, face), lamp=None)
+        frame = flat.frame(face, directions, wanted=wanted)
+        if painting.lamp is None or frame.height is None:
+            return frame
+        rgb = lit_all_around(frame, painting.lamp, face, turn[:, 1], is_moving=painting.is_moving)
+        return replace(frame, rgb=rgb)
+
+    def _lengths(self) -> Array:
+        """[side, side, 1] distance along the ray of each pixel of a face, over the depth."""
+        side = 2 * ceil(self.focal * tan(HALF_FACE + MARGIN))
+        across = ((np.arange(side) + 0.5 - 0.5 * side) / self.focal).astype(np.float32) ** 2
+        return np.asarray(np.sqrt(1 + across[:, None] + across)[..., None])
+
+    def resampled(self, faces: Sequence[Array]) -> F32:
+        """[height, width, C] the picture of faces [side, side, C]: bilinear, mean of `SAMPLES`^2 places."""
+        side, channels = faces[0].shape[1:]
+        picture = np.empty((self.height, self.width, channels), np.float32)
+        pixels = [np.ascontiguousarray(face, np.float32).reshape(-1, channels) for face in faces]
+
+        def fill(rows: slice) -> None:
+            rays = self.rays(rows, SAMPLES)
+            mixed, total = np.zeros((len(rays), channels), np.float32), np.zeros((len(rays), 1), np.float32)
+            for face, turn in zip(pixels, self.turns, strict=True):
+                places, x, y, weights = self._seen(rays, turn, side)
+                mixed[places] += weights * _between(face, x, y, side)
+                total[places] += weights
+            mixed /= total
+            shape = rows.stop - rows.start, SAMPLES, self.width, SAMPLES, channels
+            picture[rows] = mixed.reshape(shape).mean(axis=(1, 3))
+
+        side_by_side(fill, list(self._bands()))
+        return picture
+
+    def nearest(self, faces: Sequence[Array]) -> F32:
+        """[height, width, C] the same without any mixing, for depths and normals."""
+        side, channels = faces[0].shape[1:]
+        picture = np.empty((self.height, self.width, channels), np.float32)
+        for rows in self._bands():
+            rays = self.rays(rows, 1)
+            found, most = np.zeros((len(rays), channels), np.float32), np.zeros(len(rays), np.float32)
+            for face, turn in zip(faces, self.turns, strict=True):
+                places, x, y, weights = self._seen(rays, turn, side)
+                is_best = weights[:, 0] > most[places]
+                places, x, y = (
+                    places[is_best],
+                    np.rint(x[is_best]).astype(int),
+                    np.rint(y[is_best]).astype(int),
+                )
+                most[places], found[places] = weights[is_best, 0], face[y, x]
+            picture[rows] = found.reshape(-1, self.width, channels)
+        return picture
+
+    def rays(self, rows: slice, samples: int) -> F32:
+        """[h * samples * width * samples, 3] directions of places in rows of the picture, camera axes."""
+        down = (np.arange(rows.start * samples, rows.stop * samples) + 0.5) / (samples * self.height)
+        across = (np.arange(self.width * samples) + 0.5) / (samples * self.width)
+        latitude, longitude = (0.5 - down)[:, None] * pi, (across - 0.5) * self.span
+        rays = np.empty((len(down), len(across), 3), np.float32)
+        rays[..., 0] = np.cos(latitude) * np.sin(longitude)
+        rays[..., 1] = -np.sin(latitude)
+        rays[..., 2] = np.cos(latitude) * np.cos(longitude)
+        return rays.reshape(-1, 3)
+
+    def _seen(self, rays: F32, turn: F64, side: int) -> tuple[NDArray[np.intp], F32, F32, F32]:
+        """Numbers of the places that a face shows, x and y of these in it, and their weights [n, 1]."""
+        x, y, z = (rays @ axis.astype(np.float32) for axis in turn)
+        off = np.maximum(np.abs(x), np.abs(y))
+        places = np.flatnonzero(off < z * tan(HALF_FACE + BAND))
+        x, y, z, off = (one[places] for one in (x, y, z, off))
+        share = np.clip(0.5 - (np.arctan2(off, z) - HALF_FACE) / (2 * BAND), 1e-5, 1)
+        weights = share * share * (3 - 2 * share)
+        middle = 0.5 * side - 0.5
+        return places, x / z * self.focal + middle, y / z * self.focal + middle, weights[:, None]
+
+    def _bands(self) -> Iterator[slice]:
+        step = max(BAND_PIXELS // self.width, 1)
+        for start in range(0, self.height, step):
+            yield slice(start, min(start + step, self.height))
+
+    def _split(self, parts: dict[str, list[Array]], mixed: F32) -> dict[str, F32]:
+        """The stacked channels by name."""
+        ends = np.cumsum([planes[0].shape[2] for planes in parts.values()])
+        return dict(zip(parts, np.split(mixed, ends[:-1], axis=2), strict=True))
+
+
+def sphere_of(projection: ProjectionConfig, camera: Camera) -> Sphere:
+    """The sphere in the size of a camera's picture."""
+    return Sphere(camera.width, camera.height, pi if projection.stereo == "vr180" else 2 * pi)
+
+
+def _stacked(parts: dict[str, list[Array]]) -> list[Array]:
+    """The channels of each face in one array."""
+    return [np.concatenate(face, axis=2) for face in zip(*parts.values(), strict=True)]
+
+
+def _between(face: F32, x: F32, y: F32, side: int) -> F32:
+    """[n, C] the pixels [side * side, C] of a face between its pixel centers, bilinear."""
+    column, row = x.astype(np.int32), y.astype(np.int32)
+    right, below = (x - column)[:, None], (y - row)[:, None]
+    first = row * side + column
+    upper, lower = (
+        face.take(at, axis=0) * (1 - right) + face.take(at + 1, axis=0) * right
+        for at in (first, first + side)
+    )
+    return np.asarray(upper * (1 - below) + lower * below)
