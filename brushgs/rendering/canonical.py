@@ -31,6 +31,7 @@ SOFT = 0.5  # slenderness at which half the way is bent to the axis
 TOP = np.radians(60.0)  # off the axis up to which it is bent all that way, and then less: 0 across
 NUM_AROUND, AROUND_SIDE, DISTANCE = 40, 72, 2.6  # views from all around: pixels, and radii of the strokes
 LEAST = 1e-4  # share of the weight of a view that a hidden stroke has
+SINGULAR = 1e-4  # of 1 + the cosine of the angle to `facing`: below, the view counts as singular
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +171,7 @@ def _carried(facing: F64, along: F64, views: F64) -> F64:
     axis = np.cross(facing, views)
     cosine = np.einsum("nc,nc->n", facing, views)
     first = np.cross(axis, along)
-    return np.asarray(along + first + np.cross(axis, first) / np.maximum(1 + cosine, 1e-4)[:, None])
+    return np.asarray(along + first + np.cross(axis, first) / np.maximum(1 + cosine, SINGULAR)[:, None])
 
 
 def _angles(camera: Camera, means: Array, vectors: F64) -> F64:

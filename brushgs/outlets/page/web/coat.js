@@ -184,15 +184,17 @@ class CoatPainter {
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, TEXTURE_WIDTH, rows, gl.RGB, gl.FLOAT, this._shTexels);
   }
 
-  /** RGBA32F: see project.glsl; then (thickness, gain, chance, 0) and (normal, 0) where the coat has them. */
+  /** RGBA32F: see project.glsl. */
   _setStrokes(column) {
     const { gl, count, header } = this;
     const [brushes, starts] = ["brush", "streakStart"].map(column);
     const [relief, chance] = ["relief", "chance"].map((name) => column(name) && floatsOfHalves(column(name)));
     const { normals } = this.columns.base;
     const [gaps, marks] = [column("gaps"), column("marks") && floatsOfHalves(column("marks"))];
+    const fields = column("fields") && quaternionsOfCodes(column("fields"));
     this._hasNormals = normals !== null;
-    this._stride = 3 + (relief || chance ? 1 : 0) + (normals ? 1 : 0) + (gaps ? 2 : 0);
+    this._fieldAt = 3 + (relief || chance ? 1 : 0);
+    this._stride = this._fieldAt + (fields ? 1 : 0) + (normals ? 1 : 0) + (gaps ? 2 : 0);
     const stride = 4 * this._stride;
     const rows = Math.max(1, Math.ceil((count * this._stride) / TEXTURE_WIDTH));
     const texels = new Float32Array(4 * TEXTURE_WIDTH * rows);
@@ -201,6 +203,7 @@ class CoatPainter {
       texels[at + 11] = (brushes ? brushes[i] : 0) + 256 * (starts ? starts[i] : 0);
       if (relief) texels.set(relief.subarray(2 * i, 2 * i + 2), at + 12);
       if (chance) texels[at + 14] = chance[i];
+      if (fields) texels.set(fields.subarray(4 * i, 4 * i + 4), at + 4 * this._fieldAt);
       if (gaps) {
         texels.set(gaps.subarray(3 * i, 3 * i + 3), at + stride - 8);
         texels.set(marks.subarray(2 * i, 2 * i + 2), at + stride - 5);
@@ -265,7 +268,7 @@ class CoatPainter {
     const { header } = this;
     const isImage = this.isImage && !more.includes("UNDERPAINT");
     const has = {
-      ANCHORED: header.lock === "anchor",
+      ANCHORED: header.lock !== "off",
       FADES: header.fade,
       ANTIALIASED: header.antialiased,
       BORDER: header.border > 0,
@@ -285,6 +288,7 @@ class CoatPainter {
       `SH_DEGREE ${header.shDegree}`,
       `NUM_BRUSHES ${this._numBrushes}`,
       `STRIDE ${this._stride}`,
+      ...(header.lock === "canonical" ? [`FIELD ${this._fieldAt}`] : []),
       ...Object.keys(has).filter((name) => has[name]),
       ...more,
     ];
