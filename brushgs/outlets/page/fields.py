@@ -34,7 +34,9 @@ def field_codes(fields: "Canonical", strokes: "Gaussians") -> NDArray[np.uint16]
     largest = np.take_along_axis(quats, omitted[:, None], axis=1)
     others = (np.arange(3) + (np.arange(3) >= omitted[:, None])).astype(np.intp)
     components = np.take_along_axis(quats, others, axis=1) * np.where(largest < 0, -1, 1)
-    codes = np.rint((components / LARGEST + 1) * (0.5 * LEVELS)).clip(0, LEVELS).astype(np.uint16)
+    codes: NDArray[np.uint16] = (
+        np.rint((components / LARGEST + 1) * (0.5 * LEVELS)).clip(0, LEVELS).astype(np.uint16)
+    )
     codes[:, 0] |= (omitted << BITS).astype(np.uint16)
     codes[fields.is_anchored] = 0
     return codes
