@@ -509,7 +509,7 @@ def _describe_painted(
 def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
     """Paint all frames to a video file."""
     path, camera, background = frames.path, frames.path.cameras[0], frames.config.draw.background
-    size, output = _frame_size(camera, frames.config), frames.config.output
+    size, output, rig = _frame_size(camera, frames.config), frames.config.output, frames.prepared.painting.rig
     transparent = background.lower() == TRANSPARENT
     encoding = choose_encoding(target, codec=output.codec, bits=output.bits, transparent=transparent)
     film = open_video(

@@ -20,7 +20,7 @@ from brushgs.rendering.visibility import visible_areas
 from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.quats import quats_of, rotation_matrices
+from brushgs.values.quats import rotation_matrices
 
 NUM_ALONG = 32  # directions across `facing` that are tried
 NUM_BEST = 2  # candidates of `facing` for which they are
@@ -32,6 +32,7 @@ SOFT = 0.5  # slenderness at which half the way is bent to the axis
 TOP = np.radians(60.0)  # off the axis up to which it is bent all that way, and then less: 0 across
 NUM_AROUND, AROUND_SIDE, DISTANCE = 40, 72, 2.6  # views from all around: pixels, and radii of the strokes
 LEAST = 1e-4  # share of the weight of a view that a hidden stroke has
+SINGULAR = 1e-4  # of 1 + the cosine of the angle to `facing`: below, the view counts as singular
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +54,6 @@ class Canonical:
         """The fields of these strokes, then those of others."""
         pairs = ((getattr(self, one.name), getattr(others, one.name)) for one in fields(Canonical))
         return Canonical(*(np.concatenate(pair) for pair in pairs))
-
-    @property
-    def quats(self) -> F64:
-        """[N, 4] unit quaternions from x and y to `facing` and `along`; zeros where a stroke is anchored."""
-        frames = np.stack([self.facing, self.along, np.cross(self.facing, self.along)], axis=2)
-        return np.where(self.is_anchored[:, None], 0.0, quats_of(frames))
 
     def arrows(self, strokes: Gaussians, camera: Camera) -> F64:
         """[N] radians, the direction in the picture of what each field carries to a view, not bent."""
@@ -209,7 +204,7 @@ def _carried(facing: F64, along: F64, views: F64) -> F64:
     axis = np.cross(facing, views)
     cosine = np.einsum("nc,nc->n", facing, views)
     first = np.cross(axis, along)
-    return np.asarray(along + first + np.cross(axis, first) / np.maximum(1 + cosine, 1e-4)[:, None])
+    return np.asarray(along + first + np.cross(axis, first) / np.maximum(1 + cosine, SINGULAR)[:, None])
 
 
 def _angles(camera: Camera, means: Array, vectors: F64) -> F64:

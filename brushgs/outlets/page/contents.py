@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from brushgs.brushes.brush_set import BrushSet, Sigmas
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.outlets.page.fields import field_codes
 from brushgs.outlets.page.images import reduced
 from brushgs.outlets.page.motion import PageMotion
 from brushgs.outlets.page.view import PageView
@@ -41,7 +42,7 @@ MOST_GROUND = 640  # px, longer side of a picture used as ground
 MOST_PLAIN = 100_000  # plain Gaussians of a coat: about 3 MB; more is too much for phones
 _HALF = np.finfo(np.float16)
 _DTYPES: dict[str, type[np.generic]] = dict.fromkeys(("means", "quats", "scales", "gaps"), np.float32)
-_DTYPES |= dict.fromkeys(("brush", "region", "streakStart"), np.uint8)
+_DTYPES |= dict.fromkeys(("brush", "region", "streakStart"), np.uint8) | {"fields": np.uint16}
 
 
 @dataclass(frozen=True, eq=False)
@@ -323,7 +324,7 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
         "kernel": brush_set.kind,
         "brushes": [collected.brush(brush_set.textures[row]) for row in used] if is_image else [],
         "numSigmas": _of_rows(options.num_sigmas, used),
-        "lock": options.lock if options.lock in ("off", "canonical") else "anchor",
+        "lock": "canonical" if coat.fields else "off" if options.lock == "off" else "anchor",
         "lowPass": options.low_pass,
         "fade": options.fade,
         "antialiased": strokes.antialiased,
@@ -362,9 +363,10 @@ def _columns(
         # 0 stays up to the border
         "chance": np.where(ids < own, uniform_of(ids, 0), 0.0) if coat.border else None,
         "normals": coat.normals,
+        "fields": None
+        if coat.fields is None
+        else np.pad(field_codes(coat.fields, coat.strokes), ((0, len(strokes) - own), (0, 0))),
     }
-    if coat.fields is not None:
-        columns["fields"] = np.pad(coat.fields.quats, ((0, len(strokes) - own), (0, 0)))
     if coat.nested is not None:
         columns["gaps"] = coat.nested.gaps
         columns["marks"] = np.stack([coat.nested.spacings, coat.nested.widths], axis=1)
@@ -386,7 +388,7 @@ def _note_omitted(coat: "Coat", brush_set: BrushSet, collected: _Collected) -> N
         collected.omit(
             "strokes of nearly equal depth do not blend in the page: the nearer one covers the other"
         )
-    if options.lock == "track":
+    if coat.fields is None and options.lock not in ("off", "anchor"):
         collected.omit(
             "strokes are not tracked in the page, which knows no path: each view has its directions"
         )

@@ -10,6 +10,7 @@ from brushgs.brushes import levels
 from brushgs.brushes.texture import FITTED_REACH, KERNEL_SIGMAS, TINT_ZERO
 from brushgs.cameras.framing import NEAR_SHARE
 from brushgs.options.page import UNDERPAINT_STEP
+from brushgs.outlets.page import fields
 from brushgs.rendering import (
     border,
     canonical,
@@ -41,6 +42,8 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "GAUSSIAN_SIGMAS": constants.GAUSSIAN_SIGMAS,
         "CLAMP": reference.CLAMP,
         "ANCHOR_PULL": reference.ANCHOR_PULL,
+        "FIELD_LEVELS": fields.LEVELS,
+        "FIELD_SINGULAR": canonical.SINGULAR,
         "FIELD_SOFT": canonical.SOFT,
         "FIELD_TOP": float(canonical.TOP),
         "FADED_NEAR": reference.FADED_NEAR,

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.rendering.canonical import fit_canonical
 from tests.outlets.page.strokes import CAMERAS, hard_strokes
 from tests.outlets.page.studio import painting_of
 
@@ -42,25 +41,6 @@ def test_boxes_are_those_of_project(studio, painted, camera):
         reach = reach * (1 - (across / along) ** 2)
     turn = 2 * np.sin((found[:, 4] - expected.angles) / 2)  # 0 at a whole turn only
     assert np.abs(turn * reach).max() < PIXELS
-
-
-@pytest.mark.parametrize("camera", CAMERAS)
-def test_fields_point_as_in_python(studio, camera):
-    """Fields are stored in 16 bits: strokes that are seen from near their singular view turn by more."""
-    strokes = hard_strokes(600, degree=0)
-    coat = {"fields": fit_canonical(strokes)}
-    painting = painting_of(strokes, bg.StrokeTexture.open("flat"), coat=coat, lock="canonical")
-    rows = studio.load(painting, CAMERAS[0]).rows[0]
-    row_of = np.argsort(rows)
-    found, (expected, _) = studio.boxes(camera), painting.coats[0].boxes(camera)
-    of_page = found[row_of[expected.ids]]
-    turn = np.abs(2 * np.sin((of_page[:, 4] - expected.angles) / 2))
-    assert np.median(turn) < 2e-4
-    assert np.quantile(turn, 0.97) < 0.05
-    by_axes = bg.project(strokes, camera, lock="anchor")
-    both = np.intersect1d(by_axes.ids, expected.ids, return_indices=True)[1:]
-    apart = np.abs(2 * np.sin((by_axes.angles[both[0]] - expected.angles[both[1]]) / 2))
-    assert np.quantile(apart, 0.9) > 0.5, "or the fields would not be seen"
 
 
 def test_extreme_values_give_numbers(studio):

@@ -98,7 +98,7 @@ def test_the_page_paints_every_look_as_the_exact_renderer_does(studio, scene, lo
         config,
         cluster=replace(config.cluster, strokes=STROKES),
         strokes=replace(config.strokes, see="off"),
-        draw=replace(config.draw, order="depth", lock="anchor"),
+        draw=replace(config.draw, order="depth", lock="canonical"),
         light=light,
         ground=replace(config.ground, backdrop_always=True),
     )

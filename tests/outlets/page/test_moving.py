@@ -19,7 +19,11 @@ from tests.outlets.page.read import read_page
 
 CALM = {"reduced_motion": "reduce"}
 CONFIG = PaintConfig.of(
-    {"cluster": {"strokes": 90}, "view": {"size": (160, 120)}, "draw": {"lock": "anchor", "order": "depth"}}
+    {
+        "cluster": {"strokes": 90},
+        "view": {"size": (160, 120)},
+        "draw": {"lock": "canonical", "order": "depth"},
+    }
 )
 
 
@@ -59,6 +63,8 @@ def test_strokes_are_where_render_has_them(studio, moving):
         np.testing.assert_allclose(found[:, 2:4], expected.half_extents, rtol=0.02, atol=0.05)
         np.testing.assert_allclose(found[:, 8:11], expected.colors, rtol=0, atol=0.01)
         np.testing.assert_allclose(found[:, 6], expected.opacities, rtol=0, atol=0.01)
+        turns = 2 * np.arcsin(np.abs(np.sin((found[:, 4] - expected.angles) / 2)))
+        assert np.degrees(turns).max() < 1  # 0.27, of poses between keys
         first = expected if first is None else first
         both = np.intersect1d(first.ids, expected.ids, return_indices=True)[1:]
         moved = max(moved, float(np.abs(first.centers[both[0]] - expected.centers[both[1]]).max()))

@@ -44,7 +44,6 @@ class CoatPainter {
         texels[at + 8 + k] = now.scales[3 * i + k];
       }
       for (let k = 0; k < 4; k++) texels[at + 4 + k] = now.quats[4 * i + k];
-      if (now.fields) texels.set(now.fields.subarray(4 * i, 4 * i + 4), at + 4 * this._fieldsAt);
       texels[at + 3] = now.opacities[i];
       if (now.normals) texels.set(now.normals.subarray(3 * i, 3 * i + 3), at + stride - 4);
     }
@@ -161,7 +160,7 @@ class CoatPainter {
     const halves = (name) => column(name) && floatsOfHalves(column(name));
     const base = {
       means: column("means"), quats: column("quats"), scales: column("scales"), opacities: halves("opacities"),
-      normals: halves("normals"), fields: halves("fields"), colors: null,
+      normals: halves("normals"), colors: null,
     };
     this.columns = { base, now: base };
     if (!this.header.motion) return;
@@ -190,11 +189,12 @@ class CoatPainter {
     const { gl, count, header } = this;
     const [brushes, starts] = ["brush", "streakStart"].map(column);
     const [relief, chance] = ["relief", "chance"].map((name) => column(name) && floatsOfHalves(column(name)));
-    const { normals, fields } = this.columns.base;
+    const { normals } = this.columns.base;
     const [gaps, marks] = [column("gaps"), column("marks") && floatsOfHalves(column("marks"))];
+    const fields = column("fields") && quaternionsOfCodes(column("fields"));
     this._hasNormals = normals !== null;
-    this._fieldsAt = 3 + (relief || chance ? 1 : 0);
-    this._stride = this._fieldsAt + (fields ? 1 : 0) + (normals ? 1 : 0) + (gaps ? 2 : 0);
+    this._fieldAt = 3 + (relief || chance ? 1 : 0);
+    this._stride = this._fieldAt + (fields ? 1 : 0) + (normals ? 1 : 0) + (gaps ? 2 : 0);
     const stride = 4 * this._stride;
     const rows = Math.max(1, Math.ceil((count * this._stride) / TEXTURE_WIDTH));
     const texels = new Float32Array(4 * TEXTURE_WIDTH * rows);
@@ -203,6 +203,7 @@ class CoatPainter {
       texels[at + 11] = (brushes ? brushes[i] : 0) + 256 * (starts ? starts[i] : 0);
       if (relief) texels.set(relief.subarray(2 * i, 2 * i + 2), at + 12);
       if (chance) texels[at + 14] = chance[i];
+      if (fields) texels.set(fields.subarray(4 * i, 4 * i + 4), at + 4 * this._fieldAt);
       if (gaps) {
         texels.set(gaps.subarray(3 * i, 3 * i + 3), at + stride - 8);
         texels.set(marks.subarray(2 * i, 2 * i + 2), at + stride - 5);
@@ -287,7 +288,7 @@ class CoatPainter {
       `SH_DEGREE ${header.shDegree}`,
       `NUM_BRUSHES ${this._numBrushes}`,
       `STRIDE ${this._stride}`,
-      ...(this.columns.base.fields ? [`FIELDS ${this._fieldsAt}`] : []),
+      ...(header.lock === "canonical" ? [`FIELD ${this._fieldAt}`] : []),
       ...Object.keys(has).filter((name) => has[name]),
       ...more,
     ];

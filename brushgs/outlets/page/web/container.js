@@ -4,7 +4,7 @@ const MAGIC = "brushgs\u0001";
 // Numbers a stroke in each column of a coat.
 const WIDTHS = {
   means: 3, quats: 4, scales: 3, opacities: 1, brush: 1, region: 1, streakStart: 1, relief: 2, chance: 1, normals: 3,
-  gaps: 3, marks: 2, fields: 4,
+  gaps: 3, marks: 2, fields: 3,
 };
 const POSE_NUMBERS = 12; // see rendering/motion.py
 const ARRAYS = { float32: Float32Array, float16: Uint16Array, uint16: Uint16Array, uint8: Uint8Array };

@@ -35,6 +35,23 @@ function rotationOfQuaternion([w, x, y, z]) {
   ]);
 }
 
+/** [4 n] unit quaternions of codes [3 n], or 0, 0, 0, 0 where there is none: see outlets/page/fields.py. */
+function quaternionsOfCodes(codes) {
+  const levels = SHARED.FIELD_LEVELS, quaternions = new Float32Array((4 * codes.length) / 3);
+  for (let from = 0, to = 0; from < codes.length; from += 3, to += 4) {
+    if (!codes[from] && !codes[from + 1] && !codes[from + 2]) continue;
+    const omitted = Math.floor(codes[from] / (levels + 1));
+    let left = 1;
+    for (let k = 0; k < 3; k++) {
+      const component = (((codes[from + k] & levels) / levels) * 2 - 1) * Math.SQRT1_2;
+      quaternions[to + k + (k >= omitted ? 1 : 0)] = component;
+      left -= component * component;
+    }
+    quaternions[to + omitted] = Math.sqrt(Math.max(left, 0));
+  }
+  return quaternions;
+}
+
 const dot3 = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross3 = (a, b) => [
   a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0],

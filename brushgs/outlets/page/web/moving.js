@@ -53,9 +53,7 @@ class CoatMotion {
         now.colors[3 * i + row] = base.colors[3 * i + row] + pose[POSE_COLOR + row];
         if (base.normals) now.normals[3 * i + row] = normal;
       }
-      const turn = pose.subarray(POSE_TURN, POSE_TURN + 4);
-      turnQuaternion(turn, base.quats, now.quats, 4 * i);
-      if (base.fields) turnQuaternion(turn, base.fields, now.fields, 4 * i);
+      turnQuaternion(pose.subarray(POSE_TURN, POSE_TURN + 4), base.quats, now.quats, 4 * i);
       now.opacities[i] = Math.min(1, Math.max(0, base.opacities[i] * pose[POSE_OPACITY]));
     }
     painter.upload();

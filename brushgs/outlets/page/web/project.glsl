@@ -4,7 +4,7 @@
 // Lengths are divided by the largest of them before they are squared, so that needles and what lies just
 // before the camera stay in range. Directions are unit vectors: angles would cost precision.
 //
-// Compiled for a coat: SH_DEGREE; NUM_BRUSHES; STRIDE texels a stroke; ANCHORED, FIELDS, FADES, ANTIALIASED,
+// Compiled for a coat: SH_DEGREE; NUM_BRUSHES; STRIDE texels a stroke; ANCHORED, FIELD, FADES, ANTIALIASED,
 // BORDER, FACING, NESTED, DOTS, PLAIN, where it has those.
 
 #include "shared.glsl"
@@ -12,8 +12,8 @@
 #include "smooth.glsl"
 
 // (mean, opacity), (quaternion w x y z), (scales, brush + 256 streak start); with relief or border
-// (thickness, gain, chance, 0); with fields (quaternion, 0 0 0 0 for none) as texel FIELDS; with facing
-// (normal, 0); nested (gap, spacing), (width, 0, 0, 0).
+// (thickness, gain, chance, 0); as texel FIELD (quaternion of the field, or zeros); with facing (normal, 0);
+// nested (gap, spacing), (width, 0, 0, 0).
 uniform highp sampler2D uStrokes;
 // By brush of the coat: standard deviations in half a box, reach of the underpaint, row of the atlas, 1 where
 // its strokes are Gaussians that are shown as they are.
@@ -24,6 +24,8 @@ uniform vec4 uLens;  // fx, fy, cx, cy, pixels
 uniform vec2 uSize;  // of the picture, pixels
 uniform float uNear, uLowPass;
 uniform float uBorder;  // width over the smaller side, 0 for none
+
+const float QUARTER_TURN = 1.5707963267948966;  // radians
 
 struct Stroke {
   vec3 mean;
@@ -112,12 +114,17 @@ vec2 variancesOf(Footprint f, vec2 axis) {
   return vec2(dot(along, along), dot(across, across));
 }
 
+// The same with the low pass, over the square of 1 pixel or of `unit`, if that is larger.
+vec2 shownVariances(Footprint f, vec2 axis) {
+  float scale = max(f.unit, 1.0);
+  return variancesOf(f, axis) * (f.unit / scale) * (f.unit / scale) + uLowPass / (scale * scale);
+}
+
 #ifdef ANCHORED
 // The projection of the longest axis of the stroke, bent toward the longer axis of the ellipse.
 vec2 anchoredAxis(Footprint f, vec3 scales, mat3 rotation, float depth, vec3 ray) {
   vec2 major = majorAxis(f);
-  float scale = max(f.unit, 1.0);
-  vec2 variances = variancesOf(f, major) * (f.unit / scale) * (f.unit / scale) + uLowPass / (scale * scale);
+  vec2 variances = shownVariances(f, major);
   float anisotropy = (variances.x - variances.y) / (variances.x + variances.y);
   int longest = scales.x >= scales.y ? (scales.x >= scales.z ? 0 : 2) : (scales.y >= scales.z ? 1 : 2);
   float cosine = dot(rotation[longest], ray);
@@ -129,38 +136,37 @@ vec2 anchoredAxis(Footprint f, vec3 scales, mat3 rotation, float depth, vec3 ray
   vec2 bent = normalize(vec2(pull * lean.x, lean.y));
   return vec2(bent.x * major.x - bent.y * major.y, bent.x * major.y + bent.y * major.x);
 }
-#endif
 
-#ifdef FIELDS
-// What the field of a stroke carries to the view, bent toward the longer axis of the ellipse:
-// rendering/canonical.py. `ray` leads from the eye to the stroke at `t`.
-vec2 carriedAxis(Footprint f, vec4 field, vec3 t, vec3 ray) {
-  mat3 frame = rotationOf(field);
-  vec3 facing = frame[0], along = frame[1], axis = cross(ray, facing), first = cross(axis, along);
-  vec3 carried = uRotation * (along + first + cross(axis, first) / max(1.0 - dot(facing, ray), 1e-4));
-  vec2 picture = normalize((carried.xy - t.xy / t.z * carried.z) * uLens.xy);
+#ifdef FIELD
+// The picture of what a field carries to the view, bent toward the longer axis of the ellipse:
+// rendering/canonical.py. The field is the first two axes of `frame`, `facing` and `along`.
+vec2 carriedAxis(Footprint f, mat3 frame, vec3 t, vec3 ray) {
+  vec3 both = frame[0] - ray;  // half its squared length is 1 + the cosine between `facing` and the view
+  vec3 carried = frame[1] + dot(ray, frame[1]) / max(0.5 * dot(both, both), FIELD_SINGULAR) * both;
+  carried = uRotation * carried;
+  vec2 picture = (carried.xy - t.xy / t.z * carried.z) * uLens.xy;
+  float size = length(picture);
+  picture = size > 0.0 ? picture / size : vec2(1, 0);
   vec2 major = majorAxis(f);
-  float scale = max(f.unit, 1.0);
-  vec2 variances = variancesOf(f, major) * (f.unit / scale) * (f.unit / scale) + uLowPass / (scale * scale);
-  float gap = variances.x - variances.y;
-  float slenderness = min(gap / variances.x * (gap / max(variances.y, 1e-30)), 1e6);
   vec2 lean = vec2(dot(picture, major), picture.x * major.y - picture.y * major.x);
-  float off = atan(lean.y * (lean.x < 0.0 ? -1.0 : 1.0), abs(lean.x)), size = abs(off);
-  const float across = 1.57079632679;  // radians
-  float bend = size < FIELD_TOP ? size : (across - size) * (FIELD_TOP / (across - FIELD_TOP));
-  float turn = slenderness / (slenderness + FIELD_SOFT) * bend * sign(off);
-  float c = cos(turn), s = sin(turn);
-  return vec2(picture.x * c - picture.y * s, picture.x * s + picture.y * c);
+  float off = atan(lean.x < 0.0 ? -lean.y : lean.y, abs(lean.x));  // to the nearer end of the axis
+  float bend = abs(off);
+  if (bend > FIELD_TOP) bend = (QUARTER_TURN - bend) * (FIELD_TOP / (QUARTER_TURN - FIELD_TOP));
+  vec2 variances = shownVariances(f, major);
+  float ratio = variances.x > 0.0 ? variances.y / variances.x : 1.0;
+  float slender = (1.0 - ratio) * (1.0 - ratio);
+  float turn = slender / (slender + FIELD_SOFT * ratio) * bend * sign(off);
+  return vec2(picture.x * cos(turn) - picture.y * sin(turn), picture.x * sin(turn) + picture.y * cos(turn));
 }
 #endif
 
-#ifdef ANCHORED
-vec2 axisOf(int id, Footprint f, vec3 scales, mat3 rotation, vec3 t, vec3 ray) {
-#ifdef FIELDS
-  vec4 field = strokeTexel(id, FIELDS);
-  if (field != vec4(0)) return carriedAxis(f, field, t, ray);
+// Which way stroke `id` points where it is at `t` before the camera and `ray` leads to it.
+vec2 axisOf(int id, Stroke stroke, Footprint f, mat3 rotation, vec3 t, vec3 ray) {
+#ifdef FIELD
+  vec4 field = strokeTexel(id, FIELD);  // from the axes of the stroke
+  if (field != vec4(0)) return carriedAxis(f, rotation * rotationOf(field), t, ray);
 #endif
-  return anchoredAxis(f, scales, rotation, t.z, ray);
+  return anchoredAxis(f, stroke.scales, rotation, t.z, ray);
 }
 #endif
 
@@ -188,11 +194,11 @@ Box boxOf(int id, Stroke stroke) {
   if (isPlain) {
     box.axis = major;
   } else if (uHead == uEye) {
-    box.axis = axisOf(id, f, stroke.scales, rotation, t, ray);
+    box.axis = axisOf(id, stroke, f, rotation, t, ray);
   } else {  // both eyes take the direction that is seen from between them
     vec3 middle = uRotation * seen;
     middle.z = max(middle.z, uNear);
-    box.axis = axisOf(id, footprintOf(middle, axes), stroke.scales, rotation, middle, ray);
+    box.axis = axisOf(id, stroke, footprintOf(middle, axes), rotation, middle, ray);
   }
 #else
   box.axis = major;
@@ -206,6 +212,12 @@ Box boxOf(int id, Stroke stroke) {
 
   box.opacity = stroke.opacity;
   vec2 bare = variancesOf(f, major) * share;
+#ifdef FIELD
+  if (!isPlain) {  // the same paint on a larger box
+    vec2 shrunk = (bare + grown) / max(variances, vec2(1e-30));
+    box.opacity *= sqrt(shrunk.x) * sqrt(shrunk.y);
+  }
+#endif
 #ifdef ANTIALIASED
   if (uLowPass > 0.0) {
     vec2 kept = bare / (bare + grown);
