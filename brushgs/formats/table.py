@@ -159,6 +159,8 @@ _DRAWINGS = (
 _LAYERED = (
     Format("OpenRaster", "layered", (".ora",), write="pictures.ora:write_ora",
         note="8 bit, layers for ground, stage, subject, lines, relief and light"),
+    Format("Photoshop", "layered", (".psd",), write="pictures.psd:write_psd", package="psd_tools",
+        holds_metadata=False, note="the same layers, by the package psd-tools"),
 )
 VIDEO_CODECS: Mapping[str, VideoCodec] = {
     # One chroma sample for each 2 x 2 pixels, so sides are even; x264 refuses longer ones.

@@ -303,16 +303,14 @@ def write_picture(
     """Write the picture on its background, with layers and metadata if the format holds them."""
     with report.stage("write") as stage:
         from brushgs.formats.pictures.images import write_frame
-        from brushgs.formats.registry import is_drawing, is_layered
+        from brushgs.formats.registry import find_written, function_of, is_drawing
 
         if is_drawing(path):
             assert isinstance(frame, Frame), "drawings are made of a frame"
             _write_paths(frame, path, background, shot, stage)
-        elif is_layered(path):
-            from brushgs.formats.pictures.ora import write_ora
-
+        elif (layered := find_written("layered", path)) is not None:
             assert isinstance(frame, Frame), "layered files are made of a frame"
-            num = write_ora(frame, path, background, shot=shot)
+            num = function_of(layered.write)(frame, path, background, shot=shot)
             stage.details.append(f"{num} layers: {', '.join(sheet.name for sheet in frame.sheets)}")
             stage.counts = {"layers": num}
         else:

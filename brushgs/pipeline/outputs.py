@@ -5,6 +5,7 @@ import os
 import tempfile
 import warnings
 from collections.abc import Callable, Iterable
+from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 
@@ -133,6 +134,9 @@ def check_encoding(path: Path, config: PaintConfig) -> None:
             cure = path.with_suffix(".exr" if given[0] in ("layers", "deep", "colorspace") else ".png")
             holds = "paths, not pixels" if is_drawing(path) else "its own layers, of 8 bits"
             raise ValueError(f"{given[0]} must be omitted for {path.name}, which holds {holds}; write {cure}")
+        if path.suffix.lower() == ".psd" and find_spec("psd_tools") is None:
+            install = "pip install 'brushgs[psd]'"
+            raise ValueError(f"{path.name} needs the package psd-tools; {install}, or write .ora")
         return
     _check_colorspace(path, output)
     choose_encoding(path, codec=output.codec, bits=output.bits, transparent=transparent)

@@ -4,6 +4,7 @@ import io
 import json
 import zipfile
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ from PIL import Image
 from brushgs import cli
 from brushgs.formats.pictures.images import write_frame
 from brushgs.formats.pictures.ora import write_ora
+from brushgs.formats.pictures.psd import write_psd
 from brushgs.options.look import Look
-from brushgs.options.painting import ViewConfig
+from brushgs.options.painting import PaintConfig, ViewConfig
+from brushgs.pipeline import outputs
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering.canvas import Painting
@@ -74,6 +77,36 @@ def test_the_layers_of_every_medium_are_its_picture(look, still_life):
     assert any(name.startswith("subject") for name in names)
     assert len(set(names)) == len(names)
     assert np.array_equal(frame.rgb, painting.frame(camera).rgb)  # whether layers are wanted or not
+
+
+def test_a_photoshop_file_has_the_same_layers(still_life):
+    psd_tools = pytest.importorskip("psd_tools")
+    painting, camera = painting_of("oil", still_life)
+    frame = painting.frame(camera, wanted=SHEETS)
+    write_ora(frame, "a.ora", None)
+    assert write_psd(frame, "a.psd", None) == len(layers_of("a.ora"))
+    modes = {
+        "NORMAL": "src-over",
+        "MULTIPLY": "multiply",
+        "COLOR_DODGE": "color-dodge",
+        "LINEAR_DODGE": "plus",
+    }
+    for layer, (name, operation, pixels) in zip(
+        psd_tools.PSDImage.open("a.psd"), layers_of("a.ora"), strict=True
+    ):
+        assert (layer.name, f"svg:{modes[layer.blend_mode.name]}") == (name, operation)
+        left, top, right, bottom = layer.bbox
+        np.testing.assert_allclose(layer.numpy(), pixels[top:bottom, left:right], atol=1e-6)
+    write_frame(frame, "a.png", None)
+    with Image.open("a.png") as picture, Image.open("a.psd") as merged:
+        apart = np.asarray(picture.convert("RGB"), int) - np.asarray(merged.convert("RGB"), int)
+    assert np.abs(apart).max() <= 3, "what programs without layers show, and psd-tools composes"
+
+
+def test_a_photoshop_file_needs_its_package(monkeypatch):
+    monkeypatch.setattr(outputs, "find_spec", lambda name: None)
+    with pytest.raises(ValueError, match=r"a\.psd needs the package psd-tools; pip install 'brushgs\[psd\]'"):
+        outputs.check_encoding(Path("a.psd"), PaintConfig())
 
 
 def lit_painting(surface):

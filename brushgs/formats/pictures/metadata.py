@@ -16,7 +16,7 @@ from brushgs.formats.files import check_plain, exists, scratch_folder
 from brushgs.formats.pictures.encoding import INSTALL_PYAV
 from brushgs.formats.pictures.images import MAX_PIXELS, find_format, suffixed
 from brushgs.formats.pictures.shot import Origin, Shot
-from brushgs.formats.registry import VIDEO_FORMATS, is_drawing, is_layered
+from brushgs.formats.registry import VIDEO_FORMATS, find_written, is_drawing
 from brushgs.formats.registry import by_suffix as by_suffix
 from brushgs.values.camera import Camera
 from brushgs.version import __version__
@@ -85,7 +85,9 @@ def read_metadata(path: Path) -> Metadata | None:
         from brushgs.formats.pictures.svg import read_description
 
         text = read_description(path)
-    elif is_layered(path):
+    elif (layered := find_written("layered", path)) is not None:
+        if not layered.holds_metadata:
+            return None
         from brushgs.formats.pictures.ora import merged_picture
 
         with scratch_folder() as folder:

@@ -39,7 +39,7 @@ def write_ora(frame: Frame, path: str | Path, background: Background, *, shot: S
     Raises:
         SceneError: if the file cannot be written.
     """
-    sheets = _on_background(frame, background)
+    sheets = on_background(frame, background)
     merged = encode_frame(frame, ".png", background, shot=shot)
     files = {f"data/{row:02d}.png": _png(sheet) for row, sheet in enumerate(sheets)}
     files |= {MERGED: merged, "Thumbnails/thumbnail.png": _thumbnail(frame, background)}
@@ -66,7 +66,7 @@ def merged_picture(path: Path) -> bytes:
             raise SceneError(path, "is no OpenRaster file, or damaged; get it again") from None
 
 
-def _on_background(frame: Frame, background: Background) -> tuple[Sheet, ...]:
+def on_background(frame: Frame, background: Background) -> tuple[Sheet, ...]:
     """The layers over a background; light that their colours, of at most 1, cannot hold there is added."""
     if background is None or (frame.alpha == 1).all():
         return frame.sheets
