@@ -21,7 +21,20 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 COPIED = ("README.md", "CHANGELOG.md", "NOTICE", "LICENSE", "docs", "strokes", "examples")
 TUTORIALS = ("first_picture", "own_look", "film", "styles", "page")
-GUIDES = ("install", "recipes", "scenes", "looks", "styles", "moving", "time", "page", "outlets", "python")
+GUIDES = (
+    "install",
+    "recipes",
+    "scenes",
+    "looks",
+    "styles",
+    "moving",
+    "time",
+    "page",
+    "outlets",
+    "print",
+    "headsets",
+)
+GUIDES += ("python",)
 # The side bar: captions, and the pages below each in order.
 CONTENTS = {
     "Overview": ["docs/README"],

@@ -199,7 +199,10 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
         (["--background", "redish"], r"background must be white, black, .* got 'redish'"),
         (["--stroke", "swirll"], r"swirll: neither a file nor a built-in stroke, .*did you mean 'swirl'\?"),
         (["--filter", "blur"], r"--filter: invalid choice: 'blur'"),
-        (["-o", "a.bmp"], r"output must end in .png, .jpg, .jpeg, .tif, .*, .webp, .avif, .svg, got 'a.bmp'"),
+        (
+            ["-o", "a.bmp"],
+            r"output must end in .png, .jpg, .jpeg, .tif, .*, .webp, .avif, .svg, .ora, .psd, got",
+        ),
         (["-o", "a.jpg", "--background", "transparent"], r"must not be transparent in a\.jpg, .* a\.png"),
         (["--no-such-flag"], r"unrecognized arguments: --no-such-flag"),
         (["--frames", "5"], r"--frames needs --orbit or --path; a single picture does not use it"),

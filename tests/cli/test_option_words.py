@@ -105,6 +105,7 @@ EXAMPLES = {
     "fps": (25, ["--fps", "25"]),
     "loop": (True, ["--loop"]),
     "lock": ("anchor", ["--lock", "anchor"]),
+    "colorspace": ("acescg", ["--colorspace", "acescg"]),
     "grow": (8, ["--grow", "8"]),
     "first": ("30%", ["--first", "0.3"]),
     "resume": (True, ["--resume"]),

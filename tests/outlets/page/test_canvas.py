@@ -157,7 +157,11 @@ class Exact:
 
 def _copied(frame):
     return replace(
-        frame, **{name: None if plane is None else plane.copy() for name, plane in vars(frame).items()}
+        frame,
+        **{
+            name: plane.copy() if isinstance(plane, np.ndarray) else plane
+            for name, plane in vars(frame).items()
+        },
     )
 
 
