@@ -31,6 +31,7 @@ CALMER = 2.0  # by how much a field must turn less than the longest axis does, t
 SOFT = 0.5  # slenderness at which half the way is bent to the axis
 TOP = np.radians(60.0)  # off the axis up to which it is bent all that way, and then less: 0 across
 NUM_AROUND, AROUND_SIDE, DISTANCE = 40, 72, 2.6  # views from all around: pixels, and radii of the strokes
+NEAR = 0.01  # radii, before which nothing is seen
 LEAST = 1e-4  # share of the weight of a view that a hidden stroke has
 SINGULAR = 1e-4  # of 1 + the cosine of the angle to `facing`: below, the view counts as singular
 
@@ -165,7 +166,8 @@ def views_around(strokes: Gaussians) -> list[Camera]:
     for toward in _sphere(NUM_AROUND):
         up = (0.0, -1.0, 0.0) if abs(toward[1]) < 0.95 else (1.0, 0.0, 0.0)
         place = middle + DISTANCE * radius * toward
-        cameras.append(Camera.look_at(place, middle, up, width=AROUND_SIDE, height=AROUND_SIDE))
+        side, near = AROUND_SIDE, NEAR * radius
+        cameras.append(Camera.look_at(place, middle, up, width=side, height=side, near=near))
     return cameras
 
 

@@ -139,6 +139,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add(parser, Own)
     flags.add(parser, flags.NoClobberFlag)
     flags.add_painting(parser)
+    flags.add(parser, "draw", "lock", group=("drawing", ""))
     flags.add(parser, flags.ReportFlags)
 
 

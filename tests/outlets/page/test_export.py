@@ -156,6 +156,13 @@ def test_the_command_paints_the_same_strokes_without_the_view(scene, capsys):
         "scene": scene,
         "options": ["--look", "plain", "--strokes", "150", "--see", "off", "--focus", "off"],
     }
+    run(capsys, "export", scene, "-o", "b.html", "--look", "plain", *SMALL, "--lock", "canonical")
+    fielded, _ = read_page(Path("b.html"))
+    assert fielded["command"]["options"][-2:] == ["--lock", "canonical"]
+    assert [{coat["lock"] for coat in one["coats"]} for one in (header, fielded)] == [
+        {"anchor"},
+        {"canonical"},
+    ]
 
 
 def test_a_preview_of_a_page_lies_beside_it(scene, capsys):
