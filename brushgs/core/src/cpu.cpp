@@ -3,6 +3,10 @@
 #include <cstdlib>
 #include <string_view>
 
+#if defined(BRUSHGS_HAS_AVX2) || defined(BRUSHGS_HAS_AVX512)
+#include <cpuid.h>
+#endif
+
 #if defined(__MINGW32__) && !defined(__clang__)
 #include <cxxabi.h>
 #endif
@@ -20,17 +24,41 @@ namespace {
 }
 #endif
 
+#if defined(BRUSHGS_HAS_AVX2) || defined(BRUSHGS_HAS_AVX512)
+// Of leaves 1 and 7 of cpuid, and of what the system saves of a thread (xgetbv). Compilers have a table of this, but
+// Clang on Windows neither fills it nor, with Microsoft's libraries, links it. Source: Intel, Software Developer's
+// Manual, volume 2, CPUID and volume 1, 14.3.
+struct Features {
+    unsigned first = 0, seventh = 0, saved = 0;
+    Features() {
+        unsigned a = 0, b = 0, c = 0, d = 0;
+        if (__get_cpuid(1, &a, &b, &c, &d) != 0) first = c;
+        if (__get_cpuid_count(7, 0, &a, &b, &c, &d) != 0) seventh = b;
+        constexpr unsigned osxsave = 1U << 27;
+        if ((first & osxsave) != 0) __asm__ volatile("xgetbv" : "=a"(saved), "=d"(d) : "c"(0));
+    }
+    bool has(unsigned of_first, unsigned of_seventh, unsigned of_saved) const {
+        return (first & of_first) == of_first && (seventh & of_seventh) == of_seventh && (saved & of_saved) == of_saved;
+    }
+};
+#endif
+
 bool supports(Isa isa) {
+#if defined(BRUSHGS_HAS_AVX2) || defined(BRUSHGS_HAS_AVX512)
+    static const Features features;
+    [[maybe_unused]] constexpr unsigned fma = 1U << 12, avx = 1U << 28;
+    [[maybe_unused]] constexpr unsigned bmi = 1U << 3, avx2 = 1U << 5, bmi2 = 1U << 8;
+    [[maybe_unused]] constexpr unsigned f = 1U << 16, dq = 1U << 17, bw = 1U << 30, vl = 1U << 31;
+    [[maybe_unused]] constexpr unsigned ymm = 0x6, zmm = 0xe6;
+#endif
     switch (isa) {
 #ifdef BRUSHGS_HAS_AVX512
         case Isa::avx512:
-            return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                   __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+            return features.has(avx | fma, f | dq | bw | vl, zmm);
 #endif
 #ifdef BRUSHGS_HAS_AVX2
         case Isa::avx2:
-            return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
-                   __builtin_cpu_supports("bmi2");
+            return features.has(avx | fma, avx2 | bmi | bmi2, ymm);
 #endif
         default:
             return isa == Isa::baseline;
