@@ -12,6 +12,7 @@ from brushgs.cli import main
 from brushgs.options.painting import ClusterConfig, PaintConfig, StrokesConfig, ViewConfig
 from brushgs.options.projection import ProjectionConfig
 from brushgs.options.sequence import PathConfig
+from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.rigs import leveled, open_rig, views_of
 from brushgs.pipeline.sequence import paint_sequence
@@ -42,6 +43,25 @@ def test_a_sphere_stands_where_the_camera_was_and_is_level():
         np.testing.assert_allclose(-level.viewmat[1, :3], up, atol=1e-12)
         assert level.viewmat[2, :3] @ camera.viewmat[2, :3] > 0
         assert (level.width, level.height, level.near) == (64, 32, 0.02)
+
+
+def test_a_subject_fills_some_90_degrees_of_a_sphere():
+    directions = np.random.default_rng(0).normal(size=(400, 3))
+    means = (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
+    count = np.ones(len(means), np.float32)
+    ball = bg.Gaussians(
+        means,
+        np.tile(np.float32([1, 0, 0, 0]), (400, 1)),
+        0.1 * np.ones_like(means),
+        count,
+        np.zeros((400, 1, 3), np.float32),
+    )
+    view = ViewConfig(size=(64, 32), up=(0, -1, 0))
+    config = PaintConfig(
+        cluster=ClusterConfig(60), view=view, projection=ProjectionConfig(projection="equirect")
+    )
+    distance = np.linalg.norm(prepare(ball, config, Report()).camera.position)
+    assert 55 < np.degrees(2 * np.arcsin(1 / distance)) < 100
 
 
 def test_a_camera_that_looks_straight_down_has_ahead_what_was_above():

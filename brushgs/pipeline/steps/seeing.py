@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from math import radians
 from operator import methodcaller
 from typing import TYPE_CHECKING
 
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
     from brushgs.stroke_count.view_model import ViewModel
     from brushgs.values.arrays import F64
     from brushgs.values.notes import LoadNotes
+
+SPHERE_FOV = radians(90.0)  # that a subject fills, by which the camera of a sphere stands before it
 
 
 def is_moving(source: SceneFiles | Gaussians | Clip) -> bool:
@@ -170,6 +173,8 @@ def planned(
     """The cameras; the path, one camera per frame; and the moments of a clip."""
     film: Film | None = None
     path: CameraPath | None = None
+    if projection_config.is_spherical:
+        view = replace(view, fov_y=SPHERE_FOV)
     if isinstance(views, PathConfig):
         if clip is not None and views.orbit is not None and views.fps is None:
             views = replace(views, fps=CLIP_FPS)
