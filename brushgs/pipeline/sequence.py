@@ -201,8 +201,10 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
     with report.stage("track") as stage:
         cameras, coats = prepared.cameras, prepared.painting.coats
         lock = draw.lock_of(along_path=True)
-        # Strokes that move have the fields of each moment.
+        rig = prepared.painting.rig
+        # Strokes that move have the fields of each moment, and each face of a sphere has those of its view.
         is_tracked = lock == "track" or (lock == "canonical" and prepared.moving is None)
+        is_tracked &= rig is None or not rig.projection.is_spherical
         tracked = [coat for coat in coats if is_tracked and coat.options.lock != "off"]
         num_strokes = sum(len(coat.strokes) for coat in tracked)
         stage.counts = {"lock": lock, "strokes": num_strokes, "frames": len(cameras)}

@@ -26,12 +26,12 @@ SIZE = 0.25  # of the logarithm
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """Parts of boxes along their direction.
+class Pieces:
+    """Pieces of boxes along their direction.
 
     Attributes:
-        rows: [P] of the boxes that are painted in part.
-        begins: [P] where the part begins, share of the length of the box.
+        rows: [P] of the boxes of which a piece is painted.
+        begins: [P] where the piece begins, share of the length of the box.
         ends: [P] where it ends.
     """
 
@@ -66,7 +66,7 @@ def aside(
     words: Sequence[NDArray[np.uint32]],
     most: float,
     rows: RowChoice = slice(None),
-    part: Part | None = None,
+    pieces: Pieces | None = None,
 ) -> Boxes:
     """Boxes a little aside, turned and of another size.
 
@@ -76,7 +76,7 @@ def aside(
         words: two times [M] bits that decide it, see `words_of`.
         most: pixels by which they lie aside.
         rows: M of the boxes, as for `Boxes.take`.
-        part: of those of which only a part is painted; None for whole ones.
+        pieces: of those of which only a piece is painted; None for whole ones.
     """
     columns = boxes.columns_of(rows)
     dtype, half = boxes.centers.dtype, columns["half_extents"]
@@ -87,11 +87,11 @@ def aside(
     centers = columns["centers"] + np.stack([reach * x, reach * y], axis=1)
     angles = columns["angles"] + np.float32(TURN) * strengths * turn
     half = half * np.exp(np.float32(SIZE) * strengths * size)[:, None]
-    if part is not None:
-        shift = (part.begins + part.ends - 1) * half[part.rows, 0]
-        angle = angles[part.rows]
-        centers[part.rows] += np.stack([shift * np.cos(angle), shift * np.sin(angle)], axis=1)
-        half[part.rows, 0] *= part.ends - part.begins
+    if pieces is not None:
+        shift = (pieces.begins + pieces.ends - 1) * half[pieces.rows, 0]
+        angle = angles[pieces.rows]
+        centers[pieces.rows] += np.stack([shift * np.cos(angle), shift * np.sin(angle)], axis=1)
+        half[pieces.rows, 0] *= pieces.ends - pieces.begins
     moved = {"centers": centers, "half_extents": half, "angles": angles}
     return Boxes(**columns | {name: column.astype(dtype, copy=False) for name, column in moved.items()})
 

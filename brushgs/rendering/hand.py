@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from brushgs.options.hand import STEADY, Pace
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.drawn_anew import MOST_OFFSET, Part, aside, in_other_images, words_of
+from brushgs.rendering.drawn_anew import MOST_OFFSET, Pieces, aside, in_other_images, words_of
 from brushgs.rendering.places import projected
 from brushgs.rendering.project import Directions
 from brushgs.values.arrays import F64
@@ -332,8 +332,8 @@ def _laid(boxes: Boxes, coat: Coat, rhythm: Rhythm, seconds: F64, most: float) -
     strengths = np.where(rates > 0, np.float32(LAID_ASIDE), np.float32(0))[rows]
     ends = np.concatenate([reached, np.ones(len(old))])
     begins = np.concatenate([np.zeros(len(new)), gone[is_left]])
-    part = Part(np.concatenate([new, old]), begins.astype(np.float32), ends.astype(np.float32))
-    return aside(boxes, strengths, words, most, rows, part)
+    pieces = Pieces(np.concatenate([new, old]), begins.astype(np.float32), ends.astype(np.float32))
+    return aside(boxes, strengths, words, most, rows, pieces)
 
 
 def _smeared(boxes: Boxes, now: Seen, before: Seen, share: float) -> Boxes:

@@ -131,6 +131,19 @@ def test_frames_of_a_sphere_do_not_depend_on_processes_and_are_resumed(scene, tm
     assert run(*other, "--resume", "-o", f"{parted}/") == 2  # another painting
 
 
+def test_nothing_is_tracked_for_a_film_all_around(scene, tmp_path):
+    config = PaintConfig(
+        cluster=ClusterConfig(strokes=150),
+        strokes=StrokesConfig.of(see="off"),
+        view=ViewConfig(size=(48, 24)),
+        projection=ProjectionConfig(projection="equirect"),
+    )
+    report = paint_sequence(scene, tmp_path / "a.mp4", PathConfig(orbit=3), config)
+    track = next(stage for stage in report.stages if stage.name == "track")
+    assert (track.did, track.counts["strokes"]) == ("nothing", 0)
+    assert track.skipped == ["tracking: the lock is 'canonical'"]
+
+
 def test_a_film_of_two_eyes_is_tracked_once_for_both(scene, tmp_path):
     path = tmp_path / "a.mp4"
     config = PaintConfig(

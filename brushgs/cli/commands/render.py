@@ -36,9 +36,9 @@ class Own(Options, frozen=True):
     """The options of this command alone. `output` stays text: a trailing slash means a folder."""
 
     # fmt: off
-    output: Annotated[str | None, option("picture, {written}; .ora in layers, .svg as paths; along a path "
-        f"or of a moving scene a video, {{videos}}, or numbered pictures, FOLDER/%05d{PICTURE_SUFFIXES[0]} "
-        "or short FOLDER/ #save #file #name #format", flag="-o --output",
+    output: Annotated[str | None, option("picture, {written}; .ora or .psd in layers, .svg as paths; along a "
+        "path or of a moving scene a video, {videos}, or numbered pictures, "
+        f"FOLDER/%05d{PICTURE_SUFFIXES[0]} or short FOLDER/ #save #file #name #format", flag="-o --output",
         default=f"SCENE-LOOK{PICTURE_SUFFIXES[0]} in the current "
         f"folder, SCENE-STROKE{PICTURE_SUFFIXES[0]} with --stroke, SCENE-LOOK{VIDEO_SUFFIXES[0]} for a film",
         metavar="FILE", example="picture.jpg", not_in_memory=OF_FILES)] = None
