@@ -13,6 +13,9 @@ from hypothesis import settings
 # In one place for all folders: a session has one browser.
 from tests.chromium import browser, open_page, open_shared_page  # noqa: F401
 
+# Commands of tests keep nothing on disk, and find nothing there.
+os.environ["BRUSHGS_CACHE"] = "off"
+
 # A shell that runs the tests in the background has them ignore Ctrl-C, nohup has them ignore the end of the
 # terminal, and so do all programs that they start. Tests that send these signals want them heard.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:

@@ -23,6 +23,19 @@ def output_beside(scene: "SceneSource", ending: str, suffix: str) -> Path:
 
 
 @contextmanager
+def _kept(args: Namespace) -> Iterator[None]:
+    """Results of slow steps are taken from the disk, and kept there, for commands that offer `--no-cache`."""
+    if getattr(args, "no_cache", True):
+        yield
+        return
+    from brushgs.pipeline.kept import keeping
+    from brushgs.pipeline.runner import held, holding
+
+    with keeping(held()) as memory, holding(memory):
+        yield
+
+
+@contextmanager
 def reported(args: Namespace, report: "Report | None" = None) -> Iterator["Report"]:
     """A report, printed when the command ends: notes, table or JSON, and the output path.
 
@@ -42,7 +55,8 @@ def reported(args: Namespace, report: "Report | None" = None) -> Iterator["Repor
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("ignore")
             warnings.simplefilter("always", SceneWarning)
-            yield report
+            with _kept(args):
+                yield report
     finally:
         report.close()
         notes = list(dict.fromkeys(str(warning.message) for warning in caught))  # each once

@@ -87,6 +87,17 @@ class ReportFlags(Options, frozen=True):
     verbose: Annotated[bool, option("print all stages in the table, with details", alone="amount")] = False
 
 
+class CacheFlag(Options, frozen=True):
+    """Whether results of earlier commands are used."""
+
+    GROUP: ClassVar = "report"
+    NOT_IN_MEMORY: ClassVar = OF_COMMANDS
+    # fmt: off
+    no_cache: Annotated[bool, option("make every step; by default results of slow steps, such as strokes, "
+        "are kept on disk for later commands on the same scene (see `brushgs cache`) #speed #disk")] = False
+    # fmt: on
+
+
 class SceneFlag(Options, frozen=True):
     """The scene that a command reads: `args.scene`, a list of paths."""
 

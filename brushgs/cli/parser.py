@@ -39,6 +39,7 @@ COMMANDS = {  # module in brushgs.cli.commands -> description
     "strokes": "list the built-in strokes and what each is good for, or draw a chart of them",
     "looks": "list the looks and what each is good for, print one to change, or draw a chart of them",
     "info": "describe a scene file, or how a picture was painted",
+    "cache": "show the results that commands keep on disk, or remove them",
     "completion": "print a shell's completion script for commands and flags",
 }
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from brushgs.pipeline.explain import Explained
 
 T = TypeVar("T")
+KEPT = "kept from an earlier command"  # detail of a stage
 
 
 class Later(Generic[T]):
@@ -50,6 +51,12 @@ def anew(step: Callable[..., T]) -> Callable[..., T]:
     return step
 
 
+def costly(step: Callable[..., T]) -> Callable[..., T]:
+    """Declare that the result of a step may be kept on disk, see `brushgs.pipeline.kept`."""
+    step.is_costly = True  # type: ignore[attr-defined]
+    return step
+
+
 class Memory:
     """The last result and inputs of each step, by its name.
 
@@ -59,10 +66,12 @@ class Memory:
 
     Attributes:
         made: how often each step has run.
+        found: names of steps whose last result came from disk.
     """
 
     def __init__(self) -> None:
         self.made: Counter[str] = Counter()
+        self.found: set[str] = set()
         self._kept: dict[str, tuple[tuple[object, ...], Any]] = {}
 
     def of(self, step: str, inputs: Sequence[object], make: Callable[[], T]) -> T:
@@ -95,6 +104,25 @@ class Memory:
         """Remember a result."""
         self.made[step] += 1
         self._kept[step] = inputs, result
+
+    def run(
+        self,
+        step: "Step",
+        inputs: Mapping[str, Any],
+        used: Mapping[str, Any],
+        report: Any,
+        make: Callable[[], T],
+    ) -> T:
+        """Run a step whose result is not known.
+
+        Args:
+            step: the step.
+            inputs: those that it always takes, without services.
+            used: those that it requested, after it ran.
+            report: gets its stages.
+            make: runs it.
+        """
+        return make()
 
 
 class NoMemory(Memory):
@@ -183,6 +211,7 @@ class Step:
         makes: names of its outputs.
         rule: when it does not run; None if it always runs.
         is_kept: whether a memory keeps its result.
+        is_costly: whether its result is worth a file.
     """
 
     name: str
@@ -192,6 +221,7 @@ class Step:
     makes: tuple[str, ...]
     rule: Rule | None
     is_kept: bool
+    is_costly: bool
 
     @classmethod
     def of(cls, run: Callable[..., Any]) -> "Step":
@@ -201,7 +231,8 @@ class Step:
         names, rule = getattr(run, "makes", (run.__name__,)), getattr(run, "rule", None)
         if rule is not None and not rule.instead:
             rule = replace(rule, instead=(None,) * len(names))
-        return cls(run.__name__, run, tuple(parameters), later, names, rule, getattr(run, "is_kept", True))
+        is_kept, is_costly = getattr(run, "is_kept", True), getattr(run, "is_costly", False)
+        return cls(run.__name__, run, tuple(parameters), later, names, rule, is_kept, is_costly)
 
     @property
     def takes(self) -> tuple[str, ...]:
@@ -389,8 +420,12 @@ class Job:
 
             return Later(get)
 
+        def make() -> Any:
+            return step.run(**needs, **{one: later(one) for one in step.later})
+
         start, before = time.perf_counter(), self._waited
-        result = step.run(**needs, **{one: later(one) for one in step.later})
+        always = {one: x for one, x in needs.items() if one not in self.steps.services}
+        result = memory.run(step, always, used, self.inputs.get("report"), make)
         self.seconds[step.name] = time.perf_counter() - start - (self._waited - before)
         inputs = {one: x for one, x in (needs | used).items() if one not in self.steps.services}
         memory.keep(step.name, tuple(inputs.items()), result)

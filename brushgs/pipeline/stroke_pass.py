@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from brushgs.pipeline.report import Report, Stage, Stopwatch
-from brushgs.pipeline.runner import Memory, NoMemory
+from brushgs.pipeline.runner import KEPT, Memory, NoMemory
 from brushgs.values.arrays import Rows
 from brushgs.values.gaussians import Gaussians
 
@@ -77,6 +77,8 @@ class StrokePass:
             stage.did = f"{self.num_after:,} strokes {self.what}"
             if dropped := self.num_before - self.num_after:
                 stage.did += f", {dropped:,} dropped"
+        if self.name in self.memory.found:
+            stage.details.append(KEPT)
         stage.counts = {"before": self.num_before, "after": self.num_after} | self.counts
 
 

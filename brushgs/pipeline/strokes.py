@@ -26,6 +26,7 @@ from brushgs.pipeline.blocks.budget import Budget
 from brushgs.pipeline.count import choose_count, cluster_to_target, describe_search
 from brushgs.pipeline.make_strokes import StrokeMaker
 from brushgs.pipeline.report import Report, Stage
+from brushgs.pipeline.runner import KEPT
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
@@ -227,6 +228,8 @@ def cluster_scene(
             count = choice.strokes
             clustered = maker(count)
         _describe_clusters(clustered, num, count, config, stage)
+        if "cluster" in maker.memory.found:
+            stage.details.append(KEPT)
         if found is not None and isinstance(target, ErrorBudget | StrokeSize):
             describe_search(found, target, stage)
         if maker.skip is not None:

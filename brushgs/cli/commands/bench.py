@@ -42,6 +42,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_passes(parser)
     flags.add_view(parser, size="1280x720, with a look auto, and 640x360 with --quick")
     flags.add(parser, flags.ReportFlags)
+    flags.add(parser, flags.CacheFlag)
 
 
 def run(args: Namespace) -> None:

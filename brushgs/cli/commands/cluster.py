@@ -21,6 +21,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add(parser, "clip", "start", "end", group=("clip", about))
     flags.add_where(parser, "merge only Gaussians in this part; the others stay as they are")
     flags.add(parser, flags.ReportFlags)
+    flags.add(parser, flags.CacheFlag)
 
 
 def run(args: Namespace) -> None:

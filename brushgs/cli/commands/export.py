@@ -141,6 +141,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_painting(parser)
     flags.add(parser, "draw", "lock", group=("drawing", ""))
     flags.add(parser, flags.ReportFlags)
+    flags.add(parser, flags.CacheFlag)
 
 
 def run(args: Namespace) -> None:

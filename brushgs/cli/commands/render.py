@@ -92,6 +92,7 @@ def add_flags(parser: ArgumentParser) -> None:
         flags.add(parser, kind, group=(OutputConfig.GROUP, ""))
     flags.add(parser, Passes)
     flags.add(parser, flags.ReportFlags)
+    flags.add(parser, flags.CacheFlag)
 
 
 def run(args: Namespace) -> None:

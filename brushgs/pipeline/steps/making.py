@@ -21,7 +21,7 @@ from brushgs.pipeline.make_strokes import StrokeMaker
 from brushgs.pipeline.moving import features_of, seen_at
 from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.runner import Later, Memory, anew, makes, unless
+from brushgs.pipeline.runner import Later, Memory, anew, costly, makes, unless
 from brushgs.pipeline.steps.opening import Views
 from brushgs.pipeline.stroke_changes import StrokeChanges
 from brushgs.pipeline.stroke_pass import ALREADY_STROKES
@@ -104,6 +104,7 @@ def is_path(views: Views, projection_config: ProjectionConfig) -> bool:
     return isinstance(views, PathConfig) or projection_config.is_spherical
 
 
+@costly
 @unless(lambda skip, sees: skip or (None if sees else "--see off"))
 def plain_views(
     subject: Gaussians,
@@ -132,6 +133,7 @@ def plain_views(
     )
 
 
+@costly
 @unless(lambda skip, sees: skip or (None if sees else "--see off"), "subject")
 def finest(subject: Gaussians, plain_views: "PlainViews") -> Gaussians:
     """The Gaussians with the finest line width that the views resolve."""
@@ -156,6 +158,7 @@ def drawn_lines(
     return open_lines(width, finest, plain_views, cameras, threads, report)
 
 
+@costly
 @unless(lambda is_for_view: None if is_for_view else "strokes are for the whole scene", "finest")
 def seen(
     finest: Gaussians,
@@ -187,6 +190,7 @@ def _no_slabs(is_economical: bool, clustering: ClusterConfig) -> str | None:
     return "each Gaussian is to be a stroke" if clustering.strokes is None else None
 
 
+@costly
 @unless(_no_slabs, "seen")
 def cut(
     seen: Gaussians, cameras: Sequence[Camera], clip: Clip | None, rows: "Canonical | None", report: Report
@@ -195,6 +199,7 @@ def cut(
     return seen if clip is not None and rows is None else cut_scene(seen, cameras, report)
 
 
+@costly
 def pruned(
     cut: Gaussians,
     prune_config: PruneConfig,
@@ -223,6 +228,7 @@ def _no_focus(focused_on: Focus | None, skip: str | None, rules_config: Rules | 
     return skip or ("--focus off" if focused_on is None else None)
 
 
+@costly
 @unless(_no_focus)
 def focus(
     pruned: Gaussians,

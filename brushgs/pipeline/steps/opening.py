@@ -25,7 +25,7 @@ from brushgs.pipeline.drawing import open_brushes
 from brushgs.pipeline.moving import load_clip, with_rows
 from brushgs.pipeline.regions import Regions, open_regions
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.runner import makes, unless
+from brushgs.pipeline.runner import costly, makes, unless
 from brushgs.pipeline.strokes import load_scene, open_palette
 from brushgs.pipeline.styling import Styles, open_styles
 from brushgs.pipeline.where import with_ids
@@ -157,6 +157,7 @@ def numbered(brushed: Gaussians) -> Gaussians:
     return with_ids(brushed)
 
 
+@costly
 def cleaned(numbered: Gaussians, clean_config: CleanConfig, is_strokes: bool, report: Report) -> Gaussians:
     """The Gaussians without floaters."""
     return clean_scene(numbered, clean_config, report, is_strokes=is_strokes)

@@ -24,7 +24,7 @@ from brushgs.pipeline.look import open_surface
 from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.rigs import leveled, open_rig, views_of
-from brushgs.pipeline.runner import Later, makes, unless
+from brushgs.pipeline.runner import Later, costly, makes, unless
 from brushgs.pipeline.steps.opening import Views
 from brushgs.pipeline.styling import Styles
 from brushgs.pipeline.views import choose_camera, choose_first_view, known_first_view, plan_views, with_up_of
@@ -88,6 +88,7 @@ def standing_config(view_config: ViewConfig) -> ViewConfig:
     )
 
 
+@costly
 def first_view(
     cleaned: Gaussians,
     notes: "LoadNotes | None",
@@ -242,6 +243,7 @@ def _no_crumbs(is_moving: bool, clean_config: CleanConfig, is_strokes: bool) -> 
     return None if clean_config.drops_crumbs and not is_strokes else "nothing is cleaned away"
 
 
+@costly
 @unless(_no_crumbs, "cleaned")
 def whole(cleaned: Gaussians, stance: FirstView | None, report: Report) -> Gaussians:
     """The Gaussians without crumbs below an object."""

@@ -1,0 +1,454 @@
+"""Results of costly steps on disk, so that a second command on a scene does not repeat them.
+
+A result is named by a digest of all that it depends on: version of the program, name of the step, and its
+inputs. Options count by value, and files that they name by path, size, time and content; large arrays by the
+step that made them and the digest of its inputs. So a result is found without making anything, and a changed
+file, option or program finds none. A result is one uncompressed .npz file without pickle, whose checksums are
+verified; what cannot be read is removed and made again.
+"""
+
+import hashlib
+import json
+import os
+import platform
+import time
+import warnings
+import weakref
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, fields, is_dataclass
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from msgspec import Struct
+
+import brushgs
+from brushgs.errors import SceneWarning
+from brushgs.options.scene_source import SceneSource
+from brushgs.pipeline.report import Report, Stage
+from brushgs.pipeline.runner import KEPT, Memory, NoMemory, Step
+
+T = TypeVar("T")
+
+MOST_BYTES = 2 << 30  # of all results; the least recently used are removed first
+MOST_EACH = MOST_BYTES // 4
+# Steps that are faster than writing their result are not kept.
+LEAST_SECONDS = 0.02
+BYTES_A_SECOND = 150e6
+MOST_HASHED = 1 << 16  # bytes of an array that counts by its content
+NOTHING: Mapping[str, Any] = {}
+_ENDS = 1 << 16  # bytes at the head and tail of a file that count
+FOLDER = "BRUSHGS_CACHE"  # environment variable: a folder, or "off"
+# Classes of results. Others are not kept.
+_CLASSES = {
+    name: module
+    for module, names in {
+        "brushgs.values.camera": ("Camera", "FirstView", "Photograph"),
+        "brushgs.values.frame": ("Frame",),
+        "brushgs.values.gaussians": ("Gaussians",),
+        "brushgs.rendering.plain": ("PlainViews",),
+        "brushgs.passes.reduce.cluster": ("Grouping",),
+    }.items()
+    for name in names
+}
+
+
+class Unnamed(Exception):  # noqa: N818  no error: such a value is only not kept
+    """A value that has no digest, or is of a class that is not kept."""
+
+
+class Origins:
+    """Digests of large values, by the object: what made them, and of what."""
+
+    def __init__(self) -> None:
+        """Nothing is known yet."""
+        self._known: dict[int, tuple[weakref.ref[Any], str]] = {}
+
+    def of(self, value: object) -> str | None:
+        """The digest of an object, if it was added."""
+        known = self._known.get(id(value))
+        return known[1] if known is not None and known[0]() is value else None
+
+    def add(self, value: object, digest: str) -> None:
+        """Remember where an object comes from; the first origin counts, of a tuple that of each item."""
+        if isinstance(value, tuple):
+            for index, one in enumerate(value):
+                self.add(one, f"{digest}.{index}")
+        elif self.of(value) is None:
+            key = id(value)
+            with suppress(TypeError):  # numbers and text, which count by content
+                self._known[key] = weakref.ref(value, lambda _: self._known.pop(key, None)), digest
+
+
+ORIGINS = Origins()
+
+
+def digest(*values: object) -> str:
+    """A digest of values.
+
+    Raises:
+        Unnamed: if one is neither an option, small, nor of known origin.
+    """
+    hashed = hashlib.blake2b(digest_size=16)
+    for value in values:
+        for part in _parts(value):
+            hashed.update(part)
+    return hashed.hexdigest()
+
+
+def _parts(value: object) -> Iterator[bytes]:
+    """The bytes that stand for a value."""
+    yield f"<{type(value).__name__}>".encode()
+    if (known := ORIGINS.of(value)) is not None:
+        yield known.encode()
+    elif isinstance(value, np.ndarray):
+        if value.nbytes > MOST_HASHED or value.dtype.hasobject:
+            raise Unnamed
+        yield f"{value.dtype}{value.shape}".encode()
+        yield value.tobytes()
+    elif value is None or isinstance(value, (bool, int, float, np.number)):
+        yield repr(value).encode()
+    elif isinstance(value, (str, Path)):
+        yield str(value).encode()
+        yield _of_file(Path(value))
+    elif isinstance(value, (tuple, list)):
+        yield str(len(value)).encode()
+        for one in value:
+            yield from _parts(one)
+    elif isinstance(value, Mapping):
+        yield from _parts([*value.items()])
+    elif isinstance(value, SceneSource):
+        yield from _parts(_files_of(value))
+        yield from _parts([getattr(value, name) for name in value.__struct_fields__])
+    elif isinstance(value, Struct):
+        yield from _parts([getattr(value, name) for name in value.__struct_fields__])
+    elif is_dataclass(value) and not isinstance(value, type):
+        yield from _parts([getattr(value, one.name) for one in fields(value)])
+    else:
+        raise Unnamed
+
+
+def _files_of(source: SceneSource) -> list[Path]:
+    """The files of a scene, and those of cameras beside it.
+
+    Raises:
+        Unnamed: if another package may read it, whose version is not known.
+    """
+    from brushgs.formats.cameras.read import find_beside
+    from brushgs.formats.registry import by_suffix, formats_of
+
+    files, ours = source.files(), formats_of("scene", is_read=True)
+    if not all(path.is_dir() or by_suffix(ours, path) for path in files):
+        raise Unnamed
+    return [*files, *find_beside(source.camera_folders())]
+
+
+def _of_file(path: Path) -> bytes:
+    """Size, time, head and tail of a file; its absolute name too. Empty for text that names none."""
+    try:
+        if not path.is_file():
+            return b""
+        with path.open("rb") as file:
+            found = os.fstat(file.fileno())
+            ends = file.read(_ENDS)
+            file.seek(max(found.st_size - _ENDS, 0))
+            ends += file.read(_ENDS)
+    except (OSError, ValueError):  # text with a null byte
+        return b""
+    return f"{path.absolute()}{found.st_size}{found.st_mtime_ns}".encode() + ends
+
+
+@cache
+def program() -> str:
+    """A digest of the program: versions, and the sizes and times of its files, for its developers."""
+    from brushgs.core.native import core
+
+    found = [Path(core.__file__)]
+    for folder, _, names in os.walk(Path(brushgs.__file__).parent):
+        found += [Path(folder, name) for name in names if name.endswith((".py", ".toml"))]
+    files = [f"{path} {at.st_size} {at.st_mtime_ns}" for path in sorted(found) for at in (path.stat(),)]
+    return digest(brushgs.__version__, np.__version__, platform.machine(), files)
+
+
+class Store:
+    """Results as files in a folder.
+
+    Attributes:
+        folder: made if it is missing.
+        most: bytes of all results.
+    """
+
+    def __init__(self, folder: Path, most: int = MOST_BYTES) -> None:
+        """Nothing is read or written yet."""
+        self.folder, self.most = folder, most
+
+    def files(self) -> list[tuple[Path, os.stat_result]]:
+        """All results, the most recently used first."""
+        found = []
+        for path in self.folder.glob("*.npz"):
+            with suppress(OSError):  # another command removed it
+                found.append((path, path.stat()))
+        return sorted(found, key=lambda one: -one[1].st_mtime_ns)
+
+    def load(self, name: str, given: Mapping[str, Any] = NOTHING) -> Any:
+        """A result.
+
+        Args:
+            name: as for `save`.
+            given: the inputs, see `_given`.
+
+        Raises:
+            KeyError: if there is none that can be read.
+        """
+        path = self.folder / f"{name}.npz"
+        try:
+            with np.load(path, allow_pickle=False) as arrays:
+                value = _decoded(json.loads(str(arrays["value"])), {**arrays, **given})
+            os.utime(path)
+        except FileNotFoundError:
+            raise KeyError(name) from None
+        except Exception:  # damaged, or of a foreign hand: whatever it holds, it is made again
+            with suppress(OSError):
+                path.unlink()
+            raise KeyError(name) from None
+        return value
+
+    def save(self, name: str, value: Any, seconds: float, given: Collection[str] = ()) -> None:
+        """Keep a result, unless it is too large, of a class that is not kept, or cannot be written.
+
+        Args:
+            name: a digest of all that it depends on.
+            value: the result.
+            seconds: that it took; what takes less than writing it is not kept.
+            given: origins of the inputs: those that the result returns unchanged are not written.
+        """
+        arrays: dict[str, np.ndarray[Any, Any]] = {}
+        try:
+            text = json.dumps(_encoded(value, arrays, given))
+        except Unnamed:
+            return
+        size = sum(array.nbytes for array in arrays.values())
+        if size > min(MOST_EACH, self.most) or seconds < LEAST_SECONDS + size / BYTES_A_SECOND:
+            return
+        temporary = self.folder / f".{name}-{os.urandom(4).hex()}"
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with temporary.open("xb") as file:
+                np.savez(file, allow_pickle=False, value=np.array(text), **arrays)
+            temporary.replace(self.folder / f"{name}.npz")
+            self._trim()
+        except OSError:  # a full disk, a folder that cannot be written
+            pass
+        finally:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+    def _trim(self) -> None:
+        total = 0
+        for path, found in self.files():
+            total += found.st_size
+            if total > self.most:
+                with suppress(OSError):
+                    path.unlink()
+
+    def clear(self) -> None:
+        """Remove all results, and what a killed command left."""
+        for path in (*self.folder.glob("*.npz"), *self.folder.glob(".*-*")):
+            with suppress(OSError):
+                path.unlink()
+
+
+def _given(inputs: Iterable[object]) -> dict[str, object]:
+    """The inputs of known origin, by it."""
+    return {origin: one for one in inputs if (origin := ORIGINS.of(one)) is not None}
+
+
+def _encoded(value: Any, arrays: dict[str, Any], given: Collection[str]) -> Any:
+    """A value as JSON; its arrays go to `arrays`, by name, and inputs are named."""
+    if (origin := ORIGINS.of(value)) in given:
+        return {"given": origin}
+    if isinstance(value, np.generic):
+        value = value.item()
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, np.ndarray) and not value.dtype.hasobject:
+        arrays[name := f"a{len(arrays)}"] = value
+        return {"array": name, "is_fixed": not value.flags.writeable}
+    if isinstance(value, (tuple, list)):
+        items = [_encoded(one, arrays, given) for one in value]
+        return {"tuple": items} if isinstance(value, tuple) else items
+    if isinstance(value, dict) and all(isinstance(key, str) for key in value):
+        return {"dict": {key: _encoded(one, arrays, given) for key, one in value.items()}}
+    kind = type(value)
+    if _CLASSES.get(kind.__name__) != kind.__module__:
+        raise Unnamed
+    parts = {one.name: _encoded(getattr(value, one.name), arrays, given) for one in fields(value)}
+    return {"class": kind.__name__, "fields": parts}
+
+
+def _decoded(found: Any, known: Mapping[str, Any]) -> Any:
+    """The inverse of `_encoded`; `known` are arrays and inputs."""
+    if isinstance(found, list):
+        return [_decoded(one, known) for one in found]
+    if not isinstance(found, dict):
+        return found
+    if "given" in found:
+        return known[found["given"]]
+    if "array" in found:
+        array = known[found["array"]]
+        array.flags.writeable = not found["is_fixed"]
+        return array
+    if "tuple" in found:
+        return tuple(_decoded(one, known) for one in found["tuple"])
+    if "dict" in found:
+        return {key: _decoded(one, known) for key, one in found["dict"].items()}
+    made = getattr(import_module(_CLASSES[found["class"]]), found["class"])
+    return made(**{key: _decoded(one, known) for key, one in found["fields"].items()})
+
+
+class KeptMemory(Memory):
+    """A memory that looks on disk for what is not in another memory.
+
+    Attributes:
+        inner: remembers within this process.
+        store: the results on disk.
+    """
+
+    def __init__(self, store: Store, inner: Memory | None = None) -> None:
+        """Without `inner` nothing is remembered in this process."""
+        super().__init__()
+        self.store, self.inner = store, inner or NoMemory()
+        self._waiting: dict[str, tuple[str, Any, float, frozenset[str]]] = {}
+
+    def known(self, step: str) -> tuple[tuple[object, ...], Any] | None:
+        """That of the inner memory."""
+        return self.inner.known(step)
+
+    def forget(self, step: str) -> None:
+        """Of the inner memory."""
+        self.inner.forget(step)
+
+    def keep(self, step: str, inputs: tuple[object, ...], result: object) -> None:
+        """In the inner memory."""
+        self.inner.keep(step, inputs, result)
+
+    def of(self, step: str, inputs: Sequence[object], make: Callable[[], T]) -> T:
+        """The result from a memory, the disk, or made; a search keeps its last one, when the job ends."""
+        return super().of(step, inputs, lambda: self._of_disk(step, inputs, make))
+
+    def _of_disk(self, step: str, inputs: Sequence[object], make: Callable[[], T]) -> T:
+        try:
+            name = digest(program(), step, *inputs)
+        except Unnamed:
+            return make()
+        result: T
+        try:
+            result = self.store.load(name, _given(inputs))
+            self.found.add(step)
+        except KeyError:
+            start = time.perf_counter()
+            result = make()
+            self._waiting[step] = name, result, time.perf_counter() - start, frozenset(_given(inputs))
+            self.found.discard(step)
+        ORIGINS.add(result, name)
+        return result
+
+    def run(
+        self,
+        step: Step,
+        inputs: Mapping[str, Any],
+        used: Mapping[str, Any],
+        report: Any,
+        make: Callable[[], T],
+    ) -> T:
+        """The result of a costly step from disk, with its stages and warnings, or made.
+
+        Results are kept if the step requested no value beside those that it always takes. Whether it does
+        depends on these alone, so a result that is found holds.
+        """
+        try:
+            name = digest(program(), step.name, *(part for one in inputs.items() for part in one))
+        except Unnamed:
+            return make()
+        given = _given(inputs.values())
+        result = self._with_stages(name, given, used, report, make) if step.is_costly else make()
+        with suppress(Unnamed):
+            ORIGINS.add(result, digest(name, used) if used else name)
+        return result
+
+    def _with_stages(
+        self,
+        name: str,
+        given: Mapping[str, Any],
+        used: Mapping[str, Any],
+        report: Report,
+        make: Callable[[], T],
+    ) -> T:
+        start = time.perf_counter()
+        try:
+            result: T
+            result, stages, notes, texts = self.store.load(name, given)
+        except KeyError:
+            with _hearing(report) as heard:
+                result = make()
+            if not used:
+                self.store.save(name, (result, *heard), time.perf_counter() - start, given)
+            return result
+        for stage in stages:
+            report.stages.append(Stage(**{**stage, "seconds": time.perf_counter() - start}))
+            report.stages[-1].details.append(KEPT)
+            start = time.perf_counter()
+        report.notes += notes
+        for text in texts:
+            warnings.warn(SceneWarning(text), stacklevel=2)
+        return result
+
+    def close(self) -> None:
+        """Write what is to be kept of searches."""
+        for one in self._waiting.values():
+            self.store.save(*one)
+        self._waiting.clear()
+
+
+@contextmanager
+def _hearing(report: Report) -> Iterator[tuple[list[dict[str, Any]], list[str], list[str]]]:
+    """The stages, notes and warnings of the block, when it ends; each goes where it went."""
+    num_stages, num_notes = len(report.stages), len(report.notes)
+    stages: list[dict[str, Any]] = []
+    notes: list[str] = []
+    texts: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", SceneWarning)
+        yield stages, notes, texts
+    stages += [asdict(stage) for stage in report.stages[num_stages:]]
+    notes += report.notes[num_notes:]
+    texts += [str(one.message) for one in caught if issubclass(one.category, SceneWarning)]
+    for one in caught:
+        warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+
+
+def default_store() -> Store | None:
+    """The results in the user's cache folder, or in that of `BRUSHGS_CACHE`; None if that is "off"."""
+    asked = os.environ.get(FOLDER, "")
+    if asked == "off":
+        return None
+    if asked:
+        return Store(Path(asked))
+    from platformdirs import user_cache_path
+
+    return Store(user_cache_path("brushgs", appauthor=False) / "steps")
+
+
+@contextmanager
+def keeping(inner: Memory | None) -> Iterator[Memory | None]:
+    """A memory on disk beside another one; results are written when the block ends without an error."""
+    store = default_store()
+    if store is None:
+        yield inner
+        return
+    memory = KeptMemory(store, inner)
+    yield memory
+    memory.close()

@@ -1,0 +1,193 @@
+"""Results on disk: commands paint the same with and without them, and nothing stale or damaged is used."""
+
+import json
+import os
+import random
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from zipfile import is_zipfile
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.cli import main
+from brushgs.formats.pictures.images import read_image
+from brushgs.pipeline import kept
+from brushgs.pipeline.kept import KeptMemory, Store, Unnamed, digest
+from brushgs.rendering.plain import plain_views
+from tests.scenes import save_upright, still_life_of
+
+BARE = ["--strokes", "60", "--size", "64x48"]
+OPTIONS = [
+    ("--look", ["oil", "watercolour", "ink", "gouache"]),
+    ("--lamp", ["40,30", "-120,50"]),
+    ("--seed", ["0", "3"]),
+    ("--economy", ["0", "0.5"]),
+    ("--focus", ["auto", "0,0,0,0.3"]),
+    ("--see", ["views", "off"]),
+    ("--azimuth", ["0", "30"]),
+    ("--keep", ["0.5", "0.9"]),
+    ("--clean", ["off", "strong"]),
+    ("--direction", ["own", "form"]),
+]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty cache that keeps what is fast to make, too."""
+    monkeypatch.setenv(kept.FOLDER, str(tmp_path / "cache"))
+    monkeypatch.setattr(kept, "LEAST_SECONDS", 0.0)
+    monkeypatch.setattr(kept, "BYTES_A_SECOND", np.inf)
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "scene.ply"
+    save_upright(still_life_of(1000), path)
+    return path
+
+
+def picture(scene, output, *flags):
+    assert main(["render", str(scene), "-o", str(output), "--quiet", *BARE, *flags]) == 0
+    return read_image(output)
+
+
+def report_of(scene, output, capsys, *flags):
+    capsys.readouterr()
+    assert main(["render", str(scene), "-o", str(output), "--json", *BARE, *flags]) == 0
+    found = json.loads(capsys.readouterr().out)
+    return {stage["name"]: stage for stage in found["stages"]}, found["notes"]
+
+
+def test_pairs_of_commands_paint_the_same_bits(folder, scene, tmp_path):
+    draw, found = random.Random(5), 0
+    for _ in range(4):
+        flags = {name: draw.choice(values) for name, values in draw.sample(OPTIONS, 4)}
+        first = [word for pair in flags.items() for word in pair]
+        flags |= {name: draw.choice(values) for name, values in draw.sample(OPTIONS, 1)}
+        second = [word for pair in flags.items() for word in pair]
+        picture(scene, tmp_path / "first.png", *first)
+        before = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
+        with_cache = picture(scene, tmp_path / "second.png", *second)
+        found += sum(path.stat().st_mtime_ns > before.get(path.name, np.inf) for path in folder.iterdir())
+        without = picture(scene, tmp_path / "without.png", *second, "--no-cache")
+        np.testing.assert_array_equal(with_cache, without, err_msg=f"{first}, then {second}")
+    assert found > 4  # results were used
+
+
+def test_a_kept_result_reports_its_stages_and_notes(folder, scene, tmp_path, capsys):
+    made, notes = report_of(scene, tmp_path / "one.png", capsys)
+    found, notes_found = report_of(scene, tmp_path / "two.png", capsys, "--stroke", "swirl")
+    assert notes_found == notes
+    for name in ("first view", "cluster", "direction"):
+        assert found[name]["did"] == made[name]["did"]
+        assert found[name]["counts"] == made[name]["counts"]
+        assert kept.KEPT in found[name]["details"], name
+        assert kept.KEPT not in made[name]["details"]
+
+
+def test_a_changed_scene_is_read_again(folder, scene, tmp_path):
+    time = scene.stat().st_mtime_ns
+    picture(scene, tmp_path / "one.png")
+    save_upright(still_life_of(1000, seed=1), scene)
+    os.utime(scene, ns=(time, time))  # same size and time
+    changed = picture(scene, tmp_path / "two.png")
+    np.testing.assert_array_equal(changed, picture(scene, tmp_path / "three.png", "--no-cache"))
+
+
+def test_damaged_results_are_made_again(folder, scene, tmp_path):
+    before = picture(scene, tmp_path / "one.png")
+    names = sorted(path.name for path in folder.iterdir())
+    for index, path in enumerate(sorted(folder.iterdir())):
+        content = path.read_bytes()
+        path.write_bytes((b"", content[:-40], b"PK\x03\x04", b"not a zip file" * 99)[index % 4])
+    np.testing.assert_array_equal(picture(scene, tmp_path / "two.png"), before)
+    assert sorted(path.name for path in folder.iterdir()) == names
+    assert all(is_zipfile(path) for path in folder.iterdir())
+
+
+def test_a_flipped_byte_and_a_pickle_are_refused(tmp_path):
+    store = Store(tmp_path)
+    store.save("name", np.arange(1000.0), 1.0)
+    path = tmp_path / "name.npz"
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(KeyError):
+        store.load("name")
+    np.savez(path, value=np.array([print], dtype=object))
+    with pytest.raises(KeyError):
+        store.load("name")
+    np.savez(path, value=np.array(json.dumps({"class": "Popen", "fields": {"args": "true"}})))
+    with pytest.raises(KeyError):
+        store.load("name")
+    assert not path.exists()
+
+
+def test_results_come_back_as_they_went(tmp_path):
+    scene, store = still_life_of(1000), Store(tmp_path)
+    views = plain_views(scene, [bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=16, height=12)])
+    store.save("name", (scene, views, None, 1.5, "text", [1, (2,)]), 9.0)
+    found = store.load("name")
+    assert found[2:] == (None, 1.5, "text", [1, (2,)])
+    for column, array in scene.columns().items():
+        np.testing.assert_array_equal(getattr(found[0], column), array)
+    np.testing.assert_array_equal(found[1].frames[0].rgb, views.frames[0].rgb)
+    np.testing.assert_array_equal(found[1].cameras[0].viewmat, views.cameras[0].viewmat)
+
+
+def test_the_least_recently_used_go_first(tmp_path):
+    store = Store(tmp_path, most=3 * 9000)
+    for index in range(3):
+        store.save(str(index), np.zeros(1000), 9.0)
+        os.utime(tmp_path / f"{index}.npz", ns=(index, index))
+    store.load("0")
+    store.save("3", np.zeros(1000), 9.0)
+    assert sorted(path.stem for path in tmp_path.iterdir()) == ["0", "2", "3"]
+    store.save("large", np.zeros(9000), 9.0)  # larger than its share
+    assert not (tmp_path / "large.npz").exists()
+
+
+def test_commands_at_the_same_time_do_no_harm(tmp_path):
+    store, value = Store(tmp_path, most=20000), np.arange(1000.0)
+
+    def use(index):
+        store.save(str(index % 4), value, 9.0)
+        with suppress(KeyError):  # another one removed it
+            np.testing.assert_array_equal(store.load(str(index % 4)), value)
+
+    with ThreadPoolExecutor(8) as threads:
+        list(threads.map(use, range(200)))
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_a_folder_that_cannot_be_written_does_not_matter(scene, tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv(kept.FOLDER, str(tmp_path / "file" / "cache"))
+    picture(scene, tmp_path / "one.png")
+
+
+def test_what_has_no_digest_is_made_every_time(tmp_path):
+    large = np.zeros(100_000)
+    with pytest.raises(Unnamed):
+        digest(large)
+    memory, calls = KeptMemory(Store(tmp_path)), []
+    for _ in range(2):
+        memory.of("step", (large,), lambda: calls.append(1))
+    assert len(calls) == 2
+
+
+def test_the_command_shows_and_removes_results(folder, scene, tmp_path, capsys, monkeypatch):
+    picture(scene, tmp_path / "one.png")
+    capsys.readouterr()
+    assert main(["cache", "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["results"] == len(list(folder.iterdir())) > 0
+    assert shown["bytes"] == sum(path.stat().st_size for path in folder.iterdir())
+    assert main(["cache", "--clear"]) == 0
+    assert "0, 0 MB" in capsys.readouterr().out
+    assert not list(folder.iterdir())
+    monkeypatch.setenv(kept.FOLDER, "off")
+    assert main(["cache"]) == 2
