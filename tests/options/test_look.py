@@ -12,22 +12,16 @@ from hypothesis import strategies as st
 
 from brushgs.errors import SceneError
 from brushgs.options.choices import LOOKS
-from brushgs.options.look import MAX_BASES, MAX_BYTES, Look, looks_folder
+from brushgs.options.look import MAX_BASES, MAX_BYTES, Look
 from brushgs.options.media import Charcoal, Ink, Paint, Watercolour
 from brushgs.options.painting import STEPS, PaintConfig, UsualCount
 from brushgs.options.table import rows_of
-from tests.kit.for_each import for_each
 
 
 def written(folder, text, name="mine.toml"):
     path = folder / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return path
-
-
-def test_the_looks_are_the_files_in_their_folder():
-    assert {path.stem for path in looks_folder().glob("*.toml")} == set(LOOKS)
-    assert {path.suffix for path in looks_folder().iterdir()} == {".toml"}
 
 
 @pytest.mark.parametrize("name", LOOKS)
@@ -38,18 +32,6 @@ def test_a_look_says_what_it_is_and_keeps_its_meaning_when_it_is_copied(name, tm
     assert look.good_for
     copy = Look.open(written(tmp_path, look.text))
     assert (copy.name, copy.title, copy.config) == ("mine", look.title, look.config)
-
-
-@for_each("name", sorted(set(LOOKS) - {"plain"}))
-def test_every_look_differs_from_the_plain_one_and_counts_its_strokes(name):
-    config = Look.open(name).config
-    assert isinstance(config.cluster.strokes, UsualCount)
-    assert config.brushes.names
-    assert config.ground.ground != "none"
-
-
-def test_plain_is_the_default_of_every_step():
-    assert Look.open("plain").config == PaintConfig()
 
 
 def test_a_look_changes_what_it_names_and_keeps_the_rest_of_its_base(tmp_path):
@@ -198,13 +180,6 @@ def test_what_is_no_file_is_refused(tmp_path):
     os.mkfifo(tmp_path / "fifo.toml")
     with pytest.raises(SceneError, match="neither a file nor a look"):
         Look.open(tmp_path / "fifo.toml")
-
-
-def test_looks_that_start_from_each_other_are_refused(tmp_path):
-    written(tmp_path, 'base = "b.toml"\n', "a.toml")
-    written(tmp_path, 'base = "a.toml"\n', "b.toml")
-    with pytest.raises(SceneError, match=r"base must not be .a\.toml., which starts from this file"):
-        Look.open(tmp_path / "a.toml")
 
 
 def test_a_long_row_of_bases_is_refused(tmp_path):

@@ -12,13 +12,6 @@ from brushgs.options.styling import DIALS, StyleConfig, StyleShare
 TEXT = "monet.style:0.8;color=1;marks=0.7;direction=0.5;line=0,dusk.style:0.2"
 
 
-def test_commas_part_styles_and_semicolons_their_properties():
-    first, second = StyleConfig.parse(TEXT).styles
-    assert first == StyleShare(Path("monet.style"), 0.8, marks=0.7, direction=0.5, line=0.0)
-    assert second == StyleShare(Path("dusk.style"), 0.2)
-    assert StyleConfig.parse("a.style;line=50%").styles[0] == StyleShare(Path("a.style"), 1.0, line=0.5)
-
-
 @pytest.mark.parametrize("text", [TEXT, "a.style:0.5", "a b.style:1;stage=0,c.style:0"])
 def test_a_config_is_read_again_from_its_text(text):
     config = StyleConfig.parse(text)
