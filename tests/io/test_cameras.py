@@ -87,31 +87,6 @@ def test_every_kind_of_file_gives_its_intrinsics(
     assert (camera.width, camera.height) == size
 
 
-def test_intrinsics_of_a_frame_go_before_those_of_the_file(tmp_path: Path) -> None:
-    camera = load_one(tmp_path, changed(NERFSTUDIO, fl_x=700.0, w=100))
-    assert (camera.K[0, 0], camera.width, camera.height) == (700, 100, 480)
-
-
-def test_a_missing_principal_point_is_the_middle_and_a_missing_fl_y_is_fl_x(tmp_path: Path) -> None:
-    content = {k: v for k, v in NERFSTUDIO.items() if k not in ("cx", "cy", "fl_y")}
-    assert load_one(tmp_path, content).K.tolist() == [[500, 0, 320], [0, 500, 240], [0, 0, 1]]
-
-
-def test_a_vertical_angle_is_used_where_there_is_no_fl_y(tmp_path: Path) -> None:
-    camera = load_one(tmp_path, BLENDER | {"camera_angle_y": np.pi / 2, "w": 640, "h": 480})
-    assert (camera.K[0, 0], camera.K[1, 1]) == pytest.approx((640, 240))
-
-
-def test_a_matrix_may_have_three_rows(tmp_path: Path) -> None:
-    camera = load_one(tmp_path, changed(BLENDER, transform_matrix=GL_MATRIX[:3].tolist()))
-    np.testing.assert_allclose(camera.position, POSITION)
-
-
-def test_a_near_plane_is_read_where_there_is_one(tmp_path: Path) -> None:
-    assert load_one(tmp_path, NERFSTUDIO).near == 0.01
-    assert load_one(tmp_path, NERFSTUDIO | {"near_plane": 0.25}).near == 0.25
-
-
 def test_cameras_keep_the_order_of_the_file(tmp_path: Path) -> None:
     content = [INRIA | {"id": 9 - i, "img_name": str(9 - i), "position": [i, 0, 0]} for i in range(5)]
     positions = [camera.position[0] for camera in load_cameras(write(tmp_path, content))]
@@ -134,20 +109,6 @@ def test_distortion_is_ignored_with_one_warning(tmp_path: Path, model: str, name
     with pytest.warns(SceneWarning, match=what) as caught:
         load_cameras(write(tmp_path, content))
     assert len(caught) == 1
-
-
-def test_distortion_in_a_frame_is_reported_too(tmp_path: Path) -> None:
-    with pytest.warns(SceneWarning, match=r"ignored \(k1 = 1\)"):
-        load_cameras(write(tmp_path, changed(NERFSTUDIO, k1=1)))
-
-
-def test_a_file_without_distortion_gives_no_warning(tmp_path: Path) -> None:
-    load_cameras(write(tmp_path, NERFSTUDIO | {"k1": 0.0, "p1": 0}))
-
-
-def test_a_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"nothing\.json: there is no such file; check the path"):
-        load_cameras(tmp_path / "nothing.json")
 
 
 def test_a_folder(tmp_path: Path) -> None:
@@ -236,13 +197,6 @@ def read_path(tmp_path: Path, **fields: object) -> Any:
     return read_cameras(write(tmp_path, CAMERA_PATH | fields))
 
 
-def test_a_camera_path_says_its_rate_its_key_views_and_whether_it_is_a_loop(tmp_path: Path) -> None:
-    file = read_path(tmp_path, fps=30, seconds=9, is_cycle=True, keyframes=[KEYFRAME, KEYFRAME])
-    assert (file.fps, file.is_loop, len(file.keys)) == (30, True, 2)
-    np.testing.assert_array_equal(file.keys[1].viewmat, file.cameras[0].viewmat)
-    np.testing.assert_array_equal(file.keys[1].K, file.cameras[0].K)
-
-
 def test_a_camera_path_may_say_nothing_but_its_poses(tmp_path: Path) -> None:
     file = read_path(tmp_path)
     assert (file.fps, file.is_loop, file.keys) == (None, False, [])
@@ -253,11 +207,6 @@ def test_key_views_as_text_have_their_columns_first(tmp_path: Path) -> None:
     text = KEYFRAME | {"matrix": json.dumps(GL_MATRIX.T.ravel().tolist())}
     (key,) = read_path(tmp_path, keyframes=[text]).keys
     np.testing.assert_allclose(key.position, POSITION, atol=1e-12)
-
-
-def test_views_of_a_training_are_no_path(tmp_path: Path) -> None:
-    file = read_cameras(write(tmp_path, NERFSTUDIO))
-    assert (file.fps, file.is_loop, file.keys) == (None, False, [])
 
 
 @pytest.mark.parametrize(

@@ -37,11 +37,6 @@ def seen(camera: Any, points: np.ndarray) -> np.ndarray:
     return np.c_[image[:, :2] / image[:, 2:], there[:, 2]]
 
 
-def check(camera: Any, stage: Any, prim: str, time: float, atol: float = 1e-3) -> None:
-    expected = seen_by_usd(stage, prim, time, (camera.width, camera.height), POINTS)
-    np.testing.assert_allclose(seen(camera, POINTS), expected, rtol=1e-5, atol=atol)
-
-
 def new_stage(path: Path, up: str = "Y") -> Any:
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, up)
@@ -135,16 +130,6 @@ def test_views_are_those_of_the_scene_where_the_stage_has_it(tmp_path: Path) -> 
     assert camera.near == pytest.approx(0.25 / 3)
 
 
-def test_blender_has_turned_the_axes_of_the_scene_from_y_up_to_z_up(tmp_path: Path) -> None:
-    stage = new_stage(tmp_path / "a.usda", "Z")
-    stage.GetRootLayer().documentation = "Blender v5.0.1"
-    UsdGeom.Xform.Define(stage, "/root/brushgs_scene")
-    add_camera(stage, "/root/Camera").AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
-    stage.Save()
-    (camera,) = load_cameras(tmp_path / "a.usda")
-    np.testing.assert_allclose(camera.position, [1, 3, -2])  # x right, z up, y away from the viewer
-
-
 def test_a_layer_beside_the_file_is_read_and_one_elsewhere_is_not(tmp_path: Path) -> None:
     (tmp_path / "shots").mkdir()
     stage = new_stage(tmp_path / "shots" / "shot.usda")
@@ -230,13 +215,4 @@ def test_what_takes_too_long_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     moving_stage(tmp_path / "a.usda")
     monkeypatch.setattr(process, "_MIN_SECONDS", 0)
     with pytest.raises(SceneError, match="was not read within 0 s; export only what is needed of it"):
-        load_cameras(tmp_path / "a.usda")
-
-
-def test_without_the_package_the_sentence_says_how_to_install_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    moving_stage(tmp_path / "a.usda")
-    monkeypatch.setattr(process, "PACKAGE", "no_such_package")
-    with pytest.raises(SceneError, match=r"usd-core reads; install it with pip install 'brushgs\[usd\]'"):
         load_cameras(tmp_path / "a.usda")

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import filling
 from brushgs.formats.moving import load_moving
 from brushgs.formats.moving.write import NAME, check_moments_folder, write_moments
 from brushgs.formats.scenes.write import write_scene
@@ -90,15 +89,3 @@ def test_a_file_is_no_folder_and_missing_folders_are_made(tmp_path):
         check_moments_folder(tmp_path / "file")
     write_moments(moments(1), tmp_path / "none" / "strokes")
     assert [path.name for path in (tmp_path / "none" / "strokes").iterdir()] == [NAME % 0]
-
-
-def test_a_folder_that_cannot_be_written_is_named(tmp_path, monkeypatch):
-    def refuse(path, *_, **__):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr("pathlib.Path.mkdir", refuse)  # root may write anywhere
-    with (
-        pytest.raises(SceneError, match=r"folder cannot be made \(Permission denied\); choose another"),
-        filling(tmp_path / "strokes", lambda path: False),
-    ):
-        pytest.fail("there is nothing to write to")
