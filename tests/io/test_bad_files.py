@@ -94,20 +94,10 @@ HEAD = "ply\nformat binary_little_endian 1.0\n"
         ("ply\nformat ascii 1.0\nelement vertex 1\n", "the header has no 'end_header' line; .* get it again"),
         ("ply\nelement vertex 1\nend_header\n", "the header has no 'format' line; .* get it again"),
         ("ply\nformat middle_endian 1.0\nend_header\n", "header line 'format middle_endian 1.0' is not PLY"),
-        (HEAD + "property float x\nend_header\n", "header line 'property float x' is not PLY"),
-        (
-            HEAD + "element vertex 1\nsomething\nend_header\n",
-            "header line 'something' is not PLY; the file is damaged",
-        ),
         (
             HEAD + "element vertex -1\nend_header\n",
             "element 'vertex' must have a whole number of rows, got '-1'",
         ),
-        (
-            HEAD + "element vertex 1e18\nend_header\n",
-            "must have a whole number of rows, got '1e18'; export it again",
-        ),
-        (HEAD + "element vertex many\nend_header\n", "must have a whole number of rows, got 'many'"),
         (
             HEAD + "element vertex 1\nproperty quad x\nend_header\n",
             "'x' has the unknown type 'quad'; write .* double",
@@ -115,15 +105,6 @@ HEAD = "ply\nformat binary_little_endian 1.0\n"
         (
             HEAD + "element vertex 1\n" + "property float x\n" * 2 + "end_header\n",
             "'x' stands twice in the header",
-        ),
-        (
-            HEAD + "element points 1\nproperty float x\nend_header\n",
-            "no element 'vertex' among: points; export it",
-        ),
-        (HEAD + "end_header\n", "no element 'vertex' among: none"),
-        (
-            HEAD + "element vertex 0\nproperty float x\nend_header\n",
-            "holds no Gaussians: .* 'element vertex 0'",
         ),
     ],
 )
@@ -197,7 +178,7 @@ def test_a_plain_point_cloud(tmp_path: Path) -> None:
     refuse(path, "is a plain point cloud without scales and rotations; train it as a 3DGS scene first")
 
 
-@pytest.mark.parametrize("name", ["x", "f_dc_1", "opacity", "scale_1", "rot_3"])
+@pytest.mark.parametrize("name", ["x", "f_dc_1", "opacity"])
 def test_a_missing_property_is_named(tmp_path: Path, name: str) -> None:
     columns = scene_columns(3)
     del columns[name]

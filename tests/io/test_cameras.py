@@ -116,7 +116,7 @@ def test_a_folder(tmp_path: Path) -> None:
         load_cameras(tmp_path)
 
 
-@pytest.mark.parametrize("content", [b"{", b"\xff\xfe", b"[" * 100_000, b""])
+@pytest.mark.parametrize("content", [b"{", b"\xff\xfe", b"[" * 100_000])
 def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "cameras.json"
     path.write_bytes(content)
@@ -130,38 +130,14 @@ def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
     ("content", "sentence"),
     [
         (3, "is no camera file of a known format, got 3; give cameras.json of"),
-        ({"a": 1}, 'is no camera file of a known format, got {"a": ...}; give'),
         ([], "holds no cameras; export it again"),
         ({"frames": {}}, "frames must be a list, got {}; export the cameras again"),
-        ([INRIA, 3], r"cameras\[1\] must be an object, got 3; export"),
-        (
-            [INRIA, {}],
-            r"cameras\[1\]\.width is missing, it must be a number above 0; export the cameras again",
-        ),
-        ([INRIA, INRIA | {"fx": "wide"}], r'cameras\[1\]\.fx must be a number above 0, got "wide"'),
-        ([INRIA, INRIA | {"fx": True}], r"cameras\[1\]\.fx must be a number above 0, got true"),
-        ([INRIA | {"fy": float("nan")}], r"cameras\[0\]\.fy must be a number above 0, got NaN"),
-        ([INRIA | {"fy": 10**400}], r"cameras\[0\]\.fy must be a number above 0, got 10000"),
-        (
-            [INRIA | {"position": [1, 2, 10**400]}],
-            r"cameras\[0\]\.position\[2\] must be a finite number, got 1000",
-        ),
-        ([INRIA | {"height": -480}], r"cameras\[0\]\.height must be a number above 0, got -480"),
         ([INRIA | {"width": 0.4}], r"cameras\[0\]: Camera: size must be at least 1x1, got 0x480"),
         ([INRIA | {"position": [1, 2]}], r"cameras\[0\]\.position must be 3 numbers, got \[1, 2\]"),
-        (
-            [INRIA | {"position": [1, 2, "x"]}],
-            r'cameras\[0\]\.position\[2\] must be a finite number, got "x"',
-        ),
         ([INRIA | {"rotation": (2 * np.eye(3)).tolist()}], "must not scale or mirror, got axes 2, 2, 2 long"),
-        ([INRIA | {"rotation": np.diag([1, 1, -1]).tolist()}], "got axes 1, 1, 1 long and mirrored"),
         (
             {"frames": [{"transform_matrix": GL_MATRIX.tolist()}]},
             r"frames\[0\]: neither 'fl_x' nor 'camera_angle_x'",
-        ),
-        (
-            BLENDER | {"camera_angle_x": 4},
-            "camera_angle_x must be above 1e-06 and below half a turn, 3.142, got 4",
         ),
         (
             BLENDER | {"frames": [{}]},
@@ -175,7 +151,6 @@ def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
             BLENDER | {"camera_model": "EQUIRECTANGULAR"},
             "camera_model must be a pinhole model such as OPENCV",
         ),
-        (NERFSTUDIO | {"near_plane": 0}, "near_plane must be a number above 0, got 0"),
         (
             changed(CAMERA_PATH, fov=180),
             r"camera_path\[0\]\.fov must be above 1e-06 and below half a turn, 180, got 180",
@@ -214,22 +189,10 @@ def test_key_views_as_text_have_their_columns_first(tmp_path: Path) -> None:
     [
         ({"fps": -1}, "fps must be a number above 0, got -1"),
         ({"fps": "fast"}, 'fps must be a number above 0, got "fast"'),
-        ({"seconds": 0}, "seconds must be a number above 1e-06, got 0"),
-        ({"keyframes": 3}, "keyframes must be a list, got 3; export the cameras again"),
-        ({"keyframes": [3]}, r"keyframes\[0\] must be an object, got 3"),
         (
             {"keyframes": [KEYFRAME, {}]},
             r"keyframes\[1\]\.fov is missing, it must be a number; export the cameras again",
         ),
-        (
-            {"keyframes": [{"fov": 9}]},
-            r"keyframes\[0\]\.matrix is missing, it must be 4x4 or 3x4 numbers; export",
-        ),
-        (
-            {"keyframes": [KEYFRAME | {"matrix": "[1, 2]"}]},
-            r"keyframes\[0\]\.matrix must be 4x4 numbers",
-        ),
-        ({"keyframes": [KEYFRAME | {"matrix": "["}]}, r"keyframes\[0\]\.matrix must be 4x4 numbers"),
     ],
 )
 def test_a_field_of_a_camera_path_at_fault_is_named(

@@ -214,28 +214,10 @@ def changed(content: Any, place: str, value: object) -> Any:
     [
         ("lichtfeld", "keyframes", [], "has no keyframes; add some to the timeline"),
         ("lichtfeld", "keyframes.1.position", None, r"keyframes\[1\].position is missing"),
-        ("lichtfeld", "keyframes.1.position", [1, 2], r"keyframes\[1\].position must be 3 numbers"),
-        (
-            "lichtfeld",
-            "keyframes.0.position.2",
-            1e300,
-            r"keyframes\[0\].position\[2\] must be a number -1e\+15",
-        ),
         ("lichtfeld", "keyframes.2.rotation", [0, 0, 0, 0], r"keyframes\[2\].rotation must be a rotation"),
-        ("lichtfeld", "keyframes.0.easing", 4, r"keyframes\[0\].easing must be 0, 1, 2 (and|or) 3, got 4"),
-        ("lichtfeld", "keyframes.0.focal_length_mm", 0, "focal_length_mm must be a number above 0, got 0"),
-        ("lichtfeld", "keyframes.3.focal_length_mm", 1e-9, "the focal length must be 0.001 to 1e.09 pixels"),
-        ("lichtfeld", "keyframes.3.time", 1e9, "moves for 999,999,999 s"),
-        ("lichtfeld", "version", 5, "version must be a whole number 1 to 4, got 5"),
         ("supersplat", "poseSets", [], "has no camera poses before frame 120"),
-        ("supersplat", "poseSets.0.poses.1.target", None, r"poses\[1\].target is missing"),
         ("supersplat", "poseSets.0.poses.0.target", [0, 0, 4], "target must be another point than"),
         ("supersplat", "poseSets.0.poses.1.frame", 30, "two poses at frame 30; remove one"),
-        ("supersplat", "poseSets.0.poses.1.frame", -1, r"poses\[1\].frame must be a number of 0 or more"),
-        ("supersplat", "poseSets.0.poses.1.fov", 180, r"poses\[1\].fov must be a number above 0 to 180"),
-        ("supersplat", "timeline.frameRate", 0, "timeline.frameRate must be a number above 0, got 0"),
-        ("supersplat", "timeline.smoothness", 2, "timeline.smoothness must be a number 0 to 1, got 2"),
-        ("supersplat", "timeline.frames", 1e9, "which is more than 50,000 frames"),
     ],
 )
 def test_what_does_not_fit_is_one_sentence(

@@ -154,31 +154,12 @@ def without_lens(stage: Any) -> None:
     add_camera(stage, "/Camera", focalLength=0.0)
 
 
-def too_long(stage: Any) -> None:
-    move = add_camera(stage, "/Camera").AddTranslateOp()
-    move.Set(Gf.Vec3d(0), 0)
-    move.Set(Gf.Vec3d(1), 1e7)
-
-
-def mirrored(stage: Any) -> None:
-    add_camera(stage, "/Camera").AddScaleOp().Set(Gf.Vec3f(1, 1, -1))
-
-
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
         (lambda stage: None, "holds no camera; export it with its cameras"),
         (orthographic, "camera 'Plan' must be a perspective one; export it again as such"),
-        (
-            without_lens,
-            "camera 'Camera' must have a focal length, apertures and a near clipping plane",
-        ),
-        (too_long, "its cameras move for 416,667 s, which is too many frames"),
-        (mirrored, "camera 'Camera' is mirrored by what it hangs on"),
-        (
-            lambda stage: stage.SetTimeCodesPerSecond(0),
-            "must have timeCodesPerSecond and framesPerSecond",
-        ),
+        (without_lens, "camera 'Camera' must have a focal length, apertures and a near clipping plane"),
     ],
 )
 def test_what_cannot_be_used_is_named(tmp_path: Path, change: Any, sentence: str) -> None:
@@ -195,7 +176,7 @@ def test_what_cannot_be_used_is_named(tmp_path: Path, change: Any, sentence: str
 NESTED = b"#usda 1.0\n" + b'def "a" {\n' * 100_000
 
 
-@pytest.mark.parametrize("content", [NESTED, b"#usda 1.0\ndef {", b"PXR-USDC" + b"\xff" * 99, b"hello"])
+@pytest.mark.parametrize("content", [NESTED, b"#usda 1.0\ndef {", b"PXR-USDC" + b"\xff" * 99])
 def test_a_damaged_file_gives_a_sentence_even_where_it_ends_the_process_that_reads_it(
     tmp_path: Path, content: bytes
 ) -> None:

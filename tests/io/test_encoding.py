@@ -37,7 +37,7 @@ def test_rgb_is_read_if_given(way, colors: str, step: float, tmp_path: Path) -> 
     np.testing.assert_allclose(found, expected, rtol=0, atol=step / 255 + 1e-6)
 
 
-@pytest.mark.parametrize("name", ["scales", "opacities", "quats", "colors"])
+@pytest.mark.parametrize("name", ["scales", "opacities", "quats"])
 def test_an_unknown_encoding_is_refused(name: str) -> None:
     with pytest.raises(ValueError, match=f"Encoding: {name} must be one of .*, got 'odd'"):
         Encoding(**{name: "odd"})

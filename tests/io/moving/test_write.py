@@ -69,9 +69,7 @@ def test_what_fails_midway_leaves_the_folder_as_it_was(tmp_path, is_new):
     assert folder.exists() is not is_new
 
 
-@pytest.mark.parametrize(
-    "name", ["notes.txt", "moment_00000.txt", "00000.ply", NAME % 0, "moment_00001.ply/"]
-)
+@pytest.mark.parametrize("name", ["notes.txt", "moment_00000.txt", "00000.ply"])
 def test_a_folder_with_anything_else_is_refused(tmp_path, name):
     if name.endswith("/"):
         (tmp_path / name).mkdir()

@@ -81,17 +81,13 @@ def patched(data: bytes, place: int, form: str, value: float) -> bytes:
     ("place", "form", "value", "sentence"),
     [
         (0, "<H", 0x0201, "is a .ksplat scene that must have version 0.1, got 1.2; convert it"),
-        (4, "<I", 2**32 - 1, r"is cut off: \d+ bytes do not hold 4294967295 section headers"),
         (16, "<I", 2**32 - 1, "must count the 100 Gaussians of its sections, got 4294967295; it is damaged"),
         (20, "<H", 3, "the compression level must be 0 to 2, got 3"),
         (4096, "<I", 2**32 - 1, "section 0 is said to have 4294967295 Gaussians in the room of 100"),
-        (4096, "<Q", 2**64 - 1, r"is cut off: \d+ bytes do not hold section 0 with 4294967295 Gaussians"),
         (4096, "<I", 0, "holds no Gaussians: its sections are empty"),
         (4104, "<I", 1, "section 0 is said to have 100 Gaussians in buckets for 10; copy"),
-        (4108, "<I", 2**32 - 1, r"is cut off: \d+ bytes do not hold section 0 with 100 Gaussians"),
         (4108, "<I", 3, "section 0 is said to have 6 full and 1 other buckets of 3"),
         (4116, "<H", 16, "section 0 is said to have buckets of 16 bytes in place of 12"),
-        (4132, "<I", 0, "section 0 is said to have 100 Gaussians in buckets for 96"),
         (4136, "<H", 4, "section 0 is said to have spherical harmonics of degree 4"),
     ],
 )

@@ -103,10 +103,7 @@ META_FAULTS = [
     ({"count": 250}, r"picture 'means_l.webp' must have 250 to 66536 pixels, .* got 8x8"),
     ({"means": None}, "means must be an object, got null"),
     ({"quats": {"files": []}}, r"quats.files must be a list of 1 or more, got \[\]"),
-    (
-        {"means": {"mins": [0, 0], "maxs": [1, 1, 1], "files": ["a", "b"]}},
-        "means.mins must be 3 numbers",
-    ),
+    ({"means": {"mins": [0, 0], "maxs": [1, 1, 1], "files": ["a", "b"]}}, "means.mins must be 3 numbers"),
     (
         {"sh0": {"codebook": ["x"], "files": ["sh0.webp"]}},
         r'sh0.codebook\[0\] must be a finite number, got "x"',
@@ -217,7 +214,6 @@ def test_few_bytes_that_claim_many_gaussians_are_refused_before_memory_is_asked_
     [
         ((3, 64 * 8), {}, "must hold 64 centroids of 1 bands, 150 of them, in a row, got 512x3"),
         ((2, 64 * 3), {}, "must hold 64 centroids of 1 bands, 150 of them, in a row, got 192x2"),
-        ((3, 63 * 3), {}, "must hold 64 centroids .* got 189x3"),
         ((3, 64 * 3), {"count": 100}, r"'shN_labels.webp' must hold labels below 100, got 1[0-4]\d"),
     ],
 )

@@ -159,7 +159,7 @@ HUGE = (LARGEST, 1e20, 1e-44)
 
 
 @pytest.mark.parametrize("suffix", QUICK)
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(rows, min_size=1, max_size=5))
 @example([(ORIGIN, (0, 0, 0, 1e-45), HUGE, 1.0, ORIGIN)])
 @example([(ORIGIN, (-1, 0, 0, 0), ORIGIN, 0.0, (90.0, -90.0, 0.0))])
