@@ -14,12 +14,14 @@ import brushgs as bg  # noqa: E402
 import brushgs.autograd as ba  # noqa: E402
 from brushgs import cli  # noqa: E402
 from brushgs.cameras.framing import frame_scene  # noqa: E402
+from brushgs.options.experiments import RefineConfig  # noqa: E402
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig  # noqa: E402
 from brushgs.pipeline.prepare import STROKES, prepare  # noqa: E402
 from brushgs.pipeline.report import Report  # noqa: E402
 from brushgs.pipeline.resume import motion_digest  # noqa: E402
 from brushgs.refine.distil import distil, mean_psnr  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
+from brushgs.refine.run import refine_file  # noqa: E402
 from brushgs.refine.targets import draw_targets, scene_over_time  # noqa: E402
 from brushgs.refine.variables import Rates, Variables  # noqa: E402
 from brushgs.refine.views import views_over_time  # noqa: E402
@@ -235,6 +237,38 @@ def test_a_bad_flag_gets_one_sentence(folder, tmp_path, monkeypatch, capsys, wor
     assert re.search(sentence, err), err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "mine"]
     assert contents(folder) == before
+
+
+def test_strokes_that_are_born_later_learn_too(tmp_path, monkeypatch):
+    """Rows of the frames are in any order, and a second body comes later than a stroke takes to come."""
+    scene, g = moving_scene(11 / 24), np.random.default_rng(7)
+    (tmp_path / "mixed").mkdir()
+    for index in range(12):
+        moment = scene.at(index / 24)
+        late = moment.take(np.arange(220, 340))
+        late = replace(late, means=late.means + np.float32([-0.6, -0.9, 0]), sh=-late.sh)
+        both = bg.Gaussians.joined([moment, late]) if index > 9 else moment
+        bg.save(both.take(g.permutation(len(both))), tmp_path / "mixed" / f"frame_{index}.ply")
+    clip = clip_of(tmp_path / "mixed")
+    assert not clip.scene.has_rows
+    paint = PaintConfig(cluster=ClusterConfig(60), draw=DrawConfig("flat"), view=ViewConfig(up="-y"))
+    caught = []
+
+    def watch(*args, **options):
+        caught.append(prepare(*args, **options))
+        return caught[-1]
+
+    monkeypatch.setattr("brushgs.refine.run.prepare", watch)
+    report = refine_file(clip, f"{tmp_path}/out/", paint, RefineConfig(steps=30, views=12, size=(64, 48)))
+    counts = {stage.name: stage.counts for stage in report.stages}
+    assert counts["follow"]["born"] > 0
+    assert counts["refine"]["psnr_after"] > counts["refine"]["psnr_before"] + 0.3
+    after, made = bg.load_moving(tmp_path / "out"), caught[0]
+    first, last = (made.moving.motion.pose(moment).moved(made.strokes).opacities for moment in (0, 11))
+    comes = (first == 0) & (last > 0.3)
+    assert comes.sum() > 3
+    np.testing.assert_array_equal(after.at(0).opacities[comes], 0)
+    assert after.at(11 / 24).opacities[comes].max() > 0.3
 
 
 def test_a_clip_is_refined_toward_a_style(folder, tmp_path, monkeypatch, capsys):
