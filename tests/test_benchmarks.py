@@ -15,7 +15,7 @@ from brushgs.rendering.project import project
 from brushgs.rendering.render import render
 from brushgs.still_life import still_life_camera
 from examples import benchmarks
-from examples.benchmarks import numpy_painter, painterly, scanline, scenes, workloads
+from examples.benchmarks import numpy_painter, painterly, scanline, workloads
 from tests.scenes import still_life_of
 
 WIDTH, HEIGHT = 120, 90
@@ -96,28 +96,3 @@ def test_the_painterly_filter_resembles_its_picture_and_does_not_flicker_by_itse
 def rendered(camera):
     frame = render(still_life_of(5000), camera, StrokeTexture.open("gaussian"), depth=False)
     return np.clip(frame.over((1, 1, 1)), 0, 1)
-
-
-def files_of_benchmarks():
-    """The trained scenes that benchmarks name."""
-    tables = [import_module(f"examples.benchmarks.{name}") for name in ("stroke_count", "page", "strokes")]
-    named = [*tables[0].FILES.values(), *tables[1].SCENES.values(), *tables[2].FILES.values()]
-    for name in ("stability", "curves"):
-        named += [file for file, _ in import_module(f"examples.benchmarks.{name}").SCENES.values()]
-    return {file for file in named if file is not None}
-
-
-def test_the_page_of_scenes_tells_where_each_one_comes_from():
-    assert files_of_benchmarks() <= set(scenes.known())
-
-
-def test_a_scene_that_is_missing_is_left_out_with_a_sentence(monkeypatch, tmp_path, capsys):
-    (tmp_path / "here.ply").touch()
-    monkeypatch.setattr(scenes, "FOLDER", tmp_path)
-    files = {"still life": None, "here": "here.ply", "gone": "gone.ply"}
-    assert scenes.present(files, files) == ["still life", "here"]
-    told = capsys.readouterr().err
-    assert told == (
-        f"gone is left out: {tmp_path / 'gone.ply'} is missing, see examples/measured/scenes.md; "
-        "BRUSHGS_SCENES may name another folder\n"
-    )

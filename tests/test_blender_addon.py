@@ -96,18 +96,6 @@ def test_strokes_are_imported_ready_to_render(tmp_path, addon, more):
     assert not module.bpy.data.lights.new.called  # unlit strokes need none
 
 
-def test_paint_in_relief_is_lit_and_strokes_do_not_shade_each_other(addon):
-    things, *_ = stroke_things(is_lit=True)
-    module = addon(things)
-    module.import_strokes("strokes.glb")
-    assert not things[2].visible_shadow
-    assert module.bpy.data.lights.new.called
-    module = addon(things)
-    module.bpy.context.scene.objects = [Thing(type="LIGHT")]  # the user's own lamp is enough
-    module.import_strokes("strokes.glb")
-    assert not module.bpy.data.lights.new.called
-
-
 def test_a_file_without_a_camera_is_no_file_of_strokes(addon):
     module = addon([Thing(type="MESH")])
     with pytest.raises(RuntimeError, match=r"a.glb has no camera: it is no file of strokes"):
@@ -136,46 +124,3 @@ def test_a_view_of_blender_becomes_the_same_camera_of_the_scene(tmp_path, addon,
 def test_an_orthographic_view_is_refused(addon):
     with pytest.raises(ValueError, match="orthographic"):
         addon().camera_model(np.eye(4).tolist(), np.eye(4).tolist())
-
-
-def test_a_view_is_painted_by_the_command(tmp_path, addon, monkeypatch):
-    module, ran = addon(), []
-    monkeypatch.setattr(module, "run", ran.append)
-    settings = SimpleNamespace(
-        file="koala.ply", command="python -m brushgs", look="ink", more="--strokes 900"
-    )
-    lens = np.diag([1.0, 16 / 9, 1, 0])
-    lens[3, 2] = -1
-    view = SimpleNamespace(
-        view_perspective="PERSP",
-        view_matrix=MagicMock(inverted=lambda: np.eye(4).tolist()),
-        window_matrix=lens.tolist(),
-    )
-    module.bpy.data.objects = {}
-    module.bpy.path.abspath = str
-    render = SimpleNamespace(resolution_x=1920, resolution_y=1080, resolution_percentage=100)
-    context = SimpleNamespace(
-        scene=SimpleNamespace(brushgs=settings, render=render),
-        region_data=view,
-        region=SimpleNamespace(width=800, height=450),
-    )
-    module.paint_view(context)
-    (words,) = ran
-    assert words[:6] == ["python", "-m", "brushgs", "render", "koala.ply", "--camera-file"]
-    assert words[7:] == [
-        *("--size", "800x450", "--look", "ink", "-o", str(Path(words[6]).parent / "painting.png")),
-        *("--quiet", "--strokes", "900"),
-    ]
-    assert load_cameras(words[6])[0].width == pytest.approx(1280, abs=1)
-    settings.file = ""
-    with pytest.raises(RuntimeError, match="no scene file is named"):
-        module.paint_view(context)
-
-
-def test_what_the_command_says_is_passed_on(addon):
-    module = addon()
-    failing = [sys.executable, "-c", "import sys; sys.exit('brushgs: no such look')"]
-    with pytest.raises(RuntimeError, match=r"^brushgs: no such look$"):
-        module.run(failing)
-    with pytest.raises(RuntimeError, match="no_such_command cannot be run"):
-        module.run(["no_such_command"])

@@ -1,6 +1,5 @@
 """`brushgs.paint` with options gives the picture that `brushgs render` writes, bit for bit."""
 
-import inspect
 import runpy
 from pathlib import Path
 
@@ -57,12 +56,6 @@ def test_paint_is_what_render_writes(scene, tmp_path, options, words):
     assert frame.alpha.min() == 1
 
 
-def test_a_transparent_background_keeps_the_alpha(scene):
-    frame = bg.paint(scene, "plain", background="transparent", **SMALL)
-    assert frame.alpha.min() < 0.1
-    assert frame.alpha.max() > 0.5
-
-
 def test_gaussians_are_painted_with_the_same_options(scene):
     gaussians = bg.load(scene)
     frame = bg.paint(gaussians, "gouache", up="-y", see="off", **SMALL)
@@ -107,11 +100,6 @@ def test_what_one_picture_does_not_take_is_refused(scene, options, message):
         bg.paint(scene, **options)
 
 
-def test_gaussians_have_no_moments_and_levels(scene):
-    with pytest.raises(ValueError, match="time belongs to scene files; omit it with Gaussians"):
-        bg.paint(bg.load(scene), time=0.4)
-
-
 @pytest.mark.filterwarnings("ignore:.*taken for moments")
 def test_a_moving_scene_needs_a_moment(tmp_path):
     moving = still_life_moving(1000)
@@ -122,21 +110,6 @@ def test_a_moving_scene_needs_a_moment(tmp_path):
     with pytest.raises(ValueError, match=r"moves; give time=, one moment, or use brushgs\.paint_film"):
         bg.paint(folder, **SMALL)
     assert bg.paint(folder, time="50%", **SMALL).rgb.shape == (48, 64, 3)
-
-
-def test_keywords_are_seen_by_editors_and_in_help():
-    for function, known, unknown in (
-        (bg.paint, "look_at", "orbit"),
-        (bg.paint_film, "orbit", "first"),
-    ):
-        names = inspect.signature(function).parameters
-        assert known in names
-        assert unknown not in names
-        assert "options" not in names
-        listed = inspect.getdoc(function)
-        assert "View:" in listed
-        assert "`zoom`: 1 shows the whole subject" in listed
-        assert "; above 0; default 1" in listed
 
 
 def test_the_stub_of_keywords_is_what_its_script_writes():

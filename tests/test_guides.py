@@ -76,7 +76,20 @@ def is_run(line):
     return is_small and "looks.jpg" not in words and files_of(words) <= FILES | WRITTEN
 
 
-RUN = [line for line in COMMANDS if is_run(line)]
+def some_for_all(lines):
+    """Of some commands those that bring a subcommand, flag, look or kind of file that none before has."""
+    seen, found = set(), []
+    for line in lines:
+        words = shlex.split(line, comments=True)[1:]
+        parts = {words[0], *(word.partition("=")[0] for word in words if word.startswith("-"))}
+        parts |= {*re.findall(r"--(?:look|where|layers) \S+", line), *re.findall(r"\.[a-z]{2,6}\b", line)}
+        if not parts <= seen or words[0] == "looks":  # which needs no file
+            seen |= parts
+            found.append(line)
+    return found
+
+
+RUN = some_for_all([line for line in COMMANDS if is_run(line)])
 
 
 @pytest.fixture(scope="module")
@@ -119,8 +132,8 @@ def write_cameras(folder):
     (folder / "camera_path.json").write_text(json.dumps(content))
 
 
-def test_most_commands_of_the_guides_are_run():
-    assert len(RUN) >= 110
+def test_many_commands_of_the_guides_are_run():
+    assert len(RUN) >= 65
 
 
 @pytest.mark.parametrize("line", RUN)

@@ -37,14 +37,3 @@ def test_a_lattice_is_by_its_places_alone():
     part = lattice(77, indices(7, 49), indices(3, 10, 69))
     np.testing.assert_array_equal(part, numbers[np.ix_([7, 49], [3, 10, 69])])
     assert not np.array_equal(lattice(78, *(np.arange(n, dtype=np.uint32) for n in (50, 70))), numbers)
-
-
-def test_a_lattice_is_even_and_its_neighbours_are_unlike():
-    axis = np.arange(512, dtype=np.uint32)
-    numbers = lattice(1, axis, axis).astype(np.float64)
-    counts = np.histogram(numbers, 16, (-1, 1))[0]
-    assert np.abs(counts / counts.mean() - 1).max() < 0.03
-    power = np.abs(np.fft.rfft2(numbers - numbers.mean())) ** 2
-    assert power.max() / power.mean() < 30  # of white noise: the logarithm of its number, 12, or little more
-    for other in (lattice(2, axis, axis), numbers.T):
-        assert abs(np.corrcoef(numbers.ravel(), np.ravel(other))[0, 1]) < 0.01

@@ -65,14 +65,6 @@ def test_imports_point_to_the_same_or_an_earlier_layer(path):
         assert LAYER_OF[other] <= LAYER_OF[own], f"{own} imports {other}, which comes later"
 
 
-def test_an_import_that_points_back_would_be_seen(tmp_path):
-    path = tmp_path / "early.py"
-    path.write_text(
-        "def f():\n    from brushgs.pipeline.still import paint\n    import brushgs.rendering.rasterize\n"
-    )
-    assert list(package_imports(path)) == ["pipeline", "rendering"]
-
-
 def test_type_checkers_see_the_public_names_where_they_are_imported_from():
     tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
     block = next(node for node in tree.body if isinstance(node, ast.If))

@@ -24,25 +24,6 @@ def test_the_version_is_one():
     assert set(wheels) == {__version__}
 
 
-def test_the_recipe_for_conda_needs_what_the_base_install_needs():
-    run = RECIPE[RECIPE.index("  run:") : RECIPE.index("  run_constraints:")]
-    found = set(re.findall(r"^    - ([\w-]+ >=[\d.]+)", run, re.MULTILINE))
-    expected = {need.lower().replace(">=", " >=") for need in PROJECT["dependencies"]}
-    assert {each.replace("py-openimageio", "openimageio") for each in found} == expected
-
-
-def test_every_extra_for_users_is_told_in_the_pages():
-    extras = set(PROJECT["optional-dependencies"]) - {"all", "test", "docs", "test-open3d"}
-    for page in ("docs/install.md", "docs/machines.md", "README.md"):
-        text = (ROOT / page).read_text(encoding="utf-8")
-        assert [extra for extra in sorted(extras) if f"`{extra}`" not in text] == [], page
-    assert extras == {
-        extra
-        for need in PROJECT["optional-dependencies"]["all"]
-        for extra in re.search(r"\[(.*)\]", need)[1].split(",")
-    }
-
-
 def test_stills_need_no_package_of_an_extra():
     base = names_of(PROJECT["dependencies"])
     for extra in ("video", "kmeans", "refine", "cluster"):

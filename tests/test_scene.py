@@ -174,21 +174,6 @@ def test_columns_of_another_type_are_refused(make, name, value, message):
         replace(make(), **{name: value})
 
 
-@for_each(
-    ("name", "shape", "message"),
-    [
-        ("centers", (N, 3), "Boxes: centers must have shape [M=6, 2], got [6, 3]"),
-        ("half_extents", (N,), "Boxes: half_extents must have shape [M=6, 2], got [6]"),
-        ("angles", (N + 1,), "Boxes: angles must have shape [M=6], got [7]"),
-        ("colors", (N, 4), "Boxes: colors must have shape [M=6, 3], got [6, 4]"),
-        ("opacities", (2,), "Boxes: opacities must have shape [M=6], got [2]"),
-    ],
-)
-def test_boxes_of_a_wrong_shape_are_refused(name, shape, message):
-    with refused(ValueError, message):
-        replace(boxes(), **{name: np.zeros(shape, np.float32)})
-
-
 def test_boxes_must_come_nearest_first():
     source = boxes()
     with refused(ValueError, "Boxes: depths must ascend: sort by depth, got 5 other rows, first at 0"):
@@ -196,62 +181,11 @@ def test_boxes_must_come_nearest_first():
     replace(source, depths=np.full(N, 2, np.float32))  # equal depths are in order
 
 
-def test_length_and_degree():
-    assert len(gaussians()) == len(boxes()) == N
-    assert [gaussians(terms=terms).sh_degree for terms in (1, 4, 9, 16)] == [0, 1, 2, 3]
-    empty = gaussians().take(slice(0, 0))
-    assert len(empty) == 0
-
-
-@for_each("rows", [np.array([4, 0, 0]), np.array([True, False] * 3), slice(1, 5, 2), np.array([], dtype=int)])
-@for_each("make", [gaussians, boxes])
-def test_take_chooses_rows_of_every_column(rows, make):
-    source = make()
-    rows = np.sort(rows) if make is boxes and not isinstance(rows, slice) and rows.dtype != bool else rows
-    taken = source.take(rows)
-    for name, column in columns_of(source).items():
-        np.testing.assert_array_equal(getattr(taken, name), column[rows])
-
-
 def test_whether_a_scene_is_antialiased_stays_with_it():
     scene = replace(gaussians(), antialiased=True)
     assert scene.take(slice(0, 1)).antialiased
     assert scene.astype(np.float64).antialiased
     assert not gaussians().take(slice(0, 1)).antialiased
-
-
-@pytest.mark.parametrize("name", ["softness", "setbacks"])
-def test_boxes_need_no_softness_and_no_setbacks(name):
-    without = replace(boxes(), **{name: None})
-    assert getattr(without, name) is None
-    assert getattr(without.take(slice(2)), name) is None
-    assert getattr(without.astype(np.float64), name) is None
-    assert len(without.take(slice(2))) == 2
-
-
-@for_each("name", ["softness", "setbacks"])
-@for_each(
-    ("values", "error", "message"),
-    [
-        (
-            np.array([0.1, -0.1, 0, 0, -1, 0], np.float32),
-            ValueError,
-            "Boxes: {name} must be >= 0, got 2 other rows",
-        ),
-        (
-            np.full(6, np.nan, np.float32),
-            ValueError,
-            "Boxes: {name} must be finite, got 6 other rows, first at 0",
-        ),
-        (np.zeros(6), TypeError, "Boxes: {name} must be float32 like centers, got float64"),
-        (np.zeros(5, np.float32), ValueError, "Boxes: {name} must have shape"),
-        ([0.0] * 5, ValueError, "Boxes: {name} must have shape"),
-        (0.0, TypeError, "Boxes: {name} must be a NumPy array, got float"),
-    ],
-)
-def test_softness_and_setbacks_are_checked_like_any_column(values, error, message, name):
-    with refused(error, message.format(name=name)):
-        replace(boxes(), **{name: values})
 
 
 @pytest.mark.parametrize("make", [gaussians, boxes])
@@ -355,11 +289,6 @@ def test_look_at_puts_the_target_in_the_middle_and_up_upwards():
     np.testing.assert_allclose(pixel_of(value, top)[:2], (100, 0), atol=1e-9)
     right = eye + value.viewmat[:3, :3].T @ (0.1, 0, 1)
     assert pixel_of(value, right)[0] > 100
-
-
-def test_the_default_up_of_look_at_is_minus_y():
-    value = Camera.look_at((0, 0, -4), (0, 0, 0), width=20, height=10)
-    np.testing.assert_allclose(value.viewmat[:3, :3], np.eye(3), atol=1e-15)
 
 
 @settings(max_examples=40, deadline=None)
@@ -483,15 +412,6 @@ def test_rows_are_taken_by_index_mask_list_or_slice(make, rows):
         np.testing.assert_array_equal(getattr(taken, name), column[expected])
 
 
-@for_each("rows", [3, 1.5, None, [0.5], [[0, 1]], "all", (0, slice(2))])
-def test_what_is_no_choice_of_rows_is_refused(rows):
-    for source in (gaussians(), boxes()):
-        with refused(TypeError, f"{type(source).__name__}: rows must be a slice, or a list or an array of"):
-            source[rows]
-        with pytest.raises(TypeError, match="not iterable"):
-            iter(source)
-
-
 def test_a_sum_of_gaussians_loses_nothing():
     plain, rich = gaussians(terms=1), gaussians(np.float64, 9)
     rich = replace(rich, brushes=np.full(N, 2), ids=np.arange(N), regions=[1] * N)
@@ -513,23 +433,6 @@ def test_a_sum_of_gaussians_loses_nothing():
         plain + replace(plain, antialiased=True)
     with pytest.raises(TypeError, match="unsupported operand"):
         plain + 1
-
-
-def test_values_say_in_one_line_what_they_are():
-    assert repr(gaussians()) == "Gaussians(6, SH 1)"
-    large = Gaussians(*(np.ones((54804, *s), np.float32) for s in ((3,), (4,), (3,), (), (1, 3))))
-    assert repr(large) == "Gaussians(54,804, SH 0)"
-    more = replace(gaussians(np.float64), antialiased=True, ids=np.arange(N))
-    assert repr(more) == "Gaussians(6, SH 1, float64, antialiased, ids)"
-    assert repr(boxes()) == "Boxes(6, softness, setbacks, reliefs)"
-    there = Camera.look_at((0, -1, -4.25), (0, 0, 0), width=80, height=60)
-    assert repr(there) == "Camera(80x60, 50 degrees high, at 0, -1, -4.25)"
-    size = np.zeros((3, 5), np.float32)
-    frame = Frame(np.zeros((3, 5, 3), np.float32), size)
-    assert repr(frame) == "Frame(5x3)"
-    layers = {"normal": np.zeros((3, 5, 3)), "unlit": np.zeros((3, 5, 4))}
-    frame = replace(frame, depth=size, height=size, layers=layers)
-    assert repr(frame) == "Frame(5x3, depth, height, layers normal unlit)"
 
 
 @pytest.fixture
@@ -565,23 +468,6 @@ def test_a_notebook_shows_a_frame_as_it_is(half_painted):
     np.testing.assert_array_equal(shown(half_painted), np.asarray(half_painted, np.uint8))
     solid = Frame(half_painted.rgb, np.ones_like(half_painted.alpha))
     np.testing.assert_array_equal(shown(solid), solid.bytes_over("black"))
-
-
-def test_a_notebook_shows_a_large_frame_smaller():
-    alpha = np.zeros((1500, 2050), np.float32)
-    alpha[:, 1026:] = 1  # of the three columns of a block the last: it is red to a third
-    frame = Frame(alpha[..., None] * np.float32([1, 0, 0]), alpha)
-    pixels = shown(frame)
-    assert pixels.shape == (500, 684, 4)
-    assert pixels[-1, [341, 342, 683]].tolist() == [[0, 0, 0, 0], [255, 0, 0, 255], [255, 0, 0, 255]]
-    assert shown(Frame(frame.rgb[:, 1:], alpha[:, 1:]))[0, 341].tolist() == [255, 0, 0, 85]
-
-
-@for_each("shape", [(), (1,), (4,), (1, 3), (2, 3, 3), (3, 1, 3), (1, 3, 4)])
-def test_a_background_of_another_shape_is_refused(shape):
-    frame = Frame(np.zeros((1, 3, 3)), np.zeros((1, 3)))
-    with refused(ValueError, f"over: background must have shape [3] or [1, 3, 3], got {list(shape)}"):
-        frame.over(np.zeros(shape))
 
 
 def test_joined_gaussians_have_the_columns_of_the_first():

@@ -10,8 +10,6 @@ from scipy.spatial import cKDTree
 import brushgs as bg
 from brushgs import _core
 from brushgs.brushes import levels
-from brushgs.core.threads import at_most
-from brushgs.formats.pictures.oiio import quantise
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,
@@ -21,16 +19,10 @@ from brushgs.options.painting import (
     ViewConfig,
 )
 from brushgs.options.sequence import PathConfig
-from brushgs.passes.reduce import contribution, lloyd
-from brushgs.passes.reduce.cluster import group
-from brushgs.passes.reduce.features import cluster_features
-from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.pipeline import sequence as sequence_stages
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.still import paint
-from brushgs.rendering import texture_levels
-from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
 from tests.kit.shortcuts import Painting, difference, shortcuts
@@ -96,43 +88,6 @@ def test_strokes_behind_a_finished_pixel_add_less_than_is_stated(found):
     assert 0 < difference(shortcut.on(), shortcut.off()) <= shortcut.bound
 
 
-def test_what_is_visible_is_asked_once_in_a_clustering(scene, monkeypatch):
-    asked = []
-
-    def counted(gaussians):
-        asked.append(len(gaussians))
-        return contribution.visible_shares(gaussians)
-
-    for module in ("cluster", "merge"):
-        monkeypatch.setattr(f"brushgs.passes.reduce.{module}.visible_shares", counted)
-    bg.cluster(scene, 100)
-    assert asked == [len(scene)]
-
-
-def test_what_is_visible_may_come_from_elsewhere_but_must_fit(scene):
-    grouping = group(scene, 100, features="paper")
-    assert grouping.visible is None
-    with pytest.raises(ValueError, match=r"merge_clusters: visible must have shape .*, got \[7\]"):
-        merge_clusters(scene, grouping.labels, visible=np.ones(7))
-
-
-@pytest.mark.parametrize("threads", [1, 2, 4])
-def test_visible_shares_do_not_depend_on_threads(scene, monkeypatch, threads):
-    expected = contribution.visible_shares(scene)
-    monkeypatch.setattr(contribution, "ROWS_PER_THREAD", 10)
-    with at_most(threads):
-        np.testing.assert_array_equal(contribution.visible_shares(scene), expected)
-
-
-@pytest.mark.parametrize("num_clusters", [1, 5, 33, 400, 2999])
-def test_the_start_knows_what_the_first_step_would_find(scene, num_clusters):
-    points = cluster_features(scene)
-    centers, distances, nearest = lloyd.start(points, np.ones(len(points)), num_clusters, 3)
-    again, rows = lloyd.assign(points, centers)
-    np.testing.assert_array_equal(distances, again)
-    np.testing.assert_array_equal(nearest, rows)
-
-
 @for_each("dimensions", [1, 2, 3, 4, 7, 9, 16])
 @for_each("num_centers", [1, 2, 9, 700])
 def test_the_nearest_centre_is_that_of_scipy(dimensions, num_centers):
@@ -143,23 +98,6 @@ def test_the_nearest_centre_is_that_of_scipy(dimensions, num_centers):
     expected, expected_rows = cKDTree(centers).query(points)
     np.testing.assert_array_equal(distances, expected)
     np.testing.assert_array_equal(rows, expected_rows)
-
-
-def test_of_equally_near_centres_the_first_is_taken():
-    random = np.random.default_rng(0)
-    grid = random.integers(0, 3, size=(500, 3)).astype(np.float64)
-    points = random.integers(0, 5, size=(2000, 3)).astype(np.float32) / 2
-    _, rows = _core.nearest(points, grid, 3)
-    squared = ((points[:, None].astype(np.float64) - grid) ** 2).sum(axis=2)
-    np.testing.assert_array_equal(rows, squared.argmin(axis=1))
-
-
-def test_points_far_apart_and_of_no_extent_have_a_nearest_centre():
-    points = np.array([[0.0], [3e38], [-3e38], [1e-38]], np.float32)
-    distances, rows = _core.nearest(points, np.zeros((40, 1)), 1)
-    np.testing.assert_array_equal(rows, 0)
-    np.testing.assert_array_equal(distances, np.abs(points[:, 0].astype(np.float64)))
-    assert len(_core.nearest(points[:0], np.zeros((1, 1)), 1)[0]) == 0
 
 
 def level_weights(num_source, level):
@@ -194,54 +132,6 @@ def test_filters_are_those_of_scipy(num_source, level):
     result = np.empty((len(expected), 21))
     made.apply(texels=texels, result=result)
     np.testing.assert_allclose(result, made.weights() @ texels, rtol=0, atol=1e-13)
-
-
-@pytest.mark.parametrize("num_threads", [1, 3])
-def test_levels_made_together_are_products_of_matrices(num_threads):
-    g = np.random.default_rng(0)
-    coverage, height = (g.integers(0, 256, (61, 150)).astype(np.uint8) for _ in range(2))
-    coverage[:30, :70] = 0
-    codes = [(3, 0), (0, 0), (3, 4), (0, 5), (6, 2)]
-    found = levels.stroke_levels(coverage, codes, height, num_threads=num_threads)
-    assert found[1][0] is coverage
-    assert found[1][1] is height
-    for (u, v), (painted, raised) in zip(codes, found, strict=True):
-        if (u, v) == (0, 0):
-            continue
-        along_u, along_v = (
-            levels._level_filter(size, level).weights() if level else np.eye(size)
-            for size, level in ((150, u), (61, v))
-        )
-        texels, above = (
-            along_v @ image.astype(float) @ along_u.T for image in (coverage, (height - 127.5) * coverage)
-        )
-        for image, expected in ((painted, texels), (raised, 127.5 + above / np.maximum(texels, 2))):
-            difference = image - np.clip(expected, 0, 255)
-            assert np.abs(difference).max() < 0.5 + 1e-9
-        np.testing.assert_array_equal(levels.level_coverage(coverage, u, v), painted)
-        np.testing.assert_array_equal(levels.level_height(height, coverage, u, v), raised)
-
-
-def test_a_level_made_later_is_the_one_made_with_others():
-    texture = bg.StrokeTexture.open("flat")
-    together = texture_levels.packed_levels(texture, [(2, 5), (0, 0), (2, 1)])
-    for code, level in zip([(2, 5), (0, 0), (2, 1)], together, strict=True):
-        texture_levels._cache.pop(texture, None)
-        np.testing.assert_array_equal(texture_levels.packed_levels(texture, [code])[0].pairs, level.pairs)
-
-
-@for_each("dtype", [np.float32, np.float64])
-@for_each("ground", ["colour", "picture"])
-def test_bytes_are_those_of_rounded_floats(dtype, ground):
-    random = np.random.default_rng(0)
-    rgb = random.uniform(-0.2, 1.3, (30, 50, 3)).astype(dtype)
-    rgb[0] = (np.arange(150).reshape(50, 3) + 0.5) / 255  # halves
-    frame = Frame(rgb, random.uniform(0, 1, (30, 50)).astype(dtype))
-    frame.alpha[0] = 1
-    behind = (0.2, 1.0, 0.7) if ground == "colour" else random.uniform(0, 1, rgb.shape)
-    np.testing.assert_array_equal(frame.bytes_over(behind), quantise(frame.over(behind), np.uint8))
-    with pytest.raises(ValueError, match="background must have shape"):
-        frame.bytes_over((1.0, 1.0))
 
 
 def test_the_report_lists_what_was_skipped(scene):

@@ -3,12 +3,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-import brushgs as bg
 from brushgs.still_life import moving as stage
-from brushgs.still_life import still_life, still_life_camera
-from brushgs.still_life.moving import seen_from, still_life_moving
-from brushgs.still_life.surfaces import revolve, sphere, turn
-from brushgs.values.quats import rotation_matrices
+from brushgs.still_life import still_life
+from brushgs.still_life.moving import still_life_moving
 
 COLUMNS = "means", "quats", "scales", "opacities", "sh"
 NUM = 8000
@@ -78,64 +75,6 @@ def test_the_pear_is_rigid_stays_on_the_cloth_and_comes_to_rest(scene, setting):
     np.testing.assert_array_equal(places[3], places[5])
 
 
-@pytest.mark.parametrize(
-    "body",
-    [
-        sphere(0.5, 3000),
-        revolve(np.array([[0.02, 0.0], [0.6, 0.3], [0.2, 1.4], [0.02, 1.5]]), 4000),
-    ],
-)
-def test_what_rolls_does_not_slip(body):
-    """Where a body touches the plane, it has no velocity along it."""
-    path = stage._rolling(body.points)
-    worst = 0.0
-    for before, after in pairwise(path):
-        places = [
-            body.points @ turn(stage.ROLL_AXIS, angle).T + distance * stage.ROLL_WAY - lift * stage.DOWN
-            for angle, distance, lift in (before, after)
-        ]
-        lowest = int((places[0] + places[1])[:, 1].argmax())
-        slip = (places[1] - places[0])[lowest] @ stage.ROLL_WAY
-        worst = max(worst, abs(slip))
-    assert worst < 0.05 * path[-1, 1] / len(path)  # of a step: the points of the outline are not dense
-    assert path[-1, 1] > 0.5
-
-
-def test_a_ball_rolls_by_its_radius_times_its_angle():
-    angles, distances, lifts = stage._rolling(sphere(0.5, 20_000).points).T
-    np.testing.assert_allclose(distances, 0.5 * angles, atol=2e-3)
-    np.testing.assert_allclose(lifts, 0, atol=2e-3)
-
-
-def test_bending_the_cloth_changes_no_length_in_it():
-    grid = np.stack(np.meshgrid(np.linspace(0, 2, 60), np.linspace(-1, 1, 5)), axis=-1).reshape(-1, 2)
-    across = np.array([-stage.BENT_WAY[1], stage.BENT_WAY[0]])
-    flat = stage.HINGE + grid[:, :1] * stage.BENT_WAY + grid[:, 1:] * across
-    points = np.stack([flat[:, 0], np.zeros(len(flat)), flat[:, 1]], axis=1)
-    bent, turns = stage._bent(points, 2.0)
-    assert bent[:, 1].min() < -0.3  # it is lifted
-    rows, other = bent.reshape(5, 60, 3), points.reshape(5, 60, 3)
-    for axis in (0, 1):
-        np.testing.assert_allclose(
-            np.linalg.norm(np.diff(rows, axis=axis), axis=2),
-            np.linalg.norm(np.diff(other, axis=axis), axis=2),
-            rtol=2e-3,
-        )
-    normals = rotation_matrices(turns) @ np.array([0, -1.0, 0])
-    along = np.diff(rows, axis=1)[2]
-    middles = 0.5 * (normals.reshape(5, 60, 3)[2, 1:] + normals.reshape(5, 60, 3)[2, :-1])
-    np.testing.assert_allclose(
-        (along * middles).sum(axis=1), 0, atol=2e-3 * np.linalg.norm(along, axis=1).max()
-    )
-
-
-def test_the_lamp_swings_in_its_pool_only():
-    directions = stage._to_lamp(np.array([0.0, 0.5, 1.0]), 0.475 + 1.9)
-    turned = np.degrees(np.arccos(np.clip(directions @ stage.TO_LAMP, -1, 1)))
-    assert turned[0] == pytest.approx(0, abs=1e-5)
-    assert 0 < turned[1] < turned[2] <= np.degrees(stage.SWING)
-
-
 def test_moments_whose_rows_do_not_correspond(scene):
     loose = still_life_moving(NUM, has_rows=False)
     assert (loose.has_rows, loose.resting, len(loose.times)) == (False, None, 121)
@@ -147,22 +86,3 @@ def test_moments_whose_rows_do_not_correspond(scene):
     whole = {tuple(row) for row in scene.at(1.0).means}
     assert all(tuple(row) in whole for row in one.means)
     assert np.mean([tuple(row) in {tuple(other) for other in two.means} for row in one.means[:100]]) > 0.5
-
-
-def test_another_length_plays_the_same_motion(scene):
-    quick = still_life_moving(NUM, seconds=1.0)
-    np.testing.assert_array_equal(quick.at(0.5).means, scene.at(2.0).means)
-    for seconds in (0, -1, np.inf, np.nan):
-        with pytest.raises(ValueError, match="seconds must be > 0"):
-            still_life_moving(NUM, seconds=seconds)
-
-
-def test_seen_from_one_place_it_looks_the_same_there(scene):
-    camera = still_life_camera(width=80, height=60)
-    plain = bg.StrokeTexture.open("gaussian")
-    moment = scene.at(1.5)
-    flat = seen_from(moment, camera.position)
-    assert flat.sh_degree == 0
-    np.testing.assert_allclose(
-        bg.render(flat, camera, plain).rgb, bg.render(moment, camera, plain).rgb, atol=2e-3
-    )

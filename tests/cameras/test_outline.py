@@ -1,8 +1,6 @@
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial import ConvexHull
 
 from brushgs.cameras.outline import MOST_VERTICES, outline
 from tests.kit.for_each import for_each
@@ -38,20 +36,6 @@ def test_the_outline_reaches_as_far_as_the_points_in_every_direction(kind, num, 
     np.testing.assert_allclose(reach, all_reach, rtol=0, atol=share * np.abs(points @ directions.T).max())
     assert len(found) <= MOST_VERTICES
     assert set(map(tuple, found)) <= set(map(tuple, points))
-
-
-@pytest.mark.parametrize("kind", ["normal", "box"])
-def test_it_is_the_convex_hull(kind):
-    points = cloud(kind, 2000, 0)
-    expected = points[np.sort(ConvexHull(points).vertices)]
-    np.testing.assert_array_equal(outline(points), expected)
-
-
-def test_it_does_not_depend_on_the_points_inside():
-    points = cloud("normal", 3000, 0)
-    found = outline(points)
-    np.testing.assert_array_equal(outline(found), found)
-    np.testing.assert_array_equal(outline(np.concatenate([found, 0.5 * found])), found)
 
 
 @for_each(

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from brushgs.cameras.motion import between, view_change
+from brushgs.cameras.motion import view_change
 from brushgs.cameras.spline import CameraSpline, through
 from brushgs.values.camera import Camera
 from tests.kit.for_each import for_each
@@ -67,16 +67,8 @@ def test_the_way_goes_through_every_key_view(seed, loop):
         assert_same(found, key)
 
 
-def test_of_an_open_way_first_and_last_camera_are_the_end_keys():
-    keys = wild_keys(1)
-    frames = through(keys, 20, center=CENTER, reach=REACH)
-    assert len(frames) == 20
-    assert_same(frames[0], keys[0])
-    assert_same(frames[-1], keys[-1])
-
-
 @for_each("loop", [False, True])
-@for_each("seed", range(6))
+@for_each("seed", range(2))
 def test_the_speed_is_even(seed, loop):
     """Of 2000 steps the worst was 1.2 % off: a single one, where turn and shift change the lead."""
     path = spline(wild_keys(seed), loop)
@@ -104,14 +96,6 @@ def test_there_is_no_kink_at_a_key(seed, loop):
         one, two = velocity(path, before, -1e-6), velocity(path, after, 1e-6)
         assert np.abs(one).max() > 0.1
         np.testing.assert_allclose(one, two, atol=1e-4 * np.abs(one).max())
-
-
-def test_a_kink_would_be_seen():
-    keys = wild_keys(0)
-    first, middle, last = (between(keys[0], keys[1], 0.999), keys[1], between(keys[1], keys[2], 0.001))
-    one = (middle.position - first.position) / np.linalg.norm(middle.position - first.position)
-    two = (last.position - middle.position) / np.linalg.norm(last.position - middle.position)
-    assert np.abs(one - two).max() > 0.05  # screw motions alone would have one
 
 
 @pytest.mark.parametrize("loop", [False, True])
@@ -142,20 +126,6 @@ def test_keys_of_an_orbit_give_that_orbit_whatever_their_spacing(gaps, share):
     assert_same(found, orbit_view(turns[0] + share * (turns[-1] - turns[0])), atol=1e-9)
 
 
-def test_a_closed_orbit_is_found_from_four_views():
-    frames = through([orbit_view(t * np.pi / 2) for t in range(4)], 36, center=CENTER, reach=REACH, loop=True)
-    for index, frame in enumerate(frames):
-        assert_same(frame, orbit_view(2 * np.pi * index / 36), atol=1e-9)
-
-
-def test_two_keys_give_the_screw_motion_between_them():
-    first, second = wild_keys(2, num=2)
-    path = spline([first, second])
-    for share in (0.0, 0.3, 0.8, 1.0):
-        (found,) = path.at([share * path.knots[-1]])
-        assert_same(found, between(first, second, share))
-
-
 def test_neighbours_that_are_one_view_count_once():
     keys = wild_keys(4)
     doubled = [keys[0], keys[0], *keys, keys[-1], keys[-1]]
@@ -180,13 +150,6 @@ def test_moving_or_scaling_the_world_changes_nothing_in_the_cameras_own_axes():
     for frame, other in zip(frames, others, strict=True):
         np.testing.assert_allclose(other.viewmat[:3, :3], frame.viewmat[:3, :3], atol=1e-9)
         np.testing.assert_allclose(other.position / 1e4 - [1, 2, 3], frame.position, atol=1e-9)
-
-
-def test_a_camera_that_turns_in_place_stays_there():
-    eye = np.array([0.0, 0.0, -3.0])
-    keys = [Camera.look_at(eye, eye + np.array([np.sin(t), 0.1 * t, np.cos(t)]), **SIZE) for t in (0, 1, 2)]
-    for frame in through(keys, 12, center=CENTER, reach=REACH):
-        np.testing.assert_allclose(frame.position, eye, atol=1e-14)
 
 
 @pytest.mark.parametrize("loop", [False, True])

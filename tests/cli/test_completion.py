@@ -13,12 +13,6 @@ from brushgs.cli.parser import COMMANDS, command_parser
 
 pytest.importorskip("shtab")
 # What reads a script without running it.
-CHECKS = {
-    "bash": ["bash", "-n"],
-    "zsh": ["zsh", "-n"],
-    "fish": ["fish", "--no-execute"],
-    "tcsh": ["tcsh", "-n"],
-}
 
 
 @pytest.fixture
@@ -30,14 +24,6 @@ def script(tmp_path, capsys):
         return path
 
     return script
-
-
-@pytest.mark.parametrize("shell", SHELLS)
-def test_scripts_are_valid(script, shell):
-    if shutil.which(shell) is None:
-        pytest.skip(f"{shell} is not installed")
-    run = subprocess.run([*CHECKS[shell], script(shell)], capture_output=True, text=True)
-    assert (run.returncode, run.stderr) == (0, "")
 
 
 def completed(path, *words):
@@ -70,16 +56,3 @@ def test_what_is_not_installed_is_told(monkeypatch, capsys):
     assert capsys.readouterr().err == (
         "brushgs: completion needs shtab, which is not installed; pip install 'brushgs[completion]'\n"
     )
-
-
-def test_without_words_the_help_is_printed_and_without_a_scene_it_is_asked_for(capsys):
-    with pytest.raises(SystemExit) as stopped:
-        main([])
-    out = capsys.readouterr().out
-    assert stopped.value.code == 0
-    assert "brushgs render scene.ply" in out
-    assert len(out.splitlines()) < 60
-    for command in ("render", "export", "cluster"):
-        assert main([command]) == 2
-        expected = f"brushgs: scene is missing; name it, as in `brushgs {command} scene.ply` (see brushgs "
-        assert capsys.readouterr().err == f"{expected}{command} --help)\n"

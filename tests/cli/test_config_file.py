@@ -7,9 +7,8 @@ import pytest
 from brushgs.cli import main
 from brushgs.cli.config_file import located_text
 from brushgs.cli.configs import paint_config
-from brushgs.cli.parser import COMMANDS, parse
+from brushgs.cli.parser import parse
 from brushgs.errors import SceneError
-from brushgs.options.toml_values import line_of
 
 
 @pytest.fixture(autouse=True)
@@ -109,16 +108,10 @@ def test_words_that_are_no_files_stay_as_they_are():
     ("text", "message"),
     [
         ("\nstrokez = 3", "mine.toml: line 2: strokez is no option; did you mean 'stroke'"),
-        ("xxxxxx = 3", "`brushgs help` lists commands"),
-        ("[rendr]\nseed = 3", r"line 1: \[rendr\] is no command; did you mean 'render'"),
         ("[render]\nsize = '12'", "line 2: size must be WIDTHxHEIGHT"),
-        ("seed = 1\n[cluster]\nseed = 2\n[render]\nseed = 'x'", "line 5: seed must be a whole number"),
         ("[render]\nhost = 'x'", r"line 2: \[render\] host is no option of `brushgs render`"),
-        ("[render]\nfov_deg = [1, 2]", "line 2: fov-deg must be a number"),
         ("[render]\nlook = oil", "mine.toml: is not TOML"),
         ("config = 'other.toml'", "line 1: a file of options names no other; remove config"),
-        ("loop = 'yes'", "line 1: loop must be true or false"),
-        ("seed = 1979-05-27", "line 1: seed must be text or a number"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_told_with_its_line(text, message):
@@ -134,21 +127,3 @@ def test_a_file_that_is_missing_is_told(capsys):
 def test_options_of_a_file_that_exclude_each_other_are_told_with_their_origin():
     with pytest.raises(ValueError, match=r"cannot be combined with .*; some options are those of --config"):
         parsed("strokes = 3\nstroke-size = 4")
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_takes_a_file(command):
-    path = config("debug = true")
-    arguments = {"style": ["show"], "recolor": ["a.ply", "--palette", "a.png"], "completion": ["zsh"]}
-    words = arguments.get(command, [] if command in ("demo", "strokes", "looks") else ["a.ply"])
-    assert parse([command, *words, "--config", path]).debug is True
-
-
-def test_lines_are_found_in_tables_of_several():
-    text = 'a = 1\n[[job]]\na = 2\n[job.each]\nb = 1\n[[job]]\n"a" = 3\n fov-deg = 3\n'
-    assert line_of(text, "a") == 1
-    assert line_of(text, "a", "job", 0) == 3
-    assert line_of(text, "a", "job", 1) == 7
-    assert line_of(text, "fov_deg", "job", 1) == 8
-    assert line_of(text, "b", "job", 1) is None
-    assert line_of(text, "job") == 2

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from brushgs.cli.commands import bench, refine, render
+from brushgs.cli.commands import refine, render
 from brushgs.cli.configs import grow_config, paint_config, path_config
 from brushgs.cli.flags import CLASSES, Fields
 from brushgs.cli.parser import COMMANDS, build_parser, parse
@@ -161,14 +161,6 @@ def test_view_flags_become_radians_and_keep_their_signs():
     assert (view.zoom, view.size) == (2.0, (30, 20))
 
 
-@for_each("command", ["render", "refine", "stability", "bench"])
-def test_the_plain_stroke_means_the_whole_scene_in_every_command(command):
-    config = paint_config(parse([command, "a.ply", "--stroke", "gaussian"]))
-    assert (config.prune.keep, config.cluster.strokes) == (1.0, None)
-    config = paint_config(parse([command, "a.ply", "--stroke", "gaussian", "--keep", "0.5"]))
-    assert config.prune.keep == 0.5
-
-
 def test_a_size_is_chosen_where_it_is_asked_for():
     for words, size in (([], None), (["--size", "auto"], "auto"), (["--size", "30x20"], (30, 20))):
         for command in ("render", "export", "bench"):
@@ -187,23 +179,6 @@ def test_refine_sizes_its_views_and_not_a_picture():
     assert refine.refine_config(args) == RefineConfig(size=(64, 48), seed=3, where=region, is_resumed=True)
     paint = paint_config(args)
     assert (paint.view.size, paint.view.up, paint.cluster.seed) == (None, "+z", 3)
-
-
-def test_configs_are_read_from_a_namespace_that_stays_as_it_is():
-    for command, words in {"stability": [], "bench": ["--quick", "--strokes", "10,20"]}.items():
-        args = parse([command, "a.ply", *words])
-        before = dict(vars(args))
-        paint_config(args, view={"size": (64, 48)})
-        path_config(args, default_orbit=9)
-        if command == "bench":
-            assert bench.configs(args)[0].cluster == ClusterConfig(), "its counts are of the first curve"
-        assert vars(args) == before
-
-
-def test_a_default_path_gives_way_to_one_that_is_asked_for():
-    assert path_config(parse(["stability", "a.ply"]), default_orbit=9) == PathConfig(orbit=9)
-    args = parse(["stability", "a.ply", "--path", "p.json"])
-    assert path_config(args, default_orbit=9) == PathConfig(file=Path("p.json"))
 
 
 def actions(command):

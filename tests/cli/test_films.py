@@ -64,18 +64,11 @@ def test_flags_of_a_film(folder, capsys):
     assert len(list(Path("f").glob("*.png"))) == 10
 
 
-def test_one_moment_is_a_picture(folder, capsys):
-    code, out, _ = run(capsys, folder / "clip", *SMALL[:-2], "--time", "50%")
-    assert (code, out) == (0, "clip-ellipse.png\n")
-
-
 @pytest.mark.parametrize(
     ("scene", "words", "message"),
     [
         ("clip", ["-o", "x.png"], "x.png is one picture, and CLIP moves; add --time, one moment of it, or"),
-        ("clip", ["--first", "0.5"], "--first cannot be combined with a moving scene: it is one picture"),
         ("clip", ["--grow", "3"], "--grow needs a still scene, and CLIP moves; add --time"),
-        ("clip", ["--frames", "9"], "--frames needs --orbit or --path; a fixed camera does not use it"),
         ("clip", ["--cross-fade", "0.2"], "cross-fade needs loop"),
         ("clip", ["--start", "2"], "start must be in the 1 s of CLIP, got 2 s"),
         ("clip", ["--start", "0.5", "--end", "0.2"], "end must not be before start"),
@@ -84,11 +77,8 @@ def test_one_moment_is_a_picture(folder, capsys):
             ["--start", "soon"],
             "--start must be seconds such as 0.4, a share such as 40%, or all, got 'soon'",
         ),
-        ("clip", ["--speed", "0"], "speed must be above 0, got 0"),
         ("clip", ["--speed", "1e-5"], "at most 99,999 can be painted; show less of it, --end"),
         ("pears.ply", ["--start", "0.1"], "--start needs a moving scene, and CLIP is still; omit it"),
-        ("pears.ply", ["--speed", "2"], "--speed needs a moving scene"),
-        ("pears.ply", ["--fps", "9"], "--fps needs --orbit, --path or --grow; a single picture does not use"),
     ],
 )
 def test_what_does_not_fit_is_refused_in_a_sentence(scene, words, message, folder, capsys):

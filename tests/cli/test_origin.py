@@ -14,7 +14,7 @@ from brushgs.cli.origin import command_of
 from brushgs.cli.parser import parse
 from brushgs.errors import SceneWarning
 from brushgs.formats.pictures.images import write_frame
-from brushgs.pipeline.outputs import digest_of, free_name
+from brushgs.pipeline.outputs import free_name
 from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
 from tests.scenes import save_upright
@@ -112,12 +112,6 @@ def test_no_clobber_is_of_each_command_that_writes(words, scene, capsys):
     assert err.endswith("kept.png: exists, and --no-clobber replaces no file; choose another name\n")
 
 
-def test_another_scene_of_the_same_name_is_another_painting(scene, capsys):
-    run(capsys, "render", scene, *FEW)
-    save_upright(pear(1), scene)
-    assert run(capsys, "render", scene, *FEW)[1] == "pear-flat-2.png"
-
-
 def test_info_prints_how_a_picture_was_painted(scene, capsys):
     run(capsys, "render", scene, *FEW, "-o", "a.png")
     code, out, _ = run(capsys, "info", "a.png")
@@ -141,7 +135,6 @@ def test_a_file_without_a_record_is_never_replaced_by_a_default_name(scene, caps
     "words",
     [
         ["render", *FEW, "--orbit", "3", "-o", "a/b/c.mp4"],
-        ["render", *FEW, "--orbit", "3", "-o", "a/b/"],
         ["export", *FEW[:4], "-o", "a/b/c.html"],
         ["prune", "--keep", "50%", "-o", "a/b/c.ply"],
     ],
@@ -162,13 +155,6 @@ def test_numbers_go_on_and_folders_count_when_they_hold_something(tmp_path):
     (tmp_path / "a-3").mkdir()
     with pytest.warns(SceneWarning, match="exists and is kept"):
         assert free_name(tmp_path / "a") == tmp_path / "a-3"
-
-
-def test_a_digest_is_of_content(tmp_path):
-    for name, text in (("a", "x"), ("b", "x"), ("c", "y")):
-        (tmp_path / name).write_text(text)
-    a, b, c = (digest_of([tmp_path / name, tmp_path / "none"]) for name in "abc")
-    assert a == b != c
 
 
 @pytest.mark.parametrize(

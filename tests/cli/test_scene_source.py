@@ -37,27 +37,6 @@ def run(capsys, *words):
     return code, out, err
 
 
-@pytest.mark.parametrize("words", [["tiles"], ["tiles/a.ply", "tiles/b.ply"]])
-def test_a_scene_in_parts_paints_the_picture_of_the_whole(tiles, capsys, words):
-    small = [*SMALL, "--no-metadata"]  # which would name the files
-    assert run(capsys, "render", "whole.ply", *small)[0] == 0
-    assert run(capsys, "render", *words, *small, "-o", "parts.png")[0] == 0
-    assert Path("parts.png").read_bytes() == Path("whole-gaussian.png").read_bytes()
-
-
-@pytest.mark.parametrize(
-    ("words", "name", "command", "ending"),
-    [
-        (["tiles/"], "tiles", ["render", *SMALL], "gaussian.png"),
-        (["tiles/a.ply", "tiles/b.ply"], "a+1", ["prune", "--quiet"], "pruned.ply"),
-        (["tiles/a.ply"], "a", ["cluster", "--strokes", "50", "--quiet"], "strokes.ply"),
-    ],
-)
-def test_outputs_bear_the_name_of_the_source(tiles, capsys, words, name, command, ending):
-    assert run(capsys, command[0], *words, *command[1:])[0] == 0
-    assert Path(f"{name}-{ending}").is_file()
-
-
 CALLS = {  # command -> module and function that take the scene
     "render": ("brushgs.pipeline.still", "paint_file"),
     "prune": ("brushgs.outlets.passes", "prune_file"),

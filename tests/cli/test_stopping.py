@@ -67,8 +67,7 @@ def wait_until(condition, process):
     ("number", "words"),
     [
         (signal.SIGINT, ("-o", "a.mp4")),
-        (signal.SIGTERM, ("-o", "a.webm", "--jobs", "2")),
-        (signal.SIGHUP, ("-o", "a.gif")),
+        (signal.SIGHUP, ("-o", "a.gif", "--jobs", "2")),
     ],
 )
 def test_every_video_is_whole_or_not_there(start, tmp_path, number, words):

@@ -50,7 +50,6 @@ GONE = "| { true; }"
     [
         ("<&- >&- 2>&-", ""),
         (f"2>&1 {GONE}", ""),
-        (f"2>&1 >path {GONE}", ""),
         ("2>/dev/full", "a.png\n"),
     ],
 )
@@ -65,24 +64,19 @@ def test_a_picture_is_painted_whatever_becomes_of_the_words_about_it(run, tmp_pa
 
 @pytest.mark.parametrize(
     ("words", "redirection"),
-    [
-        *((words, GONE) for words in ("render --help", "--version", "info a.ply")),
-        *(("--help", to) for to in (">&-", ">&- 2>&-")),
-    ],
+    [("info a.ply", GONE), ("--help", ">&- 2>&-")],
 )
 def test_what_nobody_reads_ends_quietly(run, words, redirection):
     assert run(words, redirection) == (0, "", "")
 
 
-@pytest.mark.parametrize("redirection", ["2>&-", "2>/dev/full"])
-def test_an_error_that_cannot_be_told_has_its_exit_code(run, redirection):
-    assert run("render none.ply", redirection) == (2, "", "")
+def test_an_error_that_cannot_be_told_has_its_exit_code(run):
+    assert run("render none.ply", "2>/dev/full") == (2, "", "")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
-@pytest.mark.parametrize("words", ["strokes", RENDER])
-def test_a_full_disc_behind_stdout_gets_a_sentence(run, words):
-    code, _, err = run(words, "> /dev/full")
+def test_a_full_disc_behind_stdout_gets_a_sentence(run):
+    code, _, err = run(RENDER, "> /dev/full")
     assert code == 2
     assert err.endswith("brushgs: standard output: No space left on device; write it elsewhere\n")
     assert "Exception ignored" not in err

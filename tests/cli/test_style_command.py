@@ -37,13 +37,6 @@ def test_learn_writes_a_style_named_after_the_painting(painting, capsys):
     assert any("blue" in name for name in names)
 
 
-def test_learn_takes_an_output_and_a_name(painting, capsys):
-    code, out, _ = run(capsys, "learn", painting, "-o", "a.style", "--name", "Blue hour", "--json")
-    assert code == 0
-    assert json.loads(out)["output"] == "a.style"
-    assert bg.load_style("a.style").name == "Blue hour"
-
-
 def test_the_python_function_learns_the_same(painting, capsys):
     assert run(capsys, "learn", painting, "--quiet") == (0, "", "")
     bg.save_style(bg.learn_style(painting), "again.style")
@@ -74,12 +67,9 @@ def test_show_tells_of_an_edit(tmp_path, capsys):
     ("words", "sentence"),
     [
         (["learn"], "style learn needs a painting; name it"),
-        (["show"], "style show needs a file *.style; name it"),
         (["show", "a.style", "--name", "b"], "--name belongs to `brushgs style learn`; remove it"),
-        (["learn", "dusk.png", "-o", "a.json"], "output must end in .style, got 'a.json'"),
         (["learn", "missing.png"], "missing.png: there is no such picture; check the path"),
         (["show", "dusk.png"], "dusk.png: is no style file"),
-        (["mix"], "learn|show"),
     ],
 )
 def test_wrong_words_are_refused_in_a_sentence(painting, capsys, words, sentence):

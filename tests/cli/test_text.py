@@ -89,8 +89,3 @@ def test_a_pickle_is_refused_with_the_cure(capsys, tmp_path, place):
 def test_a_missing_library_is_refused_with_the_cure(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "transformers", None)
     assert "pip install 'brushgs[text]'" in refused(capsys, "--text-model", "clip")
-
-
-def test_clip_without_words_to_find_needs_a_part(capsys):
-    assert main(["prune", "a.ply", "--text-model", "clip", "-o", "b.ply"]) == 2
-    assert "--text-model needs --where" in capsys.readouterr().err

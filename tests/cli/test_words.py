@@ -35,15 +35,6 @@ def test_words_of_a_scene_are_those_of_its_first_view(scene, capsys):
     assert 0.3 < warm["value"] < 1
 
 
-def test_words_are_printed_below_the_facts_and_said_to_be_what_they_are(scene, capsys):
-    _, plain, _ = run(capsys, "info", scene)
-    _, out, _ = run(capsys, "info", scene, "--words")
-    assert out.startswith(plain)
-    heading, *lines = out.removeprefix(plain).splitlines()
-    assert "no language model" in heading
-    assert any(line.split()[0] == "warm" and "warmth" in line for line in lines)
-
-
 def test_words_of_strokes_tell_of_their_marks(scene, tmp_path, capsys):
     strokes = tmp_path / "strokes.ply"
     assert main(["cluster", str(scene), "--strokes", "150", "-o", str(strokes), "--quiet"]) == 0
@@ -63,10 +54,3 @@ def test_a_style_is_shown_in_words(tmp_path, capsys):
     assert "cool" in out.split("in words")[1]
     _, out, _ = run(capsys, "style", "show", path, "--json")
     assert {"cool", "dark"} <= {word["word"] for word in json.loads(out)["words"]}
-
-
-@pytest.mark.parametrize("command", ["info", "style"])
-def test_help_says_what_the_words_are(command, capsys):
-    with pytest.raises(SystemExit):
-        main([command, "--help"])
-    assert "not by a language model" in " ".join(capsys.readouterr().out.split())

@@ -37,24 +37,6 @@ def test_a_sound_scene_exits_0_and_says_so_on_stdout(sound: Path, capsys: pytest
     assert out.startswith(f"{sound}: 3,000 Gaussians; sound\n")
 
 
-def test_faults_exit_3_and_each_has_a_line_with_what_is_done(
-    ill: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, out, err = run(capsys, ill)
-    assert (code, err) == (3, "")
-    assert "2 faults" in out
-    assert "fault  linear-scales, 3,000 rows (all): scales are stored as they are" in out
-    assert "fault  xyzw-quaternions" in out
-    assert "--fix: takes the logarithms" in out
-
-
-def test_odd_things_exit_0(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = plant.write(plant.needles(plant.columns_of(ball(), tmp_path)), tmp_path / "a.ply")
-    code, out, _ = run(capsys, path)
-    assert code == 0
-    assert "1 odd thing\n" in out
-
-
 def test_fix_exits_0_with_the_path_on_stdout_and_the_findings_on_stderr(
     ill: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

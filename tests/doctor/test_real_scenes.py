@@ -12,22 +12,17 @@ from tests.doctor import plant
 from tests.kit.for_each import for_each
 from tests.scenes import real_scene
 
-# Scene -> what is odd about it, seen in pictures: dark blobs around koala, haze around the chair, scraps of
-# sky over the truck. None has a fault.
+# Scene -> what is odd about it, seen in pictures: dark blobs around koala, haze around the chair. None
+# has a fault.
 SOUND = {
     "koala.ply": {"floaters"},
     "rubber_toy_cloud.ply": set(),
     "sunflower_tile.ply": set(),
     "biker.compressed.ply": set(),
-    "derived/truck.ply": {"floaters"},
     "derived/chair.ply": {"floaters"},
-    "derived/skull_sh3.ply": set(),
-    "derived/playbot_sh2.ply": set(),
-    "derived/campsite.ply": set(),
-    "train_first1000.ply": set(),
 }
 UPS = {"rubber_toy_cloud.ply": "+y", "sunflower_tile.ply": "+z"}  # of all others -y is taken
-NOT_SURE_OF_UP = ("rubber_toy_cloud.ply", "derived/chair.ply", "train_first1000.ply")
+NOT_SURE_OF_UP = ("rubber_toy_cloud.ply", "derived/chair.ply")
 
 
 @for_each("name", SOUND)
@@ -40,17 +35,15 @@ def test_a_sound_real_scene_has_no_false_alarm(name: str) -> None:
     assert up["confidence"] == ("not sure" if name in NOT_SURE_OF_UP else "likely")
 
 
-@pytest.mark.parametrize("frame", [0, 5])
-def test_the_firework_holds_rgb_where_coefficients_belong(frame: int) -> None:
+def test_the_firework_holds_rgb_where_coefficients_belong() -> None:
     """Its f_dc are 0 to 0.3 and 0 to 1: its script wrote colours as they are."""
-    findings = bg.examine(real_scene(f"hanabi_frames/frame_{frame:03d}.ply"))
+    findings = bg.examine(real_scene("hanabi_frames/frame_005.ply"))
     assert [f.name for f in findings if f.severity != "note"] == ["linear-colors"]
 
 
-@pytest.mark.parametrize("scene", ["rubber_toy_cloud.ply", "sunflower_tile.ply"])
 @pytest.mark.parametrize("name", plant.WHOLE)
-def test_a_fault_planted_into_a_real_scene_is_found(name: str, scene: str, tmp_path: Path) -> None:
-    columns = plant.columns_of(bg.load(real_scene(scene)), tmp_path)
+def test_a_fault_planted_into_a_real_scene_is_found(name: str, tmp_path: Path) -> None:
+    columns = plant.columns_of(bg.load(real_scene("rubber_toy_cloud.ply")), tmp_path)
     for way in plant.WHOLE[name]:
         findings = bg.examine(plant.write(way(columns), tmp_path / "a.ply"))
         assert name in {f.name for f in findings}
@@ -59,13 +52,13 @@ def test_a_fault_planted_into_a_real_scene_is_found(name: str, scene: str, tmp_p
 
 @pytest.mark.parametrize(
     ("scene", "up", "least"),
-    [("koala.ply", "-y", 38), ("derived/truck.ply", "-y", 80), ("derived/chair.ply", "+z", 47)],
+    [("koala.ply", "-y", 38), ("derived/chair.ply", "+z", 47)],
 )
 def test_dropping_floaters_leaves_the_subject_whole(scene: str, up: str, least: float) -> None:
     """What is solid (alpha above 0.9) without them stays: PSNR over three views, white background.
 
-    Measured: koala 40.1 (blobs hang before the deck), truck no change at all, chair 49.7; elsewhere, where
-    the floaters were, 34.8, 51.9 and 30.1.
+    Measured: koala 40.1 (blobs hang before the deck), chair 49.7; elsewhere, where the floaters were, 34.8
+    and 30.1.
     """
     examination = examine_file(real_scene(scene))
     kept = cure(examination)

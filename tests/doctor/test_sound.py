@@ -30,7 +30,7 @@ def test_a_constant_column_is_no_other_encoding_and_the_cure_shows_the_same(made
     columns = plant.columns_of(MADE[made](), tmp_path)
     camera = bg.frame_scene(MADE[made](), width=40, height=30)
 
-    @settings(max_examples=30, deadline=None)
+    @settings(max_examples=10, deadline=None)
     @given(constants(columns))
     def check(constant):
         name, value = constant
@@ -48,14 +48,6 @@ def test_a_constant_column_is_no_other_encoding_and_the_cure_shows_the_same(made
         np.testing.assert_allclose(cured.rgb, shown.rgb, rtol=0, atol=1 / 255)
 
     check()
-
-
-@pytest.mark.parametrize("value", [2.0, 3.0, 5.0, 10.0, 100.0])
-def test_one_whole_logit_stays_what_it_is(value, tmp_path):
-    columns = plant.columns_of(ball(), tmp_path) | {"opacity": np.full(len(ball()), value, np.float32)}
-    path = plant.write(plant.nothing(columns), tmp_path / "constant.ply")
-    assert not [finding for finding in bg.examine(path) if finding.severity == "fault"]
-    np.testing.assert_allclose(cure(examine_file(path)).opacities, 1 / (1 + np.exp(-value)), rtol=1e-6)
 
 
 def test_a_plain_colour_is_not_taken_for_rgb(tmp_path):

@@ -48,15 +48,6 @@ def test_the_order_of_rows_does_not_matter():
     assert_alike(find_first_view(statue().take(shuffle)), statue_view())
 
 
-def test_a_thinned_scene_is_judged_nearly_alike(monkeypatch):
-    """Gaussians grow as they are thinned. Measured for a third of the rows: 0.996 -> 0.995."""
-    whole = statue_view()
-    monkeypatch.setattr("brushgs.first_view.sample.MOST_ROWS", 5000)
-    part = find_first_view(statue())
-    assert part.probability == pytest.approx(whole.probability, abs=0.02)
-    assert part.front == pytest.approx(whole.front, abs=0.3)
-
-
 @pytest.mark.parametrize("scene", [statue, on_a_plaza])
 def test_threads_and_repetition_do_not_change_a_bit(scene):
     with at_most(1):

@@ -6,7 +6,6 @@ What is true was seen in pictures from all sides, see `TRUE`.
 from functools import cache
 
 import numpy as np
-import pytest
 
 import brushgs as bg
 from brushgs.cameras.framing import AXES, frame_scene
@@ -24,15 +23,9 @@ from tests.scenes import real_scene
 TRUE = {
     "koala.ply": ("-y", True, 180),
     "rubber_toy_cloud.ply": ("+y", False, None),
-    "sunflower_tile.ply": ("+z", True, None),
-    "biker.compressed.ply": ("-y", True, -95),
     "derived/truck.ply": ("-y", True, -113),
     "derived/chair.ply": ("+z", False, 0),
-    "derived/skull_sh3.ply": ("-y", True, 180),
-    "derived/playbot_sh2.ply": ("-y", True, 0),
     "derived/campsite.ply": ("-y", True, None),
-    "train_first1000.ply": ("-y", False, None),
-    "plant.splat": ("-y", False, None),
     "guitar.ksplat": ("-y", True, 0),
     "biker.spz": ("+y", False, -95),
 }
@@ -85,7 +78,8 @@ def test_the_truck_is_straightened_and_level_scenes_stay_as_they_are() -> None:
 def test_a_turned_real_scene_is_upright_or_said_to_be_unsure(name: str) -> None:
     """Turns that put up on an axis that scenes do have up, from the evidence of one: it turns with the scene.
 
-    Of 13 scenes in 156 such turns 91 are sure, all of them right; so are 21 of the 22 from 0.70 to 0.85.
+    Of 13 scenes, these among them, in 156 such turns 91 were sure, all of them right; so were 21 of the 22
+    from 0.70 to 0.85.
     """
     up = TRUE[name][0]
     evidence = sum(EVIDENCE[kind].score(v) for kind, v in measure_up(take_sample(scene_of(name))).items())
@@ -108,9 +102,9 @@ def test_a_real_scene_is_seen_from_its_front(name: str) -> None:
 
 
 def test_a_front_is_a_guess_where_no_side_shows_more() -> None:
-    """A cloud, a camp ground from above and a fragment; but a plant has a better side."""
+    """A cloud, and a camp ground from above."""
     guesses = {name for name in TRUE if not upright_view_of(name).is_front_sure}
-    assert guesses == {"rubber_toy_cloud.ply", "derived/campsite.ply", "train_first1000.ply"}
+    assert guesses == {"rubber_toy_cloud.ply", "derived/campsite.ply"}
 
 
 @for_each("name", TRUE)
@@ -119,7 +113,7 @@ def test_only_the_truck_is_a_subject_in_surroundings(name: str) -> None:
     assert view_of(name).eye is None
 
 
-OBJECTS = [name for name in TRUE if name not in ("train_first1000.ply", "derived/truck.ply")]
+OBJECTS = [name for name in TRUE if name != "derived/truck.ply"]
 
 
 @for_each("name", OBJECTS)
@@ -145,12 +139,3 @@ def test_an_object_is_whole_and_large_in_its_first_picture(name: str) -> None:
     assert (covered & ~frame).sum() <= 0.01 * covered.sum()
     rows, columns = np.nonzero(covered & frame)
     assert max(np.ptp(rows), np.ptp(columns)) + 1 >= 0.8 * (96 - 2 * edge)
-
-
-@pytest.mark.parametrize("frame", [0, 5])
-def test_a_firework_of_dots_has_a_first_view(frame: int) -> None:
-    """Of frame 0 all dots lie on one line, and are as large as they are far apart."""
-    view = find_first_view(bg.load(real_scene(f"hanabi_frames/frame_{frame:03d}.ply")))
-    assert view.probability is not None
-    assert view.probability < SURE
-    assert np.ptp(view.points, axis=0).min() > 0.02 * np.ptp(view.points, axis=0).max()

@@ -9,7 +9,6 @@ from brushgs.first_view.up import (
     PRIORS,
     SURE,
     believed_up,
-    ranking_text,
     up_evidence,
     up_probabilities,
 )
@@ -58,12 +57,6 @@ def test_the_best_axis_is_taken_unless_the_default_is_half_as_probable():
     assert believed_up((("+z", 0.5), ("+y", 0.26), ("-y", 0.24))) == ("+z", 0.5)
     assert believed_up((("+z", 0.5), ("+y", 0.25), ("-y", 0.25))) == ("-y", 0.25)
     assert believed_up((("-y", 0.4), ("+z", 0.3))) == ("-y", 0.4)
-
-
-def test_the_two_best_axes_are_named_and_the_one_taken():
-    ups = (("+z", 0.4), ("+y", 0.3), ("-y", 0.25), ("+x", 0.05))
-    assert ranking_text(ups, "+z") == ranking_text(ups, "+y") == "+z 0.40, +y 0.30"
-    assert ranking_text(ups, "-y") == "+z 0.40, +y 0.30, -y 0.25"
 
 
 def test_a_fragment_is_never_sure():

@@ -10,7 +10,7 @@ import brushgs as bg
 from brushgs.cameras.framing import frame_scene
 from brushgs.core.threads import at_most
 from brushgs.first_view import find_first_view, walk
-from brushgs.first_view.usable import Judge, thinned_by_size
+from brushgs.first_view.usable import Judge
 from brushgs.first_view.walk import inside_stand, other_stands
 from brushgs.values.camera import FirstView
 from brushgs.values.colors import LUMINANCE
@@ -73,8 +73,8 @@ def test_a_street_has_three_usable_views_that_differ():
         assert is_apart or np.cos(stand.azimuth - view.azimuth) < 0.8
 
 
-@pytest.mark.parametrize("scale", [1e-3, 1e4])
-def test_the_unit_and_the_place_of_a_street_do_not_matter(scale):
+def test_the_unit_and_the_place_of_a_street_do_not_matter():
+    scale = 1e-3
     offset = np.array([7.0, -3.0, 20.0]) * scale
     view = find_first_view(moved(street(), scale=scale, offset=offset), up=UP)
     assert view.eye == pytest.approx(scale * street_view().eye + offset, rel=1e-3)
@@ -104,14 +104,6 @@ def test_what_is_clear_from_outside_is_not_searched(scene, monkeypatch):
     )
 
 
-def test_a_cloud_without_anything_inside_stays_as_it_is():
-    rng = np.random.default_rng(0)
-    cloud = gaussians(
-        rng.normal(size=(2000, 3)), rng.normal(size=(2000, 3)), 0.4, rng.uniform(size=(2000, 3)), 0.5
-    )
-    assert find_first_view(cloud, up=UP).eye is None
-
-
 def test_a_kitchen_that_was_moved_is_seen_from_inside():
     """The view from the origin, which such captures have, is lost: one as good is found."""
     kitchen = bg.load(real_scene("moving/cook_spinach.splatv"))
@@ -133,12 +125,3 @@ def test_a_large_floater_before_the_lens_veils_a_picture():
     assert not veiled.is_usable
     assert veiled.veiled > shown.veiled + 0.3
     assert veiled.clear < shown.clear
-
-
-def test_large_gaussians_are_kept_and_small_ones_cover_as_much():
-    thinned, growths = thinned_by_size(street(), 8000)
-    assert len(thinned) == pytest.approx(8000, rel=0.05)
-    assert growths[thinned.scales.max(axis=1) > 1.0].max() < 1.2
-    camera = frame_scene(street_view(), width=64, height=36)
-    whole, part = (bg.render(scene, camera, "gaussian", depth=False).alpha for scene in (street(), thinned))
-    assert np.abs(whole - part).mean() < 0.03

@@ -73,12 +73,6 @@ def test_missing_folders_are_made_with_the_first_file_and_go_with_it(tmp_path: P
     assert path.read_text() == "whole"
 
 
-def test_a_folder_that_cannot_be_written_to_is_reported(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(SceneError, match=r"file cannot be made \(.*\); choose another folder"):
-        replacing(tmp_path / "file" / "a.png").__enter__()
-
-
 def test_ctrl_c_while_the_file_is_made_leaves_nothing(tmp_path, monkeypatch):
     def stop(descriptor):
         raise KeyboardInterrupt

@@ -1,6 +1,5 @@
 """AVIF, decoded by Pillow: another decoder (libavif) than the encoder's."""
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -37,15 +36,6 @@ def test_an_avif_shows_the_frame_on_its_background(
         assert picture.size == (width, height)
         shown = np.asarray(picture.convert("RGB"), np.float32) / 255
     assert np.sqrt(np.mean((shown - frame.over((0.9, 0.9, 0.8))) ** 2)) < 3 / 255
-
-
-@pytest.mark.skipif(not hasattr(os, "sched_getscheduler"), reason="only Linux says how threads are scheduled")
-def test_the_thread_is_scheduled_as_before(tmp_path: Path) -> None:
-    """The encoder makes it a real-time one where the user is root, as in most containers."""
-    before = os.SCHED_OTHER, os.sched_param(0)
-    os.sched_setscheduler(0, *before)
-    write_frame(smooth_frame(16, 16), tmp_path / "a.avif", background=(1, 1, 1))
-    assert (os.sched_getscheduler(0), os.sched_getparam(0)) == before
 
 
 def test_an_avif_needs_a_background_and_sixteen_pixels(tmp_path: Path) -> None:

@@ -87,31 +87,6 @@ def test_every_kind_of_file_gives_its_intrinsics(
     assert (camera.width, camera.height) == size
 
 
-def test_intrinsics_of_a_frame_go_before_those_of_the_file(tmp_path: Path) -> None:
-    camera = load_one(tmp_path, changed(NERFSTUDIO, fl_x=700.0, w=100))
-    assert (camera.K[0, 0], camera.width, camera.height) == (700, 100, 480)
-
-
-def test_a_missing_principal_point_is_the_middle_and_a_missing_fl_y_is_fl_x(tmp_path: Path) -> None:
-    content = {k: v for k, v in NERFSTUDIO.items() if k not in ("cx", "cy", "fl_y")}
-    assert load_one(tmp_path, content).K.tolist() == [[500, 0, 320], [0, 500, 240], [0, 0, 1]]
-
-
-def test_a_vertical_angle_is_used_where_there_is_no_fl_y(tmp_path: Path) -> None:
-    camera = load_one(tmp_path, BLENDER | {"camera_angle_y": np.pi / 2, "w": 640, "h": 480})
-    assert (camera.K[0, 0], camera.K[1, 1]) == pytest.approx((640, 240))
-
-
-def test_a_matrix_may_have_three_rows(tmp_path: Path) -> None:
-    camera = load_one(tmp_path, changed(BLENDER, transform_matrix=GL_MATRIX[:3].tolist()))
-    np.testing.assert_allclose(camera.position, POSITION)
-
-
-def test_a_near_plane_is_read_where_there_is_one(tmp_path: Path) -> None:
-    assert load_one(tmp_path, NERFSTUDIO).near == 0.01
-    assert load_one(tmp_path, NERFSTUDIO | {"near_plane": 0.25}).near == 0.25
-
-
 def test_cameras_keep_the_order_of_the_file(tmp_path: Path) -> None:
     content = [INRIA | {"id": 9 - i, "img_name": str(9 - i), "position": [i, 0, 0]} for i in range(5)]
     positions = [camera.position[0] for camera in load_cameras(write(tmp_path, content))]
@@ -136,26 +111,12 @@ def test_distortion_is_ignored_with_one_warning(tmp_path: Path, model: str, name
     assert len(caught) == 1
 
 
-def test_distortion_in_a_frame_is_reported_too(tmp_path: Path) -> None:
-    with pytest.warns(SceneWarning, match=r"ignored \(k1 = 1\)"):
-        load_cameras(write(tmp_path, changed(NERFSTUDIO, k1=1)))
-
-
-def test_a_file_without_distortion_gives_no_warning(tmp_path: Path) -> None:
-    load_cameras(write(tmp_path, NERFSTUDIO | {"k1": 0.0, "p1": 0}))
-
-
-def test_a_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"nothing\.json: there is no such file; check the path"):
-        load_cameras(tmp_path / "nothing.json")
-
-
 def test_a_folder(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="is a folder without a COLMAP model"):
         load_cameras(tmp_path)
 
 
-@pytest.mark.parametrize("content", [b"{", b"\xff\xfe", b"[" * 100_000, b""])
+@pytest.mark.parametrize("content", [b"{", b"\xff\xfe", b"[" * 100_000])
 def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "cameras.json"
     path.write_bytes(content)
@@ -169,38 +130,14 @@ def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
     ("content", "sentence"),
     [
         (3, "is no camera file of a known format, got 3; give cameras.json of"),
-        ({"a": 1}, 'is no camera file of a known format, got {"a": ...}; give'),
         ([], "holds no cameras; export it again"),
         ({"frames": {}}, "frames must be a list, got {}; export the cameras again"),
-        ([INRIA, 3], r"cameras\[1\] must be an object, got 3; export"),
-        (
-            [INRIA, {}],
-            r"cameras\[1\]\.width is missing, it must be a number above 0; export the cameras again",
-        ),
-        ([INRIA, INRIA | {"fx": "wide"}], r'cameras\[1\]\.fx must be a number above 0, got "wide"'),
-        ([INRIA, INRIA | {"fx": True}], r"cameras\[1\]\.fx must be a number above 0, got true"),
-        ([INRIA | {"fy": float("nan")}], r"cameras\[0\]\.fy must be a number above 0, got NaN"),
-        ([INRIA | {"fy": 10**400}], r"cameras\[0\]\.fy must be a number above 0, got 10000"),
-        (
-            [INRIA | {"position": [1, 2, 10**400]}],
-            r"cameras\[0\]\.position\[2\] must be a finite number, got 1000",
-        ),
-        ([INRIA | {"height": -480}], r"cameras\[0\]\.height must be a number above 0, got -480"),
         ([INRIA | {"width": 0.4}], r"cameras\[0\]: Camera: size must be at least 1x1, got 0x480"),
         ([INRIA | {"position": [1, 2]}], r"cameras\[0\]\.position must be 3 numbers, got \[1, 2\]"),
-        (
-            [INRIA | {"position": [1, 2, "x"]}],
-            r'cameras\[0\]\.position\[2\] must be a finite number, got "x"',
-        ),
         ([INRIA | {"rotation": (2 * np.eye(3)).tolist()}], "must not scale or mirror, got axes 2, 2, 2 long"),
-        ([INRIA | {"rotation": np.diag([1, 1, -1]).tolist()}], "got axes 1, 1, 1 long and mirrored"),
         (
             {"frames": [{"transform_matrix": GL_MATRIX.tolist()}]},
             r"frames\[0\]: neither 'fl_x' nor 'camera_angle_x'",
-        ),
-        (
-            BLENDER | {"camera_angle_x": 4},
-            "camera_angle_x must be above 1e-06 and below half a turn, 3.142, got 4",
         ),
         (
             BLENDER | {"frames": [{}]},
@@ -214,7 +151,6 @@ def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
             BLENDER | {"camera_model": "EQUIRECTANGULAR"},
             "camera_model must be a pinhole model such as OPENCV",
         ),
-        (NERFSTUDIO | {"near_plane": 0}, "near_plane must be a number above 0, got 0"),
         (
             changed(CAMERA_PATH, fov=180),
             r"camera_path\[0\]\.fov must be above 1e-06 and below half a turn, 180, got 180",
@@ -236,13 +172,6 @@ def read_path(tmp_path: Path, **fields: object) -> Any:
     return read_cameras(write(tmp_path, CAMERA_PATH | fields))
 
 
-def test_a_camera_path_says_its_rate_its_key_views_and_whether_it_is_a_loop(tmp_path: Path) -> None:
-    file = read_path(tmp_path, fps=30, seconds=9, is_cycle=True, keyframes=[KEYFRAME, KEYFRAME])
-    assert (file.fps, file.is_loop, len(file.keys)) == (30, True, 2)
-    np.testing.assert_array_equal(file.keys[1].viewmat, file.cameras[0].viewmat)
-    np.testing.assert_array_equal(file.keys[1].K, file.cameras[0].K)
-
-
 def test_a_camera_path_may_say_nothing_but_its_poses(tmp_path: Path) -> None:
     file = read_path(tmp_path)
     assert (file.fps, file.is_loop, file.keys) == (None, False, [])
@@ -255,32 +184,15 @@ def test_key_views_as_text_have_their_columns_first(tmp_path: Path) -> None:
     np.testing.assert_allclose(key.position, POSITION, atol=1e-12)
 
 
-def test_views_of_a_training_are_no_path(tmp_path: Path) -> None:
-    file = read_cameras(write(tmp_path, NERFSTUDIO))
-    assert (file.fps, file.is_loop, file.keys) == (None, False, [])
-
-
 @pytest.mark.parametrize(
     ("fields", "sentence"),
     [
         ({"fps": -1}, "fps must be a number above 0, got -1"),
         ({"fps": "fast"}, 'fps must be a number above 0, got "fast"'),
-        ({"seconds": 0}, "seconds must be a number above 1e-06, got 0"),
-        ({"keyframes": 3}, "keyframes must be a list, got 3; export the cameras again"),
-        ({"keyframes": [3]}, r"keyframes\[0\] must be an object, got 3"),
         (
             {"keyframes": [KEYFRAME, {}]},
             r"keyframes\[1\]\.fov is missing, it must be a number; export the cameras again",
         ),
-        (
-            {"keyframes": [{"fov": 9}]},
-            r"keyframes\[0\]\.matrix is missing, it must be 4x4 or 3x4 numbers; export",
-        ),
-        (
-            {"keyframes": [KEYFRAME | {"matrix": "[1, 2]"}]},
-            r"keyframes\[0\]\.matrix must be 4x4 numbers",
-        ),
-        ({"keyframes": [KEYFRAME | {"matrix": "["}]}, r"keyframes\[0\]\.matrix must be 4x4 numbers"),
     ],
 )
 def test_a_field_of_a_camera_path_at_fault_is_named(

@@ -129,29 +129,6 @@ def test_easing_moves_place_turn_and_lens_alike(tmp_path: Path, easing: int, sha
     np.testing.assert_allclose(SCENE_FROM_LICHTFELD @ camera.position, [place, 0, 4], atol=1e-12)
 
 
-def test_easing_in_and_out_is_halfway_at_half_the_time(tmp_path: Path) -> None:
-    keys = [key(0, [0, 0, 4], 0, 24, 3), key(2, [4, 0, 4], 80, 48)]
-    camera = at(read(tmp_path, {"keyframes": keys}), 1)
-    assert film_height(camera) == pytest.approx(1.5)
-    np.testing.assert_allclose(camera.position, SCENE_FROM_LICHTFELD @ [2, 0, 4], atol=1e-12)
-
-
-def test_inner_keys_of_a_timeline_are_passed_smoothly(tmp_path: Path) -> None:
-    keys = [key(time, [time**2, 0, 4]) for time in range(5)]
-    file = read(tmp_path, {"keyframes": keys})
-    step = 1e-4
-    before, now, after = (at(file, 2 + shift).position[0] for shift in (-step, 0, step))
-    assert (now - before) / step == pytest.approx((after - now) / step, rel=1e-3)
-    assert (after - now) / step == pytest.approx((9 - 1) / 2, rel=1e-3)
-
-
-def test_keys_at_one_time_are_a_cut(tmp_path: Path) -> None:
-    keys = [key(0, [0, 0, 4]), key(1, [1, 0, 4]), key(1, [7, 0, 4]), key(2, [9, 0, 4])]
-    file = read(tmp_path, {"keyframes": keys})
-    assert at(file, 1).position[0] == pytest.approx(1)
-    assert at(file, 1 + 1e-9).position[0] == pytest.approx(7)
-
-
 def spline(name: str, width: int) -> CubicHermiteSpline:
     """The closed curve of a field of the project's poses, over frames -90 to 240."""
     poses = sorted(PROJECT["poseSets"][0]["poses"], key=lambda pose: pose["frame"])  # type: ignore[index]
@@ -218,15 +195,6 @@ def test_paths_have_the_frames_and_the_pace_of_the_file(tmp_path: Path) -> None:
     np.testing.assert_allclose(timeline.cameras[10].position, SCENE_FROM_LICHTFELD @ [2, 1, 4], atol=1e-12)
 
 
-def test_poses_without_frames_are_a_second_apart_and_late_ones_are_left_out(tmp_path: Path) -> None:
-    poses = [{"position": [i + 1.0, 0, 0], "target": [0, 0, 0]} for i in range(9)]
-    file = read(tmp_path, {"poseSets": [{"poses": poses}]})
-    assert file.motion is not None
-    assert file.motion.seconds == 6
-    for second in range(6):
-        np.testing.assert_allclose(at(file, second).position, [-second - 1, 0, 0], atol=1e-12)
-
-
 def changed(content: Any, place: str, value: object) -> Any:
     """A copy with another value at a place such as "keyframes.0.time"; None removes it."""
     content = json.loads(json.dumps(content))
@@ -246,28 +214,10 @@ def changed(content: Any, place: str, value: object) -> Any:
     [
         ("lichtfeld", "keyframes", [], "has no keyframes; add some to the timeline"),
         ("lichtfeld", "keyframes.1.position", None, r"keyframes\[1\].position is missing"),
-        ("lichtfeld", "keyframes.1.position", [1, 2], r"keyframes\[1\].position must be 3 numbers"),
-        (
-            "lichtfeld",
-            "keyframes.0.position.2",
-            1e300,
-            r"keyframes\[0\].position\[2\] must be a number -1e\+15",
-        ),
         ("lichtfeld", "keyframes.2.rotation", [0, 0, 0, 0], r"keyframes\[2\].rotation must be a rotation"),
-        ("lichtfeld", "keyframes.0.easing", 4, r"keyframes\[0\].easing must be 0, 1, 2 (and|or) 3, got 4"),
-        ("lichtfeld", "keyframes.0.focal_length_mm", 0, "focal_length_mm must be a number above 0, got 0"),
-        ("lichtfeld", "keyframes.3.focal_length_mm", 1e-9, "the focal length must be 0.001 to 1e.09 pixels"),
-        ("lichtfeld", "keyframes.3.time", 1e9, "moves for 999,999,999 s"),
-        ("lichtfeld", "version", 5, "version must be a whole number 1 to 4, got 5"),
         ("supersplat", "poseSets", [], "has no camera poses before frame 120"),
-        ("supersplat", "poseSets.0.poses.1.target", None, r"poses\[1\].target is missing"),
         ("supersplat", "poseSets.0.poses.0.target", [0, 0, 4], "target must be another point than"),
         ("supersplat", "poseSets.0.poses.1.frame", 30, "two poses at frame 30; remove one"),
-        ("supersplat", "poseSets.0.poses.1.frame", -1, r"poses\[1\].frame must be a number of 0 or more"),
-        ("supersplat", "poseSets.0.poses.1.fov", 180, r"poses\[1\].fov must be a number above 0 to 180"),
-        ("supersplat", "timeline.frameRate", 0, "timeline.frameRate must be a number above 0, got 0"),
-        ("supersplat", "timeline.smoothness", 2, "timeline.smoothness must be a number 0 to 1, got 2"),
-        ("supersplat", "timeline.frames", 1e9, "which is more than 50,000 frames"),
     ],
 )
 def test_what_does_not_fit_is_one_sentence(

@@ -73,15 +73,6 @@ def test_cameras_hang_on_nodes_that_turn_move_and_scale(tmp_path: Path) -> None:
     check_pose(found, 3 * turns[2].apply(inner), turns[2] * turns[1] * turns[0])
 
 
-def test_static_cameras_are_views_in_their_order(tmp_path: Path) -> None:
-    model = CameraModel()
-    for x in (3, 1, 2):
-        model.camera(f"Camera {x}", translation=[x, 0, 0])
-    file = read_cameras(write(model, tmp_path, "cameras.gltf"))
-    assert [pose(camera)[0][0] for camera in file.cameras] == [3, 1, 2]
-    assert (file.motion, file.fps, file.choice) == (None, None, "")
-
-
 def test_the_frames_of_an_animated_camera_on_an_animated_arm_in_the_coordinates_of_the_scene(
     tmp_path: Path,
 ) -> None:
@@ -112,14 +103,6 @@ def test_another_rate_takes_other_moments_of_the_same_motion(tmp_path: Path) -> 
             np.testing.assert_allclose(
                 other.cameras[round(index * step)].viewmat, usual.cameras[index].viewmat, atol=1e-12
             )
-
-
-def test_a_motion_that_ends_where_it_began_is_a_loop_where_that_is_asked_for(tmp_path: Path) -> None:
-    model = CameraModel()
-    camera = model.camera("Camera", translation=[0, 0, 3])
-    model.animate(camera, "translation", [0, 1, 2], [[0, 0, 3], [1, 0, 3], [0, 0, 3]])
-    path = plan_path(None, ViewConfig(), PathConfig(file=write(model, tmp_path), loop=True))
-    assert (path.is_loop, len(path.cameras)) == (True, 48)
 
 
 def spline(keys: Any, times: Any, time: float) -> np.ndarray:
@@ -158,28 +141,6 @@ def test_steps_hold_their_value_until_the_next_key(tmp_path: Path) -> None:
     assert places == [1] * 24 + [2] * 12 + [3]
 
 
-def test_rotations_take_the_shorter_way_at_constant_speed_and_linear_is_the_default(tmp_path: Path) -> None:
-    model = CameraModel()
-    camera = model.camera("Camera")
-    ends = Rotation.from_euler("y", [[0], [120]], degrees=True).as_quat()
-    ends[1] *= -1
-    model.animate(camera, "rotation", [0, 1], ends, None)
-    found = load_cameras(write(model, tmp_path))
-    for index, camera_there in enumerate(found):
-        check_pose(camera_there, [0, 0, 0], Rotation.from_euler("y", 120 * index / 24, degrees=True))
-
-
-def test_normalized_bytes_are_rotations_too(tmp_path: Path) -> None:
-    model = CameraModel()
-    camera = model.camera("Camera")
-    model.animate(camera, "rotation", [0, 1], [[0, 0, 0, 1], [0, 0, 1, 0]])
-    packed = model.accessor(np.array([[0, 0, 0, 32767], [0, 0, 32767, 0]], np.int16), normalized=True)
-    model.top["animations"][0]["samplers"][0]["output"] = packed
-    check_pose(
-        load_cameras(write(model, tmp_path))[12], [0, 0, 0], Rotation.from_euler("z", 90, degrees=True)
-    )
-
-
 def test_a_lens_that_zooms(tmp_path: Path) -> None:
     model = CameraModel()
     camera = model.camera("Camera")
@@ -188,26 +149,6 @@ def test_a_lens_that_zooms(tmp_path: Path) -> None:
     found = load_cameras(write(model, tmp_path))
     angles = [2 * np.arctan(c.height / 2 / c.K[1, 1]) for c in found]
     np.testing.assert_allclose(angles, np.linspace(0.8, 0.4, 25), rtol=1e-6)
-
-
-def test_a_scene_that_turns_before_a_standing_camera_is_a_path(tmp_path: Path) -> None:
-    model = CameraModel()
-    model.camera("Camera", translation=[0, 0, 5])
-    scene = model.node("brushgs_scene.001")
-    turns = Rotation.from_euler("y", [[0], [90]], degrees=True)
-    model.animate(scene, "rotation", [0, 1], turns.as_quat())
-    found = load_cameras(write(model, tmp_path))
-    assert len(found) == 25
-    check_pose(found[-1], turns[1].inv().apply([0, 0, 5]), turns[1].inv())
-
-
-def test_of_several_animated_cameras_the_first_is_taken_and_named(tmp_path: Path) -> None:
-    model = CameraModel()
-    for x in (1, 2):
-        camera = model.camera(f"C{x}")
-        model.animate(camera, "translation", [0, x], [[x, 0, 0], [x, 1, 0]])
-    file = read_cameras(write(model, tmp_path))
-    assert (len(file.cameras), file.choice) == (25, "the first of 2 animated cameras, camera 'C1' of 2")
 
 
 def test_keys_that_are_all_equal_are_no_animation(tmp_path: Path) -> None:

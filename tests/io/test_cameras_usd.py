@@ -37,11 +37,6 @@ def seen(camera: Any, points: np.ndarray) -> np.ndarray:
     return np.c_[image[:, :2] / image[:, 2:], there[:, 2]]
 
 
-def check(camera: Any, stage: Any, prim: str, time: float, atol: float = 1e-3) -> None:
-    expected = seen_by_usd(stage, prim, time, (camera.width, camera.height), POINTS)
-    np.testing.assert_allclose(seen(camera, POINTS), expected, rtol=1e-5, atol=atol)
-
-
 def new_stage(path: Path, up: str = "Y") -> Any:
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, up)
@@ -135,16 +130,6 @@ def test_views_are_those_of_the_scene_where_the_stage_has_it(tmp_path: Path) -> 
     assert camera.near == pytest.approx(0.25 / 3)
 
 
-def test_blender_has_turned_the_axes_of_the_scene_from_y_up_to_z_up(tmp_path: Path) -> None:
-    stage = new_stage(tmp_path / "a.usda", "Z")
-    stage.GetRootLayer().documentation = "Blender v5.0.1"
-    UsdGeom.Xform.Define(stage, "/root/brushgs_scene")
-    add_camera(stage, "/root/Camera").AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
-    stage.Save()
-    (camera,) = load_cameras(tmp_path / "a.usda")
-    np.testing.assert_allclose(camera.position, [1, 3, -2])  # x right, z up, y away from the viewer
-
-
 def test_a_layer_beside_the_file_is_read_and_one_elsewhere_is_not(tmp_path: Path) -> None:
     (tmp_path / "shots").mkdir()
     stage = new_stage(tmp_path / "shots" / "shot.usda")
@@ -169,31 +154,12 @@ def without_lens(stage: Any) -> None:
     add_camera(stage, "/Camera", focalLength=0.0)
 
 
-def too_long(stage: Any) -> None:
-    move = add_camera(stage, "/Camera").AddTranslateOp()
-    move.Set(Gf.Vec3d(0), 0)
-    move.Set(Gf.Vec3d(1), 1e7)
-
-
-def mirrored(stage: Any) -> None:
-    add_camera(stage, "/Camera").AddScaleOp().Set(Gf.Vec3f(1, 1, -1))
-
-
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
         (lambda stage: None, "holds no camera; export it with its cameras"),
         (orthographic, "camera 'Plan' must be a perspective one; export it again as such"),
-        (
-            without_lens,
-            "camera 'Camera' must have a focal length, apertures and a near clipping plane",
-        ),
-        (too_long, "its cameras move for 416,667 s, which is too many frames"),
-        (mirrored, "camera 'Camera' is mirrored by what it hangs on"),
-        (
-            lambda stage: stage.SetTimeCodesPerSecond(0),
-            "must have timeCodesPerSecond and framesPerSecond",
-        ),
+        (without_lens, "camera 'Camera' must have a focal length, apertures and a near clipping plane"),
     ],
 )
 def test_what_cannot_be_used_is_named(tmp_path: Path, change: Any, sentence: str) -> None:
@@ -210,7 +176,7 @@ def test_what_cannot_be_used_is_named(tmp_path: Path, change: Any, sentence: str
 NESTED = b"#usda 1.0\n" + b'def "a" {\n' * 100_000
 
 
-@pytest.mark.parametrize("content", [NESTED, b"#usda 1.0\ndef {", b"PXR-USDC" + b"\xff" * 99, b"hello"])
+@pytest.mark.parametrize("content", [NESTED, b"#usda 1.0\ndef {", b"PXR-USDC" + b"\xff" * 99])
 def test_a_damaged_file_gives_a_sentence_even_where_it_ends_the_process_that_reads_it(
     tmp_path: Path, content: bytes
 ) -> None:
@@ -230,13 +196,4 @@ def test_what_takes_too_long_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     moving_stage(tmp_path / "a.usda")
     monkeypatch.setattr(process, "_MIN_SECONDS", 0)
     with pytest.raises(SceneError, match="was not read within 0 s; export only what is needed of it"):
-        load_cameras(tmp_path / "a.usda")
-
-
-def test_without_the_package_the_sentence_says_how_to_install_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    moving_stage(tmp_path / "a.usda")
-    monkeypatch.setattr(process, "PACKAGE", "no_such_package")
-    with pytest.raises(SceneError, match=r"usd-core reads; install it with pip install 'brushgs\[usd\]'"):
         load_cameras(tmp_path / "a.usda")

@@ -37,17 +37,7 @@ def test_rgb_is_read_if_given(way, colors: str, step: float, tmp_path: Path) -> 
     np.testing.assert_allclose(found, expected, rtol=0, atol=step / 255 + 1e-6)
 
 
-def test_values_that_an_encoding_cannot_hold_are_dropped(tmp_path: Path) -> None:
-    columns = plant.linear_scales(plant.columns_of(ball(), tmp_path)).columns
-    columns["scale_1"][7], columns["scale_2"][9] = -0.5, 0.0
-    path = plant.write(plant.nothing(columns), tmp_path / "a.ply")
-    with pytest.warns(bg.SceneWarning, match="1 of 3000 rows were dropped: .*row 7, scale_1 = nan"):
-        gaussians = bg.load(path, Encoding(scales="linear"))
-    assert len(gaussians) == 2999
-    assert (gaussians.scales == 0).sum() == 1  # a scale of 0 is legitimate
-
-
-@pytest.mark.parametrize("name", ["scales", "opacities", "quats", "colors"])
+@pytest.mark.parametrize("name", ["scales", "opacities", "quats"])
 def test_an_unknown_encoding_is_refused(name: str) -> None:
     with pytest.raises(ValueError, match=f"Encoding: {name} must be one of .*, got 'odd'"):
         Encoding(**{name: "odd"})

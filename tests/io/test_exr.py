@@ -128,33 +128,6 @@ def test_on_a_background_alpha_is_1_and_layers_tell_how_much_is_painted(tmp_path
     np.testing.assert_allclose(channels["unlit.B"], expected[..., 2], rtol=HALF, atol=1e-7)
 
 
-def test_an_alpha_of_1_and_the_header_cost_next_to_nothing(tmp_path: Path) -> None:
-    rng = np.random.default_rng(0)
-    frame = Frame(rng.random((256, 256, 3)).astype(np.float32), np.ones((256, 256), np.float32))
-    assert len(encode_frame(frame, ".exr", (1.0, 1.0, 1.0))) < 256 * 256 * 3 * 2 * 1.01 + 2000
-
-
-def test_frames_of_double_precision_are_written_alike(tmp_path: Path) -> None:
-    frame = make_frame(depth=True, layers=make_layers())
-    wide = {
-        name: layer if isinstance(layer, Matte) else layer.astype(float)
-        for name, layer in frame.layers.items()
-    }
-    double = Frame(*(a.astype(float) for a in (frame.rgb, frame.alpha, frame.depth)), layers=wide)
-    for name, value in (("a.exr", frame), ("b.exr", double)):
-        write_frame(value, tmp_path / name, (1.0, 1.0, 1.0))
-    single, wide = stored(tmp_path / "a.exr"), stored(tmp_path / "b.exr")
-    assert list(single) == list(wide)
-    for name, values in single.items():
-        np.testing.assert_allclose(wide[name], values, rtol=2 * HALF, atol=1e-6)
-
-
-def test_numbers_beyond_half_floats_stay_finite(tmp_path: Path) -> None:
-    frame = Frame(np.full((2, 2, 3), 1e9, np.float32), np.ones((2, 2), np.float32))
-    write_frame(frame, tmp_path / "a.exr")
-    assert stored(tmp_path / "a.exr")["R"].max() == 65504
-
-
 # ---- layers
 
 
@@ -175,31 +148,6 @@ def test_every_layer_stands_under_its_name_with_the_axes_of_compositors(tmp_path
     light = linear_from_srgb(unlit[..., :3] / unlit[..., 3:]) * unlit[..., 3:]
     np.testing.assert_allclose(channels["unlit.R"], light[..., 0], rtol=2 * HALF, atol=1e-7)
     np.testing.assert_allclose(channels["unlit.A"], unlit[..., 3], rtol=HALF)
-
-
-def test_types_are_those_that_serve_and_names_have_one_dot(tmp_path: Path) -> None:
-    write_frame(make_frame(layers=make_layers()), tmp_path / "a.exr", (1.0, 1.0, 1.0))
-    types = read_header(tmp_path / "a.exr").channels
-    floats = {name for name, kind in types.items() if kind == "float"}
-    assert floats == {"Z", "forward.u", "forward.v"} | {name for name in types if name.startswith("Crypto")}
-    assert {name for name in types if not name.startswith("Crypto")} == {
-        *("R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "forward.u", "forward.v", "stroke.u", "stroke.v"),
-        *("height.Y", "unlit.R", "unlit.G", "unlit.B", "unlit.A", "paint.A"),
-    }
-    assert all(name.count(".") <= 1 and not name[0].isdigit() for name in types)
-
-
-def test_readers_find_alpha_and_depth_of_the_picture_among_those_of_layers(tmp_path: Path) -> None:
-    write_frame(make_frame(layers=make_layers()), tmp_path / "a.exr")
-    spec = OpenImageIO.ImageInput.open(str(tmp_path / "a.exr")).spec()
-    assert (spec.channelnames[spec.alpha_channel], spec.channelnames[spec.z_channel]) == ("A", "Z")
-    assert spec.channelnames[:5] == ("R", "G", "B", "A", "Z")
-
-
-def test_a_layer_that_was_not_asked_for_is_not_written(tmp_path: Path) -> None:
-    frame = make_frame(layers={"normal": make_layers()["normal"]})
-    write_frame(Frame(frame.rgb, frame.alpha, height=frame.alpha, layers=frame.layers), tmp_path / "a.exr")
-    assert set(read_header(tmp_path / "a.exr").channels) == {"R", "G", "B", "A", "N.X", "N.Y", "N.Z"}
 
 
 def test_a_picture_with_many_layers_is_read_though_it_is_large(tmp_path: Path) -> None:
@@ -272,19 +220,6 @@ def test_colours_and_conventions_are_stated(tmp_path: Path) -> None:
     assert "blended display-encoded" in header.value("brushgs/RGBA")
     assert "z toward the camera" in header.value("brushgs/N")
     assert "u right, v up" in header.value("brushgs/forward")
-
-
-def test_what_is_not_known_is_not_written(tmp_path: Path) -> None:
-    for path, shot in (("a.exr", None), ("b.exr", Shot())):
-        write_frame(make_frame(), tmp_path / path, shot=shot)
-    unknown = {"worldToCamera", "worldToNDC", "cameraFov", "imageCounter", "framesPerSecond"}
-    assert not unknown & set(read_header(tmp_path / "a.exr").attributes)
-    assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
-
-
-def test_other_formats_pass_over_the_shot() -> None:
-    frame = make_frame()
-    assert encode_frame(frame, ".png", shot=Shot(camera(), 3, 24)) == encode_frame(frame, ".png")
 
 
 def test_a_rate_must_be_positive() -> None:

@@ -87,11 +87,6 @@ def test_chromaticities_give_the_conversion():
         assert np.abs(np.linalg.solve(target, adapted @ source) - matrix).max() < 1e-4
 
 
-def test_srgb_is_stored_as_painted():
-    write_frame(Frame(PATCHES, np.ones(PATCHES.shape[:2], np.float32)), "a.exr", colorspace="srgb")
-    assert np.abs(stored("a.exr")[..., :3] - PATCHES).max() <= HALF
-
-
 WORDS = ["render", "a.ply", "--strokes", "30", "--size", "32x24", "--see", "off", "--quiet"]
 
 

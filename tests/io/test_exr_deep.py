@@ -1,7 +1,7 @@
 """Deep OpenEXR files, as OpenImageIO and a strict reader of the tests' own read them."""
 
 import tempfile
-from pathlib import Path, PurePath
+from pathlib import Path
 
 import numpy as np
 import OpenImageIO
@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from brushgs import Camera, Frame, SceneError
-from brushgs.formats.pictures.images import encode_frame, read_image, write_frame
+from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.formats.pictures.shot import Shot
 from brushgs.values.layers import DeepSamples
 from tests.io.exr_reader import read_header
@@ -60,22 +60,6 @@ def sample_values(spec: OpenImageIO.ImageSpec, data: OpenImageIO.DeepData) -> di
             np.uint32 if name == "id" else np.float32,
         )
     return values
-
-
-@pytest.mark.parametrize("size", [(9, 13, 6), (1, 1, 1), (1, 40, 200), (50, 1, 3), (4, 4, 0)])
-def test_samples_read_back_exactly(tmp_path: Path, size: tuple[int, int, int]) -> None:
-    deep = make_frame(*size).deep
-    write_frame(make_frame(*size), tmp_path / "a.exr")
-    spec, data = stored(tmp_path / "a.exr")
-    assert spec.deep
-    assert (spec.height, spec.width) == size[:2]
-    assert [data.samples(p) for p in range(data.pixels)] == np.diff(deep.starts).tolist()
-    values = sample_values(spec, data)
-    for i, name in enumerate("RGB"):
-        np.testing.assert_array_equal(values[name], deep.colors[:, i].astype(np.float16))
-    np.testing.assert_array_equal(values["A"], deep.alphas.astype(np.float16))
-    np.testing.assert_array_equal(values["Z"], deep.depths)
-    np.testing.assert_array_equal(values["id"], deep.ids)
 
 
 @given(st.integers(1, 5), st.integers(1, 30), st.integers(0, 40), st.booleans())
@@ -133,53 +117,10 @@ def test_the_header_says_what_it_is(tmp_path: Path) -> None:
     assert spec.getattribute("framesPerSecond") == (25, 1)
 
 
-def test_the_header_says_where_the_names_of_the_strokes_are(tmp_path: Path) -> None:
-    write_frame(make_frame(), tmp_path / "a.exr", shot=Shot(manifest=PurePath("..") / "a.json"))
-    write_frame(make_frame(), tmp_path / "b.exr")
-    note = "names of the strokes, id 1 first, stand in the file ../a.json"
-    assert read_header(tmp_path / "a.exr").value("brushgs/names") == note
-    assert "brushgs/names" not in read_header(tmp_path / "b.exr").attributes
-
-
-def test_flat_and_deep_files_state_the_same_camera(tmp_path: Path) -> None:
-    frame = make_frame()
-    shot = Shot(Camera.look_at((1, 2, -3), (0, 0, 0), width=13, height=9), 12, 23.976)
-    write_frame(frame, tmp_path / "deep.exr", shot=shot)
-    write_frame(Frame(frame.rgb, frame.alpha), tmp_path / "flat.exr", shot=shot)
-    deep, flat = (read_header(tmp_path / name).attributes for name in ("deep.exr", "flat.exr"))
-    for name in (
-        "worldToCamera",
-        "worldToNDC",
-        "cameraFov",
-        "imageCounter",
-        "framesPerSecond",
-        "chromaticities",
-    ):
-        assert deep[name] == flat[name]
-
-
-def test_numbers_beyond_half_floats_stay_finite(tmp_path: Path) -> None:
-    frame = make_frame()
-    deep = frame.deep
-    bright = DeepSamples(deep.starts, deep.colors * 1e9, deep.alphas, deep.depths, deep.ids, 9, 13)
-    write_frame(Frame(frame.rgb, frame.alpha, deep=bright), tmp_path / "a.exr")
-    assert sample_values(*stored(tmp_path / "a.exr"))["R"].max() == 65504
-
-
-def test_equal_frames_give_equal_bytes() -> None:
-    assert encode_frame(make_frame(), ".exr") == encode_frame(make_frame(), ".exr")
-
-
 def test_deep_files_are_not_read_as_pictures(tmp_path: Path) -> None:
     write_frame(make_frame(), tmp_path / "a.exr")
     with pytest.raises(SceneError, match="holds a volume or deep pixels; save it as a flat picture"):
         read_image(tmp_path / "a.exr")
-
-
-def test_other_formats_take_the_flat_picture_of_a_deep_frame(tmp_path: Path) -> None:
-    frame = make_frame()
-    write_frame(frame, tmp_path / "a.png")
-    np.testing.assert_allclose(read_image(tmp_path / "a.png")[..., 3], frame.alpha, atol=0.5 / 255 + 1e-6)
 
 
 def test_a_failed_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

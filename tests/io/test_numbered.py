@@ -50,13 +50,6 @@ def test_a_number_in_the_folder_is_refused(tmp_path: Path) -> None:
         files(tmp_path / "take%02d", "a.png")
 
 
-def test_numbers_of_other_names_are_not_counted(tmp_path: Path) -> None:
-    for name in ("00002.png", "00010.png", "3.png", "00004.exr", "a00005.png", "100000.png"):
-        (tmp_path / name).touch()
-    assert files(tmp_path).numbers() == [2, 10, 100000]
-    assert files(tmp_path / "nowhere").numbers() == []
-
-
 def test_a_manifest_reads_back_what_was_written(tmp_path: Path) -> None:
     manifest = started(tmp_path / "new")
     manifest.add(0, b"abc")

@@ -1,7 +1,5 @@
 """Marks by which players know spheres and pictures of two eyes."""
 
-import struct
-
 import av
 import numpy as np
 import OpenImageIO
@@ -81,14 +79,6 @@ def test_videos_are_marked_and_play_as_before(panorama, marks, name, options, tm
     assert found - plain_marks == marks
     assert len(marked) == len(plain) == 5
     assert marked == plain
-
-
-def test_half_spheres_of_two_eyes_say_so(tmp_path):
-    content = video(tmp_path / "a.mp4", HALVES).read_bytes()
-    stereo = content[content.index(b"st3d") + 4 :]
-    assert stereo[4] == 2  # left and right
-    bounds = content[content.index(b"equi") + 4 :]
-    assert struct.unpack(">4xIIII", bounds[:20]) == (0, 0, 1 << 30, 1 << 30)
 
 
 @for_each("name", ["a.mkv", "a.webm"])

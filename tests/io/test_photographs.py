@@ -112,12 +112,9 @@ def test_every_element_is_named(tmp_path: Path, capsys) -> None:
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"extrinsic": np.diag([2.0, 1, 1, 1])}, "rotation must not scale or mirror"),
         ({"extrinsic": np.eye(4)[:3]}, "element 'extrinsic' must have 16 rows of one property, got 12 of 1"),
         ({"extrinsic": np.full(16, np.nan)}, "must be finite"),
-        ({"intrinsic": np.diag([0.0, 80, 1])}, "focal length must be"),
         ({"intrinsic": np.ones((3, 3))}, "a pinhole's"),
-        ({"image_size": np.array([0, 64])}, "must be"),
         ({"without": ("image_size",)}, "no element 'image_size'"),
     ],
 )
@@ -154,20 +151,6 @@ def test_what_lies_behind_is_painted_over_wherever_the_camera_sways(tmp_path: Pa
     assert holes(filled) <= 0.005
     own, other = (plain_views(scene, path.cameras[:1]).frames[0] for scene in (gaussians, filled))
     assert np.abs(own.over("white") - other.over("white")).mean() < 0.01  # the photograph stays what it was
-
-
-def test_a_sway_goes_there_and_back_and_stays_in_the_cone(tmp_path: Path) -> None:
-    gaussians, notes = read_scene(photographed(tmp_path / "a.ply"))
-    view = choose_first_view(gaussians, ViewConfig(), notes, Report())
-    assert 0 < view.photograph.cone < np.radians(12)  # the wall ends, and the square hides it
-    path = plan_path(view, ViewConfig(), PathConfig(orbit=12))
-    assert path.is_loop
-    forward = np.array([camera.viewmat[2, :3] for camera in path.cameras])
-    turns = np.arctan2(forward[:, 0], forward[:, 2])
-    assert np.abs(turns).max() == pytest.approx(view.photograph.cone)
-    assert np.allclose(turns, -turns[(6 + np.arange(12)) % 12])
-    ahead = np.array([camera.viewmat[:3] @ [*view.photograph.pivot, 1] for camera in path.cameras])
-    assert np.ptp(ahead, axis=0).max() < 1e-9  # the pivot stands still in the picture
 
 
 def test_any_scene_can_sway() -> None:
@@ -214,17 +197,6 @@ def test_a_photograph_is_a_scene_of_one_layer(tmp_path: Path) -> None:
     small = gaussians.scales[:, 0] == sides[0]  # where there is detail
     at = gaussians.means[small] @ camera.K.T
     assert (abs(at[:, 0] / at[:, 2] - 30) < 20).all()
-
-
-def test_only_what_is_opaque_is_painted(tmp_path: Path) -> None:
-    gaussians = bg.load(picture(tmp_path / "a.png", alpha=True))
-    assert gaussians.means[:, 0].max() < 0
-
-
-def test_pictures_in_a_folder_are_no_scenes(tmp_path: Path) -> None:
-    photographed(tmp_path / "a.ply")
-    picture(tmp_path / "a.png")
-    assert len(bg.load(tmp_path)) == WIDTH * HEIGHT
 
 
 def test_a_photograph_is_painted_and_sways_with_the_command(tmp_path: Path) -> None:

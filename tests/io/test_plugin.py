@@ -105,15 +105,3 @@ def test_what_cannot_be_used_is_named_and_passed_over(
         pytest.raises(bg.SceneError, match="is of no scene format that is read"),
     ):
         bg.load(tmp_path / "a")
-
-
-def test_own_formats_ask_no_other_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Looking for entry points takes longer than loading a small scene."""
-
-    def never() -> tuple[registry.Format, ...]:
-        raise AssertionError("not needed")
-
-    monkeypatch.setattr(registry, "_plugged", never)
-    for suffix in (".ply", ".spz", ".sog", ".glb"):
-        bg.save(still_life_of(1000), tmp_path / f"a{suffix}")
-        assert len(bg.load(tmp_path / f"a{suffix}"))

@@ -32,11 +32,6 @@ def test_a_scene_reads_as_it_is_defined(tmp_path: Path, degree: int, encoding: s
     assert (notes.sh_degree_stored, notes.sh_degree_used) == (degree, degree)
 
 
-def test_notes_name_the_format(tmp_path: Path) -> None:
-    path = write_scene(tmp_path / "a.ply", scene_columns(3), "binary_big_endian")
-    assert read_scene(path)[1].format == "PLY, binary big-endian"
-
-
 def test_f_rest_is_stored_channel_by_channel(tmp_path: Path) -> None:
     columns = scene_columns(2, degree=1)
     for index in range(9):
@@ -70,61 +65,11 @@ def test_normals_may_be_missing_and_extra_properties_of_any_type_are_skipped(tmp
     assert_is(load(write_scene(tmp_path / "a.ply", mixed, types=types)), expected)
 
 
-@pytest.mark.parametrize("encoding", ["binary_little_endian", "binary_big_endian"])
-def test_columns_may_be_float64_or_whole_numbers(tmp_path: Path, encoding: str) -> None:
-    columns = scene_columns(20)
-    columns["x"] = np.arange(20) - 7
-    types = {"x": "short", "y": "double", "scale_1": "double", "opacity": "double", "rot_3": "double"}
-    assert_is(load(write_scene(tmp_path / "a.ply", columns, encoding, types)), decoded(columns))
-
-
-@pytest.mark.parametrize("newline", ["\n", "\r\n", "\r"])
-def test_the_header_may_end_its_lines_in_any_way(tmp_path: Path, newline: str) -> None:
-    columns = scene_columns(5)
-    columns["x"] = np.frombuffer(b"\n\r\n\n" * 5, dtype="<f4")  # data that begins like a line end
-    path = write_scene(
-        tmp_path / "a.ply", columns, comments=["comment hello", "obj_info 1 2"], newline=newline
-    )
-    assert_is(load(path), decoded(columns))
-
-
-@pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian"])
-def test_elements_before_and_after_the_gaussians_are_skipped(tmp_path: Path, encoding: str) -> None:
-    columns = scene_columns(5)
-    camera = element_bytes("camera", {"a": np.arange(3.0), "b": np.arange(3)}, encoding, {"b": "uchar"})
-    vertex = element_bytes("vertex", columns, encoding)
-    faces = b"element face 1\nproperty list uchar int vertex_indices\n"
-    data = b"3 0 1 2\n" if encoding == "ascii" else b"\x03" + b"\0" * 12
-    path = write_ply_file(tmp_path / "a.ply", [camera, vertex, (faces, data)], encoding)
-    assert_is(load(path), decoded(columns))
-
-
 def test_blank_lines_in_ascii_are_skipped(tmp_path: Path) -> None:
     columns = scene_columns(5)
     header, data = element_bytes("vertex", columns, "ascii")
     path = write_ply_file(tmp_path / "a.ply", [(header, b"\n" + data.replace(b"\n", b" \n\n"))], "ascii")
     assert_is(load(path), decoded(columns))
-
-
-def test_bands_that_are_zero_everywhere_are_dropped(tmp_path: Path) -> None:
-    columns = scene_columns(50, degree=3)
-    full = decoded(columns)["sh"]
-    for used, num_terms in ((2, 9), (1, 4), (0, 1)):
-        for channel in range(3):
-            for term in range(num_terms, 16):
-                columns[f"f_rest_{channel * 15 + term - 1}"][:] = 0
-        gaussians, notes = read_scene(write_scene(tmp_path / "a.ply", columns))
-        assert (notes.sh_degree_stored, notes.sh_degree_used, gaussians.sh_degree) == (3, used, used)
-        np.testing.assert_array_equal(gaussians.sh, full[:, :num_terms])
-
-
-def test_one_value_in_the_last_row_keeps_its_band(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(brushgs.formats.scenes.ply_inria, "_BLOCK_BYTES", 1000)
-    columns = {k: v * 0 if k.startswith("f_rest") else v for k, v in scene_columns(50, degree=3).items()}
-    columns["f_rest_22"][49] = 1  # green, eighth term: degree 2
-    gaussians, notes = read_scene(write_scene(tmp_path / "a.ply", columns))
-    assert notes.sh_degree_used == 2
-    assert np.flatnonzero(gaussians.sh[:, 1:]).tolist() == [(49 * 8 + 7) * 3 + 1]
 
 
 @pytest.mark.parametrize(
@@ -139,23 +84,6 @@ def test_one_value_in_the_last_row_keeps_its_band(tmp_path: Path, monkeypatch: p
 )
 def test_a_comment_may_state_the_axis_that_points_up(tmp_path: Path, comment: str, up: str | None) -> None:
     assert read_scene(write_scene(tmp_path / "a.ply", scene_columns(3), comments=[comment]))[1].up == up
-
-
-def test_infinite_logs_that_mean_something_are_read_as_what_they_mean(tmp_path: Path) -> None:
-    columns = scene_columns(3)
-    columns["opacity"][:] = np.inf, -np.inf, 0
-    columns["scale_1"][:] = -np.inf, -200, 0
-    gaussians, notes = read_scene(write_scene(tmp_path / "a.ply", columns))
-    assert gaussians.opacities.tolist() == [1, 0, 0.5]
-    assert gaussians.scales[:, 1].tolist() == [0, 0, 1]
-    assert notes.rows_dropped == 0
-
-
-def test_extreme_logits_are_sound_at_both_ends(tmp_path: Path) -> None:
-    columns = scene_columns(4)
-    columns["opacity"][:] = -80, -20, 20, 120
-    opacities = load(write_scene(tmp_path / "a.ply", columns)).opacities
-    np.testing.assert_allclose(opacities, [np.exp(-80.0), np.exp(-20.0), 1, 1], rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -182,15 +110,6 @@ def test_a_row_that_cannot_be_drawn_is_dropped_and_named(tmp_path: Path, name: s
     assert_is(gaussians, {k: np.delete(v, [7, 31], axis=0) for k, v in decoded(columns).items()})
 
 
-def test_the_column_at_fault_has_its_name_in_the_file_though_bands_were_dropped(tmp_path: Path) -> None:
-    columns = {k: v * 0 if k.startswith("f_rest") else v for k, v in scene_columns(5, degree=3).items()}
-    columns["f_rest_16"][:] = 1, 1, np.nan, 1, 1  # green, second term of degree 1
-    path = write_scene(tmp_path / "a.ply", columns)
-    with pytest.warns(SceneWarning, match="first: row 2, f_rest_16 = nan"):
-        gaussians = load(path)
-    assert (len(gaussians), gaussians.sh_degree) == (5, 1)
-
-
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_a_broken_view_dependent_coefficient_counts_as_zero_and_costs_no_row(
     tmp_path: Path, value: float
@@ -209,28 +128,6 @@ def test_a_broken_view_dependent_coefficient_counts_as_zero_and_costs_no_row(
     assert (finding.severity, finding.count, finding.facts["column"]) == ("odd", 2, "f_rest_40")
 
 
-def test_values_beyond_float32_count_as_infinite(tmp_path: Path) -> None:
-    columns = scene_columns(5)
-    columns["x"] = np.array([0, 1e300, 0, 0, 0])
-    path = write_scene(tmp_path / "a.ply", columns, types={"x": "double"})
-    with pytest.warns(SceneWarning, match="1 of 5 rows"):
-        assert len(load(path)) == 4
-
-
-def test_a_nan_that_signals_is_as_broken_as_any_other(tmp_path: Path) -> None:
-    columns = scene_columns(5, degree=1)
-    for name in ("rot_1", "f_rest_3"):
-        columns[name].view(np.uint32)[2] = 0x7FA00000
-    with pytest.warns(SceneWarning, match=r"1 of 5 rows .* \(first: row 2, rot_1 = nan\)"):
-        assert len(load(write_scene(tmp_path / "a.ply", columns))) == 4
-
-
-def test_nan_in_a_column_that_is_not_used_does_no_harm(tmp_path: Path) -> None:
-    columns = scene_columns(5)
-    columns["nx"][:] = np.nan
-    assert len(load(write_scene(tmp_path / "a.ply", columns))) == 5
-
-
 def test_padding_rows_are_dropped_and_counted_apart_from_broken_ones(tmp_path: Path) -> None:
     columns = scene_columns(50)
     for values in columns.values():
@@ -240,12 +137,6 @@ def test_padding_rows_are_dropped_and_counted_apart_from_broken_ones(tmp_path: P
     what = r"21 of 50 rows .*: 1 hold .* and 20 have an all-zero rotation, .* \(first: row 20\)"
     with pytest.warns(SceneWarning, match=what):
         assert len(load(path)) == 29
-
-
-def test_a_rotation_with_w_zero_is_no_padding(tmp_path: Path) -> None:
-    columns = scene_columns(5)
-    columns["rot_0"][:] = 0
-    assert len(load(write_scene(tmp_path / "a.ply", columns))) == 5
 
 
 def test_a_scene_without_one_good_row_is_refused(tmp_path: Path) -> None:
@@ -263,17 +154,15 @@ def test_blocks_and_threads_do_not_change_what_is_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, num_threads: int
 ) -> None:
     columns = scene_columns(1000, degree=2)
-    bad = np.random.default_rng(1).permutation(1000)[:300]
+    bad = np.sort(np.random.default_rng(1).permutation(1000)[:300])
     columns["x"][bad[:100]] = np.nan
     for index in range(4):
         columns[f"rot_{index}"][bad[100:]] = 0
     path = write_scene(tmp_path / "a.ply", columns)
     monkeypatch.setattr(brushgs.formats.scenes.ply_inria, "_BLOCK_BYTES", 41 * 37)
     monkeypatch.setattr(brushgs.formats.scenes.rows, "_count_threads", lambda num_rows: num_threads)
-    first = min(bad[:100])
-    with pytest.warns(
-        SceneWarning, match=rf"300 of 1000 rows .* 100 hold .* \(first: row {first}, x = nan\)"
-    ):
+    broken, padding = (rf"\(first: row {rows}\)" for rows in (f"{bad[0]}, x = nan", bad[100]))
+    with pytest.warns(SceneWarning, match=rf"300 of 1000 rows .* 100 hold .* {broken} and 200 .* {padding}"):
         gaussians = load(path)
     assert_is(gaussians, {k: np.delete(v, bad, axis=0) for k, v in decoded(columns).items()})
 

@@ -19,7 +19,3 @@ def test_numbers_are_those_of_scikit_image(width, height, edges, dtype):
     options = {"order": 1, "mode": NAMES[edges], "anti_aliasing": is_smaller, "preserve_range": True}
     np.testing.assert_array_equal(resized, expected_resize(picture, (height, width), **options))
     assert resized.dtype == dtype
-
-
-def test_a_picture_of_one_colour_stays_that():
-    np.testing.assert_array_equal(resize(np.full((5, 9, 1), 0.3), 23, 2), np.full((2, 23, 1), 0.3))

@@ -58,23 +58,10 @@ def test_a_format_of_the_table_is_written_and_read_by_content(tmp_path: Path) ->
 
 
 @pytest.mark.usefixtures("toy")
-def test_a_scene_may_be_a_folder(tmp_path: Path) -> None:
-    (tmp_path / "toy").write_bytes(b"TOY...")
-    with pytest.warns(bg.SceneWarning, match="1 of 3 rows"):
-        assert len(bg.load(tmp_path)) == 2
-
-
-@pytest.mark.usefixtures("toy")
 def test_an_encoding_is_refused_where_the_format_fixes_it(tmp_path: Path) -> None:
     (tmp_path / "toy").write_bytes(b"TOY...")
     with pytest.raises(bg.SceneError, match="is a toy, whose encoding is fixed; omit the encoding"):
         bg.load(tmp_path, Encoding(scales="linear"))
-
-
-@pytest.mark.usefixtures("toy")
-def test_the_doctor_examines_every_format(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"TOY" + b"." * 30)
-    assert "non-finite-rows" in [finding.name for finding in bg.examine(tmp_path / "a")]
 
 
 def test_a_format_is_recognised_by_first_bytes_or_by_suffix() -> None:

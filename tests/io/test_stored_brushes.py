@@ -20,10 +20,6 @@ def strokes_of(num=300, *, terms=4, count=3, dtype=np.float32):
     return replace(make(num, terms, dtype=dtype), brushes=brushes)
 
 
-def header_of(path):
-    return path.read_bytes().split(b"end_header\n")[0].decode()
-
-
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("num", [1, 300, 40_000])  # the last in several blocks
 def test_brushes_and_their_names_read_back(tmp_path, num, dtype):
@@ -36,23 +32,6 @@ def test_brushes_and_their_names_read_back(tmp_path, num, dtype):
     assert (notes.brushes, notes.scene, notes.unknown) == (NAMES, "koala", ())
     ((raw, _),) = read_raw_parts(tmp_path / "a.ply")
     np.testing.assert_array_equal(raw.brushes, strokes.brushes)
-
-
-def test_the_column_is_the_last_and_one_byte(tmp_path):
-    plain, brushed = tmp_path / "plain.ply", tmp_path / "brushed.ply"
-    write_scene(replace(strokes_of(), brushes=None), plain, brushes=NAMES)
-    bg.save(strokes_of(), brushed)
-    assert "brush" not in header_of(plain)
-    assert header_of(brushed).endswith("property float rot_3\nproperty uchar brush\n")
-    rows = brushed.read_bytes().split(b"end_header\n", 1)[1]
-    expected = plain.read_bytes().split(b"end_header\n", 1)[1]
-    width = len(expected) // 300
-    table = np.frombuffer(rows, np.uint8).reshape(300, width + 1)
-    assert table[:, :-1].tobytes() == expected
-    np.testing.assert_array_equal(table[:, -1], strokes_of().brushes)
-    read, notes = read_scene(brushed)  # which names none
-    np.testing.assert_array_equal(read.brushes, strokes_of().brushes)
-    assert notes.brushes == ()
 
 
 def test_rows_that_are_dropped_take_their_brushes_with_them(tmp_path):
@@ -89,11 +68,3 @@ def test_several_files_are_painted_with_one_set_of_brushes(tmp_path):
     with pytest.warns(SceneWarning, match=r"a\.ply: the brushes of its strokes are dropped"):
         read, notes = read_scene(paths)
     assert (len(read), read.brushes, notes.brushes) == (600, None, ())
-
-
-def test_a_column_of_another_type_is_none_of_ours(tmp_path):
-    path = tmp_path / "a.ply"
-    write_scene(strokes_of(), path)
-    path.write_bytes(path.read_bytes().replace(b"property uchar brush", b"property char brush"))
-    read, notes = read_scene(path)
-    assert (read.brushes, notes.unknown) == (None, ("brush",))

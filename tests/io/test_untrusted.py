@@ -139,18 +139,6 @@ def test_a_line_of_text_without_end_is_refused(tmp_path):
     refuse(load, path, "has a line of more than 65536 bytes among its rows; it is damaged: export it again")
 
 
-def test_text_is_read_piece_by_piece(tmp_path, monkeypatch):
-    monkeypatch.setattr("brushgs.formats.scenes.ply_header._PIECE", 100)
-    columns = scene_columns(50)
-    np.testing.assert_array_equal(
-        load(write_scene(tmp_path / "a.ply", columns, "ascii")).means[:, 0], columns["x"]
-    )
-    path = tmp_path / "a.ply"
-    lines = path.read_bytes().splitlines()
-    path.write_bytes(b"\n".join([*lines[:-9], lines[-9].replace(b" ", b" x", 1), *lines[-8:]]))
-    refuse(load, path, "row 41 has 'x.*' in column 'y', which is not a number")
-
-
 def test_rows_of_bytes_must_not_fill_the_memory(tmp_path):
     packed = dict.fromkeys(test_compressed_ply.PACKED, np.zeros(1))
     ranges = [f"{end}_{axis}" for end in ("min", "max") for axis in (*"xyz", "scale_x", "scale_y", "scale_z")]
@@ -163,26 +151,10 @@ def test_rows_of_bytes_must_not_fill_the_memory(tmp_path):
     refuse(load, path, "25600000 Gaussians take 1367 MiB in memory and 98 MiB in the file, too little")
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian"])
-def test_a_table_of_spherical_harmonics_without_columns_is_passed_over(tmp_path, encoding):
-    path = test_compressed_ply.encode(tmp_path / "a.ply", test_compressed_ply.make(5), encoding=encoding)
-    path.write_bytes(path.read_bytes().replace(b"end_header\n", b"element sh 99\nend_header\n"))
-    assert load(path).sh.shape == (5, 1, 3)
-
-
 def test_chunks_without_columns_are_refused_whatever_their_number(tmp_path):
     packed = dict.fromkeys(test_compressed_ply.PACKED, np.zeros(3))
     elements = [(b"element chunk 999999999999999999\n", b""), element_bytes("vertex", packed)]
     refuse(load, write_ply_file(tmp_path / "a.ply", elements), "no property 'min_x' in element 'chunk'")
-
-
-def test_ends_of_a_chunk_beyond_float32_drop_its_rows(tmp_path):
-    path = test_compressed_ply.encode(tmp_path / "a.ply", test_compressed_ply.make(300), encoding="ascii")
-    head, _, data = path.read_bytes().partition(b"end_header\n")
-    first = data.split(b"\n", 1)
-    path.write_bytes(head + b"end_header\n" + b"1e300 " + first[0].split(b" ", 1)[1] + b"\n" + first[1])
-    with pytest.warns(SceneWarning, match="256 of 300 rows were dropped"):
-        assert len(load(path)) == 44
 
 
 # ---- cameras
@@ -283,12 +255,6 @@ def test_poses_and_lenses_no_camera_has_are_refused(tmp_path, form):
     refuse(load_cameras, test_colmap.write(tmp_path, form, cameras=[lens]), "the focal length must be 0.001")
 
 
-@pytest.mark.parametrize("quat", [(1e308, 1e308, 0.0, -1e308), (5e-324, 0.0, 0.0, 5e-324)])
-def test_a_quaternion_of_any_length_is_a_rotation(tmp_path, quat):
-    (camera,) = load_cameras(test_colmap.write(tmp_path, "bin", images=[test_colmap.Image(quat=quat)]))
-    assert np.allclose(camera.viewmat[:3, :3] @ camera.viewmat[:3, :3].T, np.eye(3))
-
-
 def test_more_views_than_any_capture_has_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("brushgs.formats.cameras.colmap._MAX_ENTRIES", 3)
     images = [test_colmap.Image(f"{i}.jpg") for i in range(4)]
@@ -386,12 +352,6 @@ def test_a_huge_jpeg_and_exr_are_refused_by_their_headers(tmp_path):
     refuse(read_image, path, HUGE)
 
 
-def test_the_limit_of_pixels_can_be_set(tmp_path):
-    path = write_raw(tmp_path / "a.png", np.zeros((16, 16, 3), np.uint8))
-    refuse(lambda path: read_image(path, max_pixels=255), path, "must have at most 255 pixels, got 16x16")
-    assert read_image(path, max_pixels=256).shape == (16, 16, 3)
-
-
 def test_a_picture_of_many_channels_is_refused_by_what_it_would_take(tmp_path, monkeypatch):
     path = write_raw(tmp_path / "a.tif", np.zeros((16, 16, 9), np.uint8))
     assert read_image(path).shape == (16, 16, 4)
@@ -416,12 +376,6 @@ def test_a_picture_that_is_only_depth_is_refused(tmp_path):
     assert out.write_image(np.zeros((4, 4, 1), np.float32))
     out.close()
     refuse(read_image, tmp_path / "a.exr", "holds no colours, only alpha or depth")
-
-
-def test_colours_that_overflow_are_white(tmp_path):
-    pixels = np.full((2, 2, 4), 3e38, np.float32)
-    pixels[..., 3] = 1e-30
-    assert read_image(write_raw(tmp_path / "a.exr", pixels))[..., :3].min() == 1
 
 
 def test_a_chain_of_directories_is_not_followed(tmp_path):

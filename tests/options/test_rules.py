@@ -4,7 +4,6 @@ import pytest
 
 from brushgs.errors import SceneError
 from brushgs.options.direction import Direction
-from brushgs.options.painting import PaintConfig
 from brushgs.options.rules import MAX_BYTES, MAX_RULES, Rule, Rules
 from brushgs.options.where import Where
 
@@ -60,12 +59,6 @@ def test_every_field_is_read_and_files_lie_beside_the_rules(tmp_path):
     assert rules.where(body).camera_file == rules.camera_file == tmp_path / "cameras.json"
     assert set(rules.files) >= {rules.file, rules.camera_file, body.palette, tmp_path / "masks"}
     assert [rules.label(1), rules.label(2)] == ["body", "region 2"]
-
-
-def test_a_painting_takes_them_as_a_step(tmp_path):
-    rules = read(tmp_path, WHERE)
-    assert PaintConfig.of({"rules": {"file": tmp_path / "rules.toml"}}).rules == rules
-    assert PaintConfig().rules is None
 
 
 FAULTS = {

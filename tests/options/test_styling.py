@@ -7,16 +7,9 @@ import pytest
 from brushgs.errors import SceneError
 from brushgs.options.look import Look
 from brushgs.options.rules import Rules
-from brushgs.options.styling import DIALS, StyleConfig, StyleShare
+from brushgs.options.styling import StyleConfig, StyleShare
 
 TEXT = "monet.style:0.8;color=1;marks=0.7;direction=0.5;line=0,dusk.style:0.2"
-
-
-def test_commas_part_styles_and_semicolons_their_properties():
-    first, second = StyleConfig.parse(TEXT).styles
-    assert first == StyleShare(Path("monet.style"), 0.8, marks=0.7, direction=0.5, line=0.0)
-    assert second == StyleShare(Path("dusk.style"), 0.2)
-    assert StyleConfig.parse("a.style;line=50%").styles[0] == StyleShare(Path("a.style"), 1.0, line=0.5)
 
 
 @pytest.mark.parametrize("text", [TEXT, "a.style:0.5", "a b.style:1;stage=0,c.style:0"])
@@ -29,11 +22,7 @@ def test_a_config_is_read_again_from_its_text(text):
     ("text", "sentence"),
     [
         ("a.style:1;colour=1", "style must have properties among .*, got 'colour'; did you mean 'color'"),
-        ("a.style:1;size=1", f"style must have properties among {', '.join(DIALS)}, got 'size'"),
         ("a.style:1;line", "style must have properties such as line=0.7, got 'line'"),
-        ("a.style:1;line=x", "style must have properties such as line=0.7, got 'line=x'"),
-        ("a.style:1;marks=70", "style must have marks of 0 to 1, got 70; for 70 % write 0.7"),
-        ("a.style:0.7,b.style:0.7", "style must have shares that add up to at most 1, got 1.4"),
         (";line=0", "style must be FILE:SHARE"),
     ],
 )

@@ -6,13 +6,12 @@ from math import degrees, inf, nan
 from pathlib import Path
 from typing import get_args
 
-import msgspec
 import pytest
 
 from brushgs.cli.flags import CLASSES, add_row
 from brushgs.cli.parser import COMMANDS, command_parser
 from brushgs.options.media import MEDIA
-from brushgs.options.table import Options, Row, hint_for, read_table, row_of, rows_of, values_of
+from brushgs.options.table import Options, Row, row_of, rows_of, values_of
 from brushgs.options.where import Where
 from tests.kit.for_each import for_each
 
@@ -119,12 +118,6 @@ def test_a_class_checks_its_numbers(kind, row):
 
 
 @of_each_class
-def test_a_default_is_a_value_of_its_option(kind, row):
-    row.check(row.default)
-    assert kind.__doc__
-
-
-@of_each_class
 def test_a_default_that_help_shows_is_read_back(kind, row):
     if not row.flags:
         return
@@ -132,14 +125,6 @@ def test_a_default_that_help_shows_is_read_back(kind, row):
         return
     if row.option.read is None or isinstance(row.default, str | tuple):
         assert row.read(row.text_of(row.default)) == pytest.approx(row.default)
-
-
-@of_each_class
-def test_a_flag_says_what_it_takes_in_its_help(kind, row):
-    if not row.flags:
-        return
-    assert row.help().startswith(row.words[:20].replace("%", "%%"))
-    assert "{" not in row.help(pictures="", cameras="", beside="", scenes="", written="", videos="")
 
 
 @of_each_class
@@ -185,37 +170,6 @@ def test_options_are_values(kind):
         assert hash(one) == hash(other)
         assert kind(**values_of(one)) == one
     assert [row.field for row in rows] == list(kind.__struct_fields__)
-
-
-def test_options_cannot_be_changed_but_be_replaced():
-    from dataclasses import replace
-
-    from brushgs.options.look_parts import LightConfig
-
-    light = LightConfig(relief=0.6)
-    with pytest.raises(AttributeError):
-        light.relief = 0.2
-    assert (
-        replace(light, gloss=0.1)
-        == msgspec.structs.replace(light, gloss=0.1)
-        == LightConfig(relief=0.6, gloss=0.1)
-    )
-    with pytest.raises(ValueError, match=r"gloss must be 0 to 0\.5, got 2"):
-        replace(light, gloss=2)
-    with pytest.raises(TypeError, match="reliev"):
-        LightConfig(reliev=0.1)
-
-
-def test_a_table_of_a_file_names_what_is_nearest():
-    from brushgs.options.look_parts import LightConfig
-
-    rows = {row.field: row for row in rows_of(LightConfig)}
-    assert read_table({"relief": 1, "lamp": [180, 90]}, rows)["lamp"] == pytest.approx(
-        (3.14159265, 1.57079632)
-    )
-    with pytest.raises(ValueError, match=r"here has no 'reliev'; did you mean 'relief'\?"):
-        read_table({"reliev": 1}, rows, "here ")
-    assert hint_for("zzz", rows) == ""
 
 
 def test_an_option_is_added_with_one_line():

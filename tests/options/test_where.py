@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from brushgs.options.where import MAX_DEPTH, Where, WhereConfig, clip_folder
 from brushgs.options.where_terms import (
-    FORMS,
     Box,
     Colour,
     Half,
@@ -180,12 +179,6 @@ def test_what_means_nothing_is_refused_in_a_sentence(text, sentence):
     with pytest.raises(ValueError, match=sentence) as caught:
         Where.parse(text)
     assert "\n" not in str(caught.value)
-
-
-def test_each_form_is_in_the_refusal_of_another_term():
-    with pytest.raises(ValueError, match="cone") as caught:
-        Where.parse("cone:1")
-    assert all(form in str(caught.value) for form in FORMS)
 
 
 def test_a_part_says_what_it_needs(tmp_path):

@@ -57,16 +57,3 @@ def test_the_maker_is_closed_with_the_results():
     next(results)
     results.close()
     assert is_closed.is_set()
-
-
-def test_making_is_timed_though_nobody_waits():
-    clock = Stopwatch()
-    waiting = threading.Event()
-
-    def make():
-        yield 0
-        waiting.wait(0.05)
-        yield 1
-
-    assert list(one_ahead(make(), clock)) == [0, 1]
-    assert clock.seconds >= 0.05

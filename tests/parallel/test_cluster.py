@@ -1,6 +1,5 @@
 """`parallel_map` over a real Dask cluster: a scheduler and two workers, started with Dask's own commands."""
 
-import itertools
 import json
 import os
 import signal
@@ -10,8 +9,6 @@ import sys
 import textwrap
 import threading
 import time
-from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,13 +18,11 @@ import brushgs as bg
 from brushgs import __version__, cli
 from brushgs.errors import SceneError
 from brushgs.formats.scenes.read import open_files
-from brushgs.options.painting import ClusterConfig, PaintConfig, StrokesConfig, ViewConfig
-from brushgs.options.sequence import PathConfig, SequenceConfig
+from brushgs.options.sequence import SequenceConfig
 from brushgs.pipeline.blocks.budget import Budget
 from brushgs.pipeline.blocks.load import load_in_blocks
 from brushgs.pipeline.parallel import connection, parallel_map
 from brushgs.pipeline.parallel import dask_cluster as cluster
-from brushgs.pipeline.sequence import paint_sequence
 from tests.parallel import work
 from tests.parallel.conftest import NUM_FRAMES, ROOT
 from tests.scenes import still_life_of
@@ -118,23 +113,6 @@ def test_frames_are_the_same_bits_on_a_cluster(address, painter, frames):
     assert list(parallel_map(painter, range(NUM_FRAMES), scheduler=address)) == frames
 
 
-@pytest.mark.parametrize("output", ["a/%05d.png", "a.mp4"])
-def test_the_files_of_a_sequence_are_the_same_from_a_cluster(address, tmp_path, monkeypatch, output):
-    monkeypatch.chdir(tmp_path)
-    bg.save(still_life_of(1000), "scene.ply")
-    config = PaintConfig(
-        cluster=ClusterConfig(40), view=ViewConfig(size=(48, 36)), strokes=StrokesConfig.off()
-    )
-    options = PathConfig(orbit=5), config
-    for folder, where in (("here", SequenceConfig()), ("there", SequenceConfig(scheduler=address))):
-        Path(folder).mkdir()
-        paint_sequence("scene.ply", f"{folder}/{output}", *options, where)
-    here = {path.relative_to("here"): path.read_bytes() for path in Path("here").rglob("*.*")}
-    there = {path.relative_to("there"): path.read_bytes() for path in Path("there").rglob("*.*")}
-    assert here == there
-    assert len(here) == (1 if output == "a.mp4" else 6)
-
-
 def test_blocks_of_a_scene_larger_than_memory_are_summed_to_the_same_bits(address, tmp_path):
     path = tmp_path / "pears.ply"
     bg.save(still_life_of(3000), path)
@@ -147,26 +125,10 @@ def test_blocks_of_a_scene_larger_than_memory_are_summed_to_the_same_bits(addres
         np.testing.assert_array_equal(column, getattr(there, name))
 
 
-def test_both_workers_work(address):
-    there = set(parallel_map(work.slow_process_id, range(20), scheduler=address))
-    assert len(there) == 2
-    assert os.getpid() not in there
-
-
 def test_a_worker_killed_midway_loses_no_frame(address, painter, frames, tmp_path):
     painter = work.Painter(painter.strokes, painter.texture, kills=4, marker=tmp_path / "killed")
     assert list(parallel_map(painter, range(NUM_FRAMES), scheduler=address)) == frames
     assert painter.marker.exists()
-
-
-def test_all_workers_killed_midway_lose_no_item(address):
-    results = parallel_map(work.slow_process_id, range(40), scheduler=address)
-    first = [next(results) for _ in range(10)]
-    for pid in set(first):
-        os.kill(pid, signal.SIGKILL)
-    rest = list(results)
-    assert len(rest) == 30
-    assert set(rest[-10:]).isdisjoint(first)
 
 
 def test_an_item_that_always_kills_its_worker_is_named(address, monkeypatch):
@@ -189,15 +151,6 @@ def test_items_are_not_read_as_tasks_or_keys_of_dask(address):
 
 def test_one_task_takes_one_thread(address):
     assert set(parallel_map(work.num_threads, range(4), scheduler=address)) == {1}
-
-
-def test_few_items_are_under_way_and_closing_cancels_them(address):
-    taken = []
-    results = parallel_map(work.square, (taken.append(x) or x for x in itertools.count()), scheduler=address)
-    assert taken == []
-    assert [next(results) for _ in range(5)] == [0, 1, 4, 9, 16]
-    assert len(taken) <= 5 + 4
-    results.close()
 
 
 def test_ctrl_c_leaves_the_cluster_alive_and_empty(address, tmp_path):
@@ -269,17 +222,6 @@ def test_another_version_of_brushgs_is_refused(address, watch, where):
             list(parallel_map(work.square, [1], scheduler=address))
     finally:
         on(show)
-
-
-def test_a_worker_of_another_version_that_comes_later_paints_nothing(address, watch):
-    results = parallel_map(work.square, itertools.count(), scheduler=address)
-    assert next(results) == 0
-    watch.run(set_version, "0.0.9")
-    try:
-        with pytest.raises(ValueError, match=f"worker must have brushgs {__version__} .*, got 0.0.9"):
-            list(itertools.islice(results, 100))
-    finally:
-        watch.run(set_version, __version__)
 
 
 @pytest.mark.parametrize(
@@ -367,65 +309,6 @@ def test_a_scheduler_without_workers_is_told_at_once_and_refused_in_the_end(
     end = f"brushgs: {lonely}: the Dask scheduler has had no workers for 0.3 s; {cure}"
     assert lines == ([note, end] if words[0] == "--orbit" else [end])
     assert [path.name for path in tmp_path.iterdir()] == ["scene.ply"]
-
-
-def test_a_worker_that_comes_while_it_is_awaited_is_taken(lonely, tmp_path):
-    started = []
-
-    def begin(sentence):
-        words = ["--nthreads", "1", "--no-nanny", "--local-directory", str(tmp_path)]
-        started.append(start(tmp_path, "worker", lonely, *words))
-
-    waiting = connection.Waiting(60, begin)
-    try:
-        assert list(parallel_map(work.square, range(3), scheduler=lonely, waiting=waiting)) == [0, 1, 4]
-        assert len(started) == 1
-    finally:
-        for process in started:
-            stop(process)
-
-
-def test_a_last_worker_lost_before_it_gets_the_work_is_waited_for_and_refused():
-    class Losing:
-        """A client that sees a worker, which is gone when the work is sent."""
-
-        scheduler = SimpleNamespace(address="tcp://h:1")
-        sees = iter([{"tcp://h:2": 1}, {}])
-
-        def nthreads(self):
-            return next(self.sees)
-
-        def scatter(self, *_, **__):
-            raise TimeoutError("No valid workers found")
-
-        def wait_for_workers(self, *_, **__):
-            raise TimeoutError("Only 0/1 workers arrived after 3")
-
-    with pytest.raises(ConnectionError, match="tcp://h:1: the Dask scheduler has had no workers for 3 s"):
-        cluster.DaskPool(Losing(), work.square, connection.Waiting(3))
-
-
-@pytest.mark.parametrize("seconds", ["0", "-1"])
-def test_the_time_to_wait_is_above_zero(capsys, seconds):
-    words = ["render", "a.ply", "--orbit", "5", "--scheduler", "tcp://h:1", "--workers-timeout", seconds]
-    assert cli.main(words) == 2
-    assert f"workers-timeout must be above 0 seconds, got {seconds}\n" in capsys.readouterr().err
-
-
-def test_a_server_that_is_no_scheduler_gets_one_sentence():
-    def greet(server):
-        stream, _ = server.accept()
-        with stream:
-            stream.sendall(b"SSH-2.0-OpenSSH_9.2\r\n")
-
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        greeting = threading.Thread(target=greet, args=[server])
-        greeting.start()
-        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
-        match = f"{address}: no Dask scheduler answers .something else does"
-        with pytest.raises(ConnectionError, match=match):
-            next(parallel_map(work.square, [1], scheduler=address))
-        greeting.join()
 
 
 def test_an_address_without_a_scheduler_gets_one_sentence(monkeypatch):

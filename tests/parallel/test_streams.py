@@ -1,6 +1,5 @@
 """Workers where no process inherits sockets, nor hears a mask of signals (Windows): over pipes."""
 
-import os
 import signal
 
 import pytest
@@ -31,7 +30,3 @@ def test_what_work_prints_comes_between_no_messages(capfd):
     assert list(parallel_map(print, ["one", "two"], jobs=2)) == [None, None]
     out, err = capfd.readouterr()
     assert (out, sorted(err.split())) == ("", ["one", "two"])
-
-
-def test_other_processes_do_the_work():
-    assert os.getpid() not in set(parallel_map(work.process_id, range(4), jobs=2))

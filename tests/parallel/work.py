@@ -47,28 +47,6 @@ def warn(x):
     return x
 
 
-class UnreadableError(Exception):
-    """Can be pickled, but not unpickled."""
-
-    def __init__(self, one, two):
-        super().__init__(f"{one} and {two}")
-
-
-def fail_unreadably(x):
-    raise UnreadableError(x, "more")
-
-
-class Unpicklable:
-    """Cannot be unpickled anywhere."""
-
-    def __reduce__(self):
-        return die_on_arrival, ()
-
-
-def die_on_arrival():
-    raise OSError("no room here")
-
-
 class Painter:
     """A small picture of a scene of its own, seen from an item's camera.
 

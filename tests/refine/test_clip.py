@@ -13,11 +13,9 @@ torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 import brushgs as bg  # noqa: E402
 import brushgs.autograd as ba  # noqa: E402
 from brushgs import cli  # noqa: E402
-from brushgs.cameras.framing import frame_scene, plain_first_view  # noqa: E402
+from brushgs.cameras.framing import frame_scene  # noqa: E402
 from brushgs.options.experiments import RefineConfig  # noqa: E402
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig  # noqa: E402
-from brushgs.passes.color.recolor import Palette  # noqa: E402
-from brushgs.pipeline.clip import Clip  # noqa: E402
 from brushgs.pipeline.prepare import STROKES, prepare  # noqa: E402
 from brushgs.pipeline.report import Report  # noqa: E402
 from brushgs.pipeline.resume import motion_digest  # noqa: E402
@@ -26,10 +24,9 @@ from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.run import refine_file  # noqa: E402
 from brushgs.refine.targets import draw_targets, scene_over_time  # noqa: E402
 from brushgs.refine.variables import Rates, Variables  # noqa: E402
-from brushgs.refine.views import OWN_VIEWS, views_over_time  # noqa: E402
+from brushgs.refine.views import views_over_time  # noqa: E402
 from brushgs.values.quats import quat_products  # noqa: E402
-from tests.clips import clip_of, first_moment, moving_scene, save_clip  # noqa: E402
-from tests.kit.for_each import for_each  # noqa: E402
+from tests.clips import clip_of, moving_scene, save_clip  # noqa: E402
 from tests.refine.stops import stopping_after  # noqa: E402
 
 SIZE = {"width": 64, "height": 48}
@@ -115,40 +112,6 @@ def test_a_view_of_the_last_moment_teaches_strokes_at_their_reference_moment(pre
     assert mean_psnr(after, first, drawing) > mean_psnr(wrong, first, drawing) + 0.5
 
 
-@for_each(("num_views", "num_moments"), [(320, 51), (24, 51), (320, 3), (7, 1), (1, 9)])
-def test_views_are_spread_over_moments_and_the_camera_of_the_film_is_among_them(num_views, num_moments):
-    scene = plain_first_view(first_moment(), "-y")
-    own = frame_scene(scene, **SIZE)
-    views = views_over_time(scene, num_views, num_moments, **SIZE, own=own)
-    assert len(views) == num_views
-    for is_own in (True, False):
-        moments = np.array([view.moment for view in views if (view.camera is own) == is_own], int)
-        if is_own:
-            assert len(moments) == -(-num_views // OWN_VIEWS)
-        counts = np.bincount(moments, minlength=num_moments)
-        assert len(counts) == num_moments
-        assert counts.max() - counts.min() <= 2 + 0.05 * counts.mean()
-    around = [view for view in views if view.camera is not own]
-    if len(around) > 100:  # at each third of the clip from all sides
-        for third in range(3):
-            some = [view for view in around if view.moment * 3 // num_moments == third]
-            angles = np.sort([np.arctan2(*view.camera.position[[0, 2]]) for view in some])
-            assert np.diff(angles, append=angles[0] + 2 * np.pi).max() < 0.5
-
-
-def test_validation_views_share_no_view_with_training(prepared):
-    views = [
-        view
-        for shift in (0.0, 0.5)
-        for view in views_over_time(prepared.known_view, 6, 5, **SIZE, shift=shift)
-    ]
-    places = np.array([view.camera.position for view in views])
-    away = np.linalg.norm(places[:, None] - places[None], axis=2) + 1e9 * np.eye(len(views))
-    assert away.min() > 0.02 * np.linalg.norm(places[0] - places[1])
-    with pytest.raises(ValueError, match="moments must be at least 1, got 0"):
-        views_over_time(prepared.known_view, 6, 0, **SIZE)
-
-
 def test_targets_are_the_scene_at_their_moments_and_each_moment_is_made_once(prepared):
     asked, scene = [], moving_scene()
 
@@ -166,26 +129,6 @@ def test_targets_are_the_scene_at_their_moments_and_each_moment_is_made_once(pre
         whole = scene.at(view.moment / 24).take(rows)
         expected = bg.render(whole, view.camera, bg.StrokeTexture.open("gaussian"), depth=False)
         np.testing.assert_array_equal(target.rgb, expected.rgb)
-
-
-def test_a_palette_maps_a_colour_alike_at_all_moments(prepared):
-    fading = moving_scene()
-
-    def at(time):  # what a map of its own would be shifted by: the body goes
-        scene = fading.at(time)
-        opacities = scene.opacities.copy()
-        opacities[220:] *= 1 - time / fading.duration
-        return replace(scene, opacities=opacities)
-
-    moving = replace(prepared.moving, scene=replace(fading, sample=at))
-    palette = Palette.of_colors(np.array([[0.1, 0.2, 0.7], [0.9, 0.8, 0.2], [0.3, 0.3, 0.3]]))
-    shown = scene_over_time(moving, prepared.whole_scene, palette)
-    first, last = shown(0), shown(4)
-    np.testing.assert_array_equal(first.sh, last.sh)
-    assert np.abs(first.sh - prepared.whole_scene.sh).max() > 0.2
-    assert np.array_equal(
-        scene_over_time(moving, prepared.whole_scene)(0).sh, at(0).sh[prepared.whole_scene.ids]
-    )
 
 
 def run(capsys, *words):
@@ -272,46 +215,14 @@ def test_a_run_that_was_stopped_resumes_to_the_same_files(stopped, folder, refin
 
 
 @pytest.mark.parametrize(
-    ("words", "differing"),
-    [(["--end", "50%"], r"clip end None, now 50%"), (["--seed", "4"], r"seed 0, now 4")],
-)
-def test_a_checkpoint_of_another_part_of_the_clip_is_refused(stopped, folder, capsys, words, differing):
-    code, out, err = run(capsys, folder, *SMALL, *words, "--resume")
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    found = re.search(r"is the checkpoint of another fit \((.*?)\); give the scene", err)
-    assert found, err
-    assert found[1].startswith(differing), err
-
-
-def test_strokes_that_move_otherwise_are_another_fit(stopped, folder, capsys, monkeypatch):
-    from brushgs.pipeline.steps import laying
-
-    follow = laying.follow_strokes
-
-    def otherwise(*args, **more):
-        strokes, plain, motion = follow(*args, **more)
-        table = motion.table.copy()
-        table[2, 0, 0] += 0.01
-        return strokes, plain, replace(motion, table=table)
-
-    monkeypatch.setattr(laying, "follow_strokes", otherwise)
-    code, _, err = run(capsys, folder, *SMALL, "--resume")
-    assert code == 2
-    assert "is the checkpoint of another fit (another motion); " in err
-
-
-@pytest.mark.parametrize(
     ("words", "sentence"),
     [
         (["-o", "a.ply"], r"a.ply is one scene, and .*dance moves; write a folder, a/, or add --time"),
         (["-o", "a.png"], r"output of a moving scene must be a folder, got 'a.png'; write a folder, a/"),
         (["-o", "a/%05d.ply"], r"moments are called moment_%05d.ply; name their folder, a/, not"),
-        (["-o", "mine"], r"mine: holds notes.txt and 1 more, which brushgs did not write as moments"),
         (["-o", "file/"], r"file is a file, not a folder"),
         (["-o", "{folder}/"], r"dance.*: is an input, and .*dance/ would replace it; choose another folder"),
         (["--start", "9"], r"start must be in the 0.208333 s of .*dance, got 9 s"),
-        (["--start", "60%", "--end", "10%"], r"end must not be before start"),
-        (["--start", "soon"], r"--start"),
     ],
 )
 def test_a_bad_flag_gets_one_sentence(folder, tmp_path, monkeypatch, capsys, words, sentence):
@@ -326,23 +237,6 @@ def test_a_bad_flag_gets_one_sentence(folder, tmp_path, monkeypatch, capsys, wor
     assert re.search(sentence, err), err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "mine"]
     assert contents(folder) == before
-
-
-def test_one_moment_is_refined_as_a_still_scene(folder, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    code, out, err = run(capsys, folder, *SMALL, "--time", "50%", "-o", "a.ply", "--json")
-    assert (code, err) == (0, "")
-    assert "moments" not in {name for stage in json.loads(out)["stages"] for name in stage["counts"]}
-    assert run(capsys, folder, *SMALL, "--time", "50%", "--start", "1")[0] == 2
-    assert len(bg.load("a.ply")) <= 60
-
-
-def test_a_clip_in_memory_is_refined_too(tmp_path):
-    paint = PaintConfig(cluster=ClusterConfig(60), draw=DrawConfig("flat"), view=ViewConfig(up="-y"))
-    config = RefineConfig(steps=2, views=4, size=(64, 48))
-    report = refine_file(Clip(moving_scene()), tmp_path / "a", paint, config)
-    assert report.output == f"{tmp_path / 'a'}/"
-    assert len(list((tmp_path / "a").iterdir())) == 5
 
 
 def test_strokes_that_are_born_later_learn_too(tmp_path, monkeypatch):

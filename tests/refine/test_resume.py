@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
 import time
@@ -24,22 +23,8 @@ from tests.refine.stops import stopping_after  # noqa: E402
 from tests.scenes import save_upright, still_life_of  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
-SMALL = [
-    "--strokes",
-    "100",
-    "--steps",
-    "10",
-    "--views",
-    "4",
-    "--size",
-    "64x48",
-    "--stroke",
-    "flat",
-    "--up",
-    "-y",
-    "--see",
-    "off",
-]
+SMALL = ["--strokes", "100", "--steps", "10", "--views", "4", "--size", "64x48", "--stroke", "flat"]
+SMALL += ["--up", "-y", "--see", "off"]
 CHECKPOINT, OUTPUT = "pears-refined.checkpoint", "pears-refined.ply"
 
 
@@ -127,8 +112,7 @@ def test_what_is_fitted_is_kept_until_it_is_written(scene, made, monkeypatch, ca
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
-def test_a_run_that_is_killed_before_it_writes_is_resumed(scene, made, capsys, number):
+def test_a_run_that_is_killed_before_it_writes_is_resumed(scene, made, capsys):
     code = "import sys, time, brushgs.cli as c\n"
     code += "from brushgs.formats.scenes import write\n"
     code += "def wait(*a, **k): print('ready', flush=True); time.sleep(60)\n"
@@ -142,11 +126,7 @@ def test_a_run_that_is_killed_before_it_writes_is_resumed(scene, made, capsys, n
     ) as process:
         assert process.stdout.readline() == "ready\n", process.stderr.read()
         time.sleep(0.05)
-        process.send_signal(number)
-        _, err = process.communicate()
-    if number != signal.SIGKILL:
-        assert process.returncode == 128 + number
-        assert err == f"brushgs: stopped: --resume continues from step 10: {CHECKPOINT}\n"
+        process.kill()
     assert CHECKPOINT in names()
     assert run(capsys, scene, *SMALL, "--resume", "--quiet") == (0, "", "")
     rows = [path.read_bytes().split(b"end_header")[1] for path in (Path(OUTPUT), made / OUTPUT)]
@@ -164,15 +144,6 @@ def test_resume_without_a_checkpoint_says_so_and_starts(scene, made, capsys):
     _, out, err = run(capsys, scene, *SMALL, "--resume", "--json", "-o", OUTPUT)
     assert err == ""
     assert json.loads(out)["notes"] == [note]
-
-
-def test_a_checkpoint_that_is_not_resumed_is_named_before_it_is_replaced(stopped, scene, capsys):
-    code, _, err = run(capsys, scene, *SMALL)
-    assert code == 0
-    assert err.startswith(
-        f"brushgs: note: {CHECKPOINT} is left of a run that was stopped; this run starts anew"
-    )
-    assert names() == [OUTPUT]
 
 
 @pytest.mark.parametrize(

@@ -148,18 +148,6 @@ def test_the_same_style_twice_is_the_same_fit(styled):
     assert np.array_equal(first.sh, second.sh)
 
 
-def test_where_nothing_counts_no_feature_does(painting):
-    pixels = torch.from_numpy(painting).permute(2, 0, 1).contiguous()
-    style = Style(FilterBank(pixels), pixels)
-    picture = torch.rand(3, 64, 96, generator=torch.Generator().manual_seed(0))
-    picture[:, :, :48] = pixels[:, :64, :48]
-    counts = torch.zeros(64, 96)
-    counts[:, 16:24] = 1  # 24 pixels from the noise: finer scales see nothing of it
-    left = nnfm.style_gradient(picture, style, None, 0.0, counts)[0]
-    everywhere = nnfm.style_gradient(picture, style, None, 0.0)[0]
-    assert left < 0.3 * everywhere
-
-
 def test_without_gradients_the_losses_are_the_same(painting):
     pixels = torch.from_numpy(painting).permute(2, 0, 1).contiguous()
     style = Style(FilterBank(pixels), pixels)
@@ -187,24 +175,10 @@ def test_a_file_of_vgg_is_used_from_the_command_line(files, tmp_path, capsys, vg
     assert not np.array_equal(vgg.sh, bank.sh)
 
 
-@pytest.mark.parametrize("kind", ["alpha", "grey"])
-def test_paintings_with_alpha_or_without_colour_will_do(files, tmp_path, painting, kind):
-    alpha = np.ones(painting.shape[:2], np.float32)
-    if kind == "alpha":
-        alpha[:, 60:] = 0
-        save(painting, files / "alpha.png", alpha)
-    else:
-        save(np.repeat(painting.mean(axis=2, keepdims=True), 3, axis=2), files / "grey.png")
-    code, refined = refine(files, tmp_path, style=f"{kind}.png")
-    assert code == 0
-    assert np.isfinite(refined.sh).all()
-
-
 @pytest.mark.parametrize(
     ("options", "style", "sentence"),
     [
         ((), "none.png", "none.png"),
-        ((), "scene.ply", "scene.ply"),
         (("--vgg-weights", "none.pth"), "painting.png", "no such file; check the path of the VGG weights"),
         (("--to", "self"), "painting.png", "style"),
     ],

@@ -88,7 +88,6 @@ FAR = np.random.default_rng(3).uniform(-2e7, 2e7, BASE.means.shape)
 AT_EYE = np.add(EYE, np.random.default_rng(4).normal(size=BASE.means.shape) * 0.02)
 
 SCENES: dict[str, Stiff] = {
-    # The list of `tests/stiff/__init__.py`
     "quaternions of any length": Stiff(
         scene(quats=lambda q: np.sign(q) * np.geomspace(1e-38, 1e37, q.size).reshape(q.shape)), orbit()
     ),

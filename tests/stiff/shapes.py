@@ -4,7 +4,7 @@ Their plain pictures are nearly the same at any aspect above 100: what is thinne
 renderer is drawn as thick as that. So a painting of few strokes should be as near to them at 1e8 as at 10.
 """
 
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 
@@ -12,7 +12,6 @@ import brushgs as bg
 from brushgs.values.sh import C0
 
 Shape = Literal["needle", "disc", "blob"]
-SHAPES = get_args(Shape)
 COUNT = 4000
 LENGTH = 0.1  # standard deviation along the longest axis, of a ball of radius 1
 VIEW: dict[str, Any] = {

@@ -11,14 +11,10 @@ import pytest
 from tests.kit.for_each import for_each
 from tests.stiff.shapes import ball, coverage, painted, plain, psnr
 
-SHARES = (0.05, 0.2, 1.0)
-CELLS = [
-    ("needle", 1e3, False), ("needle", 1e8, False), ("needle", 1e8, True),
-    ("disc", 1e8, False), ("blob", 1e8, False),
-]  # fmt: skip
+SHARES = (0.05, 0.2)
+CELLS = [("needle", 1e8, True), ("disc", 1e8, False)]
 # dB below the same scene at aspect 10, at a fifth of the count and more. Needles lose most where one stroke
-# stands for a few: they are lines of one pixel with gaps between, at aspect 10 they blend. Blobs are not held
-# to it: at aspect 10 they are fat, and their picture is another.
+# stands for a few: they are lines of one pixel with gaps between, at aspect 10 they blend.
 MOST_LOST = {"needle": 3.5, "disc": 2.0}
 
 
@@ -36,7 +32,7 @@ def test_few_strokes_of_thin_gaussians_paint_what_is_seen_of_them(shape, aspect,
     found, reference = measured(shape, aspect, among_others), measured(shape, 10.0, among_others)
     for share in SHARES:
         assert found[share][1] == pytest.approx(reference[share][1], rel=0.1)
-        if share >= 0.2 and shape in MOST_LOST:
+        if share >= 0.2:
             assert found[share][0] >= reference[share][0] - MOST_LOST[shape]
     for fewer, more in pairwise(SHARES):
         assert found[more][0] >= found[fewer][0] - 0.3

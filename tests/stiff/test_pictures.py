@@ -105,8 +105,7 @@ def test_depths_closer_than_float32_can_tell_keep_the_order_of_the_rows():
     assert len(np.unique(double.depths)) > 40
 
 
-@for_each("order", ["depth", "soft"])
-@for_each("lock", ["anchor", "off"])
+@for_each(("order", "lock"), [("depth", "off"), ("soft", "anchor")])
 @for_each("name", DRAWN)
 def test_float64_is_the_definition(name, lock, order):
     stiff = SCENES[name]

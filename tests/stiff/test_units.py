@@ -45,7 +45,7 @@ def painted(exponent):
     }
 
 
-@for_each("exponent", [-60, -47, -30, -13, 13, 30, 47, 60])
+@for_each("exponent", [-60, 13, 47])
 def test_boxes_of_a_scene_times_a_power_of_two_are_the_same_bit_for_bit(exponent):
     for name, expected in painted(0).items():
         np.testing.assert_array_equal(painted(exponent)[name], expected, err_msg=name)
@@ -65,7 +65,7 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("units")
 
 
-@pytest.mark.parametrize("unit", [1e-18, 1e-14, 1e-10, 1e-6, 1e6, 1e12, 1e18])
+@pytest.mark.parametrize("unit", [1e-18, 1e-6, 1e12])
 def test_a_picture_of_a_file_in_any_unit_is_the_same(unit, folder):
     """Files hold logarithms of scales, rounded to float32."""
     away = np.abs(shown(unit, folder) - shown(1.0, folder))

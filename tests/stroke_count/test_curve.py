@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from brushgs.stroke_count.curve import STEPS, ErrorCurve, Knee, fitted_rmse, fitted_seconds, knee, psnr_of
+from brushgs.stroke_count.curve import STEPS, ErrorCurve, Knee, fitted_rmse, fitted_seconds, knee
 from tests.kit.for_each import for_each
 
 COUNTS = np.array([125 * 2**step for step in range(9)] + [100_000])
@@ -25,12 +25,6 @@ def exact_knee(curve, slope):
 def test_the_knee_of_a_power_and_a_line_is_where_they_are_parallel_to_the_chord(slope):
     curve = curve_of(slope=slope)
     assert knee(curve).strokes == pytest.approx(exact_knee(curve, slope), rel=0.06)  # worst seen: 4.7 %
-
-
-def test_the_fit_follows_a_curve_of_its_own_terms():
-    curve = curve_of(floor=0.02)
-    assert fitted_rmse(curve, COUNTS) == pytest.approx(curve.rmse, rel=0.02)  # the ridge costs 1 % at most
-    assert fitted_seconds(curve, COUNTS) == pytest.approx(curve.seconds, rel=0.02)
 
 
 def test_the_knee_tells_what_doubling_buys_and_costs():
@@ -61,13 +55,6 @@ def test_noise_in_the_seconds_hardly_moves_the_knee(seed):
     assert abs(np.log(knee(noisy).strokes / knee(curve).strokes)) < np.log(1.3)  # worst of 400: 1.19
 
 
-def test_a_count_left_out_hardly_moves_the_knee():
-    curve = curve_of(slope=0.3)
-    for index in range(1, len(COUNTS) - 1):
-        rest = np.delete(COUNTS, index)
-        assert abs(np.log(knee(curve_of(rest, slope=0.3)).strokes / knee(curve).strokes)) < np.log(1.05)
-
-
 @given(
     st.lists(st.floats(0, 1), min_size=1, max_size=10),
     st.lists(st.floats(1e-6, 1e3), min_size=10, max_size=10),
@@ -89,8 +76,9 @@ def test_any_curve_has_a_knee_within_its_counts_and_monotone_fits(errors, second
 def test_where_nothing_is_gained_the_knee_is_the_first_count_and_where_nothing_costs_the_last():
     strokes = [100, 200, 400]
     assert knee(ErrorCurve(strokes, [0.1, 0.1, 0.1], [1.0, 2.0, 4.0])).strokes == 100
-    assert knee(ErrorCurve(strokes, [0.4, 0.2, 0.1], [1.0, 1.0, 1.0])).strokes == 400
-    assert knee(ErrorCurve([5], [0.1], [1.0])).strokes == 5
+    last = knee(ErrorCurve(strokes, [0.4, 0.2, 0.1], [1.0, 1.0, 1.0]))
+    assert last.strokes == 400
+    assert last.gain_of_doubling == pytest.approx(20 * np.log10(2), abs=1)  # the last octave; fitted: 6.8
 
 
 def test_a_last_count_that_merges_nothing_is_an_end_and_no_part_of_the_fit():
@@ -102,12 +90,6 @@ def test_a_last_count_that_merges_nothing_is_an_end_and_no_part_of_the_fit():
     flat = [0.3, 0.299, 0.298, 0.297, 0.0]  # merged ones are all as bad
     assert knee(ErrorCurve(counts, flat, seconds, True)) == Knee(8000, 240.0, 0.0, 1.0)
     assert knee(ErrorCurve([5], [0.1], [1.0], True)).strokes == 5
-
-
-def test_an_error_of_zero_has_a_psnr():
-    assert psnr_of(0.0) == 240.0
-    assert psnr_of(0.1) == pytest.approx(20.0)
-    assert np.isfinite(knee(ErrorCurve([1, 10, 100], [0.5, 0.1, 0.0], [1, 2, 3])).psnr)
 
 
 @for_each(

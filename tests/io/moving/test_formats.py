@@ -10,7 +10,6 @@ import pytest
 import brushgs as bg
 from brushgs import SceneError, SceneWarning
 from brushgs.formats.moving import load_moving, open_moving
-from brushgs.formats.registry import MOVING_FORMATS, MOVING_READ, formats_of
 from tests.io.moving import clips
 from tests.io.ply_maker import scene_columns, write_scene
 
@@ -89,13 +88,6 @@ def test_what_needs_a_network_or_a_pickle_is_refused_with_the_export_that_works(
     assert str(path) in str(error.value)
 
 
-def test_every_format_has_a_reader_or_a_cure() -> None:
-    for row in formats_of("clip"):
-        assert bool(row.read) != bool(row.cure)
-        assert bool(row.read) == bool(row.note)
-    assert all(row.note in MOVING_READ for row in MOVING_FORMATS)
-
-
 def test_a_still_scene_is_none_and_loads_as_a_clip_of_no_length(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "a.ply", scene_columns(9, 1))
     assert open_moving(path) is None
@@ -105,13 +97,6 @@ def test_a_still_scene_is_none_and_loads_as_a_clip_of_no_length(tmp_path: Path) 
     assert scene.resting is not None
     assert scene.resting.all()
     assert np.array_equal(scene.at(3).sh, bg.load(path).sh)
-
-
-def test_what_is_not_there_is_left_to_the_still_readers(tmp_path: Path) -> None:
-    assert open_moving(tmp_path / "none.ply") is None
-    assert open_moving("a\0b.ply") is None
-    with pytest.raises(SceneError, match="there is no such file"):
-        load_moving(tmp_path / "none.ply")
 
 
 def test_a_clip_must_be_named_alone(tmp_path: Path) -> None:
@@ -128,12 +113,6 @@ def test_a_clip_has_no_levels(tmp_path: Path) -> None:
     clip = write_scene(tmp_path / "a.ply", clips.spacetime_columns(9))
     with pytest.raises(SceneError, match=r"no levels of detail; omit the level"):
         open_moving(SceneSource((clip,), lod=1))
-
-
-def test_a_still_scene_with_some_of_the_columns_is_none(tmp_path: Path) -> None:
-    for name in ("time", "velocity_0", "trbf_center", "log_duration"):
-        path = write_scene(tmp_path / "a.ply", scene_columns(5) | {name: np.zeros(5, np.float32)})
-        assert open_moving(path) is None
 
 
 def test_gaussians_beside_their_network_are_read_with_a_warning(tmp_path: Path) -> None:

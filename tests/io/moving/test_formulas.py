@@ -76,30 +76,6 @@ def test_times_outside_the_clip_are_its_ends(name: str, tmp_path: Path) -> None:
         assert np.array_equal(scene.at(outside).means, scene.at(end).means)
 
 
-def test_a_scene_has_the_length_that_its_file_states_or_a_nominal_one(tmp_path: Path) -> None:
-    lengths = {name: opened(write(tmp_path, columns)).duration for name, (write, columns, _) in FORMS.items()}
-    assert lengths["spacetime"] == lengths["splatv"] == 50 / 30
-    assert lengths["freetime"] == 60 / 30
-    plain = clips.write_freetime(tmp_path / "a.ply", clips.freetime_columns(9), comments=())
-    assert opened(plain).duration == 50 / 30
-    single = clips.write_freetime(tmp_path / "a.ply", clips.freetime_columns(9), ["comment n_frames 1"])
-    scene = opened(single)
-    assert scene.duration == 0
-    expected = clips.freetime_at(clips.freetime_columns(9), 0, shortest=0)
-    np.testing.assert_allclose(scene.at(0).means, expected["means"], rtol=1e-6)
-
-
-@pytest.mark.parametrize("name", FORMS)
-def test_notes_name_the_format_and_the_rows(name: str, tmp_path: Path) -> None:
-    write, columns, _ = FORMS[name]
-    notes = opened(write(tmp_path, columns)).notes
-    assert notes is not None
-    word = {"sp": "SpaceTimeGaussian", "fr": "FreeTimeGS"}[name[:2]] if name != "splatv" else "splaTV"
-    assert notes.format.startswith(word)
-    assert (notes.rows_read, notes.rows_dropped, notes.unknown) == (len(columns["x"]), 0, ())
-    assert not notes.is_timed
-
-
 def test_comments_of_freetimegs_are_heeded(tmp_path: Path) -> None:
     columns = clips.freetime_columns(200)
     still = opened(clips.write_freetime(tmp_path / "a.ply", columns, ["comment use_velocity 0"]))
@@ -197,69 +173,12 @@ def test_rows_that_cannot_be_drawn_are_dropped_and_counted(name: str, tmp_path: 
     assert len(scene.resting) == len(keep)
 
 
-def test_a_width_beyond_the_numbers_is_that_of_a_row_that_never_fades(tmp_path: Path) -> None:
-    columns = clips.spacetime_columns(20)
-    columns["trbf_scale"][:5] = 60  # exp is infinite as a half
-    columns["trbf_scale"][5:10] = -60  # and zero
-    for write in (_splatv, _spacetime):
-        scene = opened(write(tmp_path, columns))
-        full = 1 / (1 + np.exp(-columns["opacity"][:5].astype(np.float64)))
-        for time in (0, 0.5, 1):
-            gaussians = scene.at(time * scene.duration)
-            np.testing.assert_allclose(gaussians.opacities[:5], full, atol=1 / 255)
-            assert not gaussians.opacities[5:10].any()
-
-
-def test_a_row_is_there_at_its_own_moment_however_narrow_it_is(tmp_path: Path) -> None:
-    columns = clips.spacetime_columns(4)
-    columns["trbf_center"][:], columns["trbf_scale"][:] = 0.5, -200
-    scene = opened(_spacetime(tmp_path, columns))
-    expected = 1 / (1 + np.exp(-columns["opacity"]))
-    np.testing.assert_allclose(scene.at(scene.duration / 2).opacities, expected, rtol=1e-6)
-    assert not scene.at(0).opacities.any()
-
-
-def test_huge_motion_is_kept_while_it_can_be_drawn_and_dropped_beyond(tmp_path: Path) -> None:
-    columns = clips.spacetime_columns(30)
-    columns["trbf_center"][:] = 0.5
-    columns["motion_0"][0] = 1e37
-    columns["motion_3"][1], columns["trbf_center"][1] = 3e38, 40
-    columns["omega_2"][2], columns["trbf_center"][2] = 3e38, 40
-    with pytest.warns(SceneWarning, match=r"2 of 30 rows were dropped: 2 hold values.*row 1, x over time"):
-        scene = opened(_spacetime(tmp_path, columns))
-    for time in TIMES:
-        assert np.isfinite(scene.at(time * scene.duration).means).all()
-    assert scene.at(scene.duration).means[0, 0] == pytest.approx(5e36, rel=1e-6)
-
-
-def test_a_rotation_that_passes_through_zero_stays_one(tmp_path: Path) -> None:
-    columns = clips.spacetime_columns(3)
-    quat = np.array([0.5, 0.25, -0.5, 1], np.float32)
-    columns["trbf_center"][:] = 0.5
-    for index in range(4):
-        columns[f"rot_{index}"][:] = quat[index]
-        columns[f"omega_{index}"][:] = -4 * quat[index]
-    scene = opened(_spacetime(tmp_path, columns))
-    for time in (0.74, 0.75, 0.76):
-        quats = scene.at(time * scene.duration).quats
-        along = quats[0] @ quat / np.linalg.norm(quats[0]) / np.linalg.norm(quat)
-        assert abs(along) == pytest.approx(1, abs=1e-6)
-
-
 def test_a_file_without_a_row_that_can_be_drawn_is_refused(tmp_path: Path) -> None:
     for write, columns, _ in FORMS.values():
         columns = {key: values.copy() for key, values in columns.items()}
         columns["x"][:] = np.nan
         with pytest.raises(SceneError, match=r"no row of [35]00 can be used.*; export"):
             open_moving(write(tmp_path, columns))
-
-
-@pytest.mark.parametrize("encoding", ["ascii", "binary_big_endian"])
-def test_every_encoding_of_a_ply_file_is_read(encoding: str, tmp_path: Path) -> None:
-    columns = clips.spacetime_columns(50)
-    scene = opened(write_scene(tmp_path / "a.ply", columns, encoding))
-    expected = clips.spacetime_at(columns, 0.4)
-    np.testing.assert_allclose(scene.at(0.4 * scene.duration).means, expected["means"], rtol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["omega_2", "motion_8"])

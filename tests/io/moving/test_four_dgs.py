@@ -81,19 +81,6 @@ def test_moments_are_those_that_the_package_states(degree: int, tmp_path: Path) 
         np.testing.assert_allclose(scene.at(0).sh[:, 3, 0], decoded, rtol=1e-6)
 
 
-def test_what_is_always_there_and_does_not_move_rests(tmp_path: Path) -> None:
-    still = gaussians()
-    still.motions[:120] = 0
-    scene = opened(write(tmp_path / "a.4dgs", still))
-    assert scene.resting is not None
-    # The first fifty never fade; those from 100 on are gone after half of the clip.
-    rests = np.count_nonzero(scene.resting)
-    first, later = scene.at(0), scene.at(1.9)
-    assert 50 <= rests < 120
-    assert np.array_equal(first.means[scene.resting], later.means[scene.resting])
-    np.testing.assert_allclose(first.opacities[scene.resting], later.opacities[scene.resting], atol=1e-3)
-
-
 def test_things_move_on_their_tracks(tmp_path: Path) -> None:
     fourdgs = pytest.importorskip("fourdgs", reason="the package fourdgs is not installed")
     half = math.sqrt(0.5)

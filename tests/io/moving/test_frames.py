@@ -11,14 +11,14 @@ import pytest
 import brushgs as bg
 from brushgs.formats import read_scene
 from brushgs.formats.moving import load_moving, open_moving
-from brushgs.formats.moving.frames import Frames, find_frames
-from brushgs.formats.moving.kept import Moments, are_in_one_place, have_same_rows
+from brushgs.formats.moving.frames import Frames
+from brushgs.formats.moving.kept import have_same_rows
 from brushgs.formats.scenes.write import write_scene as save_scene
 from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
 from tests.io.moving.frame_maker import columns_at, shuffled, write_frames
 from tests.io.ply_maker import decoded, scene_columns, write_scene
-from tests.scenes import real_scene, still_life_of
+from tests.scenes import still_life_of
 
 
 @pytest.fixture(autouse=True)
@@ -58,30 +58,9 @@ def test_a_folder_of_numbered_files_is_a_clip(tmp_path: Path, name: str) -> None
     assert moving.notes.format == "12 moments at 24 a second, PLY, binary little-endian"
 
 
-def test_lists_and_patterns_are_clips_in_order_of_their_numbers(tmp_path: Path) -> None:
-    paths = write_frames(tmp_path, range(11), "frame_{}.ply")
-    folder = opened(tmp_path)
-    for scene in (sorted(paths), paths[::-1], f"{tmp_path}/frame_*.ply", tmp_path / "*.ply"):
-        moving = opened(scene)
-        assert moving.duration == folder.duration
-        assert_equal(moving.at(10 / 24), bg.load(paths[10]))
-    assert opened(paths[:2]).duration == 2 / 24
-    assert open_moving(paths[0]) is None
-
-
 def test_a_pattern_without_a_match_is_a_file_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(bg.SceneError, match=r"no_\*\.ply: there is no such file"):
         load_moving(tmp_path / "no_*.ply")
-
-
-def test_a_scene_at_rest_has_one_moment(tmp_path: Path) -> None:
-    (path,) = write_frames(tmp_path / "clip", [0])
-    for scene in (path, tmp_path / "clip"):
-        moving = load_moving(scene)
-        assert (moving.duration, moving.has_rows) == (0, True)
-        assert moving.resting is not None
-        assert moving.resting.all()
-        assert_equal(moving.at(0.5), bg.load(path))
 
 
 def test_the_formats_of_frames_may_be_any(tmp_path: Path) -> None:
@@ -94,43 +73,6 @@ def test_the_formats_of_frames_may_be_any(tmp_path: Path) -> None:
     moving = opened(tmp_path)
     assert not moving.has_rows
     assert len(moving.at(1)) == 200
-
-
-def test_folders_that_are_scenes_are_frames() -> None:
-    source = SceneSource((real_scene("playbot_sog"),))
-    assert find_frames(source) is None  # one of them is none
-
-
-def test_the_4dgaussians_export_is_a_clip(tmp_path: Path) -> None:
-    write_frames(tmp_path / "gaussian_pertimestamp", range(20), "time_{:05}.ply")
-    assert opened(tmp_path / "gaussian_pertimestamp").has_rows
-
-
-def test_the_firework_is_a_clip_of_six_moments() -> None:
-    moving = opened(real_scene("hanabi_frames"))
-    assert (moving.duration, moving.has_rows) == (6 / 24, True)
-    assert (
-        len(read_scene(SceneSource((real_scene("hanabi_frames"),), time=Moment(0, is_all=True)))[0]) == 24000
-    )
-
-
-@pytest.mark.parametrize("rate", [1, 24, 29.97, 1e-3, 1e9])
-def test_a_source_says_how_many_moments_a_second_has(tmp_path: Path, rate: float) -> None:
-    paths = write_frames(tmp_path, range(4))
-    paths.pop(2).unlink()
-    with pytest.warns(bg.SceneWarning, match="1 of 4 moments are missing"):
-        moving = load_moving(tmp_path, moments_per_second=rate)
-    assert moving.times is not None
-    np.testing.assert_allclose(moving.times * rate, [0, 1, 3])
-    assert moving.duration * rate == pytest.approx(4)
-    for slot, path in ((0, paths[0]), (1, paths[1]), (3, paths[2]), (3.5, paths[2]), (4, paths[2])):
-        assert_equal(moving.at(slot / rate), bg.load(path))
-    assert moving.notes is not None
-    assert moving.notes.format.startswith(f"3 moments at {rate:g} a second, PLY")
-    assert moving.notes.moments_per_second == rate
-    source = SceneSource((tmp_path,), time=Moment(1 / rate), moments_per_second=rate)
-    with pytest.warns(bg.SceneWarning, match="1 of 4 moments are missing"):
-        assert_equal(read_scene(source)[0], bg.load(paths[1]))
 
 
 # A clip, or one scene in parts
@@ -176,60 +118,13 @@ def test_files_of_very_different_counts_are_no_moments_by_their_place(tmp_path: 
     assert open_moving(tmp_path) is None
 
 
-def test_who_names_a_moment_says_that_files_are_moments(tmp_path: Path) -> None:
-    paths = write_frames(tmp_path, range(3), "tile_{}.ply")
-    source = SceneSource((tmp_path,), time=Moment(1 / 24))
-    gaussians, notes = read_scene(source)
-    assert_equal(gaussians, bg.load(paths[1]))
-    assert notes.format == "PLY, binary little-endian, moment 0.04 s of 0.12 s"
-
-
-def test_all_moments_are_one_scene_at_rest_if_asked_for(tmp_path: Path) -> None:
-    write_frames(tmp_path, range(3))
-    source = SceneSource((tmp_path,), time=Moment(0, is_all=True))
-    assert open_moving(source) is None
-    assert len(bg.load(source)) == 600
-
-
 def test_two_files_without_a_word_for_moments_are_parts(tmp_path: Path) -> None:
     paths = write_frames(tmp_path, range(2), "left_{}.ply")
     assert open_moving(paths) is None
     assert len(bg.load(paths)) == 400
 
 
-def test_boxes_of_things_that_are_flat_or_points_overlap() -> None:
-    scene = still_life_of(1000)
-    flat = scene.means * np.array([1, 0, 0], np.float32)
-
-    def at(means):
-        return bg.Gaussians(means, scene.quats, scene.scales, scene.opacities, scene.sh)
-
-    assert are_in_one_place(at(flat), at(flat))
-    assert are_in_one_place(at(0 * flat), at(0 * flat))
-    size = np.ptp(np.percentile(flat[:, 0], (5, 95)))
-    assert not are_in_one_place(at(flat), at(flat + np.float32(size)))
-
-
 # Do rows correspond?
-
-
-@pytest.mark.parametrize("step", [0, 28])
-def test_rows_of_a_trained_clip_correspond_and_not_where_each_moment_is_a_file_of_its_own(step: int) -> None:
-    clip = opened(real_scene("moving/cook_spinach.splatv"))
-    one, other = (clip.at(moment / 29 * clip.duration) for moment in (step, step + 1))
-    assert have_same_rows(one, other)
-    lost = [without(moment, 0.03, seed) for seed, moment in enumerate((one, other))]
-    assert not have_same_rows(*lost)
-    assert not have_same_rows(lost[0], lost[1].take(np.random.default_rng(0).permutation(len(lost[1]))))
-
-
-def test_rows_that_are_shuffled_do_not_correspond(tmp_path: Path) -> None:
-    write_frames(tmp_path, range(5), columns=lambda moment: shuffled(columns_at(moment), int(moment)))
-    moving = opened(tmp_path)
-    assert not moving.has_rows
-    assert_equal(moving.at(1.4 / 24), bg.load(tmp_path / "frame_001.ply"))  # the nearer moment
-    assert_equal(moving.at(1.6 / 24), bg.load(tmp_path / "frame_002.ply"))
-    assert_equal(moving.at(1.5 / 24), bg.load(tmp_path / "frame_001.ply"))
 
 
 def still(count: int = 3000) -> bg.Gaussians:
@@ -262,44 +157,10 @@ def test_rows_in_any_other_order_do_not_correspond() -> None:
     assert not have_same_rows(*halves)
 
 
-def test_rows_correspond_however_most_of_them_changes() -> None:
-    """What stays tells rows apart: colour of what flies apart, place of what changes colour."""
-    scene = still()
-    rng = np.random.default_rng(0)
-    random = {name: column[rng.permutation(len(scene))] for name, column in scene.columns().items()}
-    for stays in ("means", "scales", "sh"):
-        columns = random | {stays: getattr(scene, stays)}
-        assert have_same_rows(scene, bg.Gaussians(**columns)), stays
-        assert not have_same_rows(scene, bg.Gaussians(**random))
-    noise = {
-        name: (column + 0.1 * np.std(column, axis=0) * rng.normal(size=column.shape)).astype(np.float32)
-        for name, column in scene.columns().items()
-    }
-    noise["opacities"], noise["scales"] = noise["opacities"].clip(0, 1), np.abs(noise["scales"])
-    assert have_same_rows(scene, bg.Gaussians(**noise))
-
-
-def test_a_scene_that_moves_and_grows_as_a_whole_keeps_its_rows() -> None:
-    scene = still()
-    turned = bg.Gaussians(5 * scene.means + 7, scene.quats, scene.scales, scene.opacities, scene.sh)
-    assert have_same_rows(scene, turned)
-
-
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_a_few_rows_correspond_if_they_are_alike(count: int) -> None:
     some = still().take(slice(0, count))
     assert have_same_rows(some, some)
-
-
-def test_a_thing_that_teleports_keeps_its_rows(tmp_path: Path) -> None:
-    def columns(moment: float):
-        found = columns_at(moment)
-        if moment >= 2:
-            found["z"][:50] += 40
-        return found
-
-    write_frames(tmp_path, range(4), columns=columns)
-    assert opened(tmp_path).has_rows
 
 
 # Between two moments
@@ -323,18 +184,6 @@ def test_between_moments_rows_lie_on_a_line_and_turn_the_shorter_way(tmp_path: P
     np.testing.assert_allclose(
         cosines, np.linalg.norm(turn, axis=1) * np.linalg.norm(found.quats, axis=1), rtol=1e-6
     )
-
-
-def test_degrees_of_colour_may_differ_between_moments(tmp_path: Path) -> None:
-    for index, degree in enumerate((0, 2, 1)):
-        columns = scene_columns(200, degree)
-        columns |= scene_columns(200)
-        write_scene(tmp_path / f"frame_{index}.ply", columns)
-    moving = opened(tmp_path)
-    assert moving.has_rows
-    assert moving.at(0).sh.shape[1] == 1
-    assert moving.at(0.5 / 24).sh.shape[1] == 9
-    np.testing.assert_allclose(moving.at(0.5 / 24).sh[:, 1:], moving.at(1 / 24).sh[:, 1:] / 2, rtol=1e-6)
 
 
 def test_times_before_and_after_are_the_first_and_the_last(tmp_path: Path) -> None:
@@ -380,21 +229,6 @@ def test_a_clip_that_is_read_through_never_has_more_than_three_moments_in_memory
     assert len(living) <= 2
 
 
-def test_a_moment_is_read_once_by_those_around_it(tmp_path: Path) -> None:
-    read = []
-
-    def reader(index: int):
-        from brushgs.formats.moving.kept import Kept
-
-        read.append(index)
-        return Kept(still(1000))
-
-    moments = Moments(reader)
-    for position in np.arange(0, 5, 0.25):
-        moments.at(position)
-    assert read == [0, 1, 2, 3, 4, 5]
-
-
 # Stiff cases
 
 
@@ -419,18 +253,6 @@ def test_a_clip_of_many_names_is_hardly_opened(tmp_path: Path, monkeypatch: pyte
     assert moving.duration == 10_000 / 24
     assert len(moving.at(100 / 24)) == 200
     assert len(opened_paths) < 200
-
-
-def test_missing_moments_are_told_and_made_of_those_around(tmp_path: Path) -> None:
-    paths = write_frames(tmp_path, range(8))
-    for index in (3, 5):
-        paths[index].unlink()
-    with pytest.warns(bg.SceneWarning, match=r"2 of 8 moments are missing .*, first after frame_002\.ply"):
-        moving = opened(tmp_path)
-    assert moving.duration == 8 / 24
-    around = bg.load(paths[2]).means + bg.load(paths[4]).means
-    np.testing.assert_allclose(moving.at(3 / 24).means, around / 2, rtol=1e-6)
-    assert_equal(moving.at(7 / 24), bg.load(paths[7]))
 
 
 def test_a_file_that_is_named_must_be_there(tmp_path: Path) -> None:
@@ -461,13 +283,6 @@ def test_a_count_that_changes_unseen_is_refused_when_its_moment_comes(
 
 def nothing(path: Path) -> Path:
     return write_scene(path, {name: values[:0] for name, values in scene_columns(1).items()})
-
-
-def test_a_file_without_rows_is_a_moment_without_gaussians(tmp_path: Path) -> None:
-    write_frames(tmp_path, range(5), columns=lambda moment: shuffled(columns_at(moment), int(moment)))
-    nothing(tmp_path / "frame_002.ply")
-    moving = opened(tmp_path)
-    assert [len(moving.at(moment / 24)) for moment in range(5)] == [200, 200, 0, 200, 200]
 
 
 @pytest.mark.parametrize("empty", [(0,), (2,), (0, 1), (2, 3), (4,)])
@@ -597,14 +412,6 @@ def test_brushes_of_another_set_are_dropped_with_a_word(tmp_path: Path) -> None:
     assert moving.at(1).brushes is None
 
 
-def test_the_up_axis_and_the_training_of_frames_are_kept(tmp_path: Path) -> None:
-    write_frames(tmp_path, range(3), comments=["comment up axis: +z", "comment SplatRenderMode: mip"])
-    moving = opened(tmp_path)
-    assert moving.notes is not None
-    assert (moving.notes.up, moving.notes.training) == ("+z", "antialiased")
-    assert moving.at(0.01).antialiased
-
-
 # One moment, as a scene
 
 
@@ -644,18 +451,6 @@ def test_a_moment_after_the_end_or_without_gaussians_is_refused(tmp_path: Path) 
     nothing(paths[3])
     with pytest.raises(bg.SceneError, match=r"frame_003\.ply: holds no Gaussians; choose another moment"):
         bg.load(SceneSource((tmp_path,), time=Moment(1, is_share=True)))
-
-
-def test_an_encoding_reaches_the_frames(tmp_path: Path) -> None:
-    paths = write_frames(tmp_path, range(3))
-    for index, path in enumerate(paths):
-        columns = columns_at(index)
-        linear = {f"scale_{axis}": np.exp(columns[f"scale_{axis}"]) for axis in range(3)}
-        write_scene(path, columns | linear)
-    source = SceneSource((tmp_path,), time=Moment(1.5 / 24))
-    found = bg.load(source, bg.Encoding(scales="linear"))
-    expected = sum(decoded(columns_at(moment))["scales"] for moment in (1, 2)) / 2
-    np.testing.assert_allclose(found.scales, expected, rtol=1e-5)
 
 
 def test_the_doctor_examines_a_moment(tmp_path: Path) -> None:

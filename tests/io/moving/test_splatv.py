@@ -1,14 +1,12 @@
 """splaTV files: their header, texture and ends; the one real clip."""
 
-import json
-import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs import SceneError, SceneWarning
+from brushgs import SceneError
 from brushgs.formats.moving import open_moving
 from tests.io.moving import clips
 from tests.scenes import real_scene
@@ -17,37 +15,6 @@ from tests.scenes import real_scene
 def write(path: Path, data: bytes) -> Path:
     path.write_bytes(data)
     return path
-
-
-def test_the_content_decides_not_the_suffix(tmp_path: Path) -> None:
-    data = clips.encode_splatv(clips.spacetime_columns(7))
-    for name in ("a.splatv", "b.bin", "c.ply"):
-        scene = open_moving(write(tmp_path / name, data))
-        assert scene is not None
-        assert len(scene.at(0)) == 7
-
-
-@pytest.mark.parametrize("num_rows", [1, 4, 7, 8])
-def test_padding_of_the_texture_is_no_row(num_rows: int, tmp_path: Path) -> None:
-    columns = clips.spacetime_columns(num_rows)
-    whole = open_moving(write(tmp_path / "a.splatv", clips.encode_splatv(columns, padded=True)))
-    short = open_moving(write(tmp_path / "b.splatv", clips.encode_splatv(columns)))
-    assert whole is not None
-    assert short is not None
-    assert len(whole.at(0)) == len(short.at(0)) == num_rows
-
-
-def test_bytes_of_chunks_around_the_texture_are_passed_over(tmp_path: Path) -> None:
-    columns = clips.spacetime_columns(8)
-    data = clips.encode_splatv(columns)
-    length = struct.unpack_from("<I", data, 4)[0]
-    chunk, texture = json.loads(data[8 : 8 + length])[0], data[8 + length :]
-    header = json.dumps([{"type": "sound", "size": 5}, chunk, {"type": "sound", "size": 9}]).encode()
-    data = struct.pack("<II", 0x674B, len(header)) + header + b"12345" + texture + b"123456789"
-    scene = open_moving(write(tmp_path / "a.splatv", data))
-    assert scene is not None
-    expected = clips.splatv_at(columns, 0.25)
-    np.testing.assert_allclose(scene.at(0.25 * scene.duration).means, expected["means"], rtol=1e-6)
 
 
 def test_every_cut_is_refused_in_a_sentence(tmp_path: Path) -> None:
@@ -79,13 +46,6 @@ def test_a_header_that_makes_no_sense_is_refused(field: str, tmp_path: Path) -> 
         open_moving(path)
 
 
-@pytest.mark.parametrize("header", [b"", b"{}", b"[]", b"[3]", b"nonsense", b"null"])
-def test_a_header_that_is_no_list_of_chunks_is_refused(header: bytes, tmp_path: Path) -> None:
-    data = struct.pack("<II", 0x674B, len(header)) + header + bytes(640)
-    with pytest.raises(SceneError, match=r"names no chunk|is not JSON|header(\[0\])? must be a"):
-        open_moving(write(tmp_path / "a.splatv", data))
-
-
 def test_a_file_of_padding_only_is_refused(tmp_path: Path) -> None:
     data = clips.encode_splatv(clips.spacetime_columns(8))
     with pytest.raises(SceneError, match="holds no Gaussians; export it again"):
@@ -115,8 +75,3 @@ def test_the_real_clip_has_its_known_rows_and_equals_a_decode_of_the_format() ->
     forever = np.frombuffer(data[start:], "<f2").reshape(-1, 32)[:, 31] == np.inf
     assert np.count_nonzero(forever) == 821
     assert np.array_equal(scene.at(0).opacities[forever], scene.at(scene.duration).opacities[forever])
-
-
-def test_no_row_of_the_real_clip_warns(recwarn: pytest.WarningsRecorder) -> None:
-    bg.load_moving(real_scene("moving/cook_spinach.splatv"))
-    assert not [warning for warning in recwarn if issubclass(warning.category, SceneWarning)]

@@ -75,22 +75,6 @@ def test_blocks_are_the_rows_of_the_file(tmp_path: Path, name: str, block_rows: 
         np.testing.assert_allclose(actual, expected, rtol=1e-5, atol=1e-7, err_msg=column)
 
 
-@pytest.mark.parametrize("encoding", ["binary_little_endian", "ascii"])
-def test_rows_that_cannot_be_drawn_are_dropped_from_each_block(tmp_path: Path, encoding: str) -> None:
-    columns = scene_columns(NUM)
-    columns["x"][[5, 300, 301]] = np.nan
-    for name in ("rot_0", "rot_1", "rot_2", "rot_3"):
-        columns[name][[6, 699]] = 0
-    path = write_scene(tmp_path / "a.ply", columns, encoding)
-    blocks, dropped = joined(path, 100)
-    assert len(blocks.means) == NUM - 5
-    assert (dropped.num_broken, dropped.num_unrotated, dropped.unrotated) == (3, 2, 6)
-    assert dropped.broken is not None
-    assert dropped.broken[:2] == (5, "x")
-    with pytest.warns(bg.SceneWarning, match=r"5 of 700 rows were dropped: 3 .*first: row 5, x = nan"):
-        dropped.report(path, NUM)
-
-
 def test_a_file_that_is_cut_off_is_refused_before_the_first_block(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "a.ply", scene_columns(NUM))
     file = open_file(path, None)

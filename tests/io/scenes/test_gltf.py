@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 import brushgs as bg
 from brushgs.formats import read_scene
-from brushgs.formats.scenes import gltf
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0, sh_basis
 from tests.io.scenes import spz_format
@@ -73,14 +72,6 @@ def test_normalized_integers_are_fractions(tmp_path: Path) -> None:
     np.testing.assert_allclose(gaussians.opacities, np.arange(0, 65536, 8191)[:9] / 65535, atol=2e-7)
 
 
-def test_scales_of_an_earlier_draft_are_logarithms(tmp_path: Path) -> None:
-    attributes = make(20)
-    stored = attributes | {f"{PREFIX}SCALE": np.log(attributes[f"{PREFIX}SCALE"])}
-    gaussians, notes = read_scene(model_of(stored).write(tmp_path / "a.glb"))
-    np.testing.assert_allclose(gaussians.scales, attributes[f"{PREFIX}SCALE"], rtol=2e-6)
-    assert notes.format == "glTF with KHR_gaussian_splatting, scales as logarithms"
-
-
 def test_names_and_colours_of_the_first_draft_are_read(tmp_path: Path) -> None:
     attributes = make(20)
     rgba = np.random.default_rng(0).integers(0, 256, (20, 4), dtype=np.uint8)
@@ -96,14 +87,6 @@ def test_names_and_colours_of_the_first_draft_are_read(tmp_path: Path) -> None:
     np.testing.assert_allclose(0.5 + C0 * gaussians.sh[:, 0], rgba[:, :3] / 255, atol=1e-6)
     np.testing.assert_allclose(gaussians.opacities, rgba[:, 3] / 255, atol=2e-7)
     np.testing.assert_array_equal(gaussians.sh[:, 1:].transpose(1, 0, 2), rest)
-
-
-def test_raw_rows_are_in_the_standard_layout(tmp_path: Path) -> None:
-    attributes = make(20, 1)
-    file = gltf.open_scene(model_of(attributes).write(tmp_path / "a.glb"))
-    columns, _ = file.read_columns(is_raw=True)
-    np.testing.assert_allclose(columns.scales, np.log(attributes[f"{PREFIX}SCALE"]), rtol=1e-6)
-    assert columns.opacities[:2].tolist() == [-np.inf, np.inf]
 
 
 # ---- nodes
@@ -135,23 +118,6 @@ def assert_placed(placed: bg.Gaussians, plain: bg.Gaussians, matrix: np.ndarray,
 
 TURN = Rotation.from_euler("xyz", [0.4, -1.1, 2.3])
 TRANSLATION = [0.5, -2.0, 1.25]
-
-
-@pytest.mark.parametrize("degree", range(4))
-@pytest.mark.parametrize("scale", [1.0, 0.25, -2.0])
-def test_a_turned_and_scaled_mesh_looks_the_same_from_the_turned_side(
-    tmp_path: Path, degree: int, scale: float
-) -> None:
-    """A negative scale mirrors: then the turn does too."""
-    attributes = make(60, degree)
-    model = model_of(attributes)
-    node = {"rotation": TURN.as_quat().tolist(), "translation": TRANSLATION, "scale": [scale] * 3, "mesh": 0}
-    model.top |= {"nodes": [node], "scenes": [{"nodes": [0]}], "scene": 0}
-    placed = bg.load(model.write(tmp_path / "a.glb"))
-    plain = bg.load(model_of(attributes).write(tmp_path / "b.glb"))
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = TURN.as_matrix() * scale, TRANSLATION
-    assert_placed(placed, plain, matrix, TURN.as_matrix() * np.sign(scale))
 
 
 @pytest.mark.parametrize("stretch", [(2.0, 0.5, 1.0), (-1.0, 1.0, 1.0), (3.0, 3.0, -0.1)])
@@ -188,13 +154,6 @@ def test_meshes_of_a_tree_of_nodes_follow_each_other(tmp_path: Path) -> None:
     np.testing.assert_array_equal(gaussians.sh[:20, 0], second[f"{PREFIX}SH_DEGREE_0_COEF_0"])
     assert not gaussians.sh[:20, 1:].any()
     np.testing.assert_array_equal(gaussians.sh[20:], coefficients(first))
-
-
-def test_one_mesh_may_be_placed_twice(tmp_path: Path) -> None:
-    model = model_of(make(30))
-    model.top["nodes"] = [{"mesh": 0}, {"mesh": 0, "translation": [1, 0, 0]}]
-    gaussians = bg.load(model.write(tmp_path / "a.glb"))
-    np.testing.assert_allclose(gaussians.means[30:], gaussians.means[:30] + np.array([1, 0, 0]), atol=1e-6)
 
 
 # ---- what is not read, is refused, or is damaged
@@ -298,19 +257,6 @@ def test_linear_colours_are_warned_of(tmp_path: Path) -> None:
     path = model_of(make(9), colorSpace="lin_rec709_display").write(tmp_path / "a.glb")
     with pytest.warns(bg.SceneWarning, match=r"trained in linear colours .*, which are painted too dark"):
         bg.load(path)
-
-
-def test_rows_that_cannot_be_drawn_are_dropped(tmp_path: Path) -> None:
-    attributes = make(20)
-    attributes["POSITION"][3, 1] = np.nan
-    attributes[f"{PREFIX}OPACITY"][4] = 1.5
-    attributes[f"{PREFIX}ROTATION"][5] = 0
-    model = model_of(attributes)
-    model.top["nodes"] = [{"mesh": 0, "scale": [1, 2, 3]}]
-    with pytest.warns(
-        bg.SceneWarning, match=r"3 of 20 rows were dropped: 2 hold .*row 3, .* all-zero.*row 5"
-    ):
-        assert len(bg.load(model.write(tmp_path / "a.glb"))) == 17
 
 
 def change(model: Model, place: str, value: object) -> None:

@@ -132,15 +132,3 @@ def test_damaged_notes_are_as_none(tmp_path: Path, turn: object) -> None:
     write_chunks(path, model, binary)
     _, notes = read_scene(path)
     assert (notes.up, notes.is_strokes) == ("+y", False)
-
-
-def test_other_damage_is_told(tmp_path: Path) -> None:
-    path = tmp_path / "a.glb"
-    write_scene(make(10), path, is_strokes=True, scene="koala")
-    model, binary = chunks_of(path)
-    model["extras"]["brushgs"]["brush_counts"] = [0.5]
-    write_chunks(path, model, binary)
-    with pytest.warns(
-        bg.SceneWarning, match="view in its header cannot be read .brush_counts.0. must be a whole"
-    ):
-        assert len(bg.load(path)) == 10

@@ -6,11 +6,9 @@ import pytest
 
 from brushgs.formats import load, read_scene
 from brushgs.formats.scenes.read import read_raw_parts
-from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import ksplat_format as ksplat
-from tests.io.scenes.witness import as_gaussforge_reads, assert_alike, convert
+from tests.io.scenes.witness import as_gaussforge_reads, assert_alike
 from tests.kit.refused import refuse
-from tests.scenes import real_scene
 
 LEVELS = (0, 1, 2)
 DEGREES = (0, 1, 2, 3)
@@ -64,23 +62,6 @@ def test_a_range_of_0_means_the_usual_coefficients(tmp_path: Path) -> None:
     check(tmp_path / "a.ksplat", data)
 
 
-@pytest.mark.parametrize("level", LEVELS)
-def test_what_is_encoded_is_decoded_within_the_steps_of_the_format(tmp_path: Path, level: int) -> None:
-    scene = ksplat.make(500, 2)
-    gaussians = load(write(tmp_path / "a.ksplat", ksplat.encode([scene], level)))
-    half = 2.0**-11 if level else 1e-6  # rounding of a half float, relative
-    step = ksplat.BLOCK / 2 / 32767 if level else 0
-    assert np.abs(gaussians.means - scene["means"]).max() <= step / 2 + 1e-6
-    np.testing.assert_allclose(gaussians.scales, scene["scales"], rtol=half + 2e-6)
-    assert np.abs(gaussians.quats - scene["quats"]).max() <= half
-    assert np.abs(gaussians.opacities - scene["opacities"]).max() <= 0.5 / 255 + 1e-6
-    rest = gaussians.sh[:, 1:].transpose(0, 2, 1)
-    low, high = ksplat.LIMITS
-    # Writers cut coefficients off to whole steps of a byte.
-    largest = (high - low) / 255 if level == 2 else 2 * half
-    assert np.abs(rest - scene["rest"]).max() <= largest + 1e-6
-
-
 @pytest.mark.parametrize("level", [0, 1])
 def test_bands_that_are_zero_are_dropped(tmp_path: Path, level: int) -> None:
     scene = ksplat.make(400, 3)
@@ -100,17 +81,13 @@ def patched(data: bytes, place: int, form: str, value: float) -> bytes:
     ("place", "form", "value", "sentence"),
     [
         (0, "<H", 0x0201, "is a .ksplat scene that must have version 0.1, got 1.2; convert it"),
-        (4, "<I", 2**32 - 1, r"is cut off: \d+ bytes do not hold 4294967295 section headers"),
         (16, "<I", 2**32 - 1, "must count the 100 Gaussians of its sections, got 4294967295; it is damaged"),
         (20, "<H", 3, "the compression level must be 0 to 2, got 3"),
         (4096, "<I", 2**32 - 1, "section 0 is said to have 4294967295 Gaussians in the room of 100"),
-        (4096, "<Q", 2**64 - 1, r"is cut off: \d+ bytes do not hold section 0 with 4294967295 Gaussians"),
         (4096, "<I", 0, "holds no Gaussians: its sections are empty"),
         (4104, "<I", 1, "section 0 is said to have 100 Gaussians in buckets for 10; copy"),
-        (4108, "<I", 2**32 - 1, r"is cut off: \d+ bytes do not hold section 0 with 100 Gaussians"),
         (4108, "<I", 3, "section 0 is said to have 6 full and 1 other buckets of 3"),
         (4116, "<H", 16, "section 0 is said to have buckets of 16 bytes in place of 12"),
-        (4132, "<I", 0, "section 0 is said to have 100 Gaussians in buckets for 96"),
         (4136, "<H", 4, "section 0 is said to have spherical harmonics of degree 4"),
     ],
 )
@@ -128,15 +105,6 @@ def test_a_file_cut_off_is_refused(tmp_path: Path, level: int) -> None:
         refuse(write(tmp_path / "a.ksplat", data[:size]), f"is cut off: {size} bytes do not hold")
 
 
-# Outside witness, as far as it holds to the format, and a real scene.
-@pytest.mark.parametrize("degree", [0, 1])
-def test_what_gaussforge_writes_is_read(tmp_path: Path, degree: int) -> None:
-    """It writes level 0, and from degree 2 on channel by channel in place of band by band."""
-    data = convert(write_scene(tmp_path / "a.ply", scene_columns(60, degree)).read_bytes(), "ply", "ksplat")
-    path = write(tmp_path / "a.ksplat", data)
-    assert_alike(load(path), as_gaussforge_reads(data, "ksplat", tmp_path))
-
-
 def test_gaussforge_reads_the_same_of_level_1_except_positions(tmp_path: Path) -> None:
     """It takes stored offsets for signed numbers of 16 bits: some positions are off by a whole block."""
     data = ksplat.encode([ksplat.make(64)], 1)
@@ -145,11 +113,3 @@ def test_gaussforge_reads_the_same_of_level_1_except_positions(tmp_path: Path) -
     assert_alike(actual, expected, "quats", "scales", "opacities", "sh")
     blocks = (actual.means - expected.means) / (ksplat.BLOCK * 65536 / 65534)
     np.testing.assert_allclose(blocks, np.round(blocks), atol=1e-5)
-
-
-def test_the_guitar_is_read(tmp_path: Path) -> None:
-    data = real_scene("guitar.ksplat").read_bytes()
-    gaussians, notes = read_scene(real_scene("guitar.ksplat"))
-    assert (len(gaussians), notes.format) == (57731, ".ksplat, compression level 1")
-    for name, expected in ksplat.decode(data).items():
-        np.testing.assert_allclose(getattr(gaussians, name), expected, rtol=3e-6, atol=2e-6, err_msg=name)

@@ -1,6 +1,5 @@
 """A scene in several files, of one format or several, named one by one or by their folder."""
 
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +9,8 @@ import brushgs as bg
 from brushgs.doctor import run_doctor
 from brushgs.doctor.describe import describe
 from brushgs.formats import read_scene
-from brushgs.formats.scenes.columns import Columns
-from brushgs.formats.scenes.open_file import find_parts, natural_key
+from brushgs.formats.scenes.open_file import find_parts
 from brushgs.options.scene_source import SceneSource
-from tests.io import test_compressed_ply
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.scenes import real_scene, still_life_of
 
@@ -47,49 +44,6 @@ def test_files_are_joined_in_the_order_given(tmp_path: Path) -> None:
     assert notes.files[0] == "1.ply: 6 rows, PLY, binary little-endian"
 
 
-def test_one_file_in_a_list_is_that_file(tmp_path: Path) -> None:
-    path = make(tmp_path / "a.ply", degree=2)
-    (alone, notes), (listed, listed_notes) = read_scene(path), read_scene([path])
-    assert notes == listed_notes
-    assert_joined(listed, alone)
-
-
-def test_formats_mix(tmp_path: Path) -> None:
-    plain = make(tmp_path / "a.ply", 20, 2)
-    compressed = test_compressed_ply.encode(tmp_path / "b.ply", test_compressed_ply.make(300, 1))
-    whole, notes = read_scene([plain, compressed])
-    assert_joined(whole, bg.load(plain), bg.load(compressed))
-    assert notes.format == "2 files: PLY, binary little-endian; compressed PLY, binary little-endian"
-
-
-def test_the_parts_are_emptied_while_they_are_joined() -> None:
-    """A scene of several large files is in memory little more than once."""
-    parts = [Columns.empty(4, 1) for _ in range(3)]
-    whole = Columns.joined(parts)
-    assert len(whole.sh) == 12
-    columns = [column for part in parts for column in vars(part).values() if column is not None]
-    assert len(columns) == 15
-    assert not any(column.size for column in columns)
-
-
-def test_dropped_rows_are_told_of_each_file(tmp_path: Path) -> None:
-    a, b = (make(tmp_path / name, 3, x=np.array([0, np.nan, 2])) for name in ("a.ply", "b.ply"))
-    with pytest.warns(bg.SceneWarning) as caught:
-        _, notes = read_scene([a, b])
-    assert notes.rows_dropped == 2
-    texts = [str(warning.message) for warning in caught]
-    assert [text.split(":")[0] for text in texts] == [str(a), str(b)]
-    assert all("1 of 3 rows were dropped" in text for text in texts)
-
-
-def test_what_is_wrong_with_a_file_names_it(tmp_path: Path) -> None:
-    good, bad = make(tmp_path / "a.ply"), tmp_path / "b.ply"
-    bad.write_bytes(good.read_bytes()[:-50])
-    with pytest.raises(bg.SceneError, match=r"b\.ply: is cut off") as caught:
-        bg.load([good, bad])
-    assert caught.value.path == bad
-
-
 def test_nothing_is_no_scene() -> None:
     with pytest.raises(ValueError, match="scene must name at least one file, got none"):
         bg.load([])
@@ -99,17 +53,6 @@ def test_nothing_is_no_scene() -> None:
 
 
 UP = "comment up axis: "
-
-
-@pytest.mark.parametrize(
-    ("axes", "up"), [(["+z", "+z"], "+z"), (["+z", None], "+z"), ([None, "-y"], "-y"), ([None, None], None)]
-)
-def test_the_up_axis_is_that_of_the_files_which_name_one(tmp_path: Path, axes: list, up: str | None) -> None:
-    paths = [
-        make(tmp_path / f"{n}.ply", 3, 0, *([] if axis is None else [UP + axis]))
-        for n, axis in enumerate(axes)
-    ]
-    assert read_scene(paths)[1].up == up
 
 
 def test_different_up_axes_are_told_and_none_is_taken(tmp_path: Path) -> None:
@@ -132,11 +75,6 @@ def test_different_training_is_told_and_that_of_most_gaussians_taken(
         assert bg.load(paths).antialiased is antialiased
 
 
-def test_equal_training_stays(tmp_path: Path) -> None:
-    paths = [make(tmp_path / f"{n}.ply", 5, 0, MIP) for n in range(2)]
-    assert bg.load(paths).antialiased
-
-
 def test_strokes_beside_a_scene_are_a_scene(tmp_path: Path) -> None:
     from brushgs.formats.scenes.write import write_scene as save
 
@@ -145,12 +83,6 @@ def test_strokes_beside_a_scene_are_a_scene(tmp_path: Path) -> None:
     assert read_scene([tmp_path / "a.ply", tmp_path / "b.ply"])[1].is_strokes
     with pytest.warns(bg.SceneWarning, match=r"a\.ply holds strokes of brushgs and other files do not"):
         assert not read_scene([tmp_path / "a.ply", tmp_path / "c.ply"])[1].is_strokes
-
-
-def test_columns_that_are_not_read_are_those_of_any_file(tmp_path: Path) -> None:
-    a = make(tmp_path / "a.ply", label=np.zeros(10), segment=np.zeros(10))
-    b = make(tmp_path / "b.ply", label=np.zeros(10))
-    assert read_scene([a, b])[1].unknown == ("label", "segment")
 
 
 # Folders
@@ -164,24 +96,6 @@ def test_a_folder_is_its_scenes_by_name_and_number(tmp_path: Path) -> None:
     make(folder / "deeper" / "another.ply")
     assert find_parts([folder]) == paths
     assert_joined(bg.load(folder), *map(bg.load, paths))
-
-
-def test_what_is_called_a_scene_in_a_folder_must_be_one(tmp_path: Path) -> None:
-    make(tmp_path / "tile_0.ply")
-    (tmp_path / "tile_1.ply").write_bytes(b"")
-    with pytest.raises(bg.SceneError, match=r"tile_1\.ply: is empty; copy or download it again"):
-        bg.load(tmp_path)
-
-
-def test_files_and_folders_mix(tmp_path: Path) -> None:
-    alone, inside = make(tmp_path / "a.ply", 4), make(tmp_path / "tiles" / "b.ply", 6)
-    assert find_parts([tmp_path / "tiles", alone]) == [inside, alone]
-    assert len(bg.load([tmp_path / "tiles", alone])) == 10
-
-
-def test_names_sort_with_their_numbers_by_value() -> None:
-    names = ["b2", "B10", "a", "b1_10", "b1_9", "2", "10", "b02"]
-    assert sorted(names, key=natural_key) == ["2", "10", "a", "b1_9", "b1_10", "b02", "b2", "B10"]
 
 
 def test_a_folder_without_a_scene_says_what_was_looked_for(tmp_path: Path) -> None:
@@ -205,12 +119,6 @@ def test_the_scene_that_a_trainer_nested_is_named(tmp_path: Path) -> None:
         bg.load(tmp_path)
 
 
-def test_a_stray_file_that_is_called_like_a_scene_is_not_offered(tmp_path: Path) -> None:
-    (tmp_path / "cameras.json").write_text("[]")
-    with pytest.raises(bg.SceneError, match=r"entries of the folder is .*; name the scene file$"):
-        bg.load(tmp_path)
-
-
 def test_real_scenes_of_two_formats_mix() -> None:
     paths = [real_scene("biker.spz"), real_scene("biker.compressed.ply"), real_scene("derived/skull_sh3.ply")]
     whole, notes = read_scene(paths)
@@ -219,15 +127,6 @@ def test_real_scenes_of_two_formats_mix() -> None:
 
 
 # Content decides
-
-
-@pytest.mark.parametrize(
-    "name", ["a.compressed.ply", "a.PLY", "a", "a.splat", "a.spz", "a.txt", "a.Compressed.Ply"]
-)
-def test_the_content_decides_the_format_whatever_a_file_is_called(tmp_path: Path, name: str) -> None:
-    make(tmp_path / "plain.ply", 7, 1).rename(tmp_path / name)
-    gaussians, notes = read_scene(tmp_path / name)
-    assert (len(gaussians), notes.format) == (7, "PLY, binary little-endian")
 
 
 # Other readers of scenes
@@ -277,25 +176,6 @@ def test_the_doctor_refuses_files_in_different_encodings(tmp_path: Path) -> None
 # The value that stands for a scene
 
 
-@pytest.mark.parametrize(
-    ("paths", "name"),
-    [
-        (["koala.ply"], "koala"),
-        (["x/koala.compressed.ply"], "koala"),
-        (["x/clip.FTGS.ply"], "clip"),
-        (["koala.Compressed.PLY"], "koala"),
-        (["koala"], "koala"),
-        (["a.b.spz"], "a.b"),
-        (["tiles/meta.json"], "tiles"),
-        (["tiles/lod-meta.json"], "tiles"),
-        (["koala.ply", "b.ply"], "koala+1"),
-        (["koala.ply", "b.ply", "c.ply"], "koala+2"),
-    ],
-)
-def test_outputs_are_called_after_the_scene(paths: list[str], name: str) -> None:
-    assert SceneSource.of(paths).name == name
-
-
 def test_a_folder_gives_its_whole_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "scan.v2" / "inner").mkdir(parents=True)
     assert SceneSource.of(f"{tmp_path}/scan.v2/").name == "scan.v2"
@@ -326,9 +206,3 @@ def test_what_must_not_be_replaced_lies_in_folders_too(tmp_path: Path) -> None:
     inside = make(tmp_path / "t" / "a.ply")
     assert inside in SceneSource.of(tmp_path / "t").files()
     assert SceneSource.of("no/such.ply").files() == (Path("no/such.ply"),)
-
-
-def test_a_copied_folder_is_the_same_scene(tmp_path: Path) -> None:
-    make(tmp_path / "t" / "a.ply"), make(tmp_path / "t" / "b.ply", seed=1)
-    shutil.copytree(tmp_path / "t", tmp_path / "u")
-    assert_joined(bg.load(tmp_path / "t"), bg.load(tmp_path / "u"))

@@ -10,9 +10,6 @@ import pytest
 
 import brushgs as bg
 from brushgs.formats import read_scene
-from brushgs.formats.format import NUM_FIRST_BYTES
-from brushgs.formats.registry import SCENE_FORMATS
-from brushgs.formats.scenes import sog
 from tests.io.scenes.sog_maker import decode_row, files_of, make, webp, write_bundle, write_folder, zipped
 from tests.kit.refused import refuse
 from tests.scenes import real_scene
@@ -56,42 +53,6 @@ def test_folder_meta_and_archive_are_one_scene(tmp_path: Path, version: int) -> 
             np.testing.assert_array_equal(getattr(other, name), getattr(first, name))
 
 
-def test_many_rows_are_decoded_by_threads_to_the_same_bits(tmp_path: Path) -> None:
-    scene = make(250_000, 1)
-    gaussians = bg.load(write_folder(tmp_path / "a", scene))
-    for start in (0, 124_990, 249_990):
-        rows = range(start, start + 10)
-        assert_decoded(gaussians.take(slice(start, start + 10)), scene, rows)
-
-
-@pytest.mark.parametrize(
-    ("keys", "training"),
-    [
-        ({}, "default"),
-        ({"model": "default"}, "default"),
-        ({"model": "antialiased"}, "antialiased"),
-        ({"model": "2dgs"}, "2dgs"),
-        ({"model": "something new"}, "default"),
-        ({"antialias": True}, "antialiased"),
-        ({"antialias": False}, "default"),
-        ({"model": "default", "antialias": True}, "default"),
-    ],
-)
-def test_how_a_scene_was_trained_is_read(tmp_path: Path, keys: dict, training: str) -> None:
-    scene = make(20)
-    scene["meta"] |= keys
-    assert read_scene(write_bundle(tmp_path / "a.sog", scene))[1].training == training
-
-
-def test_pictures_without_alpha_are_opaque(tmp_path: Path) -> None:
-    """Encoders leave a channel of nothing but 255 out."""
-    scene = make(16)
-    scene["sh0"][..., 3] = 255
-    files = files_of(scene) | {"sh0.webp": webp(np.ascontiguousarray(scene["sh0"][..., :3]))}
-    (tmp_path / "a.sog").write_bytes(zipped(files))
-    assert_decoded(bg.load(tmp_path / "a.sog"), scene, range(16))
-
-
 def test_a_codebook_that_begins_with_null_is_extrapolated_as_the_engine_does(tmp_path: Path) -> None:
     scene = make(64)
     codebook = scene["meta"]["sh0"]["codebook"]
@@ -102,53 +63,7 @@ def test_a_codebook_that_begins_with_null_is_extrapolated_as_the_engine_does(tmp
     assert gaussians.sh[0, 0, 0] == pytest.approx(expected)
 
 
-def test_a_rotation_without_a_largest_component_is_dropped_with_its_row(tmp_path: Path) -> None:
-    scene = make(30)
-    scene["quats"].reshape(-1, 4)[[3, 7], 3] = 251, 0
-    path = write_bundle(tmp_path / "a.sog", scene)
-    with pytest.warns(
-        bg.SceneWarning, match=r"2 of 30 rows were dropped: 2 have an all-zero rotation.*row 3"
-    ):
-        assert len(bg.load(path)) == 28
-
-
-def test_bands_that_are_zero_throughout_are_dropped(tmp_path: Path) -> None:
-    scene = make(30, 2)
-    scene["meta"]["shN"]["codebook"][0] = 0.0
-    scene["shN_centroids"].reshape(-1, 64, 8, 3)[:, :, 3:] = 0
-    path = write_bundle(tmp_path / "a.sog", scene)
-    gaussians, notes = read_scene(path)
-    assert (notes.sh_degree_stored, notes.sh_degree_used) == (2, 1)
-    assert gaussians.sh.shape == (30, 4, 3)
-    columns, _ = sog.open_scene(path).read_columns(is_raw=True)
-    assert columns.sh.shape == (30, 9, 3)
-
-
 # ---- real scenes: each was re-encoded as PLY by a decoder of its own
-
-
-@pytest.mark.parametrize(
-    ("name", "twin", "degree"),
-    [
-        ("skull.sog", "derived/skull_sh3.ply", 3),
-        ("playbot_sog", "derived/playbot_sh2.ply", 2),
-        ("playbot_sog/meta.json", "derived/playbot_sh2.ply", 2),
-        ("campsite_sog", "derived/campsite.ply", 0),
-    ],
-)
-def test_a_real_scene_equals_its_twin(name: str, twin: str, degree: int) -> None:
-    """Both hold what the same bytes decode to, so only rounding may differ.
-
-    Positions, scales and coefficients are equal to the bit; rotations differ by two units in the last
-    place, and opacities by 1e-6, since the twin has logits cut off at +-13.8.
-    """
-    gaussians, notes = read_scene(real_scene(name))
-    expected = bg.load(real_scene(twin))
-    assert (notes.sh_degree_used, notes.rows_dropped, len(gaussians)) == (degree, 0, len(expected))
-    for column in ("means", "scales", "sh"):
-        np.testing.assert_array_equal(getattr(gaussians, column), getattr(expected, column))
-    np.testing.assert_allclose(gaussians.quats, expected.quats, atol=2.5e-7)
-    np.testing.assert_allclose(gaussians.opacities, expected.opacities, atol=1.1e-6)
 
 
 @pytest.mark.parametrize("source", ["made 1", "made 2", "made 3", "skull.sog"])
@@ -188,10 +103,7 @@ META_FAULTS = [
     ({"count": 250}, r"picture 'means_l.webp' must have 250 to 66536 pixels, .* got 8x8"),
     ({"means": None}, "means must be an object, got null"),
     ({"quats": {"files": []}}, r"quats.files must be a list of 1 or more, got \[\]"),
-    (
-        {"means": {"mins": [0, 0], "maxs": [1, 1, 1], "files": ["a", "b"]}},
-        "means.mins must be 3 numbers",
-    ),
+    ({"means": {"mins": [0, 0], "maxs": [1, 1, 1], "files": ["a", "b"]}}, "means.mins must be 3 numbers"),
     (
         {"sh0": {"codebook": ["x"], "files": ["sh0.webp"]}},
         r'sh0.codebook\[0\] must be a finite number, got "x"',
@@ -302,7 +214,6 @@ def test_few_bytes_that_claim_many_gaussians_are_refused_before_memory_is_asked_
     [
         ((3, 64 * 8), {}, "must hold 64 centroids of 1 bands, 150 of them, in a row, got 512x3"),
         ((2, 64 * 3), {}, "must hold 64 centroids of 1 bands, 150 of them, in a row, got 192x2"),
-        ((3, 63 * 3), {}, "must hold 64 centroids .* got 189x3"),
         ((3, 64 * 3), {"count": 100}, r"'shN_labels.webp' must hold labels below 100, got 1[0-4]\d"),
     ],
 )
@@ -332,18 +243,6 @@ def test_an_archive_without_a_scene_says_what_it_holds(tmp_path: Path) -> None:
     refuse(tmp_path / "d.zip", "zip archive of a streamed SOG scene; unpack it and name its lod-meta.json")
     (tmp_path / "e.zip").write_bytes(zipped({"s/meta.json": b"{}", "t/meta.json": b""}))
     refuse(tmp_path / "e.zip", "zip archive of 2 SOG scenes in folders of their own; unpack")
-
-
-def test_only_archives_that_hold_a_scene_are_of_the_format(tmp_path: Path) -> None:
-    """So that other archives beside scenes in a folder are no scenes."""
-    (tmp_path / "photos.zip").write_bytes(zipped({"1.jpg": b""}))
-    write_bundle(tmp_path / "scene.zip", make(9))
-    (tmp_path / "damaged.sog").write_bytes(b"PK\x03\x04")
-    for name, is_scene in (("photos.zip", False), ("scene.zip", True), ("damaged.sog", True)):
-        path = tmp_path / name
-        begin = path.read_bytes()[:NUM_FIRST_BYTES]
-        matching = [row.name for row in SCENE_FORMATS if row.matches(path, begin)]
-        assert matching == (["SOG scene"] if is_scene else [])
 
 
 def test_a_damaged_archive_is_refused(tmp_path: Path) -> None:

@@ -1,19 +1,14 @@
 """How a scene was trained: what PLY files say of it, and what it does to the Gaussians."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.doctor import cure, examine_file, run_doctor
 from brushgs.formats import read_scene
-from brushgs.formats.scenes.columns import Encoding
-from brushgs.formats.scenes.read import read_raw_parts
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import decoded, scene_columns, write_scene
-from tests.scenes import still_life_of
 
 SIZE = {"width": 64, "height": 48}
 FRONT = bg.Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)
@@ -41,23 +36,6 @@ def test_comments_state_the_training(tmp_path: Path, comments: list[str], traini
     assert gaussians.antialiased == (training == "antialiased")
 
 
-@pytest.mark.parametrize("is_strokes", [False, True])
-@pytest.mark.parametrize("antialiased", [False, True])
-def test_what_is_written_states_it_too(tmp_path: Path, antialiased: bool, is_strokes: bool) -> None:
-    from brushgs.formats.scenes.write import write_scene as save
-
-    save(replace(still_life_of(1000), antialiased=antialiased), tmp_path / "a.ply", is_strokes=is_strokes)
-    gaussians, notes = read_scene(tmp_path / "a.ply")
-    assert (gaussians.antialiased, notes.is_strokes) == (antialiased, is_strokes)
-    assert (b"comment SplatRenderMode: mip\n" in (tmp_path / "a.ply").read_bytes()) == antialiased
-
-
-def test_the_doctor_keeps_it(tmp_path: Path) -> None:
-    bg.save(replace(still_life_of(2000), antialiased=True), tmp_path / "a.ply")
-    run_doctor(tmp_path / "a.ply", tmp_path / "b.ply")
-    assert bg.load(tmp_path / "b.ply").antialiased
-
-
 # The 3D filter of Mip-Splatting
 
 
@@ -82,52 +60,12 @@ def test_the_3d_filter_is_applied(tmp_path: Path, encoding: str) -> None:
     assert (notes.training, notes.unknown) == ("antialiased", ())
 
 
-def test_a_filter_of_no_width_changes_nothing_and_its_ends_are_exact(tmp_path: Path) -> None:
-    columns = scene_columns(4)
-    columns["scale_0"][0] = columns["scale_1"][0] = columns["scale_2"][0] = -np.inf  # a point
-    columns["opacity"][1], columns["opacity"][2] = np.inf, -np.inf
-    path = write_scene(tmp_path / "a.ply", columns | {"filter_3D": np.zeros(4, np.float32)})
-    gaussians, expected = bg.load(path), decoded(columns)
-    np.testing.assert_allclose(gaussians.scales, expected["scales"], rtol=1e-6)
-    np.testing.assert_allclose(gaussians.opacities, expected["opacities"], rtol=2e-6)
-    assert gaussians.opacities[1:3].tolist() == [1, 0]
-    path = write_scene(tmp_path / "b.ply", columns | {"filter_3D": np.full(4, 0.1, np.float32)})
-    gaussians = bg.load(path)
-    assert gaussians.opacities[0] == 0  # spread over a volume, a point has no density left
-    np.testing.assert_allclose(gaussians.scales[0], 0.1, rtol=1e-6)
-
-
 def test_a_broken_filter_drops_its_row(tmp_path: Path) -> None:
     widths = np.full(5, 0.1, np.float32)
     widths[[1, 3]] = np.nan, np.inf
     path = write_scene(tmp_path / "a.ply", scene_columns(5) | {"filter_3D": widths})
     with pytest.warns(bg.SceneWarning, match="2 of 5 rows were dropped"):
         assert len(bg.load(path)) == 3
-
-
-def test_the_filter_is_one_of_standard_values_in_any_encoding(tmp_path: Path) -> None:
-    columns, widths = scene_columns(50), np.full(50, 0.02, np.float32)
-    usual = bg.load(write_scene(tmp_path / "a.ply", columns | {"filter_3D": widths}))
-    linear = columns | {f"scale_{i}": np.exp(columns[f"scale_{i}"]) for i in range(3)}
-    linear["opacity"] = 1 / (1 + np.exp(-columns["opacity"]))
-    path = write_scene(tmp_path / "b.ply", linear | {"filter_3D": widths})
-    other = bg.load(path, Encoding(scales="linear", opacities="linear"))
-    np.testing.assert_allclose(other.scales, usual.scales, rtol=2e-6)
-    np.testing.assert_allclose(other.opacities, usual.opacities, rtol=2e-5)
-
-
-def test_the_doctor_sees_the_filtered_scene(tmp_path: Path) -> None:
-    scene = still_life_of(3000)
-    bg.save(scene, tmp_path / "plain.ply")
-    header, data = (tmp_path / "plain.ply").read_bytes().split(b"end_header\n")
-    rows = np.frombuffer(data, "<f4").reshape(len(scene), -1)
-    rows = np.concatenate([rows, np.full((len(rows), 1), 0.01, "<f4")], axis=1)
-    header += b"property float filter_3D\nend_header\n"
-    (tmp_path / "a.ply").write_bytes(header + rows.tobytes())
-    examined = examine_file(tmp_path / "a.ply")
-    for name, column in bg.load(tmp_path / "a.ply").columns().items():
-        np.testing.assert_array_equal(examined.gaussians.columns()[name], column)
-    assert cure(examined).antialiased
 
 
 # Scenes of 2D Gaussians
@@ -148,11 +86,6 @@ def test_two_scales_make_flat_discs(tmp_path: Path, encoding: str) -> None:
     assert (notes.training, notes.rows_dropped, gaussians.antialiased) == ("2dgs", 0, False)
 
 
-def test_a_third_scale_of_discs_means_nothing(tmp_path: Path) -> None:
-    path = write_scene(tmp_path / "a.ply", scene_columns(20), comments=["comment SplatRenderMode: 2dgs"])
-    assert not bg.load(path).scales[:, 2].any()
-
-
 def test_compressed_discs_are_flat(tmp_path: Path) -> None:
     path = test_compressed_ply.encode(tmp_path / "a.ply", test_compressed_ply.make(300))
     gaussians, notes = read_scene(path)
@@ -161,14 +94,6 @@ def test_compressed_discs_are_flat(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes().replace(b"ply\n", b"ply\ncomment SplatRenderMode: 2dgs\n", 1))
     gaussians, notes = read_scene(path)
     assert notes.training == "2dgs"
-    assert not gaussians.scales[:, 2].any()
-
-
-def test_discs_in_linear_scales_stay_discs(tmp_path: Path) -> None:
-    columns = scene_columns(20)
-    columns = two_scales(columns | {f"scale_{i}": np.exp(columns[f"scale_{i}"]) for i in range(3)})
-    gaussians = bg.load(write_scene(tmp_path / "a.ply", columns), Encoding(scales="linear"))
-    assert len(gaussians) == 20
     assert not gaussians.scales[:, 2].any()
 
 
@@ -194,21 +119,3 @@ def test_discs_are_painted_clustered_examined_and_written(tmp_path: Path) -> Non
 
 
 # Columns that are not read
-
-
-def test_columns_that_are_not_read_are_named(tmp_path: Path) -> None:
-    extra = {name: np.zeros(9, np.float32) for name in ("segment", "label")}
-    path = write_scene(tmp_path / "a.ply", scene_columns(9, degree=3) | extra)
-    assert read_scene(path)[1].unknown == ("segment", "label")
-    assert read_scene(write_scene(tmp_path / "b.ply", scene_columns(9, degree=3)))[1].unknown == ()
-    compressed = test_compressed_ply.encode(tmp_path / "c.ply", test_compressed_ply.make(9, 3))
-    assert read_scene(compressed)[1].unknown == ()
-
-
-def test_reading_raw_gives_the_standard_values_of_a_filter(tmp_path: Path) -> None:
-    columns, widths = scene_columns(30), np.full(30, 0.05, np.float32)
-    path = write_scene(tmp_path / "a.ply", columns | {"filter_3D": widths})
-    ((raw, file),) = read_raw_parts(path)
-    expected = filtered(columns, widths)
-    np.testing.assert_allclose(raw.scales, np.log(expected["scales"]), rtol=1e-6, atol=1e-6)
-    assert file.training == "antialiased"

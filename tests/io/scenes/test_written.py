@@ -12,8 +12,6 @@ import brushgs as bg
 from brushgs import Gaussians
 from brushgs.formats import read_scene
 from brushgs.formats.registry import SCENE_SUFFIXES
-from brushgs.formats.scenes.columns import Columns
-from brushgs.formats.scenes.stored import Stored
 from brushgs.formats.scenes.write import write_scene
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.strokes import write_scene as write_reported
@@ -147,15 +145,6 @@ def test_a_file_is_as_before_where_writing_fails(
     assert [other.read_bytes() for other in tmp_path.iterdir()] == [b"earlier"]
 
 
-@pytest.mark.parametrize("suffix", EACH)
-def test_a_single_gaussian_is_a_scene(tmp_path: Path, suffix: str) -> None:
-    written = make(1)
-    bg.save(written, tmp_path / f"a{suffix}")
-    found = bg.load(tmp_path / f"a{suffix}")
-    np.testing.assert_allclose(found.means, written.means, rtol=1e-4)
-    np.testing.assert_allclose(found.scales, written.scales, rtol=0.07)
-
-
 values = st.floats(-1e6, 1e6, width=32)
 coefficients = st.floats(-4, 4, width=32)
 quats = st.tuples(*[st.floats(-4, 4, width=32)] * 4).filter(any)
@@ -170,7 +159,7 @@ HUGE = (LARGEST, 1e20, 1e-44)
 
 
 @pytest.mark.parametrize("suffix", QUICK)
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(rows, min_size=1, max_size=5))
 @example([(ORIGIN, (0, 0, 0, 1e-45), HUGE, 1.0, ORIGIN)])
 @example([(ORIGIN, (-1, 0, 0, 0), ORIGIN, 0.0, (90.0, -90.0, 0.0))])
@@ -213,34 +202,6 @@ def test_strokes_keep_what_is_recorded_of_them(tmp_path: Path, suffix: str, num_
     assert notes.unknown == ()
 
 
-@pytest.mark.parametrize("order", [[0, 0, 1], [0, 1], [0, 1, 3]])
-def test_an_order_that_is_none_is_ignored(order: list[int]) -> None:
-    columns = Columns.empty(3, 1)
-    assert Stored(order=np.array(order)).in_order(columns) is columns
-
-
-@pytest.mark.parametrize("suffix", RECORDING)
-def test_a_scene_without_notes_reads_back_without(tmp_path: Path, suffix: str) -> None:
-    bg.save(make(10), tmp_path / f"a{suffix}")
-    found, notes = read_scene(tmp_path / f"a{suffix}")
-    assert (notes.is_strokes, notes.scene, notes.first_view, notes.brushes, notes.up) == (
-        *(False, None, None),
-        *((), None),
-    )
-    assert (found.brushes, found.antialiased) == (None, False)
-
-
-def test_what_a_splat_file_cannot_hold_is_told_where_it_matters(tmp_path: Path) -> None:
-    strokes = replace(make(5, 4), brushes=np.zeros(5, np.uint8), antialiased=True)
-    with pytest.warns(bg.SceneWarning) as caught:
-        write_scene(strokes, tmp_path / "a.splat", is_strokes=True, scene="koala", brushes=["flat"])
-    assert [str(warning.message).split(": ", 1)[1] for warning in caught] == [
-        "a .splat file does not hold colours that change with the view, that they are strokes, brushes or "
-        "that they are antialiased, which are lost; .ply, .spz and .sog do"
-    ]
-    write_scene(make(5), tmp_path / "a.splat", scene="koala", first_view=VIEW)  # not worth a warning
-
-
 def test_a_centre_too_far_for_spz_is_refused_and_others_get_the_bits_that_fit(tmp_path: Path) -> None:
     near = make(50)
     means = near.means.copy()
@@ -251,15 +212,6 @@ def test_a_centre_too_far_for_spz_is_refused_and_others_get_the_bits_that_fit(tm
     means[0, 1] = -9e6
     with pytest.raises(ValueError, match="means must lie within 8,388,607 units in an SPZ file, got 9e"):
         bg.save(replace(near, means=means), tmp_path / "b.spz")
-
-
-def test_the_longest_suffix_decides(tmp_path: Path) -> None:
-    for name in ("a.compressed.ply", "B.Compressed.PLY"):
-        bg.save(make(300), tmp_path / name)
-        assert b"packed_position" in (tmp_path / name).read_bytes()[:2000]
-    for name in ("compressed.ply", ".compressed.ply"):
-        bg.save(make(300), tmp_path / name)
-        assert b"packed_position" not in (tmp_path / name).read_bytes()[:2000]
 
 
 @pytest.mark.parametrize("suffix", [suffix for suffix in BOUNDS if not suffix.startswith((".glb", ".usd"))])
@@ -277,32 +229,3 @@ def test_the_report_tells_what_rounding_changed(tmp_path: Path, suffix: str) -> 
     )
     assert stage.counts["harmonics_error_most"] == 0
     assert [line.split(" are ")[0] for line in stage.details] == ["centres", "sizes", "opacities"]
-
-
-@pytest.mark.parametrize("suffix", [".ply", ".glb"])
-def test_nothing_is_told_where_nothing_is_rounded(tmp_path: Path, suffix: str) -> None:
-    report = Report()
-    write_reported(make(5), tmp_path / f"a{suffix}", report)
-    assert set(report.stages[0].counts) == {"path", "bytes", "gaussians"}
-    assert not report.stages[0].details
-
-
-def test_lost_colours_are_measured_in_levels(tmp_path: Path) -> None:
-    scene = make(400, 9)
-    rest = np.square(scene.sh[:, 1:].astype(float)).sum(axis=1)
-    # Mean over the sphere of the square of a sum of orthonormal functions, and of the channels.
-    levels = 255 * np.sqrt((rest / (4 * np.pi)).mean(axis=1))[scene.opacities > 0.5 / 255]
-    with pytest.warns(bg.SceneWarning, match="change with the view"):
-        losses = write_scene(scene, tmp_path / "a.splat", measures=True)
-    assert losses is not None
-    assert losses.harmonics == pytest.approx((np.median(levels), levels.max()))
-
-
-@pytest.mark.parametrize("suffix", [".sog", ".splat", ".glb", ".ply"])
-def test_flat_gaussians_stay_flat(tmp_path: Path, suffix: str) -> None:
-    scales = make(3000).scales.copy()
-    scales[:, 2] = 0
-    bg.save(replace(make(3000), scales=scales), tmp_path / f"a{suffix}")
-    found = bg.load(tmp_path / f"a{suffix}")
-    assert not found.scales[:, 2].any()
-    assert found.scales[:, :2].all()

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from brushgs.errors import SceneError
-from brushgs.formats.pictures import images
-from brushgs.formats.styles import MAX_ATLAS, read_style
+from brushgs.formats.styles import read_style
 from brushgs.formats.styles_write import pack, write_style
 from brushgs.values.style import MarkDictionary, MarkSpectrum
 from tests.io.styles import example
@@ -48,14 +47,6 @@ def test_a_dictionary_survives_writing_and_reading(path):
         np.testing.assert_array_equal(getattr(read.dictionary, name), getattr(style.marks.dictionary, name))
     assert read.coherent == style.marks.coherent
     assert read.incoherent is None
-
-
-def test_files_without_one_still_open(path):
-    write_style(example.painting(), path)
-    value = json.loads(path.read_text())
-    assert "dictionary" not in value["marks"]
-    assert "coherent" not in value["marks"]
-    assert read_style(path).marks.dictionary is None
 
 
 def png_of(width, height, data=b""):
@@ -135,17 +126,3 @@ def test_hostile_ones_are_refused_by_name(path, case):
     assert str(hostile) in sentence
     assert "\n" not in sentence
     assert ". " not in sentence.removeprefix(str(hostile))  # one sentence
-
-
-def test_an_atlas_that_is_too_large_is_not_decoded(path, monkeypatch):
-    file, decoded, read_bytes = edited(path, CASES["a little too large"][0]), [], images.read_bytes
-
-    def noted(picture, most):
-        decoded.append(most)
-        return read_bytes(picture, most)
-
-    monkeypatch.setattr(images, "read_bytes", noted)
-    with pytest.raises(SceneError, match="got one of 2001x2000"):
-        read_style(file)
-    assert decoded  # the brushes without colours
-    assert MAX_ATLAS not in decoded

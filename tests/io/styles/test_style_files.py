@@ -53,24 +53,6 @@ def test_a_painting_survives_writing_and_reading(path):
     np.testing.assert_allclose(read.lines.rgb, style.lines.rgb)
 
 
-def test_a_file_without_surroundings_is_read_as_before(path):
-    def older(value):
-        del value["stage"], value["lines"]
-
-    read = read_style(edited(path, older))
-    assert (read.stage, read.lines) == (None, None)
-    assert read.palette is not None
-    assert read.marks is not None
-
-
-def test_a_file_read_and_written_again_is_the_same_file(path, tmp_path):
-    for style in (example.painting(), example.edit()):
-        write_style(style, path)
-        again = tmp_path / "again.style"
-        write_style(read_style(path), again)
-        assert again.read_bytes() == path.read_bytes()
-
-
 def test_an_edit_survives_writing_and_reading(path):
     style = example.edit()
     write_style(style, path)
@@ -82,14 +64,6 @@ def test_an_edit_survives_writing_and_reading(path):
     assert (own.features, own.width) == (other.features, other.width)
     for name in ("centers", "weights", "slopes", "offset", "scale"):
         np.testing.assert_array_equal(getattr(own, name), getattr(other, name))
-
-
-def test_colours_between_the_steps_of_hex_keep_their_samples(path):
-    style = example.painting()
-    first = replace(style.palette.colors[0], rgb=np.array([0.1234, 0.4567, 1.02]))
-    palette = replace(style.palette, colors=(first, *style.palette.colors[1:]))
-    write_style(replace(style, palette=palette), path)
-    np.testing.assert_allclose(read_style(path).palette.samples, palette.samples, atol=2e-4)
 
 
 def test_an_artist_who_edits_a_hex_moves_all_colours_around_it(path):
@@ -117,24 +91,6 @@ def test_shares_are_scaled_and_a_colour_needs_no_offsets(path):
     assert palette.weights.sum() == pytest.approx(1)
 
 
-def test_people_can_read_the_file(path):
-    write_style(example.painting(), path)
-    lines = path.read_text().splitlines()
-    assert '      "color": "#1f3a6b",' in lines
-    assert '      "share": 0.5,' in lines
-    assert '    "ground": "#8a5420",' in lines
-    assert sum("data" in line for line in lines) == 3 + 1 + 2 + 2
-
-
-def test_arrays_may_be_lists(path):
-    def change(value):
-        value["palette"][0]["offsets"] = [[0, 0.1, -0.1], [0, 0, 0.25]]
-
-    np.testing.assert_allclose(
-        read_style(edited(path, change)).palette.colors[0].offsets, [[0, 0.1, -0.1], [0, 0, 0.25]]
-    )
-
-
 def _set(*keys):
     """A change of the value at some keys; the last is the new value."""
     *places, last, new = keys
@@ -155,62 +111,16 @@ BAD = [
     (_set("version", 2), "is a style of version 2, and this brushgs reads up to version 1; update brushgs"),
     (_set("version", "1"), "'version' must be 1"),
     (_set("name", "a\x1b[31m"), "name must be text of 1 to 80 printable characters"),
-    (_set("name", ...), "name is missing, it must be text of 1 to 80"),
-    (
-        _set("colour", 1),
-        "colour is no known field among brushgs, version, name, palette, marks, edit, stage, lines;",
-    ),
-    (_set("palette", []), "palette must be a list of 1 to 64, got \\[\\]"),
-    (_set("palette", {}), "palette must be a list of 1 to 64, got {}"),
-    (_set("palette", 1, 7), r"palette\[1\] must be an object, got 7"),
-    (_set("palette", 1, "color", "red"), r"palette\[1\]\.color must be a colour such as '#3a5f0b'"),
-    (
-        _set("palette", 0, "share", -0.1),
-        r"palette\[0\]\.share must be a number 0 to 1e\+06, got -0.1",
-    ),
-    (_set("palette", 0, "share", True), r"palette\[0\]\.share must be a number 0 to 1e\+06, got true"),
-    (_set("palette", 0, "shere", 1), r"palette\[0\]\.shere is no known field, the nearest is 'share'"),
-    (
-        _set("palette", 0, "offsets", [[0, 0]]),
-        r"palette\[0\]\.offsets .* shape .any, 3., got shape .1, 2.",
-    ),
     (_set("palette", 0, "offsets", [[0, 0, 9]]), "must be finite numbers of at most 2, got 9"),
     (_set("palette", 0, "offsets", [[0, 0, 0], [0]]), "must be an array of shape \\[any, 3\\]"),
-    (_set("palette", 0, "offsets", [[0, 0, "x"]]), r'offsets\[0\]\[2\] must be a finite number, got "x"'),
-    (
-        _set("palette", 0, "offsets", "type", "float64"),
-        r'palette\[0\]\.offsets\.type must be "float16", "float32", "int8" or "uint8", got',
-    ),
     (_set("palette", 0, "offsets", "shape", [20, 4]), "must be 80 numbers of 2 bytes, .* got 120 bytes"),
-    (
-        _set("palette", 0, "offsets", "shape", [1e9, 1e9, 3]),
-        r"shape\[0\] must be a whole number 0 to 3000000",
-    ),
-    (_set("palette", 0, "offsets", "data", "&"), r"palette\[0\]\.offsets\.data must be base64"),
-    (_set("stage", 3), "stage must be an object, got 3"),
-    (_set("stage", "colors", ...), "stage.colors is missing"),
     (_set("stage", "colors", pack(np.zeros((3, 600, 3)), "uint8")), "must be 2 to 512 a side"),
-    (_set("stage", "colors", pack(np.zeros((1, 1, 3)), "uint8")), "must be 2 to 512 a side"),
     (_set("stage", "colors", [[[0, 0, -0.5]] * 2] * 2), "stage.colors must be 0 to 1, got -0.5"),
     (_set("stage", "colors", [[[0, 0, 1.5]] * 2] * 2), "at most 1, got 1.5"),
     (_set("stage", "directions", pack(np.zeros((6, 14, 2)), "int8")), r"shape \[6, 15, 2\], got shape"),
-    (_set("lines", "width", 0.5), "lines.width must be a number above 0 to 0.2"),
-    (_set("lines", "color", "ink"), "lines.color must be a colour"),
-    (_set("marks", 3), "marks must be an object, got 3"),
-    (_set("marks", "length", 0), "marks.length must be a number above 0 to 1, got 0"),
-    (_set("marks", "aspect", 21), "marks.aspect must be a number 1 to 20"),
-    (_set("marks", "relief", 1.5), "marks.relief must be a number 0 to 1"),
-    (_set("marks", "ground", [1, 0, 0]), "marks.ground must be a colour"),
-    (
-        _set("marks", "directions", [[0, 1]]),
-        "marks.directions must be an array of shape \\[any, any, 2\\]",
-    ),
+    (_set("marks", "directions", [[0, 1]]), "marks.directions must be an array of shape \\[any, any, 2\\]"),
     (_set("marks", "directions", pack(np.zeros((1, 300, 2)), "int8")), "must be at most 256 a side"),
-    (_set("marks", "brushes", 1, "type", "jpeg"), r'marks\.brushes\[1\]\.type must be "png", got "jpeg"'),
-    (
-        _set("marks", "brushes", 1, "data", "AAAA"),
-        r"brushes\[1\]\.data must be a PNG of 8 bits of grey",
-    ),
+    (_set("marks", "brushes", 1, "data", "AAAA"), r"brushes\[1\]\.data must be a PNG of 8 bits of grey"),
 ]
 
 
@@ -224,21 +134,9 @@ def test_a_wrong_field_is_named(path, change, sentence):
 
 BAD_EDITS = [
     (_set("edit", "affine", [[1, 0, 0]]), "edit.affine must be an array of shape \\[3, 4\\]"),
-    (_set("edit", "log_size", 11), "edit.log_size must be a number -10 to 10"),
-    (_set("edit", "residual", "width", 0), "edit.residual.width must be a number above 0"),
     (_set("edit", "residual", "scale", [1, 0]), "edit.residual.scale must be numbers above 0"),
-    (
-        _set("edit", "residual", "features", ["a", "a"]),
-        "features must be different, each text of .* got 'a'",
-    ),
-    (
-        _set("edit", "residual", "features", ["a"]),
-        "edit.residual.offset must be an array of shape \\[1\\]",
-    ),
-    (
-        _set("edit", "residual", "weights", [[1, 2, 3]]),
-        "weights must be an array of shape \\[7, any\\]",
-    ),
+    (_set("edit", "residual", "features", ["a"]), "edit.residual.offset must be an array of shape \\[1\\]"),
+    (_set("edit", "residual", "weights", [[1, 2, 3]]), "weights must be an array of shape \\[7, any\\]"),
     (_set("edit", "residual", "slopes", [[[1]]]), "residual.slopes must be an array of shape \\[7, 3, 3\\]"),
 ]
 
