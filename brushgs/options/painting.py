@@ -42,6 +42,7 @@ from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.hand import STEADY, HandConfig, Pace
 from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig, LightConfig
+from brushgs.options.maps import Map, make_maps, read_maps
 from brushgs.options.media import Medium, Paint, medium_of
 from brushgs.options.output import OutputConfig
 from brushgs.options.paper import EXAMPLES, MM_PER_INCH, PaperSize, sheet_names
@@ -397,6 +398,12 @@ class StrokesConfig(Options, frozen=True):
     depth_of_field: Annotated[float, share("how far detail is lost before and behind the focus, or without "
         "one the subject: strokes grow up to threefold, soften, and lose contrast #blur #bokeh #aperture "
         "#defocus #distance")] = 0.0
+    maps: Annotated[tuple[Map, ...], option("change size, density, opacity or chroma of strokes by a factor "
+        "LOW where a picture of the first view is black, HIGH where it is white; or outside and inside a "
+        "part of the scene, such as subject or height:20%.. (EXPR of `brushgs refine --where`); repeatable; "
+        "without factors 0.5..2 for size and density, 0..1 for opacity, 0..2 for chroma #mask #local",
+        flag="--map", default="none", metavar="PROPERTY=FILE|EXPR[:LOW..HIGH]", read=read_maps,
+        make=make_maps, action="append")] = ()
     # fmt: on
 
     @classmethod
@@ -413,9 +420,10 @@ class StrokesConfig(Options, frozen=True):
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Input files beside the scene: the focus mask, and the file of the direction."""
+        """Input files beside the scene: the focus mask, the file of the direction, and pictures of maps."""
         mask = None if self.focus is None else self.focus.mask
-        return tuple(path for path in (mask, self.direction.file) if path is not None)
+        sources = (one.source for one in self.maps)
+        return tuple(path for path in (mask, self.direction.file, *sources) if isinstance(path, Path))
 
 
 class ViewConfig(Options, frozen=True):

@@ -10,10 +10,10 @@ import numpy as np
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.options.focus import Focus
 from brushgs.passes.seen import some_small
-from brushgs.pipeline.background import fill_picture
+from brushgs.pipeline.maps import lightness
 from brushgs.pipeline.report import Report
 from brushgs.values.camera import Camera, FirstView
-from brushgs.values.colors import LUMINANCE, flatten
+from brushgs.values.colors import flatten
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
@@ -34,11 +34,10 @@ def open_mask(path: Path, width: int, height: int) -> "Array":
     """
     from brushgs.formats.pictures.images import read_image
 
-    image = np.asarray(flatten(read_image(path), 0.0), np.float32)
-    mask = np.clip(fill_picture(image, width, height) @ np.array(LUMINANCE, np.float32), 0, 1)
+    mask = lightness(flatten(read_image(path), 0.0), width, height)
     if not mask.max() > DARK:
         raise SceneError(path, "is dark all over, so there is no focus; paint light what more strokes go to")
-    return np.asarray(mask)
+    return mask
 
 
 def place_focus(

@@ -58,6 +58,7 @@ def describe_options(
     steps |= values_of(config.strokes)
     for name in ("focus", "direction"):
         steps[name] = None if steps[name] is None else str(steps[name])
+    steps["maps"] = ", ".join(map(str, steps["maps"])) or None
     steps |= {step: _changed(getattr(config, step)) for step in _OF_LOOKS}
     if config.palette is not None:
         steps |= {f"palette {name}": str(value) for name, value in values_of(config.palette).items()}

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.passes.color.picture_votes import votes
 from brushgs.passes.form.saliency import saliency
-from brushgs.values.arrays import F64, Array, check, smoothstep
+from brushgs.passes.where.maps import picture_values
+from brushgs.values.arrays import F64, Array, smoothstep
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
@@ -20,7 +20,6 @@ STRENGTH = 2.0  # factor on the strokes per area
 # focus), 12 gave 7.9 times; a toy's nose had 14 times (5.5).
 AUTO_STRENGTH = 8.0
 EDGE = 0.15  # half width of the smooth edge of a sphere over its radius; that of a box over its half diagonal
-LEAST_SEEN = 0.01  # pixels: Gaussians with a smaller visible area have no known focus
 
 
 def sphere_focus(gaussians: Gaussians, center: ArrayLike, radius: float) -> F64:
@@ -74,11 +73,7 @@ def mask_focus(gaussians: Gaussians, camera: Camera, mask: Array, *, num_threads
         mask: [H, W] in the size of the view, 0 (no focus) to 1.
         num_threads: None takes the processors available to this process. The result does not depend on it.
     """
-    check("mask_focus", mask=(mask, f"{camera.height} {camera.width}"))
-    sums, areas = votes(gaussians, [camera], [mask[..., None]], num_threads=num_threads)
-    light, is_seen = np.zeros(len(gaussians)), areas >= LEAST_SEEN
-    light[is_seen] = sums[is_seen, 0] / areas[is_seen]
-    return _factors(np.clip(light, 0, 1))
+    return _factors(picture_values(gaussians, camera, mask, num_threads=num_threads)[0])
 
 
 def contrast(factors: Sequence[float] | F64) -> float:

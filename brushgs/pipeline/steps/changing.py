@@ -11,6 +11,7 @@ from brushgs.options.painting import ClusterConfig, PaletteConfig, StrokesConfig
 from brushgs.options.styling import AdjustConfig
 from brushgs.pipeline.color_changes import Changes, palette_passes
 from brushgs.pipeline.lamp import Key
+from brushgs.pipeline.maps import Mapped
 from brushgs.pipeline.regions import Region, Regions
 from brushgs.pipeline.runner import Later, Memory, anew, unless
 from brushgs.pipeline.stroke_changes import (
@@ -73,6 +74,7 @@ def making(
     plain_views: "PlainViews | None",
     fields: Sequence[Field],
     parts: Sequence[Region],
+    mapped: Sequence[Mapped],
     lens: "Lens | None",
     skip: str | None,
     memory: Memory,
@@ -82,6 +84,7 @@ def making(
     return [
         solid_pass(strokes_config, skip, memory),
         *(one for part in parts for one in size_passes(part)),
+        *(one.stroke_pass(pruned, skip) for one in mapped if one.name in ("size", "opacity")),
         direction_pass(pruned, direction, fields, skip, memory),
         repaint_pass(pruned, plain_views, skip, memory),
         *([] if lens is None else [defocus_pass(lens, strokes_config, skip, memory)]),
@@ -113,7 +116,9 @@ def coloring(
     color_config: ColorConfig,
     strokes_config: StrokesConfig,
     clustering: ClusterConfig,
+    pruned: Gaussians,
     parts: Sequence[Region],
+    mapped: Sequence[Mapped],
     skip: str | None,
 ) -> list[StrokePass]:
     """The passes that change colours, except light."""
@@ -145,6 +150,7 @@ def coloring(
                 colors, styles=None, adjust=part.rule.adjust or colors.adjust
             ).adjust_passes(),
         ),
+        *(one.stroke_pass(pruned, skip) for one in mapped if one.name == "chroma"),
     ]
 
 

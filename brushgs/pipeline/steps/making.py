@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import GroundConfig, LightConfig
+from brushgs.options.maps import Map
 from brushgs.options.media import Medium
 from brushgs.options.painting import ClusterConfig, PruneConfig, StrokesConfig, ViewConfig
 from brushgs.options.projection import ProjectionConfig
@@ -18,6 +19,7 @@ from brushgs.pipeline.job_views import draw_job_views
 from brushgs.pipeline.lamp import Key, towards_lamp
 from brushgs.pipeline.look import open_lines
 from brushgs.pipeline.make_strokes import StrokeMaker
+from brushgs.pipeline.maps import Mapped, place_maps, with_density
 from brushgs.pipeline.moving import features_of, seen_at
 from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
@@ -68,8 +70,8 @@ def num_loaded(subject: Gaussians, notes: "LoadNotes | None") -> int:
     return len(subject) if notes is None else round(len(subject) * notes.rows_each)
 
 
-def _no_guide(skip: str | None, sees: bool, focused_on: Focus | None) -> str | None:
-    return skip or (None if sees or focused_on is not None else "strokes are made by the scene alone")
+def _no_guide(skip: str | None, sees: bool, focused_on: Focus | None, maps: tuple[Map, ...]) -> str | None:
+    return skip or (None if sees or maps or focused_on is not None else "strokes are made by the scene alone")
 
 
 @unless(_no_guide)
@@ -222,9 +224,26 @@ def pruned(
     )
 
 
-def _no_focus(focused_on: Focus | None, skip: str | None, rules_config: Rules | None) -> str | None:
+@unless(lambda maps, skip: skip or (None if maps else "no --map"), ())
+def mapped(
+    pruned: Gaussians,
+    maps: tuple[Map, ...],
+    guide: FirstView | None,
+    cameras: Later[Sequence[Camera]],
+    threads: int | None,
+    report: Report,
+) -> Sequence[Mapped]:
+    """[N] factors of the properties that maps change."""
+    return place_maps(pruned, maps, cameras, guide, report, num_threads=threads)
+
+
+def _no_focus(
+    focused_on: Focus | None, skip: str | None, rules_config: Rules | None, maps: tuple[Map, ...]
+) -> str | None:
     if rules_config is not None:
         return None  # parts may need more strokes
+    if maps and skip is None:
+        return None  # maps of density
     return skip or ("--focus off" if focused_on is None else None)
 
 
@@ -237,6 +256,7 @@ def focus(
     guide: FirstView | None,
     cameras: Later[Sequence[Camera]],
     regions: Regions | None,
+    mapped: Sequence[Mapped],
     threads: int | None,
     report: Report,
 ) -> "F64 | None":
@@ -245,6 +265,7 @@ def focus(
     if skip is None and focused_on is not None:
         camera = None if focused_on.mask is None else cameras()[0]
         factors = place_focus(pruned, focused_on, camera, guide, report, num_threads=threads)
+    factors = with_density(factors, mapped)
     return factors if regions is None else regions.shares(pruned, factors)
 
 

@@ -7,6 +7,7 @@ from brushgs.options.choices import StrokeColor
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import BrushesConfig
+from brushgs.options.maps import Map
 from brushgs.options.painting import (
     CleanConfig,
     ClusterConfig,
@@ -42,11 +43,13 @@ if TYPE_CHECKING:
 Views = Camera | PathConfig | GrowConfig | None
 
 
-@makes("sees", "focused_on", "direction", "is_solid", "economy")
-def of_strokes(strokes_config: StrokesConfig) -> tuple[bool, Focus | None, Direction, bool, float]:
+@makes("sees", "focused_on", "maps", "direction", "is_solid", "economy")
+def of_strokes(
+    strokes_config: StrokesConfig,
+) -> tuple[bool, Focus | None, tuple[Map, ...], Direction, bool, float]:
     """The options of strokes, separately: different steps depend on each."""
     config = strokes_config
-    return config.see == "views", config.focus, config.direction, config.solid, config.economy
+    return config.see == "views", config.focus, config.maps, config.direction, config.solid, config.economy
 
 
 @makes("stroke", "stroke_color", "background_name", "threads")

@@ -107,7 +107,7 @@ def test_grey_is_half_a_focus_and_black_is_none():
 
 
 def test_a_mask_of_another_size_is_refused_and_a_view_of_nothing_has_no_focus():
-    with pytest.raises(ValueError, match="mask must have shape"):
+    with pytest.raises(ValueError, match="picture must have shape"):
         mask_focus(dots([[0, 0, 0]]), CAMERA, np.ones((4, 4), np.float32))
     behind = dots([[0, 0, -90]])
     np.testing.assert_array_equal(mask_focus(behind, CAMERA, np.ones((30, 40), np.float32)), [1.0])

@@ -1,0 +1,117 @@
+"""Control maps as text: `size=mask.png:0.5..2`, what changes, where, and by how much."""
+
+import re
+from collections.abc import Mapping
+from math import isfinite
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from brushgs.options.table import Struct, hint_for, shown
+from brushgs.options.where import Where
+from brushgs.options.where_terms import TERMS
+
+FORM = "PROPERTY=SOURCE[:LOW..HIGH], such as size=mask.png:0.5..2"
+_SPAN = re.compile(r"(.*):\s*([-+.\de]+?)\s*\.\.\s*([-+.\de]+)\s*", re.IGNORECASE | re.DOTALL)
+_HEIGHT = re.compile(r"\bheight\s*$", re.IGNORECASE)
+_SPOILT = re.compile(r":[^:/\\]*\.\.[^:/\\]*$")  # factors that are no numbers
+_COMBINED = re.compile(r"\s*(\(|not[\s(])|\s(and|or)[\s(]", re.IGNORECASE)
+
+
+class Span(NamedTuple):
+    """Factors of a property: those at black and white without others given, and the limits."""
+
+    low: float
+    high: float
+    least: float
+    most: float
+
+
+# Those of size and density have the limits of rules; an opacity can only be lowered: strokes are solid.
+PROPERTIES: Mapping[str, Span] = {
+    "size": Span(0.5, 2.0, 0.2, 5.0),
+    "density": Span(0.5, 2.0, 0.1, 10.0),
+    "opacity": Span(0.0, 1.0, 0.0, 1.0),
+    "chroma": Span(0.0, 2.0, 0.0, 3.0),
+}
+
+
+class Map(Struct, frozen=True):
+    """A property of strokes that follows a picture of the first view, or membership in a part of the scene.
+
+    Attributes:
+        name: of the property, one of `PROPERTIES`.
+        source: a picture, whose lightness is the value, or a part, inside which the value is 1.
+        low: factor at 0: black, or outside the part.
+        high: factor at 1: white, or inside. It may be below `low`.
+
+    Raises:
+        ValueError: if the property is unknown, a factor is out of its limits, or the part has a term `mask:`.
+    """
+
+    name: str
+    source: Path | Where
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if self.name not in PROPERTIES:
+            known = ", ".join(PROPERTIES)
+            raise ValueError(
+                f"map must change {known}, got {shown(self.name)}{hint_for(self.name, tuple(PROPERTIES))}"
+            )
+        _, _, least, most = PROPERTIES[self.name]
+        for factor in (self.low, self.high):
+            if not (isfinite(factor) and least <= factor <= most):
+                raise ValueError(
+                    f"map {self.name} must have factors of {least:g} to {most:g}, got {factor:g}"
+                )
+        if isinstance(self.source, Where) and self.source.needs_cameras:
+            raise ValueError(
+                f"map {self.name} must not have mask:, which needs cameras of its own; name a picture of the "
+                "first view without mask:, or write --rules"
+            )
+
+    @classmethod
+    def parse(cls, text: str) -> "Map":
+        """Parse a text, see `FORM`.
+
+        Raises:
+            ValueError: if it is invalid.
+        """
+        name, equals, rest = (part.strip() for part in text.partition("="))
+        if not equals or not rest:
+            raise ValueError(f"map must be {FORM}, got {shown(text)}")
+        default = PROPERTIES.get(name, Span(1, 1, 1, 1))
+        source, low, high = rest, default.low, default.high
+        # `height:0.2..1` is a part without factors; `height:0.2..1:0.5..2` has both.
+        if (match := _SPAN.fullmatch(rest)) and not _HEIGHT.search(match[1]):
+            try:
+                source, low, high = match[1].strip(), float(match[2]), float(match[3])
+            except ValueError:
+                raise ValueError(f"map must be {FORM}, got {shown(text)}") from None
+        term = source.partition(":")[0].strip().lower()
+        is_part = term in TERMS or _COMBINED.search(source) is not None
+        if not is_part and _SPOILT.search(source):
+            raise ValueError(f"map must be {FORM}, got {shown(text)}")
+        return cls(name, Where.parse(source) if is_part else Path(source), low, high)
+
+    def __str__(self) -> str:
+        return f"{self.name}={self.source}:{self.low:g}..{self.high:g}"
+
+
+def read_maps(text: str) -> tuple[Map, ...]:
+    """The map of a text, as the only one. Raises as `Map.parse`."""
+    return (Map.parse(text),)
+
+
+def make_maps(given: Any) -> tuple[Map, ...]:
+    """Maps from a list of texts or maps.
+
+    Raises:
+        ValueError: if it is not a list of these, or a text is invalid.
+    """
+    if isinstance(given, Map):
+        return (given,)
+    if not isinstance(given, list | tuple) or not all(isinstance(one, str | Map) for one in given):
+        raise ValueError(f"must be a list of texts {FORM}, got {shown(given)}")
+    return tuple(one if isinstance(one, Map) else Map.parse(one) for one in given)

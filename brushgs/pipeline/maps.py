@@ -1,0 +1,145 @@
+"""The stage of `--map`: from options to factors of the Gaussians, and the passes for strokes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.errors import SceneError
+from brushgs.formats.pictures.images import read_image
+from brushgs.options.maps import Map
+from brushgs.options.where import Where, WhereConfig
+from brushgs.pipeline.background import fill_picture
+from brushgs.pipeline.masks import SAME_SHAPE
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.runner import Later
+from brushgs.pipeline.stroke_pass import StrokePass
+from brushgs.pipeline.where import context_of
+from brushgs.values.camera import Camera, FirstView
+from brushgs.values.colors import LUMINANCE, flatten
+from brushgs.values.gaussians import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.values.arrays import F64, Array
+
+SOFT = 0.05  # of the subject's size: width of the edges of parts, so that no step shows
+
+
+@dataclass(frozen=True, eq=False)
+class Mapped:
+    """The factors of one property.
+
+    Attributes:
+        name: of the property.
+        factors: [N] of the Gaussians that strokes are made of.
+    """
+
+    name: str
+    factors: "F64"
+
+    def stroke_pass(self, gaussians: Gaussians, skip: str | None) -> StrokePass:
+        """The pass that applies them to strokes made of the N Gaussians."""
+
+        def mapped(strokes: Gaussians) -> Gaussians:
+            from brushgs.passes.where.maps import apply_factors, carried
+
+            return apply_factors(strokes, self.name, carried(self.factors, gaussians, strokes))
+
+        low, high = float(self.factors.min(initial=1)), float(self.factors.max(initial=1))
+        what = f"of {low:.3g} to {high:.3g} times the {self.name}"
+        return StrokePass(f"map of {self.name}", what, mapped, skip, inputs=(self, gaussians))
+
+
+def open_picture(path: Path, camera: Camera) -> "Array":
+    """[H, W] lightness of a picture of a view, 0 to 1, in the size of the view; what is transparent is black.
+
+    Raises:
+        SceneError: if it cannot be read, or its sides differ from those of the view.
+    """
+    image = flatten(read_image(path), 0.0)
+    height, width = image.shape[:2]
+    if not abs((width / height) / (camera.width / camera.height) - 1) <= SAME_SHAPE:
+        raise SceneError(
+            path,
+            f"must have the sides of the first view, {camera.width}x{camera.height}, got {width}x{height}; "
+            "paint the map over that picture, or give --size",
+        )
+    return lightness(image, camera.width, camera.height)
+
+
+def lightness(image: "Array", width: int, height: int) -> "Array":
+    """[height, width] lightness of an RGB image, 0 to 1, scaled to fill a view."""
+    filled = fill_picture(np.asarray(image, np.float32), width, height)
+    return np.asarray(np.clip(filled @ np.array(LUMINANCE, np.float32), 0, 1))
+
+
+def place_maps(
+    gaussians: Gaussians,
+    maps: Sequence[Map],
+    cameras: Later[Sequence[Camera]],
+    first_view: FirstView | None,
+    report: Report,
+    *,
+    num_threads: int | None = None,
+) -> list[Mapped]:
+    """The factors of each property that maps change; several maps of a property are multiplied.
+
+    What the first view does not show keeps its property, whatever the picture.
+
+    Args:
+        gaussians: N Gaussians to make strokes of.
+        maps: the options.
+        cameras: of the job; pictures lie over the first.
+        first_view: of the scene, for its subject.
+        report: gets the stage.
+        num_threads: None takes the processors available to this process.
+
+    Raises:
+        SceneError: if a picture cannot be used.
+        ValueError: if a part cannot be found.
+    """
+    from brushgs.passes.where.maps import factors_of, picture_values
+
+    with report.stage("maps") as stage:
+        found: dict[str, F64] = {}
+        for one in maps:
+            if isinstance(one.source, Where):
+                factors = factors_of(
+                    _inside(gaussians, one.source, first_view, num_threads), one.low, one.high
+                )
+            else:
+                from brushgs.cameras.around import small_view
+
+                small = small_view(cameras()[0])
+                picture = open_picture(one.source, small)
+                values, is_seen = picture_values(gaussians, small, picture, num_threads=num_threads)
+                factors = np.where(is_seen, factors_of(values, one.low, one.high), 1.0)
+            found[one.name] = found.get(one.name, 1.0) * factors
+            if (factors == 1).all():
+                stage.skipped.append(f"{one}: changes nothing")
+        changing = {name: factors for name, factors in found.items() if (factors != 1).any()}
+        spans = {name: (float(f.min()), float(f.max()), float(f.mean())) for name, f in changing.items()}
+        texts = (
+            f"{name} x {low:.3g} to {high:.3g}, mean {mean:.3g}" for name, (low, high, mean) in spans.items()
+        )
+        stage.did = "; ".join(texts) or "nothing"
+        stage.counts = {"maps": [str(one) for one in maps], "spans": spans}
+    return [Mapped(name, factors) for name, factors in changing.items()]
+
+
+def _inside(
+    gaussians: Gaussians, source: Where, first_view: FirstView | None, num_threads: int | None
+) -> "F64":
+    from brushgs.passes.where import memberships
+
+    return memberships(source, gaussians, context_of(WhereConfig(source, SOFT), first_view, num_threads))
+
+
+def with_density(focus: "F64 | None", mapped: Sequence[Mapped]) -> "F64 | None":
+    """A focus [N], multiplied by the density of maps."""
+    for one in mapped:
+        if one.name == "density":
+            focus = one.factors if focus is None else focus * one.factors
+    return focus

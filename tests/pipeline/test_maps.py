@@ -1,0 +1,151 @@
+"""Control maps: laws of each property, agreement with rules and focus, and refusals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import brushgs
+from brushgs.cameras.framing import plain_first_view
+from brushgs.cli import main
+from brushgs.options.focus import Focus
+from brushgs.options.look import Look
+from brushgs.options.maps import PROPERTIES, Map
+from brushgs.options.where import Where
+from brushgs.passes.where import WhereContext, memberships
+from brushgs.passes.where.maps import apply_factors, carried, factors_of
+from brushgs.pipeline.focus import place_focus
+from brushgs.pipeline.maps import SOFT, place_maps
+from brushgs.pipeline.report import Report
+from brushgs.still_life import still_life_camera
+from brushgs.values.colors import oklab_of
+from brushgs.values.sh import base_colors
+from tests.kit.for_each import for_each
+from tests.passes.scenes import assert_same
+from tests.scenes import save_upright, still_life_of
+
+SCENE = still_life_of(1500)
+CAMERA = still_life_camera(width=64, height=48)
+VIEW = plain_first_view(SCENE)
+MEASURES = {
+    "size": lambda strokes: strokes.scales.max(axis=1),
+    "opacity": lambda strokes: strokes.opacities,
+    "chroma": lambda strokes: np.linalg.norm(oklab_of(base_colors(strokes.sh))[:, 1:], axis=1),
+}
+
+
+def picture(folder, values):
+    """A PNG of values 0 to 255 [48, 64]."""
+    path = folder / "map.png"
+    Image.fromarray(np.broadcast_to(values, (48, 64)).astype(np.uint8)).save(path)
+    return path
+
+
+def placed(*texts, report=None):
+    maps = [Map.parse(text) for text in texts]
+    return place_maps(SCENE, maps, lambda: [CAMERA], VIEW, report or Report())
+
+
+@for_each("name", PROPERTIES)
+def test_factors_never_fall_as_the_map_gets_lighter_and_reach_both_ends(name):
+    values = np.linspace(0, 1, 101)
+    low, high, *_ = PROPERTIES[name]
+    found = factors_of(values, low, high)
+    assert (np.diff(found) >= 0).all()
+    assert (found[0], found[-1]) == (low, high)
+    np.testing.assert_allclose(factors_of(values, high, low), factors_of(1 - values, low, high), atol=1e-12)
+
+
+@for_each("name", MEASURES)
+def test_a_property_is_multiplied_and_a_factor_of_one_keeps_the_bits(name):
+    factors = np.where(np.arange(len(SCENE)) % 2 == 0, 1.0, 0.5)
+    found = apply_factors(SCENE, name, factors)
+    assert_same(found.take(factors == 1), SCENE.take(factors == 1))
+    np.testing.assert_allclose(MEASURES[name](found), factors * MEASURES[name](SCENE), atol=2e-3, rtol=1e-5)
+
+
+def test_a_grey_map_changes_nothing(tmp_path):
+    path, report = picture(tmp_path, 128), Report()
+    assert placed(f"size={path}", f"density={path}", f"chroma={path}:0.5..2", report=report) == []
+    assert len(report.stages[0].skipped) == 3
+
+
+def test_what_the_view_does_not_show_is_unchanged(tmp_path):
+    (found,) = placed(f"size={picture(tmp_path, 0)}:0.5..2")
+    assert set(np.unique(found.factors)) == {0.5, 1.0}
+
+
+def test_a_map_of_density_is_the_focus_on_the_same_picture(tmp_path):
+    values = np.where(np.arange(64) < 32, 0, 255)
+    path = picture(tmp_path, values)
+    (found,) = placed(f"density={path}:1..2")
+    focus = place_focus(SCENE, Focus(mask=path), CAMERA, VIEW, Report())
+    np.testing.assert_allclose(found.factors, focus, atol=0.005)
+
+
+def test_a_part_is_full_inside_and_several_maps_of_a_property_multiply():
+    inside = memberships(Where.parse("height:20%.."), SCENE, WhereContext(VIEW, SOFT))
+    (once,) = placed("size=height:20%..:1..2")
+    assert (once.factors[inside == 1] == 2).all()
+    assert (once.factors[inside == 0] == 1).all()
+    assert ((inside > 0) & (inside < 1)).any(), "its edge is soft"
+    (twice,) = placed("size=height:20%..:1..2", "size=height:20%..:1..2")
+    np.testing.assert_array_equal(twice.factors, once.factors**2)
+
+
+def test_strokes_carry_the_mean_of_the_gaussians_nearest_to_them():
+    strokes, ones = SCENE[::50], np.ones(len(SCENE))
+    np.testing.assert_array_equal(carried(ones, SCENE, strokes), ones[: len(strokes)])
+    factors = np.random.default_rng(1).uniform(0.5, 2, len(SCENE))
+    np.testing.assert_allclose(carried(factors, SCENE, SCENE), factors, rtol=1e-12)
+    found = carried(factors, SCENE, strokes)
+    assert factors.min() <= found.min()
+    assert found.max() <= factors.max()
+    far = replace(strokes, means=strokes.means + np.float32(100))
+    assert np.isin(carried(factors, SCENE, far + strokes)[len(far) :], found).all()
+
+
+@for_each("text", ["size=height:20%..:0.5..2", "opacity=not height:0.2..1:1..0", "density=subject"])
+def test_a_map_is_written_as_it_is_read(text):
+    assert Map.parse(str(Map.parse(text))) == Map.parse(text)
+
+
+REFUSED = {
+    "size": "map must be PROPERTY=SOURCE",
+    "sise=a.png": "did you mean 'size'",
+    "size=a.png:1..b": "map must be PROPERTY=SOURCE",
+    "size=subject:0..1": "must have factors of 0.2 to 5, got 0",
+    "opacity=subject:0..2": "must have factors of 0 to 1, got 2",
+    "size=mask:a.png": "cameras of its own",
+    "size=sphere:1,2": "sphere",
+    "size=none.png": "none.png",
+    "chroma=wide.png": "must have the sides of the first view",
+}
+
+
+@for_each("text", REFUSED)
+def test_what_cannot_be_used_is_refused_in_a_sentence(text, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Image.new("L", (90, 30)).save("wide.png")
+    save_upright(SCENE, "scene.ply")
+    code = main(["render", "scene.ply", "--size", "32x24", "--strokes", "20", "--map", text, "-o", "a.png"])
+    assert code == 2
+    assert REFUSED[text] in capsys.readouterr().err
+    assert not (tmp_path / "a.png").exists()
+
+
+def test_a_map_is_taken_by_look_files_and_keywords(tmp_path):
+    look = tmp_path / "look.toml"
+    look.write_text('[strokes]\nmaps = ["size=subject:1..2", "chroma=subject"]\n')
+    assert len(Look.open(look).config.strokes.maps) == 2
+    plain, mapped = (
+        brushgs.paint(SCENE, strokes=40, size=(32, 24), up="-y", **given)
+        for given in ({}, {"map": ["chroma=subject:0..0"]})
+    )
+    assert np.ptp(mapped.rgb, axis=2).max() < 0.5 * np.ptp(plain.rgb, axis=2).max()
+
+
+def test_bad_maps_of_python_are_value_errors():
+    with pytest.raises(ValueError, match="list of texts"):
+        brushgs.paint(SCENE, map=[3])
