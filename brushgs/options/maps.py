@@ -11,6 +11,7 @@ from brushgs.options.where import Where
 from brushgs.options.where_terms import TERMS
 
 FORM = "PROPERTY=SOURCE[:LOW..HIGH], such as size=mask.png:0.5..2"
+COLUMN = "column"  # first word of sources that are columns
 _SPAN = re.compile(r"(.*):\s*([-+.\de]+?)\s*\.\.\s*([-+.\de]+)\s*", re.IGNORECASE | re.DOTALL)
 _HEIGHT = re.compile(r"\bheight\s*$", re.IGNORECASE)
 _SPOILT = re.compile(r":[^:/\\]*\.\.[^:/\\]*$")  # factors that are no numbers
@@ -32,6 +33,8 @@ PROPERTIES: Mapping[str, Span] = {
     "density": Span(0.5, 2.0, 0.1, 10.0),
     "opacity": Span(0.0, 1.0, 0.0, 1.0),
     "chroma": Span(0.0, 2.0, 0.0, 3.0),
+    "relief": Span(0.0, 2.0, 0.0, 4.0),  # height of the paint
+    "edge": Span(0.0, 1.0, 0.0, 1.0),  # how far outlines are lost
 }
 
 
@@ -40,7 +43,8 @@ class Map(Struct, frozen=True):
 
     Attributes:
         name: of the property, one of `PROPERTIES`.
-        source: a picture, whose lightness is the value, or a part, inside which the value is 1.
+        source: a picture, whose lightness is the value; a part, inside which the value is 1; or the name of a
+            column of the PLY file, whose low numbers have the value 0 and whose high ones 1.
         low: factor at 0: black, or outside the part.
         high: factor at 1: white, or inside. It may be below `low`.
 
@@ -49,7 +53,7 @@ class Map(Struct, frozen=True):
     """
 
     name: str
-    source: Path | Where
+    source: Path | Where | str
     low: float
     high: float
 
@@ -93,10 +97,13 @@ class Map(Struct, frozen=True):
         is_part = term in TERMS or _COMBINED.search(source) is not None
         if not is_part and _SPOILT.search(source):
             raise ValueError(f"map must be {FORM}, got {shown(text)}")
+        if term == COLUMN:
+            return cls(name, source.partition(":")[2].strip(), low, high)
         return cls(name, Where.parse(source) if is_part else Path(source), low, high)
 
     def __str__(self) -> str:
-        return f"{self.name}={self.source}:{self.low:g}..{self.high:g}"
+        source = f"{COLUMN}:{self.source}" if isinstance(self.source, str) else self.source
+        return f"{self.name}={source}:{self.low:g}..{self.high:g}"
 
 
 def read_maps(text: str) -> tuple[Map, ...]:

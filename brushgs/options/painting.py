@@ -398,11 +398,13 @@ class StrokesConfig(Options, frozen=True):
     depth_of_field: Annotated[float, share("how far detail is lost before and behind the focus, or without "
         "one the subject: strokes grow up to threefold, soften, and lose contrast #blur #bokeh #aperture "
         "#defocus #distance")] = 0.0
-    maps: Annotated[tuple[Map, ...], option("change size, density, opacity or chroma of strokes by a factor "
-        "LOW where a picture of the first view is black, HIGH where it is white; or outside and inside a "
-        "part of the scene, such as subject or height:20%.. (EXPR of `brushgs refine --where`); repeatable; "
-        "without factors 0.5..2 for size and density, 0..1 for opacity, 0..2 for chroma #mask #local",
-        flag="--map", default="none", metavar="PROPERTY=FILE|EXPR[:LOW..HIGH]", read=read_maps,
+    maps: Annotated[tuple[Map, ...], option("change size, density, opacity, chroma, relief (height of the "
+        "paint) or edge (how far outlines are lost) of strokes by a factor: LOW where a picture of the first "
+        "view is black, HIGH where it is white; outside and inside a part of the scene, such as subject or "
+        "height:20%.. (EXPR of `brushgs refine --where`); or where a column of the PLY file is low and high; "
+        "repeatable; by default 0.5..2 for size and density, 0..1 for opacity and edge, 0..2 for chroma and "
+        "relief #mask #local #column", flag="--map", default="none",
+        metavar="PROPERTY=FILE|EXPR|column:NAME[:LOW..HIGH]", read=read_maps,
         make=make_maps, action="append")] = ()
     # fmt: on
 

@@ -4,7 +4,7 @@ All are decided once per job, on small pictures in a few of its views, before pa
 they are the same in every frame.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -122,6 +122,7 @@ def with_edges(
     gaussians: Gaussians,
     focus: F64 | None,
     ground: "Ground | None",
+    losing: Callable[[Gaussians], F64] | None = None,
 ) -> "tuple[Materials, Edges | None]":
     """The strokes with lost and found edges, and the role of each stroke in them; or None.
 
@@ -134,6 +135,7 @@ def with_edges(
         gaussians: the scene, N, pruned.
         focus: [N] factors of its Gaussians; or None.
         ground: the scene's own ground, which has no outline to lose; or None.
+        losing: how far strokes may be lost, [k] 0 to 1; None for 1.
     """
     strength, strokes = config.strokes.edges, materials.strokes
     if strength == 0 or not cameras or len(strokes) == 0:
@@ -152,6 +154,8 @@ def with_edges(
         subject = None if ground is None else ~ground.is_on(ground.place.local(strokes.means))
         of_strokes = None if focus is None else focus[nearest_rows(gaussians, strokes)]
         edges = find_edges(strokes, cameras, around, focus=of_strokes, subject=subject)
+        if edges is not None and losing is not None:
+            edges = replace(edges, lost=edges.lost * losing(strokes))
         softened = soften_edges(strokes, edges, strength)
         num = 0 if edges is None else int(np.count_nonzero(edges.lost > 0.5 * edges.near.max()))
         stage.did = f"{num:,} of {len(strokes):,} strokes lie at lost edges"

@@ -11,7 +11,7 @@ from brushgs.options.choices import Canvas
 from brushgs.options.look_parts import GroundConfig, LightConfig
 from brushgs.pipeline.background import Background, open_background
 from brushgs.pipeline.report import Report
-from brushgs.values.arrays import Array
+from brushgs.values.arrays import F64, Array
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
@@ -29,13 +29,16 @@ MOST_PIXELS = 1 << 25  # of a ground that is made at once: 640 MB; 7680 x 4320 a
 PROOF_SIDE = 4096  # pixels, of the ground of a larger picture, for its mean colour
 
 
-def open_relief(config: LightConfig, dpi: float | None = None) -> "Relief | None":
-    """The relief of a look's paint; None if it is not visible. `dpi` as of `Relief`."""
+def open_relief(
+    config: LightConfig, dpi: float | None = None, by_place: "Callable[[Gaussians], F64] | None" = None
+) -> "Relief | None":
+    """The relief of a look's paint; None if it is not visible. `dpi` and `by_place` are those of `Relief`."""
     if config.relief == 0 or config.gain == config.base == 0:
         return None
     from brushgs.rendering.relief import Relief
 
-    return Relief(thickness=config.base, gain=config.gain, by_light=min(BY_LIGHT * config.key, 1.0), dpi=dpi)
+    by_light = min(BY_LIGHT * config.key, 1.0)
+    return Relief(config.base, config.gain, by_light=by_light, dpi=dpi, by_place=by_place)
 
 
 def open_surface(

@@ -1,7 +1,8 @@
 """The stage of `--map`: from options to factors of the Gaussians, and the passes for strokes."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,8 +11,10 @@ import numpy as np
 from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.maps import Map
+from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.where import Where, WhereConfig
 from brushgs.pipeline.background import fill_picture
+from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.masks import SAME_SHAPE
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Later
@@ -24,6 +27,7 @@ from brushgs.values.gaussians import Gaussians
 if TYPE_CHECKING:
     from brushgs.values.arrays import F64, Array
 
+TAILS = 0.02, 0.98  # shares of the numbers of a column below those at value 0 and at value 1
 SOFT = 0.05  # of the subject's size: width of the edges of parts, so that no step shows
 
 
@@ -43,13 +47,19 @@ class Mapped:
         """The pass that applies them to strokes made of the N Gaussians."""
 
         def mapped(strokes: Gaussians) -> Gaussians:
-            from brushgs.passes.where.maps import apply_factors, carried
+            from brushgs.passes.where.maps import apply_factors
 
-            return apply_factors(strokes, self.name, carried(self.factors, gaussians, strokes))
+            return apply_factors(strokes, self.name, self.at(strokes, gaussians))
 
         low, high = float(self.factors.min(initial=1)), float(self.factors.max(initial=1))
         what = f"of {low:.3g} to {high:.3g} times the {self.name}"
         return StrokePass(f"map of {self.name}", what, mapped, skip, inputs=(self, gaussians))
+
+    def at(self, strokes: Gaussians, gaussians: Gaussians) -> "F64":
+        """[k] factors of strokes made of the N Gaussians."""
+        from brushgs.passes.where.maps import carried
+
+        return carried(self.factors, gaussians, strokes)
 
 
 def open_picture(path: Path, camera: Camera) -> "Array":
@@ -78,6 +88,7 @@ def lightness(image: "Array", width: int, height: int) -> "Array":
 def place_maps(
     gaussians: Gaussians,
     maps: Sequence[Map],
+    source: SceneFiles | Gaussians | Clip,
     cameras: Later[Sequence[Camera]],
     first_view: FirstView | None,
     report: Report,
@@ -91,14 +102,15 @@ def place_maps(
     Args:
         gaussians: N Gaussians to make strokes of.
         maps: the options.
+        source: of the scene, whose files have the columns.
         cameras: of the job; pictures lie over the first.
         first_view: of the scene, for its subject.
         report: gets the stage.
         num_threads: None takes the processors available to this process.
 
     Raises:
-        SceneError: if a picture cannot be used.
-        ValueError: if a part cannot be found.
+        SceneError: if a picture or column cannot be used.
+        ValueError: if a part cannot be found, or a scene in memory has no columns.
     """
     from brushgs.passes.where.maps import factors_of, picture_values
 
@@ -109,6 +121,8 @@ def place_maps(
                 factors = factors_of(
                     _inside(gaussians, one.source, first_view, num_threads), one.low, one.high
                 )
+            elif isinstance(one.source, str):
+                factors = factors_of(_column(gaussians, one.source, source), one.low, one.high)
             else:
                 from brushgs.cameras.around import small_view
 
@@ -135,6 +149,36 @@ def _inside(
     from brushgs.passes.where import memberships
 
     return memberships(source, gaussians, context_of(WhereConfig(source, SOFT), first_view, num_threads))
+
+
+def _column(gaussians: Gaussians, name: str, source: SceneFiles | Gaussians | Clip) -> "F64":
+    """[N] values of a column: 0 and 1 for the lowest and highest 2 % of its numbers."""
+    from brushgs.formats.scenes.ply import read_column
+    from brushgs.passes.reduce.lloyd import assign
+
+    if isinstance(source, Gaussians | Clip):
+        raise ValueError(
+            f"map has column:{name}, which belongs to a PLY file; name the file of a still scene"
+        )
+    files = SceneSource.of(source).files()
+    columns = [read_column(path, name) for path in files]
+    points, numbers = (np.concatenate(parts) for parts in zip(*columns, strict=True))
+    is_used = np.isfinite(points).all(axis=1) & np.isfinite(numbers)
+    if not is_used.any():
+        raise SceneError(files[0], f"has no finite number in column {name!r}; name another column")
+    points, numbers = points[is_used], numbers[is_used]
+    low, high = np.quantile(numbers, TAILS)
+    if not high > low:
+        raise SceneError(files[0], f"has the number {low:g} all over column {name!r}; name another column")
+    rows = assign(np.ascontiguousarray(gaussians.means, np.float32), points)[1]
+    return np.asarray(np.clip((numbers[rows] - low) / (high - low), 0, 1))
+
+
+def reader_of(
+    mapped: Sequence[Mapped], name: str, gaussians: Gaussians
+) -> "Callable[[Gaussians], F64] | None":
+    """From strokes made of the N Gaussians to the [k] factors of one property; None without a map of it."""
+    return next((partial(one.at, gaussians=gaussians) for one in mapped if one.name == name), None)
 
 
 def with_density(focus: "F64 | None", mapped: Sequence[Mapped]) -> "F64 | None":

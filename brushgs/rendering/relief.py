@@ -6,6 +6,7 @@ strokes, its row and, with `Relief.by_light`, its lightness; never on the view. 
 of their reference moment.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf, sqrt
 from weakref import WeakKeyDictionary
@@ -63,6 +64,7 @@ class Relief:
             multiplied by 0.25 (dark) to 1.35 (light), by the OKLab lightness of its base colour.
         lights: OKLab L of full dark and full light, see `light_range`; None for those of the strokes.
         dpi: pixels per inch on paper; None without a physical size.
+        by_place: [N] factors on both numbers of N strokes, by where they lie; None for 1.
 
     Raises:
         ValueError: if a value is out of range.
@@ -74,6 +76,7 @@ class Relief:
     by_light: float = 0.0
     lights: tuple[float, float] | None = None
     dpi: float | None = None
+    by_place: Callable[[Gaussians], F64] | None = None
 
     def __post_init__(self) -> None:
         for name in ("thickness", "gain"):
@@ -117,11 +120,14 @@ class Relief:
     def _in_units(self, gaussians: Gaussians) -> F64:
         """[N, 2] relative thickness and gain of each stroke; cached per strokes."""
         strokes = _at_rest.get(gaussians, gaussians)
-        kept, key = _cache.setdefault(strokes, {}), (self.size, self.by_light, self.lights)
+        kept = _cache.setdefault(strokes, {})
+        key = (self.size, self.by_light, self.lights, self.by_place)
         if key not in kept:
             units = _relative(strokes, self.size)
             if self.by_light:
                 units *= 1 + self.by_light * (_by_light(strokes, self.lights) - 1)[:, None]
+            if self.by_place is not None:
+                units *= self.by_place(strokes)[:, None]
             kept[key] = units
         return kept[key]
 
@@ -169,7 +175,8 @@ def light_range(gaussians: Gaussians) -> tuple[float, float]:
 
 
 # By size, by_light and lights of a relief.
-_Kept = dict[tuple[float | None, float, tuple[float, float] | None], F64]
+_Place = Callable[[Gaussians], F64]
+_Kept = dict[tuple[float | None, float, tuple[float, float] | None, _Place | None], F64]
 _cache: WeakKeyDictionary[Gaussians, _Kept] = WeakKeyDictionary()
 _at_rest: WeakKeyDictionary[Gaussians, Gaussians] = WeakKeyDictionary()  # moved strokes -> strokes at rest
 

@@ -9,14 +9,16 @@ from PIL import Image
 import brushgs
 from brushgs.cameras.framing import plain_first_view
 from brushgs.cli import main
+from brushgs.errors import SceneError
 from brushgs.options.focus import Focus
-from brushgs.options.look import Look
+from brushgs.options.look import Look, config_of
 from brushgs.options.maps import PROPERTIES, Map
 from brushgs.options.where import Where
 from brushgs.passes.where import WhereContext, memberships
 from brushgs.passes.where.maps import apply_factors, carried, factors_of
 from brushgs.pipeline.focus import place_focus
-from brushgs.pipeline.maps import SOFT, place_maps
+from brushgs.pipeline.maps import SOFT, TAILS, place_maps
+from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life_camera
 from brushgs.values.colors import oklab_of
@@ -42,9 +44,9 @@ def picture(folder, values):
     return path
 
 
-def placed(*texts, report=None):
+def placed(*texts, source=SCENE, report=None):
     maps = [Map.parse(text) for text in texts]
-    return place_maps(SCENE, maps, lambda: [CAMERA], VIEW, report or Report())
+    return place_maps(SCENE, maps, source, lambda: [CAMERA], VIEW, report or Report())
 
 
 @for_each("name", PROPERTIES)
@@ -106,7 +108,53 @@ def test_strokes_carry_the_mean_of_the_gaussians_nearest_to_them():
     assert np.isin(carried(factors, SCENE, far + strokes)[len(far) :], found).all()
 
 
-@for_each("text", ["size=height:20%..:0.5..2", "opacity=not height:0.2..1:1..0", "density=subject"])
+def test_a_column_of_the_file_is_spread_from_low_to_high(tmp_path):
+    path = tmp_path / "scene.ply"
+    brushgs.save(SCENE, path)
+    (found,) = placed("size=column:x:1..3", source=path)
+    x = SCENE.means[:, 0].astype(np.float64)
+    low, high = np.quantile(x, TAILS)
+    np.testing.assert_allclose(found.factors, 1 + 2 * np.clip((x - low) / (high - low), 0, 1), atol=0.02)
+    for name, says in (("y_", "did you mean 'y'"), ("nx", "all over column 'nx'")):
+        with pytest.raises(SceneError, match=says):
+            placed(f"size=column:{name}", source=path)
+    with pytest.raises(ValueError, match="belongs to a PLY file"):
+        placed("size=column:x")
+
+
+def test_relief_and_lost_edges_follow_their_maps(tmp_path):
+    path = tmp_path / "scene.ply"
+    save_upright(SCENE, path)
+    half = "half:1,0,0,0"
+
+    def painted(*flags):
+        config = config_of("oil")
+        maps = tuple(Map.parse(text) for text in flags)
+        view, cluster = replace(config.view, size=(120, 90)), replace(config.cluster, strokes=400)
+        strokes = replace(config.strokes, maps=maps, edges=1.0)
+        config = replace(config, strokes=strokes, view=view, cluster=cluster)
+        return prepare(path, config, Report(), asks=("painting", "edges", "background"))
+
+    plain, mapped = painted(), painted(f"relief={half}:0..1", f"edge={half}:0..1")
+    coats = [next(one for one in found.painting.coats if one.name == "strokes") for found in (plain, mapped)]
+    heights = [coat.options.relief.of_strokes(coat.strokes)[:, 0] for coat in coats]
+    is_in = coats[1].strokes.means[:, 0] > 0.8
+    is_out = coats[1].strokes.means[:, 0] < -0.8
+    assert heights[1][is_out].max() == 0
+    np.testing.assert_allclose(heights[1][is_in], heights[0][is_in])
+    assert plain.edges.lost[is_out].max() > 0
+    assert mapped.edges.lost[is_out].max() == 0
+
+
+@for_each(
+    "text",
+    [
+        "size=column:confidence:0.5..2",
+        "size=height:20%..:0.5..2",
+        "opacity=not height:0.2..1:1..0",
+        "density=subject",
+    ],
+)
 def test_a_map_is_written_as_it_is_read(text):
     assert Map.parse(str(Map.parse(text))) == Map.parse(text)
 

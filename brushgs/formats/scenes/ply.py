@@ -41,7 +41,8 @@ from brushgs.formats.scenes.ply_inria import (
 )
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
 from brushgs.formats.scenes.stored import read_stored
-from brushgs.values.arrays import F32, U32
+from brushgs.options.table import hint_for
+from brushgs.values.arrays import F32, F64, U32
 from brushgs.values.camera import Camera
 from brushgs.values.notes import Training
 from brushgs.values.sh import C0
@@ -50,6 +51,7 @@ PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
 # What a chunk has the smallest and largest value of, by axis.
 AXES = {"position": ("x", "y", "z"), "scale": ("scale_x", "scale_y", "scale_z"), "color": ("r", "g", "b")}
 CHUNK_ROWS = 256
+MOST_SHOWN = 20  # columns in a message
 _BLOCK_ROWS = 16 * CHUNK_ROWS
 THREE, FOUR = (11, 10, 11), (8, 8, 8, 8)  # bits of a packed vector and of a packed colour, from the highest
 SMALL_BITS = (10, 10, 10)  # of the three smaller components of a rotation
@@ -274,6 +276,30 @@ def open_scene(path: Path) -> SceneFile:
         stored=stored._replace(is_strokes=header.is_strokes),
         open_rows=open_rows,
     )
+
+
+def read_column(path: Path, name: str) -> tuple[F64, F64]:
+    """Positions [N, 3] and one more number [N] of each row of a PLY file.
+
+    Raises:
+        SceneError: if it cannot be read, is no PLY file, or has no such column; names those that it has.
+    """
+    with open_plain(path, "scene file", buffering=0) as file:
+        if file.read(3) != b"ply":
+            raise SceneError(path, f"is no PLY file, so it has no column {name}; convert the scene to PLY")
+        file.seek(0)
+        header = parse_header(file, path)
+        size = file.seek(0, 2)
+    vertex = header.find("vertex")
+    names = () if vertex is None else vertex.names
+    if vertex is None or name not in names or not {"x", "y", "z"} <= set(names):
+        cure = hint_for(name, names) or f"; it has {', '.join(names[:MOST_SHOWN])}"
+        raise SceneError(path, f"has no column {name!r} beside x, y and z{cure}")
+    check_size(path, header, vertex, size)
+    with open_rows(path, header, vertex, vertex.count) as reader:
+        rows = reader.read(0, vertex.count)
+        points = np.stack([rows[axis] for axis in "xyz"], axis=1).astype(np.float64)
+        return points, rows[name].astype(np.float64)
 
 
 def _photograph(path: Path, header: Header, size: int) -> tuple[Camera | None, tuple[str, ...]]:

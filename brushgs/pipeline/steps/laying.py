@@ -30,13 +30,14 @@ from brushgs.pipeline.finishing import (
 from brushgs.pipeline.lamp import Key, day_of, open_lamp, suns_of
 from brushgs.pipeline.look import open_relief, recolored_ground, shown_ground
 from brushgs.pipeline.make_strokes import StrokeMaker
+from brushgs.pipeline.maps import Mapped, reader_of
 from brushgs.pipeline.media.materials import BACKDROP, Materials
 from brushgs.pipeline.media.media import coats_of
 from brushgs.pipeline.media.sight import Sight
 from brushgs.pipeline.moving import Moving, attached, follow_strokes
 from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.runner import Memory, anew, makes, unless
+from brushgs.pipeline.runner import Later, Memory, anew, makes, unless
 from brushgs.pipeline.stroke_changes import StrokeChanges
 from brushgs.pipeline.styling import Contour, Styles
 from brushgs.rendering.canvas import Painting
@@ -82,11 +83,14 @@ def options(
     light_config: LightConfig,
     view_config: ViewConfig,
     projection_config: ProjectionConfig,
+    mapped: Sequence[Mapped],
+    pruned: Later[Gaussians],
 ) -> "RenderOptions":
     """The options for drawing strokes; the views of a sphere cannot be tracked in one picture."""
     if along_path and projection_config.is_spherical and draw_config.lock is None:
         draw_config = replace(draw_config, lock="canonical")
-    relief = open_relief(light_config, view_config.dpi)
+    by_place = reader_of(mapped, "relief", pruned()) if mapped else None
+    relief = open_relief(light_config, view_config.dpi, by_place)
     return render_options(draw_config, texture, along_path=along_path, relief=relief)
 
 
@@ -227,13 +231,22 @@ def edged(
     pruned: Gaussians,
     focus: F64 | None,
     site: "Site | None",
+    mapped: Sequence[Mapped],
     report: Report,
 ) -> "tuple[Materials, Edges | None]":
     """The strokes with lost and found edges, and the role of each in them."""
     near = cameras if plain_views is None or is_path else plain_views.cameras[:NEAR_VIEWS]
     ground = None if site is None else site.ground
     return with_edges(
-        painted_with, near, backdrop, standing, report, gaussians=pruned, focus=focus, ground=ground
+        painted_with,
+        near,
+        backdrop,
+        standing,
+        report,
+        gaussians=pruned,
+        focus=focus,
+        ground=ground,
+        losing=reader_of(mapped, "edge", pruned),
     )
 
 

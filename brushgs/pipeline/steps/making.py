@@ -11,6 +11,7 @@ from brushgs.options.media import Medium
 from brushgs.options.painting import ClusterConfig, PruneConfig, StrokesConfig, ViewConfig
 from brushgs.options.projection import ProjectionConfig
 from brushgs.options.rules import Rules
+from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.clean import select_seen
 from brushgs.pipeline.clip import Clip, Film
@@ -228,13 +229,14 @@ def pruned(
 def mapped(
     pruned: Gaussians,
     maps: tuple[Map, ...],
+    source: SceneFiles | Gaussians | Clip,
     guide: FirstView | None,
     cameras: Later[Sequence[Camera]],
     threads: int | None,
     report: Report,
 ) -> Sequence[Mapped]:
     """[N] factors of the properties that maps change."""
-    return place_maps(pruned, maps, cameras, guide, report, num_threads=threads)
+    return place_maps(pruned, maps, source, cameras, guide, report, num_threads=threads)
 
 
 def _no_focus(
