@@ -124,8 +124,9 @@ def test_a_column_of_the_file_is_spread_from_low_to_high(tmp_path):
 
 def test_relief_and_lost_edges_follow_their_maps(tmp_path):
     path = tmp_path / "scene.ply"
-    save_upright(SCENE, path)
-    half = "half:1,0,0,0"
+    middle = np.median(SCENE.means, axis=0)
+    save_upright(SCENE[np.linalg.norm(SCENE.means - middle, axis=1) < 1], path)  # an object without ground
+    half = f"half:1,0,0,{middle[0]:.3f}"
 
     def painted(*flags):
         config = config_of("oil")
@@ -138,10 +139,10 @@ def test_relief_and_lost_edges_follow_their_maps(tmp_path):
     plain, mapped = painted(), painted(f"relief={half}:0..1", f"edge={half}:0..1")
     coats = [next(one for one in found.painting.coats if one.name == "strokes") for found in (plain, mapped)]
     heights = [coat.options.relief.of_strokes(coat.strokes)[:, 0] for coat in coats]
-    is_in = coats[1].strokes.means[:, 0] > 0.8
-    is_out = coats[1].strokes.means[:, 0] < -0.8
+    right = coats[1].strokes.means[:, 0] - middle[0]
+    is_in, is_out = right > 0.4, right < -0.4
     assert heights[1][is_out].max() == 0
-    np.testing.assert_allclose(heights[1][is_in], heights[0][is_in])
+    np.testing.assert_allclose(heights[1][is_in], heights[0][is_in], rtol=0.05)  # of lightness, and edges change it
     assert plain.edges.lost[is_out].max() > 0
     assert mapped.edges.lost[is_out].max() == 0
 
