@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from brushgs.errors import SceneError
+from brushgs.formats.packed import pack
 from brushgs.formats.pictures import images
 from brushgs.formats.styles import MAX_ATLAS, read_style
-from brushgs.formats.styles_write import pack, write_style
+from brushgs.formats.styles_write import write_style
 from brushgs.values.style import MarkDictionary, MarkSpectrum
 from tests.io.styles import example
 
