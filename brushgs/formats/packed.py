@@ -17,7 +17,7 @@ from brushgs.values.arrays import F64, U8
 
 DTYPES = {"uint8": "|u1", "int8": "|i1", "float16": "<f2", "float32": "<f4"}
 ONE = {"uint8": 255, "int8": 127}  # the integer that stands for 1
-MAX_SIDE = 1 << 25  # of an array
+MAX_SIDE = 3_000_000  # of an array
 _PNG = b"\x89PNG\r\n\x1a\n"
 # Colours beside alpha are stored as they are, also where nothing is covered.
 _PNG_ATTRIBUTES = {"png:compressionLevel": 9, "oiio:UnassociatedAlpha": 1}

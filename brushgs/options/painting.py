@@ -44,6 +44,7 @@ from brushgs.options.hand import STEADY, HandConfig, Pace
 from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig, LightConfig
 from brushgs.options.media import Medium, Paint, medium_of
 from brushgs.options.output import OutputConfig
+from brushgs.options.overpaint import OverpaintConfig
 from brushgs.options.paper import EXAMPLES, MM_PER_INCH, PaperSize, sheet_names
 from brushgs.options.projection import ProjectionConfig
 from brushgs.options.rules import Rules
@@ -600,6 +601,7 @@ class PaintConfig(Options, frozen=True):
     adjust: AdjustConfig = AdjustConfig()
     rules: Rules | None = None
     painted: WhereConfig | None = None
+    overpaint: OverpaintConfig = OverpaintConfig()
     hand: HandConfig = HandConfig()
     output: OutputConfig = OutputConfig()
     projection: ProjectionConfig = ProjectionConfig()

@@ -70,12 +70,13 @@ class Patches:
 
 @dataclass(frozen=True, eq=False)
 class Marks(Patches):
-    """N marks, each a flat rectangle in space that lies on the surface; the last one is laid last.
+    """N marks, each a flat rectangle in space that lies on the surface. Where two overlap, the nearer covers.
 
     Attributes:
         means: [N, 3] centres.
         directions: [N, 3] along which a mark runs: the u axis of its tile.
-        normals: [N, 3] of its plane, perpendicular to `directions`; the v axis is normal x direction.
+        normals: [N, 3] of its plane, toward those who see it, perpendicular to `directions`; the v axis is
+            direction x normal.
         lengths: [N] along the direction, > 0.
         widths: [N] across it, > 0.
         colors: [N, 3] of marks without a tile; of others their mean.
