@@ -7,7 +7,13 @@ painted from there, however its plane lies.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, map_coordinates, median_filter
+from scipy.ndimage import (
+    distance_transform_edt,
+    map_coordinates,
+    maximum_filter,
+    median_filter,
+    minimum_filter,
+)
 
 from brushgs.passes.marks.pieces import Pieces, cut
 from brushgs.passes.marks.strokes import OPTIONS, mean_of, strokes_of
@@ -20,10 +26,13 @@ from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.marks import MOST_TILE, Erased, Marks
 
-TILT = np.radians(65)  # the most between the plane of a mark and the picture
+TILT = np.radians(75)  # the most between the plane of a mark and the picture
 MARGIN = 2.0  # px around the paint of a mark
 DENSITY = 1.5  # texels per pixel of the picture
-SMOOTH = 5  # px, side of the median of depths
+SMOOTH = 5  # px, side of the median of depths, and of the squares in which edges are sought
+# Slope of depth along the picture at which it is an edge between two surfaces, where the plain picture mixes
+# their depths: the tangent of 76 degrees.
+EDGE = 4.0
 FITS = 4  # attempts to make a mark as large as its paint
 THICK = 2.0  # shortest extent of a mark, px
 
@@ -50,15 +59,22 @@ class Below:
         if not is_solid.any():
             return cls(camera, np.full(plain.alpha.shape, np.log(distance)), is_solid)
         depth = np.maximum(plain.depth.astype(np.float64), camera.near)
-        nearest = distance_transform_edt(~is_solid, return_distances=False, return_indices=True)
-        filled = np.log(depth)[tuple(nearest)]
-        return cls(camera, median_filter(filled, SMOOTH), is_solid)
+        filled = median_filter(_from_nearest(np.log(depth), is_solid), SMOOTH)
+        span = maximum_filter(filled, SMOOTH) - minimum_filter(filled, SMOOTH)
+        is_sure = is_solid & (span * camera.K[0, 0] < EDGE * SMOOTH)
+        return cls(camera, _from_nearest(filled, is_sure) if is_sure.any() else filled, is_solid)
 
     def points(self, x: F64, y: F64, z: F64) -> F64:
         """[N, 3] points in world axes, from pixels and camera z."""
         K, viewmat = self.camera.K, self.camera.viewmat
         rays = np.stack([(x - K[0, 2]) / K[0, 0], (y - K[1, 2]) / K[1, 1], np.ones_like(z)], axis=-1)
         return np.asarray((rays * z[..., None] - viewmat[:3, 3]) @ viewmat[:3, :3])
+
+
+def _from_nearest(values: F64, is_known: Mask) -> F64:
+    """Values [H, W], where they are not known those of the nearest pixel that is."""
+    nearest = distance_transform_edt(~is_known, return_distances=False, return_indices=True)
+    return np.asarray(values[tuple(nearest)])
 
 
 def marks_of_paint(paint: Array, below: Below) -> Marks | None:
