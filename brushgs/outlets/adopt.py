@@ -26,6 +26,8 @@ CHANGED = 3.5 / 255
 OPAQUE = 254.5 / 255  # a picture without alpha below this is a frame that was painted over
 ERASER = "erase"  # the layer whose paint erases
 HALF = 0.5
+# What states the camera of a picture.
+CAMERA = f"the frame (--on), with FRAME{SIDECAR} of `render --sidecar` beside it, or --camera-file and --size"
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def adopt_file(
     check_output(output, (MARKS_SUFFIX,), inputs=(*scene.files(), *painted.files))
     camera = _stated_camera(painted)
     if camera is None and view is None:
-        cure = f"give the frame (--on) or its {SIDECAR} file from `render --sidecar`, or --camera-file and --size"
+        cure = f"give {CAMERA}"
         raise SceneError(painted.frame or painted.picture, f"states no camera; {cure}")
     config = PaintConfig(view=view if camera is None and view is not None else ViewConfig())
     prepared = prepare(scene, config, report, asks=("cameras", "scene"), views=camera)
@@ -167,7 +169,5 @@ def _check_size(path: Path, pixels: F32, camera: Camera) -> None:
     height, width = pixels.shape[:2]
     if (width, height) != (camera.width, camera.height):
         fact = f"has {width}x{height} pixels, and the camera of the frame {camera.width}x{camera.height}"
-        cure = (
-            f"save it in that size, give the frame (--on) or its {SIDECAR} file, or --camera-file and --size"
-        )
+        cure = f"save it in that size, or give {CAMERA}"
         raise SceneError(path, f"{fact}; {cure}")
