@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from brushgs.brushes.builtin import stroke_notes
 from brushgs.errors import SceneError
+from brushgs.formats.marks import MARKS_SUFFIX
 from brushgs.formats.pictures.shot import Origin, without_folders
 from brushgs.formats.pictures.shot import Shot as PictureShot
 from brushgs.options.choices import LOOKS
@@ -25,6 +26,7 @@ from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import page_contents
 from brushgs.outlets.page.export import command_of, of_stills, view_of
 from brushgs.outlets.page.motion import PageMotion
+from brushgs.outlets.studio.overpainting import HandStroke, Overpainting
 from brushgs.outlets.studio.saved import SavedOptions
 from brushgs.outlets.studio.settings import Film, Known, Settings, Shot, flags_of, overrides_of, shown_lamp
 from brushgs.outlets.studio.where import Finder, Members, given_in, read_where
@@ -32,6 +34,7 @@ from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Memory
 from brushgs.values.arrays import Rows
+from brushgs.values.marks import Overpaint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -92,6 +95,7 @@ class Session:
         writes_metadata: whether pictures and videos get metadata.
         saved: file of options to write at each change; or None.
         clip_of: opens a moving scene; None for a still one, or one moment.
+        marks: files of marks of the command line; the page goes on with the last one.
     """
 
     source: SceneSource
@@ -103,8 +107,10 @@ class Session:
     writes_metadata: bool = True
     saved: SavedOptions | None = None
     clip_of: "Callable[[SceneSource], Clip | None]" = lambda source: None
+    marks: Sequence[Path] = ()
     _memory: Memory = field(default_factory=Memory)
     _finder: Finder = field(default_factory=Finder)
+    _laid: Overpaint | None = None  # in the last painting
 
     @property
     def known(self) -> Known:
@@ -117,6 +123,13 @@ class Session:
     def made(self) -> Mapping[str, int]:
         """Number of runs of each step."""
         return self._memory.made
+
+    @cached_property
+    def overpainting(self) -> Overpainting:
+        """What is painted over the scene by hand. Raises SceneError if a file of marks cannot be read."""
+        return Overpainting.of_files(
+            self.marks, lambda: reserve(self.folder, self.source.name, MARKS_SUFFIX)
+        )
 
     @cached_property
     def clip(self) -> "Clip | None":
@@ -132,11 +145,11 @@ class Session:
         """
         if settings.part is not None:
             read_where(settings.part, given_in(self.config_of({})))
-        return self.config_of(overrides_of(settings, self.known))
+        return self.config_of(self._overrides(settings))
 
     def of_scene(self, source: SceneSource) -> "Session":
         """The same with another scene."""
-        return replace(self, source=source, _memory=Memory(), _finder=Finder())
+        return replace(self, source=source, marks=(), _memory=Memory(), _finder=Finder(), _laid=None)
 
     def save(self, settings: Settings) -> None:
         """Write the file of options, and the dropped pictures that they use.
@@ -149,7 +162,7 @@ class Session:
         given = (settings.stroke, settings.palette)
         used = {key: one for key, one in self.dropped.items() if key in given}
         names = {key: self.saved.keep(key, one.name, one.path) for key, one in used.items()}
-        self.saved.write(overrides_of(settings, self.known), flags_of(settings, names))
+        self.saved.write(self._overrides(settings), [*flags_of(settings, names), *self._mark_flags])
 
     def paint(self, settings: Settings, report: Report) -> Painted:
         """Make the painting of settings.
@@ -158,6 +171,9 @@ class Session:
             SceneError: if a file cannot be read.
             ValueError: if an option does not suit the scene.
         """
+        laid = self.overpainting.current
+        if laid is not self._laid:  # the file has the same name
+            self._memory.forget("overpaint")
         config = self.config(settings)
         prepared = prepare(
             self.clip or self.source,
@@ -166,6 +182,7 @@ class Session:
             asks=(*PICTURE, "first_view", "scene"),
             memory=self._memory,
         )
+        self._laid = laid
         first, options = command_of(self.source, self._options(settings), prepared.notes)
         with report.stage("page") as stage:
             contents = page_contents(
@@ -191,6 +208,15 @@ class Session:
             ValueError: if it is invalid, does not exist, or would read files.
         """
         return self._finder.find(painted.prepared, painted.rows, read_where(text, given_in(painted.config)))
+
+    def paint_over(self, painted: Painted, stroke: HandStroke) -> bool:
+        """Do what a stroke of the page's brush means, in the file of marks; False if it meets nothing.
+
+        Raises:
+            ValueError: if there would be too many marks, or the scene moves.
+            SceneError: if the file cannot be written, or another program changed it.
+        """
+        return self.overpainting.add(stroke, painted)
 
     def shoot(self, painted: Painted, shot: Shot, report: Report) -> Path:
         """Paint a view with the exact renderer, and return the file."""
@@ -246,7 +272,15 @@ class Session:
     def _options(self, settings: Settings) -> list[str]:
         """Command-line words that paint the same; dropped pictures have their original names."""
         names = {key: one.name for key, one in self.dropped.items()}
-        return self.options(overrides_of(settings, self.known)) + flags_of(settings, names)
+        return [*self.options(self._overrides(settings)), *flags_of(settings, names), *self._mark_flags]
+
+    def _overrides(self, settings: Settings) -> dict[str, Any]:
+        """The overrides of flags, with the files of marks."""
+        return overrides_of(settings, self.known) | {"overpaint.files": self.overpainting.files}
+
+    @property
+    def _mark_flags(self) -> list[str]:
+        return [word for path in self.overpainting.files for word in ("--marks", str(path))]
 
     def _facts(
         self, settings: Settings, config: PaintConfig, prepared: Prepared, omitted: Sequence[str]
