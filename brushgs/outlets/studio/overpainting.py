@@ -20,7 +20,7 @@ from brushgs.options.table import Struct
 from brushgs.outlets.studio.ribbon import Ribbon
 from brushgs.outlets.studio.settings import CameraRequest, Json, Number, request_of
 from brushgs.passes.marks.place import Below, erased_of_area, marks_of_paint
-from brushgs.values.arrays import F64, Mask
+from brushgs.values.arrays import F64, Mask, Rows
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import NO_TILE, Combs, Marks, Overpaint
@@ -32,7 +32,7 @@ MOST_POINTS = 2000  # of a stroke
 MOST_SIDE = 4096  # px of the picture that is painted over
 LEAST_SIZE, MOST_SIZE = 2.0, 400.0  # px, of the brush
 MOST_STATES = 100  # that can be undone
-HIDDEN = 1.05  # a mark whose camera z is so many times that of the surface there is not seen
+HIDDEN = 1.05  # a mark is not seen where the surface before its middle is so many times nearer, and a mark's size
 COMB_STEP = 0.5  # radii of a comb between two
 
 Tool = Literal["paint", "smear", "erase", "bare", "comb"]
@@ -296,23 +296,35 @@ def _seen_in(marks: Marks, row: int, shape: tuple[int, int], area: Mask, below: 
     """[h, w] which texels of a mark are seen in an area."""
     camera, (high, wide) = below.camera, shape
     direction, normal = marks.directions[row], marks.normals[row]
-    if (camera.position - marks.means[row]) @ normal <= 0:
-        return np.zeros(shape, bool)
+    found = np.zeros(shape, bool)
+    if (camera.position - marks.means[row]) @ normal <= 0 or _is_hidden(marks, row, below):
+        return found
     s = ((np.arange(wide) + 0.5) / wide - 0.5) * marks.lengths[row]
     t = ((np.arange(high) + 0.5) / high - 0.5) * marks.widths[row]
     across = np.cross(direction, normal)
     points = marks.means[row] + s[None, :, None] * direction + t[:, None, None] * across
+    rows, columns, _, inside = _pixels_of(points, camera)
+    found[inside] = area[rows[inside], columns[inside]]
+    return found
+
+
+def _is_hidden(marks: Marks, row: int, below: Below) -> bool:
+    """Whether a surface lies before the middle of a mark; a mark is flat, and the surface below it is not."""
+    y, x, z, inside = _pixels_of(marks.means[row], below.camera)
+    if not inside:
+        return False
+    surface = np.exp(below.log_depth[y, x])
+    return bool(z > HIDDEN * surface + max(marks.lengths[row], marks.widths[row]))
+
+
+def _pixels_of(points: F64, camera: Camera) -> tuple[Rows, Rows, F64, Mask]:
+    """Rows, columns and camera z of points [..., 3], and whether they lie in the picture."""
     x, y, z = np.moveaxis(points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3], -1, 0)
-    near = np.maximum(z, camera.near)
-    K = camera.K
+    K, near = camera.K, np.maximum(z, camera.near)
     columns = np.floor(np.clip(K[0, 0] * x / near + K[0, 2], -1, camera.width)).astype(int)
     rows = np.floor(np.clip(K[1, 1] * y / near + K[1, 2], -1, camera.height)).astype(int)
     inside = (z > camera.near) & (columns >= 0) & (rows >= 0)
-    inside &= (columns < camera.width) & (rows < camera.height)
-    found = np.zeros(shape, bool)
-    at = rows[inside], columns[inside]
-    found[inside] = area[at] & (z[inside] <= HIDDEN * np.exp(below.log_depth[at]))
-    return found
+    return rows, columns, z, inside & (columns < camera.width) & (rows < camera.height)
 
 
 def _is_same(one: Camera, other: Camera) -> bool:
