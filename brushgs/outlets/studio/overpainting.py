@@ -32,7 +32,7 @@ MOST_POINTS = 2000  # of a stroke
 MOST_SIDE = 4096  # px of the picture that is painted over
 LEAST_SIZE, MOST_SIZE = 2.0, 400.0  # px, of the brush
 MOST_STATES = 100  # that can be undone
-HIDDEN = 1.05  # a mark is not seen where the surface before its middle is so many times nearer, and a mark's size
+HIDDEN = 1.05  # camera z of a mark over that of the surface before it, at which it is not seen
 COMB_STEP = 0.5  # radii of a comb between two
 
 Tool = Literal["paint", "smear", "erase", "bare", "comb"]
@@ -94,9 +94,7 @@ def read_stroke(value: Json, brushes: Sequence[str]) -> HandStroke:
     drawn = np.array(asked.points)
     if (np.abs(drawn[:, :2]) > 4 * MOST_SIDE).any():
         raise ValueError("points must lie near the picture")
-    return HandStroke(
-        asked.tool, camera, drawn, asked.size, asked.brush, np.array(colors), asked.opacity
-    )
+    return HandStroke(asked.tool, camera, drawn, asked.size, asked.brush, np.array(colors), asked.opacity)
 
 
 @dataclass
@@ -239,7 +237,8 @@ def changed_by(stroke: HandStroke, before: Overpaint, below: Below) -> Overpaint
 def combs_of(ribbon: Ribbon, below: Below) -> Combs | None:
     """Combs along a line on the surface; None where there is none."""
     half = float(ribbon.halves.mean())
-    every = max(int(COMB_STEP * half / max(np.linalg.norm(ribbon.points[1] - ribbon.points[0]), 1e-6)), 1)
+    step = max(float(np.linalg.norm(ribbon.points[1] - ribbon.points[0])), 1e-6)
+    every = max(int(COMB_STEP * half / step), 1)
     points = ribbon.points[::every]
     columns, rows = np.floor(points).astype(int).T
     height, width = below.is_solid.shape
@@ -248,7 +247,8 @@ def combs_of(ribbon: Ribbon, below: Below) -> Combs | None:
     if inside.sum() < 2:
         return None
     z = np.exp(below.log_depth[rows[inside], columns[inside]])
-    means = below.points(*points[inside].T, z)
+    x, y = points[inside].T
+    means = below.points(x, y, z)
     directions = np.gradient(means, axis=0)
     lengths = np.linalg.norm(directions, axis=1)
     keep = lengths > 1e-9 * np.abs(means).max(initial=1.0)

@@ -89,7 +89,9 @@ class Ribbon:
             h, w = texture.coverage.shape
             u = _unstretched(along, places[-1], 2 * float(self.halves.mean()) * w / h)
             at = np.stack([(v + 1) / 2 * (h - 1), u * (w - 1)])
-            coverage = map_coordinates(texture.coverage.astype(np.float64), at, order=1, mode="constant") / 255
+            coverage = (
+                map_coordinates(texture.coverage.astype(np.float64), at, order=1, mode="constant") / 255
+            )
         else:
             outside = np.maximum(np.maximum(-along, along - places[-1]), 0) / half
             coverage = np.exp(-4.5 * np.minimum(v**2 + outside**2, 9))
@@ -114,10 +116,8 @@ class Ribbon:
 
 
 def _unstretched(along: F64, length: float, natural: float) -> F64:
-    """Places along a line -> places of a stroke image, 0 to 1, whose ends keep their shape in a longer line."""
+    """Places along a line -> places of a stroke image, 0 to 1, whose ends keep their shape."""
     if length <= natural:
         return along / length
     end = END * natural
-    return np.interp(
-        along, [0, end, length - end, length], [0, END, 1 - END, 1], left=-1.0, right=2.0
-    )
+    return np.interp(along, [0, end, length - end, length], [0, END, 1 - END, 1], left=-1.0, right=2.0)

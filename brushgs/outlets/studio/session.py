@@ -20,6 +20,7 @@ from brushgs.formats.marks import MARKS_SUFFIX
 from brushgs.formats.pictures.shot import Origin, without_folders
 from brushgs.formats.pictures.shot import Shot as PictureShot
 from brushgs.options.choices import LOOKS
+from brushgs.options.overpaint import OverpaintConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.outlets.page.container import write_container
@@ -30,11 +31,12 @@ from brushgs.outlets.studio.overpainting import HandStroke, Overpainting
 from brushgs.outlets.studio.saved import SavedOptions
 from brushgs.outlets.studio.settings import Film, Known, Settings, Shot, flags_of, overrides_of, shown_lamp
 from brushgs.outlets.studio.where import Finder, Members, given_in, read_where
+from brushgs.pipeline.finishing import with_fields
+from brushgs.pipeline.overpaint import open_overpaint, overpainted
 from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Memory
 from brushgs.values.arrays import Rows
-from brushgs.values.marks import Overpaint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -110,7 +112,7 @@ class Session:
     marks: Sequence[Path] = ()
     _memory: Memory = field(default_factory=Memory)
     _finder: Finder = field(default_factory=Finder)
-    _laid: Overpaint | None = None  # in the last painting
+    _below: tuple[PaintConfig, Prepared] | None = None  # the last painting without marks, and its options
 
     @property
     def known(self) -> Known:
@@ -127,9 +129,7 @@ class Session:
     @cached_property
     def overpainting(self) -> Overpainting:
         """What is painted over the scene by hand. Raises SceneError if a file of marks cannot be read."""
-        return Overpainting.of_files(
-            self.marks, lambda: reserve(self.folder, self.source.name, MARKS_SUFFIX)
-        )
+        return Overpainting.of_files(self.marks, lambda: reserve(self.folder, self.source.name, MARKS_SUFFIX))
 
     @cached_property
     def clip(self) -> "Clip | None":
@@ -149,7 +149,7 @@ class Session:
 
     def of_scene(self, source: SceneSource) -> "Session":
         """The same with another scene."""
-        return replace(self, source=source, marks=(), _memory=Memory(), _finder=Finder(), _laid=None)
+        return replace(self, source=source, marks=(), _memory=Memory(), _finder=Finder(), _below=None)
 
     def save(self, settings: Settings) -> None:
         """Write the file of options, and the dropped pictures that they use.
@@ -171,18 +171,8 @@ class Session:
             SceneError: if a file cannot be read.
             ValueError: if an option does not suit the scene.
         """
-        laid = self.overpainting.current
-        if laid is not self._laid:  # the file has the same name
-            self._memory.forget("overpaint")
         config = self.config(settings)
-        prepared = prepare(
-            self.clip or self.source,
-            of_stills(config) if self.clip else config,
-            report,
-            asks=(*PICTURE, "first_view", "scene"),
-            memory=self._memory,
-        )
-        self._laid = laid
+        prepared = self._prepare(config, report)
         first, options = command_of(self.source, self._options(settings), prepared.notes)
         with report.stage("page") as stage:
             contents = page_contents(
@@ -200,6 +190,22 @@ class Session:
             stage.counts = {"strokes": contents.num_strokes, "bytes": len(packed)}
         facts = self._facts(settings, config, prepared, contents.omitted)
         return Painted(settings, config, prepared, packed, facts, contents.rows, (first, *options))
+
+    def _prepare(self, config: PaintConfig, report: Report) -> Prepared:
+        """The strokes of a painting, and what is painted over them: a stroke lays that alone anew."""
+        asks = (*PICTURE, "first_view", "scene")
+        if self.clip is not None:
+            return prepare(self.clip, of_stills(config), report, asks=asks, memory=self._memory)
+        own = replace(config, overpaint=OverpaintConfig())
+        if self._below is None or self._below[0] != own:
+            self._below = None
+            self._below = own, prepare(self.source, own, report, asks=asks, memory=self._memory)
+        below = self._below[1]
+        if not config.overpaint.files:
+            return below
+        given, threads = open_overpaint(config.overpaint), config.draw.threads
+        coats = overpainted(below.painting.coats, below.strokes, given, threads, report)
+        return replace(below, painting=replace(below.painting, coats=tuple(with_fields(coats, report))))
 
     def find(self, painted: Painted, text: object) -> Members:
         """The strokes in a part of the scene given as text, see `brushgs.outlets.studio.where`.

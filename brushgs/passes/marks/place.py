@@ -112,7 +112,8 @@ def erased_of_area(area: Mask, below: Below) -> Erased | None:
     for row in range(pieces.count):
         pixel, _ = pieces.pixels(row)
         points, mean, normal = _plane(pieces, pixel, below)
-        found.append((mean, normal, float(np.linalg.norm(points - mean, axis=1).max())))
+        pixel_size = float(np.exp(below.log_depth[area].min()) / below.camera.K[0, 0])
+        found.append((mean, normal, float(np.linalg.norm(points - mean, axis=1).max()) + pixel_size / 2))
     means, normals, radii = zip(*found, strict=True)
     return Erased(np.array(means), np.array(normals), np.array(radii))
 

@@ -71,6 +71,8 @@ class BrushField {
     );
     this._addOverlay();
     this._slider.show(this._size);
+    const help = element("div", {}, element("dt", {}, "Paint by hand"), element("dd", {}, BRUSH_HINT));
+    document.querySelector("#help dl").append(help);
     document.addEventListener("keydown", (event) => this._onKey(event), true);
   }
 
@@ -92,6 +94,7 @@ class BrushField {
     this._pick(false);
     for (const [of, tool] of Object.entries(this._tools)) tool.setAttribute("aria-pressed", String(of === name));
     this._surface.classList.toggle("is-free", name === null);
+    this._draw();
     this._onArm(name !== null);
     if (name === null) {
       this._at = null;
@@ -116,7 +119,7 @@ class BrushField {
   }
 
   _addOverlay() {
-    this._surface = element("canvas", { id: "brushSurface", className: "is-free", "aria-hidden": "true" });
+    this._surface = element("canvas", { id: "brushSurface", hidden: true, "aria-hidden": "true" });
     const on = (name, handler) => this._surface.addEventListener(name, handler.bind(this));
     on("pointerdown", this._onDown);
     on("pointermove", this._onMove);
@@ -261,7 +264,10 @@ class BrushField {
   /** What is drawn, and the circle of the brush. */
   _draw() {
     const { clientWidth, clientHeight } = this._app.canvas, ratio = window.devicePixelRatio;
-    const surface = this._surface, sides = [clientWidth, clientHeight].map((side) => Math.round(side * ratio));
+    const surface = this._surface;
+    surface.hidden = this._tool === null && !this._waiting.length;
+    if (surface.hidden) return;
+    const sides = [clientWidth, clientHeight].map((side) => Math.round(side * ratio));
     if (surface.width !== sides[0] || surface.height !== sides[1]) [surface.width, surface.height] = sides;
     const context = surface.getContext("2d");
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
