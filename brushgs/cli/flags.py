@@ -403,7 +403,7 @@ def add_painting(parser: ArgumentParser, *, size: str = "1280x720") -> None:
 
 def add_passes(parser: ArgumentParser) -> None:
     """Add strokes, palette, style, adjustments, rules and the painted part."""
-    for step in ("strokes", "palette", "style", "adjust", "rules"):
+    for step in ("strokes", "palette", "style", "adjust", "rules", "overpaint"):
         add(parser, step)
     add_where(parser, PART, step="painted")
 

@@ -24,6 +24,7 @@ from brushgs.version import __version__
 COMMANDS = {  # module in brushgs.cli.commands -> description
     "render": "paint a scene as a picture; along a camera path or of a moving scene, as frames or a video",
     "export": "write a painted scene as one HTML file to turn in a browser, as a 3D model, or as strokes",
+    "adopt": "make marks in space of what was painted over a picture of a scene",
     "batch": "run many jobs from one file: scenes, looks and views",
     "view": "paint a scene in the browser: turn it, change it, and paint pictures and videos from there",
     "demo": "build the example scene and paint it",

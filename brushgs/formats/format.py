@@ -43,7 +43,9 @@ def any_of(*matchers: Matcher) -> Matcher:
     return lambda path, begin: any(matches(path, begin) for matches in matchers)
 
 
-Kind = Literal["scene", "clip", "camera", "guides", "picture", "drawing", "layered", "video", "style"]
+Kind = Literal[
+    "scene", "clip", "camera", "guides", "picture", "drawing", "layered", "video", "style", "marks"
+]
 Function: TypeAlias = str | Callable[..., Any] | None
 
 

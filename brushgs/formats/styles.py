@@ -22,16 +22,16 @@ of grey; the atlas of a dictionary has red, green, blue and alpha, and its n mar
 do), and a colour without offsets (it alone).
 """
 
-from math import prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import open_plain, scratch_folder
-from brushgs.formats.schema import Numbers, as_count, decode, refused, shown
+from brushgs.formats.files import open_plain
+from brushgs.formats.packed import PackedArray, Picture, array_of, png_of
+from brushgs.formats.schema import as_count, decode, refused, shown
 from brushgs.values.arrays import F64, U8
 from brushgs.values.colors import rgb_of
 from brushgs.values.style import (
@@ -63,46 +63,15 @@ MAX_CELLS = 512  # a side of the map of a stage
 FARTHEST = 2.0  # of an offset, in a channel: colours lie in 0 to 1, and offsets within 1
 MOST_FACTOR = 1e3  # of the affine map
 MOST = 1e9  # of a number of the residual
-DTYPES = {"uint8": "|u1", "int8": "|i1", "float16": "<f2", "float32": "<f4"}
-ONE = {"uint8": 255, "int8": 127}  # the integer that stands for 1
 CURE = "give a file that `brushgs style learn` wrote"
 _CURE, _LEARN = "correct it", "learn the style again"
-_PNG = b"\x89PNG\r\n\x1a\n"
 
 _NAME = f"text of 1 to {MAX_NAME} printable characters"
 _Name = Annotated[str, Meta(min_length=1, max_length=MAX_NAME, description=_NAME)]
 _Color = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}\Z", description="a colour such as '#3a5f0b'")]
-_Side = Annotated[int, Meta(ge=0, le=MAX_BYTES)]
 _MarkSide = Annotated[int, Meta(ge=1, le=MOST_MARK_TEXELS)]
 _Sizes = Annotated[list[Annotated[float, Meta(gt=0, le=1)]], Meta(min_length=3, max_length=3)]
 _Broken = Annotated[float, Meta(ge=0, le=0.5)]  # as `brushgs.passes.color.broken_color` allows
-
-
-class _Packed(Struct, forbid_unknown_fields=True):
-    type: Literal["uint8", "int8", "float16", "float32"]
-    shape: Annotated[list[_Side], Meta(min_length=1, max_length=3)]
-    data: bytes
-
-    def __post_init__(self) -> None:
-        size = np.dtype(DTYPES[self.type]).itemsize
-        if len(self.data) != prod(self.shape) * size:
-            raise ValueError(
-                f".data must be {prod(self.shape)} numbers of {size} bytes, as 'shape' and 'type' say, "
-                f"got {len(self.data)} bytes"
-            )
-
-    @property
-    def array(self) -> F64:
-        numbers = np.frombuffer(self.data, DTYPES[self.type]).astype(np.float64)
-        return (numbers / ONE.get(self.type, 1)).reshape(self.shape)
-
-
-_Array = Annotated[_Packed | Numbers, Meta(description="an array, a list or packed")]
-
-
-class _Brush(Struct, forbid_unknown_fields=True):
-    type: Literal["png"]
-    data: bytes
 
 
 class _Spectrum(Struct, forbid_unknown_fields=True):
@@ -113,16 +82,16 @@ class _Spectrum(Struct, forbid_unknown_fields=True):
 
 class _Dictionary(Struct, forbid_unknown_fields=True):
     size: Annotated[list[_MarkSide], Meta(min_length=2, max_length=2)]
-    colors: _Array
-    shares: _Array
-    atlas: _Brush
+    colors: PackedArray
+    shares: PackedArray
+    atlas: Picture
 
 
 class _Named(Struct, forbid_unknown_fields=True):
     name: _Name
     color: _Color
     share: Annotated[float, Meta(ge=0, le=1e6)]
-    offsets: _Array | None = None
+    offsets: PackedArray | None = None
 
     def __post_init__(self) -> None:
         _check_names(".name", self.name)
@@ -131,20 +100,20 @@ class _Named(Struct, forbid_unknown_fields=True):
 class _Marks(Struct, forbid_unknown_fields=True):
     length: Annotated[float, Meta(gt=0, le=1)]
     aspect: Annotated[float, Meta(ge=1, le=20)]
-    directions: _Array
+    directions: PackedArray
     broken_lightness: _Broken | None = None
     broken_chroma: _Broken | None = None
     ground: _Color | None = None
     relief: Annotated[float, Meta(ge=0, le=1)] | None = None
-    brushes: Annotated[list[_Brush], Meta(max_length=MAX_BRUSHES)] | None = None
+    brushes: Annotated[list[Picture], Meta(max_length=MAX_BRUSHES)] | None = None
     coherent: _Spectrum | None = None
     incoherent: _Spectrum | None = None
     dictionary: _Dictionary | None = None
 
 
 class _Stage(Struct, forbid_unknown_fields=True):
-    colors: _Array
-    directions: _Array
+    colors: PackedArray
+    directions: PackedArray
 
 
 class _Lines(Struct, forbid_unknown_fields=True):
@@ -156,18 +125,18 @@ class _Lines(Struct, forbid_unknown_fields=True):
 class _Residual(Struct, forbid_unknown_fields=True):
     features: Annotated[list[_Name], Meta(min_length=1, max_length=MAX_FEATURES)]
     width: Annotated[float, Meta(gt=0, le=MOST)]
-    offset: _Array
-    scale: _Array
-    centers: _Array
-    weights: _Array
-    slopes: _Array | None = None
+    offset: PackedArray
+    scale: PackedArray
+    centers: PackedArray
+    weights: PackedArray
+    slopes: PackedArray | None = None
 
     def __post_init__(self) -> None:
         _check_names(".features", *self.features)
 
 
 class _Edit(Struct, forbid_unknown_fields=True):
-    affine: _Array
+    affine: PackedArray
     log_size: Annotated[float, Meta(ge=-10, le=10)] | None = None
     residual: _Residual | None = None
 
@@ -260,14 +229,16 @@ def _palette(path: Path, colors: list[_Named]) -> StylePalette:
     for index, color in enumerate(colors):
         offsets = np.zeros((1, 3))
         if color.offsets is not None:
-            offsets = _array(path, f"palette[{index}].offsets", color.offsets, (None, 3), FARTHEST)
+            offsets = array_of(
+                path, f"palette[{index}].offsets", color.offsets, (None, 3), FARTHEST, cure=_CURE
+            )
         rgb = np.array(rgb_of(color.color))
         named.append(NamedColor(color.name, rgb, color.share / total, offsets.astype(np.float32)))
     return StylePalette(tuple(named))
 
 
 def _marks(path: Path, marks: _Marks) -> StyleMarks:
-    directions = _array(path, "marks.directions", marks.directions, (None, None, 2), 1.01)
+    directions = array_of(path, "marks.directions", marks.directions, (None, None, 2), 1.01, cure=_CURE)
     if max(directions.shape) > MAX_TEXELS:
         rule = f"at most {MAX_TEXELS} a side"
         raise refused(path, "marks.directions", rule, list(directions.shape), _CURE)
@@ -292,13 +263,15 @@ def _marks(path: Path, marks: _Marks) -> StyleMarks:
 
 
 def _stage(path: Path, stage: _Stage) -> StyleStage:
-    colors = _array(path, "stage.colors", stage.colors, (None, None, 3), 1.0)
+    colors = array_of(path, "stage.colors", stage.colors, (None, None, 3), 1.0, cure=_CURE)
     if max(colors.shape) > MAX_CELLS or min(colors.shape[:2]) < 2:
         rule = f"2 to {MAX_CELLS} a side"
         raise refused(path, "stage.colors", rule, list(colors.shape), _CURE)
     if colors.min() < 0:
         raise refused(path, "stage.colors", "0 to 1", float(colors.min()), _CURE)
-    directions = _array(path, "stage.directions", stage.directions, (*colors.shape[:2], 2), 1.01)
+    directions = array_of(
+        path, "stage.directions", stage.directions, (*colors.shape[:2], 2), 1.01, cure=_CURE
+    )
     lengths = np.linalg.norm(directions, axis=2, keepdims=True)
     return StyleStage(colors.astype(np.float32), (directions / np.maximum(lengths, 1)).astype(np.float32))
 
@@ -314,8 +287,8 @@ def _spectrum(path: Path, place: str, stored: _Spectrum | None) -> MarkSpectrum 
 
 def _dictionary(path: Path, stored: _Dictionary) -> MarkDictionary:
     place = "marks.dictionary"
-    colors = _array(path, f"{place}.colors", stored.colors, (None, 3), FARTHEST)
-    shares = _array(path, f"{place}.shares", stored.shares, (len(colors),), 1.0)
+    colors = array_of(path, f"{place}.colors", stored.colors, (None, 3), FARTHEST, cure=_CURE)
+    shares = array_of(path, f"{place}.shares", stored.shares, (len(colors),), 1.0, cure=_CURE)
     if len(colors) > MAX_MARKS:
         raise refused(path, f"{place}.colors", f"of at most {MAX_MARKS} marks", len(colors), _LEARN)
     (width, height), rows = stored.size, -(-len(colors) // ATLAS_COLUMNS)
@@ -323,7 +296,7 @@ def _dictionary(path: Path, stored: _Dictionary) -> MarkDictionary:
     rule = f"a PNG of 8 bits of red, green, blue and alpha in {wanted[1]}x{wanted[0]} pixels"
     if wanted[0] * wanted[1] > MAX_ATLAS:
         raise refused(path, f"{place}.size", f"of at most {MAX_ATLAS} pixels in all", stored.size, _LEARN)
-    pixels = _png(path, f"{place}.atlas.data", stored.atlas.data, rule, MAX_ATLAS)
+    pixels = png_of(path, f"{place}.atlas.data", stored.atlas.data, rule, MAX_ATLAS, cure=_LEARN)
     if pixels.shape != (*wanted, 4):
         found = "{1}x{0} in {2} channels".format(*pixels.shape)
         raise SceneError(path, f"{place}.atlas.data must be {rule}, got {found}; {_LEARN}")
@@ -333,12 +306,12 @@ def _dictionary(path: Path, stored: _Dictionary) -> MarkDictionary:
 
 
 def _edit(path: Path, edit: _Edit) -> StyleEdit:
-    affine = _array(path, "edit.affine", edit.affine, (3, 4), MOST_FACTOR)
+    affine = array_of(path, "edit.affine", edit.affine, (3, 4), MOST_FACTOR, cure=_CURE)
     if (stored := edit.residual) is None:
         return StyleEdit(affine, edit.log_size or 0.0, None)
 
     def part(name: str, *shape: int | None) -> F64:
-        return _array(path, f"edit.residual.{name}", getattr(stored, name), shape, MOST)
+        return array_of(path, f"edit.residual.{name}", getattr(stored, name), shape, MOST, cure=_CURE)
 
     count = len(stored.features)
     offset, scale, centers = part("offset", count), part("scale", count), part("centers", None, count)
@@ -355,52 +328,15 @@ def _edit(path: Path, edit: _Edit) -> StyleEdit:
     return StyleEdit(affine, edit.log_size or 0.0, residual)
 
 
-def _array(path: Path, place: str, value: Any, shape: tuple[int | None, ...], largest: float) -> F64:
-    """An array of numbers up to a magnitude; a size of None is any above 0."""
-    wanted = f"an array of shape [{', '.join('any' if side is None else str(side) for side in shape)}]"
-    try:
-        array = value.array if isinstance(value, _Packed) else np.array(value, np.float64)
-    except (TypeError, ValueError):
-        raise refused(path, place, f"{wanted}, a list or packed", value, _CURE) from None
-    fits = array.ndim == len(shape) and all(
-        n == side or (side is None and n > 0) for n, side in zip(array.shape, shape, strict=True)
-    )
-    if not fits:
-        raise SceneError(path, f"{place} must be {wanted}, got shape {list(array.shape)}; {_CURE}")
-    if not (is_small := np.abs(array) <= largest).all():
-        rule = f"finite numbers of at most {largest:g}"
-        raise refused(path, place, rule, float(array[~is_small][0]), _CURE)
-    return np.asarray(array)
-
-
 def _texels(path: Path, place: str, data: bytes) -> U8:
     """The grey picture [h, w] of a PNG."""
     rule = f"a PNG of 8 bits of grey and at most {MAX_TEXELS} texels a side"
-    texels = _png(path, place, data, rule, MAX_TEXELS**2)
+    texels = png_of(path, place, data, rule, MAX_TEXELS**2, cure=_LEARN)
     height, width, channels = texels.shape
     if channels != 1 or max(height, width) > MAX_TEXELS:
         found = f"{channels} channels in {width}x{height}"
         raise SceneError(path, f"{place} must be {rule}, got {found}; {_LEARN}")
     return np.ascontiguousarray(texels[..., 0])
-
-
-def _png(path: Path, place: str, data: bytes, rule: str, max_pixels: int) -> U8:
-    """The pixels of a PNG [h, w, channels]; a larger one is refused by its header."""
-    from brushgs.formats.pictures.images import read_bytes
-
-    if not data.startswith(_PNG):
-        raise SceneError(path, f"{place} must be {rule}, got another file; {_LEARN}")
-    width, height = (int.from_bytes(data[at : at + 4], "big") for at in (16, 20))
-    if width * height > max_pixels:
-        raise SceneError(path, f"{place} must be {rule}, got one of {width}x{height}; {_LEARN}")
-    with scratch_folder() as folder:
-        picture = folder / "picture.png"
-        picture.write_bytes(data)
-        try:
-            return read_bytes(picture, max_pixels)
-        except SceneError as error:
-            reason = str(error).removeprefix(f"{picture}: ").partition(";")[0]
-            raise SceneError(path, f"{place} must be {rule}, got one that {reason}; {_LEARN}") from None
 
 
 __all__ = ["load_style", "save_style"]

@@ -1,7 +1,5 @@
 """Styles are written to JSON that people can edit; see `formats.styles`, which reads it."""
 
-import base64
-import json
 from pathlib import Path
 from typing import Any
 
@@ -9,14 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import replacing, scratch_folder
-from brushgs.formats.styles import ATLAS_COLUMNS, DTYPES, MARK, MAX_BYTES, ONE, VERSION, style_of
+from brushgs.formats.files import replacing
+from brushgs.formats.packed import laid_out, pack, picture_of
+from brushgs.formats.styles import ATLAS_COLUMNS, MARK, MAX_BYTES, VERSION, style_of
 from brushgs.options.choices import STYLE_SUFFIX
-from brushgs.values.arrays import U8
 from brushgs.values.style import MarkDictionary, NamedColor, Residual, Style, StyleEdit, StyleMarks
-
-# Colours beside alpha are stored as they are, also where nothing is covered.
-_PNG_ATTRIBUTES = {"png:compressionLevel": 9, "oiio:UnassociatedAlpha": 1}
 
 
 def write_style(style: Style, path: str | Path) -> None:
@@ -63,7 +58,7 @@ def content_of(style: Style, path: Path) -> bytes:
         }
     if style.edit is not None:
         value["edit"] = _edit(style.edit)
-    content = (_laid_out(value) + "\n").encode()
+    content = (laid_out(value) + "\n").encode()
     if len(content) > MAX_BYTES:
         cure = "learn a smaller residual" if style.edit is not None else "keep fewer or smaller brushes"
         rule = f"a style must take at most {MAX_BYTES // 1_000_000} MB, got {len(content) / 1e6:.1f}"
@@ -99,7 +94,7 @@ def _marks(marks: StyleMarks) -> dict[str, Any]:
         "ground": None if marks.ground is None else _hex(marks.ground)[0],
         "relief": float(marks.relief),
         "directions": pack(marks.directions, "int8"),
-        "brushes": [_picture(brush[..., None], "Y") for brush in marks.brushes],
+        "brushes": [picture_of(brush[..., None], "Y") for brush in marks.brushes],
     }
     for name, spectrum in (("coherent", marks.coherent), ("incoherent", marks.incoherent)):
         if spectrum is not None:
@@ -124,7 +119,7 @@ def _dictionary(marks: MarkDictionary) -> dict[str, Any]:
         "size": [width, height],
         "colors": pack(marks.colors, "float16"),
         "shares": pack(marks.shares, "float16"),
-        "atlas": _picture(picture.reshape(rows * height, ATLAS_COLUMNS * width, 4), "RGBA"),
+        "atlas": picture_of(picture.reshape(rows * height, ATLAS_COLUMNS * width, 4), "RGBA"),
     }
 
 
@@ -142,35 +137,3 @@ def _residual(residual: Residual) -> dict[str, Any]:
     return {"features": list(residual.features), "width": float(residual.width)} | {
         name: None if array is None else pack(array, "float32") for name, array in arrays.items()
     }
-
-
-def pack(values: NDArray[Any], type: str) -> dict[str, Any]:
-    """An array as JSON, of a type of `DTYPES`. Values beyond the range of an integer type are clipped."""
-    if type in ONE:
-        limits = np.iinfo(DTYPES[type])
-        values = np.clip(np.rint(values.astype(np.float64) * ONE[type]), limits.min, limits.max)
-    data = np.ascontiguousarray(values).astype(DTYPES[type]).tobytes()
-    return {"type": type, "shape": list(values.shape), "data": base64.b64encode(data).decode()}
-
-
-def _picture(texels: U8, channels: str) -> dict[str, Any]:
-    """A picture [h, w, channels] as JSON."""
-    from brushgs.formats.pictures.oiio import write_pixels
-
-    with scratch_folder() as folder:
-        path = folder / "picture.png"
-        write_pixels(path, "png", texels, tuple(channels), _PNG_ATTRIBUTES)
-        return {"type": "png", "data": base64.b64encode(path.read_bytes()).decode()}
-
-
-def _laid_out(value: Any, indent: str = "") -> str:
-    """JSON in which only objects that people read, and lists of these, take several lines."""
-    inner = indent + "  "
-    if isinstance(value, dict) and "data" not in value:
-        rows = [f"{json.dumps(name)}: {_laid_out(part, inner)}" for name, part in value.items()]
-    elif isinstance(value, list) and any(isinstance(part, dict | list) for part in value):
-        rows = [_laid_out(part, inner) for part in value]
-    else:
-        return json.dumps(value, ensure_ascii=False)
-    begin, end = "{}" if isinstance(value, dict) else "[]"
-    return begin + ",".join(f"\n{inner}{row}" for row in rows) + f"\n{indent}{end}"

@@ -191,6 +191,10 @@ _STYLES = (
     Format("style", "style", (".style",), read="styles:read_style", write="styles_write:write_style",
         note="what was learnt of a painting"),
 )
+_MARKS = (
+    Format("marks", "marks", (".marks",), read="marks:read_marks", write="marks:write_marks",
+        note="what was painted over a scene by hand"),
+)
 # fmt: on
 _SHOWN = (*_PICTURES, *_DRAWINGS, *_LAYERED, *_VIDEOS)
-FORMATS: tuple[Format, ...] = (*_SCENES, *_CLIPS, *_CAMERAS, *_GUIDES, *_SHOWN, *_STYLES)
+FORMATS: tuple[Format, ...] = (*_SCENES, *_CLIPS, *_CAMERAS, *_GUIDES, *_SHOWN, *_STYLES, *_MARKS)

@@ -38,6 +38,9 @@ class OutputConfig(Options, frozen=True):
         "primaries of sRGB, ACEScg, ACES2065-1, Rec. 2020 or P3 (D65), or srgb, display-encoded #aces #ocio "
         "#gamut #color #exr", default="lin_srgb for EXR, srgb for other files", not_in_memory=OF_FILES
     )] = None
+    sidecar: Annotated[bool, option("also write FILE.json with command and camera, for `brushgs adopt`: "
+        "other programs drop what is stored in the picture #metadata #camera", not_in_memory=OF_FILES
+    )] = False
     codec: Annotated[Codec | None, option("video codec #video #quality #compression", default=
         "h264 for .mp4, prores (4444) for .mov, vp9 for .webm", not_in_memory=OF_FILMS)] = None
     bits: Annotated[int | None, option("bits per channel: 8 or 16 for PNG and TIFF, 8 or 10 for AVIF and "

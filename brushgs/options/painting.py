@@ -45,6 +45,7 @@ from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig,
 from brushgs.options.maps import Map, make_maps, read_maps
 from brushgs.options.media import Medium, Paint, medium_of
 from brushgs.options.output import OutputConfig
+from brushgs.options.overpaint import OverpaintConfig
 from brushgs.options.paper import EXAMPLES, MM_PER_INCH, PaperSize, sheet_names
 from brushgs.options.projection import ProjectionConfig
 from brushgs.options.rules import Rules
@@ -610,6 +611,7 @@ class PaintConfig(Options, frozen=True):
     adjust: AdjustConfig = AdjustConfig()
     rules: Rules | None = None
     painted: WhereConfig | None = None
+    overpaint: OverpaintConfig = OverpaintConfig()
     hand: HandConfig = HandConfig()
     output: OutputConfig = OutputConfig()
     projection: ProjectionConfig = ProjectionConfig()

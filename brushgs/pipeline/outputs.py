@@ -46,6 +46,7 @@ def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ..
         *(() if config.painted is None else config.painted.files),
         *config.strokes.files,
         *config.hand.files,
+        *config.overpaint.files,
     )
 
 

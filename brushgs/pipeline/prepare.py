@@ -46,6 +46,7 @@ STROKES = (
     "texture",
     "kit",
     "options",
+    "overpaint",
     "palette",
     "notes",
     "region_names",
@@ -58,6 +59,7 @@ _FIRST = (
     "styles",
     "regions",
     "own_brushes",
+    "overpaint",
     "palette",
 )  # files that options name: wrong ones are refused early
 _EARLY = ("first_view", *VIEW, "scene")  # values that are found before the long work, in this order

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from brushgs.formats.pictures.metadata import write_sidecar
 from brushgs.formats.pictures.oiio import Strips
 from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.registry import (
@@ -89,6 +90,8 @@ def paint_file(
         raise ValueError(
             f"{output.name} holds the strokes of one pinhole camera, no sphere and no eyes; write {cure}"
         )
+    if config.output.sidecar and origin is None:
+        raise ValueError("sidecar holds the metadata, which no-metadata omits; omit one")
     if "motion" in config.output.layers:
         raise ValueError("layers must not have motion in one picture, which has no next frame; omit it")
     if is_drawing(output) and config.output.crop is not None:
@@ -119,6 +122,8 @@ def paint_file(
         shot = Shot(origin=origin, dpi=painting.dpi, panorama=rig.panorama)
     behind = cut_background(prepared.background, painting.part)
     write_picture(frame, output, behind, config, report, shot)
+    if config.output.sidecar:
+        write_sidecar(output, shot)
     report.output = str(output)
     if sheet is not None:
         name = name_of(scene, prepared.notes)

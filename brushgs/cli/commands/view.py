@@ -142,6 +142,7 @@ def session_of(args: Namespace) -> "Session":
         writes_metadata=not args.no_metadata,
         saved=saved_options(args),
         clip_of=lambda source: open_clip(args, source),
+        marks=vars(args).get("overpaint.files") or (),
     )
 
 

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import check_plain, exists, scratch_folder
+from brushgs.formats.files import check_plain, exists, read_whole, replacing, scratch_folder
 from brushgs.formats.pictures.encoding import INSTALL_PYAV
 from brushgs.formats.pictures.images import MAX_PIXELS, find_format, suffixed
 from brushgs.formats.pictures.shot import Origin, Shot
@@ -23,6 +24,7 @@ from brushgs.version import __version__
 
 DESCRIPTION = "ImageDescription"  # of OpenImageIO
 COMMENT = "comment"  # of libav
+SIDECAR = ".json"  # after the name of a picture
 _MAX_LENGTH = 60_000  # characters: a JPEG holds 65,533 in one piece
 
 
@@ -99,6 +101,46 @@ def read_metadata(path: Path) -> Metadata | None:
         return msgspec.json.decode(text, type=Metadata)
     except (msgspec.DecodeError, RecursionError):
         return None
+
+
+def camera_of(path: Path) -> Camera | None:
+    """The camera that a picture states, or the file of `write_sidecar` beside it; None if none does.
+
+    Raises:
+        SceneError: if there is no such picture, or the file beside it is damaged.
+    """
+    found = read_metadata(path)
+    beside = sidecar_of(path)
+    if (found is None or found.camera is None) and exists(beside):
+        try:
+            found = msgspec.json.decode(read_whole(beside, _MAX_LENGTH), type=Metadata)
+        except (msgspec.DecodeError, RecursionError) as error:
+            cure = "write it again with `brushgs render --sidecar`"
+            raise SceneError(beside, f"states no camera ({error}); {cure}") from None
+    if found is None or (camera := found.camera) is None:
+        return None
+    try:
+        matrices = np.reshape(camera.viewmat, (4, 4)), np.reshape(camera.K, (3, 3))
+        return Camera(*matrices, camera.width, camera.height, camera.near)
+    except ValueError as error:
+        raise SceneError(path, f"states a camera that cannot be used ({error}); paint it again") from None
+
+
+def sidecar_of(path: Path) -> Path:
+    """The file of metadata beside a picture: frame.png.json."""
+    return path.with_name(path.name + SIDECAR)
+
+
+def write_sidecar(path: Path, shot: Shot) -> Path:
+    """Write the metadata of a picture beside it, for programs that drop what is in it; returns the file.
+
+    Raises:
+        SceneError: if it cannot be written.
+    """
+    beside = sidecar_of(path)
+    with replacing(beside) as temporary:
+        temporary.write_text(metadata_text(shot) + "\n", encoding="utf-8")
+    return beside
 
 
 def is_painted_by(path: Path, origin: Origin) -> bool:

@@ -48,6 +48,7 @@ SCRIPTS = (
     "live_outputs.js",
     "live_where.js",
     "live_point.js",
+    "live_brush.js",
     "live_scene.js",
     "live.js",
     "app.js",

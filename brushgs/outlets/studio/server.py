@@ -25,8 +25,10 @@ from tempfile import SpooledTemporaryFile
 from typing import IO, Any
 from urllib.parse import parse_qsl, urlsplit
 
+from brushgs.brushes.builtin import stroke_notes
 from brushgs.errors import SceneError
 from brushgs.options.viewer import ServerConfig
+from brushgs.outlets.studio.overpainting import read_stroke
 from brushgs.outlets.studio.settings import read_film, read_json, read_part, read_settings, read_shot
 from brushgs.outlets.studio.studio import Studio
 
@@ -396,6 +398,20 @@ class StudioHandler(BaseHTTPRequestHandler):
         """Start painting a video."""
         return Reply.of({"id": self.server.studio.film(read_film(read_json(body.read())))})
 
+    def stroke(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
+        """Paint over the scene."""
+        studio = self.server.studio
+        stroke = read_stroke(read_json(body.read()), [note.name for note in stroke_notes()])
+        return Reply.of({"number": studio.paint_over(stroke)})
+
+    def undo(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
+        """Take the last stroke back."""
+        return Reply.of({"number": self.server.studio.step_marks(-1)})
+
+    def redo(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
+        """Paint the stroke again that was taken back."""
+        return Reply.of({"number": self.server.studio.step_marks(1)})
+
     def where(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """Find the strokes in a part of the scene."""
         return Reply.of(self.server.studio.find(read_part(read_json(body.read()))))
@@ -432,6 +448,9 @@ ROUTES: Mapping[tuple[str, str], Route] = {
     ("POST", "/render"): StudioHandler.render,
     ("POST", "/video"): StudioHandler.video,
     ("POST", "/where"): StudioHandler.where,
+    ("POST", "/stroke"): StudioHandler.stroke,
+    ("POST", "/undo"): StudioHandler.undo,
+    ("POST", "/redo"): StudioHandler.redo,
     ("POST", "/stop"): StudioHandler.stop,
 }
 

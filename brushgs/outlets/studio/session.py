@@ -16,18 +16,23 @@ from typing import TYPE_CHECKING, Any
 
 from brushgs.brushes.builtin import stroke_notes
 from brushgs.errors import SceneError
+from brushgs.formats.marks import MARKS_SUFFIX
 from brushgs.formats.pictures.shot import Origin, without_folders
 from brushgs.formats.pictures.shot import Shot as PictureShot
 from brushgs.options.choices import LOOKS
+from brushgs.options.overpaint import OverpaintConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import page_contents
 from brushgs.outlets.page.export import command_of, of_stills, view_of
 from brushgs.outlets.page.motion import PageMotion
+from brushgs.outlets.studio.overpainting import HandStroke, Overpainting
 from brushgs.outlets.studio.saved import SavedOptions
 from brushgs.outlets.studio.settings import Film, Known, Settings, Shot, flags_of, overrides_of, shown_lamp
 from brushgs.outlets.studio.where import Finder, Members, given_in, read_where
+from brushgs.pipeline.finishing import with_fields
+from brushgs.pipeline.overpaint import open_overpaint, overpainted
 from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Memory
@@ -92,6 +97,7 @@ class Session:
         writes_metadata: whether pictures and videos get metadata.
         saved: file of options to write at each change; or None.
         clip_of: opens a moving scene; None for a still one, or one moment.
+        marks: files of marks of the command line; the page goes on with the last one.
     """
 
     source: SceneSource
@@ -103,8 +109,10 @@ class Session:
     writes_metadata: bool = True
     saved: SavedOptions | None = None
     clip_of: "Callable[[SceneSource], Clip | None]" = lambda source: None
+    marks: Sequence[Path] = ()
     _memory: Memory = field(default_factory=Memory)
     _finder: Finder = field(default_factory=Finder)
+    _below: tuple[PaintConfig, Prepared] | None = None  # the last painting without marks, and its options
 
     @property
     def known(self) -> Known:
@@ -117,6 +125,11 @@ class Session:
     def made(self) -> Mapping[str, int]:
         """Number of runs of each step."""
         return self._memory.made
+
+    @cached_property
+    def overpainting(self) -> Overpainting:
+        """What is painted over the scene by hand. Raises SceneError if a file of marks cannot be read."""
+        return Overpainting.of_files(self.marks, lambda: reserve(self.folder, self.source.name, MARKS_SUFFIX))
 
     @cached_property
     def clip(self) -> "Clip | None":
@@ -132,11 +145,11 @@ class Session:
         """
         if settings.part is not None:
             read_where(settings.part, given_in(self.config_of({})))
-        return self.config_of(overrides_of(settings, self.known))
+        return self.config_of(self._overrides(settings))
 
     def of_scene(self, source: SceneSource) -> "Session":
         """The same with another scene."""
-        return replace(self, source=source, _memory=Memory(), _finder=Finder())
+        return replace(self, source=source, marks=(), _memory=Memory(), _finder=Finder(), _below=None)
 
     def save(self, settings: Settings) -> None:
         """Write the file of options, and the dropped pictures that they use.
@@ -149,7 +162,7 @@ class Session:
         given = (settings.stroke, settings.palette)
         used = {key: one for key, one in self.dropped.items() if key in given}
         names = {key: self.saved.keep(key, one.name, one.path) for key, one in used.items()}
-        self.saved.write(overrides_of(settings, self.known), flags_of(settings, names))
+        self.saved.write(self._overrides(settings), [*flags_of(settings, names), *self._mark_flags])
 
     def paint(self, settings: Settings, report: Report) -> Painted:
         """Make the painting of settings.
@@ -159,13 +172,7 @@ class Session:
             ValueError: if an option does not suit the scene.
         """
         config = self.config(settings)
-        prepared = prepare(
-            self.clip or self.source,
-            of_stills(config) if self.clip else config,
-            report,
-            asks=(*PICTURE, "first_view", "scene"),
-            memory=self._memory,
-        )
+        prepared = self._prepare(config, report)
         first, options = command_of(self.source, self._options(settings), prepared.notes)
         with report.stage("page") as stage:
             contents = page_contents(
@@ -184,6 +191,22 @@ class Session:
         facts = self._facts(settings, config, prepared, contents.omitted)
         return Painted(settings, config, prepared, packed, facts, contents.rows, (first, *options))
 
+    def _prepare(self, config: PaintConfig, report: Report) -> Prepared:
+        """The strokes of a painting, and what is painted over them: a stroke lays that alone anew."""
+        asks = (*PICTURE, "first_view", "scene")
+        if self.clip is not None:
+            return prepare(self.clip, of_stills(config), report, asks=asks, memory=self._memory)
+        own = replace(config, overpaint=OverpaintConfig())
+        if self._below is None or self._below[0] != own:
+            self._below = None
+            self._below = own, prepare(self.source, own, report, asks=asks, memory=self._memory)
+        below = self._below[1]
+        if not config.overpaint.files:
+            return below
+        given, threads = open_overpaint(config.overpaint), config.draw.threads
+        coats = overpainted(below.painting.coats, below.strokes, given, threads, report)
+        return replace(below, painting=replace(below.painting, coats=tuple(with_fields(coats, report))))
+
     def find(self, painted: Painted, text: object) -> Members:
         """The strokes in a part of the scene given as text, see `brushgs.outlets.studio.where`.
 
@@ -191,6 +214,15 @@ class Session:
             ValueError: if it is invalid, does not exist, or would read files.
         """
         return self._finder.find(painted.prepared, painted.rows, read_where(text, given_in(painted.config)))
+
+    def paint_over(self, painted: Painted, stroke: HandStroke) -> bool:
+        """Do what a stroke of the page's brush means, in the file of marks; False if it meets nothing.
+
+        Raises:
+            ValueError: if there would be too many marks, or the scene moves.
+            SceneError: if the file cannot be written, or another program changed it.
+        """
+        return self.overpainting.add(stroke, painted)
 
     def shoot(self, painted: Painted, shot: Shot, report: Report) -> Path:
         """Paint a view with the exact renderer, and return the file."""
@@ -246,7 +278,15 @@ class Session:
     def _options(self, settings: Settings) -> list[str]:
         """Command-line words that paint the same; dropped pictures have their original names."""
         names = {key: one.name for key, one in self.dropped.items()}
-        return self.options(overrides_of(settings, self.known)) + flags_of(settings, names)
+        return [*self.options(self._overrides(settings)), *flags_of(settings, names), *self._mark_flags]
+
+    def _overrides(self, settings: Settings) -> dict[str, Any]:
+        """The overrides of flags, with the files of marks."""
+        return overrides_of(settings, self.known) | {"overpaint.files": self.overpainting.files}
+
+    @property
+    def _mark_flags(self) -> list[str]:
+        return [word for path in self.overpainting.files for word in ("--marks", str(path))]
 
     def _facts(
         self, settings: Settings, config: PaintConfig, prepared: Prepared, omitted: Sequence[str]

@@ -129,7 +129,7 @@ def read_settings(value: Json, known: Known) -> Settings:
     Raises:
         ValueError: if a field or name is unknown, or a value has another type.
     """
-    settings = _request(value, Settings)
+    settings = request_of(value, Settings)
     offered = {
         "look": known.looks,
         "stroke": (*known.strokes, *known.files),
@@ -258,14 +258,14 @@ class Film:
 
 def read_shot(value: Json) -> Shot:
     """A picture of a `ShotRequest`. Raises ValueError."""
-    asked = _request(value, ShotRequest)
+    asked = request_of(value, ShotRequest)
     check_picture(asked.width, asked.height)
     return Shot(asked.camera.camera("camera").resized(asked.width, asked.height), asked.seconds)
 
 
 def read_film(value: Json) -> Film:
     """A video of a `FilmRequest`. Raises ValueError."""
-    asked = _request(value, FilmRequest)
+    asked = request_of(value, FilmRequest)
     config = FilmConfig(asked.kind, asked.seconds, asked.width, asked.height, asked.fps, asked.loop)
     if asked.kind == "turn" and (len(asked.cameras) != 1 or asked.center is None):
         raise ValueError("a turn must have one camera and a center")
@@ -279,7 +279,7 @@ def read_film(value: Json) -> Film:
 
 def read_part(value: Json) -> str:
     """What was typed for a part of the scene. Raises ValueError."""
-    return _request(value, PartRequest).where
+    return request_of(value, PartRequest).where
 
 
 def shown_lamp(lamp: tuple[float, float] | None) -> list[float]:
@@ -293,7 +293,7 @@ def camel(name: str) -> str:
     return first + "".join(word.capitalize() for word in rest)
 
 
-def _request(value: Json, kind: type[T]) -> T:
+def request_of(value: Json, kind: type[T]) -> T:
     """A request as a struct. Raises ValueError, with a sentence that names the field."""
     try:
         return msgspec.convert(value, kind)

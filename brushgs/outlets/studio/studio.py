@@ -17,6 +17,7 @@ from typing import IO, Any, Literal
 from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.page.html import page_html
 from brushgs.outlets.studio.hearing import Heard
+from brushgs.outlets.studio.overpainting import HandStroke
 from brushgs.outlets.studio.scenes import Scenes, plain_name
 from brushgs.outlets.studio.session import Dropped, Painted, Session
 from brushgs.outlets.studio.settings import Film, Settings, Shot, schema
@@ -98,6 +99,7 @@ class Studio:
         self._session, self._uploads, self._heard = session, uploads, heard or Heard()
         self._say, self.hint = say, ""
         self._changed, self._finding, self._adding = threading.Condition(), threading.Lock(), threading.Lock()
+        self._overpainting = threading.Lock()
         self._number, self._is_closed = 1, False
         self._painted, self._version, self._seconds = first, 1, 0.0
         self._wanted = first.settings
@@ -147,6 +149,7 @@ class Studio:
                 "progress": _progress(self._progress),
                 "error": self._error,
                 "notes": list(self._notes),
+                "marks": self._session.overpainting.facts,
                 "outputs": [output.as_json() for output in self._outputs.values()],
             }
 
@@ -218,6 +221,34 @@ class Studio:
         self._wanted, self._error, self._progress, self._next = settings, None, Progress("waiting"), scene
         self._changes.submit(lambda task: self._paint(settings, scene, task))
         return self._bump()
+
+    def paint_over(self, stroke: HandStroke) -> int | None:
+        """Do what a stroke of the page's brush means, write the file of marks, and start the painting.
+
+        Returns:
+            The number of the state; None if the stroke meets nothing.
+
+        Raises:
+            ValueError: if it is one too many, the scene moves, another scene is being opened, or the file
+                cannot be written; then nothing changes.
+        """
+        return self._change_marks(lambda session, painted: session.paint_over(painted, stroke))
+
+    def step_marks(self, by: int) -> int | None:
+        """Undo (-1) or redo (1) a stroke of the page's brush; see `paint_over`."""
+        return self._change_marks(lambda session, painted: session.overpainting.step(by))
+
+    def _change_marks(self, change: Callable[[Session, Painted], bool]) -> int | None:
+        with self._overpainting:  # one after the other, without the state: a stroke takes a part of a second
+            with self._changed:
+                session, painted = self._session, self._painted
+                if self._next != self._scene:
+                    raise ValueError("another scene is being opened; paint when it is there")
+            if not change(session, painted):
+                return None
+            with self._changed:
+                session.save(self._wanted)
+                return self._start(self._wanted, self._next)
 
     def shoot(self, shot: Shot) -> str:
         """Start painting a picture; returns the id of the output. Raises ValueError if too many wait."""

@@ -35,6 +35,7 @@ from brushgs.pipeline.media.materials import BACKDROP, Materials
 from brushgs.pipeline.media.media import coats_of
 from brushgs.pipeline.media.sight import Sight
 from brushgs.pipeline.moving import Moving, attached, follow_strokes
+from brushgs.pipeline.overpaint import Overpainted, overpainted
 from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Later, Memory, anew, makes, unless
@@ -306,7 +307,9 @@ def coats(
     shown_plain: Gaussians | None,
     strokes: Gaussians,
     accents: Sequence[Coat],
+    overpaint: Overpainted | None,
     is_moving: bool,
+    threads: int | None,
     report: Report,
 ) -> list[Coat]:
     """The coats of the painting, the first laid first."""
@@ -318,7 +321,10 @@ def coats(
         first = replace(first, tolerance=graded.media.behind)
     elif shown_plain is not None:
         first = first.showing(shown_plain)
-    found = with_fields([*graded_backdrop, *unpainted, first, *others, *accents], report)
+    laid = [*graded_backdrop, *unpainted, first, *others, *accents]
+    if overpaint is not None:
+        laid = overpainted(laid, strokes, overpaint, threads, report)
+    found = with_fields(laid, report)
     return attached(found, strokes, resting=(BACKDROP,)) if is_moving else found
 
 

@@ -8,6 +8,7 @@ from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.maps import Map
+from brushgs.options.overpaint import OverpaintConfig
 from brushgs.options.painting import (
     CleanConfig,
     ClusterConfig,
@@ -24,6 +25,7 @@ from brushgs.pipeline.clean import clean_scene
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.drawing import open_brushes
 from brushgs.pipeline.moving import load_clip, with_rows
+from brushgs.pipeline.overpaint import Overpainted, open_overpaint
 from brushgs.pipeline.regions import Regions, open_regions
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import costly, makes, unless
@@ -112,6 +114,12 @@ def own_brushes(
 def palette(palette_config: PaletteConfig, report: Report) -> "Palette | None":
     """The colours of `--palette`."""
     return open_palette(palette_config, report)
+
+
+@unless(lambda overpaint_config: None if overpaint_config.files else "no --marks")
+def overpaint(overpaint_config: OverpaintConfig) -> Overpainted | None:
+    """What is painted over the scene by hand."""
+    return open_overpaint(overpaint_config)
 
 
 @makes("loaded", "notes", "rows", "clip")

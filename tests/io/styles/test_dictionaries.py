@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from brushgs.errors import SceneError
+from brushgs.formats.packed import pack
 from brushgs.formats.styles import read_style
-from brushgs.formats.styles_write import pack, write_style
+from brushgs.formats.styles_write import write_style
 from brushgs.values.style import MarkDictionary, MarkSpectrum
 from tests.io.styles import example
 

@@ -168,6 +168,11 @@ class Controls {
     if (point) this._move(() => this.orbit.lookAt(this.target, point));
   }
 
+  /** Follow a pointer that is down since an event which was not heard here. */
+  follow(event) {
+    this._onDown(event);
+  }
+
   /** Listen no more. */
   dispose() {
     this._listening.abort();

@@ -26,6 +26,7 @@ const STAGES = {
   recolor: "Taking colours of the palette",
   lines: "Finding lines",
   backdrop: "Painting the backdrop",
+  marks: "Laying marks",
   page: "Bringing strokes here",
 };
 
@@ -115,6 +116,7 @@ class Studio {
   _show(state) {
     const { progress, painting } = state;
     this._scene.show(state);
+    this._hand.show(state);
     this._bar.hidden = progress === null;
     if (progress) this._progress.textContent = `${STAGES[progress.stage] ?? progress.stage} …`;
     else if (state.error) this._progress.textContent = state.error;
@@ -170,6 +172,7 @@ class Studio {
       this._lightFields(),
       this._paletteFields(),
       this._whereField(),
+      this._brushField(),
       this._pointField(),
       button("Back to how it began", () => this._reset(), { id: "reset" }),
       this._notes,
@@ -323,11 +326,25 @@ class Studio {
     return group("Regions", this._where.element);
   }
 
+  _brushField() {
+    this._hand = new BrushField(this.app, this._server, {
+      say: (text) => this.say(text),
+      strokes: this._choices.strokes,
+      onArm: (isArmed) => { // the picture must be seen, and has one tool at a time
+        if (!isArmed) return;
+        this._point.arm(null);
+        if (!window.matchMedia(WIDE).matches) this._open(false);
+      },
+    });
+    return group("Paint by hand", this._hand.element);
+  }
+
   _pointField() {
     this._point = new PointField(this.app, {
       set: (changes) => this.set(changes),
       say: (text) => this.say(text),
       onArm: (isArmed) => { // the picture must be seen
+        if (isArmed) this._hand.arm(null);
         if (!window.matchMedia(WIDE).matches) this._open(!isArmed);
       },
     });

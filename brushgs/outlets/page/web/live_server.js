@@ -66,6 +66,16 @@ class StudioServer {
     return this._post("/where", { where });
   }
 
+  /** Paint over the scene; the number of the state since then, null where nothing took it. */
+  stroke(request) {
+    return this._post("/stroke", request);
+  }
+
+  /** "undo" or "redo" a stroke. */
+  step(way) {
+    return this._post(`/${way}`, {});
+  }
+
   /** Stop a picture or a video. */
   stop(id) {
     return this._ask(`/stop?id=${id}`, { method: "POST", body: "{}" });

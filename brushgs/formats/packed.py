@@ -1,0 +1,128 @@
+"""Arrays and pictures within JSON: lists of numbers, or base64; read with bounds, and written."""
+
+import base64
+import json
+from math import prod
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from msgspec import Meta, Struct
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.formats.files import scratch_folder
+from brushgs.formats.schema import Numbers, refused
+from brushgs.values.arrays import F64, U8
+
+DTYPES = {"uint8": "|u1", "int8": "|i1", "float16": "<f2", "float32": "<f4"}
+ONE = {"uint8": 255, "int8": 127}  # the integer that stands for 1
+MAX_SIDE = 3_000_000  # of an array
+_PNG = b"\x89PNG\r\n\x1a\n"
+# Colours beside alpha are stored as they are, also where nothing is covered.
+_PNG_ATTRIBUTES = {"png:compressionLevel": 9, "oiio:UnassociatedAlpha": 1}
+
+_Side = Annotated[int, Meta(ge=0, le=MAX_SIDE)]
+
+
+class Packed(Struct, forbid_unknown_fields=True):
+    """An array: type, shape, and its numbers, little endian."""
+
+    type: Literal["uint8", "int8", "float16", "float32"]
+    shape: Annotated[list[_Side], Meta(min_length=1, max_length=3)]
+    data: bytes
+
+    def __post_init__(self) -> None:
+        size = np.dtype(DTYPES[self.type]).itemsize
+        if len(self.data) != prod(self.shape) * size:
+            raise ValueError(
+                f".data must be {prod(self.shape)} numbers of {size} bytes, as 'shape' and 'type' say, "
+                f"got {len(self.data)} bytes"
+            )
+
+    @property
+    def array(self) -> F64:
+        """The numbers; those of integer types as shares of `ONE`."""
+        numbers = np.frombuffer(self.data, DTYPES[self.type]).astype(np.float64)
+        return (numbers / ONE.get(self.type, 1)).reshape(self.shape)
+
+
+PackedArray = Annotated[Packed | Numbers, Meta(description="an array, a list or packed")]
+
+
+class Picture(Struct, forbid_unknown_fields=True):
+    """A picture as a file."""
+
+    type: Literal["png"]
+    data: bytes
+
+
+def array_of(
+    path: Path, place: str, value: Any, shape: tuple[int | None, ...], largest: float, *, cure: str
+) -> F64:
+    """An array of numbers up to a magnitude; a size of None is any above 0."""
+    wanted = f"an array of shape [{', '.join('any' if side is None else str(side) for side in shape)}]"
+    try:
+        array = value.array if isinstance(value, Packed) else np.array(value, np.float64)
+    except (TypeError, ValueError):
+        raise refused(path, place, f"{wanted}, a list or packed", value, cure) from None
+    fits = array.ndim == len(shape) and all(
+        n == side or (side is None and n > 0) for n, side in zip(array.shape, shape, strict=True)
+    )
+    if not fits:
+        raise SceneError(path, f"{place} must be {wanted}, got shape {list(array.shape)}; {cure}")
+    if not (is_small := np.abs(array) <= largest).all():
+        rule = f"finite numbers of at most {largest:g}"
+        raise refused(path, place, rule, float(array[~is_small][0]), cure)
+    return np.asarray(array)
+
+
+def png_of(path: Path, place: str, data: bytes, rule: str, max_pixels: int, *, cure: str) -> U8:
+    """The pixels of a PNG [h, w, channels]; a larger one is refused by its header."""
+    from brushgs.formats.pictures.images import read_bytes
+
+    if not data.startswith(_PNG):
+        raise SceneError(path, f"{place} must be {rule}, got another file; {cure}")
+    width, height = (int.from_bytes(data[at : at + 4], "big") for at in (16, 20))
+    if width * height > max_pixels:
+        raise SceneError(path, f"{place} must be {rule}, got one of {width}x{height}; {cure}")
+    with scratch_folder() as folder:
+        picture = folder / "picture.png"
+        picture.write_bytes(data)
+        try:
+            return read_bytes(picture, max_pixels)
+        except SceneError as error:
+            reason = str(error).removeprefix(f"{picture}: ").partition(";")[0]
+            raise SceneError(path, f"{place} must be {rule}, got one that {reason}; {cure}") from None
+
+
+def pack(values: NDArray[Any], type: str) -> dict[str, Any]:
+    """An array as JSON, of a type of `DTYPES`. Values beyond the range of an integer type are clipped."""
+    if type in ONE:
+        limits = np.iinfo(DTYPES[type])
+        values = np.clip(np.rint(values.astype(np.float64) * ONE[type]), limits.min, limits.max)
+    data = np.ascontiguousarray(values).astype(DTYPES[type]).tobytes()
+    return {"type": type, "shape": list(values.shape), "data": base64.b64encode(data).decode()}
+
+
+def picture_of(texels: U8, channels: str) -> dict[str, Any]:
+    """A picture [h, w, channels] as JSON."""
+    from brushgs.formats.pictures.oiio import write_pixels
+
+    with scratch_folder() as folder:
+        path = folder / "picture.png"
+        write_pixels(path, "png", texels, tuple(channels), _PNG_ATTRIBUTES)
+        return {"type": "png", "data": base64.b64encode(path.read_bytes()).decode()}
+
+
+def laid_out(value: Any, indent: str = "") -> str:
+    """JSON in which only objects that people read, and lists of these, take several lines."""
+    inner = indent + "  "
+    if isinstance(value, dict) and "data" not in value:
+        rows = [f"{json.dumps(name)}: {laid_out(part, inner)}" for name, part in value.items()]
+    elif isinstance(value, list) and any(isinstance(part, dict | list) for part in value):
+        rows = [laid_out(part, inner) for part in value]
+    else:
+        return json.dumps(value, ensure_ascii=False)
+    begin, end = "{}" if isinstance(value, dict) else "[]"
+    return begin + ",".join(f"\n{inner}{row}" for row in rows) + f"\n{indent}{end}"

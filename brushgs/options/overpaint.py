@@ -1,0 +1,30 @@
+"""Paint laid over a scene by hand, from files of marks."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+from brushgs.options.table import Options, option
+
+
+def _path(text: str) -> Path:
+    if not text.strip():
+        raise ValueError("must be a file of marks, got an empty name")
+    return Path(text)
+
+
+def _paths(given: "Path | str | Iterable[Path | str]") -> tuple[Path, ...]:
+    return tuple(map(Path, [given] if isinstance(given, Path | str) else given))
+
+
+class OverpaintConfig(Options, frozen=True):
+    """Files of marks, laid one after the other."""
+
+    GROUP: ClassVar = "marks"
+    ABOUT: ClassVar = "paint laid over the scene by hand"
+    # fmt: off
+    files: Annotated[tuple[Path, ...], option("marks that `brushgs adopt` made of paint over a picture: laid "
+        "last, where the scene has what was painted over, in every view; repeatable, the later above "
+        "#overpaint #retouch #highlight #hand #edit #erase", flag="--marks", default="none",
+        metavar="FILE.marks", read=_path, make=_paths, action="append")] = ()
+    # fmt: on

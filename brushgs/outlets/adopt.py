@@ -1,0 +1,173 @@
+"""`brushgs adopt`: paint over a picture of a scene -> a file of marks in space."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from brushgs.errors import SceneError
+from brushgs.formats.marks import MARKS_SUFFIX, write_marks
+from brushgs.formats.pictures.images import read_image
+from brushgs.formats.pictures.layers_read import LAYERED_READ, read_layer, with_alpha
+from brushgs.formats.pictures.metadata import SIDECAR, camera_of
+from brushgs.options.painting import PaintConfig, ViewConfig
+from brushgs.options.scene_source import SceneSource
+from brushgs.passes.marks.place import Below, erased_of_area, marks_of_paint
+from brushgs.pipeline.outputs import check_output
+from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.report import Report
+from brushgs.values.arrays import F32, Mask
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.marks import Overpaint
+
+# A pixel of a frame that was painted over is paint where a channel differs by more: programs and files round.
+CHANGED = 3.5 / 255
+OPAQUE = 254.5 / 255  # a picture without alpha below this is a frame that was painted over
+ERASER = "erase"  # the layer whose paint erases
+HALF = 0.5
+# What states the camera of a picture.
+CAMERA = f"the frame (--on), with FRAME{SIDECAR} of `render --sidecar` beside it, or --camera-file and --size"
+
+
+@dataclass(frozen=True)
+class Painted:
+    """The files that a painter gives.
+
+    Attributes:
+        picture: the paint: a picture with alpha, the frame painted over, or a file with layers.
+        frame: the picture that was painted over; None if it is not at hand.
+        layer: of a file with layers, the one that holds the paint; its layer `ERASER` erases.
+        eraser: a picture whose opaque pixels erase; or None.
+    """
+
+    picture: Path
+    frame: Path | None = None
+    layer: str = "marks"
+    eraser: Path | None = None
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All that are read."""
+        return tuple(path for path in (self.picture, self.frame, self.eraser) if path is not None)
+
+
+def adopt_file(
+    painted: Painted, scene: SceneSource, output: Path, view: ViewConfig | None, report: Report
+) -> Report:
+    """Make marks of what was painted over a picture, and write them.
+
+    Args:
+        painted: the pictures.
+        scene: that they show.
+        output: a file *.marks.
+        view: of the picture, where no file states its camera; None if it is not known.
+        report: collects the stages.
+
+    Raises:
+        ValueError: if the output has another suffix, or nothing is painted.
+        SceneError: if a file cannot be read, or pictures and camera do not belong together.
+    """
+    check_output(output, (MARKS_SUFFIX,), inputs=(*scene.files(), *painted.files))
+    camera = _stated_camera(painted)
+    if camera is None and view is None:
+        cure = f"give {CAMERA}"
+        raise SceneError(painted.frame or painted.picture, f"states no camera; {cure}")
+    config = PaintConfig(view=view if camera is None and view is not None else ViewConfig())
+    prepared = prepare(scene, config, report, asks=("cameras", "scene"), views=camera)
+    camera, gaussians = prepared.camera, prepared.whole_scene
+    with report.stage("marks") as stage:
+        paint, area = _paint(painted, camera), _erased(painted, camera)
+        overpaint = overpaint_of(paint, area, gaussians, camera, time=_moment(scene))
+        if overpaint.marks is None and overpaint.erased is None:
+            raise SceneError(painted.picture, "holds no paint; paint over the frame, or on a layer above it")
+        write_marks(overpaint, output)
+        num = 0 if overpaint.marks is None else len(overpaint.marks)
+        patches = 0 if overpaint.erased is None else len(overpaint.erased)
+        stage.did = f"{num:,} marks of {np.count_nonzero(paint[..., 3]):,} pixels"
+        stage.did += f", {patches:,} erased patches" if patches else ""
+        stage.counts = {"marks": num, "erased": patches, "path": str(output)}
+    report.output = str(output)
+    return report
+
+
+def overpaint_of(
+    paint: F32, area: Mask | None, gaussians: Gaussians, camera: Camera, *, time: float | None = None
+) -> Overpaint:
+    """What is painted over a view of a scene, and erased in it.
+
+    Args:
+        paint: [H, W, 4] straight alpha, 0 to 1, in the size of the camera.
+        area: [H, W] what is erased; or None.
+        gaussians: the scene, at the moment that it was painted over.
+        camera: the view.
+        time: of the moment, seconds; None for a scene that does not move.
+    """
+    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.rendering.render import render
+
+    plain = render(gaussians, camera, StrokeTexture.open("gaussian"))
+    distance = float(np.linalg.norm(np.median(gaussians.means, axis=0) - camera.position))
+    below = Below.of(camera, plain, max(distance, 2 * camera.near))
+    erased = None if area is None else erased_of_area(area, below)
+    return Overpaint(marks_of_paint(paint, below), erased, time=time)
+
+
+def _moment(scene: SceneSource) -> float | None:
+    seconds = None if scene.time is None else getattr(scene.time, "seconds", None)
+    return None if seconds is None else float(seconds)
+
+
+def _stated_camera(painted: Painted) -> Camera | None:
+    """The camera that a picture, or the file beside it, states."""
+    for path in (painted.frame, painted.picture):
+        if path is None or path.suffix.lower() == ".psd":
+            continue
+        if (found := camera_of(path)) is not None:
+            return found
+    return None
+
+
+def _paint(painted: Painted, camera: Camera) -> F32:
+    """[H, W, 4] the paint alone, straight alpha."""
+    path = painted.picture
+    if path.suffix.lower() in LAYERED_READ:
+        pixels = read_layer(path, painted.layer)
+        if pixels is None:
+            cure = f"paint on a layer of that name, or name another one with --layer, not {ERASER!r}"
+            if read_layer(path, ERASER) is None:
+                raise SceneError(path, f"has no layer {painted.layer!r}; {cure}")
+            pixels = np.zeros((camera.height, camera.width, 4), np.float32)
+    else:
+        pixels = with_alpha(read_image(path))
+    _check_size(path, pixels, camera)
+    if path.suffix.lower() in LAYERED_READ or pixels[..., 3].min() < OPAQUE:
+        return pixels
+    if painted.frame is None:
+        fact = "has no transparency, so the paint on it is not known"
+        raise SceneError(path, f"{fact}; give the frame that it was painted over too, --on FRAME")
+    frame = with_alpha(read_image(painted.frame))
+    _check_size(painted.frame, frame, camera)
+    changed = (np.abs(pixels[..., :3] - frame[..., :3]) > CHANGED).any(axis=2)
+    return np.concatenate([pixels[..., :3], changed[..., None].astype(np.float32)], axis=2)
+
+
+def _erased(painted: Painted, camera: Camera) -> Mask | None:
+    """[H, W] what is erased; None without an eraser."""
+    if painted.eraser is not None:
+        pixels = with_alpha(read_image(painted.eraser))
+        _check_size(painted.eraser, pixels, camera)
+        opaque = pixels[..., 3].min() >= OPAQUE  # a mask in black and white
+        return np.asarray((pixels[..., :3].mean(axis=2) if opaque else pixels[..., 3]) > HALF)
+    if painted.picture.suffix.lower() in LAYERED_READ:
+        found = read_layer(painted.picture, ERASER)
+        return None if found is None else np.asarray(found[..., 3] > HALF)
+    return None
+
+
+def _check_size(path: Path, pixels: F32, camera: Camera) -> None:
+    height, width = pixels.shape[:2]
+    if (width, height) != (camera.width, camera.height):
+        fact = f"has {width}x{height} pixels, and the camera of the frame {camera.width}x{camera.height}"
+        cure = f"save it in that size, or give {CAMERA}"
+        raise SceneError(path, f"{fact}; {cure}")

@@ -1,0 +1,90 @@
+"""A painted area of a picture -> pieces along its skeleton, each as wide as the paint, at one depth.
+
+Pieces overlap a little and share the paint there: where shares w sum to 1, the layers 1 - (1 - a)^w laid one
+over the other cover exactly a, in any order.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt, label, maximum_filter
+from scipy.spatial import cKDTree
+
+from brushgs.values.arrays import F64, Mask, Rows
+
+LEAST_REACH = 16.0  # px, of a piece
+MOST_REACH = 1 / 14  # of the shorter side of the picture, likewise
+OVERLAP = 12.0  # px over which neighbours share the paint
+NEIGHBOURS = 4  # pieces that may share a pixel
+STEEP = 0.5  # of the distance along the line of sight, relative to that in the picture
+APART = 1e6  # px between areas that do not touch
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """K pieces of the P pixels of a painted area.
+
+    Attributes:
+        rows: [P] of the picture.
+        columns: [P] likewise.
+        piece: [P, n] that share each pixel, nearest first.
+        shares: [P, n] of the paint of the pixel, sum 1.
+        count: K.
+    """
+
+    rows: Rows
+    columns: Rows
+    piece: Rows
+    shares: F64
+    count: int
+
+    def pixels(self, piece: int) -> tuple[Rows, F64]:
+        """The pixels of a piece with a share above 0, and the shares."""
+        pixel, slot = self._places[piece]
+        return pixel, self.shares[pixel, slot]
+
+    @cached_property
+    def _places(self) -> list[tuple[Rows, Rows]]:
+        """Of each piece the pixels, and their places in the rows of `piece`."""
+        pixel, slot = np.nonzero(self.shares)
+        piece = self.piece[pixel, slot]
+        order = np.argsort(piece, kind="stable")
+        ends = np.searchsorted(piece[order], np.arange(1, self.count))
+        return list(zip(np.split(pixel[order], ends), np.split(slot[order], ends), strict=True))
+
+
+def cut(painted: Mask, log_depth: F64, focal: float) -> Pieces:
+    """Cut a painted area into pieces.
+
+    Seeds lie on the skeleton, where the distance to the border is largest, then wherever paint is left; each
+    takes what is as near as the paint is wide there. Paint over surfaces at different depths is cut apart.
+
+    Args:
+        painted: [H, W], with some paint.
+        log_depth: [H, W] logarithm of camera z of the surface below, finite where painted.
+        focal: px.
+    """
+    inside = distance_transform_edt(np.pad(painted, 1))[1:-1, 1:-1]
+    is_ridge = painted & (inside >= maximum_filter(inside, 3))
+    areas, _ = label(painted, np.ones((3, 3)))
+    rows, columns = np.nonzero(painted)
+    away = STEEP * focal * log_depth[rows, columns]
+    points = np.stack([columns, rows, away, APART * areas[rows, columns]], axis=1)
+    reach = np.clip(2 * inside[rows, columns], LEAST_REACH, max(LEAST_REACH, MOST_REACH * min(painted.shape)))
+    tree, is_left = cKDTree(points), np.ones(len(points), bool)
+    seeds: list[int] = []
+    for pixel in np.argsort(~is_ridge[rows, columns], kind="stable"):
+        if is_left[pixel]:
+            seeds.append(int(pixel))
+            is_left[tree.query_ball_point(points[pixel], reach[pixel])] = False
+    distances, piece = cKDTree(points[seeds]).query(points, k=NEIGHBOURS)
+    closeness = np.clip(1 - (distances - distances[:, :1]) / OVERLAP, 0, 1)
+    closeness[piece == len(seeds)] = 0  # there are fewer seeds
+    return Pieces(
+        rows,
+        columns,
+        np.minimum(piece, len(seeds) - 1),
+        closeness / closeness.sum(axis=1, keepdims=True),
+        len(seeds),
+    )

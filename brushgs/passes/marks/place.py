@@ -1,0 +1,226 @@
+"""Pieces of painted areas, and the depth of what they cover -> marks in space, each with its picture.
+
+A mark is placed first, and its tile is then cut out of the picture where the renderer puts it: so it looks as
+painted from there, however its plane lies.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import (
+    distance_transform_edt,
+    map_coordinates,
+    maximum_filter,
+    median_filter,
+    minimum_filter,
+)
+
+from brushgs.passes.marks.pieces import Pieces, cut
+from brushgs.passes.marks.strokes import OPTIONS, mean_of, strokes_of
+from brushgs.rendering.constants import MIN_ALPHA
+from brushgs.rendering.depth_test import SOLID
+from brushgs.rendering.project import project_by
+from brushgs.values.arrays import F64, U8, Array, Mask
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
+from brushgs.values.marks import MOST_TILE, Erased, Marks
+
+TILT = np.radians(75)  # the most between the plane of a mark and the picture
+MARGIN = 2.0  # px around the paint of a mark
+DENSITY = 1.5  # texels per pixel of the picture
+SMOOTH = 5  # px, side of the median of depths, and of the squares in which edges are sought
+# Slope of depth along the picture at which it is an edge between two surfaces, where the plain picture mixes
+# their depths: the tangent of 76 degrees.
+EDGE = 4.0
+FITS = 4  # attempts to make a mark as large as its paint
+THICK = 2.0  # shortest extent of a mark, px
+
+
+@dataclass(frozen=True, eq=False)
+class Below:
+    """What is painted over, in one view.
+
+    Attributes:
+        camera: the view.
+        log_depth: [H, W] logarithm of camera z of the front surface; in empty space that of the nearest one.
+        is_solid: [H, W] where there is a surface.
+    """
+
+    camera: Camera
+    log_depth: F64
+    is_solid: Mask
+
+    @classmethod
+    def of(cls, camera: Camera, plain: Frame, distance: float) -> "Below":
+        """From the plain picture of a scene with depth; `distance` is taken where the picture is empty."""
+        assert plain.depth is not None, "ask for it"
+        is_solid = plain.alpha > max(SOLID, 0.5)
+        if not is_solid.any():
+            return cls(camera, np.full(plain.alpha.shape, np.log(distance)), is_solid)
+        depth = np.maximum(plain.depth.astype(np.float64), camera.near)
+        filled = median_filter(_from_nearest(np.log(depth), is_solid), SMOOTH)
+        span = maximum_filter(filled, SMOOTH) - minimum_filter(filled, SMOOTH)
+        is_sure = is_solid & (span * camera.K[0, 0] < EDGE * SMOOTH)
+        return cls(camera, _from_nearest(filled, is_sure) if is_sure.any() else filled, is_solid)
+
+    def points(self, x: F64, y: F64, z: F64) -> F64:
+        """[N, 3] points in world axes, from pixels and camera z."""
+        K, viewmat = self.camera.K, self.camera.viewmat
+        rays = np.stack([(x - K[0, 2]) / K[0, 0], (y - K[1, 2]) / K[1, 1], np.ones_like(z)], axis=-1)
+        return np.asarray((rays * z[..., None] - viewmat[:3, 3]) @ viewmat[:3, :3])
+
+
+def _from_nearest(values: F64, is_known: Mask) -> F64:
+    """Values [H, W], where they are not known those of the nearest pixel that is."""
+    nearest = distance_transform_edt(~is_known, return_distances=False, return_indices=True)
+    return np.asarray(values[tuple(nearest)])
+
+
+def marks_of_paint(paint: Array, below: Below) -> Marks | None:
+    """The marks of what is painted over a picture; None if there is no paint.
+
+    Args:
+        paint: [H, W, 4] red, green, blue and straight alpha, 0 to 1, display-encoded, in the size of the
+            camera; transparent where nothing is painted.
+        below: what it is painted over.
+    """
+    paint = np.asarray(paint, np.float64)
+    painted = paint[..., 3] >= MIN_ALPHA
+    if not painted.any():
+        return None
+    pieces = cut(painted, below.log_depth, float(below.camera.K[0, 0]))
+    placed = [_placed(pieces, row, below) for row in range(pieces.count)]
+    marks = Marks(**{name: np.array([one[name] for one in placed]) for name in placed[0]})
+    marks, boxes = _grown(marks, pieces, below.camera)
+    images = tuple(_tile(paint, pieces, row, boxes.take([row])) for row in range(pieces.count))
+    colors = np.array([mean_of(image) for image in images])
+    return Marks(
+        **{name: getattr(marks, name) for name in Marks.COLUMNS}
+        | {"colors": colors, "tiles": np.arange(pieces.count)},
+        images=images,
+    )
+
+
+def erased_of_area(area: Mask, below: Below) -> Erased | None:
+    """The patches of the front surface under an erased area [H, W]; None without any surface there."""
+    area = area & below.is_solid
+    if not area.any():
+        return None
+    pieces = cut(area, below.log_depth, float(below.camera.K[0, 0]))
+    found = []
+    for row in range(pieces.count):
+        pixel, _ = pieces.pixels(row)
+        points, mean, normal = _plane(pieces, pixel, below)
+        pixel_size = float(np.exp(below.log_depth[area].min()) / below.camera.K[0, 0])
+        found.append((mean, normal, float(np.linalg.norm(points - mean, axis=1).max()) + pixel_size / 2))
+    means, normals, radii = zip(*found, strict=True)
+    return Erased(np.array(means), np.array(normals), np.array(radii))
+
+
+def _plane(pieces: Pieces, pixel: Array, below: Below) -> tuple[F64, F64, F64]:
+    """The points of the surface under pixels, the one in their middle, and the normal toward the camera."""
+    y, x = pieces.rows[pixel], pieces.columns[pixel]
+    z = np.exp(below.log_depth[y, x])
+    points = below.points(x + 0.5, y + 0.5, z)
+    middle = np.array([x.min() + x.max() + 1, y.min() + y.max() + 1]) / 2
+    mean = below.points(*middle[:, None], np.array([np.median(z)]))[0]
+    view = below.camera.position - mean
+    view = view / np.linalg.norm(view)
+    normal = view
+    if len(points) > 8 and below.is_solid[y, x].all():
+        normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
+        normal = normal if normal @ view >= 0 else -normal
+        side = normal - (normal @ view) * view
+        if normal @ view < np.cos(TILT):
+            normal = np.cos(TILT) * view + np.sin(TILT) * side / max(np.linalg.norm(side), 1e-12)
+    return points, mean, normal
+
+
+def _placed(pieces: Pieces, piece: int, below: Below) -> dict[str, F64]:
+    """A mark for a piece; its sides are of the right order of magnitude."""
+    pixel, _ = pieces.pixels(piece)
+    _, mean, normal = _plane(pieces, pixel, below)
+    y, x = pieces.rows[pixel], pieces.columns[pixel]
+    offsets = np.stack([x - x.mean(), y - y.mean()], axis=1)
+    along = np.linalg.svd(offsets, full_matrices=False)[2][0] if len(pixel) > 2 else np.array([1.0, 0.0])
+    # The direction in the plane that is seen along `along`.
+    camera = below.camera
+    z = float((camera.viewmat[:3, :3] @ mean + camera.viewmat[:3, 3])[2])
+    start = (camera.viewmat[:3, :3] @ mean + camera.viewmat[:3, 3]) / z
+    step = np.array([along[0] / camera.K[0, 0], along[1] / camera.K[1, 1], 0.0])
+    ray = (start + step) @ camera.viewmat[:3, :3]
+    to_plane = ((mean - camera.position) @ normal) / (ray @ normal)
+    direction = camera.position + to_plane * ray - mean
+    direction = direction - (direction @ normal) * normal
+    direction /= np.linalg.norm(direction)
+    pixel_size = z / camera.K[0, 0]
+    sides = np.ptp(offsets @ np.stack([along, [-along[1], along[0]]], axis=1), axis=0) + THICK
+    return {
+        "means": mean,
+        "directions": direction,
+        "normals": normal,
+        "lengths": sides.max() * pixel_size,
+        "widths": sides.min() * pixel_size,
+        "colors": np.zeros(3),
+        "opacities": np.array(1.0),
+        "tiles": np.array(-1),
+    }
+
+
+def _boxes_of(marks: Marks, camera: Camera) -> Boxes:
+    """The box of each mark in a view, in the order of the marks."""
+    boxes, counts = project_by(strokes_of(marks), camera, OPTIONS)
+    if len(boxes) < len(marks):
+        raise ValueError(f"{counts.total} marks lie behind the camera or outside its picture")
+    columns = boxes.columns_of(np.argsort(boxes.ids))
+    columns["depths"] = np.zeros_like(columns["depths"])  # their order is not that of depths
+    return Boxes(**columns)
+
+
+def _grown(marks: Marks, pieces: Pieces, camera: Camera) -> tuple[Marks, Boxes]:
+    """The marks just so large that their boxes hold their paint, and the boxes."""
+    boxes = _boxes_of(marks, camera)
+    for _ in range(FITS):
+        needed = np.ones((len(marks), 2))
+        for row in range(len(marks)):
+            pixel, _ = pieces.pixels(row)
+            places = _in_box(pieces.columns[pixel] + 0.5, pieces.rows[pixel] + 0.5, boxes, row)
+            needed[row] = (np.abs(places).max(axis=0) + MARGIN) / boxes.half_extents[row]
+        lengths, widths = marks.lengths * needed[:, 0], marks.widths * needed[:, 1]
+        columns = {name: getattr(marks, name) for name in Marks.COLUMNS}
+        # The direction is that of the longer side, so that it stays that of the box.
+        marks = Marks(**columns | {"lengths": np.maximum(lengths, 1.02 * widths), "widths": widths})
+        boxes = _boxes_of(marks, camera)
+        if (np.abs(needed - 1) < 0.02).all():
+            break
+    return marks, boxes
+
+
+def _in_box(x: Array, y: Array, boxes: Boxes, row: int) -> F64:
+    """[P, 2] pixels from the middle of a box, along u and v."""
+    center, angle = boxes.centers[row].astype(np.float64), float(boxes.angles[row])
+    u = np.array([np.cos(angle), np.sin(angle)])
+    offsets = np.stack([x - center[0], y - center[1]], axis=-1)
+    return np.stack([offsets @ u, offsets @ [-u[1], u[0]]], axis=-1)
+
+
+def _tile(paint: F64, pieces: Pieces, piece: int, box: Boxes) -> U8:
+    """The picture of a piece, in its box."""
+    pixel, shares = pieces.pixels(piece)
+    y, x = pieces.rows[pixel], pieces.columns[pixel]
+    top, left = y.min() - 2, x.min() - 2
+    own = np.zeros((y.max() - top + 3, x.max() - left + 3, 4))
+    rgba = paint[y, x]
+    alpha = 1 - (1 - np.minimum(rgba[:, 3], 254 / 255)) ** shares
+    own[y - top, x - left] = np.concatenate([rgba[:, :3] * alpha[:, None], alpha[:, None]], axis=1)
+    half, angle = box.half_extents[0].astype(np.float64), float(box.angles[0])
+    size = np.clip(np.ceil(2 * DENSITY * half), 2, MOST_TILE).astype(int)
+    u = np.array([np.cos(angle), np.sin(angle)])
+    s = ((np.arange(size[0]) + 0.5) / size[0] * 2 - 1) * half[0]
+    t = ((np.arange(size[1]) + 0.5) / size[1] * 2 - 1) * half[1]
+    at = box.centers[0] + s[None, :, None] * u + t[:, None, None] * [-u[1], u[0]]
+    places = np.stack([at[..., 1] - top - 0.5, at[..., 0] - left - 0.5])
+    found = np.stack([map_coordinates(own[..., c], places, order=1) for c in range(4)], axis=-1)
+    found[..., :3] /= np.maximum(found[..., 3:], 1e-6)
+    return np.rint(255 * np.clip(found, 0, 1)).astype(np.uint8)

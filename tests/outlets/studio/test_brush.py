@@ -1,0 +1,184 @@
+"""The brush of the page: what is painted is in the file of marks, in the picture and in `render --marks`."""
+
+import json
+
+import numpy as np
+import pytest
+
+from brushgs.cli.commands.view import session_of
+from brushgs.cli.parser import parse
+from brushgs.formats.marks import read_marks
+from brushgs.outlets.studio.overpainting import HandStroke, changed_by, read_stroke
+from brushgs.outlets.studio.settings import Settings, Shot
+from brushgs.passes.marks.place import Below
+from brushgs.pipeline.report import Report
+from brushgs.values.camera import Camera
+from brushgs.values.marks import Overpaint
+from tests.kit.for_each import for_each
+from tests.outlets.studio.conftest import FEW, serving
+from tests.outlets.studio.test_point import PLAIN, draw, middle_of
+from tests.outlets.studio.test_studio_page import until
+
+SIDE, FOCAL = 200, 200.0
+CAMERA = Camera(np.eye(4), np.array([[FOCAL, 0, 100], [0, FOCAL, 100], [0, 0, 1.0]]), SIDE, SIDE, 0.1)
+WALL = Below(CAMERA, np.full((SIDE, SIDE), np.log(4.0)), np.ones((SIDE, SIDE), bool))  # at z = 4
+GREEN = [0.0, 1.0, 0.0]
+SENT = {
+    "tool": "paint",
+    "camera": {"viewmat": np.eye(4).ravel().tolist(), "K": CAMERA.K.ravel().tolist(), "width": SIDE,
+               "height": SIDE, "near": 0.1},
+    "points": [[50, 100, 0.5], [150, 100, 0.5]],
+    "size": 20,
+    "brush": "flat",
+    "colors": ["#00ff00"],
+}  # fmt: skip
+
+
+def stroke(tool, start, end, size=20.0):
+    drawn = np.linspace([*start, 0.5], [*end, 0.5], 30)
+    return HandStroke(tool, CAMERA, drawn, size, "flat", np.array([GREEN]), 1.0)
+
+
+def in_pixels(points):
+    return FOCAL * points[:, :2] / points[:, 2:] + 100
+
+
+def test_a_stroke_lies_on_the_surface_along_the_line():
+    marks = changed_by(stroke("paint", (50, 100), (150, 100)), Overpaint(), WALL).marks
+    at = in_pixels(marks.means)
+    assert np.allclose(marks.means[:, 2], 4, atol=1e-6)
+    assert np.abs(at[:, 1] - 100).max() < 5
+    assert at[:, 0].min() > 45
+    assert at[:, 0].max() < 155
+    assert np.allclose(marks.colors, GREEN, atol=0.02)
+
+
+def test_an_eraser_takes_marks_only_where_it_passed():
+    painted = changed_by(stroke("paint", (50, 100), (150, 100)), Overpaint(), WALL)
+    paint = [sum(float(image[..., 3].sum()) for image in painted.marks.images)]
+    half = changed_by(stroke("erase", (40, 100), (100, 100), 60), painted, WALL)
+    paint += [sum(float(image[..., 3].sum()) for image in half.marks.images)]
+    assert paint[1] / paint[0] == pytest.approx(0.35, abs=0.2)
+    assert changed_by(stroke("erase", (40, 40), (100, 40)), painted, WALL) is None
+    assert changed_by(stroke("erase", (40, 100), (160, 100), 60), painted, WALL).marks is None
+
+
+def test_combs_run_along_the_drag_and_bare_patches_lie_below_it():
+    combs = changed_by(stroke("comb", (50, 100), (150, 100), 40), Overpaint(), WALL).combs
+    assert np.allclose(np.abs(combs.directions @ [1, 0, 0]), 1)
+    assert np.allclose(combs.radii, 20 * 4 / FOCAL)
+    erased = changed_by(stroke("bare", (50, 100), (150, 100)), Overpaint(), WALL).erased
+    assert np.abs(in_pixels(erased.means)[:, 1] - 100).max() < 5
+    assert np.allclose(np.abs(erased.normals[:, 2]), 1, atol=1e-3)
+
+
+@for_each(
+    ("changes", "sentence"),
+    [
+        ({"tool": "spill"}, "tool"),
+        ({"points": [[0, 0, 0.5]] * 2001}, "points"),
+        ({"points": []}, "points"),
+        ({"points": [[1e9, 0, 0.5]]}, "points must lie near the picture"),
+        ({"points": [[0, 0, 3]]}, "points"),
+        ({"size": 4000}, "size"),
+        ({"brush": "/etc/passwd"}, "brush must be one that the page offers"),
+        ({"colors": ["red"]}, "colors must be #rrggbb"),
+        ({"colors": ["#ffffff"] * 3}, "colors must be one, or one for each of 2 points"),
+        ({"camera": SENT["camera"] | {"width": 8000}}, "camera must be at most 4096 pixels a side"),
+        ({"file": "x.marks"}, "file"),
+    ],
+)
+def test_a_wrong_stroke_is_refused(changes, sentence):
+    read_stroke(SENT, ("flat",))
+    with pytest.raises(ValueError, match=sentence):
+        read_stroke(json.loads(json.dumps(SENT | changes)), ("flat",))
+
+
+@pytest.fixture
+def easel(scene, tmp_path, open_page):
+    """A page of the studio, its server, and the folder of its files."""
+    session = session_of(parse(["view", str(scene), *FEW, *PLAIN, "-o", str(tmp_path)]))
+    uploads = tmp_path / "uploads"
+    uploads.mkdir()
+    with serving(session, uploads) as server:
+        own = (f"http://127.0.0.1:{server.port}/", "data:", "blob:")
+        page = open_page(server.address(), allowed=own, reduced_motion="reduce", width=1000, height=500)
+        until(page, "window.brushgs.studio?.isSettled")
+        yield page, server.studio, tmp_path
+        page.goto("about:blank")
+
+
+def painted_by(page, count):
+    """Wait until the page has so many strokes that can be undone, all of them painted."""
+    until(page, f"window.brushgs.studio._hand._undo.disabled === {'true' if count == 0 else 'false'}")
+    until(page, "!window.brushgs.studio._hand._waiting.length && window.brushgs.studio.isSettled")
+
+
+def green_around(picture, x, y):
+    around = picture[y - 4 : y + 5, x - 4 : x + 5].astype(float)
+    return around[..., 1].mean() - around[..., [0, 2]].mean()
+
+
+def test_paint_undo_erase_and_render(easel, scene):
+    page, studio, folder = easel
+    x, y = middle_of(page)
+    page.locator('input[name="brushColor"]').fill("#00ff00")
+    page.keyboard.press("b")
+    assert page.get_by_role("button", name="Brush", exact=True).get_attribute("aria-pressed") == "true"
+    draw(page, [(x - 40, y), (x + 40, y)])
+    painted_by(page, 1)
+    file = folder / "pears-1.marks"
+    assert len(read_marks(file).marks) > 0
+    view = page.evaluate(
+        "(() => { const { app } = window.brushgs.studio, { clientWidth: w, clientHeight: h } = app.canvas;"
+        " const picture = app.studio._hand._readPicture();"
+        " return [app.studio._hand._colorsAt([[w / 2, h / 2]], picture)[0], w, h]; })()"
+    )
+    (red, green, blue), *_ = view
+    assert green > red + 60
+    assert green > blue + 60
+
+    killed = session_of(parse(["view", str(scene), *FEW, *PLAIN, "--marks", str(file)]))
+    again = killed.paint(Settings(), Report())
+    assert killed.overpainting.facts["marks"] == studio.state()["marks"]["marks"]
+    camera = again.prepared.camera
+    killed.folder = folder
+    from brushgs.formats.pictures.images import read_image
+
+    shot = read_image(killed.shoot(again, Shot(camera.resized(960, 720)), Report()))
+    assert green_around(255 * shot[..., :3] if shot.dtype.kind == "f" else shot[..., :3], 480, 360) > 60
+
+    page.keyboard.press("Control+z")
+    painted_by(page, 0)
+    assert not file.exists()
+    page.keyboard.press("Control+Shift+Z")
+    painted_by(page, 1)
+    assert len(read_marks(file).marks) > 0
+    page.keyboard.press("e")
+    for _ in range(6):
+        page.keyboard.press("]")
+    draw(page, [(x - 60, y), (x + 60, y)])
+    until(page, "window.brushgs.studio._hand._words.textContent.startsWith('Nothing')")
+    page.keyboard.press("Escape")
+    assert page.evaluate("window.brushgs.studio._hand._tool") is None
+
+
+def test_a_comb_and_bare_patches_change_strokes_and_no_file_of_others(easel):
+    page, studio, folder = easel
+    (folder / "pears-1.marks").write_text("of somebody else")
+    x, y = middle_of(page)
+    before = studio._painted.prepared.painting.coats[0].strokes
+    page.get_by_role("button", name="Comb").click()
+    for _ in range(9):
+        page.keyboard.press("]")
+    draw(page, [(x - 40, y - 40), (x + 40, y + 40)])
+    painted_by(page, 1)
+    combed = studio._painted.prepared.painting.coats[0].strokes
+    assert (np.abs(combed.quats - before.quats).max(axis=1) > 0.01).any()
+    page.get_by_role("button", name="No strokes here").click()
+    draw(page, [(x - 40, y), (x + 40, y)])
+    until(page, "window.brushgs.studio._hand._waiting.length === 0 && window.brushgs.studio.isSettled")
+    bare = studio._painted.prepared.painting.coats[0].strokes
+    assert ((bare.opacities == 0) & (before.opacities > 0)).any()
+    assert (folder / "pears-1.marks").read_text() == "of somebody else"
+    assert {"combs", "erased"} <= set(json.loads((folder / "pears-2.marks").read_text()))
