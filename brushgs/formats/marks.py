@@ -27,7 +27,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.files import read_whole, replacing
 from brushgs.formats.packed import PackedArray, Picture, array_of, laid_out, pack, picture_of, png_of
 from brushgs.formats.schema import as_count, decode, refused, shown
-from brushgs.values.arrays import U8, Array
+from brushgs.values.arrays import U8
 from brushgs.values.marks import (
     MOST,
     MOST_ROWS,
@@ -118,7 +118,7 @@ def _patches(path: Path, place: str, kind: type[Patches], columns: _Columns, mor
     if set(columns) != set(kind.COLUMNS):
         rule = f"have the fields {', '.join(kind.COLUMNS)}"
         raise SceneError(path, f"{place} must {rule}, got {', '.join(sorted(columns))[:80]}; {_CURE}")
-    found: dict[str, Array] = {}
+    found: dict[str, Any] = {}
     count: int | None = None
     for name, (shape, _) in kind.COLUMNS.items():
         found[name] = array_of(path, f"{place}.{name}", columns[name], (count, *shape), MOST, cure=_CURE)

@@ -10,7 +10,7 @@ from brushgs.brushes.brush_set import MOST_BRUSHES, BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.overpaint import OverpaintConfig
 from brushgs.passes.marks.changes import changed
-from brushgs.passes.marks.strokes import OPTIONS, brush_of, strokes_of
+from brushgs.passes.marks.strokes import SIGMAS, brush_of, strokes_of
 from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.stroke_pass import nearest_regions
@@ -106,7 +106,7 @@ def _coat(marks: Marks, laid: Gaussians, tolerance: float, threads: int | None) 
         textures.append(brush_of(image, f"{MARKS}-{row}", is_turned=bool(is_turned[row])))
     brush_set = BrushSet(tuple(textures), MARKS)
     options = RenderOptions.of(
-        brush_set, num_sigmas=OPTIONS.num_sigmas, lock="anchor", order="depth", num_threads=threads
+        brush_set, num_sigmas=SIGMAS, lock="anchor", order="depth", num_threads=threads
     )
     return Coat(
         MARKS,

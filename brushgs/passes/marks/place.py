@@ -5,6 +5,7 @@ painted from there, however its plane lies.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import (
@@ -20,7 +21,7 @@ from brushgs.passes.marks.strokes import OPTIONS, mean_of, strokes_of
 from brushgs.rendering.constants import MIN_ALPHA
 from brushgs.rendering.depth_test import SOLID
 from brushgs.rendering.project import project_by
-from brushgs.values.arrays import F64, U8, Array, Mask
+from brushgs.values.arrays import F64, U8, Array, Mask, Rows
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
@@ -85,15 +86,16 @@ def marks_of_paint(paint: Array, below: Below) -> Marks | None:
             camera; transparent where nothing is painted.
         below: what it is painted over.
     """
-    paint = np.asarray(paint, np.float64)
-    painted = paint[..., 3] >= MIN_ALPHA
+    picture: F64 = np.asarray(paint, np.float64)
+    painted = picture[..., 3] >= MIN_ALPHA
     if not painted.any():
         return None
     pieces = cut(painted, below.log_depth, float(below.camera.K[0, 0]))
     placed = [_placed(pieces, row, below) for row in range(pieces.count)]
-    marks = Marks(**{name: np.array([one[name] for one in placed]) for name in placed[0]})
+    columns: dict[str, Any] = {name: np.array([one[name] for one in placed]) for name in placed[0]}
+    marks = Marks(**columns)
     marks, boxes = _grown(marks, pieces, below.camera)
-    images = tuple(_tile(paint, pieces, row, boxes.take([row])) for row in range(pieces.count))
+    images = tuple(_tile(picture, pieces, row, boxes.take([row])) for row in range(pieces.count))
     colors = np.array([mean_of(image) for image in images])
     return Marks(
         **{name: getattr(marks, name) for name in Marks.COLUMNS}
@@ -118,13 +120,13 @@ def erased_of_area(area: Mask, below: Below) -> Erased | None:
     return Erased(np.array(means), np.array(normals), np.array(radii))
 
 
-def _plane(pieces: Pieces, pixel: Array, below: Below) -> tuple[F64, F64, F64]:
+def _plane(pieces: Pieces, pixel: Rows, below: Below) -> tuple[F64, F64, F64]:
     """The points of the surface under pixels, the one in their middle, and the normal toward the camera."""
     y, x = pieces.rows[pixel], pieces.columns[pixel]
     z = np.exp(below.log_depth[y, x])
     points = below.points(x + 0.5, y + 0.5, z)
     middle = np.array([x.min() + x.max() + 1, y.min() + y.max() + 1]) / 2
-    mean = below.points(*middle[:, None], np.array([np.median(z)]))[0]
+    mean = below.points(middle[:1], middle[1:], np.array([np.median(z)]))[0]
     view = below.camera.position - mean
     view = view / np.linalg.norm(view)
     normal = view
@@ -223,4 +225,4 @@ def _tile(paint: F64, pieces: Pieces, piece: int, box: Boxes) -> U8:
     places = np.stack([at[..., 1] - top - 0.5, at[..., 0] - left - 0.5])
     found = np.stack([map_coordinates(own[..., c], places, order=1) for c in range(4)], axis=-1)
     found[..., :3] /= np.maximum(found[..., 3:], 1e-6)
-    return np.rint(255 * np.clip(found, 0, 1)).astype(np.uint8)
+    return np.asarray(np.rint(255 * np.clip(found, 0, 1)), np.uint8)
