@@ -113,6 +113,7 @@ class Overpainting:
     _states: list[Overpaint] = field(default_factory=lambda: [Overpaint()])
     _at: int = 0
     _written: tuple[int, int] | None = None
+    _last: Path | None = None  # the file, while there is nothing to be in it
     _below: tuple[Gaussians, Camera, Below] | None = None
 
     @classmethod
@@ -182,6 +183,10 @@ class Overpainting:
             self._below = scene, camera, Below.of(camera, plain, max(distance, 2 * camera.near))
         return self._below[2]
 
+    def _free(self) -> Path:
+        """The name of the file before all was undone, if nobody took it; else a new one."""
+        return self._last if self._last is not None and not self._last.exists() else self.reserve()
+
     def _keep(self, overpaint: Overpaint) -> None:
         """Write a state into the file; without anything in it there is none."""
         if self.path is not None and self._written is not None and _stamp(self.path) != self._written:
@@ -190,9 +195,9 @@ class Overpainting:
         if is_empty(overpaint):
             if self.path is not None:
                 self.path.unlink(missing_ok=True)
-            self.path = self._written = None
+            self._last, self.path, self._written = self.path, None, None
             return
-        path = self.path or self.reserve()
+        path = self.path or self._free()
         try:
             write_marks(overpaint, path)
         except BaseException:

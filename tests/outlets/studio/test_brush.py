@@ -140,6 +140,7 @@ def test_paint_undo_erase_and_render(easel, scene):
 
     killed = session_of(parse(["view", str(scene), *FEW, *PLAIN, "--marks", str(file)]))
     again = killed.paint(Settings(), Report())
+    assert killed.overpainting.path == file
     assert killed.overpainting.facts["marks"] == studio.state()["marks"]["marks"]
     camera = again.prepared.camera
     killed.folder = folder

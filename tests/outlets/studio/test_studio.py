@@ -11,6 +11,7 @@ import pytest
 from brushgs.errors import SceneError
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.viewer import FilmConfig
+from brushgs.outlets.studio.overpainting import Overpainting
 from brushgs.outlets.studio.scenes import MAX_DROPPED
 from brushgs.outlets.studio.session import Painted
 from brushgs.outlets.studio.settings import Film, Known, Settings, Shot
@@ -32,6 +33,7 @@ class FakeSession:
     dropped: dict = field(default_factory=dict)
     known: Known = field(default_factory=Known)
     source: SceneSource = field(default_factory=lambda: SceneSource.of("fake.ply"))
+    overpainting: Overpainting = field(default_factory=lambda: Overpainting(Path))  # nothing
 
     def config(self, settings):
         if settings.relief is not None and settings.relief > 1:

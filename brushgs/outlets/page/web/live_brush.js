@@ -14,7 +14,8 @@ const BRUSH_TOOLS = {
   bare: ["No strokes here", "Take the strokes of the scene away; the ground shows."],
   comb: ["Comb", "Drag to turn the strokes of the scene along."],
 };
-const BRUSH_HINT = "B brush, E eraser, [ and ] size, Alt-click picks a colour, Ctrl+Z undoes; two fingers turn the scene, Escape ends.";
+const BRUSH_HINT = "B brush, E eraser, [ and ] size, Alt-click picks a colour, Ctrl+Z undoes; right drag "
+  + "or two fingers move the scene, Escape ends.";
 
 /** The fields; `element` is to be put into the panel. */
 class BrushField {
