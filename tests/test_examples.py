@@ -64,6 +64,7 @@ def test_every_example_is_run_by_this_file():
         "make_pictures.py",
         "page_screenshots.py",
         "blender_addon.py",
+        "paint_over.py",
     }
     assert {path.name for path in EXAMPLES.glob("[!_]*.py")} == tested
 
@@ -80,6 +81,11 @@ def test_paint_still_life(tmp_path, monkeypatch, capsys):
     assert is_a_picture(tmp_path / "new" / "flat.png", 96, 72)
     assert is_a_picture(tmp_path / "new" / "ink.png", 96, 72)
     assert capsys.readouterr().out.startswith("writes 2 pictures")
+
+
+def test_paint_over(tmp_path, monkeypatch):
+    run("paint_over.py", tmp_path, monkeypatch=monkeypatch)
+    assert is_a_picture(tmp_path / "paint_over.jpg", 720, 540)
 
 
 def test_contact_sheet(tmp_path, monkeypatch):

@@ -20,7 +20,7 @@ from brushgs.cli.parser import COMMANDS, build_parser
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 COPIED = ("README.md", "CHANGELOG.md", "NOTICE", "LICENSE", "docs", "strokes", "examples")
-TUTORIALS = ("first_picture", "own_look", "film", "styles", "page")
+TUTORIALS = ("first_picture", "own_look", "film", "styles", "paint_over", "page")
 GUIDES = (
     "install",
     "recipes",

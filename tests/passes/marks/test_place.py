@@ -1,0 +1,146 @@
+"""Marks of a painted layer, on a ball whose surface is known exactly."""
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from brushgs.passes.marks.changes import is_erased
+from brushgs.passes.marks.place import Below, erased_of_area, marks_of_paint
+from brushgs.pipeline.overpaint import coats_of_marks
+from brushgs.rendering.canvas import Painting
+from brushgs.values.arrays import F64
+from brushgs.values.camera import Camera
+from brushgs.values.colors import oklab_of
+from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.marks import Marks
+
+WIDTH, HEIGHT, DISTANCE = 240, 180, 4.0
+WHITE = np.ones(3)
+THICK = (((80, 60), (160, 100), 20.0, (0.8, 0.1, 0.1), 1.0), ((100, 120), (140, 110), 30.0, (1, 0.8, 0), 0.6))
+THIN = (((90, 110), (150, 60), 3.0, (0.1, 0.1, 0.8), 1.0), ((90, 135), (140, 140), 1.5, (0, 0, 0), 1.0))
+BESIDE = (((20, 40), (24, 150), 14.0, (0, 0.6, 0), 0.5),)
+
+
+def camera(degrees: float = 0.0) -> Camera:
+    turn = np.radians(degrees)
+    eye = (DISTANCE * np.sin(turn), 0.0, -DISTANCE * np.cos(turn))
+    return Camera.look_at(eye, (0, 0, 0), (0, -1, 0), fov_y=np.radians(40), width=WIDTH, height=HEIGHT)
+
+
+def points(view: Camera) -> F64:
+    """[H, W, 3] points of a ball of radius 1 that the pixels show, world axes; NaN beside it."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH] + 0.5
+    rays = np.stack([x, y, np.ones_like(x)], axis=2) @ np.linalg.inv(view.K).T
+    rays = rays @ view.viewmat[:3, :3]
+    rays /= np.linalg.norm(rays, axis=2, keepdims=True)
+    along = -(rays @ view.position)
+    with np.errstate(invalid="ignore"):
+        distance = along - np.sqrt(along**2 - DISTANCE**2 + 1)
+    return np.asarray(view.position + distance[..., None] * rays)
+
+
+def depth_of(view: Camera) -> F64:
+    found = points(view) @ view.viewmat[2, :3] + view.viewmat[2, 3]
+    return np.asarray(np.nan_to_num(found))
+
+
+def layer_of(*lines) -> F64:
+    """[H, W, 4] a layer with lines: from, to, width in pixels, colour and opacity."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH] + 0.5
+    layer = np.zeros((HEIGHT, WIDTH, 4))
+    for start, end, width, color, opacity in lines:
+        (x0, y0), span = start, np.subtract(end, start)
+        share = np.clip(((x - x0) * span[0] + (y - y0) * span[1]) / (span @ span), 0, 1)
+        away = np.hypot(x - x0 - share * span[0], y - y0 - share * span[1])
+        alpha = (opacity * np.clip(width / 2 - away + 0.5, 0, 1))[..., None]
+        total = alpha + (1 - alpha) * layer[..., 3:]
+        mixed = alpha * color + (1 - alpha) * layer[..., 3:] * layer[..., :3]
+        layer[..., :3] = np.divide(mixed, total, out=np.zeros_like(mixed), where=total > 0)
+        layer[..., 3:] = total
+    return layer
+
+
+NOTHING = Gaussians(*(np.zeros(shape, np.float32) for shape in ((0, 3), (0, 4), (0, 3), (0,), (0, 1, 3))))
+
+
+def below() -> Below:
+    view = camera()
+    depth = depth_of(view)
+    return Below.of(view, Frame(np.zeros((HEIGHT, WIDTH, 3)), (depth > 0) * 1.0, depth), DISTANCE)
+
+
+def drawn(marks: Marks, view: Camera) -> Frame:
+    return Painting(tuple(coats_of_marks(marks, NOTHING))).frame(view)
+
+
+def marks_of(layer: F64) -> Marks:
+    found = marks_of_paint(layer, below())
+    assert found is not None
+    return found
+
+
+def iou(first, second) -> float:
+    return float((first & second).sum() / (first | second).sum())
+
+
+@pytest.mark.parametrize("line", [*THICK, *BESIDE])
+def test_thick_paint_keeps_its_area_in_the_view_it_was_painted_in(line):
+    layer = layer_of(line)
+    shown = drawn(marks_of(layer), camera())
+    half = 0.5 * line[4]
+    assert iou(shown.alpha > half, layer[..., 3] > half) >= 0.95
+
+
+@pytest.mark.parametrize("line", THIN)
+def test_thin_paint_keeps_its_outline(line):
+    layer = layer_of(line)
+    shown = drawn(marks_of(layer), camera()).alpha > 0.4
+    wanted = layer[..., 3] > 0.4
+    for one, other in ((wanted, shown), (shown, wanted)):
+        outline = one & ~ndimage.binary_erosion(one)
+        assert (ndimage.distance_transform_edt(~other)[outline] <= 1.5).mean() >= 0.95
+
+
+def test_overlapping_and_translucent_paint_keeps_its_colour():
+    layer = layer_of(*THICK, *THIN, *BESIDE)
+    shown = drawn(marks_of(layer), camera()).over(WHITE)
+    wanted = layer[..., 3:] * layer[..., :3] + 1 - layer[..., 3:]
+    away = np.linalg.norm(oklab_of(shown.astype(float)) - oklab_of(wanted), axis=2)
+    assert away[layer[..., 3] > 0].mean() <= 0.02
+    assert away[layer[..., 3] == 0].mean() <= 0.002
+
+
+@pytest.mark.parametrize("degrees", [-20.0, 20.0])
+def test_paint_stays_on_the_surface_in_views_beside(degrees):
+    """Against the layer as seen on the ball itself, in the views beside."""
+    layer, view = layer_of(*THICK), camera(degrees)
+    shown = drawn(marks_of(layer), view)
+    local = points(view) @ camera().viewmat[:3, :3].T + camera().viewmat[:3, 3]
+    image = np.nan_to_num(local @ camera().K.T, nan=-1)
+    at = image[..., 1] / image[..., 2] - 0.5, image[..., 0] / image[..., 2] - 0.5
+    wanted = ndimage.map_coordinates(layer[..., 3], at, order=1)
+    assert iou(shown.alpha > 0.3, wanted > 0.3) >= 0.93
+
+
+def test_marks_are_not_seen_from_behind():
+    assert drawn(marks_of(layer_of(THICK[0])), camera(180)).alpha.max() == 0
+
+
+def test_erased_patches_cover_what_is_erased_and_less_than_a_piece_more():
+    layer, view = layer_of(THICK[0]), camera()
+    wanted = layer[..., 3] >= 0.5
+    erased = erased_of_area(wanted, below())
+    assert erased is not None
+    surface, is_ball = points(view), depth_of(view) > 0
+    gone = np.zeros((HEIGHT, WIDTH), bool)
+    gone[is_ball] = is_erased(surface[is_ball], erased)
+    assert gone[wanted].all()
+    assert (gone & ~ndimage.binary_dilation(wanted, iterations=20)).sum() == 0
+    behind = surface[is_ball] * [1, 1, -1]  # the other side of the ball
+    assert not is_erased(behind[np.abs(behind[:, 2]) > 0.5], erased).any()
+
+
+def test_an_empty_layer_has_no_marks():
+    assert marks_of_paint(np.zeros((HEIGHT, WIDTH, 4)), below()) is None
+    assert erased_of_area(np.zeros((HEIGHT, WIDTH), bool), below()) is None

@@ -1,0 +1,118 @@
+"""Paint on a frame, adopt it, and find it again in other paintings of the scene."""
+
+import numpy as np
+import pytest
+
+from brushgs.cli import main
+from brushgs.formats.marks import read_marks
+from brushgs.formats.pictures.images import read_image, write_frame
+from brushgs.values.frame import Frame
+from tests.scenes import save_upright, still_life_of
+
+VIEW = ("--size", "160x120", "--quiet")
+RED = np.float32([0.9, 0.05, 0.05])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A scene, its frame, a bar painted on it, and the marks of that."""
+    folder = tmp_path_factory.mktemp("adopt")
+    save_upright(still_life_of(3000), folder / "scene.ply")
+    run(folder, "render", "scene.ply", *VIEW, "--strokes", "300", "-o", "frame.png", "--sidecar")
+    alpha = np.zeros((120, 160), np.float32)
+    alpha[40:80, 60:100] = 1
+    write_frame(Frame(alpha[..., None] * RED, alpha), folder / "layer.png")
+    run(folder, "adopt", "layer.png", "--on", "frame.png", "scene.ply", "-o", "scene.marks", "--quiet")
+    return folder
+
+
+def run(folder, *words):
+    found = [str(folder / word) if "." in word and not word.startswith("-") else word for word in words]
+    assert main(found) == 0
+
+
+def red(path) -> np.ndarray:
+    """Pixels that are covered by half and more: the scene differs from the paint by 0.6 and more."""
+    return np.abs(read_image(path)[..., :3] - RED).max(axis=2) < 0.3
+
+
+def iou(first, second) -> float:
+    return float((first & second).sum() / (first | second).sum())
+
+
+@pytest.mark.parametrize("look", ["oil", "ink", "watercolour"])
+def test_marks_stay_as_painted_in_other_looks_and_counts(folder, look):
+    words = ("--strokes", "150", "--look", look, "--marks", "scene.marks", "-o", f"{look}.png")
+    run(folder, "render", "scene.ply", *VIEW, *words)
+    wanted = read_image(folder / "layer.png")[..., 3] > 0.5
+    assert iou(red(folder / f"{look}.png"), wanted) >= 0.95
+
+
+def test_what_is_not_painted_over_stays_as_it_was(folder):
+    run(folder, "render", "scene.ply", *VIEW, "--strokes", "300", "--marks", "scene.marks", "-o", "with.png")
+    away = np.abs(read_image(folder / "with.png") - read_image(folder / "frame.png")).max(axis=2)
+    away[38:82, 58:102] = 0
+    assert away.max() == 0
+
+
+def test_a_frame_painted_over_gives_the_same_marks(folder):
+    frame = read_image(folder / "frame.png")[..., :3].copy()
+    frame[40:80, 60:100] = RED
+    write_frame(Frame(frame, np.ones(frame.shape[:2], np.float32)), folder / "over.png")
+    run(folder, "adopt", "over.png", "--on", "frame.png", "scene.ply", "-o", "over.marks", "--quiet")
+    first, second = (read_marks(folder / name).marks for name in ("scene.marks", "over.marks"))
+    np.testing.assert_allclose(first.means, second.means, atol=0.05)
+
+
+def test_films_show_marks(folder):
+    path = ("--orbit", "24", "--sway", "10", "-o", "film_%02d.png")
+    run(folder, "render", "scene.ply", *VIEW, "--strokes", "150", "--marks", "scene.marks", *path)
+    areas = [red(path).sum() for path in sorted(folder.glob("film_*.png"))]
+    assert len(areas) == 24
+    assert min(areas) >= 0.7 * max(areas)
+    steps = np.abs(np.diff(areas))
+    assert steps.max() <= 0.12 * max(areas)  # none appears or leaves at once
+
+
+@pytest.mark.parametrize("name", ["page.html", "model.glb"])
+def test_pages_and_models_hold_strokes_for_marks(folder, name):
+    run(folder, "export", "scene.ply", "--strokes", "150", "-o", f"plain_{name}", "--quiet")
+    run(folder, "export", "scene.ply", "--strokes", "150", "--marks", "scene.marks", "-o", name, "--quiet")
+    assert (folder / name).read_bytes() != (folder / f"plain_{name}").read_bytes()
+
+
+def test_erased_surfaces_stay_unpainted_whatever_the_count(folder):
+    write_frame(
+        Frame(np.zeros((120, 160, 3), np.float32), np.zeros((120, 160), np.float32)), folder / "no.png"
+    )
+    words = ("no.png", "--on", "frame.png", "scene.ply", "--erase", "layer.png", "-o", "erased.marks")
+    run(folder, "adopt", *words, "--quiet")
+    region = np.s_[50:70, 70:90]
+    for count in ("150", "400"):
+        ends = ("--strokes", count, "--backdrop", "off")
+        run(folder, "render", "scene.ply", *VIEW, *ends, "-o", "whole.png")
+        run(folder, "render", "scene.ply", *VIEW, *ends, "--marks", "erased.marks", "-o", "less.png")
+        whole, less = (read_image(folder / name)[..., :3] for name in ("whole.png", "less.png"))
+        away = np.abs(whole - less).mean(axis=2)
+        assert away[region].mean() > 3 * away[:, 130:].mean()
+
+
+BAD = {
+    "an opaque picture": (("frame.png",), "has no transparency"),
+    "another shape": (("tall.png", "--on", "frame.png"), "has 120x160 pixels"),
+    "nothing": (("empty.png", "--on", "frame.png"), "holds no paint"),
+    "no camera": (("lost.png",), "states no camera"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_pictures_that_cannot_be_adopted_are_refused(folder, name, capsys):
+    for file, shape in (("tall.png", (160, 120)), ("empty.png", (120, 160)), ("lost.png", (120, 160))):
+        alpha = np.zeros(shape, np.float32)
+        alpha[:9, :9] = file != "empty.png"
+        write_frame(Frame(alpha[..., None] * RED, alpha), folder / file)
+    words, sentence = BAD[name]
+    given = [str(folder / word) if word.endswith(".png") else word for word in words]
+    assert main(["adopt", *given, str(folder / "scene.ply"), "-o", str(folder / "bad.marks"), "--quiet"]) == 2
+    assert sentence in capsys.readouterr().err
+    assert not (folder / "bad.marks").exists()
