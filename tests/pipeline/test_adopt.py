@@ -9,7 +9,7 @@ from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.values.frame import Frame
 from tests.scenes import save_upright, still_life_of
 
-VIEW = ("--size", "160x120", "--quiet")
+VIEW = ("--size", "320x240", "--quiet")
 RED = np.float32([0.9, 0.05, 0.05])
 
 
@@ -19,8 +19,8 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("adopt")
     save_upright(still_life_of(3000), folder / "scene.ply")
     run(folder, "render", "scene.ply", *VIEW, "--strokes", "300", "-o", "frame.png", "--sidecar")
-    alpha = np.zeros((120, 160), np.float32)
-    alpha[40:80, 60:100] = 1
+    alpha = np.zeros((240, 320), np.float32)
+    alpha[80:160, 120:200] = 1
     write_frame(Frame(alpha[..., None] * RED, alpha), folder / "layer.png")
     run(folder, "adopt", "layer.png", "--on", "frame.png", "scene.ply", "-o", "scene.marks", "--quiet")
     return folder
@@ -51,13 +51,13 @@ def test_marks_stay_as_painted_in_other_looks_and_counts(folder, look):
 def test_what_is_not_painted_over_stays_as_it_was(folder):
     run(folder, "render", "scene.ply", *VIEW, "--strokes", "300", "--marks", "scene.marks", "-o", "with.png")
     away = np.abs(read_image(folder / "with.png") - read_image(folder / "frame.png")).max(axis=2)
-    away[38:82, 58:102] = 0
+    away[76:164, 116:204] = 0
     assert away.max() == 0
 
 
 def test_a_frame_painted_over_gives_the_same_marks(folder):
     frame = read_image(folder / "frame.png")[..., :3].copy()
-    frame[40:80, 60:100] = RED
+    frame[80:160, 120:200] = RED
     write_frame(Frame(frame, np.ones(frame.shape[:2], np.float32)), folder / "over.png")
     run(folder, "adopt", "over.png", "--on", "frame.png", "scene.ply", "-o", "over.marks", "--quiet")
     first, second = (read_marks(folder / name).marks for name in ("scene.marks", "over.marks"))
@@ -83,23 +83,23 @@ def test_pages_and_models_hold_strokes_for_marks(folder, name):
 
 def test_erased_surfaces_stay_unpainted_whatever_the_count(folder):
     write_frame(
-        Frame(np.zeros((120, 160, 3), np.float32), np.zeros((120, 160), np.float32)), folder / "no.png"
+        Frame(np.zeros((240, 320, 3), np.float32), np.zeros((240, 320), np.float32)), folder / "no.png"
     )
     words = ("no.png", "--on", "frame.png", "scene.ply", "--erase", "layer.png", "-o", "erased.marks")
     run(folder, "adopt", *words, "--quiet")
-    region = np.s_[50:70, 70:90]
+    region = np.s_[100:140, 140:180]
     for count in ("150", "400"):
         ends = ("--strokes", count, "--backdrop", "off")
         run(folder, "render", "scene.ply", *VIEW, *ends, "-o", "whole.png")
         run(folder, "render", "scene.ply", *VIEW, *ends, "--marks", "erased.marks", "-o", "less.png")
         whole, less = (read_image(folder / name)[..., :3] for name in ("whole.png", "less.png"))
         away = np.abs(whole - less).mean(axis=2)
-        assert away[region].mean() > 3 * away[:, 130:].mean()
+        assert away[region].mean() > 3 * away[:, 260:].mean()
 
 
 BAD = {
     "an opaque picture": (("frame.png",), "has no transparency"),
-    "another shape": (("tall.png", "--on", "frame.png"), "has 120x160 pixels"),
+    "another shape": (("tall.png", "--on", "frame.png"), "has 240x320 pixels"),
     "nothing": (("empty.png", "--on", "frame.png"), "holds no paint"),
     "no camera": (("lost.png",), "states no camera"),
 }
@@ -107,7 +107,7 @@ BAD = {
 
 @pytest.mark.parametrize("name", BAD)
 def test_pictures_that_cannot_be_adopted_are_refused(folder, name, capsys):
-    for file, shape in (("tall.png", (160, 120)), ("empty.png", (120, 160)), ("lost.png", (120, 160))):
+    for file, shape in (("tall.png", (320, 240)), ("empty.png", (240, 320)), ("lost.png", (240, 320))):
         alpha = np.zeros(shape, np.float32)
         alpha[:9, :9] = file != "empty.png"
         write_frame(Frame(alpha[..., None] * RED, alpha), folder / file)

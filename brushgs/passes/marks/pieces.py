@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from brushgs.values.arrays import F64, Mask, Rows
 
 LEAST_REACH = 16.0  # px, of a piece
-MOST_REACH = 1 / 14  # of the shorter side of the picture, likewise
+MOST_REACH = 1 / 20  # of the shorter side of the picture, likewise
 OVERLAP = 12.0  # px over which neighbours share the paint
 NEIGHBOURS = 4  # pieces that may share a pixel
 STEEP = 0.5  # of the distance along the line of sight, relative to that in the picture
