@@ -35,6 +35,8 @@ SMOOTH = 5  # px, side of the median of depths, and of the squares in which edge
 EDGE = 4.0
 FITS = 4  # attempts to make a mark as large as its paint
 THICK = 2.0  # shortest extent of a mark, px
+LEAST_POINTS = 12  # of a surface for a plane of its own
+FAR = 3.0  # times the median distance from a plane, beyond which a point does not count
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,14 +128,26 @@ def _plane(pieces: Pieces, pixel: Array, below: Below) -> tuple[F64, F64, F64]:
     mean = below.points(*middle[:, None], np.array([np.median(z)]))[0]
     view = below.camera.position - mean
     view = view / np.linalg.norm(view)
-    normal = view
-    if len(points) > 8 and below.is_solid[y, x].all():
-        normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
-        normal = normal if normal @ view >= 0 else -normal
+    if len(points) <= LEAST_POINTS or not below.is_solid[y, x].all():
+        return points, mean, view
+    center, normal = _fitted(points)
+    normal = normal if normal @ view >= 0 else -normal
+    if normal @ view < np.cos(TILT):
         side = normal - (normal @ view) * view
-        if normal @ view < np.cos(TILT):
-            normal = np.cos(TILT) * view + np.sin(TILT) * side / max(np.linalg.norm(side), 1e-12)
-    return points, mean, normal
+        normal = np.cos(TILT) * view + np.sin(TILT) * side / np.linalg.norm(side)
+    on_plane = mean + view * ((center - mean) @ normal) / (view @ normal)
+    far = np.linalg.norm(on_plane - mean) > np.ptp(points, axis=0).max()
+    return points, (mean if far else on_plane), normal
+
+
+def _fitted(points: F64) -> tuple[F64, F64]:
+    """The middle and the normal of a plane through points [P, 3], fitted again without the far ones."""
+    for _ in range(2):
+        center = points.mean(axis=0)
+        normal = np.linalg.svd(points - center, full_matrices=False)[2][2]
+        away = np.abs((points - center) @ normal)
+        points = points[away <= FAR * np.median(away) + 1e-12]
+    return center, normal
 
 
 def _placed(pieces: Pieces, piece: int, below: Below) -> dict[str, F64]:
