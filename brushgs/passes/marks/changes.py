@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from brushgs.values.arrays import F64, Mask, smoothstep
+from brushgs.values.arrays import F64, Array, Mask, smoothstep
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import Combs, Density, Erased, Overpaint
 from brushgs.values.quats import quat_products, rotation_matrices
@@ -22,7 +22,7 @@ def changed(strokes: Gaussians, overpaint: Overpaint) -> Gaussians:
     return strokes
 
 
-def is_erased(points: F64, erased: Erased) -> Mask:
+def is_erased(points: Array, erased: Erased) -> Mask:
     """[P] whether points [P, 3] lie on an erased patch of the surface."""
     gone = np.zeros(len(points), bool)
     tree = cKDTree(points)
