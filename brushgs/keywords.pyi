@@ -50,7 +50,6 @@ class PaintKeywords(TypedDict, total=False):
     economy: float | str | None
     edges: float | str | None
     depth_of_field: float | str | None
-    map: Sequence[str] | str | None
     palette: PathLike[str] | str | None
     palette_strength: float | str | None
     palette_space: Literal["lab", "linear", "srgb"] | None
@@ -128,7 +127,6 @@ class FilmKeywords(TypedDict, total=False):
     economy: float | str | None
     edges: float | str | None
     depth_of_field: float | str | None
-    map: Sequence[str] | str | None
     palette: PathLike[str] | str | None
     palette_strength: float | str | None
     palette_space: Literal["lab", "linear", "srgb"] | None

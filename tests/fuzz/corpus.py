@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image
 
+from brushgs.formats.marks import write_marks
 from brushgs.formats.scenes.ply_header import comment_lines
 from brushgs.formats.scenes.stored import Stored
 from brushgs.formats.styles_write import write_style
@@ -25,6 +26,7 @@ from brushgs.values.camera import FirstView
 from tests.fuzz.reader import SEPARATOR
 from tests.io import (
     camera_models,
+    marks_maker,
     test_cameras,
     test_cameras_editors,
     test_colmap,
@@ -421,6 +423,15 @@ def guide_lists(folder: Path) -> list[bytes]:
     lines = [[[float(i), 0.5 * i, -1.0] for i in range(4)], [[0, 0, 0], [1, 1, 1]]]
     found = [json.dumps(lines).encode(), json.dumps({"reach": 0.5, "guides": lines}).encode()]
     return found + [b'{"guides": ' + deep.encode() + b"}" for deep in DEEP[:2]]
+
+
+def marks(folder: Path) -> list[bytes]:
+    """A file of marks with all its parts, and one with lists in place of packed arrays."""
+    path = folder / "a.marks"
+    write_marks(marks_maker.example(), path)
+    content = json.loads(path.read_text())
+    content["erased"] = {"means": [[0, 0, 0]], "normals": [[0, 0, 1]], "radii": [1]}
+    return [path.read_bytes(), json.dumps(content).encode()]
 
 
 def styles(folder: Path) -> list[bytes]:

@@ -64,6 +64,17 @@ def _guides(path: Path) -> object:
     return [abs(guides.starts) / MAX_COORDINATE, abs(guides.ends) / MAX_COORDINATE]
 
 
+def _overpaint(path: Path) -> object:
+    """The columns of marks, scaled to be judged like a picture: finite, and 0 to 1."""
+    from brushgs.formats.marks import read_marks
+    from brushgs.values.marks import MOST
+
+    found = read_marks(path)
+    parts = [part for part in (found.marks, found.erased, found.combs, found.density) if part is not None]
+    arrays = [abs(part.means) / MOST for part in parts]
+    return arrays + ([] if found.marks is None else [found.marks.opacities])
+
+
 def _style(path: Path) -> object:
     """Its arrays, scaled to be judged like a picture: finite, and 0 to 1."""
     from brushgs.formats.styles import MOST, read_style
@@ -115,6 +126,7 @@ READERS = {
         *_readers("guides", corpus.GUIDES, _guides),
         Reader("npz-arrays", "arrays.npz", corpus.npz_arrays, _arrays, corpus.NPZ),
         Reader("style", "a.style", corpus.styles, _style, corpus.STYLE),
+        Reader("marks", "a.marks", corpus.marks, _overpaint, corpus.STYLE),
         Reader("manifest", ".%05d.png.json", corpus.manifests, _manifest, corpus.JSON),
         *PICTURE_READERS,
     )

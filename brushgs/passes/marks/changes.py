@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from brushgs.values.arrays import F64, Array, Mask, smoothstep
+from brushgs.values.arrays import Array, Mask, smoothstep
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.marks import Combs, Density, Erased, Overpaint
+from brushgs.values.marks import Combs, Erased, Overpaint
 from brushgs.values.quats import quat_products, rotation_matrices
 
 DEEP = 1.0  # radii by which what is erased reaches below the surface, and above it
@@ -58,13 +58,3 @@ def combed(strokes: Gaussians, combs: Combs) -> Gaussians:
     quats /= np.linalg.norm(quats, axis=1, keepdims=True)
     quats = np.where((turn != 0)[:, None], quat_products(turned, quats), strokes.quats)
     return replace(strokes, quats=quats.astype(strokes.quats.dtype))
-
-
-def density_factors(points: F64, density: Density) -> F64:
-    """[P] factors on the strokes per area at points [P, 3]; where balls overlap, their product."""
-    logs, tree = np.zeros(len(points)), cKDTree(points)
-    for mean, radius, factor in zip(density.means, density.radii, density.factors, strict=True):
-        rows = np.array(tree.query_ball_point(mean, radius), np.intp)
-        distance = np.linalg.norm(points[rows] - mean, axis=1) / radius
-        logs[rows] += np.log(max(factor, 1e-3)) * (1 - smoothstep(2 * distance - 1))
-    return np.exp(logs)

@@ -127,8 +127,8 @@ def _plane(pieces: Pieces, pixel: Rows, below: Below) -> tuple[F64, F64, F64]:
     y, x = pieces.rows[pixel], pieces.columns[pixel]
     z = np.exp(below.log_depth[y, x])
     points = below.points(x + 0.5, y + 0.5, z)
-    middle = np.array([x.min() + x.max() + 1, y.min() + y.max() + 1]) / 2
-    mean = below.points(middle[:1], middle[1:], np.array([np.median(z)]))[0]
+    middle = (x.min() + x.max() + 1) / 2, (y.min() + y.max() + 1) / 2
+    mean = below.points(np.array([middle[0]]), np.array([middle[1]]), np.array([np.median(z)]))[0]
     view = below.camera.position - mean
     view = view / np.linalg.norm(view)
     if len(points) <= LEAST_POINTS or not below.is_solid[y, x].all():
