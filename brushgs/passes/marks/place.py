@@ -126,7 +126,7 @@ def _plane(pieces: Pieces, pixel: Rows, below: Below) -> tuple[F64, F64, F64]:
     """The points of the surface under pixels, the one in their middle, and the normal toward the camera."""
     y, x = pieces.rows[pixel], pieces.columns[pixel]
     z = np.exp(below.log_depth[y, x])
-    points = below.points(x + 0.5, y + 0.5, z)
+    points = below.points(np.asarray(x + 0.5, np.float64), np.asarray(y + 0.5, np.float64), z)
     middle = (x.min() + x.max() + 1) / 2, (y.min() + y.max() + 1) / 2
     mean = below.points(np.array([middle[0]]), np.array([middle[1]]), np.array([np.median(z)]))[0]
     view = below.camera.position - mean
