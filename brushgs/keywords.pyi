@@ -50,6 +50,7 @@ class PaintKeywords(TypedDict, total=False):
     economy: float | str | None
     edges: float | str | None
     depth_of_field: float | str | None
+    map: Sequence[str] | str | None
     palette: PathLike[str] | str | None
     palette_strength: float | str | None
     palette_space: Literal["lab", "linear", "srgb"] | None
@@ -57,6 +58,7 @@ class PaintKeywords(TypedDict, total=False):
     adjust: Mapping[str, float] | str | None
     swap: Sequence[str] | str | None
     rules: PathLike[str] | str | None
+    marks: Sequence[Path] | str | None
     where: str | None
     where_soft: float | str | None
     text_model: PathLike[str] | str | None
@@ -127,6 +129,7 @@ class FilmKeywords(TypedDict, total=False):
     economy: float | str | None
     edges: float | str | None
     depth_of_field: float | str | None
+    map: Sequence[str] | str | None
     palette: PathLike[str] | str | None
     palette_strength: float | str | None
     palette_space: Literal["lab", "linear", "srgb"] | None
@@ -134,6 +137,7 @@ class FilmKeywords(TypedDict, total=False):
     adjust: Mapping[str, float] | str | None
     swap: Sequence[str] | str | None
     rules: PathLike[str] | str | None
+    marks: Sequence[Path] | str | None
     where: str | None
     where_soft: float | str | None
     text_model: PathLike[str] | str | None
@@ -180,6 +184,7 @@ class FilmKeywords(TypedDict, total=False):
     crop: Sequence[int] | str | None
     deep: bool | None
     colorspace: Literal["lin_srgb", "srgb", "acescg", "aces2065_1", "lin_rec2020", "lin_p3d65"] | None
+    sidecar: bool | None
     codec: Literal["h264", "h265", "prores", "vp9"] | None
     bits: int | str | None
     no_clobber: bool | None
