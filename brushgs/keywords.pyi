@@ -58,7 +58,7 @@ class PaintKeywords(TypedDict, total=False):
     adjust: Mapping[str, float] | str | None
     swap: Sequence[str] | str | None
     rules: PathLike[str] | str | None
-    marks: Sequence[Path] | str | None
+    marks: Sequence[PathLike[str] | str] | str | None
     where: str | None
     where_soft: float | str | None
     text_model: PathLike[str] | str | None
@@ -137,7 +137,7 @@ class FilmKeywords(TypedDict, total=False):
     adjust: Mapping[str, float] | str | None
     swap: Sequence[str] | str | None
     rules: PathLike[str] | str | None
-    marks: Sequence[Path] | str | None
+    marks: Sequence[PathLike[str] | str] | str | None
     where: str | None
     where_soft: float | str | None
     text_model: PathLike[str] | str | None
