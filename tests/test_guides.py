@@ -32,7 +32,7 @@ SCENES = (
     "styled.ply",
 )
 PAINTINGS = ("painting.jpg", "monet.jpg", "starry.jpg", "photo.jpg")
-FILES = {*SCENES, *PAINTINGS, "truck.splat", "a_edited.ply", "my_brush.png", "lines.obj"}
+FILES = {*SCENES, *PAINTINGS, "truck.splat", "a_edited.ply", "my_brush.png", "mask.png", "lines.obj"}
 FILES |= {
     "monet.style",
     "dusk.style",
@@ -108,6 +108,8 @@ def folder(tmp_path_factory):
     ink = np.zeros((24, 64), np.float32)
     ink[6:18, 6:58] = 1
     write_frame(Frame(np.zeros((24, 64, 3), np.float32), ink), path / "my_brush.png")
+    light = np.tile(np.linspace(0, 1, 48, dtype=np.float32), (36, 1))
+    write_frame(Frame(np.repeat(light[..., None], 3, axis=2), np.ones_like(light)), path / "mask.png")
     for name in ("monet", "dusk"):
         bg.save_style(bg.Style(name, edit=StyleEdit(0.7 * np.eye(3, 4))), path / f"{name}.style")
     bg.save_style(bg.Style("styled", edit=StyleEdit(0.7 * np.eye(3, 4))), path / "styled.style")

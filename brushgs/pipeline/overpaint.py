@@ -9,7 +9,6 @@ import numpy as np
 from brushgs.brushes.brush_set import MOST_BRUSHES, BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.overpaint import OverpaintConfig
-from brushgs.passes.marks.changes import changed
 from brushgs.passes.marks.strokes import SIGMAS, brush_of, strokes_of
 from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.report import Report
@@ -57,6 +56,8 @@ def overpainted(
         threads: that draw.
         report: gets the stage "marks".
     """
+    from brushgs.passes.marks.changes import changed
+
     with report.stage("marks") as stage:
         below = [
             coat if coat.name == BACKDROP else replace(coat, strokes=changed(coat.strokes, given.joined))
