@@ -19,6 +19,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict, fields, is_dataclass
 from functools import cache
 from importlib import import_module
+from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -28,6 +29,7 @@ from msgspec import Struct
 import brushgs
 from brushgs.errors import SceneWarning
 from brushgs.options.scene_source import SceneSource
+from brushgs.options.where import clip_folder
 from brushgs.pipeline.report import Report, Stage
 from brushgs.pipeline.runner import KEPT, Memory, NoMemory, Step
 
@@ -40,6 +42,7 @@ LEAST_SECONDS = 0.02
 BYTES_A_SECOND = 150e6
 MOST_HASHED = 1 << 16  # bytes of an array that counts by its content
 NOTHING: Mapping[str, Any] = {}
+MOST_FILES = 10_000  # of a folder that counts
 _ENDS = 1 << 16  # bytes at the head and tail of a file that count
 FOLDER = "BRUSHGS_CACHE"  # environment variable: a folder, or "off"
 # Classes of results. Others are not kept.
@@ -113,7 +116,7 @@ def _parts(value: object) -> Iterator[bytes]:
         yield repr(value).encode()
     elif isinstance(value, (str, Path)):
         yield str(value).encode()
-        yield _of_file(Path(value))
+        yield _of_folder(value) if isinstance(value, Path) and value.is_dir() else _of_file(Path(value))
     elif isinstance(value, (tuple, list)):
         yield str(len(value)).encode()
         for one in value:
@@ -161,16 +164,39 @@ def _of_file(path: Path) -> bytes:
     return f"{path.absolute()}{found.st_size}{found.st_mtime_ns}".encode() + ends
 
 
+def _of_folder(folder: Path) -> bytes:
+    """Names, sizes and times of all files in a folder, such as masks or cameras.
+
+    Raises:
+        Unnamed: if they are too many, or go while they are counted.
+    """
+    found = list(islice((path for path in folder.rglob("*") if path.is_file()), MOST_FILES + 1))
+    if len(found) > MOST_FILES:
+        raise Unnamed
+    try:
+        return _stated(found).encode()
+    except OSError:
+        raise Unnamed from None
+
+
+def _stated(files: Iterable[Path]) -> str:
+    """Names, sizes and times of files."""
+    return "\n".join(
+        f"{path} {at.st_size} {at.st_mtime_ns}" for path in sorted(files) for at in (path.stat(),)
+    )
+
+
 @cache
 def program() -> str:
-    """A digest of the program: versions, and the sizes and times of its files, for its developers."""
+    """A digest of the program: versions, the sizes and times of its files, for its developers, and the text
+    model that the environment names.
+    """
     from brushgs.core.native import core
 
     found = [Path(core.__file__)]
     for folder, _, names in os.walk(Path(brushgs.__file__).parent):
         found += [Path(folder, name) for name in names if name.endswith((".py", ".toml"))]
-    files = [f"{path} {at.st_size} {at.st_mtime_ns}" for path in sorted(found) for at in (path.stat(),)]
-    return digest(brushgs.__version__, np.__version__, platform.machine(), files)
+    return digest(brushgs.__version__, np.__version__, platform.machine(), _stated(found), clip_folder(None))
 
 
 class Store:

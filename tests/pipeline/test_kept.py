@@ -97,6 +97,19 @@ def test_a_changed_scene_is_read_again(folder, scene, tmp_path):
     np.testing.assert_array_equal(changed, picture(scene, tmp_path / "three.png", "--no-cache"))
 
 
+def test_a_folder_counts_by_its_files(tmp_path, monkeypatch):
+    folder = tmp_path / "masks"
+    folder.mkdir()
+    (folder / "one.png").write_bytes(b"one")
+    before = digest(folder)
+    assert digest(folder) == before
+    (folder / "one.png").write_bytes(b"other")
+    assert digest(folder) != before
+    monkeypatch.setattr(kept, "MOST_FILES", 0)
+    with pytest.raises(Unnamed):
+        digest(folder)
+
+
 def test_damaged_results_are_made_again(folder, scene, tmp_path):
     before = picture(scene, tmp_path / "one.png")
     names = sorted(path.name for path in folder.iterdir())

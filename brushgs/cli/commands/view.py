@@ -75,7 +75,6 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add(parser, Browser)
     flags.add_painting(parser)
     flags.add(parser, flags.ReportFlags)
-    flags.add(parser, flags.CacheFlag)
 
 
 def run(args: Namespace) -> None:
