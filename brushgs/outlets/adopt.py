@@ -103,12 +103,7 @@ def overpaint_of(
         camera: the view.
         time: of the moment, seconds; None for a scene that does not move.
     """
-    from brushgs.brushes.texture import StrokeTexture
-    from brushgs.rendering.render import render
-
-    plain = render(gaussians, camera, StrokeTexture.open("gaussian"))
-    distance = float(np.linalg.norm(np.median(gaussians.means, axis=0) - camera.position))
-    below = Below.of(camera, plain, max(distance, 2 * camera.near))
+    below = Below.in_view(camera, gaussians)
     erased = None if area is None else erased_of_area(area, below)
     return Overpaint(marks_of_paint(paint, below), erased, time=time)
 

@@ -176,11 +176,7 @@ class Overpainting:
 
     def _surface(self, camera: Camera, scene: Gaussians) -> Below:
         if self._below is None or self._below[0] is not scene or not _is_same(self._below[1], camera):
-            from brushgs.rendering.render import render
-
-            plain = render(scene, camera, StrokeTexture.open("gaussian"))
-            distance = float(np.linalg.norm(np.median(scene.means, axis=0) - camera.position))
-            self._below = scene, camera, Below.of(camera, plain, max(distance, 2 * camera.near))
+            self._below = scene, camera, Below.in_view(camera, scene)
         return self._below[2]
 
     def _free(self) -> Path:

@@ -16,15 +16,18 @@ from scipy.ndimage import (
     minimum_filter,
 )
 
+from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.marks.pieces import Pieces, cut
 from brushgs.passes.marks.strokes import OPTIONS, mean_of, strokes_of
 from brushgs.rendering.constants import MIN_ALPHA
 from brushgs.rendering.depth_test import SOLID
 from brushgs.rendering.project import project_by
+from brushgs.rendering.render import render
 from brushgs.values.arrays import F64, U8, Array, Mask, Rows
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
+from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import MOST_TILE, Erased, Marks
 
 TILT = np.radians(75)  # the most between the plane of a mark and the picture
@@ -53,6 +56,13 @@ class Below:
     camera: Camera
     log_depth: F64
     is_solid: Mask
+
+    @classmethod
+    def in_view(cls, camera: Camera, gaussians: Gaussians) -> "Below":
+        """That of a scene in a view; without anything there, the distance of its middle is taken."""
+        plain = render(gaussians, camera, StrokeTexture.open("gaussian"))
+        distance = float(np.linalg.norm(np.median(gaussians.means, axis=0) - camera.position))
+        return cls.of(camera, plain, max(distance, 2 * camera.near))
 
     @classmethod
     def of(cls, camera: Camera, plain: Frame, distance: float) -> "Below":
