@@ -1,11 +1,15 @@
 """Paint on a frame, adopt it, and find it again in other paintings of the scene."""
 
+import zipfile
+
 import numpy as np
 import pytest
 
 from brushgs.cli import main
+from brushgs.errors import SceneError
 from brushgs.formats.marks import read_marks
 from brushgs.formats.pictures.images import read_image, write_frame
+from brushgs.formats.pictures.layers_read import read_layer
 from brushgs.values.frame import Frame
 from tests.scenes import save_upright, still_life_of
 
@@ -95,6 +99,33 @@ def test_erased_surfaces_stay_unpainted_whatever_the_count(folder):
         whole, less = (read_image(folder / name)[..., :3] for name in ("whole.png", "less.png"))
         away = np.abs(whole - less).mean(axis=2)
         assert away[region].mean() > 3 * away[:, 260:].mean()
+
+
+def test_layers_of_an_openraster_file_paint_and_erase(folder):
+    stack = """<image w="320" h="240"><stack>
+        <layer name="Erase" src="data/e.png" x="10" y="20" opacity="1"/>
+        <layer name="other" src="data/e.png"/>
+        <layer name="marks" src="data/m.png" x="0" y="0" opacity="0.5"/>
+    </stack></image>"""
+    small = np.ones((40, 60), np.float32)
+    write_frame(Frame(small[..., None] * RED, small), folder / "small.png")
+    with zipfile.ZipFile(folder / "layer.ora", "w") as archive:
+        archive.writestr("mimetype", "image/openraster")
+        archive.writestr("stack.xml", stack)
+        archive.write(folder / "layer.png", "data/m.png")
+        archive.write(folder / "small.png", "data/e.png")
+    paint, erased = (read_layer(folder / "layer.ora", name) for name in ("marks", "erase"))
+    np.testing.assert_allclose(paint[..., 3], 0.5 * read_image(folder / "layer.png")[..., 3], atol=1e-6)
+    assert (np.argwhere(erased[..., 3] > 0).min(axis=0) == (20, 10)).all()
+    assert erased[..., 3].sum() == small.size
+    assert read_layer(folder / "layer.ora", "none") is None
+    run(folder, "adopt", "layer.ora", "--on", "frame.png", "scene.ply", "-o", "ora.marks", "--quiet")
+    found = read_marks(folder / "ora.marks")
+    assert len(found.marks) > 0
+    assert len(found.erased) > 0
+    (folder / "bad.ora").write_bytes((folder / "layer.ora").read_bytes()[:300])
+    with pytest.raises(SceneError, match="damaged zip archive"):
+        read_layer(folder / "bad.ora", "marks")
 
 
 BAD = {
