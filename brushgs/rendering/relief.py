@@ -174,8 +174,8 @@ def light_range(gaussians: Gaussians) -> tuple[float, float]:
     return float(dark), float(light)
 
 
-# By size, by_light and lights of a relief.
 _Place = Callable[[Gaussians], F64]
+# By size, by_light, lights and by_place of a relief.
 _Kept = dict[tuple[float | None, float, tuple[float, float] | None, _Place | None], F64]
 _cache: WeakKeyDictionary[Gaussians, _Kept] = WeakKeyDictionary()
 _at_rest: WeakKeyDictionary[Gaussians, Gaussians] = WeakKeyDictionary()  # moved strokes -> strokes at rest
