@@ -19,6 +19,7 @@
 #include "brushgs/fragments.hpp"
 #include "brushgs/frame_pool.hpp"
 #include "brushgs/groups.hpp"
+#include "brushgs/halves.hpp"
 #include "brushgs/key_order.hpp"
 #include "brushgs/light.hpp"
 #include "brushgs/light_along.hpp"
@@ -1064,6 +1065,29 @@ void add_rows(Out<double, 2> totals, In<std::int32_t, 1> rows, In<T, 2> values) 
                                              .totals = totals.data()});
 }
 
+template <class T>
+nb::object halves(In<T, 2> points, In<double, 1> weights, std::optional<In<T, 3>> spans, In<std::int32_t, 1> rows,
+                  In<std::int64_t, 1> begins, double least_span, int num_steps, int num_threads) {
+    if (points.shape(1) < 3 || points.shape(1) > brushgs::kMostFeatures)
+        throw nb::value_error("halves: points must have 3 to 16 features");
+    auto is_second = brushgs::make_buffer<std::uint8_t>(rows.shape(0));
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::halve_groups(brushgs::Halving<T>{.points = points.data(),
+                                                  .num_features = points.shape(1),
+                                                  .weights = weights.data(),
+                                                  .spans = data_or_null(spans),
+                                                  .rows = rows.data(),
+                                                  .begins = begins.data(),
+                                                  .num_groups = begins.shape(0) - 1,
+                                                  .least_span = least_span,
+                                                  .num_steps = num_steps,
+                                                  .num_threads = num_threads,
+                                                  .is_second = is_second.get()});
+    }
+    return row(is_second, rows.shape(0));
+}
+
 nb::object order(In<double, 1> values, int num_threads) {
     const std::size_t count = values.shape(0);
     auto order = brushgs::make_buffer<std::int64_t>(count);
@@ -1110,6 +1134,11 @@ void def_groups(nb::module_& m) {
           "[N, D], added in the order of the rows.");
     m.def("add_rows", &add_rows<T>, "totals"_a.noconvert(), "rows"_a.noconvert(), "values"_a.noconvert(),
           "Add values [n, D], one after the other, to these rows [n] of totals [N, D].");
+    m.def(
+        "halves", &halves<T>, "points"_a.noconvert(), "weights"_a.noconvert(), "spans"_a.noconvert().none(),
+        "rows"_a.noconvert(), "begins"_a.noconvert(), "least_span"_a, "num_steps"_a, "num_threads"_a,
+        "Cut groups of points [N, D], as `group_rows` lists them, in two: [N] uint8 in the order of `rows`, 0 for the "
+        "half of a group's first row. `spans` [N, 3, 3] or None, see halves.hpp.");
     m.def("morton_order", &morton_order<T>, "points"_a.noconvert(), "low"_a.noconvert(), "step"_a, "num_threads"_a,
           "The rows [N] int64 of points [N, 3] along the Morton curve of (point - low) * step, ties by row.");
 }

@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.passes.form.economy import LEAST, SEEN, ViewingError
 from brushgs.passes.form.slabs import too_long
-from brushgs.passes.groups import add_rows, compacted
+from brushgs.passes.groups import Groups, add_rows, compacted
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.view_by_view import view_by_view
@@ -87,7 +89,8 @@ def split(
         some = PlainViews(views.cameras[::step], views.frames[::step])
         errors = painted_errors(strokes, some, seen[::step], economy) * is_kept
         if focus is not None:
-            errors *= _means(focus[:, None], weights, found, len(strokes))[:, 0]
+            totals, sums = Groups.of(found, len(strokes)).totals_and_sums(focus[:, None], weights)
+            errors *= sums[:, 0] / totals
         errors[too_long(strokes, cameras)] += errors.max(initial=0.0)
         errors[np.bincount(found, minlength=len(strokes)) < 2] = 0
         errors[errors < economy * LEAST * SEEN[1] ** 2 * len(some)] = 0
@@ -152,51 +155,19 @@ def cut(labels: Labels, chosen: Labels, points: Array, weights: F64, spans: F32 
     place = np.full(num, -1)
     place[chosen] = np.arange(len(chosen))
     rows = np.flatnonzero(place[labels] >= 0)
-    own, points, weights = place[labels[rows]], points[rows].astype(np.float64), weights[rows]
-    away = points - _means(points, weights, own, len(chosen))[own]
-    if spans is not None:
-        away[:, :3] = _beyond_spans(away[:, :3], spans[rows], weights, own, len(chosen))
-    widest = np.linalg.eigh(_mean_products(away, weights, own, len(chosen)))[1][:, :, -1]
-    is_second = np.einsum("nd,nd->n", away, widest[own]) > 0
-    for _ in range(NUM_STEPS):
-        pairs = _means(away, weights, 2 * own + is_second, 2 * len(chosen))
-        first, second = pairs[2 * own], pairs[2 * own + 1]
-        is_second = ((away - second) ** 2).sum(axis=1) < ((away - first) ** 2).sum(axis=1)
-    # The order of both halves must not depend on the sign of an eigenvector, which differs between
-    # processors.
-    is_second ^= is_second[np.unique(own, return_index=True)[1]][own]
+    groups = Groups.of(place[labels[rows]], len(chosen))
+    rows = rows[groups.rows]
+    second = _core.halves(
+        np.ascontiguousarray(points),
+        np.ascontiguousarray(weights, np.float64),
+        None if spans is None else np.ascontiguousarray(spans, points.dtype),
+        rows.astype(np.int32),
+        groups.begins,
+        LEAST_SPAN,
+        NUM_STEPS,
+        num_threads_or_default(None),
+    )
+    is_second = np.asarray(second, bool)
     labels = labels.copy()
-    labels[rows[is_second]] = num + own[is_second]
+    labels[rows[is_second]] = num + np.repeat(np.arange(len(chosen)), groups.sizes)[is_second]
     return compacted(labels)[0].astype(np.intp)
-
-
-def _beyond_spans(away: F64, spans: F32, weights: F64, labels: Labels, num: int) -> F64:
-    """Offsets from the centres of clusters in units of the members' span in that direction, [n, 3].
-
-    The mean square of each cluster is kept, and with it the weight of positions against colours.
-    """
-    between = _mean_products(away, weights, labels, num)
-    spread = np.einsum("nii->n", between)
-    axes = (spans[:, :, axis] for axis in range(3))
-    metric = sum(_mean_products(ways, weights, labels, num) for ways in axes)
-    metric = metric + (LEAST_SPAN * spread / 3)[:, None, None] * np.eye(3)
-    variances, directions = np.linalg.eigh(metric)
-    units = np.maximum(variances, np.maximum(1e-12 * variances[:, -1:], 1e-300)) ** -0.5
-    factors = (directions * units[:, None, :]) @ directions.transpose(0, 2, 1)
-    after = np.einsum("nij,njk,nik->n", factors, between, factors)
-    factors *= np.sqrt(np.divide(spread, after, out=np.zeros(num), where=after > 0))[:, None, None]
-    return np.asarray(np.einsum("nij,nj->ni", factors[labels], away))
-
-
-def _mean_products(ways: Array, weights: F64, labels: Labels, num: int) -> F64:
-    """Weighted mean of the products w w^T of offsets [n, D] by label, [num, D, D]."""
-    size = ways.shape[1]
-    products = (ways[:, :, None] * ways[:, None, :]).reshape(len(ways), -1)
-    return _means(products, weights, labels, num).reshape(num, size, size)
-
-
-def _means(points: Array, weights: F64, labels: Labels, num: int) -> F64:
-    """Weighted means [num, D] of points by label; 0 for a label without points."""
-    totals = np.maximum(np.bincount(labels, weights, num), 1e-300)
-    sums = [np.bincount(labels, weights * column, num) for column in points.T]
-    return np.stack(sums, axis=1) / totals[:, None]
