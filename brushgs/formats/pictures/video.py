@@ -143,7 +143,7 @@ def open_video(
 ) -> Iterator[VideoWriter]:
     """Write a video; it appears when the block ends without an error, else no file remains.
 
-    .mp4 and .mkv are H.264 at crf 18, .webm is VP9, .mov ProRes 4444. All but ProRes have 4:2:0 chroma;
+    .mp4 and .mkv are H.264 at crf 17, .webm is VP9, .mov ProRes 4444. All but ProRes have 4:2:0 chroma;
     colours are converted by BT.709 to limited range and tagged so. A GIF has one palette of 255 colours for
     all frames, found when all are there, and an ordered dither, which is still where the picture is.
 
