@@ -9,15 +9,19 @@ toward the axis of the ellipse, the more slender the closer.
 """
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import ViewLock
 from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.project import Directions
-from brushgs.rendering.visibility import visible_areas
+from brushgs.rendering.visibility import painted_shares
 from brushgs.values.arrays import F64, Array, Mask
+from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
@@ -33,6 +37,7 @@ TOP = np.radians(60.0)  # off the axis up to which it is bent all that way, and 
 NUM_AROUND, AROUND_SIDE, DISTANCE = 40, 72, 2.6  # views from all around: pixels, and radii of the strokes
 NEAR = 0.01  # radii, before which nothing is seen
 LEAST = 1e-4  # share of the weight of a view that a hidden stroke has
+CHUNK = 1024  # strokes fitted at once, few enough for the cache of a processor
 SINGULAR = 1e-4  # of 1 + the cosine of the angle to `facing`: below, the view counts as singular
 
 
@@ -58,10 +63,11 @@ class Canonical:
 
     def arrows(self, strokes: Gaussians, camera: Camera) -> F64:
         """[N] radians, the direction in the picture of what each field carries to a view, not bent."""
-        vectors = _carried(self.facing, self.along, _views(strokes, camera))
+        frame = _Views.of(strokes, camera)
+        x, y = frame.carried(self.facing.T, self.along.T)
         if self.is_anchored.any():
-            vectors = np.where(self.is_anchored[:, None], _own_axes(strokes)[2], vectors)
-        return np.nan_to_num(_angles(camera, strokes.means, vectors))
+            x, y = np.where(self.is_anchored, frame.pictured(_own_axes(strokes)[2].T), (x, y))
+        return np.nan_to_num(np.arctan2(y, x))
 
     def turned(self, turn: Callable[[Array], Array]) -> "Canonical":
         """The fields of strokes that are turned; `turn` turns vectors [N, 3] with them."""
@@ -76,8 +82,8 @@ class Canonical:
     ) -> Directions:
         """Which way the strokes point in a view; `options` are those of how they are drawn."""
         axes, slenderness, is_seen = _ellipses(strokes, camera, options)
-        carried = _angles(camera, strokes.means, _carried(self.facing, self.along, _views(strokes, camera)))
-        found = np.where(is_seen, _bent(carried, axes, slenderness), 0.0)
+        x, y = _Views.of(strokes, camera).carried(self.facing.T, self.along.T)
+        found = np.where(is_seen, _bent(np.arctan2(y, x), axes, slenderness), 0.0)
         if self.is_anchored.any():
             anchored = _ellipses(strokes, camera, options, "anchor")[0]
             found = np.where(self.is_anchored, anchored, found)
@@ -108,52 +114,12 @@ def fit_canonical(strokes: Gaussians, *, num_threads: int | None = None) -> Cano
     """
     if len(strokes) == 0:
         return Canonical(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, np.bool_))
-    cameras = views_around(strokes)
-    count, num, options = len(cameras), len(strokes), RenderOptions(num_sigmas=1.0, num_threads=num_threads)
-    axes, slenderness, weights, views = (np.zeros((count, num, *more)) for more in ((), (), (), (3,)))
-    for k, camera in enumerate(cameras):
-        axes[k], slenderness[k], _ = _ellipses(strokes, camera, options)
-        weights[k] = visible_areas(strokes, camera, num_threads=num_threads)
-        views[k] = _views(strokes, camera)
-    weights = weights / np.maximum(weights.sum(axis=0), 1e-9) + LEAST
-    candidates = _candidates(strokes, weights, views)
-    rates = np.stack([_rates(facing, weights, views) for facing in candidates])
-    chosen = np.argsort(rates, axis=0, kind="stable")[:NUM_BEST]
-    rows = np.arange(num)
-    best, facing, along = np.full(num, np.inf), np.zeros((num, 3)), np.zeros((num, 3))
-    of_area = weights * np.minimum(0.5 * np.log1p(0.25 * slenderness), 2)
-    of_minor = weights * MINOR_AXIS * slenderness / (slenderness + 4)
-    turns = 2 * np.pi * np.arange(NUM_ALONG) / NUM_ALONG
-    for one in chosen:
-        towards = candidates[one, rows]
-        first = _across(towards)
-        off = axes - np.stack(
-            [
-                _angles(camera, strokes.means, _carried(towards, first, seen))
-                for camera, seen in zip(cameras, views, strict=True)
-            ]
-        )
-        fourth = (of_area * np.exp(4j * off)).sum(axis=0)
-        second = (of_minor * np.exp(2j * off)).sum(axis=0)
-        # Turned about `towards`, the picture turns the other way round: y is down.
-        costs = (
-            -0.5 * np.real(fourth[:, None] * np.exp(4j * turns) + second[:, None] * np.exp(2j * turns))
-            + (RATE * rates[one, rows])[:, None]
-        )
-        at = costs.argmin(axis=1)
-        is_better = costs[rows, at] < best
-        best = np.where(is_better, costs[rows, at], best)
-        turn = turns[at][:, None]
-        vector = np.cos(turn) * first + np.sin(turn) * np.cross(towards, first)
-        facing[is_better], along[is_better] = towards[is_better], vector[is_better]
-    longest = _own_axes(strokes)[2]
-    cosines = np.einsum("nc,knc->kn", longest, views) ** 2
-    turns_of_anchor = np.minimum(cosines / np.maximum(1 - cosines, 1e-3), MOST_RATE)
-    is_anchored = (weights * turns_of_anchor).sum(axis=0) < CALMER * _rates(facing, weights, views)
-    agrees = np.sum(
-        weights.T[:, :, None] * _picture_vectors(facing, along, views) * longest[:, None], axis=(1, 2)
-    )
-    return Canonical(facing, along * np.where(agrees < 0, -1, 1)[:, None], is_anchored)
+    looks = _Looks.around(strokes, num_threads)
+    starts = range(0, len(strokes), CHUNK)
+    with ThreadPoolExecutor(num_threads_or_default(num_threads)) as pool:
+        parts = pool.map(lambda at: _fitted(looks.of(slice(at, at + CHUNK))), starts)
+        facing, along, is_anchored = (np.concatenate(one) for one in zip(*parts, strict=True))
+    return Canonical(facing, along, is_anchored)
 
 
 def views_around(strokes: Gaussians) -> list[Camera]:
@@ -171,9 +137,149 @@ def views_around(strokes: Gaussians) -> list[Camera]:
     return cameras
 
 
-def _picture_vectors(facing: F64, along: F64, views: F64) -> F64:
-    """[N, K, 3] the carried vectors in each view."""
-    return np.stack([_carried(facing, along, seen) for seen in views], axis=1)
+@dataclass(frozen=True, eq=False)
+class _Views:
+    """How vectors at the means of strokes look in the pictures of one view, or of K.
+
+    Attributes:
+        toward: [3, N] or [3, K, N] unit vectors from the strokes to the cameras.
+        right: the same shape; the part of a vector along it is how far to the right it points in the picture.
+        down: the same for downward.
+    """
+
+    toward: Array
+    right: Array
+    down: Array
+
+    @classmethod
+    def of(cls, strokes: Gaussians, camera: Camera) -> "_Views":
+        """Those of one view."""
+        means, turn = strokes.means.T.astype(np.float64), camera.viewmat[:3, :3].astype(np.float64)
+        at = turn @ means + camera.viewmat[:3, 3:]
+        slopes = at[:2] / np.maximum(at[2], 1e-6)
+        sides = (
+            focal * (turn[axis][:, None] - slope * turn[2][:, None])
+            for axis, slope, focal in zip((0, 1), slopes, np.diag(camera.K), strict=False)
+        )
+        return cls(_unit(camera.position[:, None] - means, axis=0), *sides)
+
+    def pictured(self, vectors: Array) -> tuple[Array, Array]:
+        """How far vectors [3, N] point to the right and downward."""
+        return _dot(self.right, vectors), _dot(self.down, vectors)
+
+    def carried(self, facing: Array, along: Array) -> tuple[Array, Array]:
+        """The same of `along` [3, N] turned as `facing` turns to the view by the shortest way.
+
+        That is along - (along . toward) (facing + toward) / (1 + facing . toward), and no picture shows
+        what points toward its camera.
+        """
+        cosines = _dot(self.toward, facing)
+        part = _dot(self.toward, along) / np.maximum(1 + cosines, SINGULAR)
+        x, y = self.pictured(along)
+        right, down = self.pictured(facing)
+        return x - right * part, y - down * part
+
+
+@dataclass(frozen=True, eq=False)
+class _Looks:
+    """Strokes in K views from all around.
+
+    Attributes:
+        views: of all of them.
+        weights: [K, N] how much of each stroke is seen, in parts of all that is.
+        doubled: [K, N] exp(2i angle) of the axes of the ellipses.
+        of_area: [K, N] what a direction across both axes costs.
+        of_minor: [K, N] what one along the minor axis costs.
+        longest: [3, N] the longest axis of each stroke.
+        candidates: [C, 3, N] unit vectors that `facing` may be.
+    """
+
+    views: _Views
+    weights: Array
+    doubled: Array
+    of_area: Array
+    of_minor: Array
+    longest: Array
+    candidates: Array
+
+    @classmethod
+    def around(cls, strokes: Gaussians, num_threads: int | None) -> "_Looks":
+        """Of strokes, at least one."""
+        kernel = StrokeTexture.open("gaussian")
+        options, ones = RenderOptions.of(kernel, num_threads=num_threads), np.ones((AROUND_SIDE, AROUND_SIDE))
+        plain, cameras = replace(strokes, sh=strokes.sh[:, :1]), views_around(strokes)  # colors do not matter
+        axes, slenderness, weights = np.zeros((3, len(cameras), len(strokes)), np.float32)
+        vectors = np.empty((3, 3, len(cameras), len(strokes)), np.float32)
+        for k, camera in enumerate(cameras):
+            boxes, _ = project_with(plain, camera, options)
+            axes[k, boxes.ids], slenderness[k, boxes.ids] = boxes.angles, _slenderness(boxes)
+            weights[k, boxes.ids] = painted_shares(boxes, kernel, ones, num_threads=num_threads)
+            seen = _Views.of(strokes, camera)
+            vectors[:, :, k] = seen.toward, seen.right, seen.down
+        weights = weights / np.maximum(weights.sum(axis=0), 1e-9) + np.float32(LEAST)
+        views = _Views(*vectors)
+        return cls(
+            views,
+            weights,
+            np.exp(2j * axes),
+            weights * np.minimum(0.5 * np.log1p(0.25 * slenderness), 2),
+            weights * MINOR_AXIS * slenderness / (slenderness + 4),
+            _own_axes(strokes)[2].T,
+            _candidates(strokes, _unit(np.einsum("kn,ckn->nc", weights, views.toward))),
+        )
+
+    def of(self, rows: slice) -> "_Looks":
+        """The same of some strokes."""
+        views = _Views(*(getattr(self.views, one.name)[..., rows] for one in fields(_Views)))
+        others = (getattr(self, one.name)[..., rows] for one in fields(_Looks) if one.name != "views")
+        return _Looks(views, *others)
+
+    def rates(self, cosines: Array) -> Array:
+        """[N] degrees by which directions turn for one of the view, where strokes are seen.
+
+        Args:
+            cosines: [K, N] of the angles between views and the one farthest from those where they turn most.
+        """
+        rates = np.minimum((1 - cosines) / np.maximum(1 + cosines, 1e-3), MOST_RATE)
+        return np.asarray((self.weights * rates).sum(axis=0))
+
+    def best_along(self, facing: Array) -> tuple[Array, Array]:
+        """[N] the cost of the best `along` for a `facing` [3, N], and that vector, [3, N]."""
+        first = _across(facing)
+        x, y = self.views.carried(facing, first)
+        off = self.doubled * (x - 1j * y) ** 2 / np.maximum(x**2 + y**2, 1e-30)
+        second = (self.of_minor * off).sum(axis=0)
+        fourth = (self.of_area * off**2).sum(axis=0)
+        turns = (2 * np.pi / NUM_ALONG) * np.arange(NUM_ALONG)
+        # Turned about `facing`, the picture turns the other way round: y is down.
+        waves = np.stack([np.cos(4 * turns), -np.sin(4 * turns), np.cos(2 * turns), -np.sin(2 * turns)])
+        costs = -0.5 * np.stack([fourth.real, fourth.imag, second.real, second.imag], axis=1) @ waves
+        turn = turns[costs.argmin(axis=1)]
+        return costs.min(axis=1), np.cos(turn) * first + np.sin(turn) * np.cross(facing, first, axis=0)
+
+
+def _fitted(looks: _Looks) -> tuple[F64, F64, Mask]:
+    """`Canonical` of the strokes of some looks: [n, 3], [n, 3] and [n]."""
+    toward, rows = looks.views.toward, np.arange(looks.weights.shape[1])
+    rates = np.stack([looks.rates(_dot(toward, facing)) for facing in looks.candidates])
+    best = np.full(len(rows), np.inf)
+    facing, along, rate = np.zeros((3, len(rows))), np.zeros((3, len(rows))), np.zeros(len(rows))
+    for one in np.argsort(rates, axis=0, kind="stable")[:NUM_BEST]:
+        candidate, of_candidate = looks.candidates[one, :, rows].T, rates[one, rows]
+        cost, vector = looks.best_along(candidate)
+        cost = cost + RATE * of_candidate
+        is_better = cost < best
+        best, rate = np.where(is_better, (cost, of_candidate), (best, rate))
+        facing, along = np.where(is_better, (candidate, vector), (facing, along))
+    of_longest = _dot(toward, looks.longest)
+    cosines = of_longest**2
+    of_anchor = np.minimum(cosines / np.maximum(1 - cosines, 1e-3), MOST_RATE)
+    is_anchored = (looks.weights * of_anchor).sum(axis=0) < CALMER * rate
+    seen = _dot(toward, facing)
+    part = _dot(toward, along) / np.maximum(1 + seen, SINGULAR)
+    agrees = _dot(along, looks.longest) - part * (_dot(facing, looks.longest) + of_longest)
+    along = np.where((looks.weights * agrees).sum(axis=0) < 0, -along, along)
+    return facing.T, along.T, is_anchored
 
 
 def _ellipses(
@@ -189,34 +295,16 @@ def _ellipses(
         np.zeros(len(strokes)),
         np.zeros(len(strokes), bool),
     )
-    half = boxes.half_extents.astype(np.float64)
-    ratio = half[:, 0] / np.maximum(half[:, 1], 1e-9)
-    angles[boxes.ids], slenderness[boxes.ids] = boxes.angles, np.minimum((ratio - 1 / ratio) ** 2, 1e6)
+    angles[boxes.ids], slenderness[boxes.ids] = boxes.angles, _slenderness(boxes)
     is_seen[boxes.ids] = True
     return angles, slenderness, is_seen
 
 
-def _views(strokes: Gaussians, camera: Camera) -> F64:
-    """[N, 3] unit vectors from strokes to the camera."""
-    return _unit(camera.position - strokes.means.astype(np.float64))
-
-
-def _carried(facing: F64, along: F64, views: F64) -> F64:
-    """`along` turned as `facing` turns to the view by the shortest way."""
-    axis = np.cross(facing, views)
-    cosine = np.einsum("nc,nc->n", facing, views)
-    first = np.cross(axis, along)
-    return np.asarray(along + first + np.cross(axis, first) / np.maximum(1 + cosine, SINGULAR)[:, None])
-
-
-def _angles(camera: Camera, means: Array, vectors: F64) -> F64:
-    """[N] the direction in the picture of vectors at points."""
-    turn = camera.viewmat[:3, :3]
-    at = means.astype(np.float64) @ turn.T + camera.viewmat[:3, 3]
-    moved = vectors @ turn.T
-    slopes = at[:, :2] / np.maximum(at[:, 2:], 1e-6)
-    pixels = (moved[:, :2] - slopes * moved[:, 2:]) * np.diag(camera.K)[:2]
-    return np.arctan2(pixels[:, 1], pixels[:, 0])
+def _slenderness(boxes: Boxes) -> F64:
+    """[M] 0 for round boxes."""
+    half = boxes.half_extents.astype(np.float64)
+    ratio = half[:, 0] / np.maximum(half[:, 1], 1e-9)
+    return np.minimum((ratio - 1 / ratio) ** 2, 1e6)
 
 
 def _bent(angles: F64, axes: F64, slenderness: F64) -> F64:
@@ -227,22 +315,15 @@ def _bent(angles: F64, axes: F64, slenderness: F64) -> F64:
     return np.asarray(angles + slenderness / (slenderness + SOFT) * bend * np.sign(off))
 
 
-def _candidates(strokes: Gaussians, weights: F64, views: F64) -> F64:
-    """[C, N, 3] unit vectors that `facing` may be."""
+def _candidates(strokes: Gaussians, best_seen: F64) -> F64:
+    """[C, 3, N] unit vectors that `facing` may be; `best_seen` [N, 3] point to where strokes are seen."""
     shortest, middle, longest = _own_axes(strokes)
-    best_seen = _unit(np.einsum("kn,knc->nc", weights, views))
     radial = _unit(strokes.means - np.median(strokes.means.astype(np.float64), axis=0))
     found = [best_seen, shortest, -shortest, radial, middle, -middle, longest, -longest]
     found += [_unit(best_seen + shortest), _unit(best_seen - shortest), _unit(best_seen + radial)]
     found = [np.where(np.abs(one).sum(axis=1, keepdims=True) > 0, one, shortest) for one in found]
-    return np.stack([*found, *(np.broadcast_to(one, shortest.shape) for one in _sphere(16))])
-
-
-def _rates(facing: F64, weights: F64, views: F64) -> F64:
-    """[N] degrees by which a direction turns for one of the view, where strokes are seen."""
-    cosines = np.einsum("nc,knc->kn", facing, views)
-    rates = np.minimum((1 - cosines) / np.maximum(1 + cosines, 1e-3), MOST_RATE)
-    return np.asarray((weights * rates).sum(axis=0))
+    found += [np.broadcast_to(one, shortest.shape) for one in _sphere(16)]
+    return np.stack([one.T for one in found])
 
 
 def _own_axes(strokes: Gaussians) -> tuple[F64, F64, F64]:
@@ -252,10 +333,15 @@ def _own_axes(strokes: Gaussians) -> tuple[F64, F64, F64]:
     return axes[rows, :, order[:, 0]], axes[rows, :, order[:, 1]], axes[rows, :, order[:, 2]]
 
 
-def _across(vectors: F64) -> F64:
-    """Unit vectors across others."""
-    helper = np.where(np.abs(vectors[:, :1]) < 0.7, [[1.0, 0, 0]], [[0, 1.0, 0]])
-    return _unit(np.cross(vectors, helper))
+def _across(vectors: Array) -> F64:
+    """Unit vectors [3, N] across others."""
+    helper = np.where(np.abs(vectors[0]) < 0.7, [[1.0], [0.0], [0.0]], [[0.0], [1.0], [0.0]])
+    return _unit(np.cross(vectors, helper, axis=0), axis=0)
+
+
+def _dot(first: Array, second: Array) -> Array:
+    """Products [N] or [K, N] of vectors, whose components are the first axis."""
+    return np.asarray(first[0] * second[0] + first[1] * second[1] + first[2] * second[2])
 
 
 def _sphere(count: int) -> F64:
@@ -266,8 +352,8 @@ def _sphere(count: int) -> F64:
     return np.stack([side * np.cos(turn), side * np.sin(turn), z], axis=1)
 
 
-def _unit(vectors: Array) -> F64:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+def _unit(vectors: Array, axis: int = -1) -> F64:
+    length = np.linalg.norm(vectors, axis=axis, keepdims=True)
     return np.asarray(vectors / np.maximum(length, 1e-12), np.float64)
 
 
