@@ -31,9 +31,8 @@ NUM_BEST = 2  # candidates of `facing` for which they are
 MINOR_AXIS = 0.3  # cost of lying along the minor axis of a needle, as of the track
 RATE = 0.08  # cost of turning by one degree for each degree of the view
 MOST_RATE = 25.0
-CALMER = 2.0  # by how much a field must turn less than the longest axis does, to be taken
+CALMER = 2.5  # by how much a field must turn less than the longest axis does, to be taken
 SOFT = 0.5  # slenderness at which half the way is bent to the axis
-TOP = np.radians(60.0)  # off the axis up to which it is bent all that way, and then less: 0 across
 NUM_AROUND, AROUND_SIDE, DISTANCE = 40, 72, 2.6  # views from all around: pixels, and radii of the strokes
 NEAR = 0.01  # radii, before which nothing is seen
 LEAST = 1e-4  # share of the weight of a view that a hidden stroke has
@@ -308,10 +307,13 @@ def _slenderness(boxes: Boxes) -> F64:
 
 
 def _bent(angles: F64, axes: F64, slenderness: F64) -> F64:
-    """Directions bent toward the axes of their ellipses."""
+    """Directions bent toward the axes of their ellipses, those across by nothing.
+
+    Relative to what is carried to the view, they turn no faster than these axes do.
+    """
     off = _wrapped(axes - angles, np.pi)
     size = np.abs(off)
-    bend = np.where(size < TOP, size, (np.pi / 2 - size) * (TOP / (np.pi / 2 - TOP)))
+    bend = np.minimum(size, np.pi / 2 - size)
     return np.asarray(angles + slenderness / (slenderness + SOFT) * bend * np.sign(off))
 
 

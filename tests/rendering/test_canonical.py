@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.rendering.canonical import fit_canonical
+from brushgs.rendering.canonical import directions_of, fit_canonical
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.visibility import visible_areas
 from tests.scenes import still_life_of
 
 FLAT = bg.BrushSet.open("flat")
@@ -67,3 +68,22 @@ def test_a_still_with_the_lock_takes_it(strokes, fields):
     assert turned(boxes.angles, expected).max() < 1e-3
     alone = Coat("strokes", strokes, FLAT, replace(options, lock="anchor")).boxes(camera)[0]
     assert not np.array_equal(alone.angles, boxes.angles)
+
+
+@pytest.mark.parametrize("elevation", [-30, 0, 50])
+def test_less_paint_turns_than_along_the_longest_axes(strokes, fields, elevation):
+    """By more than 15 degrees from view to view; from below the ground, too."""
+    cameras = bg.orbit(strokes, 120, width=64, height=48, elevation_deg=elevation)[::2]
+    shares = []
+    for given in (None, fields):
+        found = [directions_of(strokes, camera, RenderOptions.of(FLAT), given).angles for camera in cameras]
+        seen = [visible_areas(strokes, camera) for camera in cameras[1:]]
+        is_turned = [turned(*pair) > np.radians(15) for pair in pairwise(found)]
+        shares.append(np.vdot(seen, is_turned) / np.sum(seen))
+    assert shares[1] <= shares[0]
+
+
+def test_fields_do_not_depend_on_the_number_of_threads(strokes, fields):
+    one = fit_canonical(strokes, num_threads=1)
+    np.testing.assert_array_equal(one.facing, fields.facing)
+    np.testing.assert_array_equal(one.along, fields.along)

@@ -45,7 +45,6 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "FIELD_LEVELS": fields.LEVELS,
         "FIELD_SINGULAR": canonical.SINGULAR,
         "FIELD_SOFT": canonical.SOFT,
-        "FIELD_TOP": float(canonical.TOP),
         "FADED_NEAR": reference.FADED_NEAR,
         "BORDER_LEFT": border.LEFT_AT_BORDER,
         "BORDER_SPREAD": border.SPREAD,

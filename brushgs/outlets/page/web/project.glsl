@@ -150,8 +150,7 @@ vec2 carriedAxis(Footprint f, mat3 frame, vec3 t, vec3 ray) {
   vec2 major = majorAxis(f);
   vec2 lean = vec2(dot(picture, major), picture.x * major.y - picture.y * major.x);
   float off = atan(lean.x < 0.0 ? -lean.y : lean.y, abs(lean.x));  // to the nearer end of the axis
-  float bend = abs(off);
-  if (bend > FIELD_TOP) bend = (QUARTER_TURN - bend) * (FIELD_TOP / (QUARTER_TURN - FIELD_TOP));
+  float bend = min(abs(off), QUARTER_TURN - abs(off));
   vec2 variances = shownVariances(f, major);
   float ratio = variances.x > 0.0 ? variances.y / variances.x : 1.0;
   float slender = (1.0 - ratio) * (1.0 - ratio);
