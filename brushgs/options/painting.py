@@ -517,8 +517,8 @@ class ViewConfig(Options, frozen=True):
 class DrawConfig(Options, frozen=True):
     """Drawing of strokes.
 
-    `lock` None is "anchor" for one picture and "track" along a path; only paths can be tracked. `order` None
-    is "depth" for one picture and "soft" along a path. See `project`, `rasterize` and `render`.
+    For `lock` None see `lock_of`; only paths can be tracked. `order` None is "depth" for one picture and
+    "soft" along a path. See `project`, `rasterize` and `render`.
     """
 
     GROUP: ClassVar = "drawing"
@@ -538,11 +538,10 @@ class DrawConfig(Options, frozen=True):
     background: Annotated[str, option("transparent, '#rrggbb', an image file, scaled to fill the picture, "
         f"or one of {', '.join(COLORS)} #background #transparent #alpha", metavar="COLOR|FILE")] = "white"
     lock: Annotated[Lock | None, option("how stroke direction is fixed: 'track' (over the whole path), "
-        "'anchor' (in each view alone, by the longest axis), 'canonical' (by a field of directions fitted to "
-        "each stroke: pictures, pages and films agree, and single views turn less) or 'off' (as published: "
-        "strokes flip) "
-        "#flicker #stable",
-        default="track along a path, anchor for a picture")] = None
+        "'canonical' (by a field of directions fitted to each stroke: all pictures and pages of a painting "
+        "agree; on a path, films agree with them and flicker a little more), 'anchor' (in each view alone, "
+        "by the longest axis) or 'off' (as published: strokes flip) #flicker #stable",
+        default="track along a path, canonical for pictures, pages and spheres")] = None
     order: Annotated[Order | None, option("occlusion of strokes: by 'depth', or 'soft' (strokes of nearly "
         "equal depth blend, so that none pops) #popping #flicker",
         default="depth for a picture, soft along a path")] = None
@@ -555,8 +554,13 @@ class DrawConfig(Options, frozen=True):
     )] = None
     # fmt: on
 
-    def lock_of(self, *, along_path: bool) -> Lock:
-        """The effective lock, for a path or one picture.
+    def lock_of(self, *, along_path: bool, is_spherical: bool = False) -> Lock:
+        """The effective lock of an output.
+
+        Args:
+            along_path: for the frames of a path; else for pictures, and for pages, which are pictures from
+                everywhere.
+            is_spherical: for pictures all around the camera, whose views cannot be tracked in one picture.
 
         Raises:
             ValueError: if it is "track" without a path.
@@ -565,7 +569,7 @@ class DrawConfig(Options, frozen=True):
             raise ValueError(
                 "lock must be anchor, canonical or off for one picture, got track; only a path can be tracked"
             )
-        return self.lock or ("track" if along_path else "anchor")
+        return self.lock or ("track" if along_path and not is_spherical else "canonical")
 
     def order_of(self, *, along_path: bool) -> Order:
         """The effective order, for a path or one picture."""

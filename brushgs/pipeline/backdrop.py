@@ -206,11 +206,9 @@ def with_cut_edges(painting: Painting, camera: Camera, edges: "Edges | None" = N
     if brushes is not None and len(strokes):
         strokes = replace(strokes, brushes=np.resize(brushes, len(strokes)))
     options, relief = backdrop.options, backdrop.options.relief
-    if options.lock == "canonical":  # strokes of one view need no field
-        options = replace(options, lock="anchor")
     if relief is not None:  # or their ends would form a ring around the subject
         options = replace(options, relief=replace(relief, thickness=0.0, gain=THIN * relief.gain))
-    coat = replace(backdrop, name=CUT_IN, strokes=strokes, options=options, normals=None, fields=None)
+    coat = replace(backdrop, name=CUT_IN, strokes=strokes, options=options, normals=None)
     coat = replace(coat, is_one_sided=False)
     return replace(painting, coats=(backdrop, paint[0], coat, *coats[1:])) if len(strokes) else painting
 

@@ -106,7 +106,12 @@ def open_brushes(
 
 
 def render_options(
-    draw: DrawConfig, texture: "Brushes", *, along_path: bool, relief: "Relief | None" = None
+    draw: DrawConfig,
+    texture: "Brushes",
+    *,
+    along_path: bool,
+    is_spherical: bool = False,
+    relief: "Relief | None" = None,
 ) -> "RenderOptions":
     """Resolve the options for one picture, or for all frames along a path.
 
@@ -119,7 +124,7 @@ def render_options(
 
     shared = {field.name for field in fields(RenderOptions)} & set(DrawConfig.__struct_fields__)
     resolved = {
-        "lock": draw.lock_of(along_path=along_path),
+        "lock": draw.lock_of(along_path=along_path, is_spherical=is_spherical),
         "order": draw.order_of(along_path=along_path),
         "num_sigmas": None if draw.extent == "fitted" else texture.num_sigmas,
         "num_threads": draw.threads,

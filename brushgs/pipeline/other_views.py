@@ -90,4 +90,5 @@ def _along(coat: Coat, draw: DrawConfig) -> Coat:
     if not coat.texture.is_directed:
         return coat
     lock, order = draw.lock_of(along_path=True), draw.order_of(along_path=True)
-    return replace(coat, options=replace(coat.options, lock=lock, order=order))
+    fields = None if lock == "track" else coat.fields  # which a track would be pulled toward
+    return replace(coat, options=replace(coat.options, lock=lock, order=order), fields=fields)

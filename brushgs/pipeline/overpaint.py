@@ -17,6 +17,7 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import NO_TILE, Marks, Overpaint
+from brushgs.values.quats import rotation_matrices
 
 if TYPE_CHECKING:
     from brushgs.values.arrays import F64, Rows
@@ -56,13 +57,8 @@ def overpainted(
         threads: that draw.
         report: gets the stage "marks".
     """
-    from brushgs.passes.marks.changes import changed
-
     with report.stage("marks") as stage:
-        below = [
-            coat if coat.name == BACKDROP else replace(coat, strokes=changed(coat.strokes, given.joined))
-            for coat in coats
-        ]
+        below = [coat if coat.name == BACKDROP else _changed(coat, given.joined) for coat in coats]
         above = [
             coat
             for file in given.files
@@ -78,6 +74,18 @@ def overpainted(
         stage.did += f", {gone:,} strokes erased" if gone else ""
         stage.counts = {"marks": num, "erased": gone}
     return [*below, *above]
+
+
+def _changed(coat: Coat, given: Overpaint) -> Coat:
+    """A coat with what is painted over it; the fields of directions turn with strokes, and others stay."""
+    from brushgs.passes.marks.changes import changed
+
+    strokes, fields = changed(coat.strokes, given), coat.fields
+    if fields is not None and given.combs is not None:
+        before, after = (rotation_matrices(one.quats) for one in (coat.strokes, strokes))
+        turns = after @ before.swapaxes(1, 2)
+        fields = fields.turned(lambda vectors: np.einsum("nij,nj->ni", turns, vectors))
+    return replace(coat, strokes=strokes, fields=fields)
 
 
 def coats_of_marks(marks: Marks, strokes: Gaussians, threads: int | None = None) -> list[Coat]:

@@ -68,7 +68,7 @@ def describe_options(
     named = {"style": config.style, "rules": rules, "where": config.painted}
     steps |= {name: str(part) for name, part in named.items() if part is not None}
     moving: dict[str, Any] = {
-        "lock": config.draw.lock_of(along_path=along_path),
+        "lock": config.draw.lock_of(along_path=along_path, is_spherical=config.projection.is_spherical),
         "order": config.draw.order_of(along_path=along_path),
         "grow": None,
     }

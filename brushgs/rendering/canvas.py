@@ -246,8 +246,8 @@ class Painting:
         """Coats without ground and relief, drawn as a still: tracks exist only in the views of a path."""
 
         def still(options: RenderOptions) -> RenderOptions:
-            flat = replace(options, order="depth", relief=None)
-            return replace(flat, lock="anchor") if flat.lock in ("track", "canonical") else flat
+            lock = "anchor" if options.lock == "track" else options.lock
+            return replace(options, lock=lock, order="depth", relief=None)
 
         coats = tuple(replace(coat, options=still(coat.options)) for coat in coats)
         return cls(coats).with_depth(False)

@@ -91,3 +91,19 @@ def test_a_sphere_is_no_vector_drawing(tmp_path):
 def test_keywords_of_python_are_checked_alike():
     with pytest.raises(ValueError, match="must be twice as wide as high"):
         bg.paint("scene.ply", projection="equirect", size=(300, 200))
+
+
+@for_each(
+    ("lock", "along_path", "is_spherical", "expected"),
+    [
+        (None, False, False, "canonical"),  # pictures, and pages
+        (None, True, False, "track"),
+        (None, False, True, "canonical"),
+        (None, True, True, "canonical"),  # the views of a sphere cannot be tracked
+        ("anchor", True, False, "anchor"),
+        ("canonical", True, False, "canonical"),
+    ],
+)
+def test_the_lock_is_that_of_the_output_unless_given(lock, along_path, is_spherical, expected):
+    draw = DrawConfig(lock=lock)
+    assert draw.lock_of(along_path=along_path, is_spherical=is_spherical) == expected

@@ -61,3 +61,4 @@ def test_coats_along_a_path_have_the_options_of_paths(look):
     for name in ("lamp", "is_transparent", "is_moving"):
         assert getattr(moving.painting, name) == getattr(path.painting, name)
     assert {coat.options.lock for coat in moving.painting.coats if coat.texture.is_directed} == {"track"}
+    assert not any(coat.fields for coat in moving.painting.coats)  # by which a film would be another one

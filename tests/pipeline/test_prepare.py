@@ -219,7 +219,7 @@ def test_a_path_is_checked_before_the_long_work(folder):
 @pytest.mark.parametrize(
     ("stroke", "along_path", "lock", "order"),
     [
-        ("flat", False, "anchor", "depth"),
+        ("flat", False, "canonical", "depth"),
         ("flat", True, "track", "soft"),
         ("ellipse", False, "off", "depth"),
         ("ellipse", True, "off", "depth"),  # a kernel has no direction
@@ -229,6 +229,7 @@ def test_options_are_those_of_a_still_or_of_a_path(folder, stroke, along_path, l
     views = PathConfig(orbit=3) if along_path else None
     prepared = prepare(folder / "scene.ply", replace(BARE, draw=DrawConfig(stroke)), Report(), views=views)
     assert (prepared.options.lock, prepared.options.order) == (lock, order)
+    assert [coat.fields is not None for coat in prepared.painting.coats] == [lock == "canonical"]
     assert (prepared.path is not None) is along_path
     assert prepared.painting.is_moving is along_path
     assert len(prepared.cameras) == (3 if along_path else 1)

@@ -93,7 +93,7 @@ def export_file(
 def of_stills(config: PaintConfig) -> PaintConfig:
     """The options of a moving scene for a page, which knows no path: it paints every moment as a still."""
     draw = config.draw
-    stills = replace(draw, lock=draw.lock or "anchor", order=draw.order or "depth")
+    stills = replace(draw, lock=draw.lock_of(along_path=False), order=draw.order_of(along_path=False))
     return replace(config, draw=stills)
 
 

@@ -31,7 +31,6 @@ from brushgs.outlets.studio.overpainting import HandStroke, Overpainting
 from brushgs.outlets.studio.saved import SavedOptions
 from brushgs.outlets.studio.settings import Film, Known, Settings, Shot, flags_of, overrides_of, shown_lamp
 from brushgs.outlets.studio.where import Finder, Members, given_in, read_where
-from brushgs.pipeline.finishing import with_fields
 from brushgs.pipeline.overpaint import open_overpaint, overpainted
 from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
 from brushgs.pipeline.report import Report
@@ -205,7 +204,7 @@ class Session:
             return below
         given, threads = open_overpaint(config.overpaint), config.draw.threads
         coats = overpainted(below.painting.coats, below.strokes, given, threads, report)
-        return replace(below, painting=replace(below.painting, coats=tuple(with_fields(coats, report))))
+        return replace(below, painting=replace(below.painting, coats=tuple(coats)))
 
     def find(self, painted: Painted, text: object) -> Members:
         """The strokes in a part of the scene given as text, see `brushgs.outlets.studio.where`.

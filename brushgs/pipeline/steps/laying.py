@@ -87,12 +87,13 @@ def options(
     mapped: Sequence[Mapped],
     pruned: Later[Gaussians],
 ) -> "RenderOptions":
-    """The options for drawing strokes; the views of a sphere cannot be tracked in one picture."""
-    if along_path and projection_config.is_spherical and draw_config.lock is None:
-        draw_config = replace(draw_config, lock="canonical")
+    """The options for drawing strokes."""
     by_place = reader_of(mapped, "relief", pruned()) if mapped else None
     relief = open_relief(light_config, view_config.dpi, by_place)
-    return render_options(draw_config, texture, along_path=along_path, relief=relief)
+    is_spherical = projection_config.is_spherical
+    return render_options(
+        draw_config, texture, along_path=along_path, is_spherical=is_spherical, relief=relief
+    )
 
 
 @anew
@@ -321,10 +322,9 @@ def coats(
         first = replace(first, tolerance=graded.media.behind)
     elif shown_plain is not None:
         first = first.showing(shown_plain)
-    laid = [*graded_backdrop, *unpainted, first, *others, *accents]
+    found = with_fields([*graded_backdrop, *unpainted, first, *others, *accents], report)
     if overpaint is not None:
-        laid = overpainted(laid, strokes, overpaint, threads, report)
-    found = with_fields(laid, report)
+        found = overpainted(found, strokes, overpaint, threads, report)
     return attached(found, strokes, resting=(BACKDROP,)) if is_moving else found
 
 

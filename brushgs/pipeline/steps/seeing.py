@@ -348,8 +348,8 @@ def view_model(
     report: Report,
 ) -> "ViewModel":
     """The view for which the number of strokes is chosen."""
-    # The count is chosen for a still with the default lock and order, whatever is painted.
-    still = render_options(replace(draw_config, lock=None, order=None), texture, along_path=False)
+    # The count is chosen for a still in the default order, whatever is painted, before strokes have fields.
+    still = render_options(replace(draw_config, lock="anchor", order=None), texture, along_path=False)
     behind = background if on_background else open_picture_background(draw_config, cameras[0], report)
     behind = behind if ground is None or behind is None else ground.rgb
     return open_view_model(subject, cameras[0], texture, still, behind, report)

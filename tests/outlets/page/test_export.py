@@ -156,12 +156,12 @@ def test_the_command_paints_the_same_strokes_without_the_view(scene, capsys):
         "scene": scene,
         "options": ["--look", "plain", "--strokes", "150", "--see", "off", "--focus", "off"],
     }
-    run(capsys, "export", scene, "-o", "b.html", "--look", "plain", *SMALL, "--lock", "canonical")
-    fielded, _ = read_page(Path("b.html"))
-    assert fielded["command"]["options"][-2:] == ["--lock", "canonical"]
-    assert [{coat["lock"] for coat in one["coats"]} for one in (header, fielded)] == [
-        {"anchor"},
+    run(capsys, "export", scene, "-o", "b.html", "--look", "plain", *SMALL, "--lock", "anchor")
+    anchored, _ = read_page(Path("b.html"))
+    assert anchored["command"]["options"][-2:] == ["--lock", "anchor"]
+    assert [{coat["lock"] for coat in one["coats"]} for one in (header, anchored)] == [
         {"canonical"},
+        {"anchor"},
     ]
 
 
