@@ -1,4 +1,4 @@
-"""Stroke directions over a film: a track for each of its runs."""
+"""Stroke directions over a film: one track, or where strokes move one for each of its runs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,9 @@ import numpy as np
 
 from brushgs.pipeline.clip import Run
 from brushgs.pipeline.moving import Moving
+from brushgs.rendering.canonical import Canonical
 from brushgs.rendering.project import Directions
+from brushgs.rendering.track import Track, track_directions
 from brushgs.rendering.track_moving import MovingTrack, track_moving
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
@@ -50,25 +52,29 @@ class FilmTrack:
         raise IndexError(f"directions: there is no frame {frame}")
 
 
-def track_film(
+def track_strokes(
     strokes: Gaussians,
     cameras: Sequence[Camera],
-    moving: Moving,
+    moving: Moving | None,
     *,
+    fields: Canonical | None = None,
     is_loop: bool,
     low_pass: float,
     num_threads: int | None,
-) -> FilmTrack:
+) -> Track | FilmTrack:
     """Choose the stroke directions of a coat over a film.
 
     Args:
         strokes: of the coat.
-        cameras: one per frame.
-        moving: how the strokes move.
-        is_loop: whether the frame after the last is the first again, for both camera and scene.
+        cameras: one per frame; where nothing moves, a closed path ends with its first one again.
+        moving: how the strokes move; None for a scene at rest.
+        fields: toward which strokes of a scene at rest are pulled, see `track_directions`; or None.
+        is_loop: whether the frame after the last is the first again, for both camera and moving scene.
         low_pass: with which the coat is projected.
         num_threads: None takes the processors available to this process.
     """
+    if moving is None:
+        return track_directions(strokes, cameras, fields=fields, low_pass=low_pass, num_threads=num_threads)
     runs, tracks = moving.film.runs(), []
     for run in runs:
         frames, times = run.frames, run.times

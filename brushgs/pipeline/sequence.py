@@ -35,7 +35,7 @@ from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.pipeline.background import TRANSPARENT
 from brushgs.pipeline.clip import Clip, files_of
 from brushgs.pipeline.drawing import why_nothing_is_seen
-from brushgs.pipeline.film_track import FilmTrack, track_film
+from brushgs.pipeline.film_track import FilmTrack, track_strokes
 from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.pipeline.hand import describe_hand, open_hand
 from brushgs.pipeline.media.materials import BACKDROP
@@ -214,20 +214,18 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
             locks = [coat.options.lock for coat in coats if coat.texture.is_directed]
             stage.skipped.append(f"tracking: {f'the lock is {locks[0]!r}' if locks else of_name}")
             return [None] * len(coats)
-        from brushgs.rendering.track import track_directions
-
-        assert prepared.path is not None
-        closed, threads, moving = prepared.path.closed, draw.threads, prepared.moving
+        path, moving = prepared.path, prepared.moving
+        assert path is not None
 
         def track(strokes: Gaussians, coat: "Coat") -> "AnyTrack":
-            low_pass, fields = coat.options.low_pass, coat.fields if strokes is coat.strokes else None
-            if moving is None:
-                return track_directions(
-                    strokes, closed, fields=fields, low_pass=low_pass, num_threads=threads
-                )
-            is_loop = prepared.path is not None and prepared.path.is_loop
-            return track_film(
-                strokes, cameras, moving, is_loop=is_loop, low_pass=low_pass, num_threads=threads
+            return track_strokes(
+                strokes,
+                path.closed if moving is None else cameras,
+                moving,
+                fields=coat.fields if strokes is coat.strokes else None,
+                is_loop=path.is_loop,
+                low_pass=coat.options.low_pass,
+                num_threads=draw.threads,
             )
 
         shown = coats if prepared.growth is None else [one.coat for one in prepared.growth.coats]
@@ -235,7 +233,7 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
             _with_earlier(more.strokes, partial(track, coat=coat), coat.strokes) if coat in tracked else None
             for coat, more in zip(coats, shown, strict=True)
         ]
-        _note_coarse(closed)
+        _note_coarse(path.closed)
         stage.did = f"directions of {num_strokes:,} strokes over {len(cameras):,} views"
     return tracks
 

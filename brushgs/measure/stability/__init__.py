@@ -18,8 +18,8 @@ The complete protocol:
      drawings. The directions of step 3 are those before drawings change them: what turns more than was asked
      for. A drawing that is held for n frames turns by what n frames turn.
    Of a scene that moves the strokes are made once and followed, and `published` gives way to
-   - `alone`: strokes made of each moment alone, by the same options, and drawn as a still, so with `anchor`.
-     Mutually nearest strokes of consecutive frames count as the same stroke.
+   - `alone`: strokes made of each moment alone, by the same options, and drawn as a still: by their fields of
+     directions (`--lock canonical`). Mutually nearest strokes of consecutive frames count as the same stroke.
 3. **Directions**, from the boxes of every frame, painted or not, by `box_events.orientation_events`: flips,
    spins, size pops, kinks and strokes that vanish, each as a count and as a share of the stroke-frames
    weighted by painted area; the largest step of any direction; the share of slender strokes more than 10

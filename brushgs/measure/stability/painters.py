@@ -12,11 +12,12 @@ from brushgs.brushes.brush_set import Brushes
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.stability.figures import Seconds
 from brushgs.options.choices import Lock, ViewLock
-from brushgs.pipeline.film_track import FilmTrack, track_film
+from brushgs.pipeline.film_track import FilmTrack, track_strokes
 from brushgs.pipeline.moving import Moving
 from brushgs.pipeline.report import Stopwatch
+from brushgs.rendering.canonical import Canonical, fit_canonical
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
-from brushgs.rendering.track import Track, track_directions
+from brushgs.rendering.track import Track
 from brushgs.values.arrays import Array
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
@@ -149,11 +150,13 @@ class StrokePainter:
         return self._track
 
     def _track_along(self, strokes: Gaussians, low_pass: float) -> Track | FilmTrack:
-        threads = self.options.num_threads
-        if self.moving is None:
-            return track_directions(strokes, self.cameras, low_pass=low_pass, num_threads=threads)
-        return track_film(
-            strokes, self.cameras, self.moving, is_loop=self.is_loop, low_pass=low_pass, num_threads=threads
+        return track_strokes(
+            strokes,
+            self.cameras,
+            self.moving,
+            is_loop=self.is_loop,
+            low_pass=low_pass,
+            num_threads=self.options.num_threads,
         )
 
 
@@ -175,13 +178,14 @@ class ScenePainter(StrokePainter):
 
 @dataclass
 class AlonePainter(StrokePainter):
-    """Paints each frame of a moving scene with strokes made of that moment alone.
+    """Paints each frame of a moving scene as a still, with strokes and fields made of that moment alone.
 
     Mutually nearest strokes of consecutive frames count as the same; all others die and are born.
     """
 
     make: Callable[[int], Gaussians] | None = None  # the strokes of a frame
     _made: dict[int, Gaussians] = field(default_factory=dict)
+    _fields: dict[int, Canonical] = field(default_factory=dict)
     _ids: list[NDArray[np.int32]] = field(default_factory=list)  # by frame
     _num_ids: int = 0
 
@@ -198,6 +202,16 @@ class AlonePainter(StrokePainter):
             self._number_next()
         boxes = self._projected(index, lock)
         return replace(boxes, ids=self._ids[index][boxes.ids])
+
+    def _projected(self, index: int, lock: ViewLock | None = None) -> Boxes:
+        options = self.options
+        if lock is not None or options.lock != "canonical":
+            return super()._projected(index, lock)
+        strokes, camera = self.strokes_at(index), self.cameras[index]
+        if index not in self._fields:
+            self._fields[index] = fit_canonical(strokes, num_threads=options.num_threads)
+        directions = self._fields[index].directions(strokes, camera, options)
+        return project_with(strokes, camera, options.in_direction(directions))[0]
 
     def _number_next(self) -> None:
         frame = len(self._ids)
@@ -325,7 +339,7 @@ class Comparison:
                 self.strokes,
                 self.cameras,
                 texture,
-                locked("anchor"),
+                locked("canonical"),
                 make=lambda index: remake(self.scene_at(index), self.cameras[index]).strokes,
             )
             painters.append(alone)
@@ -363,7 +377,7 @@ class Comparison:
                 self.strokes,
                 self.cameras,
                 self.texture,
-                replace(self._options("anchor"), num_threads=num_threads),
+                replace(self._options("canonical"), num_threads=num_threads),
                 prepare=lambda index: remake(self.scene_at(index), self.cameras[index]),
             )
             painters.append(alone)
