@@ -117,6 +117,7 @@ def _coat(marks: Marks, laid: Gaussians, tolerance: float, threads: int | None) 
         tolerance=tolerance,
         normals=marks.normals,
         is_one_sided=True,
+        is_flat=True,
     )
 
 

@@ -84,6 +84,8 @@ class Canvas:
 
     def lay(self, coat: Coat, boxes: Boxes) -> Frame:
         """Lay the boxes of a coat, and return its own frame, whose arrays the next call overwrites."""
+        if coat.is_flat:
+            coat, boxes = coat.drawn_in(boxes, self._camera)
         more: dict[str, Any] = {}
         if coat.tolerance is not None and self._frame is not None:
             from brushgs.rendering.depth_test import DepthTest

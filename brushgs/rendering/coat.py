@@ -39,6 +39,7 @@ class Coat:
         border: width of the border in which strokes thin out, see `thin_to_border`; 0 for none.
         normals: [N, 3] for strokes visible only edge-on, see `fade_by_facing`; None for others.
         is_one_sided: strokes with normals fade when seen from behind instead.
+        is_flat: strokes are pictures on flat pieces of a surface, at most 256, see `flat`.
         plain: Gaussians shown unpainted among the strokes, by the last brush, see `showing`; or None. The ids
             of their boxes follow those of the strokes.
         fields: of directions of the strokes, for the lock "canonical"; or None.
@@ -58,6 +59,7 @@ class Coat:
     border: float = 0.0
     normals: Array | None = field(default=None, kw_only=True)
     is_one_sided: bool = field(default=False, kw_only=True)
+    is_flat: bool = field(default=False, kw_only=True)
     plain: Gaussians | None = field(default=None, kw_only=True)
     fields: "Canonical | None" = field(default=None, kw_only=True)
     nested: "Nested | None" = field(default=None, kw_only=True)
@@ -97,6 +99,11 @@ class Coat:
             directions = self.fields.directions(self.strokes, camera, options)
         options = options if directions is None else options.in_direction(directions)
         boxes, counts = project_with(self.strokes, camera, options)
+        if self.is_flat:
+            from brushgs.rendering.flat import around_outlines, planes_of
+
+            planes = planes_of(self.strokes, boxes.ids, camera, options.num_sigmas)
+            boxes = around_outlines(boxes, planes)
         if self.border:
             from brushgs.rendering.border import thin_to_border
 
@@ -114,3 +121,11 @@ class Coat:
         brush, first = len(BrushSet.of(self.texture)) - 1, len(self.strokes)
         boxes, culled = boxes_among(boxes, self.plain, camera, self.options, first=first, brush=brush)
         return boxes, counts + culled
+
+    def drawn_in(self, boxes: Boxes, camera: Camera) -> "tuple[Coat, Boxes]":
+        """A flat coat and its boxes in one view, with pictures as they are seen there."""
+        from brushgs.rendering.flat import drawn_in, planes_of
+
+        planes = planes_of(self.strokes, boxes.ids, camera, self.options.num_sigmas)
+        boxes, brush_set = drawn_in(boxes, planes, BrushSet.of(self.texture))
+        return replace(self, texture=brush_set), boxes

@@ -315,6 +315,7 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
         "name": coat.name,
         "isBackdrop": coat.name == BACKDROP,
         "isOneSided": coat.is_one_sided,
+        "isFlat": coat.is_flat,
         "count": len(rows),
         "blend": coat.blend,
         "dry": coat.dry,
