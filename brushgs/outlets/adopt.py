@@ -109,8 +109,15 @@ def overpaint_of(
 
 
 def _moment(scene: SceneSource) -> float | None:
-    seconds = None if scene.time is None else getattr(scene.time, "seconds", None)
-    return None if seconds is None else float(seconds)
+    """The moment of a scene that is shown, seconds; None if the scene does not move."""
+    from brushgs.formats.moving import open_moving
+
+    if scene.time is not None and scene.time.is_all:
+        return None
+    moving = open_moving(scene)
+    if moving is None:
+        return None
+    return 0.0 if scene.time is None else min(scene.time.seconds(moving.duration), moving.duration)
 
 
 def _stated_camera(painted: Painted) -> Camera | None:

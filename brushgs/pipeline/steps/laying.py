@@ -309,6 +309,7 @@ def coats(
     accents: Sequence[Coat],
     overpaint: Overpainted | None,
     is_moving: bool,
+    motion: StrokeMotion | None,
     threads: int | None,
     report: Report,
 ) -> list[Coat]:
@@ -322,10 +323,11 @@ def coats(
     elif shown_plain is not None:
         first = first.showing(shown_plain)
     laid = [*graded_backdrop, *unpainted, first, *others, *accents]
+    if is_moving:
+        laid = attached(laid, strokes, resting=(BACKDROP,))
     if overpaint is not None:
-        laid = overpainted(laid, strokes, overpaint, threads, report)
-    found = with_fields(laid, report)
-    return attached(found, strokes, resting=(BACKDROP,)) if is_moving else found
+        laid = overpainted(laid, strokes, overpaint, threads, report, motion)
+    return with_fields(laid, report)
 
 
 @anew
