@@ -117,33 +117,35 @@ def overpainted(
             pose = None
             if motion is not None:
                 pose = motion.pose(float(motion.positions(np.array([file.time or 0.0]))[0]))
-            below = [coat if coat.name == BACKDROP else _changed(coat, file, pose) for coat in below]
+            below = [coat if coat.name == BACKDROP else _changed(coat, file, pose, strokes) for coat in below]
             if file.marks is not None:
                 above += coats_of_marks(file.marks, strokes, threads, pose)
         num = sum(len(coat.strokes) for coat in above)
-        gone = sum(
-            int(np.count_nonzero((after.strokes.opacities == 0) & (before.strokes.opacities > 0)))
-            for before, after in zip(coats, below, strict=True)
-        )
+        gone = sum(int(np.count_nonzero(coat.cut.touching)) for coat in below if coat.cut is not None)
         stage.did = f"{num:,} marks over the painting"
-        stage.did += f", {gone:,} strokes erased" if gone else ""
+        stage.did += f", {gone:,} strokes erased or cut" if gone else ""
         stage.counts = {"marks": num, "erased": gone}
     return [*below, *above]
 
 
-def _changed(coat: Coat, file: Overpaint, pose: Pose | None) -> Coat:
-    """A coat with strokes erased and turned where they were at the moment of the pose."""
-    from brushgs.passes.marks.changes import changed
+def _changed(coat: Coat, file: Overpaint, pose: Pose | None, strokes: Gaussians) -> Coat:
+    """A coat with strokes cut and turned where they were at the moment of the pose."""
+    from brushgs.passes.marks.changes import combed, cut_of
 
-    if pose is None:
-        return replace(coat, strokes=changed(coat.strokes, file))
-    moved = pose.moved(coat.strokes)
-    after = changed(moved, file)
-    if after is moved:
+    moved = coat.strokes if pose is None else pose.moved(coat.strokes)
+    if file.combs is not None and len(moved):
+        turned = combed(moved, file.combs)
+        at_rest = turned if pose is None else pose.at_rest(turned)
+        coat, moved = replace(coat, strokes=replace(coat.strokes, quats=at_rest.quats)), turned
+    if file.erased is None or not len(moved):
         return coat
-    opacities = np.where((after.opacities == 0) & (moved.opacities > 0), 0, coat.strokes.opacities)
-    quats = pose.at_rest(after).quats
-    return replace(coat, strokes=replace(coat.strokes, opacities=opacities, quats=quats))
+    found = cut_of(moved, file.erased)
+    if found is not None and pose is not None:
+        from brushgs.passes.marks.moving import tied
+
+        discs, normals = tied(found.discs, found.normals, strokes, pose)
+        found = replace(found, discs=discs, normals=normals)
+    return coat if found is None else replace(coat, cut=found if coat.cut is None else coat.cut + found)
 
 
 def coats_of_marks(

@@ -17,6 +17,7 @@ from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.rendering.canonical import Canonical
+    from brushgs.rendering.cut import Cut
     from brushgs.rendering.effect import Effect
     from brushgs.rendering.motion import Pose
     from brushgs.rendering.nested import Nested
@@ -46,6 +47,7 @@ class Coat:
         nested: levels of strokes that keep their density on paper; None if all strokes show in every view.
         chains: [N] the line that each stroke is a piece of, ascending, its pieces in order; None for
             strokes that are not lines.
+        cut: what is erased of them, within which they are not painted; or None.
         effect: what becomes of their picture, as covering paint, before it is laid; None for nothing.
     """
 
@@ -64,7 +66,13 @@ class Coat:
     fields: "Canonical | None" = field(default=None, kw_only=True)
     nested: "Nested | None" = field(default=None, kw_only=True)
     chains: "Rows | None" = field(default=None, kw_only=True)
+    cut: "Cut | None" = field(default=None, kw_only=True)
     effect: "Effect | None" = field(default=None, kw_only=True)
+
+    @property
+    def needs_depth(self) -> bool:
+        """Whether its own frame must have a depth."""
+        return self.effect is not None or self.cut is not None
 
     def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Coat":
         """The coat at a moment of a moving scene; `takes_light` as `has_color` of `Pose.moved`."""
@@ -79,7 +87,9 @@ class Coat:
         fields = self.fields
         if fields is not None:
             fields = fields.turned(partial(pose.turned, self.strokes))
-        return replace(self, strokes=strokes, normals=normals, nested=nested, plain=plain, fields=fields)
+        cut = None if self.cut is None else self.cut.posed(pose)
+        moved = {"nested": nested, "plain": plain, "fields": fields, "cut": cut}
+        return replace(self, strokes=strokes, normals=normals, **moved)
 
     def showing(self, plain: Gaussians) -> "Coat":
         """The coat with plain Gaussians among its strokes; without its effect, which would change them too.

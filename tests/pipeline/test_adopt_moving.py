@@ -20,7 +20,7 @@ T1, T2 = 1 / 24, 3 / 24
 
 
 def body_at(points, before, after):
-    """Points on the body at one moment, at another: it turns by a known angle about its middle, and shifts."""
+    """Points on the body at one moment, at another: it turns about its middle, and shifts."""
     center = first_moment().means[NUM_WALL:].mean(axis=0).astype(float)
     share = [time / DURATION for time in (before, after)]
     angle = ANGLE * (share[1] - share[0])

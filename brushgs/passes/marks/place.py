@@ -15,6 +15,7 @@ from scipy.ndimage import (
     median_filter,
     minimum_filter,
 )
+from scipy.spatial import cKDTree
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.marks.pieces import Pieces, cut
@@ -38,6 +39,8 @@ SMOOTH = 5  # px, side of the median of depths, and of the squares in which edge
 EDGE = 4.0
 RIM = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
 LEAST_POINTS = 12  # of a surface for a plane of its own
+MOST_RADIUS = 12.0  # px of an erased disc: surfaces bend
+RIM_PIXELS = 2.0  # by which erased discs reach beyond the border of what is erased
 FAR = 3.0  # times the median distance from a plane, beyond which a point does not count
 
 
@@ -117,19 +120,39 @@ def marks_of_paint(paint: Array, below: Below) -> Marks | None:
 
 
 def erased_of_area(area: Mask, below: Below) -> Erased | None:
-    """The patches of the front surface under an erased area [H, W]; None without any surface there."""
+    """Discs on the front surface that cover an erased area [H, W]; None without any surface there.
+
+    They reach beyond its border by at most `RIM_PIXELS`.
+    """
     area = area & below.is_solid
     if not area.any():
         return None
-    pieces = cut(area, below.log_depth, float(below.camera.K[0, 0]))
-    found = []
-    for row in range(pieces.count):
-        pixel, _ = pieces.pixels(row)
-        points, mean, normal = _plane(pieces, pixel, below)
-        pixel_size = float(np.exp(below.log_depth[area].min()) / below.camera.K[0, 0])
-        found.append((mean, normal, float(np.linalg.norm(points - mean, axis=1).max()) + pixel_size / 2))
-    means, normals, radii = zip(*found, strict=True)
-    return Erased(np.array(means), np.array(normals), np.array(radii))
+    y, x = np.nonzero(area)
+    z = np.exp(below.log_depth[y, x])
+    points = below.points(x + 0.5, y + 0.5, z)
+    inside = distance_transform_edt(np.pad(area, 1))[1:-1, 1:-1][y, x]
+    radii = (np.minimum(inside, MOST_RADIUS) + RIM_PIXELS) * z / below.camera.K[0, 0]
+    tree, is_left, found = cKDTree(points), np.ones(len(points), bool), []
+    for pixel in np.argsort(-inside, kind="stable"):
+        if not is_left[pixel]:
+            continue
+        near = tree.query_ball_point(points[pixel], radii[pixel])
+        is_left[near] = False
+        view = below.camera.position - points[pixel]
+        view /= np.linalg.norm(view)
+        normal = view if len(near) <= LEAST_POINTS else _leaning(_fitted(points[near])[1], view)
+        found.append((points[pixel], normal, radii[pixel]))
+    means, normals, sizes = zip(*found, strict=True)
+    return Erased(np.array(means), np.array(normals), np.array(sizes))
+
+
+def _leaning(normal: F64, view: F64) -> F64:
+    """A normal toward the camera, at most `TILT` from the view."""
+    normal = normal if normal @ view >= 0 else -normal
+    if normal @ view >= np.cos(TILT):
+        return normal
+    side = normal - (normal @ view) * view
+    return np.asarray(np.cos(TILT) * view + np.sin(TILT) * side / np.linalg.norm(side))
 
 
 def _plane(pieces: Pieces, pixel: Rows, below: Below) -> tuple[F64, F64, F64]:
@@ -144,10 +167,7 @@ def _plane(pieces: Pieces, pixel: Rows, below: Below) -> tuple[F64, F64, F64]:
     if len(points) <= LEAST_POINTS or not below.is_solid[y, x].all():
         return points, mean, view
     center, normal = _fitted(points)
-    normal = normal if normal @ view >= 0 else -normal
-    if normal @ view < np.cos(TILT):
-        side = normal - (normal @ view) * view
-        normal = np.cos(TILT) * view + np.sin(TILT) * side / np.linalg.norm(side)
+    normal = _leaning(normal, view)
     on_plane = mean + view * ((center - mean) @ normal) / (view @ normal)
     far = np.linalg.norm(on_plane - mean) > np.ptp(points, axis=0).max()
     return points, (mean if far else on_plane), normal
