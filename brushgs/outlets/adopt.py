@@ -26,6 +26,9 @@ CHANGED = 3.5 / 255
 OPAQUE = 254.5 / 255  # a picture without alpha below this is a frame that was painted over
 ERASER = "erase"  # the layer whose paint erases
 HALF = 0.5
+EDGE = 2.0  # px from the border of paint over a frame, where its pixels may be mixed with those of the frame
+BESIDE = 2  # px in which the paint of an edge is sought
+FITS = 0.04  # of a channel: by which a mixed pixel may be another
 # What states the camera of a picture.
 CAMERA = f"the frame (--on), with FRAME{SIDECAR} of `render --sidecar` beside it, or --camera-file and --size"
 
@@ -143,15 +146,65 @@ def _paint(painted: Painted, camera: Camera) -> F32:
     else:
         pixels = with_alpha(read_image(path))
     _check_size(path, pixels, camera)
-    if path.suffix.lower() in LAYERED_READ or pixels[..., 3].min() < OPAQUE:
+    is_layer = path.suffix.lower() in LAYERED_READ
+    if is_layer or (painted.frame is None and pixels[..., 3].min() < OPAQUE):
         return pixels
     if painted.frame is None:
         fact = "has no transparency, so the paint on it is not known"
         raise SceneError(path, f"{fact}; give the frame that it was painted over too, --on FRAME")
     frame = with_alpha(read_image(painted.frame))
     _check_size(painted.frame, frame, camera)
-    changed = (np.abs(pixels[..., :3] - frame[..., :3]) > CHANGED).any(axis=2)
-    return np.concatenate([pixels[..., :3], changed[..., None].astype(np.float32)], axis=2)
+    if pixels[..., 3].min() < OPAQUE and not _is_painted_over(pixels, frame):
+        return pixels
+    return paint_over(pixels, frame)
+
+
+def _is_painted_over(pixels: F32, frame: F32) -> bool:
+    """Whether a picture with transparency is the frame, which has too, with paint on it: not paint alone."""
+    is_subject = frame[..., 3] > HALF
+    same = (np.abs(_premultiplied(pixels) - _premultiplied(frame)) <= CHANGED).all(axis=2)
+    return bool(frame[..., 3].min() < OPAQUE and same[is_subject].mean() > HALF)
+
+
+def _premultiplied(pixels: F32) -> F32:
+    return np.concatenate([pixels[..., :3] * pixels[..., 3:], pixels[..., 3:]], axis=2)
+
+
+def paint_over(pixels: F32, frame: F32) -> F32:
+    """[H, W, 4] the opaque paint by which two pictures [H, W, 4] differ, with soft edges.
+
+    At an edge a pixel p = a c + (1 - a) f mixes the frame f with the paint c near it, that farthest from the
+    edge: a is the share that fits best. Where none fits, the paint is p.
+
+    Args:
+        pixels: the frame painted over; straight alpha, 0 to 1, as all of these.
+        frame: without the paint.
+    """
+    from scipy.ndimage import distance_transform_edt
+
+    over, under = _premultiplied(pixels), _premultiplied(frame)
+    changed = (np.abs(over - under) > CHANGED).any(axis=2)
+    alpha = changed.astype(np.float32)
+    found = np.concatenate([pixels[..., :3], alpha[..., None]], axis=2)
+    inside = distance_transform_edt(np.pad(changed, 1))[1:-1, 1:-1]
+    y, x = np.nonzero(changed & (inside <= EDGE))
+    if not len(y):
+        return found
+    most, color = np.zeros(len(y)), over[y, x]
+    height, width = changed.shape
+    for dy, dx in np.ndindex(2 * BESIDE + 1, 2 * BESIDE + 1):
+        rows, columns = np.clip(y + dy - BESIDE, 0, height - 1), np.clip(x + dx - BESIDE, 0, width - 1)
+        away = 10 * inside[rows, columns] + np.linalg.norm(over[rows, columns] - under[rows, columns], axis=1)
+        is_more = away > most
+        most[is_more], color[is_more] = away[is_more], over[rows, columns][is_more]
+    mixed, to_paint = over[y, x] - under[y, x], color - under[y, x]
+    squares = np.maximum((to_paint**2).sum(axis=1), 1e-6)
+    share = np.clip((mixed * to_paint).sum(axis=1) / squares, 0, 1)
+    fits = np.abs(mixed - share[:, None] * to_paint).max(axis=1) <= FITS
+    fits &= color[:, 3] > OPAQUE  # else the paint itself is thin
+    rgb = np.where(fits[:, None], color[:, :3], found[y, x, :3])
+    found[y, x] = np.concatenate([rgb, np.where(fits, share, 1)[:, None]], axis=1)
+    return found
 
 
 def _erased(painted: Painted, camera: Camera) -> Mask | None:

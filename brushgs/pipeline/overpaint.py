@@ -165,12 +165,12 @@ def coats_of_marks(
 
         laid, normals = tied(laid, normals, strokes, pose)
     tolerances = _tolerances(laid, strokes)
-    order = np.argsort(tolerances, kind="stable")
+    order = np.argsort(marks.layers, kind="stable")
     found = []
     for start in range(0, len(order), MOST_BRUSHES - 1):
-        rows = np.sort(order[start : start + MOST_BRUSHES - 1])
+        rows = order[start : start + MOST_BRUSHES - 1]
         coat = _coat(marks.take(rows), laid.take(rows), float(tolerances[rows].max()), threads)
-        found.append(replace(coat, normals=normals[rows]))
+        found.append(replace(coat, normals=normals[rows], layers=marks.layers[rows]))
     return found
 
 

@@ -47,6 +47,7 @@ class Coat:
         nested: levels of strokes that keep their density on paper; None if all strokes show in every view.
         chains: [N] the line that each stroke is a piece of, ascending, its pieces in order; None for
             strokes that are not lines.
+        layers: [N] of flat strokes: where two lie on one surface, that of the later one covers; or None.
         cut: what is erased of them, within which they are not painted; or None.
         effect: what becomes of their picture, as covering paint, before it is laid; None for nothing.
     """
@@ -66,6 +67,7 @@ class Coat:
     fields: "Canonical | None" = field(default=None, kw_only=True)
     nested: "Nested | None" = field(default=None, kw_only=True)
     chains: "Rows | None" = field(default=None, kw_only=True)
+    layers: "Rows | None" = field(default=None, kw_only=True)
     cut: "Cut | None" = field(default=None, kw_only=True)
     effect: "Effect | None" = field(default=None, kw_only=True)
 
@@ -110,8 +112,10 @@ class Coat:
         options = options if directions is None else options.in_direction(directions)
         boxes, counts = project_with(self.strokes, camera, options)
         if self.is_flat:
-            from brushgs.rendering.flat import around_outlines, planes_of
+            from brushgs.rendering.flat import around_outlines, in_order, planes_of
 
+            if self.layers is not None:
+                boxes = in_order(boxes, self.strokes, self.layers, options.num_sigmas)
             planes = planes_of(self.strokes, boxes.ids, camera, options.num_sigmas)
             boxes = around_outlines(boxes, planes)
         if self.border:

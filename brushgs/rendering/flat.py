@@ -22,6 +22,7 @@ from brushgs.values.quats import rotation_matrices
 MARGIN = 1.0  # px around an outline, for soft edges
 MOST_TEXELS = 256  # a side of what is drawn anew
 EDGE_ON = 1e-9  # of the area across the view: below, nothing is seen
+BEFORE = 1 - 1e-5  # of a depth: just before it
 CORNERS = np.array([[-1.0, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
 
 
@@ -105,6 +106,34 @@ def around_outlines(boxes: Boxes, planes: Planes) -> Boxes:
     }
     dtype = boxes.depths.dtype
     return replace(boxes, **{name: column.astype(dtype) for name, column in found.items()})
+
+
+def in_order(boxes: Boxes, strokes: Gaussians, layers: Array, sigmas: float) -> Boxes:
+    """Boxes in the order of laying where they lie on one surface, else by depth.
+
+    One that overlaps others of earlier layers in space is brought before them, so its depth is theirs.
+
+    Args:
+        boxes: M boxes of these strokes.
+        strokes: N strokes.
+        layers: [N] of the strokes, later ones laid later.
+        sigmas: half of a side, in standard deviations.
+    """
+    of_box, depths = layers[boxes.ids], boxes.depths.astype(np.float64)
+    later = np.unique(of_box)[1:]
+    if not len(later):
+        return boxes
+    means, scales = (column[boxes.ids].astype(np.float64) for column in (strokes.means, strokes.scales))
+    reaches = sigmas * np.linalg.norm(scales, axis=1)
+    apart = np.linalg.norm(means[:, None] - means, axis=2)
+    is_near = apart < reaches[:, None] + reaches
+    for layer in later:
+        rows = of_box == layer
+        below = np.where(is_near[rows] & (of_box < layer), depths, np.inf).min(axis=1)
+        depths[rows] = np.minimum(depths[rows], BEFORE * below)
+    order = np.argsort(depths, kind="stable")
+    columns = boxes.columns_of(order) | {"depths": depths[order].astype(boxes.depths.dtype)}
+    return Boxes(**columns)
 
 
 def drawn_in(boxes: Boxes, planes: Planes, brush_set: BrushSet) -> tuple[Boxes, BrushSet]:

@@ -157,3 +157,17 @@ def test_strokes_are_cut_along_what_is_erased(degrees):
 def test_an_empty_layer_has_no_marks():
     assert marks_of_paint(np.zeros((HEIGHT, WIDTH, 4)), below()) is None
     assert erased_of_area(np.zeros((HEIGHT, WIDTH), bool), below()) is None
+
+
+@pytest.mark.parametrize("degrees", [-25, 0, 25])
+def test_later_paint_lies_over_earlier_on_the_same_surface(degrees):
+    red, blue = (0.9, 0, 0), (0, 0, 0.9)
+    layers = [
+        layer_of(((70, 90), (170, 90), 24.0, red, 1.0)),
+        layer_of(((120, 50), (120, 130), 24.0, blue, 1.0)),
+    ]
+    crossing = (layers[0][..., 3] > 0.9) & (layers[1][..., 3] > 0.9)
+    for first, second, color in ((*layers, blue), (*layers[::-1], red)):
+        shown = drawn(marks_of(first) + marks_of(second), camera(degrees))
+        here = ndimage.binary_erosion(as_seen(crossing.astype(float), camera(degrees)) > 0.99, iterations=2)
+        assert np.abs(shown.rgb[here] - color).max() <= 0.03
