@@ -1,7 +1,8 @@
 """`brushgs adopt`: paint over a picture of a scene -> a file of marks in space."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,12 +15,15 @@ from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.passes.marks.place import Below, erased_of_area, marks_of_paint
 from brushgs.pipeline.outputs import check_output
-from brushgs.pipeline.prepare import prepare
+from brushgs.pipeline.prepare import open_job
 from brushgs.pipeline.report import Report
-from brushgs.values.arrays import F32, Mask
-from brushgs.values.camera import Camera
+from brushgs.values.arrays import F32, F64, Mask
+from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import Overpaint
+
+if TYPE_CHECKING:
+    from brushgs.passes.add.stage import Site
 
 # A pixel of a frame that was painted over is paint where a channel differs by more: programs and files round.
 CHANGED = 3.5 / 255
@@ -56,7 +60,13 @@ class Painted:
 
 
 def adopt_file(
-    painted: Painted, scene: SceneSource, output: Path, view: ViewConfig | None, report: Report
+    painted: Painted,
+    scene: SceneSource,
+    output: Path,
+    view: ViewConfig | None,
+    report: Report,
+    *,
+    has_stage: bool = False,
 ) -> Report:
     """Make marks of what was painted over a picture, and write them.
 
@@ -66,6 +76,7 @@ def adopt_file(
         output: a file *.marks.
         view: of the picture, where no file states its camera; None if it is not known.
         report: collects the stages.
+        has_stage: whether the picture has a table and a wall, on which paint beside the scene then lies.
 
     Raises:
         ValueError: if the output has another suffix, or nothing is painted.
@@ -77,11 +88,15 @@ def adopt_file(
         cure = f"give {CAMERA}"
         raise SceneError(painted.frame or painted.picture, f"states no camera; {cure}")
     config = PaintConfig(view=view if camera is None and view is not None else ViewConfig())
-    prepared = prepare(scene, config, report, asks=("cameras", "scene"), views=camera)
-    camera, gaussians = prepared.camera, prepared.whole_scene
+    config = replace(config, ground=replace(config.ground, stage=has_stage))
+    found = open_job(
+        scene, config, report, asks=("cameras", "scene", "site", "first_view"), views=camera
+    ).run()
+    camera, gaussians = found["shown"][0], found["whole"]
+    stage_depth = _stage_depth(found["site"], found["first_view"], camera) if has_stage else None
     with report.stage("marks") as stage:
         paint, area = _paint(painted, camera), _erased(painted, camera)
-        overpaint = overpaint_of(paint, area, gaussians, camera, time=_moment(scene))
+        overpaint = overpaint_of(paint, area, gaussians, camera, time=_moment(scene), stage=stage_depth)
         if overpaint.marks is None and overpaint.erased is None:
             raise SceneError(painted.picture, "holds no paint; paint over the frame, or on a layer above it")
         write_marks(overpaint, output)
@@ -95,7 +110,13 @@ def adopt_file(
 
 
 def overpaint_of(
-    paint: F32, area: Mask | None, gaussians: Gaussians, camera: Camera, *, time: float | None = None
+    paint: F32,
+    area: Mask | None,
+    gaussians: Gaussians,
+    camera: Camera,
+    *,
+    time: float | None = None,
+    stage: F64 | None = None,
 ) -> Overpaint:
     """What is painted over a view of a scene, and erased in it.
 
@@ -105,10 +126,25 @@ def overpaint_of(
         gaussians: the scene, at the moment that it was painted over.
         camera: the view.
         time: of the moment, seconds; None for a scene that does not move.
+        stage: [H, W] camera z of table and wall, infinite where there is none; None without a stage.
     """
     below = Below.in_view(camera, gaussians)
+    if stage is not None:
+        below = below.on_stage(stage)
     erased = None if area is None else erased_of_area(area, below)
     return Overpaint(marks_of_paint(paint, below), erased, time=time)
+
+
+def _stage_depth(site: "Site | None", first_view: FirstView, camera: Camera) -> F64 | None:
+    """The depth of the stage in a view, which encloses it; None where a scene gets none."""
+    from brushgs.passes.add.backdrop import reason_for_none
+    from brushgs.passes.add.stage import surface_of
+    from brushgs.passes.add.stage_surface import depth_of
+
+    if site is None or reason_for_none(first_view, []) is not None:
+        return None
+    away = float(np.hypot(*site.place.local(camera.position[None])[0, [0, 2]]))
+    return depth_of(surface_of(site, away), site.place, camera)
 
 
 def _moment(scene: SceneSource) -> float | None:

@@ -119,7 +119,8 @@ def overpainted(
                 pose = motion.pose(float(motion.positions(np.array([file.time or 0.0]))[0]))
             below = [coat if coat.name == BACKDROP else _changed(coat, file, pose, strokes) for coat in below]
             if file.marks is not None:
-                above += coats_of_marks(file.marks, strokes, threads, pose)
+                around = [coat.strokes for coat in coats if coat.name == BACKDROP]
+                above += coats_of_marks(file.marks, strokes, threads, pose, around)
         num = sum(len(coat.strokes) for coat in above)
         gone = sum(int(np.count_nonzero(coat.cut.touching)) for coat in below if coat.cut is not None)
         stage.did = f"{num:,} marks over the painting"
@@ -149,7 +150,11 @@ def _changed(coat: Coat, file: Overpaint, pose: Pose | None, strokes: Gaussians)
 
 
 def coats_of_marks(
-    marks: Marks, strokes: Gaussians, threads: int | None = None, pose: Pose | None = None
+    marks: Marks,
+    strokes: Gaussians,
+    threads: int | None = None,
+    pose: Pose | None = None,
+    around: Sequence[Gaussians] = (),
 ) -> list[Coat]:
     """The coats of the marks of one file, as many as their tiles need.
 
@@ -158,13 +163,14 @@ def coats_of_marks(
         strokes: of the scene: a mark shows where none of them hides it.
         threads: that draw.
         pose: of the strokes at the moment of the marks, which then follow them; None if nothing moves.
+        around: strokes of a backdrop or a stage, on which marks may lie too.
     """
     laid, normals = nearest_regions(strokes, strokes_of(marks)), marks.normals
     if pose is not None:
         from brushgs.passes.marks.moving import tied
 
         laid, normals = tied(laid, normals, strokes, pose)
-    tolerances = _tolerances(laid, strokes)
+    tolerances = _tolerances(laid, [strokes, *around])
     order = np.argsort(marks.layers, kind="stable")
     found = []
     for start in range(0, len(order), MOST_BRUSHES - 1):
@@ -196,18 +202,17 @@ def _coat(marks: Marks, laid: Gaussians, tolerance: float, threads: int | None) 
     )
 
 
-def _tolerances(laid: Gaussians, strokes: Gaussians) -> "F64":
+def _tolerances(laid: Gaussians, strokes: Sequence[Gaussians]) -> "F64":
     """[N] depth by which each mark may lie behind the paint there, in its own sizes."""
-    own = _sizes(laid)
-    if not len(strokes):
+    own, means = _sizes(laid), np.concatenate([one.means.astype(np.float64) for one in strokes])
+    if not len(means):
         return np.full(len(laid), BEHIND)
     from brushgs.passes.neighbours import nearest
 
-    _, rows = nearest(
-        strokes.means.astype(np.float64), laid.means.astype(np.float64), min(NEAR, len(strokes))
-    )
+    _, rows = nearest(means, laid.means.astype(np.float64), min(NEAR, len(means)))
+    sizes = np.concatenate([_sizes(one) for one in strokes])
     around: Rows = np.asarray(rows).reshape(len(laid), -1)
-    return np.asarray(BEHIND * _sizes(strokes)[around].max(axis=1) / np.maximum(own, 1e-300))
+    return np.asarray(BEHIND * sizes[around].max(axis=1) / np.maximum(own, 1e-300))
 
 
 def _sizes(strokes: Gaussians) -> "F64":

@@ -51,12 +51,24 @@ class Below:
     Attributes:
         camera: the view.
         log_depth: [H, W] logarithm of camera z of the front surface; in empty space that of the nearest one.
-        is_solid: [H, W] where there is a surface.
+        is_solid: [H, W] where there is a surface of the scene.
+        is_known: [H, W] where there is a surface, of the scene or of its stage; None: where it is solid.
     """
 
     camera: Camera
     log_depth: F64
     is_solid: Mask
+    is_known: Mask = None  # type: ignore[assignment]  # where it is solid
+
+    def __post_init__(self) -> None:
+        if self.is_known is None:
+            object.__setattr__(self, "is_known", self.is_solid)
+
+    def on_stage(self, depth: F64) -> "Below":
+        """With a stage where there is nothing of the scene; `depth` [H, W] is infinite without one."""
+        is_stage = ~self.is_solid & np.isfinite(depth)
+        log_depth = np.where(is_stage, np.log(np.where(is_stage, depth, 1)), self.log_depth)
+        return Below(self.camera, log_depth, self.is_solid, self.is_solid | is_stage)
 
     @classmethod
     def in_view(cls, camera: Camera, gaussians: Gaussians) -> "Below":
@@ -164,7 +176,7 @@ def _plane(pieces: Pieces, pixel: Rows, below: Below) -> tuple[F64, F64, F64]:
     mean = below.points(np.array([middle[0]]), np.array([middle[1]]), np.array([np.median(z)]))[0]
     view = below.camera.position - mean
     view = view / np.linalg.norm(view)
-    if len(points) <= LEAST_POINTS or not below.is_solid[y, x].all():
+    if len(points) <= LEAST_POINTS or not below.is_known[y, x].all():
         return points, mean, view
     center, normal = _fitted(points)
     normal = _leaning(normal, view)
