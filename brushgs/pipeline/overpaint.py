@@ -25,7 +25,7 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import NO_TILE, Marks, Overpaint
 
 if TYPE_CHECKING:
-    from brushgs.values.arrays import F64, Rows
+    from brushgs.values.arrays import F64, Array, Rows
 
 MARKS = "marks"  # name of the coats
 OWN_BRUSH = "dab"  # of marks without a tile
@@ -165,7 +165,8 @@ def coats_of_marks(
         pose: of the strokes at the moment of the marks, which then follow them; None if nothing moves.
         around: strokes of a backdrop or a stage, on which marks may lie too.
     """
-    laid, normals = nearest_regions(strokes, strokes_of(marks)), marks.normals
+    laid = nearest_regions(strokes, strokes_of(marks))
+    normals: Array = marks.normals
     if pose is not None:
         from brushgs.passes.marks.moving import tied
 

@@ -90,8 +90,9 @@ class Coat:
         if fields is not None:
             fields = fields.turned(partial(pose.turned, self.strokes))
         cut = None if self.cut is None else self.cut.posed(pose)
-        moved = {"nested": nested, "plain": plain, "fields": fields, "cut": cut}
-        return replace(self, strokes=strokes, normals=normals, **moved)
+        return replace(
+            self, strokes=strokes, normals=normals, nested=nested, plain=plain, fields=fields, cut=cut
+        )
 
     def showing(self, plain: Gaussians) -> "Coat":
         """The coat with plain Gaussians among its strokes; without its effect, which would change them too.
@@ -115,7 +116,7 @@ class Coat:
             from brushgs.rendering.flat import around_outlines, in_order, planes_of
 
             if self.layers is not None:
-                boxes = in_order(boxes, self.strokes, self.layers, options.num_sigmas)
+                boxes = in_order(boxes, self.strokes, self.layers)
             planes = planes_of(self.strokes, boxes.ids, camera, options.num_sigmas)
             boxes = around_outlines(boxes, planes)
         if self.border:

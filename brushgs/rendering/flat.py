@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import BrushSet, Sigmas, per_row
 from brushgs.brushes.texture import TINT_ZERO, StrokeTexture
-from brushgs.values.arrays import F32, F64, Array
+from brushgs.values.arrays import F32, F64, Array, Rows
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.columns import RowChoice
@@ -22,6 +22,7 @@ from brushgs.values.quats import rotation_matrices
 MARGIN = 1.0  # px around an outline, for soft edges
 MOST_TEXELS = 256  # a side of what is drawn anew
 EDGE_ON = 1e-9  # of the area across the view: below, nothing is seen
+REACH = 2.0  # standard deviations, half of a side
 BEFORE = 1 - 1e-5  # of a depth: just before it
 CORNERS = np.array([[-1.0, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
 
@@ -108,7 +109,7 @@ def around_outlines(boxes: Boxes, planes: Planes) -> Boxes:
     return replace(boxes, **{name: column.astype(dtype) for name, column in found.items()})
 
 
-def in_order(boxes: Boxes, strokes: Gaussians, layers: Array, sigmas: float) -> Boxes:
+def in_order(boxes: Boxes, strokes: Gaussians, layers: Rows) -> Boxes:
     """Boxes in the order of laying where they lie on one surface, else by depth.
 
     One that overlaps others of earlier layers in space is brought before them, so its depth is theirs.
@@ -117,14 +118,13 @@ def in_order(boxes: Boxes, strokes: Gaussians, layers: Array, sigmas: float) -> 
         boxes: M boxes of these strokes.
         strokes: N strokes.
         layers: [N] of the strokes, later ones laid later.
-        sigmas: half of a side, in standard deviations.
     """
     of_box, depths = layers[boxes.ids], boxes.depths.astype(np.float64)
     later = np.unique(of_box)[1:]
     if not len(later):
         return boxes
     means, scales = (column[boxes.ids].astype(np.float64) for column in (strokes.means, strokes.scales))
-    reaches = sigmas * np.linalg.norm(scales, axis=1)
+    reaches = REACH * np.linalg.norm(scales, axis=1)
     apart = np.linalg.norm(means[:, None] - means, axis=2)
     is_near = apart < reaches[:, None] + reaches
     for layer in later:

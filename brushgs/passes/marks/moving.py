@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from brushgs.rendering.motion import Pose
-from brushgs.values.arrays import F64
+from brushgs.values.arrays import F64, Array
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import Overpaint, Patches
 from brushgs.values.quats import rotation_matrices, turn_forms
@@ -61,7 +61,7 @@ def _moved(patches: P, before: Any, after: Any) -> P:
     return replace(patches, means=to + turned(patches.means - from_), **columns)
 
 
-def tied(marks: Gaussians, normals: F64, strokes: Gaussians, pose: Pose) -> tuple[Gaussians, F64]:
+def tied(marks: Gaussians, normals: Array, strokes: Gaussians, pose: Pose) -> tuple[Gaussians, Array]:
     """Strokes for marks that follow the strokes of the scene, and their normals, at rest.
 
     Args:

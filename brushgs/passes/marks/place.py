@@ -141,7 +141,7 @@ def erased_of_area(area: Mask, below: Below) -> Erased | None:
         return None
     y, x = np.nonzero(area)
     z = np.exp(below.log_depth[y, x])
-    points = below.points(x + 0.5, y + 0.5, z)
+    points = below.points(np.asarray(x + 0.5, np.float64), np.asarray(y + 0.5, np.float64), z)
     inside = distance_transform_edt(np.pad(area, 1))[1:-1, 1:-1][y, x]
     radii = (np.minimum(inside, MOST_RADIUS) + RIM_PIXELS) * z / below.camera.K[0, 0]
     tree, is_left, found = cKDTree(points), np.ones(len(points), bool), []
