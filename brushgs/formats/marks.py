@@ -4,17 +4,17 @@
       "brushgs": "marks", "version": 1, "time": 0.5,
       "marks": {"means": ARRAY [n, 3], "directions": ARRAY [n, 3], "normals": ARRAY [n, 3],
                 "lengths": ARRAY [n], "widths": ARRAY [n], "colors": ARRAY [n, 3], "opacities": ARRAY [n],
-                "tiles": ARRAY [n]},
+                "tiles": ARRAY [n], "layers": ARRAY [n]},
       "atlas": {"places": ARRAY [t, 4], "picture": PNG},
       "erased": {"means": ARRAY [e, 3], "normals": ARRAY [e, 3], "radii": ARRAY [e]},
       "combs": {"means": ..., "radii": ..., "directions": ARRAY [c, 3], "strengths": ARRAY [c]},
       "density": {"means": ..., "radii": ..., "factors": ARRAY [d]}
     }
 
-Each part may be missing, and the atlas where no mark has a tile. The columns are those of `values.marks`, in
-the coordinates of the scene's file. Tile i is the rectangle `places[i]` = left, top, width, height of the
-picture, 8 bits of red, green, blue and straight alpha. Arrays and pictures are as in style files, see
-`formats.styles`.
+Each part may be missing, the atlas where no mark has a tile, and layers where all marks are of one. The
+columns are those of `values.marks`, in the coordinates of the scene's file. Tile i is the rectangle
+`places[i]` = left, top, width, height of the picture, 8 bits of red, green, blue and straight alpha. Arrays
+and pictures are as in style files, see `formats.styles`.
 """
 
 from pathlib import Path
@@ -115,12 +115,14 @@ def marks_of(path: Path, content: bytes) -> Overpaint:
 
 def _patches(path: Path, place: str, kind: type[Patches], columns: _Columns, more: dict[str, Any]) -> Patches:
     """The patches of a kind from its columns."""
-    if set(columns) != set(kind.COLUMNS):
+    if set(columns) | set(kind.OPTIONAL) != set(kind.COLUMNS):
         rule = f"have the fields {', '.join(kind.COLUMNS)}"
         raise SceneError(path, f"{place} must {rule}, got {', '.join(sorted(columns))[:80]}; {_CURE}")
     found: dict[str, Any] = {}
     count: int | None = None
     for name, (shape, _) in kind.COLUMNS.items():
+        if name not in columns:
+            continue
         found[name] = array_of(path, f"{place}.{name}", columns[name], (count, *shape), MOST, cure=_CURE)
         count = len(found[name])
         if count > MOST_ROWS:

@@ -5,6 +5,7 @@ A later coat depends on earlier ones only through the canvas: its coverage, glaz
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
@@ -84,6 +85,8 @@ class Canvas:
 
     def lay(self, coat: Coat, boxes: Boxes) -> Frame:
         """Lay the boxes of a coat, and return its own frame, whose arrays the next call overwrites."""
+        if coat.is_flat:
+            coat, boxes = coat.drawn_in(boxes, self._camera)
         more: dict[str, Any] = {}
         if coat.tolerance is not None and self._frame is not None:
             from brushgs.rendering.depth_test import DepthTest
@@ -91,9 +94,14 @@ class Canvas:
             more["in_front_of"] = DepthTest.by_picture(self._frame, boxes, coat.strokes, sizes=coat.tolerance)
         blend = "cover" if coat.effect is not None else coat.blend
         given = more | {"part": self._painted, "dpi": self._dpi}
-        frame = painted = rasterize_with(
-            boxes, self._camera, coat.texture, coat.options, blend=blend, **given
-        )
+        painted = rasterize_with(boxes, self._camera, coat.texture, coat.options, blend=blend, **given)
+        if coat.cut is not None:
+            others = coat.cut.without(boxes)
+            bare = partial(
+                rasterize_with, others, self._camera, coat.texture, coat.options, blend=blend, **given
+            )
+            painted = coat.cut.applied(painted, self._camera, bare, self._painted)
+        frame = painted
         if coat.effect is not None:
             part = {} if self._painted is None else {"part": self._painted}
             frame = coat.effect(painted, self._camera, self._surface, **part)
@@ -295,7 +303,7 @@ class Painting:
         tested = [coat.tolerance is not None for coat in self.coats]
         last = max((i for i, is_tested in enumerate(tested) if is_tested), default=0)
         coats = [
-            replace(coat, options=replace(coat.options, depth=depth or i < last or coat.effect is not None))
+            replace(coat, options=replace(coat.options, depth=depth or i < last or coat.needs_depth))
             for i, coat in enumerate(self.coats)
         ]
         return replace(self, coats=tuple(coats))

@@ -17,6 +17,7 @@ from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.rendering.canonical import Canonical
+    from brushgs.rendering.cut import Cut
     from brushgs.rendering.effect import Effect
     from brushgs.rendering.motion import Pose
     from brushgs.rendering.nested import Nested
@@ -39,12 +40,15 @@ class Coat:
         border: width of the border in which strokes thin out, see `thin_to_border`; 0 for none.
         normals: [N, 3] for strokes visible only edge-on, see `fade_by_facing`; None for others.
         is_one_sided: strokes with normals fade when seen from behind instead.
+        is_flat: strokes are pictures on flat pieces of a surface, at most 256, see `flat`.
         plain: Gaussians shown unpainted among the strokes, by the last brush, see `showing`; or None. The ids
             of their boxes follow those of the strokes.
         fields: of directions of the strokes, for the lock "canonical"; or None.
         nested: levels of strokes that keep their density on paper; None if all strokes show in every view.
         chains: [N] the line that each stroke is a piece of, ascending, its pieces in order; None for
             strokes that are not lines.
+        layers: [N] of flat strokes: where two lie on one surface, that of the later one covers; or None.
+        cut: what is erased of them, within which they are not painted; or None.
         effect: what becomes of their picture, as covering paint, before it is laid; None for nothing.
     """
 
@@ -58,11 +62,19 @@ class Coat:
     border: float = 0.0
     normals: Array | None = field(default=None, kw_only=True)
     is_one_sided: bool = field(default=False, kw_only=True)
+    is_flat: bool = field(default=False, kw_only=True)
     plain: Gaussians | None = field(default=None, kw_only=True)
     fields: "Canonical | None" = field(default=None, kw_only=True)
     nested: "Nested | None" = field(default=None, kw_only=True)
     chains: "Rows | None" = field(default=None, kw_only=True)
+    layers: "Rows | None" = field(default=None, kw_only=True)
+    cut: "Cut | None" = field(default=None, kw_only=True)
     effect: "Effect | None" = field(default=None, kw_only=True)
+
+    @property
+    def needs_depth(self) -> bool:
+        """Whether its own frame must have a depth."""
+        return self.effect is not None or self.cut is not None
 
     def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Coat":
         """The coat at a moment of a moving scene; `takes_light` as `has_color` of `Pose.moved`."""
@@ -77,7 +89,10 @@ class Coat:
         fields = self.fields
         if fields is not None:
             fields = fields.turned(partial(pose.turned, self.strokes))
-        return replace(self, strokes=strokes, normals=normals, nested=nested, plain=plain, fields=fields)
+        cut = None if self.cut is None else self.cut.posed(pose)
+        return replace(
+            self, strokes=strokes, normals=normals, nested=nested, plain=plain, fields=fields, cut=cut
+        )
 
     def showing(self, plain: Gaussians) -> "Coat":
         """The coat with plain Gaussians among its strokes; without its effect, which would change them too.
@@ -97,6 +112,13 @@ class Coat:
             directions = self.fields.directions(self.strokes, camera, options)
         options = options if directions is None else options.in_direction(directions)
         boxes, counts = project_with(self.strokes, camera, options)
+        if self.is_flat:
+            from brushgs.rendering.flat import around_outlines, in_order, planes_of
+
+            if self.layers is not None:
+                boxes = in_order(boxes, self.strokes, self.layers)
+            planes = planes_of(self.strokes, boxes.ids, camera, options.num_sigmas)
+            boxes = around_outlines(boxes, planes)
         if self.border:
             from brushgs.rendering.border import thin_to_border
 
@@ -114,3 +136,11 @@ class Coat:
         brush, first = len(BrushSet.of(self.texture)) - 1, len(self.strokes)
         boxes, culled = boxes_among(boxes, self.plain, camera, self.options, first=first, brush=brush)
         return boxes, counts + culled
+
+    def drawn_in(self, boxes: Boxes, camera: Camera) -> "tuple[Coat, Boxes]":
+        """A flat coat and its boxes in one view, with pictures as they are seen there."""
+        from brushgs.rendering.flat import drawn_in, planes_of
+
+        planes = planes_of(self.strokes, boxes.ids, camera, self.options.num_sigmas)
+        boxes, brush_set = drawn_in(boxes, planes, BrushSet.of(self.texture))
+        return replace(self, texture=brush_set), boxes

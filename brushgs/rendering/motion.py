@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 
 from brushgs.values.arrays import F32, F64, Array, Rows
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.quats import normalized, quat_products, rotation_matrices
+from brushgs.values.quats import conjugates, normalized, quat_products, rotation_matrices
 from brushgs.values.sh import C0
 
 # The 12 numbers of a row: slices of the last axis.
 SHIFT, TURN, SIZE, OPACITY, COLOR = slice(0, 3), slice(3, 7), 7, 8, slice(9, 12)
 NUM_NUMBERS = 12
+FAINT = 0.05  # least opacity of a stroke, over that at rest, by which that of a mark on it is divided
 AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 IN_MEMORY = 1 << 26  # bytes; larger tables are stored in a file, so that memory does not grow with duration
 
@@ -64,15 +65,36 @@ class Pose:
             columns["sh"][rows, 0] += numbers[:, COLOR] / C0
         return replace(strokes, **columns)
 
-    def turned(self, strokes: Gaussians, normals: Array) -> Array:
-        """Directions [N, 3] fixed to strokes, at this moment."""
+    def at_rest(self, strokes: Gaussians) -> Gaussians:
+        """Strokes at their reference moments, from this one: what `moved` moves back here.
+
+        Args:
+            strokes: at this moment. One whose opacity was 0 here keeps it.
+        """
+        rows, found = match(strokes, self.ids)
+        if len(rows) == 0:
+            return strokes
+        numbers = self.numbers[found].astype(np.float64)
+        columns = {name: column.copy() for name, column in strokes.columns().items()}
+        size, turns = np.exp(-numbers[:, SIZE])[:, None], conjugates(normalized(numbers[:, TURN]))
+        away = strokes.means[rows] - self.pivots[found] - numbers[:, SHIFT]
+        turned = np.einsum("nij,nj->ni", rotation_matrices(turns), away)
+        columns["means"][rows] = self.pivots[found] + size * turned
+        columns["quats"][rows] = quat_products(turns, strokes.quats[rows])
+        columns["scales"][rows] *= size
+        shown = np.maximum(numbers[:, OPACITY], FAINT)
+        columns["opacities"][rows] = np.clip(strokes.opacities[rows] / shown, 0, 1)
+        columns["sh"][rows, 0] -= numbers[:, COLOR] / C0
+        return replace(strokes, **columns)
+
+    def turned(self, strokes: Gaussians, normals: Array, *, is_back: bool = False) -> Array:
+        """Directions [N, 3] fixed to strokes, at this moment; `is_back`: from this moment to rest."""
         rows, found = match(strokes, self.ids)
         if len(rows) == 0:
             return normals
-        normals = normals.copy()
-        normals[rows] = np.einsum(
-            "nij,nj->ni", rotation_matrices(self.numbers[found, TURN]), normals[rows].astype(np.float64)
-        )
+        normals, turns = normals.copy(), rotation_matrices(self.numbers[found, TURN])
+        turns = turns.transpose(0, 2, 1) if is_back else turns
+        normals[rows] = np.einsum("nij,nj->ni", turns, normals[rows].astype(np.float64))
         return normals
 
 

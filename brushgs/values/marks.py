@@ -39,6 +39,7 @@ class Patches:
     COLUMNS: ClassVar[dict[str, tuple[tuple[int, ...], tuple[float, float] | None]]] = {
         "means": ((3,), (-MOST, MOST))
     }
+    OPTIONAL: ClassVar[tuple[str, ...]] = ()  # columns that files may lack
     means: F64
 
     def __post_init__(self) -> None:
@@ -70,7 +71,9 @@ class Patches:
 
 @dataclass(frozen=True, eq=False)
 class Marks(Patches):
-    """N marks, each a flat rectangle in space that lies on the surface. Where two overlap, the nearer covers.
+    """N marks, each a flat rectangle in space that lies on the surface.
+
+    Where two overlap on a surface, that of the later layer covers; else the nearer.
 
     Attributes:
         means: [N, 3] centres.
@@ -83,6 +86,7 @@ class Marks(Patches):
         opacities: [N] 0 to 1, times the alpha of the tile.
         tiles: [N] row in `images` of the picture of each mark; `NO_TILE` for the brush of the painting.
         images: uint8 [h, w, 4] each, red, green, blue and straight alpha.
+        layers: [N] whole numbers, later ones laid later; None: 0 for all.
     """
 
     COLUMNS: ClassVar = Patches.COLUMNS | {
@@ -93,7 +97,9 @@ class Marks(Patches):
         "colors": ((3,), (0, 1)),
         "opacities": ((), (0, 1)),
         "tiles": ((), (NO_TILE, MOST_ROWS)),
+        "layers": ((), (0, MOST_ROWS)),
     }
+    OPTIONAL: ClassVar = ("layers",)
     directions: F64
     normals: F64
     lengths: F64
@@ -102,9 +108,15 @@ class Marks(Patches):
     opacities: F64
     tiles: NDArray[np.intp]
     images: tuple[U8, ...] = ()
+    layers: NDArray[np.intp] = None  # type: ignore[assignment]  # 0 for all
 
     def __post_init__(self) -> None:
+        if self.layers is None:
+            object.__setattr__(self, "layers", np.zeros(len(self.means), np.intp))
         super().__post_init__()
+        if (self.layers != np.rint(self.layers)).any():
+            raise ValueError("layers must be whole numbers")
+        object.__setattr__(self, "layers", self.layers.astype(np.intp))
         if (self.tiles != np.rint(self.tiles)).any() or self.tiles.max(initial=NO_TILE) >= len(self.images):
             raise ValueError(f"tiles must be rows of images, {NO_TILE} for none")
         object.__setattr__(self, "tiles", self.tiles.astype(np.intp))
@@ -117,11 +129,13 @@ class Marks(Patches):
                 raise ValueError(f"images must have at most {MOST_TILE} texels a side")
 
     def __add__(self, other: "Marks") -> "Marks":
-        """Both, `self` first, with the images of both."""
+        """Both, `self` first and below, with the images of both."""
         shifted = np.where(other.tiles == NO_TILE, NO_TILE, other.tiles + len(self.images))
         images = self.images + other.images
-        return super(Marks, replace(self, images=images)).__add__(
-            replace(other, tiles=shifted, images=images)
+        layers = np.unique(self.layers, return_inverse=True)[1]
+        above = np.unique(other.layers, return_inverse=True)[1] + layers.max(initial=-1) + 1
+        return super(Marks, replace(self, images=images, layers=layers)).__add__(
+            replace(other, tiles=shifted, images=images, layers=above)
         )
 
 

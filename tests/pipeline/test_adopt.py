@@ -10,6 +10,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.marks import read_marks
 from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.formats.pictures.layers_read import read_layer
+from brushgs.outlets.adopt import paint_over
 from brushgs.values.frame import Frame
 from tests.scenes import save_upright, still_life_of
 
@@ -147,3 +148,20 @@ def test_pictures_that_cannot_be_adopted_are_refused(folder, name, capsys):
     assert main(["adopt", *given, str(folder / "scene.ply"), "-o", str(folder / "bad.marks"), "--quiet"]) == 2
     assert sentence in capsys.readouterr().err
     assert not (folder / "bad.marks").exists()
+
+
+def test_paint_over_a_frame_has_soft_edges():
+    g = np.random.default_rng(0)
+    frame = np.ones((60, 80, 4), np.float32)
+    frame[..., :3] = g.uniform(0.2, 0.8, (60, 80, 3))
+    frame[:, :20] = 0  # transparent
+    y, x = np.mgrid[:60, :80]
+    alpha = np.clip(13 - np.hypot(x - 25, y - 30), 0, 1)[..., None].astype(np.float32)
+    alpha += np.clip(1.4 - np.abs(y - 50), 0, 1)[..., None].astype(np.float32)  # a thin line
+    total = alpha + (1 - alpha) * frame[..., 3:]
+    over = (alpha * RED + (1 - alpha) * frame[..., 3:] * frame[..., :3]) / np.maximum(total, 1e-6)
+    found = paint_over(np.concatenate([over, total], axis=2), frame)
+    away = np.abs(found[..., 3:] - alpha)
+    assert away[found[..., 3] > 0].max() <= 0.02
+    assert away.max() <= 0.07  # so faint paint differs from the frame by no more than rounding
+    assert np.abs(found[..., :3] - RED)[found[..., 3] > 0.02].max() <= 0.02

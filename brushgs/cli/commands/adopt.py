@@ -1,5 +1,6 @@
 """`brushgs adopt`: make marks of what was painted over a picture of a scene."""
 
+import shlex
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Annotated
@@ -7,6 +8,7 @@ from typing import Annotated
 from brushgs.cli import flags
 from brushgs.cli.configs import paint_config, scene_source
 from brushgs.cli.console import reported
+from brushgs.errors import SceneError
 from brushgs.options.table import Options, option
 
 
@@ -55,4 +57,18 @@ def run(args: Namespace) -> None:
         from brushgs.outlets.adopt import Painted, adopt_file
 
         painted = Painted(args.picture, args.on, args.layer, args.erase)
-        adopt_file(painted, scene, output_of(args, Path(f"{scene.name}{MARKS_SUFFIX}")), view, report)
+        output = output_of(args, Path(f"{scene.name}{MARKS_SUFFIX}"))
+        adopt_file(painted, scene, output, view, report, has_stage=_has_stage(args.on or args.picture))
+
+
+def _has_stage(frame: Path) -> bool:
+    """Whether a frame was painted with a table and a wall, as its command says; False where that is lost."""
+    from brushgs.cli.parser import parse
+    from brushgs.formats.pictures.metadata import metadata_of
+
+    try:
+        found = metadata_of(frame)
+        words = [] if found is None else shlex.split(found.command)[1:]
+        return bool(words) and paint_config(parse([*words, "--quiet"])).ground.stage
+    except (ValueError, SceneError):
+        return False

@@ -103,8 +103,8 @@ def read_metadata(path: Path) -> Metadata | None:
         return None
 
 
-def camera_of(path: Path) -> Camera | None:
-    """The camera that a picture states, or the file of `write_sidecar` beside it; None if none does.
+def metadata_of(path: Path) -> Metadata | None:
+    """The metadata of a picture with its camera, or the file of `write_sidecar` beside it; or None.
 
     Raises:
         SceneError: if there is no such picture, or the file beside it is damaged.
@@ -117,6 +117,16 @@ def camera_of(path: Path) -> Camera | None:
         except (msgspec.DecodeError, RecursionError) as error:
             cure = "write it again with `brushgs render --sidecar`"
             raise SceneError(beside, f"states no camera ({error}); {cure}") from None
+    return found
+
+
+def camera_of(path: Path) -> Camera | None:
+    """The camera that a picture states, or the file of `write_sidecar` beside it; None if none does.
+
+    Raises:
+        SceneError: if there is no such picture, or the file beside it is damaged.
+    """
+    found = metadata_of(path)
     if found is None or (camera := found.camera) is None:
         return None
     try:

@@ -59,7 +59,7 @@ def write_quads(
     with report.stage("quads") as stage:
         made, culled, lamp = [], ProjectCounts(0, 0, 0, 0), _lamp_on_relief(painting)
         for coat in painting.coats:
-            if for_view:
+            if for_view and not coat.is_flat:  # flat pictures lie in their planes, as the view has them
                 quads, of_coat = baked(coat, camera)
                 culled += of_coat
             else:

@@ -259,10 +259,13 @@ def _paper(coat: "Coat", collected: _Collected) -> dict[str, Any]:
 
 
 def shown_by(coat: "Coat") -> Gaussians:
-    """The strokes of a coat for the page, unsorted: its own, and its plain Gaussians.
+    """The strokes of a coat for the page, unsorted: its own, whole or left out, and its plain Gaussians.
 
     Plain Gaussians have the row of the soft brush; the `MOST_PLAIN` with the most paint are kept.
     """
+    if coat.cut is not None:
+        shown = np.where(coat.cut.inside, 0, coat.strokes.opacities)
+        coat = replace(coat, strokes=replace(coat.strokes, opacities=shown), cut=None)
     if coat.plain is None:
         return coat.strokes
     plain = coat.plain.take(np.sort(coarse_to_fine(coat.plain)[:MOST_PLAIN]))
@@ -315,6 +318,7 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
         "name": coat.name,
         "isBackdrop": coat.name == BACKDROP,
         "isOneSided": coat.is_one_sided,
+        "isFlat": coat.is_flat,
         "count": len(rows),
         "blend": coat.blend,
         "dry": coat.dry,

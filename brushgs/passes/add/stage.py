@@ -143,10 +143,9 @@ def open_stage(
         values: see `choose_tones`.
     """
     place, ground = site.place, site.ground
-    table = 0.0 if ground is None else 1.15 * ground.extent
     subject = strokes if ground is None else strokes.take(~ground.is_on(place.local(strokes.means)))
     farthest = max(float(np.hypot(*place.local(c.position[None])[0, [0, 2]])) for c in cameras)
-    surface = surface_around(place, farthest, table=table)
+    surface = surface_of(site, farthest)
     own = 0.0 if ground is None else FRINGE * ground.extent
     outline = outline_of(subject, cameras, place, surface, own=own)
     own_tone = None if ground is None else ground.tone
@@ -154,6 +153,12 @@ def open_stage(
     places = [place, *(replace(place, lamp=above_ground(place.axes @ sun)) for sun in suns)]
     shadow, *others = (cast_shadow(site.gaussians, one, site.weights) for one in places)
     return Stage(place, ground, surface, shadow, tones, site.follows_light, tuple(others))
+
+
+def surface_of(site: Site, farthest: float) -> Surface:
+    """Table and wall around a scene, for cameras at this level distance from its axis, world units."""
+    table = 0.0 if site.ground is None else 1.15 * site.ground.extent
+    return surface_around(site.place, farthest, table=table)
 
 
 def painted_stage(

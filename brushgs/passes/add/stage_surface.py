@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from brushgs.passes.add.stage_place import Place
-from brushgs.values.arrays import F64
+from brushgs.values.arrays import F64, Mask
+from brushgs.values.camera import Camera
 
 STEPS = 400  # of the profile
 BEYOND_EYE = 1.5  # distance of the wall, relative to the farthest camera
@@ -19,6 +20,7 @@ LEAST_WALL = 3.0  # minimum distance of the wall, in the same unit
 RISE = 0.85  # height of the cove, relative to the distance of the wall
 TOP = 1.1  # height of the wall above the cove, in the same unit
 NOISE = 5  # random numbers of a stroke, besides those of its position
+MARCH, HALVINGS = 48, 24  # steps along a line of sight until it meets the surface, and between two of them
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 
 
@@ -109,3 +111,39 @@ def at_lengths(surface: Surface, along: F64, around: F64) -> F64:
     rho = np.interp(along, surface.length, surface.rho)
     height = np.interp(along, surface.length, surface.height)
     return np.stack([rho * np.cos(around), height, rho * np.sin(around)], axis=1)
+
+
+def depth_of(surface: Surface, place: Place, camera: Camera) -> F64:
+    """[H, W] camera z at which the pixels of a view show a surface; infinite where they show none.
+
+    Args:
+        surface: around the subject.
+        place: of the subject.
+        camera: before the wall.
+    """
+    y, x = np.mgrid[: camera.height, : camera.width] + 0.5
+    K = camera.K
+    rays = np.stack([(x - K[0, 2]) / K[0, 0], (y - K[1, 2]) / K[1, 1], np.ones_like(x)], axis=-1)
+    rays = rays.reshape(-1, 3) @ camera.viewmat[:3, :3] @ place.axes.T  # local, camera z 1
+    eye = place.local(camera.position[None])[0]
+    outside, wall = surface.rho[-1], surface.rho < surface.rho[-1]
+    rho, height = np.append(surface.rho[wall], outside), np.append(surface.height[wall], 1e30)
+
+    def is_beyond(z: F64) -> Mask:
+        points = eye + z[:, None] * rays
+        away = np.hypot(points[:, 0], points[:, 2])
+        return np.asarray((points[:, 1] < np.interp(away, rho, height)) | (away > outside))
+
+    low, high = np.zeros(len(rays)), np.full(len(rays), np.inf)
+    for z in np.linspace(0, 3 * outside, MARCH + 1)[1:]:
+        now = np.isinf(high) & is_beyond(np.full(len(rays), z))
+        high[now] = z
+        low[np.isinf(high)] = z
+    found = np.isfinite(high)
+    bounded = np.where(found, high, 1.0)
+    for _ in range(HALVINGS):
+        middle = (low + bounded) / 2
+        beyond = is_beyond(middle)
+        low, bounded = np.where(beyond, low, middle), np.where(beyond, middle, bounded)
+    tops = (eye + bounded[:, None] * rays)[:, 1] <= surface.height[-1]
+    return np.where(found & tops, bounded, np.inf).reshape(camera.height, camera.width)

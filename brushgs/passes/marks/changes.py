@@ -1,38 +1,52 @@
-"""What a paint-over changes in the strokes of the scene: some are not painted, some are turned."""
+"""What a paint-over changes in the strokes of the scene: some are cut, some are turned."""
 
 from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from brushgs.values.arrays import Array, Mask, smoothstep
+from brushgs.rendering.cut import Cut
+from brushgs.values.arrays import smoothstep
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.marks import Combs, Erased, Overpaint
-from brushgs.values.quats import quat_products, rotation_matrices
+from brushgs.values.marks import Combs, Erased
+from brushgs.values.quats import quat_products, quats_of, rotation_matrices
 
-DEEP = 1.0  # radii by which what is erased reaches below the surface, and above it
-
-
-def changed(strokes: Gaussians, overpaint: Overpaint) -> Gaussians:
-    """The strokes with erased ones of opacity 0, so that rows stay, and combed ones turned."""
-    if overpaint.combs is not None:
-        strokes = combed(strokes, overpaint.combs)
-    if overpaint.erased is not None and (gone := is_erased(strokes.means, overpaint.erased)).any():
-        strokes = replace(strokes, opacities=np.where(gone, 0, strokes.opacities))
-    return strokes
+REACH = 3.0  # standard deviations to which the paint of a stroke reaches
+TOLERANCE = 2.0  # of the thickness of what is erased, by which paint before a disc may be of its surface
 
 
-def is_erased(points: Array, erased: Erased) -> Mask:
-    """[P] whether points [P, 3] lie on an erased patch of the surface."""
-    gone = np.zeros(len(points), bool)
-    tree = cKDTree(points)
-    for mean, normal, radius in zip(erased.means, erased.normals, erased.radii, strict=True):
-        rows = np.array(tree.query_ball_point(mean, radius * np.hypot(1, DEEP)), np.intp)
-        offsets = points[rows] - mean
+def cut_of(strokes: Gaussians, erased: Erased) -> Cut | None:
+    """What is erased of strokes; None where none of them lies on the erased surface.
+
+    A stroke lies on it if its middle is no further above or below a disc than the radius and its own size.
+
+    Args:
+        strokes: N strokes, where they were when it was erased.
+        erased: discs.
+    """
+    scales = np.sort(strokes.scales.astype(np.float64), axis=1)
+    sizes, reaches = np.sqrt(scales[:, 1] * scales[:, 2]), REACH * scales[:, 2]
+    touching, inside = np.zeros(len(strokes), bool), np.zeros(len(strokes), bool)
+    thick = np.zeros(len(erased))
+    for row in range(len(erased)):
+        radius, normal = erased.radii[row], erased.normals[row]
+        offsets = strokes.means - erased.means[row]
         away = offsets @ normal
         beside = np.linalg.norm(offsets - away[:, None] * normal, axis=1)
-        gone[rows[(np.abs(away) <= DEEP * radius) & (beside <= radius)]] = True
-    return gone
+        here = (np.abs(away) <= radius + sizes) & (beside <= radius + reaches)
+        thick[row] = radius + sizes[here].max(initial=0)
+        touching |= here
+        inside |= here & (beside <= radius)
+    if not touching.any():
+        return None
+    flat = np.zeros((len(erased), 3))
+    flat[:, :2] = erased.radii[:, None] * (1, 1 - 1e-6)
+    along = np.cross(erased.normals, np.eye(3)[np.abs(erased.normals).argmin(axis=1)])
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    axes = np.stack([along, np.cross(-erased.normals, along), -erased.normals], axis=2)
+    columns = erased.means, quats_of(axes), flat, np.ones(len(erased)), np.zeros((len(erased), 1, 3))
+    discs = Gaussians(*(column.astype(np.float32) for column in columns))
+    return Cut(discs, erased.normals, TOLERANCE * thick, touching, inside)
 
 
 def combed(strokes: Gaussians, combs: Combs) -> Gaussians:

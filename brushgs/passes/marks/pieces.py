@@ -17,7 +17,7 @@ LEAST_REACH = 16.0  # px, of a piece
 MOST_REACH = 1 / 20  # of the shorter side of the picture, likewise
 OVERLAP = 12.0  # px over which neighbours share the paint
 NEIGHBOURS = 4  # pieces that may share a pixel
-STEEP = 0.5  # of the distance along the line of sight, relative to that in the picture
+STEEP = 1.0
 APART = 1e6  # px between areas that do not touch
 
 

@@ -1,7 +1,7 @@
 """Pieces of painted areas, and the depth of what they cover -> marks in space, each with its picture.
 
-A mark is placed first, and its tile is then cut out of the picture where the renderer puts it: so it looks as
-painted from there, however its plane lies.
+A mark is placed first, and its tile is then cut out of the picture as it falls on the plane of the mark: so
+it looks as painted from there, however its plane lies.
 """
 
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ from scipy.ndimage import (
     median_filter,
     minimum_filter,
 )
+from scipy.spatial import cKDTree
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.marks.pieces import Pieces, cut
-from brushgs.passes.marks.strokes import OPTIONS, mean_of, strokes_of
+from brushgs.passes.marks.strokes import mean_of
 from brushgs.rendering.constants import MIN_ALPHA
 from brushgs.rendering.depth_test import SOLID
-from brushgs.rendering.project import project_by
+from brushgs.rendering.flat import Planes
 from brushgs.rendering.render import render
 from brushgs.values.arrays import F64, U8, Array, Mask, Rows
-from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
@@ -37,9 +37,10 @@ SMOOTH = 5  # px, side of the median of depths, and of the squares in which edge
 # Slope of depth along the picture at which it is an edge between two surfaces, where the plain picture mixes
 # their depths: the tangent of 76 degrees.
 EDGE = 4.0
-FITS = 4  # attempts to make a mark as large as its paint
-THICK = 2.0  # shortest extent of a mark, px
+RIM = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
 LEAST_POINTS = 12  # of a surface for a plane of its own
+MOST_RADIUS = 12.0  # px of an erased disc: surfaces bend
+RIM_PIXELS = 2.0  # by which erased discs reach beyond the border of what is erased
 FAR = 3.0  # times the median distance from a plane, beyond which a point does not count
 
 
@@ -50,12 +51,24 @@ class Below:
     Attributes:
         camera: the view.
         log_depth: [H, W] logarithm of camera z of the front surface; in empty space that of the nearest one.
-        is_solid: [H, W] where there is a surface.
+        is_solid: [H, W] where there is a surface of the scene.
+        is_known: [H, W] where there is a surface, of the scene or of its stage; None: where it is solid.
     """
 
     camera: Camera
     log_depth: F64
     is_solid: Mask
+    is_known: Mask = None  # type: ignore[assignment]  # where it is solid
+
+    def __post_init__(self) -> None:
+        if self.is_known is None:
+            object.__setattr__(self, "is_known", self.is_solid)
+
+    def on_stage(self, depth: F64) -> "Below":
+        """With a stage where there is nothing of the scene; `depth` [H, W] is infinite without one."""
+        is_stage = ~self.is_solid & np.isfinite(depth)
+        log_depth = np.where(is_stage, np.log(np.where(is_stage, depth, 1)), self.log_depth)
+        return Below(self.camera, log_depth, self.is_solid, self.is_solid | is_stage)
 
     @classmethod
     def in_view(cls, camera: Camera, gaussians: Gaussians) -> "Below":
@@ -106,8 +119,10 @@ def marks_of_paint(paint: Array, below: Below) -> Marks | None:
     placed = [_placed(pieces, row, below) for row in range(pieces.count)]
     columns: dict[str, Any] = {name: np.array([one[name] for one in placed]) for name in placed[0]}
     marks = Marks(**columns)
-    marks, boxes = _grown(marks, pieces, below.camera)
-    images = tuple(_tile(picture, pieces, row, boxes.take([row])) for row in range(pieces.count))
+    across = np.cross(marks.directions, marks.normals)
+    halves = 0.5 * marks.lengths[:, None] * marks.directions, 0.5 * marks.widths[:, None] * across
+    planes = Planes.of(below.camera, marks.means, *halves)
+    images = tuple(_tile(picture, pieces, row, planes.take([row])) for row in range(pieces.count))
     colors = np.array([mean_of(image) for image in images])
     return Marks(
         **{name: getattr(marks, name) for name in Marks.COLUMNS}
@@ -117,19 +132,39 @@ def marks_of_paint(paint: Array, below: Below) -> Marks | None:
 
 
 def erased_of_area(area: Mask, below: Below) -> Erased | None:
-    """The patches of the front surface under an erased area [H, W]; None without any surface there."""
+    """Discs on the front surface that cover an erased area [H, W]; None without any surface there.
+
+    They reach beyond its border by at most `RIM_PIXELS`.
+    """
     area = area & below.is_solid
     if not area.any():
         return None
-    pieces = cut(area, below.log_depth, float(below.camera.K[0, 0]))
-    found = []
-    for row in range(pieces.count):
-        pixel, _ = pieces.pixels(row)
-        points, mean, normal = _plane(pieces, pixel, below)
-        pixel_size = float(np.exp(below.log_depth[area].min()) / below.camera.K[0, 0])
-        found.append((mean, normal, float(np.linalg.norm(points - mean, axis=1).max()) + pixel_size / 2))
-    means, normals, radii = zip(*found, strict=True)
-    return Erased(np.array(means), np.array(normals), np.array(radii))
+    y, x = np.nonzero(area)
+    z = np.exp(below.log_depth[y, x])
+    points = below.points(np.asarray(x + 0.5, np.float64), np.asarray(y + 0.5, np.float64), z)
+    inside = distance_transform_edt(np.pad(area, 1))[1:-1, 1:-1][y, x]
+    radii = (np.minimum(inside, MOST_RADIUS) + RIM_PIXELS) * z / below.camera.K[0, 0]
+    tree, is_left, found = cKDTree(points), np.ones(len(points), bool), []
+    for pixel in np.argsort(-inside, kind="stable"):
+        if not is_left[pixel]:
+            continue
+        near = tree.query_ball_point(points[pixel], radii[pixel])
+        is_left[near] = False
+        view = below.camera.position - points[pixel]
+        view /= np.linalg.norm(view)
+        normal = view if len(near) <= LEAST_POINTS else _leaning(_fitted(points[near])[1], view)
+        found.append((points[pixel], normal, radii[pixel]))
+    means, normals, sizes = zip(*found, strict=True)
+    return Erased(np.array(means), np.array(normals), np.array(sizes))
+
+
+def _leaning(normal: F64, view: F64) -> F64:
+    """A normal toward the camera, at most `TILT` from the view."""
+    normal = normal if normal @ view >= 0 else -normal
+    if normal @ view >= np.cos(TILT):
+        return normal
+    side = normal - (normal @ view) * view
+    return np.asarray(np.cos(TILT) * view + np.sin(TILT) * side / np.linalg.norm(side))
 
 
 def _plane(pieces: Pieces, pixel: Rows, below: Below) -> tuple[F64, F64, F64]:
@@ -141,13 +176,10 @@ def _plane(pieces: Pieces, pixel: Rows, below: Below) -> tuple[F64, F64, F64]:
     mean = below.points(np.array([middle[0]]), np.array([middle[1]]), np.array([np.median(z)]))[0]
     view = below.camera.position - mean
     view = view / np.linalg.norm(view)
-    if len(points) <= LEAST_POINTS or not below.is_solid[y, x].all():
+    if len(points) <= LEAST_POINTS or not below.is_known[y, x].all():
         return points, mean, view
     center, normal = _fitted(points)
-    normal = normal if normal @ view >= 0 else -normal
-    if normal @ view < np.cos(TILT):
-        side = normal - (normal @ view) * view
-        normal = np.cos(TILT) * view + np.sin(TILT) * side / np.linalg.norm(side)
+    normal = _leaning(normal, view)
     on_plane = mean + view * ((center - mean) @ normal) / (view @ normal)
     far = np.linalg.norm(on_plane - mean) > np.ptp(points, axis=0).max()
     return points, (mean if far else on_plane), normal
@@ -164,75 +196,46 @@ def _fitted(points: F64) -> tuple[F64, F64]:
 
 
 def _placed(pieces: Pieces, piece: int, below: Below) -> dict[str, F64]:
-    """A mark for a piece; its sides are of the right order of magnitude."""
+    """A mark for a piece, just so large that its plane holds the paint."""
     pixel, _ = pieces.pixels(piece)
     _, mean, normal = _plane(pieces, pixel, below)
     y, x = pieces.rows[pixel], pieces.columns[pixel]
     offsets = np.stack([x - x.mean(), y - y.mean()], axis=1)
-    along = np.linalg.svd(offsets, full_matrices=False)[2][0] if len(pixel) > 2 else np.array([1.0, 0.0])
-    # The direction in the plane that is seen along `along`.
-    camera = below.camera
-    z = float((camera.viewmat[:3, :3] @ mean + camera.viewmat[:3, 3])[2])
-    start = (camera.viewmat[:3, :3] @ mean + camera.viewmat[:3, 3]) / z
-    step = np.array([along[0] / camera.K[0, 0], along[1] / camera.K[1, 1], 0.0])
-    ray = (start + step) @ camera.viewmat[:3, :3]
-    to_plane = ((mean - camera.position) @ normal) / (ray @ normal)
-    direction = camera.position + to_plane * ray - mean
-    direction = direction - (direction @ normal) * normal
-    direction /= np.linalg.norm(direction)
-    pixel_size = z / camera.K[0, 0]
-    sides = np.ptp(offsets @ np.stack([along, [-along[1], along[0]]], axis=1), axis=0) + THICK
+    long_way = np.linalg.svd(offsets, full_matrices=False)[2][0] if len(pixel) > 2 else np.array([1.0, 0.0])
+    middle = np.array([x.mean(), y.mean()]) + 0.5
+    start, end = _on_plane(np.stack([middle, middle + 0.5 * long_way]), mean, normal, below.camera)
+    direction = (end - start) / np.linalg.norm(end - start)
+    across = np.cross(direction, normal)
+    rims = np.stack([x, y], axis=1)[:, None] + 0.5 + MARGIN * RIM
+    points = _on_plane(rims.reshape(-1, 2), mean, normal, below.camera) - mean
+    places = points @ np.stack([direction, across], axis=1)
+    low, high = places.min(axis=0), places.max(axis=0)
+    center = (low + high) / 2
     return {
-        "means": mean,
+        "means": mean + center[0] * direction + center[1] * across,
         "directions": direction,
         "normals": normal,
-        "lengths": sides.max() * pixel_size,
-        "widths": sides.min() * pixel_size,
+        "lengths": high[0] - low[0],
+        "widths": high[1] - low[1],
         "colors": np.zeros(3),
         "opacities": np.array(1.0),
         "tiles": np.array(-1),
     }
 
 
-def _boxes_of(marks: Marks, camera: Camera) -> Boxes:
-    """The box of each mark in a view, in the order of the marks."""
-    boxes, counts = project_by(strokes_of(marks), camera, OPTIONS)
-    if len(boxes) < len(marks):
-        raise ValueError(f"{counts.total} marks lie behind the camera or outside its picture")
-    columns = boxes.columns_of(np.argsort(boxes.ids))
-    columns["depths"] = np.zeros_like(columns["depths"])  # their order is not that of depths
-    return Boxes(**columns)
+def _on_plane(pixels: F64, mean: F64, normal: F64, camera: Camera) -> F64:
+    """[P, 3] where the lines of sight of pixels [P, 2] meet a plane."""
+    K = camera.K
+    rays = np.stack(
+        [(pixels[:, 0] - K[0, 2]) / K[0, 0], (pixels[:, 1] - K[1, 2]) / K[1, 1], np.ones(len(pixels))], axis=1
+    )
+    rays = rays @ camera.viewmat[:3, :3]
+    distances = ((mean - camera.position) @ normal) / (rays @ normal)
+    return np.asarray(camera.position + rays * distances[:, None])
 
 
-def _grown(marks: Marks, pieces: Pieces, camera: Camera) -> tuple[Marks, Boxes]:
-    """The marks just so large that their boxes hold their paint, and the boxes."""
-    boxes = _boxes_of(marks, camera)
-    for _ in range(FITS):
-        needed = np.ones((len(marks), 2))
-        for row in range(len(marks)):
-            pixel, _ = pieces.pixels(row)
-            places = _in_box(pieces.columns[pixel] + 0.5, pieces.rows[pixel] + 0.5, boxes, row)
-            needed[row] = (np.abs(places).max(axis=0) + MARGIN) / boxes.half_extents[row]
-        lengths, widths = marks.lengths * needed[:, 0], marks.widths * needed[:, 1]
-        columns = {name: getattr(marks, name) for name in Marks.COLUMNS}
-        # The direction is that of the longer side, so that it stays that of the box.
-        marks = Marks(**columns | {"lengths": np.maximum(lengths, 1.02 * widths), "widths": widths})
-        boxes = _boxes_of(marks, camera)
-        if (np.abs(needed - 1) < 0.02).all():
-            break
-    return marks, boxes
-
-
-def _in_box(x: Array, y: Array, boxes: Boxes, row: int) -> F64:
-    """[P, 2] pixels from the middle of a box, along u and v."""
-    center, angle = boxes.centers[row].astype(np.float64), float(boxes.angles[row])
-    u = np.array([np.cos(angle), np.sin(angle)])
-    offsets = np.stack([x - center[0], y - center[1]], axis=-1)
-    return np.stack([offsets @ u, offsets @ [-u[1], u[0]]], axis=-1)
-
-
-def _tile(paint: F64, pieces: Pieces, piece: int, box: Boxes) -> U8:
-    """The picture of a piece, in its box."""
+def _tile(paint: F64, pieces: Pieces, piece: int, planes: Planes) -> U8:
+    """The picture of a piece, as it lies in its plane."""
     pixel, shares = pieces.pixels(piece)
     y, x = pieces.rows[pixel], pieces.columns[pixel]
     top, left = y.min() - 2, x.min() - 2
@@ -240,13 +243,12 @@ def _tile(paint: F64, pieces: Pieces, piece: int, box: Boxes) -> U8:
     rgba = paint[y, x]
     alpha = 1 - (1 - np.minimum(rgba[:, 3], 254 / 255)) ** shares
     own[y - top, x - left] = np.concatenate([rgba[:, :3] * alpha[:, None], alpha[:, None]], axis=1)
-    half, angle = box.half_extents[0].astype(np.float64), float(box.angles[0])
-    size = np.clip(np.ceil(2 * DENSITY * half), 2, MOST_TILE).astype(int)
-    u = np.array([np.cos(angle), np.sin(angle)])
-    s = ((np.arange(size[0]) + 0.5) / size[0] * 2 - 1) * half[0]
-    t = ((np.arange(size[1]) + 0.5) / size[1] * 2 - 1) * half[1]
-    at = box.centers[0] + s[None, :, None] * u + t[:, None, None] * [-u[1], u[0]]
-    places = np.stack([at[..., 1] - top - 0.5, at[..., 0] - left - 0.5])
+    half = np.linalg.norm(planes.sides[0], axis=1)
+    columns, lines = np.clip(np.ceil(2 * DENSITY * half), 2, MOST_TILE).astype(int)
+    s, t = ((np.arange(n) + 0.5) / n * 2 - 1 for n in (columns, lines))
+    plane = np.stack([*np.meshgrid(s, t), np.ones((lines, columns))], axis=-1)
+    seen = planes.seen(plane[None])[0]
+    places = np.stack([seen[..., 1] - top - 0.5, seen[..., 0] - left - 0.5])
     found = np.stack([map_coordinates(own[..., c], places, order=1) for c in range(4)], axis=-1)
     found[..., :3] /= np.maximum(found[..., 3:], 1e-6)
     return np.asarray(np.rint(255 * np.clip(found, 0, 1)), np.uint8)

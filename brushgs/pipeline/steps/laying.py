@@ -310,6 +310,7 @@ def coats(
     accents: Sequence[Coat],
     overpaint: Overpainted | None,
     is_moving: bool,
+    motion: StrokeMotion | None,
     threads: int | None,
     report: Report,
 ) -> list[Coat]:
@@ -322,10 +323,10 @@ def coats(
         first = replace(first, tolerance=graded.media.behind)
     elif shown_plain is not None:
         first = first.showing(shown_plain)
-    found = with_fields([*graded_backdrop, *unpainted, first, *others, *accents], report)
-    if overpaint is not None:
-        found = overpainted(found, strokes, overpaint, threads, report)
-    return attached(found, strokes, resting=(BACKDROP,)) if is_moving else found
+    laid = with_fields([*graded_backdrop, *unpainted, first, *others, *accents], report)
+    if is_moving:
+        laid = attached(laid, strokes, resting=(BACKDROP,))
+    return laid if overpaint is None else overpainted(laid, strokes, overpaint, threads, report, motion)
 
 
 @anew

@@ -117,9 +117,9 @@ def palette(palette_config: PaletteConfig, report: Report) -> "Palette | None":
 
 
 @unless(lambda overpaint_config: None if overpaint_config.files else "no --marks")
-def overpaint(overpaint_config: OverpaintConfig) -> Overpainted | None:
+def overpaint(overpaint_config: OverpaintConfig, source: SceneFiles | Gaussians | Clip) -> Overpainted | None:
     """What is painted over the scene by hand."""
-    return open_overpaint(overpaint_config)
+    return open_overpaint(overpaint_config, source)
 
 
 @makes("loaded", "notes", "rows", "clip")

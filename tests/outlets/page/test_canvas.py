@@ -70,6 +70,7 @@ class Laid:
         return SimpleNamespace(
             **dict.fromkeys(("texture", "options", "strokes")),
             effect=hiding if self.hides else None,
+            is_flat=False,
             **{name: getattr(self, name) for name in ("blend", "dry", "tolerance")},
         )
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from brushgs.passes.marks.changes import is_erased
+from brushgs.passes.marks.changes import cut_of
 from brushgs.passes.marks.place import Below, erased_of_area, marks_of_paint
 from brushgs.pipeline.overpaint import coats_of_marks
 from brushgs.rendering.canvas import Painting
@@ -59,6 +59,14 @@ def layer_of(*lines) -> F64:
         layer[..., :3] = np.divide(mixed, total, out=np.zeros_like(mixed), where=total > 0)
         layer[..., 3:] = total
     return layer
+
+
+def as_seen(values: F64, view: Camera) -> F64:
+    """Values [H, W] that lie on the ball, seen from another side."""
+    local = points(view) @ camera().viewmat[:3, :3].T + camera().viewmat[:3, 3]
+    image = np.nan_to_num(local @ camera().K.T, nan=-1)
+    at = image[..., 1] / image[..., 2] - 0.5, image[..., 0] / image[..., 2] - 0.5
+    return np.asarray(ndimage.map_coordinates(values, at, order=1))
 
 
 NOTHING = Gaussians(*(np.zeros(shape, np.float32) for shape in ((0, 3), (0, 4), (0, 3), (0,), (0, 1, 3))))
@@ -116,31 +124,50 @@ def test_paint_stays_on_the_surface_in_views_beside(degrees):
     """Against the layer as seen on the ball itself, in the views beside."""
     layer, view = layer_of(*THICK), camera(degrees)
     shown = drawn(marks_of(layer), view)
-    local = points(view) @ camera().viewmat[:3, :3].T + camera().viewmat[:3, 3]
-    image = np.nan_to_num(local @ camera().K.T, nan=-1)
-    at = image[..., 1] / image[..., 2] - 0.5, image[..., 0] / image[..., 2] - 0.5
-    wanted = ndimage.map_coordinates(layer[..., 3], at, order=1)
-    assert iou(shown.alpha > 0.3, wanted > 0.3) >= 0.93
+    wanted = as_seen(layer[..., 3], view)
+    assert iou(shown.alpha > 0.3, wanted > 0.3) >= 0.96
+    assert np.abs(shown.alpha - wanted)[wanted > 0].mean() <= 0.03
 
 
 def test_marks_are_not_seen_from_behind():
     assert drawn(marks_of(layer_of(THICK[0])), camera(180)).alpha.max() == 0
 
 
-def test_erased_patches_cover_what_is_erased_and_less_than_a_piece_more():
-    layer, view = layer_of(THICK[0]), camera()
-    wanted = layer[..., 3] >= 0.5
-    erased = erased_of_area(wanted, below())
-    assert erased is not None
-    surface, is_ball = points(view), depth_of(view) > 0
-    gone = np.zeros((HEIGHT, WIDTH), bool)
-    gone[is_ball] = is_erased(surface[is_ball], erased)
-    assert gone[wanted].all()
-    assert (gone & ~ndimage.binary_dilation(wanted, iterations=28)).sum() == 0
-    behind = surface[is_ball] * [1, 1, -1]  # the other side of the ball
-    assert not is_erased(behind[np.abs(behind[:, 2]) > 0.5], erased).any()
+@pytest.mark.parametrize("degrees", [0, 20])
+def test_strokes_are_cut_along_what_is_erased(degrees):
+    """Against the area as seen on the ball itself; what lies behind the ball stays."""
+    layer, here = layer_of(THICK[0]), camera(degrees)
+    erased = erased_of_area(layer[..., 3] >= 0.5, below())
+    g = np.random.default_rng(0)
+    means = g.normal(size=(2000, 3))
+    means /= np.linalg.norm(means, axis=1, keepdims=True)
+    normals = np.concatenate([np.ones((2000, 1)), np.zeros((2000, 3))], axis=1)
+    strokes = Gaussians(means, normals, np.full((2000, 3), 0.1), np.ones(2000), np.zeros((2000, 1, 3)))
+    cut = cut_of(strokes, erased)
+    depth = depth_of(here)
+    share = cut.seen(here, Frame(np.zeros((HEIGHT, WIDTH, 3)), (depth > 0) * 1.0, depth))
+    wanted = as_seen(layer[..., 3], here) >= 0.5
+    assert (share > 0.5)[wanted].mean() >= 0.99
+    assert not (share > 0.5)[~ndimage.binary_dilation(wanted, iterations=5)].any()
+    assert cut.inside[cut.touching].any()
+    behind = means @ camera().viewmat[2, :3] > 0.5
+    assert not cut.touching[behind].any()
 
 
 def test_an_empty_layer_has_no_marks():
     assert marks_of_paint(np.zeros((HEIGHT, WIDTH, 4)), below()) is None
     assert erased_of_area(np.zeros((HEIGHT, WIDTH), bool), below()) is None
+
+
+@pytest.mark.parametrize("degrees", [-25, 0, 25])
+def test_later_paint_lies_over_earlier_on_the_same_surface(degrees):
+    red, blue = (0.9, 0, 0), (0, 0, 0.9)
+    layers = [
+        layer_of(((70, 90), (170, 90), 24.0, red, 1.0)),
+        layer_of(((120, 50), (120, 130), 24.0, blue, 1.0)),
+    ]
+    crossing = (layers[0][..., 3] > 0.9) & (layers[1][..., 3] > 0.9)
+    for first, second, color in ((*layers, blue), (*layers[::-1], red)):
+        shown = drawn(marks_of(first) + marks_of(second), camera(degrees))
+        here = ndimage.binary_erosion(as_seen(crossing.astype(float), camera(degrees)) > 0.99, iterations=2)
+        assert np.abs(shown.rgb[here] - color).max() <= 0.03

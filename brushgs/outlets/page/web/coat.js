@@ -274,6 +274,7 @@ class CoatPainter {
       BORDER: header.border > 0,
       FACING: this._hasNormals,
       ONE_SIDED: header.isOneSided,
+      FLAT: header.isFlat,
       NESTED: header.nested !== null,
       DOTS: header.nested === "dots",
       PLAIN: header.plainBrush !== undefined,

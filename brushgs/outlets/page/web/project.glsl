@@ -5,7 +5,7 @@
 // before the camera stay in range. Directions are unit vectors: angles would cost precision.
 //
 // Compiled for a coat: SH_DEGREE; NUM_BRUSHES; STRIDE texels a stroke; ANCHORED, FIELD, FADES, ANTIALIASED,
-// BORDER, FACING, NESTED, DOTS, PLAIN, where it has those.
+// BORDER, FACING, NESTED, DOTS, PLAIN, FLAT, where it has those.
 
 #include "shared.glsl"
 #include "sh.glsl"
@@ -40,6 +40,7 @@ struct Box {
   vec2 center;
   vec2 halfExtents;
   vec2 axis;
+  float lean;  // of the side across, along the axis, pixels: flat pictures are seen sheared
   float depth;
   float opacity;
   vec3 color;
@@ -169,8 +170,24 @@ vec2 axisOf(int id, Stroke stroke, Footprint f, mat3 rotation, vec3 t, vec3 ray)
 }
 #endif
 
+#ifdef FLAT
+// The parallelogram as which a flat picture is seen: rendering/flat.py, without perspective in it.
+void setOutline(inout Box box, Footprint f, Stroke stroke) {
+  vec3 s = stroke.scales;
+  int along = s.x >= s.y ? (s.x >= s.z ? 0 : 2) : (s.y >= s.z ? 1 : 2);
+  int away = s.z <= min(s.x, s.y) ? 2 : (s.y <= s.x ? 1 : 0), across = 3 - along - away;
+  float halfSide = uBrushes[stroke.brush].x * f.unit;
+  vec2 u = halfSide * vec2(f.x[along], f.y[along]), v = halfSide * vec2(f.x[across], f.y[across]);
+  if (across != (along + 1) % 3) v = -v;
+  float size = length(u);
+  box.axis = size > 0.0 ? u / size : vec2(1, 0);
+  box.lean = dot(v, box.axis);
+  box.halfExtents = vec2(size, abs(box.axis.x * v.y - box.axis.y * v.x));
+}
+#endif
+
 Box boxOf(int id, Stroke stroke) {
-  Box box = Box(vec2(0), vec2(0), vec2(1, 0), 0.0, 0.0, vec3(0), false);
+  Box box = Box(vec2(0), vec2(0), vec2(1, 0), 0.0, 0.0, 0.0, vec3(0), false);
   vec3 t = uRotation * (stroke.mean - uEye);
   box.depth = t.z;
   if (!(t.z > uNear)) return box;
@@ -208,6 +225,9 @@ Box boxOf(int id, Stroke stroke) {
   vec2 variances = variancesOf(f, box.axis) * share + grown;
   box.halfExtents = uBrushes[stroke.brush].x * scale * sqrt(variances);
   box.center = t.xy / t.z * uLens.xy + uLens.zw;
+#ifdef FLAT
+  setOutline(box, f, stroke);
+#endif
 
   box.opacity = stroke.opacity;
   vec2 bare = variancesOf(f, major) * share;
@@ -256,7 +276,7 @@ Box boxOf(int id, Stroke stroke) {
   box.opacity *= min(width / THINNEST, 1.0);
 #endif
 #endif
-  vec2 reach = abs(box.axis) * box.halfExtents.x + abs(box.axis.yx) * box.halfExtents.y;
+  vec2 reach = abs(box.axis) * (box.halfExtents.x + abs(box.lean)) + abs(box.axis.yx) * box.halfExtents.y;
   box.isSeen = all(greaterThan(box.center + reach, vec2(0))) && all(lessThan(box.center - reach, uSize)) &&
     all(greaterThan(box.halfExtents, vec2(0))) && box.opacity >= MIN_ALPHA;
 

@@ -129,8 +129,10 @@ void main() {
   int width = textureSize(uMembers, 0).x;
   vMember = texelFetch(uMembers, ivec2(id % width, id / width), 0).r;
 #endif
+  float lean = box.lean * scale.y;
+  vec2 across = vec2(-box.axis.y, box.axis.x);
   vCenter = box.center;
-  vPlace = vec4(box.axis / halfExtents.x, vec2(-box.axis.y, box.axis.x) / halfExtents.y);
+  vPlace = vec4((box.axis - lean / halfExtents.y * across) / halfExtents.x, across / halfExtents.y);
   vPaint = vec4(box.color, opacity);
   vKind = vec2(isSoft ? 1.0 : 0.0, box.depth - uMiddle);
 
@@ -147,7 +149,7 @@ void main() {
     place = (0.5 + 0.5 * corner) * uSize;  // all of the picture: corners further out would lose precision
   } else {
     vec2 reach = corner * (halfExtents + EDGE * uStep);
-    place = box.center + reach.x * box.axis + reach.y * vec2(-box.axis.y, box.axis.x);
+    place = box.center + (reach.x + corner.y * lean) * box.axis + reach.y * across;
   }
   gl_Position = vec4(2.0 * vec2(place.x, uSize.y - place.y) / uSpan - 1.0, 0, 1);
 }
