@@ -245,7 +245,7 @@ def test_the_strokes_are_there_though_the_plot_fails(file, tmp_path, monkeypatch
     [
         (["--where", "sphere:1000,0,0,1"], "none of 100 strokes lies in sphere:1000,0,0,1"),
         (["--style", "none.jpg"], "none.jpg: there is no such picture"),
-        (["--vgg-weights", "w.pth"], "vgg-weights needs style"),
+        (["--weights", "w.pth"], "weights needs style"),
         (["--to", "style"], "--to style needs --style"),
         (["--report", "a.txt"], "output must be a folder or end in .json, .png, got 'a.txt'"),
         (["--report", "a.png", "--no-plot"], "--no-plot cannot be combined with an output that is a plot"),

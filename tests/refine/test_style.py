@@ -58,7 +58,7 @@ def test_stripes_answer_to_the_filter_of_their_direction(angle):
 
 def test_the_style_image_is_at_distance_nought_from_itself_and_turned_stripes_are_not():
     painting = stripes(0.3)
-    style = nnfm.Style(FilterBank(painting), painting)
+    style = nnfm.NearestStyle(FilterBank(painting), painting)
     same, _, _ = nnfm.style_gradient(painting, style, None, 0.0)
     turned, _, _ = nnfm.style_gradient(stripes(0.3 + np.pi / 2), style, None, 0.0)
     assert same < 1e-5
@@ -67,7 +67,7 @@ def test_the_style_image_is_at_distance_nought_from_itself_and_turned_stripes_ar
 
 def test_tiles_change_neither_losses_nor_gradient(monkeypatch):
     picture, content = noise(60, 100, 1), noise(60, 100, 2)
-    style = nnfm.Style(FilterBank(noise()), noise())
+    style = nnfm.NearestStyle(FilterBank(noise()), noise())
     whole = nnfm.style_gradient(picture, style, content, 0.5)
     monkeypatch.setattr(nnfm, "TILE", 48)
     tiled = nnfm.style_gradient(picture, style, content, 0.5)
@@ -77,7 +77,7 @@ def test_tiles_change_neither_losses_nor_gradient(monkeypatch):
 
 def test_the_gradient_is_that_of_finite_differences():
     picture, content = noise(40, 48, 1).double(), noise(40, 48, 2).double()
-    style = nnfm.Style(FilterBank(noise()), noise())
+    style = nnfm.NearestStyle(FilterBank(noise()), noise())
     style._sets = [own.double() for own in style._sets]
     _, _, gradient = nnfm.style_gradient(picture, style, content, 0.5)
     way = torch.randn(picture.shape, generator=torch.Generator().manual_seed(3), dtype=torch.float64)
@@ -131,5 +131,5 @@ def test_what_is_no_file_of_weights_is_refused(tmp_path):
     (tmp_path / "w.pth").write_bytes(b"not weights")
     with pytest.raises(bg.SceneError, match="cannot be read as weights"):
         Vgg(tmp_path / "w.pth")
-    with pytest.raises(bg.SceneError, match="there is no such file; check the path of the VGG weights"):
+    with pytest.raises(bg.SceneError, match="there is no such file; check the path of the weights"):
         Vgg(tmp_path / "none.pth")
