@@ -4,7 +4,7 @@ Source: Simonyan and Zisserman 2015; Zhang et al. 2022, ARF, section 4 (features
 Gatys et al. 2016 (features of single layers).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import torch
@@ -65,12 +65,17 @@ class Vgg:
         self.strides = tuple(2 ** (block - 1) for block, _ in self._groups)
         self.halo = reach + max(self.strides) - 1
 
-    def activations(self, normalized: Tensor) -> Iterator[tuple[int, int, Tensor]]:
-        """Block, layer and activations [1, D, h, w] of a normalized picture [1, 3, H, W]."""
+    def activations(
+        self, normalized: Tensor, pool: Callable[[Tensor], Tensor]
+    ) -> Iterator[tuple[int, int, Tensor]]:
+        """Block, layer and activations [1, D, h, w] of a normalized picture [1, 3, H, W].
+
+        `pool` halves those of a block for the next.
+        """
         x = normalized
         for block, layer, weight, bias in self._layers:
             if layer == 1 and block > 1:
-                x = F.max_pool2d(x, 2, ceil_mode=True)
+                x = pool(x)
             x = F.relu(F.conv2d(x, weight, bias, padding=1))
             yield block, layer, x
 
@@ -78,7 +83,7 @@ class Vgg:
         """Features of a picture [3, H, W], 0 to 1: the groups [D, h, w]."""
         mean, std = (torch.tensor(v, dtype=picture.dtype).view(3, 1, 1) for v in (MEAN, STD))
         found: dict[tuple[int, int], list[Tensor]] = {group: [] for group in self._groups}
-        for block, layer, x in self.activations(((picture - mean) / std)[None]):
+        for block, layer, x in self.activations(((picture - mean) / std)[None], _pool):
             if (block, layer) in self._chosen:
                 found[(block, layer) if (block, layer) in found else (block, 0)].append(x[0])
         return [torch.cat(group) for group in found.values()]
@@ -86,6 +91,12 @@ class Vgg:
     def content(self, groups: list[Tensor]) -> list[Tensor]:
         """The features that describe the content: all."""
         return groups
+
+
+def _pool(x: Tensor) -> Tensor:
+    return F.max_pool2d(
+        x, 2, ceil_mode=True
+    )  # positions for incomplete cells too, at the right and the bottom
 
 
 def find_weights() -> Path | None:

@@ -1,6 +1,7 @@
 """Weights of networks in a folder of the user: names of the files, and how they are read.
 
-A state dict is read from safetensors, or from a file of torch whose pickle may hold tensors only. Nothing is downloaded.
+A state dict is read from safetensors, or from a file of torch whose pickle may hold tensors only.
+Nothing is downloaded.
 """
 
 import hashlib

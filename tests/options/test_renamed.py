@@ -11,6 +11,7 @@ from brushgs.options.where import Where
 # Old words of `brushgs prune` and `brushgs refine` -> those of today.
 OLD = {
     "clip": (["--clip", "folder"], "where.clip"),
+    "vgg-weights": (["--vgg-weights", "folder"], "refine.weights"),
     "colour": (["--params", "colour"], "refine.params"),
 }
 
