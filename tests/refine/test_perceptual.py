@@ -13,7 +13,6 @@ import brushgs as bg  # noqa: E402
 from brushgs.cli import main  # noqa: E402
 from brushgs.refine.perceptual import LPIPS_FILE, NETWORKS, ClipPictures, Dino, Dists, Lpips  # noqa: E402
 from brushgs.refine.vgg import CONVOLUTIONS, WIDTHS  # noqa: E402
-from tests.kit.for_each import for_each  # noqa: E402
 from tests.passes.where.tiny_clip import SIDE, save_tiny_clip  # noqa: E402
 
 NUM_DISTS = 3 + sum(WIDTHS)
@@ -76,10 +75,10 @@ def tensors(*some):
 
 def test_lpips_is_that_of_the_reference(folder, network, monkeypatch):
     reference = pytest.importorskip("torchmetrics.functional.image.lpips")
-    monkeypatch.setattr(reference, "_get_net", lambda net, pretrained: network)
+    monkeypatch.setattr(reference, "_get_tv_model_features", lambda net, pretrained: network)
     expected = reference._LPIPS(net="vgg", model_path=str(folder / "lpips_vgg.pth"))
     first, second = pictures(40, 53)
-    found = float(expected(*(2 * one - 1 for one in tensors(first, second))))
+    found = expected(*(2 * one - 1 for one in tensors(first, second))).item()
     assert Lpips(folder)(first, second) == pytest.approx(found, rel=1e-5)
     assert Lpips(folder)(first, first) == 0
 
@@ -95,7 +94,7 @@ def test_dists_is_that_of_the_reference(folder, network, monkeypatch):
     monkeypatch.setattr(reference, "_TORCHVISION_AVAILABLE", True)
     monkeypatch.setattr(reference, "_PATH_WEIGHT_DISTS", folder / "dists.pt")
     first, second = pictures(40, 53)
-    found = float(reference.DISTSNetwork()(*tensors(first, second)))
+    found = reference.DISTSNetwork()(*tensors(first, second)).item()
     assert Dists(folder)(first, second) == pytest.approx(found, abs=1e-5)
     assert Dists(folder)(first, first) == pytest.approx(0, abs=1e-6)
 
@@ -166,29 +165,53 @@ class Code:
         return (print, ("code ran",))
 
 
-DAMAGES = {
-    "cannot be read as weights": lambda path, state: path.write_bytes(pickle.dumps(Code())),
-    "cannot be read as weights ": lambda path, state: path.write_bytes(path.read_bytes()[:1000]),
-    "must have shape [1, 64, 1, 1], got [3]": lambda path, state: torch.save(
-        {**state, "lin0.model.1.weight": torch.zeros(3)}, path
+DAMAGES = [
+    ("cannot be read as weights", lambda path, state: path.write_bytes(pickle.dumps(Code()))),
+    ("cannot be read as weights", lambda path, state: torch.save({"lin0.model.1.weight": Code()}, path)),
+    ("cannot be read as weights", lambda path, state: path.write_bytes(path.read_bytes()[:1000])),
+    ("is not a state dict of tensors", lambda path, state: torch.save([1, 2], path)),
+    (
+        "lin0.model.1.weight must have shape [1, 64, 1, 1], got [3]",
+        lambda path, state: torch.save(state | {"lin0.model.1.weight": torch.zeros(3)}, path),
     ),
-    "must hold finite floats": lambda path, state: torch.save(
-        {**state, "lin4.model.1.weight": torch.full((1, 512, 1, 1), torch.nan)}, path
+    (
+        "lin4.model.1.weight must hold finite floats",
+        lambda path, state: torch.save(
+            state | {"lin4.model.1.weight": np.nan * torch.ones(1, 512, 1, 1)}, path
+        ),
     ),
-    "is not a state dict of tensors": lambda path, state: torch.save([1, 2], path),
-}
+]
 
 
-@for_each("sentence", list(DAMAGES))
-def test_damaged_weights_end_with_one_sentence(sentence, folder, tmp_path, capsys):
+@pytest.mark.parametrize(("sentence", "damage"), DAMAGES)
+def test_damaged_weights_end_with_one_sentence(sentence, damage, folder, tmp_path, capsys):
     (tmp_path / "vgg16.safetensors").symlink_to(folder / "vgg16.safetensors")
     path = tmp_path / LPIPS_FILE.names[0]
     path.write_bytes((folder / path.name).read_bytes())
-    DAMAGES[sentence](path, torch.load(path, weights_only=True))
+    damage(path, dict(torch.load(path, weights_only=True)))
     bg.save(bg.Frame(pictures(20, 20)[0], np.ones((20, 20), np.float32), None), tmp_path / "a.png")
     words = [str(tmp_path / "a.png"), "--plain", str(tmp_path / "a.png"), "--weights", str(tmp_path)]
     assert main(["compare", *words]) == 2
     out, error = capsys.readouterr()
     assert "code ran" not in out + error
-    assert sentence.strip() in error.strip().splitlines()[-1]
+    assert f"{path}: " in error
+    assert sentence in error.strip().splitlines()[-1]
     assert "Traceback" not in error
+
+
+def test_damaged_models_end_with_one_sentence(folder, tmp_path, capsys):
+    from safetensors.torch import load_file, save_file
+
+    bg.save(bg.Frame(pictures(20, 20)[0], np.ones((20, 20), np.float32), None), tmp_path / "a.png")
+    words = ["compare", str(tmp_path / "a.png"), "--plain", str(tmp_path / "a.png")]
+    (tmp_path / "dino").mkdir()
+    for file in (folder / "dino").iterdir():
+        (tmp_path / "dino" / file.name).write_bytes(file.read_bytes())
+    path = tmp_path / "dino" / "model.safetensors"
+    nan = {name: torch.full_like(value, torch.nan) for name, value in load_file(path).items()}
+    save_file(nan, path, metadata={"format": "pt"})
+    assert main([*words, "--weights", str(tmp_path)]) == 2
+    assert "gives numbers that are not finite" in capsys.readouterr().err
+    path.rename(path.with_name("pytorch_model.bin"))
+    assert main([*words, "--weights", str(tmp_path)]) == 2
+    assert "pytorch_model.bin can be a pickle that runs code" in capsys.readouterr().err
