@@ -36,6 +36,7 @@ COMMANDS = {  # module in brushgs.cli.commands -> description
     "views": "write a sheet with views of a scene from all around, each with its flags",
     "stability": "measure how stable the strokes are along a camera path, or as a scene moves",
     "bench": "measure error against run time on a scene, as curves",
+    "compare": "measure how near paintings are to the scene, to each other and to a style image",
     "doctor": "find faults and oddities in a scene file, and fix them",
     "strokes": "list the built-in strokes and what each is good for, or draw a chart of them",
     "looks": "list the looks and what each is good for, print one to change, or draw a chart of them",

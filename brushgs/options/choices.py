@@ -29,6 +29,7 @@ BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size", "
 # Dropped: nothing; detached floaters; those and crumbs below an object; closer floaters too.
 Clean = Literal["off", "floaters", "sure", "strong"]
 Params = Literal["color", "free", "all"]  # stroke parameters that refinement fits
+StyleLoss = Literal["nnfm", "gram"]  # how features are matched to a style image
 See = Literal["views", "off"]  # whether views of the scene influence the strokes
 Canvas = Literal["none", "linen", "paper"]  # texture under the paint
 Medium = Literal["paint", "charcoal", "ink", "hatching", "stippling", "watercolour"]  # painting medium

@@ -1,15 +1,16 @@
 """Configuration of the commands that measure and refine: stability, bench, refine."""
 
+import re
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, ClassVar, get_args
 
-from brushgs.options.choices import BenchFamily, Method, Params, size_rule
+from brushgs.options.choices import BenchFamily, Method, Params, StyleLoss, size_rule
 from brushgs.options.painting import picture_size
 from brushgs.options.styling import StyleConfig, style_config
-from brushgs.options.table import Options, in_files, option
-from brushgs.options.where import WhereConfig
+from brushgs.options.table import Options, hint_for, in_files, option, shown
+from brushgs.options.where import Where, WhereConfig
 
 DEFAULT_STEPS, STYLE_STEPS = 900, 100  # of a refinement to the scene; to a style image
 REFINE_SIZE = (384, 288)  # pixels
@@ -101,12 +102,73 @@ class BenchConfig(Options, frozen=True):
         return self.families
 
 
+# Classes of parameters with a learning rate each, and the parameters in them.
+RATE_CLASSES: Mapping[str, tuple[str, ...]] = {
+    "place": ("means",),
+    "size": ("scales",),
+    "direction": ("quats",),
+    "opacity": ("opacities",),
+    "color": ("sh_base", "sh_rest"),
+}
+_LAYER = re.compile(r"conv([1-5])(?:_([1-4]))?")
+
+
+def style_layer(name: str) -> tuple[int, int]:
+    """Block and layer of a name such as "conv3_1"; layer 0 for the whole block "conv3".
+
+    Raises:
+        ValueError: if it is no such name.
+    """
+    found = _LAYER.fullmatch(name)
+    if found is None:
+        raise ValueError(
+            f"style-layers must be blocks conv1 to conv5, or layers of them such as conv3_1, got {name!r}"
+        )
+    return int(found[1]), int(found[2] or 0)
+
+
+class Rate(Options, frozen=True):
+    """A factor on learning rates, above 0 and at most 10: of a class of parameters, or of a region."""
+
+    of: str
+    factor: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0 < self.factor <= 10:
+            raise ValueError(
+                f"rates must be factors above 0 and at most 10, got {self.factor:g} of {self.of}; "
+                "--params and --where choose what may change at all"
+            )
+
+    def __str__(self) -> str:
+        return f"{self.of}={self.factor:g}"
+
+
+def _rates(text: str, between: str = ",") -> tuple[Rate, ...]:
+    rates = []
+    for part in filter(None, (part.strip() for part in text.split(between))):
+        of, equals, number = (word.strip() for word in part.rpartition("="))
+        try:
+            rates.append(Rate(of, float(number)))
+        except ValueError as error:
+            if equals and of and "factors" in str(error):
+                raise
+            raise ValueError(f"must be what=factor, such as color=0.5, got {part!r}") from None
+    return tuple(rates)
+
+
+def _region_rates(text: str) -> tuple[Rate, ...]:
+    return _rates(text, ";")
+
+
 class RefineConfig(Options, frozen=True):
     """Options of refinement.
 
     Without a `style`, strokes are matched to the plain picture of the scene. Only strokes in `where` change.
     `keeps` names options that the user gave and a style must not replace: "stroke" (the brushes), "direction"
-    and "broken_color".
+    and "broken_color". `regions` are the parts of `region_rates`, with the cameras and the model that their
+    terms need; empty for parts that need none.
     """
 
     GROUP: ClassVar = "refinement"
@@ -126,19 +188,54 @@ class RefineConfig(Options, frozen=True):
     size: Annotated[tuple[int, int], option("size of the training views in pixels", metavar="WxH",
         read=picture_size, written=("x", ""))] = REFINE_SIZE
     seed: Annotated[int, in_files("seed of the order of the views", ge=0)] = 0
-    vgg_weights: Annotated[Path | None, option("torchvision's weights of VGG-16 or VGG-19 (.pth)", default=
-        "those in torch's cache, else features without weights")] = None
+    rates: Annotated[tuple[Rate, ...], option(f"factors on learning rates, of {', '.join(RATE_CLASSES)}: "
+        "color=0.5,size=2", metavar="CLASS=X,...", read=_rates, default="1")] = ()
+    region_rates: Annotated[tuple[Rate, ...], option("factors on learning rates of parts of the scene, as "
+        "for --where, with semicolons between: 'subject=0.2;height:..10%=0.5'; the first that holds a stroke "
+        "counts", metavar="EXPR=X;...", read=_region_rates, default="1", written=(";", ""))] = ()
+    weights: Annotated[Path | None, option("folder with torchvision's weights of VGG-16 or VGG-19 "
+        "(vgg19-dcbb9e9d.pth, or .safetensors), or the file itself", default="those in torch's cache, else "
+        "features without weights")] = None
+    style_layers: Annotated[tuple[str, ...], option("layers of the VGG whose features are matched: blocks "
+        "conv1 to conv5, or layers of them such as conv3_1", metavar="NAME,...", default="conv3")] = ()
+    style_loss: Annotated[StyleLoss, option("how features are matched to the style image: 'nnfm', each to "
+        "the nearest, or 'gram', their mean products")] = "nnfm"
     is_resumed: Annotated[bool, option("resume a stopped refinement from the .checkpoint beside the output; "
         "start anew if there is none", flag="--resume")] = False
     # fmt: on
     keeps: tuple[str, ...] = ()
+    regions: tuple[WhereConfig, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if broken := size_rule(*self.size):
             raise ValueError(f"size {broken}")
-        if self.vgg_weights is not None and self.style is None:
-            raise ValueError("vgg-weights needs style: only a style image is matched by features")
+        for name, given in (
+            ("weights", self.weights is not None),
+            ("style-layers", bool(self.style_layers)),
+            ("style-loss", self.style_loss != "nnfm"),
+        ):
+            if given and self.style is None:
+                raise ValueError(f"{name} needs style: only a style image is matched by features")
+        for layer in self.style_layers:
+            style_layer(layer)
+        for rate in self.rates:
+            if rate.of not in RATE_CLASSES:
+                rule = f"rates must be of {', '.join(RATE_CLASSES)}"
+                raise ValueError(f"{rule}, got {shown(rate.of)}{hint_for(rate.of, RATE_CLASSES)}")
+        if self.regions and len(self.regions) != len(self.region_rates):
+            raise ValueError(f"regions must be as many as region-rates, {len(self.region_rates)}")
+        assert len(self.rated_regions) == len(self.region_rates), "each is parsed, or refused, here"
+
+    @property
+    def rated_regions(self) -> tuple[WhereConfig, ...]:
+        """The parts of `region_rates`."""
+        return self.regions or tuple(WhereConfig(Where.parse(rate.of)) for rate in self.region_rates)
+
+    @property
+    def parameter_rates(self) -> Mapping[str, float]:
+        """Parameter -> factor on its learning rate."""
+        return {name: rate.factor for rate in self.rates for name in RATE_CLASSES[rate.of]}
 
     @property
     def most_steps(self) -> int:

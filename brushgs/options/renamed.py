@@ -2,7 +2,10 @@
 
 from collections.abc import Mapping
 
-FLAGS: Mapping[str, str] = {"clip": "text-model"}  # "clip" means a film now
+FLAGS: Mapping[str, str] = {
+    "clip": "text-model",  # "clip" means a film now
+    "vgg-weights": "weights",
+}
 VALUES: Mapping[str, str] = {"colour": "color"}
 
 

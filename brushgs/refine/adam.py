@@ -28,16 +28,19 @@ class _Moments:
 class Adam:
     """Parameters, each with its learning rate, and the running means of their gradients."""
 
-    def __init__(self, moving: Mapping[str, Tensor], rates: Mapping[str, float]) -> None:
+    def __init__(
+        self, moving: Mapping[str, Tensor], rates: Mapping[str, float], shares: Tensor | None = None
+    ) -> None:
         """Take parameters, which `step` changes in place.
 
         Args:
             moving: name -> leaf tensor with a gradient.
             rates: name -> approximate step size.
+            shares: [N] factor on the rates of each row of every parameter [N, ...]; None for 1.
         """
         self._moving, self._rates = dict(moving), dict(rates)
         self._moments = {name: _Moments(_zeros(value), _zeros(value)) for name, value in moving.items()}
-        self._steps = 0
+        self._steps, self._shares = 0, shares
 
     def step(self, factor: float) -> None:
         """Move parameters against their gradients, at `factor` times their rates, and drop the gradients."""
@@ -53,7 +56,10 @@ class Adam:
                 moments.mean.lerp_(gradient, 1 - DECAY)
                 moments.square.mul_(DECAY_OF_SQUARES).addcmul_(gradient, gradient, value=1 - DECAY_OF_SQUARES)
                 size = (moments.square.sqrt() / sqrt(share_of_squares)).add_(EPS)
-                value.addcdiv_(moments.mean, size, value=-(factor * self._rates[name] / share))
+                mean = moments.mean
+                if self._shares is not None:
+                    mean = mean * self._shares.to(mean.dtype).view(-1, *(1,) * (mean.ndim - 1))
+                value.addcdiv_(mean, size, value=-(factor * self._rates[name] / share))
                 value.grad = None
 
     def state(self) -> dict[str, Any]:

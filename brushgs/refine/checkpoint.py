@@ -133,7 +133,13 @@ def describe_fit(
     where = None if config.where is None else str(config.where)
     fit = {name: _plain(value) for name, value in asdict(replace(config, where=None)).items()}
     fit |= {"steps": config.most_steps, "where": where}
-    del fit["is_resumed"], fit["style"], fit["vgg_weights"]
+    for name in ("is_resumed", "style", "weights", "regions"):
+        del fit[name]
+    fit |= {
+        "rates": ",".join(map(str, config.rates)),
+        "region rates": ";".join(map(str, config.region_rates)),
+    }
+    del fit["region_rates"]
     texture = prepared.texture
     paths = () if (source := files_of(scene)) is None else SceneSource.of(source).paths
     names = " ".join(path.name for path in paths)
@@ -160,7 +166,7 @@ def _files_of(paint: PaintConfig, config: RefineConfig) -> dict[str, Path | None
     palette = None if paint.palette is None else paint.palette.file
     styles = () if config.style is None else config.style.files
     named = dict(zip(("style image", *MORE_STYLES), styles, strict=False))
-    return {"palette": palette, "style image": None, "VGG weights": config.vgg_weights} | named
+    return {"palette": palette, "style image": None, "VGG weights": config.weights} | named
 
 
 def _plain(value: Any) -> Any:

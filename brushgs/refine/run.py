@@ -33,7 +33,7 @@ from brushgs.refine.checkpoint import Checkpoint, describe_fit
 from brushgs.refine.mix_styles import open_styles
 from brushgs.refine.painting_style import PaintingStyle, at_size, is_style
 from brushgs.refine.report import Refinement, RefineReport, write_plot
-from brushgs.values.arrays import Array, Mask
+from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
@@ -87,6 +87,9 @@ def refine_file(
     if folder is not None:
         outputs = report.plan_outputs(Path(folder), inputs, wants_plot=wants_plot)
     check_libraries(config)
+    from brushgs.refine.rates import rates_of_rows, with_weights
+
+    config = with_weights(config, report)
     learnt = None
     if config.style is not None:
         learnt = _open_style(config.style, report)
@@ -112,6 +115,7 @@ def refine_file(
     with _resumable(Checkpoint(checkpoint_of(output), fit), config, report) as checkpoint:
         training_views, validation_views = _target_views(prepared, shown_at, config, report)
         schedule = FitSchedule(config.most_steps, seed=config.seed, checkpoint=checkpoint)
+        shares = rates_of_rows(strokes, view, config, report)
         refined = refine_strokes(
             strokes,
             training_views,
@@ -123,6 +127,7 @@ def refine_file(
             moves=moves,
             painting=None if learnt is None else learnt.painting,
             is_laid=is_laid,
+            shares=shares,
         )
         report.settings = _settings(scene, paint, config, view)
         # First, so that a failing plot does not lose it.
@@ -140,9 +145,10 @@ def refine_file(
 
 def _inputs(files: SceneFiles | None, paint: PaintConfig, config: RefineConfig) -> tuple[Path, ...]:
     """All files that are read."""
-    extras = [] if config.vgg_weights is None else [config.vgg_weights]
+    extras = [] if config.weights is None else [config.weights]
     extras += () if config.style is None else config.style.files
-    extras += () if config.where is None else config.where.files
+    parts = (*(() if config.where is None else (config.where,)), *config.rated_regions)
+    extras += [file for part in parts for file in part.files]
     return (*input_files(files, paint), *extras)
 
 
@@ -166,19 +172,20 @@ def refine_strokes(
     moves: Mask | None = None,
     painting: Array | None = None,
     is_laid: bool = False,
+    shares: F64 | None = None,
 ) -> Gaussians:
     """Refine strokes toward the plain picture, or toward a style image, as one stage of a report.
 
     `moves` [N] is a mask of strokes that may change, None for all; `painting` is the opened `config.style`,
-    None to open it here; `is_laid`: strokes are already laid as its marks. The figures become
-    `report.result`.
+    None to open it here; `is_laid`: strokes are already laid as its marks; `shares` [N] are factors on the
+    learning rates of each stroke, None for 1. The figures become `report.result`.
     """
     from brushgs.refine.distil import distil, mean_psnr
-    from brushgs.refine.variables import Variables
+    from brushgs.refine.variables import Rates, Variables
 
     with report.stage("refine", total=schedule.steps, unit="steps") as stage:
         moves = np.ones(len(strokes), bool) if moves is None else moves
-        variables = Variables(strokes, config.params, moves)
+        variables = Variables(strokes, config.params, moves, shares)
         before = mean_psnr(strokes, validation_views, drawing)
         resumed_from = None if schedule.checkpoint is None else schedule.checkpoint.step
 
@@ -186,6 +193,7 @@ def refine_strokes(
             report.advance(f"{score:.2f} dB")
 
         if config.style is None:
+            schedule = replace(schedule, rates=Rates().times(config.parameter_rates))
             refined, curve = distil(variables, training_views, validation_views, drawing, schedule, on_step)
         else:
             from brushgs.refine.style import EVALUATIONS, LAID_RATES, RATES, style_of, stylise
@@ -193,7 +201,14 @@ def refine_strokes(
             if painting is None:
                 painting = open_styles(config.style).painting
             shorter = min(training_views[0].alpha.shape)
-            style = style_of(at_size(painting, shorter), config.vgg_weights, schedule.seed)
+            style = style_of(
+                at_size(painting, shorter),
+                config.weights,
+                schedule.seed,
+                kind=config.style_loss,
+                layers=config.style_layers,
+            )
+            rates = (LAID_RATES if is_laid else RATES).times(config.parameter_rates)
             refined, curve = stylise(
                 variables,
                 training_views,
@@ -201,7 +216,7 @@ def refine_strokes(
                 style,
                 painting,
                 drawing,
-                replace(schedule, rates=LAID_RATES if is_laid else RATES, evaluations=EVALUATIONS),
+                replace(schedule, rates=rates, evaluations=EVALUATIONS),
                 on_step=on_step,
             )
         after = mean_psnr(refined, validation_views, drawing)
@@ -331,7 +346,7 @@ def check_libraries(config: RefineConfig) -> None:
     """
     if importlib.util.find_spec("torch") is None:
         raise ValueError("refine needs PyTorch, which is not installed; pip install torch")
-    needs_kornia = config.style is not None and config.vgg_weights is None
+    needs_kornia = config.style is not None and config.weights is None
     if needs_kornia and importlib.util.find_spec("kornia") is None:
         raise ValueError("refine --style needs kornia, which is not installed; pip install kornia")
 

@@ -12,14 +12,18 @@ import torch
 from torch import Tensor
 
 import brushgs.autograd as ba
+from brushgs.errors import SceneError
+from brushgs.formats.files import is_dir
+from brushgs.options.choices import StyleLoss
 from brushgs.passes.color.recolor import Palette
 from brushgs.refine.distil import FREE_ASPECT, ROUNDNESS
 from brushgs.refine.fit import Drawing, Fit, FitSchedule, LossCurve, no_progress
 from brushgs.refine.losses import color_distance, roundness, total_variation
-from brushgs.refine.nnfm import Features, Style, style_gradient
+from brushgs.refine.nnfm import Features, GramStyle, NearestStyle, Style, style_gradient
 from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Rates, Variables
-from brushgs.refine.vgg import Vgg, find_weights
+from brushgs.refine.vgg import BLOCK_3, Vgg, find_weights
+from brushgs.refine.weights import VGG_16, VGG_19, find_vgg
 from brushgs.values.arrays import Array
 from brushgs.values.colors import flatten, split_alpha
 from brushgs.values.gaussians import Gaussians
@@ -52,17 +56,47 @@ class Weights:
     color: float = 4.0
 
 
-def style_of(painting: Array, vgg_weights: Path | None = None, seed: int = 0) -> Style:
+def weights_file(weights: Path | None) -> Path | None:
+    """The file of VGG-16 or VGG-19: given itself, or its folder; None for one in torch's hub cache, if any.
+
+    Raises:
+        SceneError: if a folder has neither.
+    """
+    if weights is None or not is_dir(weights):
+        return weights or find_weights()
+    found = find_vgg(weights)
+    if found is None:
+        rule = VGG_19.missing_from(weights).removeprefix(f"{weights} ")
+        raise SceneError(weights, f"{rule}; or {VGG_16.names[0]} of {VGG_16.what}")
+    return found
+
+
+def style_of(
+    painting: Array,
+    weights: Path | None = None,
+    seed: int = 0,
+    *,
+    kind: StyleLoss = "nnfm",
+    layers: Sequence[str] = (),
+) -> Style:
     """The features of a style image, by VGG if there are weights, else by the filter bank.
 
     Args:
         painting: [H, W, C] the style image as `read_image` returns it; transparent parts have no style.
-        vgg_weights: torchvision's file of VGG-16 or VGG-19; None for one in torch's hub cache, if any.
-        seed: see `Style`.
+        weights: file of `weights_file`; None for the filter bank.
+        seed: see `NearestStyle`.
+        kind: of the loss.
+        layers: see `Vgg`; none for the third block.
 
     Raises:
         SceneError: if the weights cannot be used.
+        ValueError: if layers are named that the network does not have, or without one.
     """
+    if layers and weights is None:
+        raise ValueError(
+            "style-layers needs the weights of a VGG; give --weights, a folder with "
+            f"{VGG_19.names[0]} or {VGG_16.names[0]}"
+        )
     rgb, alpha = split_alpha(painting)
     coverage = None
     if alpha is not None:  # transparent parts take the mean colour of the others
@@ -70,15 +104,16 @@ def style_of(painting: Array, vgg_weights: Path | None = None, seed: int = 0) ->
         rgb = flatten(painting, mean.astype(rgb.dtype))
         coverage = torch.from_numpy(np.ascontiguousarray(alpha))
     pixels = torch.from_numpy(np.ascontiguousarray(rgb)).permute(2, 0, 1).contiguous()
-    weights = vgg_weights or find_weights()
     features: Features
     if weights is None:
         from brushgs.refine.filter_bank import FilterBank  # imports kornia, not needed for VGG
 
         features = FilterBank(pixels)
     else:
-        features = Vgg(weights)
-    return Style(features, pixels, coverage, seed=seed)
+        features = Vgg(weights, layers or BLOCK_3, is_split=kind == "gram")
+    if kind == "gram":
+        return GramStyle(features, pixels, coverage)
+    return NearestStyle(features, pixels, coverage, seed=seed)
 
 
 def stylise(

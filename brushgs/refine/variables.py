@@ -5,6 +5,7 @@ and columns outside the chosen set come back bit for bit.
 Source: Kerbl et al. 2023, section 5 (parameters and their learning rates).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +17,7 @@ import brushgs.autograd as ba
 from brushgs.options.choices import Params
 from brushgs.passes.extent import robust_frame
 from brushgs.refine.adam import Adam
+from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 
 # Parameters that each set optimises.
@@ -50,6 +52,10 @@ class Rates:
     sh_base: float = 0.01
     sh_rest: float = 0.002
 
+    def times(self, factors: Mapping[str, float]) -> "Rates":
+        """The same with some of them, by name, times a factor."""
+        return replace(self, **{name: getattr(self, name) * factor for name, factor in factors.items()})
+
 
 class Variables:
     """Strokes as tensors, some of which are optimised.
@@ -59,13 +65,20 @@ class Variables:
         moves: [N] mask of the rows that may change.
     """
 
-    def __init__(self, strokes: Gaussians, params: Params, moves: NDArray[np.bool_] | None = None) -> None:
+    def __init__(
+        self,
+        strokes: Gaussians,
+        params: Params,
+        moves: NDArray[np.bool_] | None = None,
+        shares: F64 | None = None,
+    ) -> None:
         """Make tensors of strokes.
 
         Args:
             strokes: N Gaussians; not changed.
             params: which columns may change.
             moves: [N] mask of the rows that may change; None for all.
+            shares: [N] factor on the learning rates of each row; None for 1.
         """
         self.strokes = strokes
         self.moves = np.ones(len(strokes), dtype=bool) if moves is None else moves
@@ -89,13 +102,14 @@ class Variables:
             for name, column in (("brushes", strokes.brushes), ("ids", strokes.ids))
             if column is not None
         }
+        self._shares = None if shares is None else torch.from_numpy(shares[self.moves])
         self._rows = torch.from_numpy(np.flatnonzero(self.moves))
         sizes = np.maximum(np.sort(rows.scales, axis=1)[:, 1:2], LEAST_SCALE * radius)
         self._homes, self._sizes = torch.tensor(rows.means), torch.tensor(sizes)
 
     def optimizer(self, rates: Rates) -> Adam:
         """Adam at these rates."""
-        return Adam(self.moving, {name: getattr(rates, name) for name in self.moving})
+        return Adam(self.moving, {name: getattr(rates, name) for name in self.moving}, self._shares)
 
     def gaussians(self) -> ba.Gaussians:
         """The current strokes, differentiable by `moving`."""

@@ -8,9 +8,10 @@ from brushgs.options.renamed import FLAGS, VALUES, current_words
 from brushgs.options.rules import Rules
 from brushgs.options.where import Where
 
-# Old words of `brushgs prune` and `brushgs refine` -> those of today.
+# Old words of `brushgs refine` -> those of today.
 OLD = {
     "clip": (["--clip", "folder"], "where.clip"),
+    "vgg-weights": (["--vgg-weights", "folder"], "refine.weights"),
     "colour": (["--params", "colour"], "refine.params"),
 }
 
@@ -21,7 +22,7 @@ def test_the_table_is_tested():
 
 @pytest.mark.parametrize("old", FLAGS)
 def test_an_old_flag_is_read_with_a_note(old, capsys):
-    for words in (["prune", "a.ply", f"--{old}", "x"], ["prune", "a.ply", f"--{old}=x"]):
+    for words in (["refine", "a.ply", f"--{old}", "x"], ["refine", "a.ply", f"--{old}=x"]):
         args = parse(words)
         assert str(vars(args)[OLD[old][1]]) == "x"
         assert capsys.readouterr().err == f"brushgs: note: --{old} is now --{FLAGS[old]}\n"

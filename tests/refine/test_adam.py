@@ -65,3 +65,15 @@ def test_what_has_no_gradient_stays():
     optimizer.step(1.0)
     assert torch.equal(moving["colors"], start()["colors"])
     assert moving["means"].grad is None
+
+
+def test_rows_at_a_share_of_the_rate_take_that_share_of_each_step():
+    whole, shared = (torch.ones(4, 2).requires_grad_() for _ in range(2))
+    shares = torch.tensor([1.0, 0.5, 0.25, 1.0])
+    optimizers = Adam({"a": whole}, {"a": 0.1}), Adam({"a": shared}, {"a": 0.1}, shares)
+    for value, optimizer in zip((whole, shared), optimizers, strict=True):
+        value.grad = torch.arange(1.0, 9.0).view(4, 2)
+        optimizer.step(1.0)
+    moved = [1 - value.detach() for value in (whole, shared)]
+    torch.testing.assert_close(moved[1], moved[0] * shares[:, None])
+    assert torch.equal(moved[1][[0, 3]], moved[0][[0, 3]])

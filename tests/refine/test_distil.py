@@ -12,6 +12,7 @@ import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
 from brushgs.core.threads import at_most  # noqa: E402
 from brushgs.formats.pictures.images import read_image  # noqa: E402
+from brushgs.options.experiments import Rate, RefineConfig  # noqa: E402
 from brushgs.options.where import Where  # noqa: E402
 from brushgs.passes.where import memberships  # noqa: E402
 from brushgs.refine import distil as distil_module  # noqa: E402
@@ -20,7 +21,7 @@ from brushgs.refine.checkpoint import Checkpoint  # noqa: E402
 from brushgs.refine.distil import distil, mean_psnr  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.targets import TargetView  # noqa: E402
-from brushgs.refine.variables import Variables  # noqa: E402
+from brushgs.refine.variables import Rates, Variables  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
 from tests.scenes import save_upright, still_life_of  # noqa: E402
 
@@ -99,6 +100,32 @@ def test_outside_the_region_nothing_changes_bit_for_bit(strokes, training_views,
     assert same(after, strokes, rows=~inside)
     for name in COLUMNS:
         assert not np.array_equal(getattr(after, name)[inside], getattr(strokes, name)[inside])
+
+
+def test_a_region_at_a_share_of_the_rates_moves_less_and_a_class_alone_can_move_faster(
+    strokes, training_views, validation_views, drawing
+):
+    slow = strokes.means[:, 0] < np.median(strokes.means[:, 0])
+
+    def moved(shares=None, **factors):
+        variables = Variables(strokes, "all", shares=shares)
+        schedule = FitSchedule(steps=4, rates=Rates().times(factors))
+        after, _ = distil(variables, training_views, validation_views, drawing, schedule)
+        columns = ("means", "scales", "sh")  # as they are stored; others are normalized or clipped as well
+        steps = {name: np.abs(getattr(after, name) - getattr(strokes, name)) for name in columns}
+        return {name: np.array([step[slow].mean(), step[~slow].mean()]) for name, step in steps.items()}
+
+    alike, slower = moved(), moved(np.where(slow, 0.2, 1.0))
+    for name, one in slower.items():
+        ratio = one / alike[name]
+        assert 0.1 < ratio[0] < 0.3
+        assert 0.8 < ratio[1] < 1.2
+    config = RefineConfig(rates=(Rate("size", 3.0), Rate("color", 0.5)))
+    faster = moved(**config.parameter_rates)
+    ratios = {name: (found / alike[name]).mean() for name, found in faster.items()}
+    assert ratios["scales"] > 2
+    assert ratios["sh"] < 0.7
+    assert 0.8 < ratios["means"] < 1.2
 
 
 def test_strokes_and_losses_do_not_depend_on_the_number_of_threads(scene, strokes, validation_views, drawing):
@@ -245,7 +272,12 @@ def test_the_strokes_are_there_though_the_plot_fails(file, tmp_path, monkeypatch
     [
         (["--where", "sphere:1000,0,0,1"], "none of 100 strokes lies in sphere:1000,0,0,1"),
         (["--style", "none.jpg"], "none.jpg: there is no such picture"),
-        (["--vgg-weights", "w.pth"], "vgg-weights needs style"),
+        (["--rates", "colour=0.5"], "rates must be of place, size, direction, opacity, color, got"),
+        (["--rates", "size=0"], "rates must be factors above 0 and at most 10, got 0 of size"),
+        (["--region-rates", "subject"], "must be what=factor, such as color=0.5"),
+        (["--region-rates", "mask:a.png=0.2"], "needs --camera-file"),
+        (["--style-layers", "conv3"], "style-layers needs style"),
+        (["--weights", "w.pth"], "weights needs style"),
         (["--to", "style"], "--to style needs --style"),
         (["--report", "a.txt"], "output must be a folder or end in .json, .png, got 'a.txt'"),
         (["--report", "a.png", "--no-plot"], "--no-plot cannot be combined with an output that is a plot"),
@@ -293,3 +325,14 @@ def test_fits_of_all_parameters_do_not_make_needles(
     assert share_of_needles() < 0.15  # measured 0.06
     monkeypatch.setattr(distil_module, "ROUNDNESS", 0.0)
     assert share_of_needles() > 0.5  # measured 0.63
+
+
+def test_regions_and_classes_have_rates_from_the_command_line(file, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = ["refine", file, *SMALL, "--region-rates", "subject=0.2;surroundings=2", "--rates", "size=0.5"]
+    assert cli.main([*words, "--report", "a.json", "--where", "height:0..", "--json"]) == 0
+    stages = json.loads(capsys.readouterr().out)["stages"]
+    assert any("strokes at 0.2 of the rates in subject" in stage["did"] for stage in stages)
+    settings = json.loads((tmp_path / "a.json").read_text())["settings"]["refine"]
+    assert settings["rates"] == [{"of": "size", "factor": 0.5}]
+    assert [rate["of"] for rate in settings["region_rates"]] == ["subject", "surroundings"]

@@ -58,7 +58,7 @@ def test_stripes_answer_to_the_filter_of_their_direction(angle):
 
 def test_the_style_image_is_at_distance_nought_from_itself_and_turned_stripes_are_not():
     painting = stripes(0.3)
-    style = nnfm.Style(FilterBank(painting), painting)
+    style = nnfm.NearestStyle(FilterBank(painting), painting)
     same, _, _ = nnfm.style_gradient(painting, style, None, 0.0)
     turned, _, _ = nnfm.style_gradient(stripes(0.3 + np.pi / 2), style, None, 0.0)
     assert same < 1e-5
@@ -67,7 +67,7 @@ def test_the_style_image_is_at_distance_nought_from_itself_and_turned_stripes_ar
 
 def test_tiles_change_neither_losses_nor_gradient(monkeypatch):
     picture, content = noise(60, 100, 1), noise(60, 100, 2)
-    style = nnfm.Style(FilterBank(noise()), noise())
+    style = nnfm.NearestStyle(FilterBank(noise()), noise())
     whole = nnfm.style_gradient(picture, style, content, 0.5)
     monkeypatch.setattr(nnfm, "TILE", 48)
     tiled = nnfm.style_gradient(picture, style, content, 0.5)
@@ -77,7 +77,7 @@ def test_tiles_change_neither_losses_nor_gradient(monkeypatch):
 
 def test_the_gradient_is_that_of_finite_differences():
     picture, content = noise(40, 48, 1).double(), noise(40, 48, 2).double()
-    style = nnfm.Style(FilterBank(noise()), noise())
+    style = nnfm.NearestStyle(FilterBank(noise()), noise())
     style._sets = [own.double() for own in style._sets]
     _, _, gradient = nnfm.style_gradient(picture, style, content, 0.5)
     way = torch.randn(picture.shape, generator=torch.Generator().manual_seed(3), dtype=torch.float64)
@@ -131,5 +131,47 @@ def test_what_is_no_file_of_weights_is_refused(tmp_path):
     (tmp_path / "w.pth").write_bytes(b"not weights")
     with pytest.raises(bg.SceneError, match="cannot be read as weights"):
         Vgg(tmp_path / "w.pth")
-    with pytest.raises(bg.SceneError, match="there is no such file; check the path of the VGG weights"):
+    with pytest.raises(bg.SceneError, match="there is no such file; check the path of the weights"):
         Vgg(tmp_path / "none.pth")
+
+
+@pytest.mark.parametrize("is_tiled", [False, True])
+def test_the_gram_loss_and_its_gradient_are_those_of_the_formula(is_tiled, monkeypatch):
+    if is_tiled:
+        monkeypatch.setattr(nnfm, "TILE", 48)
+    painting, picture = noise(), noise(60, 100, 1).double()
+    features = FilterBank(painting)
+    style = nnfm.GramStyle(features, painting)
+    style._grams = [gram.double() for gram in style._grams]
+    loss, _, gradient = nnfm.style_gradient(picture, style, None, 0.0)
+
+    def gram(pixels):
+        return [(f.flatten(1) @ f.flatten(1).T) / f[0].numel() for f in features(pixels)]
+
+    whole = picture.clone().requires_grad_()
+    terms = zip(gram(whole), gram(painting.double()), strict=True)
+    expected = torch.stack([(a - b).square().sum() / b.square().sum() for a, b in terms]).mean()
+    expected.backward()
+    assert loss == pytest.approx(expected.item(), rel=1e-5)
+    np.testing.assert_allclose(gradient, whole.grad, atol=1e-5 * float(whole.grad.abs().max()))
+    assert nnfm.style_gradient(painting.double(), style, None, 0.0)[0] < 1e-6
+
+
+def test_layers_are_groups_by_block_for_nnfm_and_each_alone_for_gram(vgg_file):
+    path, layers = vgg_file(16), ("conv2", "conv3_1")
+    joined, split = (Vgg(path, layers, is_split=is_split) for is_split in (False, True))
+    assert joined.strides == (2, 4)
+    assert [group.shape[0] for group in joined(noise(64, 96))] == [256, 256]
+    assert split.strides == (2, 2, 4)
+    pairs = zip(joined(noise(64, 96)), (split(noise(64, 96))[:2], split(noise(64, 96))[2:]), strict=True)
+    assert all(torch.equal(whole, torch.cat(parts)) for whole, parts in pairs)
+    with pytest.raises(ValueError, match="block 3 of VGG-16 has 3 layers"):
+        Vgg(path, ["conv3_4"])
+
+
+def test_safetensors_hold_the_same_weights(vgg_file, tmp_path):
+    from safetensors.torch import save_file
+
+    path = vgg_file(19)
+    save_file(dict(torch.load(path, weights_only=True)), tmp_path / "w.safetensors")
+    assert torch.equal(Vgg(path)(noise(64, 96))[0], Vgg(tmp_path / "w.safetensors")(noise(64, 96))[0])

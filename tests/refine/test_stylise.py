@@ -13,7 +13,7 @@ from brushgs.passes.color.recolor import Palette, recolor  # noqa: E402
 from brushgs.refine import nnfm  # noqa: E402
 from brushgs.refine.filter_bank import FilterBank  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
-from brushgs.refine.nnfm import Style  # noqa: E402
+from brushgs.refine.nnfm import NearestStyle  # noqa: E402
 from brushgs.refine.style import RATES, stylise  # noqa: E402
 from brushgs.refine.targets import TargetView  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
@@ -67,7 +67,7 @@ def drawing():
 def styled(painting, strokes, views, drawing):
     def run(params="all", steps=20, start=strokes, views=views, features=FilterBank):
         pixels = torch.from_numpy(painting).permute(2, 0, 1).contiguous()
-        style = Style(features(pixels), pixels)
+        style = NearestStyle(features(pixels), pixels)
         schedule = FitSchedule(steps, rates=RATES)
         return stylise(Variables(start, params), *views, style, painting, drawing, schedule)
 
@@ -150,7 +150,7 @@ def test_the_same_style_twice_is_the_same_fit(styled):
 
 def test_without_gradients_the_losses_are_the_same(painting):
     pixels = torch.from_numpy(painting).permute(2, 0, 1).contiguous()
-    style = Style(FilterBank(pixels), pixels)
+    style = NearestStyle(FilterBank(pixels), pixels)
     picture = torch.rand(3, 40, 48, generator=torch.Generator().manual_seed(0))
     with_gradient = nnfm.style_gradient(picture, style, pixels[:, :40, :48], 0.5)
     with torch.no_grad():
@@ -167,7 +167,7 @@ def test_the_loss_falls_with_the_features_of_a_network_too(styled, vgg_file):
 
 
 def test_a_file_of_vgg_is_used_from_the_command_line(files, tmp_path, capsys, vgg_file):
-    code, vgg = refine(files, tmp_path, "--vgg-weights", vgg_file, "--json")
+    code, vgg = refine(files, tmp_path, "--weights", vgg_file, "--json")
     assert code == 0
     stage = next(s for s in json.loads(capsys.readouterr().out)["stages"] if s["name"] == "refine")
     assert "the loss to painting.png fell" in json.dumps(stage)
@@ -179,7 +179,7 @@ def test_a_file_of_vgg_is_used_from_the_command_line(files, tmp_path, capsys, vg
     ("options", "style", "sentence"),
     [
         ((), "none.png", "none.png"),
-        (("--vgg-weights", "none.pth"), "painting.png", "no such file; check the path of the VGG weights"),
+        (("--weights", "none.pth"), "painting.png", "no such file; check the path of the weights"),
         (("--to", "self"), "painting.png", "style"),
     ],
 )

@@ -10,6 +10,7 @@ from brushgs.cli.console import output_beside, reported
 from brushgs.formats.registry import SCENE_SUFFIXES
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.table import Options, option
+from brushgs.options.where import Where, WhereConfig
 
 
 class Target(Options, frozen=True):
@@ -77,7 +78,12 @@ def refine_config(args: Namespace) -> RefineConfig:
     seed = flags.given(args, "cluster").get("seed", 0)
     asked = flags.given(args, "draw") | flags.given(args, "strokes")
     keeps = tuple(name for name in ("stroke", "direction", "broken_color") if name in asked)
-    config = RefineConfig(seed=seed, where=where_config(args), keeps=keeps, **flags.given(args, "refine"))
+    given, where = flags.given(args, "refine"), flags.given(args, "where")
+    of_all = {name: value for name, value in where.items() if name != "expression"}
+    regions = tuple(WhereConfig(Where.parse(rate.of), **of_all) for rate in given.get("region_rates", ()))
+    # The cameras of masks, and the model of words, may be for the regions alone.
+    part = None if regions and "expression" not in where else where_config(args)
+    config = RefineConfig(seed=seed, where=part, keeps=keeps, regions=regions, **given)
     if args.to == "style" and config.style is None:
         raise ValueError("--to style needs --style, the style image")
     if args.to == "self" and config.style is not None:

@@ -86,6 +86,17 @@ class ClipEncoder:
         grid = found.reshape(len(windows), self.side, self.side, -1)
         return _unit(grid.double().numpy())
 
+    def of_pictures(self, windows: F32) -> F64:
+        """[B, D] unit vectors of B whole pictures [B, side * patch, side * patch, 3], 0 to 1."""
+        import torch
+
+        normalized = ((windows - self._mean) / self._deviation).astype(np.float32)
+        pixels = torch.from_numpy(np.ascontiguousarray(normalized.transpose(0, 3, 1, 2)))
+        with torch.inference_mode():
+            pooled = [self._model.vision_model(some).pooler_output for some in pixels.split(BATCH)]
+            found = self._model.visual_projection(torch.cat(pooled))
+        return _unit(found.double().numpy())
+
     def _of_patches(self, pixels: Any) -> Any:
         vision, before = self._model.vision_model, []
         last = vision.encoder.layers[-1]
