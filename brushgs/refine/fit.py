@@ -68,7 +68,8 @@ class Drawing:
     ) -> "Drawing":
         """A drawing by depth order, without a depth image; other options default to those of `render`.
 
-        The lock "track" becomes the axes' own direction: single views have no path.
+        The locks "track" and "canonical" become the axes' own direction: single views have no path, and
+        directions of fields have no gradient.
         """
         options = options or RenderOptions.of(texture)
         lock = "anchor" if options.lock in ("track", "canonical") else options.lock
