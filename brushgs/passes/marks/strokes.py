@@ -3,7 +3,6 @@
 import numpy as np
 
 from brushgs.brushes.texture import StrokeTexture, Tint
-from brushgs.rendering.project import ProjectOptions
 from brushgs.values.arrays import U8
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import Marks
@@ -11,7 +10,6 @@ from brushgs.values.quats import quats_of
 from brushgs.values.sh import in_colors
 
 SIGMAS = 2.0  # half length of a mark in standard deviations
-OPTIONS = ProjectOptions(num_sigmas=SIGMAS, lock="anchor", fade=True)
 
 
 def strokes_of(marks: Marks) -> Gaussians:
