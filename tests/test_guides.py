@@ -54,7 +54,16 @@ WRITTEN |= {
     "clip.webm",
 }
 WRITTEN |= {"frames/%05d.exr", "//example.org/still_life.html"}
-LONG = {"view", "bench", "stability", "refine", "batch", "completion", "demo"}  # whose own tests run them
+LONG = {
+    "view",
+    "bench",
+    "stability",
+    "refine",
+    "compare",
+    "batch",
+    "completion",
+    "demo",
+}  # whose own tests run them
 # What makes a command small; of a flag that is given twice the last counts.
 SIZES = {"render": "48x36", "export": "48x36", "views": "32x24"}
 SHAPES = {"equirect": "64x32", "vr180": "36x36"}

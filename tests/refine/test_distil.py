@@ -109,7 +109,7 @@ def test_a_region_at_a_share_of_the_rates_moves_less_and_a_class_alone_can_move_
 
     def moved(shares=None, **factors):
         variables = Variables(strokes, "all", shares=shares)
-        schedule = FitSchedule(steps=4, rates=Rates().times(factors))
+        schedule = FitSchedule(steps=1, rates=Rates().times(factors))
         after, _ = distil(variables, training_views, validation_views, drawing, schedule)
         columns = ("means", "scales", "sh")  # as they are stored; others are normalized or clipped as well
         steps = {name: np.abs(getattr(after, name) - getattr(strokes, name)) for name in columns}
@@ -117,15 +117,11 @@ def test_a_region_at_a_share_of_the_rates_moves_less_and_a_class_alone_can_move_
 
     alike, slower = moved(), moved(np.where(slow, 0.2, 1.0))
     for name, one in slower.items():
-        ratio = one / alike[name]
-        assert 0.1 < ratio[0] < 0.3
-        assert 0.8 < ratio[1] < 1.2
+        np.testing.assert_allclose(one / alike[name], (0.2, 1.0), rtol=5e-3)
     config = RefineConfig(rates=(Rate("size", 3.0), Rate("color", 0.5)))
     faster = moved(**config.parameter_rates)
-    ratios = {name: (found / alike[name]).mean() for name, found in faster.items()}
-    assert ratios["scales"] > 2
-    assert ratios["sh"] < 0.7
-    assert 0.8 < ratios["means"] < 1.2
+    for name, factor in (("means", 1.0), ("scales", 3.0), ("sh", 0.5)):
+        np.testing.assert_allclose(faster[name] / alike[name], factor, rtol=5e-3)
 
 
 def test_strokes_and_losses_do_not_depend_on_the_number_of_threads(scene, strokes, validation_views, drawing):
