@@ -35,8 +35,10 @@ WIDTHS = {
     "distance": 0.4,
 }
 BUMP = 1.5  # width of the bumps of the regression, of those widths
-NEAR = 3  # painted strokes that a stroke must be like
-LIKE, UNLIKE = 0.6, 0.1  # heights of a bump of width 1 from which a change counts fully, and not at all
+# Shares of paint on strokes like one from which a change counts fully, and not at all: what a mark touches
+# beside what it is meant for is a small share of its kind.
+LIKE, UNLIKE = 0.12, 0.03
+FEWEST = 0.3  # bumps of painted strokes that must reach a stroke
 RIDGES = (0.01, 0.1, 1.0, 10.0)
 MOST_ROWS = 1000  # painted strokes that are learnt from
 FAINT = 0.02  # share of paint on a stroke below which it counts as bare
@@ -123,6 +125,8 @@ class Continuation:
     Attributes:
         first_view: of the scene: features depend on how it stands.
         places: [n, F] features of the painted strokes, over their widths.
+        painted: places of strokes with paint [p, F], and of how many strokes each stands for [p].
+        all: the same of all strokes.
         colors: of the steps in OKLab [3].
         shapes: of log sizes and directions [1 + D]: pairs to the long axes of strokes, or tensors in space.
         in_space: whether directions are tensors.
@@ -130,6 +134,8 @@ class Continuation:
 
     first_view: FirstView
     places: F64
+    painted: tuple[F64, F64]
+    all: tuple[F64, F64]
     colors: "_Ridge"
     shapes: "_Ridge | None"
     in_space: bool
@@ -164,10 +170,10 @@ class Continuation:
 
     def _likeness(self, places: F64) -> F64:
         """[m] 0 to 1, how much strokes are like painted ones."""
-        count = min(NEAR, len(self.places))
-        distances, _ = cKDTree(self.places).query(places, k=[count])
-        heights = np.exp(-0.5 * distances[:, 0] ** 2)
-        return smoothstep((heights - UNLIKE) / (LIKE - UNLIKE))
+        painted, total = (bumps(own, 1.0, places) @ counts for own, counts in (self.painted, self.all))
+        share = painted / np.maximum(total, painted + 1e-12)
+        reached = smoothstep(painted / FEWEST)
+        return np.asarray(reached * smoothstep((share - UNLIKE) / (LIKE - UNLIKE)))
 
 
 def learn(strokes: Gaussians, marks: Marks, first_view: FirstView) -> Continuation | None:
@@ -183,12 +189,15 @@ def learn(strokes: Gaussians, marks: Marks, first_view: FirstView) -> Continuati
         return None
     some, weights = sampled(found.paint, most=MOST_ROWS)
     rows, says = found.rows[some], weights * found.says[some] / found.paint[some]
-    places = _places(strokes, first_view)[rows]
+    every = _places(strokes, first_view)
+    places = every[rows]
+    painted = _fewer(every[found.rows], found.paint)
+    among = places, painted, _fewer(every, np.ones(len(strokes)))
     kernel = bumps(places, BUMP, places)
     before = oklab_of(base_colors(strokes.sh)[rows])
     colors, _ = _Ridge.of(kernel, oklab_of(found.colors[some]) - before, weights)
     if says.sum() < ELONGATED * weights.sum():
-        return Continuation(first_view, places, colors, None, False)
+        return Continuation(first_view, *among, colors, None, False)
     one = strokes.take(rows)
     planes = _planes(one, first_view)
     _, vectors = np.linalg.eigh(found.tensors[some])
@@ -202,7 +211,7 @@ def learn(strokes: Gaussians, marks: Marks, first_view: FirstView) -> Continuati
         if best is None or agreement > best[0]:
             best = agreement, ridge, in_space
     assert best is not None
-    return Continuation(first_view, places, colors, best[1], best[2])
+    return Continuation(first_view, *among, colors, best[1], best[2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,6 +253,12 @@ def _places(strokes: Gaussians, first_view: FirstView) -> F64:
     """[N, F] features over their widths."""
     widths = np.array([*WIDTHS.values()])
     return np.asarray(stroke_features(strokes, first_view, tuple(WIDTHS)).values / widths)
+
+
+def _fewer(places: F64, counts: F64) -> tuple[F64, F64]:
+    """Some of the places [N, F], and of how many strokes [N] each stands for."""
+    step = -(-len(places) // MOST_ROWS)
+    return places[::step], step * counts[::step]
 
 
 def _planes(strokes: Gaussians, first_view: FirstView) -> Planes:

@@ -10,10 +10,8 @@ from brushgs.options.media import Medium
 from brushgs.options.painting import ClusterConfig, PaletteConfig, StrokesConfig
 from brushgs.options.styling import AdjustConfig
 from brushgs.pipeline.color_changes import Changes, palette_passes
-from brushgs.pipeline.continuing import ContinuePass
 from brushgs.pipeline.lamp import Key
 from brushgs.pipeline.maps import Mapped
-from brushgs.pipeline.overpaint import Overpainted
 from brushgs.pipeline.regions import Region, Regions
 from brushgs.pipeline.runner import Later, Memory, anew, unless
 from brushgs.pipeline.stroke_changes import (
@@ -194,13 +192,6 @@ def choosing(
 
 
 @anew
-@unless(lambda overpaint_config: None if overpaint_config.continues else "--continue off", ())
-def continuing(overpaint: Overpainted | None, first_view: Later[FirstView]) -> list[StrokePass]:
-    """The pass that paints strokes as marks paint those that are like them."""
-    return [] if overpaint is None else [ContinuePass.of(overpaint.joined.marks, first_view)]
-
-
-@anew
 def changes(
     making: list[StrokePass],
     coloring: list[StrokePass],
@@ -209,13 +200,12 @@ def changes(
     palette: "Palette | None",
     regions: Regions | None,
     key: Key | None,
-    continuing: Sequence[StrokePass],
     skip: str | None,
 ) -> StrokeChanges:
     """All passes on strokes, while they are made and after."""
     lit = [] if key is None else [key.stroke_pass(skip=skip)]
     if palette is None and not colors.are_any and (regions is None or not regions.recolors):
         # A budget compares with the scene, so it must include them; but the scene has another light.
-        return StrokeChanges([*making, *coloring, *choosing], Finish([*lit, *continuing]), colors)
+        return StrokeChanges([*making, *coloring, *choosing], Finish(lit), colors)
     # Lit first, so that light and shade take colours of the palette and the style.
-    return StrokeChanges(making, Finish([*lit, *coloring, *choosing, *continuing]), colors)
+    return StrokeChanges(making, Finish([*lit, *coloring, *choosing]), colors)

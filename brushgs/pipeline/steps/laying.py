@@ -35,7 +35,7 @@ from brushgs.pipeline.media.materials import BACKDROP, Materials
 from brushgs.pipeline.media.media import coats_of
 from brushgs.pipeline.media.sight import Sight
 from brushgs.pipeline.moving import Moving, attached, follow_strokes
-from brushgs.pipeline.overpaint import Overpainted, overpainted
+from brushgs.pipeline.overpaint import Overpainted, marks_continued, overpainted
 from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Later, Memory, anew, makes, unless
@@ -285,9 +285,23 @@ def graded_ground(
 
 
 @anew
+@unless(lambda overpaint_config: None if overpaint_config.continues else "--continue off", "graded")
+def continued(
+    graded: Materials, overpaint: Overpainted | None, first_view: FirstView, report: Report
+) -> Materials:
+    """The strokes, painted as marks paint those that are like them."""
+    strokes = (
+        graded.strokes
+        if overpaint is None
+        else marks_continued(graded.strokes, overpaint, first_view, report)
+    )
+    return replace(graded, strokes=strokes)
+
+
+@anew
 @unless(lambda lays_accents: None if lays_accents else "economy lays none", ())
 def accents(
-    graded: Materials,
+    continued: Materials,
     painted_with: PaintConfig,
     plain_views: "PlainViews",
     pruned: Gaussians,
@@ -297,12 +311,12 @@ def accents(
     report: Report,
 ) -> list[Coat]:
     """The coat of accents, if any."""
-    return with_accents(painted_with, plain_views, pruned, focus, lens, made, graded, report)
+    return with_accents(painted_with, plain_views, pruned, focus, lens, made, continued, report)
 
 
 @anew
 def coats(
-    graded: Materials,
+    continued: Materials,
     graded_backdrop: list[Coat],
     shown_plain: Gaussians | None,
     strokes: Gaussians,
@@ -313,12 +327,12 @@ def coats(
     report: Report,
 ) -> list[Coat]:
     """The coats of the painting, the first laid first."""
-    first, *others = coats_of(graded)
+    first, *others = coats_of(continued)
     unpainted: list[Coat] = []
     if shown_plain is not None and first.effect is not None:  # which changes only what is painted
         nothing = first.strokes.take(np.zeros(0, np.intp))
         unpainted = [replace(first, name="unpainted", strokes=nothing, effect=None).showing(shown_plain)]
-        first = replace(first, tolerance=graded.media.behind)
+        first = replace(first, tolerance=continued.media.behind)
     elif shown_plain is not None:
         first = first.showing(shown_plain)
     laid = [*graded_backdrop, *unpainted, first, *others, *accents]
