@@ -37,7 +37,7 @@ WIDTHS = {
 BUMP = 1.5  # width of the bumps of the regression, of those widths
 # Shares of paint on strokes like one from which a change counts fully, and not at all: what a mark touches
 # beside what it is meant for is a small share of its kind.
-LIKE, UNLIKE = 0.12, 0.03
+LIKE, UNLIKE = 0.06, 0.015
 FEWEST = 0.3  # bumps of painted strokes that must reach a stroke
 RIDGES = (0.01, 0.1, 1.0, 10.0)
 MOST_ROWS = 1000  # painted strokes that are learnt from
