@@ -39,10 +39,13 @@ BUMP = 1.5  # width of the bumps of the regression, of those widths
 # beside what it is meant for is a small share of its kind.
 LIKE, UNLIKE = 0.06, 0.015
 FEWEST = 0.3  # bumps of painted strokes that must reach a stroke
+AGREED = 0.4  # length of a pair from which a direction counts fully; shorter ones are means of several
+EDGE_ON = 0.1  # weight of a direction within a plane below which it stands on the plane
 RIDGES = (0.01, 0.1, 1.0, 10.0)
 MOST_ROWS = 1000  # painted strokes that are learnt from
 FAINT = 0.02  # share of paint on a stroke below which it counts as bare
 SMALLEST, LARGEST = np.log(0.7), np.log(2.0)  # changes of sizes: strokes go on covering the scene
+SIZES = 0.3  # a log size counts like so much of a direction
 ELONGATED = 0.05  # least weight with which a mark says a direction and a size
 
 
@@ -84,7 +87,6 @@ def covered(strokes: Gaussians, marks: Marks) -> Covered:
     for mark in range(len(marks) if count else 0):
         assert tree is not None
         rows, paint, rgb = _below(marks, mark, means, widths, tree)
-        paint = paint * np.minimum(marks.widths[mark] / widths[rows], 1)
         colors[rows] += paint[:, None] * (rgb - colors[rows])
         bare[rows] *= 1 - paint
         weight = paint * max(1 - marks.widths[mark] / marks.lengths[mark], 0.0)
@@ -152,9 +154,9 @@ class Continuation:
             if self.shapes is not None:
                 shapes = self.shapes(kernel)
                 pairs = _pairs(shapes[:, 1:], planes.take(some), in_space=self.in_space)
-                lengths = np.maximum(np.hypot(*pairs.T), 1)[:, None]
-                found[some, 3:4] = like * np.clip(shapes[:, :1], SMALLEST, LARGEST)
-                found[some, 4:] = like * pairs / lengths
+                units, agreements = unit_pairs(pairs)
+                found[some, 3:4] = like * np.clip(shapes[:, :1] / SIZES, SMALLEST, LARGEST)
+                found[some, 4:] = like * units * np.minimum(agreements / AGREED, 1)[:, None]
         changed = found.any(axis=1)
         if not changed.any():
             return strokes, 0
@@ -205,7 +207,8 @@ def learn(strokes: Gaussians, marks: Marks, first_view: FirstView) -> Continuati
     best: tuple[float, _Ridge, bool] | None = None
     for in_space in (False, True):
         directions = planes.lift(pairs, np.ones(len(pairs))) if in_space else pairs
-        ridge, without = _Ridge.of(kernel, np.column_stack([found.log_sizes[some], directions]), says)
+        wanted = np.column_stack([SIZES * found.log_sizes[some], directions])
+        ridge, without = _Ridge.of(kernel, wanted, says)
         guess = unit_pairs(_pairs(without[:, 1:], planes, in_space=in_space))[0]
         agreement = float(says @ (guess * pairs).sum(axis=1))
         if best is None or agreement > best[0]:
@@ -275,4 +278,7 @@ def _planes(strokes: Gaussians, first_view: FirstView) -> Planes:
 
 def _pairs(directions: Array, planes: Planes, *, in_space: bool) -> F64:
     """[m, 2] pairs of directions that are pairs, or tensors."""
-    return planes.lower(directions)[0] if in_space else np.asarray(directions)
+    if not in_space:
+        return np.asarray(directions)
+    pairs, weights = planes.lower(directions)
+    return pairs / np.maximum(weights, EDGE_ON)[:, None]
