@@ -35,7 +35,7 @@ from brushgs.pipeline.media.materials import BACKDROP, Materials
 from brushgs.pipeline.media.media import coats_of
 from brushgs.pipeline.media.sight import Sight
 from brushgs.pipeline.moving import Moving, attached, follow_strokes
-from brushgs.pipeline.overpaint import Overpainted, marks_continued, overpainted
+from brushgs.pipeline.overpaint import Overpainted, overpainted
 from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Later, Memory, anew, makes, unless
@@ -282,20 +282,6 @@ def graded_ground(
         return colored_ground, done
     grade = values.without_warmth.picture
     return recolored_ground(colored_ground, grade), [*done, grade]
-
-
-@anew
-@unless(lambda overpaint_config: None if overpaint_config.continues else "--continue off", "graded")
-def continued(
-    graded: Materials, overpaint: Overpainted | None, first_view: FirstView, report: Report
-) -> Materials:
-    """The strokes, painted as marks paint those that are like them."""
-    strokes = (
-        graded.strokes
-        if overpaint is None
-        else marks_continued(graded.strokes, overpaint, first_view, report)
-    )
-    return replace(graded, strokes=strokes)
 
 
 @anew
