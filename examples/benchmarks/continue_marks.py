@@ -1,6 +1,6 @@
 """Half of a paint-over of the still life continued: how far the other half is from what was painted there.
 
-python examples/benchmarks/continue_marks.py
+python -m examples.benchmarks.continue_marks
 
 Rules paint three bodies, each in its own direction and with its own shift of colours, as marks on the
 surface. The left half of each is given to `--continue`; the right half is compared: the direction of the
