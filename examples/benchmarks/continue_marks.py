@@ -144,6 +144,7 @@ def _in_picture(points: F64, camera: Camera) -> tuple[F64, F64, F64]:
 def _is_seen(scene: bg.Gaussians, camera: Camera) -> "np.ndarray":
     """[N] whether each lies on the front surface, near the middle of the picture."""
     frame = bg.render(scene, camera, "gaussian")
+    assert frame.depth is not None
     x, y, depth = _in_picture(scene.means.astype(np.float64), camera)
     inside = (x > 0) & (y > 0) & (x < camera.width - 1) & (y < camera.height - 1)
     return np.asarray(inside & (np.abs(depth - frame.depth[y, x]) < 0.15))

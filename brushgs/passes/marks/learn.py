@@ -17,7 +17,7 @@ from brushgs.passes.marks.strokes import SIGMAS
 from brushgs.passes.style.edit import ROWS_AT_A_TIME, bumps, resized
 from brushgs.passes.style.features import stroke_features
 from brushgs.passes.style.learn_edit import sampled
-from brushgs.values.arrays import F64, Array, Rows, smoothstep
+from brushgs.values.arrays import F64, Rows, smoothstep
 from brushgs.values.camera import FirstView
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.gaussians import Gaussians
@@ -157,7 +157,7 @@ class Continuation:
                 units, agreements = unit_pairs(pairs)
                 found[some, 3:4] = like * np.clip(shapes[:, :1] / SIZES, SMALLEST, LARGEST)
                 found[some, 4:] = like * units * np.minimum(agreements / AGREED, 1)[:, None]
-        changed = found.any(axis=1)
+        changed = (found != 0).any(axis=1)
         if not changed.any():
             return strokes, 0
         pairs = found[:, 4:]
@@ -276,9 +276,9 @@ def _planes(strokes: Gaussians, first_view: FirstView) -> Planes:
     return replace(planes, axes=np.stack([along, np.cross(normals, along), normals], axis=1))
 
 
-def _pairs(directions: Array, planes: Planes, *, in_space: bool) -> F64:
+def _pairs(directions: F64, planes: Planes, *, in_space: bool) -> F64:
     """[m, 2] pairs of directions that are pairs, or tensors."""
     if not in_space:
-        return np.asarray(directions)
+        return directions
     pairs, weights = planes.lower(directions)
     return pairs / np.maximum(weights, EDGE_ON)[:, None]
