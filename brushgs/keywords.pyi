@@ -59,6 +59,7 @@ class PaintKeywords(TypedDict, total=False):
     swap: Sequence[str] | str | None
     rules: PathLike[str] | str | None
     marks: Sequence[PathLike[str] | str] | str | None
+    continue_: bool | None
     where: str | None
     where_soft: float | str | None
     text_model: PathLike[str] | str | None
@@ -138,6 +139,7 @@ class FilmKeywords(TypedDict, total=False):
     swap: Sequence[str] | str | None
     rules: PathLike[str] | str | None
     marks: Sequence[PathLike[str] | str] | str | None
+    continue_: bool | None
     where: str | None
     where_soft: float | str | None
     text_model: PathLike[str] | str | None

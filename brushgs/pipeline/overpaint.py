@@ -21,6 +21,7 @@ from brushgs.pipeline.stroke_pass import nearest_regions
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.motion import Pose, StrokeMotion
 from brushgs.rendering.options import RenderOptions
+from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import NO_TILE, Marks, Overpaint
 from brushgs.values.quats import rotation_matrices
@@ -128,6 +129,32 @@ def overpainted(
         stage.did += f", {gone:,} strokes erased or cut" if gone else ""
         stage.counts = {"marks": num, "erased": gone}
     return [*below, *above]
+
+
+def marks_continued(
+    strokes: Gaussians, given: Overpainted, first_view: FirstView, report: Report
+) -> Gaussians:
+    """Strokes of the scene, painted as the marks paint those below them; unlike ones stay as they are.
+
+    Args:
+        strokes: of the scene.
+        given: what is painted over.
+        first_view: of the scene.
+        report: gets the stage "continue".
+    """
+    from brushgs.passes.marks.learn import learn
+
+    with report.stage("continue") as stage:
+        marks = given.joined.marks
+        learnt = None if marks is None else learn(strokes, marks, first_view)
+        if learnt is None:
+            why = "hold no paint" if marks is None else "cover no stroke"
+            stage.skipped.append(f"continue: the marks {why}, so there is nothing to learn from")
+            return strokes
+        after, num = learnt(strokes)
+        stage.did = f"{num:,} of {len(strokes):,} strokes are like those below the marks"
+        stage.counts = {"strokes": num}
+    return after
 
 
 def _changed(coat: Coat, file: Overpaint, pose: Pose | None, strokes: Gaussians) -> Coat:

@@ -195,6 +195,8 @@ class Session:
         asks = (*PICTURE, "first_view", "scene")
         if self.clip is not None:
             return prepare(self.clip, of_stills(config), report, asks=asks, memory=self._memory)
+        if config.overpaint.continues:  # marks change the strokes below
+            return prepare(self.source, config, report, asks=asks, memory=self._memory)
         own = replace(config, overpaint=OverpaintConfig())
         if self._below is None or self._below[0] != own:
             self._below = None

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from brushgs.rendering.cut import Cut
-from brushgs.values.arrays import smoothstep
+from brushgs.values.arrays import F64, smoothstep
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import Combs, Erased
 from brushgs.values.quats import quat_products, quats_of, rotation_matrices
@@ -67,8 +67,13 @@ def combed(strokes: Gaussians, combs: Combs) -> Gaussians:
         weights[near] += weight
     turn = 0.5 * np.arctan2(pairs[:, 1], pairs[:, 0]) * np.minimum(weights, 1)
     turn *= np.sign((np.cross(along, across) * normal).sum(axis=1))
-    turned = np.concatenate([np.cos(turn / 2)[:, None], np.sin(turn / 2)[:, None] * normal], axis=1)
+    return turned(strokes, normal, turn)
+
+
+def turned(strokes: Gaussians, axes: F64, angles: F64) -> Gaussians:
+    """Strokes turned about unit axes [N, 3] by angles [N] in radians, right-handed; 0 leaves one as it is."""
+    turns = np.concatenate([np.cos(angles / 2)[:, None], np.sin(angles / 2)[:, None] * axes], axis=1)
     quats = strokes.quats.astype(np.float64)
     quats /= np.linalg.norm(quats, axis=1, keepdims=True)
-    quats = np.where((turn != 0)[:, None], quat_products(turned, quats), strokes.quats)
+    quats = np.where((angles != 0)[:, None], quat_products(turns, quats), strokes.quats)
     return replace(strokes, quats=quats.astype(strokes.quats.dtype))

@@ -12,7 +12,10 @@ from brushgs.options.styling import AdjustConfig
 from brushgs.pipeline.color_changes import Changes, palette_passes
 from brushgs.pipeline.lamp import Key
 from brushgs.pipeline.maps import Mapped
+from brushgs.pipeline.media.materials import Materials
+from brushgs.pipeline.overpaint import Overpainted, marks_continued
 from brushgs.pipeline.regions import Region, Regions
+from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Later, Memory, anew, unless
 from brushgs.pipeline.stroke_changes import (
     Field,
@@ -209,3 +212,17 @@ def changes(
         return StrokeChanges([*making, *coloring, *choosing], Finish(lit), colors)
     # Lit first, so that light and shade take colours of the palette and the style.
     return StrokeChanges(making, Finish([*lit, *coloring, *choosing]), colors)
+
+
+@anew
+@unless(lambda overpaint_config: None if overpaint_config.continues else "--continue off", "graded")
+def continued(
+    graded: Materials, overpaint: Overpainted | None, first_view: FirstView, report: Report
+) -> Materials:
+    """The strokes, painted as marks paint those that are like them."""
+    strokes = (
+        graded.strokes
+        if overpaint is None
+        else marks_continued(graded.strokes, overpaint, first_view, report)
+    )
+    return replace(graded, strokes=strokes)

@@ -288,7 +288,7 @@ def graded_ground(
 @anew
 @unless(lambda lays_accents: None if lays_accents else "economy lays none", ())
 def accents(
-    graded: Materials,
+    continued: Materials,
     painted_with: PaintConfig,
     plain_views: "PlainViews",
     pruned: Gaussians,
@@ -298,12 +298,12 @@ def accents(
     report: Report,
 ) -> list[Coat]:
     """The coat of accents, if any."""
-    return with_accents(painted_with, plain_views, pruned, focus, lens, made, graded, report)
+    return with_accents(painted_with, plain_views, pruned, focus, lens, made, continued, report)
 
 
 @anew
 def coats(
-    graded: Materials,
+    continued: Materials,
     graded_backdrop: list[Coat],
     shown_plain: Gaussians | None,
     strokes: Gaussians,
@@ -315,12 +315,12 @@ def coats(
     report: Report,
 ) -> list[Coat]:
     """The coats of the painting, the first laid first."""
-    first, *others = coats_of(graded)
+    first, *others = coats_of(continued)
     unpainted: list[Coat] = []
     if shown_plain is not None and first.effect is not None:  # which changes only what is painted
         nothing = first.strokes.take(np.zeros(0, np.intp))
         unpainted = [replace(first, name="unpainted", strokes=nothing, effect=None).showing(shown_plain)]
-        first = replace(first, tolerance=graded.media.behind)
+        first = replace(first, tolerance=continued.media.behind)
     elif shown_plain is not None:
         first = first.showing(shown_plain)
     laid = with_fields([*graded_backdrop, *unpainted, first, *others, *accents], report)

@@ -1,0 +1,284 @@
+"""Marks, and the strokes below them -> what painting over changed, continued in strokes that are like those.
+
+    painted strokes -> their features -> ridge regression of what changed -> strokes with like features
+
+The features are those that styles of edits have, and the regression is one in the same bumps, with a bump on
+each painted stroke. What is learnt counts as far as a stroke is like painted ones, and nowhere else.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from brushgs.passes.form.planes import Planes, pairs_of, unit_pairs
+from brushgs.passes.marks.changes import turned
+from brushgs.passes.marks.strokes import SIGMAS
+from brushgs.passes.style.edit import ROWS_AT_A_TIME, bumps, resized
+from brushgs.passes.style.features import stroke_features
+from brushgs.passes.style.learn_edit import sampled
+from brushgs.values.arrays import F64, Rows, smoothstep
+from brushgs.values.camera import FirstView
+from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.marks import NO_TILE, Marks
+from brushgs.values.sh import base_colors, shift_base_colors
+
+# Feature -> by how much strokes differ that are painted differently.
+WIDTHS = {
+    "lightness": 0.15,
+    "green_red": 0.08,
+    "blue_yellow": 0.08,
+    "size": 0.5,
+    "level": 0.35,
+    "height": 0.3,
+    "distance": 0.4,
+}
+BUMP = 1.5  # width of the bumps of the regression, of those widths
+# Shares of paint on strokes like one from which a change counts fully, and not at all: what a mark touches
+# beside what it is meant for is a small share of its kind.
+LIKE, UNLIKE = 0.06, 0.015
+FEWEST = 0.3  # bumps of painted strokes that must reach a stroke
+AGREED = 0.4  # length of a pair from which a direction counts fully; shorter ones are means of several
+EDGE_ON = 0.1  # weight of a direction within a plane below which it stands on the plane
+RIDGES = (0.01, 0.1, 1.0, 10.0)
+MOST_ROWS = 1000  # painted strokes that are learnt from
+FAINT = 0.02  # share of paint on a stroke below which it counts as bare
+SMALLEST, LARGEST = np.log(0.7), np.log(2.0)  # changes of sizes: strokes go on covering the scene
+SIZES = 0.3  # a log size counts like so much of a direction
+ELONGATED = 0.05  # least weight with which a mark says a direction and a size
+
+
+@dataclass(frozen=True, eq=False)
+class Covered:
+    """What marks do to n strokes that they cover.
+
+    Attributes:
+        rows: [n] of the strokes.
+        paint: [n] share of each that is covered, 0 to 1.
+        colors: [n, 3] of stroke and paint together, RGB.
+        tensors: [n, 3, 3] directions of the paint, weighted.
+        log_sizes: [n] logarithms of widths of marks over those of the strokes.
+        says: [n] weights of directions and sizes: round marks have neither.
+    """
+
+    rows: Rows
+    paint: F64
+    colors: F64
+    tensors: F64
+    log_sizes: F64
+    says: F64
+
+
+def covered(strokes: Gaussians, marks: Marks) -> Covered:
+    """Find what marks cover: strokes whose middles lie below a mark, of a thin one the nearest stroke.
+
+    Args:
+        strokes: of the scene.
+        marks: painted over them, in order.
+    """
+    count = len(strokes)
+    colors, bare, says = base_colors(strokes.sh), np.ones(count), np.zeros(count)
+    tensors, sizes = np.zeros((count, 3, 3)), np.zeros(count)
+    means = strokes.means.astype(np.float64)
+    widths = 2 * SIGMAS * np.sort(strokes.scales.astype(np.float64), axis=1)[:, 1]
+    widths = np.maximum(widths, np.finfo(np.float32).tiny)
+    tree = cKDTree(means) if count else None
+    for mark in range(len(marks) if count else 0):
+        assert tree is not None
+        rows, paint, rgb = _below(marks, mark, means, widths, tree)
+        colors[rows] += paint[:, None] * (rgb - colors[rows])
+        bare[rows] *= 1 - paint
+        weight = paint * max(1 - marks.widths[mark] / marks.lengths[mark], 0.0)
+        tensors[rows] += weight[:, None, None] * np.outer(marks.directions[mark], marks.directions[mark])
+        sizes[rows] += weight * np.log(marks.widths[mark] / widths[rows])
+        says[rows] += weight
+    rows = np.flatnonzero(bare < 1 - FAINT)
+    log_sizes = np.divide(sizes, says, out=np.zeros(count), where=says > 0)
+    return Covered(rows, 1 - bare[rows], colors[rows], tensors[rows], log_sizes[rows], says[rows])
+
+
+def _below(marks: Marks, mark: int, means: F64, widths: F64, tree: cKDTree) -> tuple[Rows, F64, F64]:
+    """Strokes below a mark, with the alpha [k] and the colours [k, 3] of its paint there."""
+    half = np.array([marks.lengths[mark], marks.widths[mark]]) / 2
+    near = np.array(tree.query_ball_point(marks.means[mark], 2 * np.hypot(*half)), np.intp)
+    offsets = means[near] - marks.means[mark]
+    across = np.cross(marks.directions[mark], marks.normals[mark])
+    places = np.stack([offsets @ marks.directions[mark], offsets @ across], axis=1) / half
+    deep = np.abs(offsets @ marks.normals[mark]) <= np.maximum(half[1], widths[near])
+    inside = deep & (np.abs(places) <= 1).all(axis=1)
+    if not inside.any() and deep.any():
+        nearest = int(np.argmin(np.where(deep, np.linalg.norm(offsets, axis=1), np.inf)))
+        return near[[nearest]], marks.opacities[[mark]], marks.colors[[mark]]
+    rows, places = near[inside], places[inside]
+    opacity, tile = marks.opacities[mark], marks.tiles[mark]
+    if tile == NO_TILE:
+        return rows, np.full(len(rows), opacity), np.tile(marks.colors[mark], (len(rows), 1))
+    image = marks.images[tile]
+    x, y = ((places + 1) / 2 * (image.shape[1], image.shape[0])).astype(np.intp).T
+    texels = image[np.minimum(y, image.shape[0] - 1), np.minimum(x, image.shape[1] - 1)] / 255.0
+    return rows, opacity * texels[:, 3], texels[:, :3]
+
+
+@dataclass(frozen=True, eq=False)
+class Continuation:
+    """What was learnt from n painted strokes.
+
+    Attributes:
+        first_view: of the scene: features depend on how it stands.
+        places: [n, F] features of the painted strokes, over their widths.
+        painted: places of strokes with paint [p, F], and of how many strokes each stands for [p].
+        all: the same of all strokes.
+        colors: of the steps in OKLab [3].
+        shapes: of log sizes and directions [1 + D]: pairs to the long axes of strokes, or tensors in space.
+        in_space: whether directions are tensors.
+    """
+
+    first_view: FirstView
+    places: F64
+    painted: tuple[F64, F64]
+    all: tuple[F64, F64]
+    colors: "_Ridge"
+    shapes: "_Ridge | None"
+    in_space: bool
+
+    def __call__(self, strokes: Gaussians) -> tuple[Gaussians, int]:
+        """Strokes, painted as far as they are like painted ones, and how many changed."""
+        found = np.zeros((len(strokes), 6))  # steps of colours, of the log size, and a pair, times likeness
+        places, planes = _places(strokes, self.first_view), _planes(strokes, self.first_view)
+        for first in range(0, len(strokes), ROWS_AT_A_TIME):
+            some = slice(first, first + ROWS_AT_A_TIME)
+            like = self._likeness(places[some])[:, None]
+            kernel = bumps(self.places, BUMP, places[some])
+            found[some, :3] = like * self.colors(kernel)
+            if self.shapes is not None:
+                shapes = self.shapes(kernel)
+                pairs = _pairs(shapes[:, 1:], planes.take(some), in_space=self.in_space)
+                units, agreements = unit_pairs(pairs)
+                found[some, 3:4] = like * np.clip(shapes[:, :1] / SIZES, SMALLEST, LARGEST)
+                found[some, 4:] = like * units * np.minimum(agreements / AGREED, 1)[:, None]
+        changed = (found != 0).any(axis=1)
+        if not changed.any():
+            return strokes, 0
+        pairs = found[:, 4:]
+        own = 1 - np.hypot(*pairs.T)  # what is learnt of a direction counts as far as it agrees
+        angles = np.where(pairs.any(axis=1), 0.5 * np.arctan2(pairs[:, 1], own + pairs[:, 0]), 0.0)
+        rgb = base_colors(strokes.sh)
+        steps = np.clip(rgb_of_oklab(oklab_of(rgb) + found[:, :3]), 0, 1) - rgb
+        colored = shift_base_colors(strokes, np.where(changed[:, None], steps, 0))
+        sh = np.where(changed[:, None, None], colored.sh, strokes.sh)
+        after = resized(turned(replace(strokes, sh=sh), planes.axes[:, 2], angles), found[:, 3])
+        return after, int(np.count_nonzero(changed))
+
+    def _likeness(self, places: F64) -> F64:
+        """[m] 0 to 1, how much strokes are like painted ones."""
+        painted, total = (bumps(own, 1.0, places) @ counts for own, counts in (self.painted, self.all))
+        share = painted / np.maximum(total, painted + 1e-12)
+        reached = smoothstep(painted / FEWEST)
+        return np.asarray(reached * smoothstep((share - UNLIKE) / (LIKE - UNLIKE)))
+
+
+def learn(strokes: Gaussians, marks: Marks, first_view: FirstView) -> Continuation | None:
+    """Learn what marks change in strokes; None where they cover none.
+
+    Args:
+        strokes: of the scene, without the marks.
+        marks: painted over it.
+        first_view: of the scene.
+    """
+    found = covered(strokes, marks)
+    if not len(found.rows):
+        return None
+    some, weights = sampled(found.paint, most=MOST_ROWS)
+    rows, says = found.rows[some], weights * found.says[some] / found.paint[some]
+    every = _places(strokes, first_view)
+    places = every[rows]
+    painted = _fewer(every[found.rows], found.paint)
+    among = places, painted, _fewer(every, np.ones(len(strokes)))
+    kernel = bumps(places, BUMP, places)
+    before = oklab_of(base_colors(strokes.sh)[rows])
+    colors, _ = _Ridge.of(kernel, oklab_of(found.colors[some]) - before, weights)
+    if says.sum() < ELONGATED * weights.sum():
+        return Continuation(first_view, *among, colors, None, False)
+    one = strokes.take(rows)
+    planes = _planes(one, first_view)
+    _, vectors = np.linalg.eigh(found.tensors[some])
+    pairs = unit_pairs(pairs_of(planes.project(vectors[:, :, 2])))[0]
+    best: tuple[float, _Ridge, bool] | None = None
+    for in_space in (False, True):
+        directions = planes.lift(pairs, np.ones(len(pairs))) if in_space else pairs
+        wanted = np.column_stack([SIZES * found.log_sizes[some], directions])
+        ridge, without = _Ridge.of(kernel, wanted, says)
+        guess = unit_pairs(_pairs(without[:, 1:], planes, in_space=in_space))[0]
+        agreement = float(says @ (guess * pairs).sum(axis=1))
+        if best is None or agreement > best[0]:
+            best = agreement, ridge, in_space
+    assert best is not None
+    return Continuation(first_view, *among, colors, best[1], best[2])
+
+
+@dataclass(frozen=True, eq=False)
+class _Ridge:
+    """Kernel ridge regression around a mean: mean [C] + kernel [m, n] @ weights [n, C]."""
+
+    mean: F64
+    weights: F64
+
+    def __call__(self, kernel: F64) -> F64:
+        return np.asarray(self.mean + kernel @ self.weights)
+
+    @classmethod
+    def of(cls, kernel: F64, wanted: F64, counts: F64) -> "tuple[_Ridge, F64]":
+        """The regression of values [n, C] with weights [n], and [n, C] what each is without itself.
+
+        Of several ridges it has the one that finds those best.
+        """
+        shares = counts / counts.sum()
+        mean = shares @ wanted
+        root = np.sqrt(shares * len(shares))[:, None]
+        values, vectors = np.linalg.eigh(root * kernel * root.T)
+        values, aim = np.maximum(values, 0), root * (wanted - mean)
+        best: tuple[float, _Ridge, F64] | None = None
+        for ridge in RIDGES:
+            shrunk = values / (values + ridge)
+            left = aim - vectors @ (shrunk[:, None] * (vectors.T @ aim))
+            without = left / np.maximum(1 - (vectors**2) @ shrunk, 1e-6)[:, None]
+            error = float((without**2).sum())
+            if best is None or error < best[0]:
+                weights = root * (vectors @ ((vectors.T @ aim) / (values + ridge)[:, None]))
+                predicted = wanted - np.divide(without, root, out=np.zeros_like(aim), where=root > 0)
+                best = error, cls(mean, weights), predicted
+        assert best is not None
+        return best[1], best[2]
+
+
+def _places(strokes: Gaussians, first_view: FirstView) -> F64:
+    """[N, F] features over their widths."""
+    widths = np.array([*WIDTHS.values()])
+    return np.asarray(stroke_features(strokes, first_view, tuple(WIDTHS)).values / widths)
+
+
+def _fewer(places: F64, counts: F64) -> tuple[F64, F64]:
+    """Some of the places [N, F], and of how many strokes [N] each stands for."""
+    step = -(-len(places) // MOST_ROWS)
+    return places[::step], step * counts[::step]
+
+
+def _planes(strokes: Gaussians, first_view: FirstView) -> Planes:
+    """Planes whose normals point away from the middle of the subject, right-handed.
+
+    So an angle to the long axis is turned to the same side on neighbouring strokes.
+    """
+    planes = Planes.of(strokes)
+    along, normals = planes.axes[:, 0], planes.axes[:, 2]
+    outward = np.einsum("ni,ni->n", planes.means - first_view.points.mean(axis=0), normals)
+    normals = np.where(outward[:, None] < 0, -normals, normals)
+    return replace(planes, axes=np.stack([along, np.cross(normals, along), normals], axis=1))
+
+
+def _pairs(directions: F64, planes: Planes, *, in_space: bool) -> F64:
+    """[m, 2] pairs of directions that are pairs, or tensors."""
+    if not in_space:
+        return directions
+    pairs, weights = planes.lower(directions)
+    return pairs / np.maximum(weights, EDGE_ON)[:, None]
