@@ -8,7 +8,7 @@ import numpy as np
 
 from brushgs.brushes.brush_set import MOST_BRUSHES, BrushSet
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.options.overpaint import OverpaintConfig
+from brushgs.options.overpaint import Balls, OverpaintConfig
 from brushgs.passes.marks.strokes import SIGMAS, brush_of, strokes_of
 from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.report import Report
@@ -16,7 +16,7 @@ from brushgs.pipeline.stroke_pass import nearest_regions
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.marks import NO_TILE, Marks, Overpaint
+from brushgs.values.marks import NO_TILE, Density, Marks, Overpaint
 
 if TYPE_CHECKING:
     from brushgs.values.arrays import F64, Rows
@@ -42,6 +42,22 @@ def open_overpaint(config: OverpaintConfig) -> Overpainted:
 
     files = tuple(read_marks(path) for path in config.files)
     return Overpainted(files, Overpaint.joined(files))
+
+
+def balls_of(overpaint: Overpaint) -> Balls:
+    """The density that is painted, as values."""
+    found = overpaint.density
+    if found is None:
+        return ()
+    return tuple(map(tuple, np.column_stack([found.means, found.radii, found.factors]).tolist()))
+
+
+def painted_factors(gaussians: Gaussians, balls: Balls) -> "F64":
+    """[N] factors on the strokes per area, of one ball or more."""
+    from brushgs.passes.reduce.focus import painted_focus
+
+    rows = np.array(balls)
+    return painted_focus(gaussians, Density(rows[:, :3], rows[:, 3], rows[:, 4]))
 
 
 def overpainted(

@@ -72,6 +72,21 @@ def test_combs_run_along_the_drag_and_bare_patches_lie_below_it():
     assert np.allclose(np.abs(erased.normals[:, 2]), 1, atol=1e-3)
 
 
+def test_painting_a_place_again_doubles_its_strokes_once_more_up_to_a_limit():
+    drag = stroke("dense", (50, 100), (150, 100), 40)
+    state, most = Overpaint(), []
+    for _ in range(5):
+        state = changed_by(drag, state, WALL)
+        most.append(state.density.factors.max())
+    assert most == [2, 4, 8, 16, 16]
+    at = in_pixels(state.density.means)
+    assert np.abs(at[:, 1] - 100).max() < 20
+    other = changed_by(stroke("dense", (50, 20), (150, 20), 20), state, WALL).density
+    assert (other.factors[len(state.density) :] == 2).all()
+    nothing = Below(CAMERA, WALL.log_depth, np.zeros((SIDE, SIDE), bool))
+    assert changed_by(drag, state, nothing) is None
+
+
 @for_each(
     ("changes", "sentence"),
     [
@@ -183,3 +198,31 @@ def test_a_comb_and_bare_patches_change_strokes_and_no_file_of_others(easel):
     assert ((bare.opacities == 0) & (before.opacities > 0)).any()
     assert (folder / "pears-1.marks").read_text() == "of somebody else"
     assert {"combs", "erased"} <= set(json.loads((folder / "pears-2.marks").read_text()))
+
+
+def test_more_strokes_are_laid_where_one_paints_for_them_and_in_render(easel, scene):
+    page, studio, folder = easel
+    x, y = middle_of(page)
+    before = studio._painted.prepared.painting.coats[0].strokes
+    page.get_by_role("button", name="Finer strokes").click()
+    for _ in range(7):
+        page.keyboard.press("]")
+    for count in (1, 2, 3):
+        draw(page, [(x - 30, y), (x + 30, y)])
+        painted_by(page, count)
+    after = studio._painted.prepared.painting.coats[0].strokes
+    density = read_marks(folder / "pears-1.marks").density
+    assert density.factors.max() == 8
+
+    def inside(strokes):
+        away = np.linalg.norm(strokes.means[:, None] - density.means, axis=2)
+        return int((away < density.radii).any(axis=1).sum())
+
+    assert inside(after) > 1.5 * inside(before) > 0
+    words = ["view", str(scene), *FEW, *PLAIN, "--marks", str(folder / "pears-1.marks")]
+    again = session_of(parse(words)).paint(Settings(), Report()).prepared.painting.coats[0].strokes
+    assert inside(again) == inside(after)
+    for _ in range(3):
+        page.keyboard.press("Control+z")
+    painted_by(page, 0)
+    assert np.array_equal(studio._painted.prepared.painting.coats[0].strokes.means, before.means)

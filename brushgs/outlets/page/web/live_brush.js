@@ -12,6 +12,7 @@ const BRUSH_TOOLS = {
   smear: ["Smear", "Drag colours along: marks in the colours that you pass over. The strokes below stay."],
   erase: ["Eraser", "Take marks away that were painted here by hand."],
   bare: ["No strokes here", "Take the strokes of the scene away; the ground shows."],
+  dense: ["Finer strokes", "Lay more, smaller strokes here, and fewer elsewhere; paint again for still more."],
   comb: ["Comb", "Drag to turn the strokes of the scene along."],
 };
 const BRUSH_HINT = "B brush, E eraser, [ and ] size, Alt-click picks a colour, Ctrl+Z undoes; right drag "
