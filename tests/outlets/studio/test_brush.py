@@ -226,3 +226,47 @@ def test_more_strokes_are_laid_where_one_paints_for_them_and_in_render(easel, sc
         page.keyboard.press("Control+z")
     painted_by(page, 0)
     assert np.array_equal(studio._painted.prepared.painting.coats[0].strokes.means, before.means)
+
+
+SHOWN = """([x, y, end]) => {
+  const { _hand: hand } = window.brushgs.studio, ratio = window.devicePixelRatio;
+  const { data } = hand._surface.getContext("2d").getImageData(x * ratio, y * ratio, 1, 1);
+  return [[...data], hand._waiting.length];
+}"""
+
+
+def test_a_pen_and_a_finger_paint_and_the_stroke_is_seen_at_once(easel):
+    page, _, folder = easel
+    x, y = middle_of(page)
+    left, top = page.evaluate(
+        "(() => { const { left, top } = window.brushgs.studio.app.canvas.getBoundingClientRect();"
+        " return [left, top]; })()"
+    )
+    page.locator('input[name="brushColor"]').fill("#00ff00")
+    page.keyboard.press("b")
+    page.evaluate("window.sent = []; const { _server: server } = window.brushgs.studio._hand;"
+                  " const stroke = server.stroke.bind(server);"
+                  " server.stroke = (one) => { window.sent.push(one.points); return stroke(one); }; null;")  # fmt: skip
+    client = page.context.new_cdp_session(page)
+    for kind, at, force in [
+        ("mousePressed", x - 40, 0.3),
+        *[("mouseMoved", x - 40 + 8 * step, 0.3 + 0.06 * step) for step in range(1, 10)],
+        ("mouseReleased", x + 40, 0.0),
+    ]:
+        event = {"type": kind, "x": at, "y": y, "button": "left", "buttons": 1, "clickCount": 1}
+        client.send("Input.dispatchMouseEvent", event | {"pointerType": "pen", "force": force})
+    (red, green, _, alpha), waiting = page.evaluate(SHOWN, [x - left, y - top])
+    assert waiting == 1, "the server works on it"
+    assert green > red + 100
+    assert alpha > 100
+    pressures = [pressure for *_, pressure in page.evaluate("window.sent[0]")]
+    assert min(pressures) == pytest.approx(0.3, abs=0.02)
+    assert max(pressures) == pytest.approx(0.84, abs=0.02)
+    painted_by(page, 1)
+    by_pen = len(read_marks(folder / "pears-1.marks").marks)
+    for kind, at in [("touchStart", -30), *[("touchMove", -30 + 6 * step) for step in range(10)]]:
+        client.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x + at, "y": y + 30}]})
+    client.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    until(page, "window.sent.length === 2")
+    painted_by(page, 1)
+    assert len(read_marks(folder / "pears-1.marks").marks) > by_pen
