@@ -228,11 +228,17 @@ def test_more_strokes_are_laid_where_one_paints_for_them_and_in_render(easel, sc
     assert np.array_equal(studio._painted.prepared.painting.coats[0].strokes.means, before.means)
 
 
-SHOWN = """([x, y, end]) => {
+SHOWN = """([x, y]) => {
   const { _hand: hand } = window.brushgs.studio, ratio = window.devicePixelRatio;
   const { data } = hand._surface.getContext("2d").getImageData(x * ratio, y * ratio, 1, 1);
   return [[...data], hand._waiting.length];
 }"""
+
+HEARD = """(() => {
+  const { _server: server } = window.brushgs.studio._hand, stroke = server.stroke.bind(server);
+  window.sent = [];
+  server.stroke = (one) => { window.sent.push(one.points); return stroke(one); };
+})()"""
 
 
 def test_a_pen_and_a_finger_paint_and_the_stroke_is_seen_at_once(easel):
@@ -244,9 +250,7 @@ def test_a_pen_and_a_finger_paint_and_the_stroke_is_seen_at_once(easel):
     )
     page.locator('input[name="brushColor"]').fill("#00ff00")
     page.keyboard.press("b")
-    page.evaluate("window.sent = []; const { _server: server } = window.brushgs.studio._hand;"
-                  " const stroke = server.stroke.bind(server);"
-                  " server.stroke = (one) => { window.sent.push(one.points); return stroke(one); }; null;")  # fmt: skip
+    page.evaluate(HEARD)
     client = page.context.new_cdp_session(page)
     for kind, at, force in [
         ("mousePressed", x - 40, 0.3),
