@@ -17,8 +17,16 @@ def _paths(given: "Path | str | Iterable[Path | str]") -> tuple[Path, ...]:
     return tuple(map(Path, [given] if isinstance(given, Path | str) else given))
 
 
+Balls = tuple[tuple[float, ...], ...]  # rows of a `Density`: x, y, z, radius, factor on the strokes per area
+
+
 class OverpaintConfig(Options, frozen=True):
-    """Files of marks, laid one after the other."""
+    """Files of marks, laid one after the other.
+
+    Attributes:
+        balls: where there are more or fewer strokes besides those of files. Values, which compare by
+            content: what else is painted leaves them equal, so that strokes are not made anew.
+    """
 
     GROUP: ClassVar = "marks"
     ABOUT: ClassVar = "paint laid over the scene by hand"
@@ -30,3 +38,4 @@ class OverpaintConfig(Options, frozen=True):
     continues: Annotated[bool, option("continue the marks: strokes like those painted over get colours, "
         "sizes and directions #learn #propagate #same #rest", flag="--continue")] = False
     # fmt: on
+    balls: Balls = ()

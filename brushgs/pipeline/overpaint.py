@@ -11,7 +11,7 @@ import numpy as np
 from brushgs.brushes.brush_set import MOST_BRUSHES, BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.errors import SceneWarning
-from brushgs.options.overpaint import OverpaintConfig
+from brushgs.options.overpaint import Balls, OverpaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.passes.marks.strokes import SIGMAS, brush_of, strokes_of
 from brushgs.pipeline.clip import SAME_MOMENT, Clip
@@ -23,7 +23,7 @@ from brushgs.rendering.motion import Pose, StrokeMotion
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.marks import NO_TILE, Marks, Overpaint
+from brushgs.values.marks import NO_TILE, Density, Marks, Overpaint
 from brushgs.values.quats import rotation_matrices
 
 if TYPE_CHECKING:
@@ -93,6 +93,22 @@ def _at_shown_moment(file: Overpaint, path: Path, source: SceneFiles | Clip) -> 
             return file
         scene = again
     return replace(carried(file, scene.at(file.time), scene.at(shown)), time=shown)
+
+
+def balls_of(overpaint: Overpaint) -> Balls:
+    """The density that is painted, as values."""
+    found = overpaint.density
+    if found is None:
+        return ()
+    return tuple(map(tuple, np.column_stack([found.means, found.radii, found.factors]).tolist()))
+
+
+def painted_factors(gaussians: Gaussians, balls: Balls) -> "F64":
+    """[N] factors on the strokes per area, of one ball or more."""
+    from brushgs.passes.reduce.focus import painted_focus
+
+    rows = np.array(balls)
+    return painted_focus(gaussians, Density(rows[:, :3], rows[:, 3], rows[:, 4]))
 
 
 def overpainted(

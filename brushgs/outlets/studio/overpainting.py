@@ -23,7 +23,7 @@ from brushgs.passes.marks.place import Below, erased_of_area, marks_of_paint
 from brushgs.values.arrays import F64, Mask, Rows
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.marks import NO_TILE, Combs, Marks, Overpaint
+from brushgs.values.marks import NO_TILE, Combs, Density, Marks, Overpaint
 
 if TYPE_CHECKING:
     from brushgs.outlets.studio.session import Painted
@@ -33,9 +33,10 @@ MOST_SIDE = 4096  # px of the picture that is painted over
 LEAST_SIZE, MOST_SIZE = 2.0, 400.0  # px, of the brush
 MOST_STATES = 100  # that can be undone
 HIDDEN = 1.05  # camera z of a mark over that of the surface before it, at which it is not seen
+MORE, MOST_MORE = 2.0, 16.0  # factor of a stroke on the strokes per area there; limit of several
 COMB_STEP = 0.5  # radii of a comb between two
 
-Tool = Literal["paint", "smear", "erase", "bare", "comb"]
+Tool = Literal["paint", "smear", "erase", "bare", "dense", "comb"]
 Unit = Annotated[float, msgspec.Meta(ge=0, le=1, description="a number of 0 to 1")]
 Size = Annotated[float, msgspec.Meta(ge=LEAST_SIZE, le=MOST_SIZE, description="2 to 400 pixels")]
 
@@ -58,7 +59,7 @@ class HandStroke:
 
     Attributes:
         tool: what it does: paint; smear, paint in the colours that it passed over; erase marks; bare, take
-            strokes of the scene away; comb, turn them.
+            strokes of the scene away; dense, lay more of them; comb, turn them.
         camera: of the page.
         drawn: [n, 3] x and y, px, and pressure, 0 to 1.
         size: width of the brush at half pressure, px.
@@ -231,8 +232,26 @@ def changed_by(stroke: HandStroke, before: Overpaint, below: Below) -> Overpaint
     if stroke.tool == "bare":
         erased = erased_of_area(ribbon.area(width, height), below)
         return None if erased is None else Overpaint.joined([before, Overpaint(erased=erased)])
+    if stroke.tool == "dense":
+        dense = denser(ribbon.area(width, height), before.density, below)
+        return None if dense is None else Overpaint.joined([before, Overpaint(density=dense)])
     combs = combs_of(ribbon, below)
     return None if combs is None else Overpaint.joined([before, Overpaint(combs=combs)])
+
+
+def denser(area: Mask, before: Density | None, below: Below) -> Density | None:
+    """Balls on the surface under an area [H, W] with more strokes than before; None without a surface.
+
+    Each has `MORE` times the factor of the ball around its centre that had most.
+    """
+    patches = erased_of_area(area, below)
+    if patches is None:
+        return None
+    factors = np.ones(len(patches))
+    if before is not None:
+        away = np.linalg.norm(patches.means[:, None] - before.means, axis=2)
+        factors = np.where(away <= before.radii, before.factors, 1.0).max(axis=1, initial=1.0)
+    return Density(patches.means, patches.radii, np.minimum(MORE * factors, MOST_MORE))
 
 
 def combs_of(ribbon: Ribbon, below: Below) -> Combs | None:

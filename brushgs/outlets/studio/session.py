@@ -31,7 +31,7 @@ from brushgs.outlets.studio.overpainting import HandStroke, Overpainting
 from brushgs.outlets.studio.saved import SavedOptions
 from brushgs.outlets.studio.settings import Film, Known, Settings, Shot, flags_of, overrides_of, shown_lamp
 from brushgs.outlets.studio.where import Finder, Members, given_in, read_where
-from brushgs.pipeline.overpaint import open_overpaint, overpainted
+from brushgs.pipeline.overpaint import balls_of, open_overpaint, overpainted
 from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Memory
@@ -197,15 +197,15 @@ class Session:
             return prepare(self.clip, of_stills(config), report, asks=asks, memory=self._memory)
         if config.overpaint.continues:  # marks change the strokes below
             return prepare(self.source, config, report, asks=asks, memory=self._memory)
-        own = replace(config, overpaint=OverpaintConfig())
+        given = open_overpaint(config.overpaint)
+        own = replace(config, overpaint=OverpaintConfig(balls=balls_of(given.joined)))
         if self._below is None or self._below[0] != own:
             self._below = None
             self._below = own, prepare(self.source, own, report, asks=asks, memory=self._memory)
         below = self._below[1]
         if not config.overpaint.files:
             return below
-        given, threads = open_overpaint(config.overpaint), config.draw.threads
-        coats = overpainted(below.painting.coats, below.strokes, given, threads, report)
+        coats = overpainted(below.painting.coats, below.strokes, given, config.draw.threads, report)
         return replace(below, painting=replace(below.painting, coats=tuple(coats)))
 
     def find(self, painted: Painted, text: object) -> Members:

@@ -8,6 +8,7 @@ from brushgs.options.focus import Focus
 from brushgs.options.look_parts import GroundConfig, LightConfig
 from brushgs.options.maps import Map
 from brushgs.options.media import Medium
+from brushgs.options.overpaint import Balls, OverpaintConfig
 from brushgs.options.painting import ClusterConfig, PruneConfig, StrokesConfig, ViewConfig
 from brushgs.options.projection import ProjectionConfig
 from brushgs.options.rules import Rules
@@ -22,6 +23,7 @@ from brushgs.pipeline.look import open_lines
 from brushgs.pipeline.make_strokes import StrokeMaker
 from brushgs.pipeline.maps import Mapped, place_maps, with_density
 from brushgs.pipeline.moving import features_of, seen_at
+from brushgs.pipeline.overpaint import Overpainted, balls_of, painted_factors
 from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Later, Memory, anew, costly, makes, unless
@@ -239,13 +241,22 @@ def mapped(
     return place_maps(pruned, maps, source, cameras, guide, report, num_threads=threads)
 
 
+def balls(overpaint_config: OverpaintConfig, overpaint: Overpainted | None) -> Balls:
+    """Where more or fewer strokes were painted for."""
+    return overpaint_config.balls + (() if overpaint is None else balls_of(overpaint.joined))
+
+
 def _no_focus(
-    focused_on: Focus | None, skip: str | None, rules_config: Rules | None, maps: tuple[Map, ...]
+    focused_on: Focus | None,
+    skip: str | None,
+    rules_config: Rules | None,
+    maps: tuple[Map, ...],
+    balls: Balls,
 ) -> str | None:
     if rules_config is not None:
         return None  # parts may need more strokes
-    if maps and skip is None:
-        return None  # maps of density
+    if (maps or balls) and skip is None:
+        return None  # of density
     return skip or ("--focus off" if focused_on is None else None)
 
 
@@ -259,6 +270,7 @@ def focus(
     cameras: Later[Sequence[Camera]],
     regions: Regions | None,
     mapped: Sequence[Mapped],
+    balls: Balls,
     threads: int | None,
     report: Report,
 ) -> "F64 | None":
@@ -268,6 +280,9 @@ def focus(
         camera = None if focused_on.mask is None else cameras()[0]
         factors = place_focus(pruned, focused_on, camera, guide, report, num_threads=threads)
     factors = with_density(factors, mapped)
+    if balls and skip is None:
+        painted = painted_factors(pruned, balls)
+        factors = painted if factors is None else factors * painted
     return factors if regions is None else regions.shares(pruned, factors)
 
 

@@ -74,6 +74,21 @@ def test_combs_run_along_the_drag_and_bare_patches_lie_below_it():
     assert np.allclose(np.abs(erased.normals[:, 2]), 1, atol=1e-3)
 
 
+def test_painting_a_place_again_doubles_its_strokes_once_more_up_to_a_limit():
+    drag = stroke("dense", (50, 100), (150, 100), 40)
+    state, most = Overpaint(), []
+    for _ in range(5):
+        state = changed_by(drag, state, WALL)
+        most.append(state.density.factors.max())
+    assert most == [2, 4, 8, 16, 16]
+    at = in_pixels(state.density.means)
+    assert np.abs(at[:, 1] - 100).max() < 20
+    other = changed_by(stroke("dense", (50, 20), (150, 20), 20), state, WALL).density
+    assert (other.factors[len(state.density) :] == 2).all()
+    nothing = Below(CAMERA, WALL.log_depth, np.zeros((SIDE, SIDE), bool))
+    assert changed_by(drag, state, nothing) is None
+
+
 @for_each(
     ("changes", "sentence"),
     [
@@ -186,3 +201,79 @@ def test_a_comb_and_bare_patches_change_strokes_and_no_file_of_others(easel):
     assert (shown_by(bare).opacities[bare.cut.inside] == 0).all()
     assert (folder / "pears-1.marks").read_text() == "of somebody else"
     assert {"combs", "erased"} <= set(json.loads((folder / "pears-2.marks").read_text()))
+
+
+def test_more_strokes_are_laid_where_one_paints_for_them_and_in_render(easel, scene):
+    page, studio, folder = easel
+    x, y = middle_of(page)
+    before = studio._painted.prepared.painting.coats[0].strokes
+    page.get_by_role("button", name="Finer strokes").click()
+    for _ in range(7):
+        page.keyboard.press("]")
+    for count in (1, 2, 3):
+        draw(page, [(x - 30, y), (x + 30, y)])
+        painted_by(page, count)
+    after = studio._painted.prepared.painting.coats[0].strokes
+    density = read_marks(folder / "pears-1.marks").density
+    assert density.factors.max() == 8
+
+    def inside(strokes):
+        away = np.linalg.norm(strokes.means[:, None] - density.means, axis=2)
+        return int((away < density.radii).any(axis=1).sum())
+
+    assert inside(after) > 1.5 * inside(before) > 0
+    words = ["view", str(scene), *FEW, *PLAIN, "--marks", str(folder / "pears-1.marks")]
+    again = session_of(parse(words)).paint(Settings(), Report()).prepared.painting.coats[0].strokes
+    assert inside(again) == inside(after)
+    for _ in range(3):
+        page.keyboard.press("Control+z")
+    painted_by(page, 0)
+    assert np.array_equal(studio._painted.prepared.painting.coats[0].strokes.means, before.means)
+
+
+SHOWN = """([x, y]) => {
+  const { _hand: hand } = window.brushgs.studio, ratio = window.devicePixelRatio;
+  const { data } = hand._surface.getContext("2d").getImageData(x * ratio, y * ratio, 1, 1);
+  return [[...data], hand._waiting.length];
+}"""
+
+HEARD = """(() => {
+  const { _server: server } = window.brushgs.studio._hand, stroke = server.stroke.bind(server);
+  window.sent = [];
+  server.stroke = (one) => { window.sent.push(one.points); return stroke(one); };
+})()"""
+
+
+def test_a_pen_and_a_finger_paint_and_the_stroke_is_seen_at_once(easel):
+    page, _, folder = easel
+    x, y = middle_of(page)
+    left, top = page.evaluate(
+        "(() => { const { left, top } = window.brushgs.studio.app.canvas.getBoundingClientRect();"
+        " return [left, top]; })()"
+    )
+    page.locator('input[name="brushColor"]').fill("#00ff00")
+    page.keyboard.press("b")
+    page.evaluate(HEARD)
+    client = page.context.new_cdp_session(page)
+    for kind, at, force in [
+        ("mousePressed", x - 40, 0.3),
+        *[("mouseMoved", x - 40 + 8 * step, 0.3 + 0.06 * step) for step in range(1, 10)],
+        ("mouseReleased", x + 40, 0.0),
+    ]:
+        event = {"type": kind, "x": at, "y": y, "button": "left", "buttons": 1, "clickCount": 1}
+        client.send("Input.dispatchMouseEvent", event | {"pointerType": "pen", "force": force})
+    (red, green, _, alpha), waiting = page.evaluate(SHOWN, [x - left, y - top])
+    assert waiting == 1, "the server works on it"
+    assert green > red + 100
+    assert alpha > 100
+    pressures = [pressure for *_, pressure in page.evaluate("window.sent[0]")]
+    assert min(pressures) == pytest.approx(0.3, abs=0.02)
+    assert max(pressures) == pytest.approx(0.84, abs=0.02)
+    painted_by(page, 1)
+    by_pen = len(read_marks(folder / "pears-1.marks").marks)
+    for kind, at in [("touchStart", -30), *[("touchMove", -30 + 6 * step) for step in range(10)]]:
+        client.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x + at, "y": y + 30}]})
+    client.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    until(page, "window.sent.length === 2")
+    painted_by(page, 1)
+    assert len(read_marks(folder / "pears-1.marks").marks) > by_pen

@@ -10,15 +10,18 @@ from brushgs.options.focus import Focus
 from brushgs.passes.reduce.focus import (
     AUTO_STRENGTH,
     EDGE,
+    LEAST,
     STRENGTH,
     auto_focus,
     contrast,
     mask_focus,
+    painted_focus,
     sphere_focus,
     subject_focus,
 )
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.marks import Density
 from tests.scenes import still_life_of
 
 CAMERA = Camera.look_at((0, 0, -4), (0, 0, 0), width=40, height=30)
@@ -46,6 +49,20 @@ def test_a_sphere_is_full_inside_one_outside_and_halfway_at_its_surface():
     half = 0.5 * (1 + STRENGTH)
     found = sphere_focus(dots(places), (1, 0, 0), 2.0)
     np.testing.assert_allclose(found, [STRENGTH, STRENGTH, half, 1, 1], atol=1e-6)
+
+
+def test_painted_balls_are_spheres_of_any_factor_that_do_not_multiply_where_they_overlap():
+    line = dots(np.column_stack([np.linspace(-3, 3, 601), np.zeros((601, 2))]))
+
+    def painted(*balls):
+        rows = np.array(balls, np.float64)
+        return painted_focus(line, Density(rows[:, :3], rows[:, 3], rows[:, 4]))
+
+    twice = painted([0, 0, 0, 1, STRENGTH])
+    np.testing.assert_allclose(twice, sphere_focus(line, (0, 0, 0), 1.0))
+    np.testing.assert_array_equal(painted([0, 0, 0, 1, STRENGTH], [0, 0, 0, 1, STRENGTH]), twice)
+    mixed = painted([0, 0, 0, 2, 4], [1, 0, 0, 0.2, 0.5], [-1, 0, 0, 0.2, 0])
+    assert mixed[[300, 400, 200, 0]].tolist() == [4, 2, LEAST, 1]
 
 
 def test_factors_change_smoothly_across_the_edge_and_scale_with_the_scene():

@@ -12,6 +12,7 @@ const BRUSH_TOOLS = {
   smear: ["Smear", "Drag colours along: marks in the colours that you pass over. The strokes below stay."],
   erase: ["Eraser", "Take marks away that were painted here by hand."],
   bare: ["No strokes here", "Take the strokes of the scene away; the ground shows."],
+  dense: ["Finer strokes", "Lay more, smaller strokes here, and fewer elsewhere; paint again for still more."],
   comb: ["Comb", "Drag to turn the strokes of the scene along."],
 };
 const BRUSH_HINT = "B brush, E eraser, [ and ] size, Alt-click picks a colour, Ctrl+Z undoes; right drag "
@@ -276,7 +277,7 @@ class BrushField {
     for (const one of this._waiting) drawLine(context, one);
     if (this._drawn) {
       const { _tool: tool, _size: size, _drawn: points } = this;
-      drawLine(context, { points, tool, size, colors: [this._color.value] });
+      drawLine(context, { points, tool, size, colors: tool === "smear" ? this._smeared(points) : [this._color.value] });
     }
     if (!this._at || this._tool === null) return;
     context.globalAlpha = 1;
@@ -289,12 +290,11 @@ class BrushField {
   }
 }
 
-/** Draw a stroke that is not in the painting yet: paint in its colour, other tools as a veil. */
+/** Draw a stroke that is not in the painting yet: paint in its colours, other tools as a veil. */
 function drawLine(context, { points, tool, size, colors }) {
-  const isPaint = tool === "paint";
+  const isPaint = tool === "paint" || tool === "smear";
   context.globalAlpha = isPaint ? 0.85 : 0.3;
-  const color = isPaint ? colors[0] : tool === "smear" ? "#888" : "#fff";
-  Object.assign(context, { lineCap: "round", lineJoin: "round", strokeStyle: color });
+  Object.assign(context, { lineCap: "round", lineJoin: "round", strokeStyle: isPaint ? colors[0] : "#fff" });
   if (!isPaint) { // one line, whose veil does not add up
     context.lineWidth = size;
     context.beginPath();
@@ -304,7 +304,8 @@ function drawLine(context, { points, tool, size, colors }) {
     return;
   }
   let [x0, y0] = points[0];
-  for (const [x, y, pressure] of points) {
+  for (const [k, [x, y, pressure]] of points.entries()) {
+    context.strokeStyle = colors[k] ?? colors[0];
     context.lineWidth = size * (LEAST_PRESSED + MORE_PRESSED * pressure);
     context.beginPath();
     context.moveTo(x0, y0);
