@@ -32,8 +32,8 @@ class Own(Options, frozen=True):
     quick: Annotated[bool, option("fewer counts and repeats at 640x360: under a minute on 100,000 Gaussians "
         "and two processors")] = False
     peers: Annotated[bool, option("measure brushgs beside other painters instead, on SCENE or without one on "
-        "the example scene; --strokes (default 2000), --repeats (default 3), --quick (one round) and the view "
-        "apply; needs a checkout of the repository")] = False
+        "the example scene; --strokes (default 2000), --repeats (default 3), --quick (one round) and the "
+        "view apply; needs a checkout of the repository")] = False
     peers_style: Annotated[Path | None, option("with --peers: painting whose style is aimed at; those beside "
         "it in its folder are what it is ranked among", default="a painting of the project's own",
         metavar="FILE")] = None
@@ -132,5 +132,5 @@ def _from_checkout() -> Any:
                 sys.path.insert(0, str(root))
             return import_module(f"{PEERS}.run")
     raise ValueError(
-        "--peers needs the peers' code, which is in the repository and not in the package; run it in a checkout"
+        "--peers needs the peers' code, which is in the repository, not in the package; run it in a checkout"
     )

@@ -14,6 +14,7 @@ class Row:
         peer, note: its name, and what it is.
         strokes: of the first picture.
         seconds: of a whole command, from the scene file to the first picture: median over the rounds.
+        processor: the same of the processor, all threads.
         memory_mb: the most that its process held.
         psnr, ssim: of the subject against the plain picture, see `columns.nearness`.
         histogram: HistoGAN's loss to the painting, 0 to 1.
@@ -28,6 +29,7 @@ class Row:
     note: str
     strokes: int | None = None
     seconds: float | None = None
+    processor: float | None = None
     memory_mb: float | None = None
     psnr: float | None = None
     ssim: float | None = None
@@ -71,6 +73,7 @@ class Peers:
 COLUMNS: dict[str, tuple[str, str]] = {
     "strokes": ("strokes", ",d"),
     "seconds": ("seconds", ".2f"),
+    "processor": ("processor", ".2f"),
     "MB": ("memory_mb", ".0f"),
     "PSNR": ("psnr", ".1f"),
     "SSIM": ("ssim", ".2f"),

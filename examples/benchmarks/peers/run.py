@@ -1,15 +1,15 @@
 """`brushgs bench --peers`: all peers on one scene, as table, JSON and plot.
 
 1. **Views.** The first view of the scene, and a film of ten frames on an orbit of 480 (0.75 degrees a frame).
-2. **Turns.** Each peer paints the still in some rounds, in a process of its own; every other round goes the other
-   way through the list. Seconds are the median: from the start of the process until the picture is here, so
-   with what Python takes to start and with the scene file. Memory is the most over the rounds.
+2. **Turns.** Each peer paints the still in some rounds, in a process of its own; every other round goes the
+   other way through the list. Seconds are medians: from the start of the process until the picture is here,
+   so with what Python takes to start and with the scene file. Memory is the most over the rounds.
 3. **The film** is painted once, in a process of its own, for errors between frames and flips.
 4. **Pictures** have 8 bits a channel, as files have. Subject, histogram, structure and range: see `columns`.
 """
 
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -133,7 +133,7 @@ def report_peers(
         paintings, own = paintings_of(ask.style, folder)
         name = "still life" if scene is None else scene.name
         source = scene or _still_life(folder)
-        cameras = _cameras(source, ask.view)
+        cameras = cameras_of(source, ask.view)
         task = Task(source, ask.view, cameras, 1, str(paintings[own]))
         rows = {count: _measure(task, count, paintings, own, ask, report) for count in ask.strokes}
         report.settings = {
@@ -165,7 +165,8 @@ def _still_life(folder: Path) -> SceneSource:
     return SceneSource((file,))
 
 
-def _cameras(source: SceneSource, view: ViewConfig) -> tuple[Camera, ...]:
+def cameras_of(source: SceneSource, view: ViewConfig) -> tuple[Camera, ...]:
+    """The views of the film; the first is that of the still."""
     config = PaintConfig(view=view, clean=CleanConfig("off"))
     found = prepare(source, config, Report(), views=PathConfig(orbit=ORBIT), asks=("path",)).path
     assert found is not None
@@ -176,8 +177,6 @@ def _measure(
     task: Task, count: int, paintings: dict[str, Path], own: str, ask: Ask, report: PeersReport
 ) -> list[Row]:
     """The rows of one number of strokes."""
-    from dataclasses import replace
-
     names = [PLAIN, *(name for name in ask.names if name != PLAIN)]
     film = replace(task, strokes=count)
     still = replace(film, cameras=film.cameras[:1])
@@ -197,7 +196,8 @@ def _measure(
     if ask.im2oil is not None:
         painted = paint_original(ask.im2oil, task.plain(0))
         row = Row(ORIGINAL, f"the program of {ask.im2oil.name}", strokes=painted.strokes)
-        row.seconds, row.memory_mb = painted.seconds, painted.memory_mb
+        row.seconds, row.processor = painted.seconds, painted.processor
+        row.memory_mb = painted.memory_mb
         row.why = dict.fromkeys(("short_range", "long_range", "flips"), ONE_PICTURE)
         meter.compare(row, painted)
         rows.append(row)
@@ -208,6 +208,7 @@ def _row(meter: "Meter", name: str, peer: Peer, stills: list[Painted], film: Pai
     row = Row(name, peer.note, weights_mb=peer.weights_mb, photographs=peer.photographs)
     row.strokes, row.flips = stills[0].strokes, film.flips
     row.seconds = median(painted.seconds for painted in stills)
+    row.processor = median(painted.processor for painted in stills)
     row.memory_mb = max((painted.memory_mb for painted in stills if painted.memory_mb), default=None)
     if row.strokes is None:
         row.why["strokes"] = row.why["flips"] = NO_STROKES

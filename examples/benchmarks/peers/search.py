@@ -1,13 +1,14 @@
 """A painter that searches the picture for its strokes, in the manner of Im2Oil; written anew.
 
-1. Anchors: more where the picture changes (density from the smoothed slope), spread by Lloyd's rounds of a
-   weighted Voronoi diagram, so that a cell is as large as the detail around it is coarse.
-2. At each anchor a dictionary of strokes: sizes and aspects relative to its cell, directions around the edge
-   tangent. The canvas is painted in batches from large to small. Each anchor of a batch takes the stroke that
-   lowers the squared error of the canvas most, in the mean colour of what lies under it.
-3. The strokes that are left go where the canvas is worst.
+1. Sizes: as many anchors as strokes, more where the picture changes (density from the smoothed slope),
+   spread by Lloyd's rounds of a weighted Voronoi diagram. A cell is as large as the detail in it is coarse.
+2. Rounds, from strokes four times as wide as the cells to 0.7 times: anchors where the canvas is still wrong,
+   and at each of them a dictionary of strokes: sizes, aspects and directions around the edge tangent. Each
+   anchor takes the stroke that lowers the squared error of the canvas most, in the mean colour of what lies
+   under it; none if no stroke lowers it.
 Source: Tong et al. 2022, Im2Oil: Stroke-Based Oil Painting Rendering with Linearly Controllable Fineness Via
-Adaptive Sampling. It tests strokes against thresholds of hue and value; here the error of the canvas decides.
+Adaptive Sampling. It lays one stroke at each anchor and tests it against thresholds of hue and value; here
+the error of the canvas decides, round by round.
 """
 
 from itertools import product
@@ -20,15 +21,15 @@ from brushgs.rendering.rasterize import rasterize
 from brushgs.values.arrays import F64, Array
 from brushgs.values.boxes import Boxes
 
-LEAST_DENSITY = (
-    0.03  # of the largest slope: where nothing changes there are strokes too (1/100 in the source)
-)
+LEAST_DENSITY = 0.03  # of the largest slope: flat parts get strokes too (1/100 in the source)
 SLOPE_BLUR = 5.0  # pixels, at a picture of 640 x 360; of the density
 TANGENT_BLUR = 4.0  # pixels, at the same size; of the structure tensor
 LLOYD_ROUNDS = 6
-FIRST_SHARE = 0.75  # of the strokes, at anchors of step 1; the rest go where the canvas is worst
-NUM_BATCHES, NUM_REPAIRS = 8, 3
-SIZES = (0.7, 1.0, 1.45)  # half width of a stroke over the half side of a square as large as its cell
+NUM_ROUNDS = 8
+SHRINK = (4.0, 0.7)  # sides of strokes over those of the cells, in the first round and in the last
+SPENT = 1.5  # how fast the strokes of a round grow in number as they grow smaller: power of 1 / side
+LEAST_ERROR = 0.02  # of the largest error: anchors lie elsewhere too
+SIZES = (0.7, 1.0, 1.45)  # width of a stroke over the side of its round
 ASPECTS = (1.5, 3.0, 5.0)
 TURNS = (-0.35, 0.0, 0.35)  # radians from the edge tangent
 SAMPLES = (11, 5)  # along and across a stroke, at which pictures are compared
@@ -43,7 +44,7 @@ def search_boxes(picture: Array, brush: StrokeTexture, *, num_strokes: int, seed
     Args:
         picture: [H, W, 3] display-encoded, 0 to 1; the canvas is white.
         brush: of all strokes.
-        num_strokes: that are laid, >= 1.
+        num_strokes: the most that are laid, >= 1.
         seed: of the first anchors.
 
     Returns:
@@ -54,25 +55,28 @@ def search_boxes(picture: Array, brush: StrokeTexture, *, num_strokes: int, seed
     """
     if num_strokes < 1:
         raise ValueError(f"search_boxes: num_strokes must be at least 1, got {num_strokes}")
+    from scipy.ndimage import gaussian_filter
+    from scipy.spatial import cKDTree
+
     target = np.asarray(picture, np.float64)
     slope, angles = _edges(target)
     rng = np.random.default_rng(seed)
     canvas = np.ones_like(target)
     laid: list[Boxes] = []
-    first = max(1, round(FIRST_SHARE * num_strokes))
-    anchors, areas = _anchors(slope, first, rng)
-    order = np.argsort(-areas, kind="stable")
-    for rows in np.array_split(order, min(NUM_BATCHES, first)):
-        laid.append(_best(target, canvas, brush, anchors[rows], areas[rows], angles))
-        canvas = _painted(laid[-1], brush, canvas)
-    for number in range(NUM_REPAIRS if num_strokes > first else 0):
-        count = (num_strokes - first) // NUM_REPAIRS
-        count += number < (num_strokes - first) % NUM_REPAIRS
+    anchors, areas = _anchors(slope, num_strokes, rng)
+    cells = cKDTree(anchors)
+    shrink = np.geomspace(*SHRINK, NUM_ROUNDS)
+    shares = shrink**-SPENT
+    ends = np.rint(num_strokes * np.cumsum(shares) / shares.sum()).astype(int)
+    for factor, count in zip(shrink, np.diff(ends, prepend=0), strict=True):
+        if not count:
+            continue
         error = ((canvas - target) ** 2).sum(axis=2)
-        if count and error.any():
-            anchors, areas = _anchors(error, count, rng, least=0.0)
-            laid.append(_best(target, canvas, brush, anchors, areas, angles))
-            canvas = _painted(laid[-1], brush, canvas)
+        error = gaussian_filter(error, 0.5 * factor * np.sqrt(np.median(areas)))
+        places, _ = _anchors(error if laid else slope, count, rng, least=LEAST_ERROR)
+        sides = factor * np.sqrt(areas[cells.query(places, workers=1)[1]])
+        laid.append(_best(target, canvas, brush, places, sides, angles))
+        canvas = _painted(laid[-1], brush, canvas)
     return _stacked(laid)
 
 
@@ -117,12 +121,11 @@ def _anchors(
     return anchors, np.maximum(areas, 1.0)
 
 
-def _best(target: F64, canvas: F64, brush: StrokeTexture, anchors: F64, areas: F64, angles: F64) -> Boxes:
+def _best(target: F64, canvas: F64, brush: StrokeTexture, anchors: F64, sides: F64, angles: F64) -> Boxes:
     """At each anchor the stroke of the dictionary that lowers the squared error most."""
     weights, grid = _stamp(brush)
     rows, columns = _pixel(target, anchors)
     tangents = angles[rows, columns]
-    sides = np.sqrt(areas)
     best_gain = np.full(len(anchors), -np.inf)
     extents, turned = np.zeros((len(anchors), 2)), tangents.copy()
     colors = np.zeros((len(anchors), 3))
@@ -141,7 +144,8 @@ def _best(target: F64, canvas: F64, brush: StrokeTexture, anchors: F64, areas: F
             angle[is_better],
             color[is_better],
         )
-    return _boxes(anchors, extents, turned, colors)
+    helps = best_gain > 0
+    return _boxes(anchors[helps], extents[helps], turned[helps], colors[helps])
 
 
 def _stamp(brush: StrokeTexture) -> tuple[F64, F64]:

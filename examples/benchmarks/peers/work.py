@@ -3,7 +3,7 @@
 import multiprocessing
 import re
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,7 @@ class Painted:
         strokes: of the first picture; None for a painter without strokes.
         flips: half turns over all steps; None where no stroke lasts from picture to picture.
         memory_mb: the most that the process held.
+        processor: seconds of all its threads, from the start of the process; other work hardly changes them.
         seconds: from the start of the process until the last picture was here.
     """
 
@@ -30,6 +31,7 @@ class Painted:
     strokes: int | None
     flips: int | None
     memory_mb: float | None
+    processor: float
     seconds: float = 0.0
 
 
@@ -39,7 +41,7 @@ def in_own_process(peer: str, task: Task) -> Painted:
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         found = pool.apply(work, (peer, task))
         seconds = time.perf_counter() - start
-    return Painted(found.pictures, found.strokes, found.flips, found.memory_mb, seconds)
+    return replace(found, seconds=seconds)
 
 
 def work(peer: str, task: Task) -> Painted:
@@ -55,7 +57,7 @@ def work(peer: str, task: Task) -> Painted:
         known = [each for each in coats if each is not None]
         if known:
             turned = flips(known, task.cameras[0].width, task.cameras[0].height)
-    return Painted(pictures, painter.strokes, turned, _memory_mb())
+    return Painted(pictures, painter.strokes, turned, _memory_mb(), time.process_time())
 
 
 def _memory_mb() -> float | None:
