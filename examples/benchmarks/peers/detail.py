@@ -109,11 +109,10 @@ def main() -> None:
             ):
                 other, beside = painted(task, look, seed)
                 place, size, turn = agreement(own, other)
+                near, to_scene = (nearness(beside, aim, alpha)[0] for aim in (picture, plain))
                 lines = f"{line_share(picture, beside):.2f} | {line_share(picture, moved):.2f}"
-                figures = f"{place:.2f} | {size:.2f} | {turn:.0f} | {lines} | {nearness(beside, picture, alpha)[0]:.1f}"
-                print(
-                    f"| {look} | {name} | {figures} | {nearness(beside, plain, alpha)[0]:.1f} |", flush=True
-                )
+                figures = f"{place:.2f} | {size:.2f} | {turn:.0f} | {lines} | {near:.1f}"
+                print(f"| {look} | {name} | {figures} | {to_scene:.1f} |", flush=True)
 
 
 if __name__ == "__main__":
