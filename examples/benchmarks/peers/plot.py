@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 WIDTH, HEIGHT = 9.0, 3.8  # inches
+TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500)  # seconds
 MARKERS = "osD^vPX*<>h"
 
 
@@ -29,6 +30,9 @@ def write_plot(result: Peers, path: Path) -> None:
     words = "distance to the painting's structure", "error between neighbouring frames, RMSE of 255"
     label(second, *words, "In the style and still: lower left")
     first.set_xscale("log")
+    first.set_xticks([tick for tick in TICKS if _is_near(tick, result)], minor=False)
+    first.xaxis.set_major_formatter("{x:g}")
+    first.xaxis.set_minor_formatter("")
     handles, names = second.get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=5, fontsize=7, frameon=False)
     save_figure(figure, path)
@@ -57,3 +61,9 @@ def _draw(axes: "Axes", result: Peers, across: str, up: str) -> None:
 def _value(row: Row, name: str) -> float | None:
     value: float | None = getattr(row, name)
     return value
+
+
+def _is_near(tick: float, result: Peers) -> bool:
+    """Whether some time is within a factor of three of a tick."""
+    seconds = [row.seconds for rows in result.rows.values() for row in rows if row.seconds]
+    return any(tick / 3 < each < 3 * tick for each in seconds)
