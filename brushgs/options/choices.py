@@ -133,6 +133,7 @@ REPORT_SUFFIXES: Mapping[str, tuple[str, ...]] = {
     "refine": (".json", ".png"),
     "stability": (".json", ".png"),
     "bench": (".json", ".csv", ".png"),
+    "peers": (".json", ".png"),  # of `brushgs bench --peers`
 }
 
 # Colours by name: those of CSS, and "toned", a warm drawing paper. "grey" means "gray" everywhere.

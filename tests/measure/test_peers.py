@@ -1,0 +1,178 @@
+"""`brushgs bench --peers`: two peers end to end, formulas beside slow ones, and its refusals."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from brushgs import cli
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.cli.commands import bench
+from brushgs.measure.likeness import rmse
+from brushgs.options.painting import ViewConfig
+from brushgs.options.scene_source import SceneSource
+from brushgs.rendering.rasterize import rasterize
+from examples.benchmarks.peers import columns, run
+from examples.benchmarks.peers.figures import COLUMNS, cells, reasons
+from examples.benchmarks.peers.original import check_checkout, paint_original
+from examples.benchmarks.peers.pictures import affine_between
+from examples.benchmarks.peers.search import search_boxes
+from tests.scenes import save_upright, still_life_of
+
+RNG = np.random.default_rng(5)
+WORDS = ["--size", "64x48", "--strokes", "40", "--quick"]
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "pears.ply"
+    save_upright(still_life_of(2000), path)
+    return path
+
+
+def test_two_peers_end_to_end(scene, tmp_path):
+    ask = run.Ask(ViewConfig(size=(64, 48)), (40,), rounds=1, names=("plain look", "Hertzmann"))
+    report = run.PeersReport()
+    run.report_peers(SceneSource((scene,)), tmp_path / "out", ask, report=report)
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["peers.json", "peers.png"]
+    value = json.loads((tmp_path / "out" / "peers.json").read_text())
+    assert value["schema"] == 1
+    assert (value["settings"]["frames"], value["settings"]["degrees"]) == (10, 0.75)
+    assert (value["peers"]["style"], value["peers"]["scene"]) == ("night", "pears")
+    plain, look, painter = value["peers"]["rows"]
+    assert [row["peer"] for row in (plain, look, painter)] == ["plain scene", "plain look", "Hertzmann"]
+    assert (look["strokes"], look["flips"], plain["strokes"]) == (40, 0, None)
+    assert 1 <= painter["strokes"] <= 40
+    assert plain["short_range"] < look["short_range"] < painter["short_range"]
+    for row in (plain, look, painter):
+        assert row["seconds"] > 0
+        assert row["processor"] > 0
+        assert row["memory_mb"] > 20
+        # A figure is there, or a reason why it is not.
+        assert {name for name, _ in COLUMNS.values() if row[name] is None} == set(row["why"])
+        assert cells(row).count("-") == len(row["why"])
+    assert "Hertzmann: no flips: " + run.NOT_LASTING in reasons([plain, look, painter])
+
+
+def test_the_histogram_is_the_published_formula_pixel_by_pixel():
+    picture = RNG.uniform(0.05, 1, (3, 4, 3))
+    bins = np.linspace(-3, 3, 64)
+    expected = np.zeros((3, 64, 64))
+    for pixel in picture.reshape(-1, 3):
+        for channel, (a, b) in enumerate(((1, 2), (0, 2), (0, 1))):
+            u, v = (np.log(pixel[channel] + 1e-6) - np.log(pixel[other] + 1e-6) for other in (a, b))
+            k_u, k_v = (1 / (1 + (np.abs(x - bins) / 0.02) ** 2) for x in (u, v))
+            expected[channel] += np.linalg.norm(pixel) * np.outer(k_u, k_v)
+    found = columns.color_histogram(picture)
+    np.testing.assert_allclose(found, expected / expected.sum(), rtol=1e-9)
+    assert columns.histogram_loss(found, found) == 0
+    apart = np.zeros((2, 3, 64, 64))
+    apart[0, 0, 0, 0] = apart[1, 2, 9, 9] = 1
+    assert columns.histogram_loss(*apart) == 1
+
+
+def test_colours_get_the_mean_and_the_covariance_of_the_painting():
+    colors, aims = (RNG.normal(size=(500, 3)) @ RNG.normal(size=(3, 3)) for _ in range(2))
+    slopes, shift = affine_between(colors, aims)
+    moved = colors @ slopes.T + shift
+    np.testing.assert_allclose(moved.mean(axis=0), aims.mean(axis=0), atol=1e-9)
+    np.testing.assert_allclose(np.cov(moved.T), np.cov(aims.T), rtol=1e-6, atol=1e-9)
+
+
+def test_structure_knows_marks_from_colours_and_ranks_the_nearest_first():
+    y, x = np.mgrid[:96, :128]
+    across, along = (np.repeat(0.5 + 0.3 * np.sin(c / 2.0)[..., None], 3, axis=2) for c in (x, y))
+    tinted = np.clip(across * [0.9, 0.7, 0.5], 0, 1)
+    marks = {name: columns.structure(each) for name, each in (("across", across), ("along", along))}
+    own = columns.structure(tinted)
+    assert columns.structure_distance(own, own) == 0
+    near, far = (columns.structure_distance(own, marks[name]) for name in ("across", "along"))
+    assert near < 0.3 * far
+    assert [columns.blind_rank(own, marks, name) for name in ("across", "along")] == [1, 2]
+
+
+def test_nearness_is_of_the_subject_alone():
+    plain = RNG.uniform(size=(30, 40, 3))
+    alpha = np.zeros((30, 40))
+    alpha[5:25, 8:32] = 1
+    stage = np.where(alpha[..., None] > 0, plain, 0)
+    assert columns.nearness(stage, plain, alpha) == (np.inf, pytest.approx(1))
+    assert columns.nearness(np.clip(stage + 0.1, 0, 2), plain, alpha)[0] == pytest.approx(20)
+
+
+def test_the_search_comes_nearer_with_more_strokes_and_repeats_itself():
+    y, x = np.mgrid[:60, :80] / 60.0
+    picture = np.stack([x / 1.4, y, (np.hypot(x - 0.6, y - 0.5) < 0.3) * 0.8], axis=2)
+    brush = StrokeTexture.open("flat")
+    errors = []
+    for count in (20, 200):
+        boxes, again = (search_boxes(picture, brush, num_strokes=count) for _ in range(2))
+        assert 0 < len(boxes) <= count
+        assert boxes.centers.tobytes() == again.centers.tobytes()
+        painted = rasterize(boxes, brush, height=60, width=80, depth=False).over((1, 1, 1))
+        errors.append(rmse(painted, picture))
+    assert errors[1] < 0.6 * errors[0]
+    with pytest.raises(ValueError, match="num_strokes must be at least 1, got 0"):
+        search_boxes(picture, brush, num_strokes=0)
+
+
+FAKE = """
+import argparse, pathlib, shutil, sys
+parser = argparse.ArgumentParser()
+parser.add_argument("--f"); parser.add_argument("--b")
+given = parser.parse_args()
+folder = pathlib.Path("output/view-p-36"); folder.mkdir(parents=True)
+print("Stoke number 12")
+{rest}
+"""
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    (tmp_path / "brush").mkdir()
+    (tmp_path / "brush" / "brush-0.png").touch()
+    return tmp_path
+
+
+def test_the_original_is_run_outside_its_checkout(checkout):
+    program = checkout / "Oil-Painting.py"
+    program.write_text(FAKE.format(rest='shutil.copy(given.f, folder / "Final_Result.png")'))
+    picture = RNG.uniform(size=(24, 32, 3)).astype(np.float32)
+    painted = paint_original(checkout, picture)
+    assert painted.strokes == 12
+    assert np.abs(painted.pictures[0] / 255 - picture).max() < 0.005
+    assert not (checkout / "output").exists()
+    program.write_text(FAKE.format(rest='sys.exit("no such brush")'))
+    with pytest.raises(ValueError, match=r"Oil-Painting.py failed \(no such brush\)"):
+        paint_original(checkout, picture)
+    program.unlink()
+    with pytest.raises(ValueError, match=r"has no Oil-Painting.py; name a checkout"):
+        check_checkout(checkout)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--im2oil", "."], "--im2oil needs --peers"),
+        (["--peers-style", "a.png"], "--peers-style needs --peers"),
+        (["--peers", "--im2oil", "."], "has no Oil-Painting.py"),
+        (["--peers", "--peers-style", "no.png"], "no.png"),
+    ],
+)
+def test_refusals_are_sentences(words, sentence, scene, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["bench", str(scene), *WORDS, *words]) == 2
+    assert sentence in capsys.readouterr().err
+    assert not list(Path().iterdir())
+
+
+def test_without_a_checkout_a_sentence_says_where_the_peers_are(monkeypatch, capsys):
+    monkeypatch.setattr(bench, "PEERS", "examples.benchmarks.nowhere")
+    assert cli.main(["bench", "--peers"]) == 2
+    assert "which is in the repository, not in the package" in capsys.readouterr().err
+
+
+def test_a_scene_is_needed_without_peers(capsys):
+    assert cli.main(["bench"]) == 2
+    assert "scene" in capsys.readouterr().err
