@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import BrushSet, Sigmas, per_row
-from brushgs.brushes.texture import TINT_ZERO, StrokeTexture
+from brushgs.brushes.texture import CANVAS, TINT_ZERO, StrokeTexture
 from brushgs.values.arrays import F32, F64, Array, Rows
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
@@ -171,15 +171,19 @@ def _drawn(texture: StrokeTexture, boxes: Boxes, row: int, sides: F64, to_plane:
     place = np.stack([x, y, np.ones_like(x)], axis=-1) @ to_plane.T
     place = place[..., :2] / np.where(place[..., 2:] > 0, place[..., 2:], np.nan)
     coverage = texture.coverage[..., None].astype(np.float32)
-    tint = texture.tint
+    tint, relief = texture.tint, texture.height
     layers = coverage if tint is None else np.concatenate([coverage, coverage * tint.texels], axis=2)
+    if relief is not None:  # of the canvas, so that it is 0 beyond the picture
+        layers = np.concatenate([layers, relief[..., None] - CANVAS], axis=2, dtype=np.float32)
     found = _sampled(layers, (place[..., 0] + 1) * width / 2 - 0.5, (place[..., 1] + 1) * height / 2 - 0.5)
     drawn = np.rint(found[..., 0]).astype(np.uint8)
     if tint is not None:
-        texels = found[..., 1:] / np.maximum(found[..., :1], 1e-3)
+        texels = found[..., 1:4] / np.maximum(found[..., :1], 1e-3)
         texels[drawn == 0] = TINT_ZERO
         tint = replace(tint, texels=np.rint(np.clip(texels, 0, 255)).astype(np.uint8))
-    return replace(texture, coverage=drawn, tint=tint)
+    if relief is not None:
+        relief = np.ascontiguousarray(found[..., -1] + CANVAS, np.float32)
+    return replace(texture, coverage=drawn, tint=tint, height=relief)
 
 
 def _sampled(layers: F32, x: F64, y: F64) -> F32:
