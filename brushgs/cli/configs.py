@@ -267,6 +267,8 @@ def path_config(
         needed = "--orbit or --path" if is_moving or dest in OF_PATHS else "--orbit, --path or --grow"
         reason = "a fixed camera does not use it" if is_moving else "a single picture does not use it"
         raise ValueError(f"{flag_of(dest)} needs {needed}; {reason}")
+    if not is_moving and any(one.name == "hold" for one in given(args, "strokes").get("maps", ())):
+        raise ValueError("map hold needs --orbit, --path or --grow; a single picture does not use it")
     if not is_moving and given(args, "draw").get("lock") == "track":
         raise ValueError(NO_TRACK)
     return None

@@ -6,6 +6,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from brushgs.options.hand import MAX_HOLD
 from brushgs.options.table import Struct, hint_for, shown
 from brushgs.options.where import Where
 from brushgs.options.where_terms import TERMS
@@ -35,6 +36,7 @@ PROPERTIES: Mapping[str, Span] = {
     "chroma": Span(0.0, 2.0, 0.0, 3.0),
     "relief": Span(0.0, 2.0, 0.0, 4.0),  # height of the paint
     "edge": Span(0.0, 1.0, 0.0, 1.0),  # how far outlines are lost
+    "hold": Span(1.0, 2.0, 1.0, MAX_HOLD),  # frames of a film, rounded
 }
 
 

@@ -400,11 +400,11 @@ class StrokesConfig(Options, frozen=True):
         "one the subject: strokes grow up to threefold, soften, and lose contrast #blur #bokeh #aperture "
         "#defocus #distance")] = 0.0
     maps: Annotated[tuple[Map, ...], option("change size, density, opacity, chroma, relief (height of the "
-        "paint) or edge (how far outlines are lost) of strokes by a factor: LOW where a picture of the first "
-        "view is black, HIGH where it is white; outside and inside a part of the scene, such as subject or "
-        "height:20%.. (EXPR of `brushgs refine --where`); or where a column of the PLY file is low and high; "
-        "repeatable; by default 0.5..2 for size and density, 0..1 for opacity and edge, 0..2 for chroma and "
-        "relief #mask #local #column", flag="--map", default="none",
+        "paint) or edge (how far outlines are lost) of strokes by a factor, or hold (frames of a film): LOW "
+        "where a picture of the first view is black, HIGH where it is white; outside and inside a part, such "
+        "as subject or height:20%.. (EXPR of `brushgs refine --where`); or where a column of the PLY file is "
+        "low and high; repeatable; by default 0.5..2 for size and density, 0..1 for opacity and "
+        "edge, 0..2 for chroma and relief, 1..2 for hold #mask #local #column", flag="--map", default="none",
         metavar="PROPERTY=FILE|EXPR|column:NAME[:LOW..HIGH]", read=read_maps,
         make=make_maps, action="append")] = ()
     # fmt: on
@@ -661,7 +661,8 @@ class PaintConfig(Options, frozen=True):
     @property
     def is_by_hand(self) -> bool:
         """Whether a film is made by hand in any part."""
-        return self.hand.smear > 0 or any(pace != STEADY for pace in self.paces)
+        is_mapped = any(one.name == "hold" for one in self.strokes.maps)
+        return is_mapped or self.hand.smear > 0 or any(pace != STEADY for pace in self.paces)
 
 
 def _make(kind: type[Options], values: Mapping[str, Any]) -> Any:

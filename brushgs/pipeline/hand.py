@@ -14,7 +14,7 @@ from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.media.materials import ACCENTS, BACKDROP
 from brushgs.pipeline.report import Report
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.hand import Hand, Rhythm
+from brushgs.rendering.hand import Hand, Rhythm, with_holds
 from brushgs.rendering.places import projected
 from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.camera import Camera
@@ -43,7 +43,8 @@ def open_hand(config: PaintConfig, path: "CameraPath", coats: Iterable[Coat]) ->
     """
     if not config.is_by_hand:
         return None
-    paces, hand = config.paces, config.hand
+    coats, hand = list(coats), config.hand
+    paces = with_holds(config.paces, coats)
     rhythms = {}
     frames = path.fps, len(path.cameras), path.is_loop
     if any(pace.redraw for pace in paces):

@@ -1,7 +1,7 @@
 """The stage of `--map`: from options to factors of the Gaussians, and the passes for strokes."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,16 +10,19 @@ import numpy as np
 
 from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
+from brushgs.options.hand import MAX_HOLD
 from brushgs.options.maps import Map
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.where import Where, WhereConfig
 from brushgs.pipeline.background import fill_picture
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.masks import SAME_SHAPE
+from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Later
 from brushgs.pipeline.stroke_pass import StrokePass
 from brushgs.pipeline.where import context_of
+from brushgs.rendering.coat import Coat
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.colors import LUMINANCE, flatten
 from brushgs.values.gaussians import Gaussians
@@ -179,6 +182,22 @@ def reader_of(
 ) -> "Callable[[Gaussians], F64] | None":
     """From strokes made of the N Gaussians to the [k] factors of one property; None without a map of it."""
     return next((partial(one.at, gaussians=gaussians) for one in mapped if one.name == name), None)
+
+
+def with_holds(
+    coats: Sequence[Coat], mapped: Sequence[Mapped], gaussians: Callable[[], Gaussians]
+) -> list[Coat]:
+    """The coats of a film with the frames for which maps have their strokes held, but for the backdrop."""
+    if all(one.name != "hold" for one in mapped):
+        return list(coats)
+    holds = reader_of(mapped, "hold", gaussians())
+    assert holds is not None
+    return [
+        coat
+        if coat.name == BACKDROP
+        else replace(coat, holds=np.clip(np.rint(holds(coat.strokes)), 1, MAX_HOLD).astype(np.intp))
+        for coat in coats
+    ]
 
 
 def with_density(focus: "F64 | None", mapped: Sequence[Mapped]) -> "F64 | None":

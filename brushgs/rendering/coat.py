@@ -49,6 +49,7 @@ class Coat:
             strokes that are not lines.
         layers: [N] of flat strokes: where two lie on one surface, that of the later one covers; or None.
         cut: what is erased of them, within which they are not painted; or None.
+        holds: [N] frames of a film for which the drawing of each is held, >= 1; None for as its part is.
         effect: what becomes of their picture, as covering paint, before it is laid; None for nothing.
     """
 
@@ -69,6 +70,7 @@ class Coat:
     chains: "Rows | None" = field(default=None, kw_only=True)
     layers: "Rows | None" = field(default=None, kw_only=True)
     cut: "Cut | None" = field(default=None, kw_only=True)
+    holds: "Rows | None" = field(default=None, kw_only=True)
     effect: "Effect | None" = field(default=None, kw_only=True)
 
     @property

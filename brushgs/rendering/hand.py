@@ -13,7 +13,7 @@ All of it is a function of the stroke and the number of the frame, so that frame
 Numbers are hashes of stroke and drawing: drawings do not come back, except that a loop begins again.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from math import lcm
@@ -80,7 +80,7 @@ class Rhythm:
             is_loop: whether it begins again after that: every stroke is then laid a whole number of times.
             places: [N] where each lies on the way of the wave, 0 to 1; None: each has its own time.
         """
-        asked = np.array([pace.redraw for pace in paces])[_labels(coat, len(paces))[: len(coat.strokes)]]
+        asked = np.array([pace.redraw for pace in paces])[_labels(coat, paces)[: len(coat.strokes)]]
         rarity, waves_of_one = _rarity(coat)
         waves = waves_of_one * asked
         words = hash_32(np.arange(len(asked), dtype=np.uint32) * np.uint32(GOLDEN_32) + _WAITS)
@@ -212,7 +212,7 @@ class Hand:
             seen: gives the coat in one frame of the film.
         """
         coat, camera = seen(index).coat, seen(index).camera
-        labels = _labels(coat, len(self.paces))
+        labels = _labels(coat, self.paces)
         boxes = self._held(index, seen, labels)
         texture = coat.texture
         if not (texture.is_directed and len(boxes)):
@@ -263,11 +263,37 @@ def _start(index: int, hold: int) -> int:
     return index - index % hold
 
 
-def _labels(coat: Coat, num_labels: int) -> NDArray[np.intp]:
-    """[N] of the part of each row of a coat; what is shown as it is has the last one."""
-    strokes, plain = coat.strokes, coat.plain
-    own = np.zeros(len(strokes), np.intp) if strokes.regions is None else strokes.regions.astype(np.intp)
-    return own if plain is None else np.concatenate([own, np.full(len(plain), num_labels)])
+def _labels(coat: Coat, paces: Sequence[Pace]) -> NDArray[np.intp]:
+    """[N] the pace of each row of a coat; what is shown as it is has the number after the last."""
+    own, plain = _of_parts(coat), coat.plain
+    if coat.holds is not None:
+        own = np.array([paces.index(pace) for pace in _of_holds(coat, paces)], np.intp)
+    return own if plain is None else np.concatenate([own, np.full(len(plain), len(paces))])
+
+
+def _of_parts(coat: Coat) -> NDArray[np.intp]:
+    """[N] the part of each stroke."""
+    regions = coat.strokes.regions
+    return np.zeros(len(coat.strokes), np.intp) if regions is None else regions.astype(np.intp)
+
+
+def _of_holds(coat: Coat, paces: Sequence[Pace]) -> list[Pace]:
+    """[N] the pace of the part of each stroke, with the hold of its own."""
+    assert coat.holds is not None
+    made: dict[tuple[int, int], Pace] = {}
+    pairs = zip(_of_parts(coat).tolist(), coat.holds.tolist(), strict=True)
+    return [
+        made.setdefault(pair, Pace(pair[1], paces[pair[0]].boil, paces[pair[0]].redraw)) for pair in pairs
+    ]
+
+
+def with_holds(paces: tuple[Pace, ...], coats: Iterable[Coat]) -> tuple[Pace, ...]:
+    """The paces of parts, and then those that strokes with holds of their own have in them."""
+    found = dict.fromkeys(paces)
+    for coat in coats:
+        if coat.holds is not None:
+            found |= dict.fromkeys(_of_holds(coat, paces))
+    return (*paces, *(pace for pace in found if pace not in paces))
 
 
 def _parts(

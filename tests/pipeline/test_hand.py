@@ -14,6 +14,7 @@ from brushgs.cli.configs import paint_config, path_config
 from brushgs.cli.parser import command_parser
 from brushgs.options.hand import HandConfig, Pace
 from brushgs.options.look import Look
+from brushgs.options.maps import Map
 from brushgs.options.rules import Rules
 from brushgs.pipeline.hand import describe_hand, flashing_area, open_hand
 from brushgs.pipeline.media.materials import ACCENTS, BACKDROP
@@ -99,6 +100,21 @@ def test_a_look_may_have_them():
 def test_holding_the_camera_needs_a_hold():
     with pytest.raises(ValueError, match="hold-camera needs hold"):
         HandConfig(hold_camera=True)
+
+
+def test_a_map_holds_a_part_as_a_rule_does(scene, folder):
+    """Off its soft edge, which lies beside the strokes here."""
+    Path("rules.toml").write_text('[[region]]\nwhere = "height:-900%.."\nhold = 3\n', encoding="utf-8")
+    ruled = replace(config(), rules=Rules.of(Path("rules.toml")))
+    mapped = replace(
+        config(), strokes=replace(config().strokes, maps=(Map.parse("hold=height:-900%..:1..3"),))
+    )
+    paint(scene, "steady/", paint_config=replace(config(), rules=None))
+    paint(scene, "ruled/", paint_config=ruled)
+    paint(scene, "mapped/", paint_config=replace(mapped, rules=None))
+    steady, rule, found = (pictures(name) for name in ("steady", "ruled", "mapped"))
+    np.testing.assert_array_equal(rule, found)
+    assert any((one != two).any() for one, two in zip(steady, found, strict=True))
 
 
 def test_backdrop_and_accents_stay_as_they_were_laid(scene):

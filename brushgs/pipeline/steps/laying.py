@@ -30,7 +30,7 @@ from brushgs.pipeline.finishing import (
 from brushgs.pipeline.lamp import Key, day_of, open_lamp, suns_of
 from brushgs.pipeline.look import open_relief, recolored_ground, shown_ground
 from brushgs.pipeline.make_strokes import StrokeMaker
-from brushgs.pipeline.maps import Mapped, reader_of
+from brushgs.pipeline.maps import Mapped, reader_of, with_holds
 from brushgs.pipeline.media.materials import BACKDROP, Materials
 from brushgs.pipeline.media.media import coats_of
 from brushgs.pipeline.media.sight import Sight
@@ -308,6 +308,8 @@ def coats(
     shown_plain: Gaussians | None,
     strokes: Gaussians,
     accents: Sequence[Coat],
+    mapped: Sequence[Mapped],
+    pruned: Later[Gaussians],
     overpaint: Overpainted | None,
     is_moving: bool,
     motion: StrokeMotion | None,
@@ -323,7 +325,8 @@ def coats(
         first = replace(first, tolerance=continued.media.behind)
     elif shown_plain is not None:
         first = first.showing(shown_plain)
-    laid = with_fields([*graded_backdrop, *unpainted, first, *others, *accents], report)
+    laid = with_holds([*graded_backdrop, *unpainted, first, *others, *accents], mapped, pruned)
+    laid = with_fields(laid, report)
     if is_moving:
         laid = attached(laid, strokes, resting=(BACKDROP,))
     return laid if overpaint is None else overpainted(laid, strokes, overpaint, threads, report, motion)
