@@ -28,7 +28,7 @@ class Span(NamedTuple):
     most: float
 
 
-# Those of size and density have the limits of rules; an opacity can only be lowered: strokes are solid.
+# Of maps and of rules. An opacity can only be lowered: strokes are solid.
 PROPERTIES: Mapping[str, Span] = {
     "size": Span(0.5, 2.0, 0.2, 5.0),
     "density": Span(0.5, 2.0, 0.1, 10.0),

@@ -27,6 +27,7 @@ from brushgs.errors import SceneError
 from brushgs.options.direction import Direction
 from brushgs.options.hand import MAX_HOLD, MAX_REDRAW, Pace
 from brushgs.options.look_parts import MAX_BRUSHES
+from brushgs.options.maps import PROPERTIES
 from brushgs.options.renamed import FLAGS
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.table import NestedError, Options, hint_for, in_files, option, read_table, rows_of, shown
@@ -63,9 +64,10 @@ class Rule(Options, frozen=True):
     where: Annotated[Where, in_files("the part", read=Where.parse)]
     name: Annotated[str, in_files("name of the part, for messages")] = ""
     brushes: Annotated[tuple[str, ...], in_files("brushes of the part")] = ()
-    size: Annotated[float, in_files("factor on the size of strokes", ge=0.2, le=5)] = 1.0
-    share: Annotated[float, in_files("factor on the number of strokes per area", ge=0.1, le=10
-    )] = 1.0
+    size: Annotated[float, in_files("factor on the size of strokes", ge=PROPERTIES["size"].least,
+        le=PROPERTIES["size"].most)] = 1.0
+    share: Annotated[float, in_files("factor on the number of strokes per area",
+        ge=PROPERTIES["density"].least, le=PROPERTIES["density"].most)] = 1.0
     palette: Annotated[Path | None, in_files("picture that gives the colours", read=Path)] = None
     palette_strength: Annotated[float, in_files("strength of the palette", ge=0, le=1)] = 1.0
     style: Annotated[StyleConfig | None, in_files("style that gives the colours",

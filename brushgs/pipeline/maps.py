@@ -1,10 +1,14 @@
-"""The stage of `--map`: from options to factors of the Gaussians, and the passes for strokes."""
+"""Properties of strokes by their place: of `--map`, `--rules`, `--focus` and what is painted by hand.
+
+Each gives factors of the Gaussians that strokes are made of, and of strokes made of these.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
+from operator import mul
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -12,6 +16,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.hand import MAX_HOLD
 from brushgs.options.maps import Map
+from brushgs.options.rules import Rules
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.where import Where, WhereConfig
 from brushgs.pipeline.background import fill_picture
@@ -63,6 +68,58 @@ class Mapped:
         from brushgs.passes.where.maps import carried
 
         return carried(self.factors, gaussians, strokes)
+
+    def on(self, gaussians: Gaussians) -> "F64":
+        """[N] factors of these Gaussians."""
+        return self.factors
+
+
+@dataclass(frozen=True)
+class OfParts:
+    """The factors of one property in the parts that rules name: exact, since strokes keep the part of theirs.
+
+    Attributes:
+        name: of the property.
+        factors: of what is in no part, then of the parts from label 1 on.
+    """
+
+    name: str
+    factors: tuple[float, ...]
+
+    def stroke_pass(self, gaussians: Gaussians, skip: str | None) -> StrokePass:
+        """The pass that applies them, also to strokes that are given."""
+
+        def changed(strokes: Gaussians) -> Gaussians:
+            from brushgs.passes.where.maps import apply_factors
+
+            return apply_factors(strokes, self.name, self.on(strokes))
+
+        labels = [label for label, factor in enumerate(self.factors) if factor != 1]
+        what = f"of {', '.join(f'{self.factors[label]:g}' for label in labels)} times the {self.name}"
+        return StrokePass(f"{self.name} of parts", what, changed, inputs=(self,)).within(labels)
+
+    def at(self, strokes: Gaussians, gaussians: Gaussians) -> "F64":
+        """[k] factors of strokes."""
+        return self.on(strokes)
+
+    def on(self, gaussians: Gaussians) -> "F64":
+        """[N] factors of Gaussians or strokes with labels of parts."""
+        found = np.array(self.factors)
+        return np.ones(len(gaussians)) if gaussians.regions is None else found[gaussians.regions]
+
+
+Property: TypeAlias = Mapped | OfParts
+
+
+def of_rules(rules: Rules | None) -> list[OfParts]:
+    """The properties that rules change by a factor."""
+    if rules is None:
+        return []
+    found = [
+        OfParts(name, (1.0, *(getattr(rule, field) for rule in rules.rules)))
+        for name, field in (("size", "size"), ("opacity", "opacity"), ("density", "share"))
+    ]
+    return [one for one in found if set(one.factors) != {1.0}]
 
 
 def open_picture(path: Path, camera: Camera) -> "Array":
@@ -178,14 +235,14 @@ def _column(gaussians: Gaussians, name: str, source: SceneFiles | Gaussians | Cl
 
 
 def reader_of(
-    mapped: Sequence[Mapped], name: str, gaussians: Gaussians
+    mapped: Sequence[Property], name: str, gaussians: Gaussians
 ) -> "Callable[[Gaussians], F64] | None":
-    """From strokes made of the N Gaussians to the [k] factors of one property; None without a map of it."""
+    """From strokes made of the N Gaussians to the [k] factors of one property; None without any."""
     return next((partial(one.at, gaussians=gaussians) for one in mapped if one.name == name), None)
 
 
 def with_holds(
-    coats: Sequence[Coat], mapped: Sequence[Mapped], gaussians: Callable[[], Gaussians]
+    coats: Sequence[Coat], mapped: Sequence[Property], gaussians: Callable[[], Gaussians]
 ) -> list[Coat]:
     """The coats of a film with the frames for which maps have their strokes held, but for the backdrop."""
     if all(one.name != "hold" for one in mapped):
@@ -200,9 +257,7 @@ def with_holds(
     ]
 
 
-def with_density(focus: "F64 | None", mapped: Sequence[Mapped]) -> "F64 | None":
-    """A focus [N], multiplied by the density of maps."""
-    for one in mapped:
-        if one.name == "density":
-            focus = one.factors if focus is None else focus * one.factors
-    return focus
+def density_of(mapped: Sequence[Property], gaussians: Gaussians) -> "F64 | None":
+    """[N] product of the factors on the strokes per area; None without any."""
+    found = [one.on(gaussians) for one in mapped if one.name == "density"]
+    return reduce(mul, found) if found else None

@@ -22,7 +22,6 @@ from brushgs.values.gaussians import Gaussians
 if TYPE_CHECKING:
     from brushgs.brushes.kit import BrushKit
     from brushgs.passes.color.recolor import Palette
-    from brushgs.values.arrays import F64
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,14 +146,6 @@ class Regions:
                 raise
             raise SceneError(self.rules.file, f"{self.rules.place(region.label)} {error}") from None
         return sides(shares, gaussians)
-
-    def shares(self, gaussians: Gaussians, focus: "F64 | None") -> "F64 | None":
-        """A focus [N], multiplied by the stroke density of each Gaussian's part."""
-        factors = np.array([1.0, *(region.rule.share for region in self.regions)])
-        if gaussians.regions is None or (factors == 1).all():
-            return focus
-        found = factors[gaussians.regions]
-        return found if focus is None else focus * found
 
 
 def open_regions(rules: Rules | None, report: Report) -> Regions | None:

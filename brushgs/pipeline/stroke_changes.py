@@ -9,7 +9,6 @@ import numpy as np
 from brushgs.options.direction import Direction
 from brushgs.options.look_parts import ColorConfig
 from brushgs.options.painting import StrokesConfig
-from brushgs.options.rules import Rule
 from brushgs.pipeline.color_changes import Changes
 from brushgs.pipeline.regions import Region
 from brushgs.pipeline.runner import Memory
@@ -77,21 +76,6 @@ def solid_pass(config: StrokesConfig, skip: str | None, memory: Memory) -> Strok
 
     off = None if config.solid else "--solid off"
     return StrokePass("solid", "of solid paint", solid, skip or off, memory=memory)
-
-
-def size_passes(part: Region) -> list[StrokePass]:
-    """Sizes and opacities of a part, after strokes became solid; none if unchanged."""
-    rule: Rule = part.rule
-    if rule.size == 1 and rule.opacity == 1:
-        return []
-
-    def sized(strokes: Gaussians) -> Gaussians:
-        dtype = strokes.scales.dtype.type
-        scales, opacities = strokes.scales * dtype(rule.size), strokes.opacities * dtype(rule.opacity)
-        return replace(strokes, scales=scales, opacities=opacities)
-
-    what = f"of {rule.size:g} times the size, {rule.opacity:g} of the opacity"
-    return [StrokePass("size", what, sized, inputs=(rule,)).within([part.label], part.name)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from brushgs.options.painting import ClusterConfig, PaletteConfig, StrokesConfig
 from brushgs.options.styling import AdjustConfig
 from brushgs.pipeline.color_changes import Changes, palette_passes
 from brushgs.pipeline.lamp import Key
-from brushgs.pipeline.maps import Mapped
+from brushgs.pipeline.maps import Property
 from brushgs.pipeline.media.materials import Materials
 from brushgs.pipeline.overpaint import Overpainted, marks_continued
 from brushgs.pipeline.regions import Region, Regions
@@ -30,7 +30,6 @@ from brushgs.pipeline.stroke_changes import (
     open_fields,
     part_brush_passes,
     repaint_pass,
-    size_passes,
     solid_pass,
     style_brush_passes,
 )
@@ -77,7 +76,7 @@ def making(
     plain_views: "PlainViews | None",
     fields: Sequence[Field],
     parts: Sequence[Region],
-    mapped: Sequence[Mapped],
+    mapped: Sequence[Property],
     lens: "Lens | None",
     skip: str | None,
     memory: Memory,
@@ -86,7 +85,6 @@ def making(
     direction = strokes_config.direction
     return [
         solid_pass(strokes_config, skip, memory),
-        *(one for part in parts for one in size_passes(part)),
         *(one.stroke_pass(pruned, skip) for one in mapped if one.name in ("size", "opacity")),
         direction_pass(pruned, direction, fields, skip, memory),
         repaint_pass(pruned, plain_views, skip, memory),
@@ -121,7 +119,7 @@ def coloring(
     clustering: ClusterConfig,
     pruned: Gaussians,
     parts: Sequence[Region],
-    mapped: Sequence[Mapped],
+    mapped: Sequence[Property],
     skip: str | None,
 ) -> list[StrokePass]:
     """The passes that change colours, except light."""

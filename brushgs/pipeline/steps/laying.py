@@ -30,7 +30,7 @@ from brushgs.pipeline.finishing import (
 from brushgs.pipeline.lamp import Key, day_of, open_lamp, suns_of
 from brushgs.pipeline.look import open_relief, recolored_ground, shown_ground
 from brushgs.pipeline.make_strokes import StrokeMaker
-from brushgs.pipeline.maps import Mapped, reader_of, with_holds
+from brushgs.pipeline.maps import Property, reader_of, with_holds
 from brushgs.pipeline.media.materials import BACKDROP, Materials
 from brushgs.pipeline.media.media import coats_of
 from brushgs.pipeline.media.sight import Sight
@@ -84,7 +84,7 @@ def options(
     light_config: LightConfig,
     view_config: ViewConfig,
     projection_config: ProjectionConfig,
-    mapped: Sequence[Mapped],
+    mapped: Sequence[Property],
     pruned: Later[Gaussians],
 ) -> "RenderOptions":
     """The options for drawing strokes."""
@@ -233,7 +233,7 @@ def edged(
     pruned: Gaussians,
     focus: F64 | None,
     site: "Site | None",
-    mapped: Sequence[Mapped],
+    mapped: Sequence[Property],
     report: Report,
 ) -> "tuple[Materials, Edges | None]":
     """The strokes with lost and found edges, and the role of each in them."""
@@ -308,7 +308,7 @@ def coats(
     shown_plain: Gaussians | None,
     strokes: Gaussians,
     accents: Sequence[Coat],
-    mapped: Sequence[Mapped],
+    mapped: Sequence[Property],
     pruned: Later[Gaussians],
     overpaint: Overpainted | None,
     is_moving: bool,

@@ -21,10 +21,9 @@ from brushgs.pipeline.job_views import draw_job_views
 from brushgs.pipeline.lamp import Key, towards_lamp
 from brushgs.pipeline.look import open_lines
 from brushgs.pipeline.make_strokes import StrokeMaker
-from brushgs.pipeline.maps import Mapped, place_maps, with_density
+from brushgs.pipeline.maps import Mapped, Property, density_of, of_rules, place_maps
 from brushgs.pipeline.moving import features_of, seen_at
 from brushgs.pipeline.overpaint import Overpainted, balls_of, painted_factors
-from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Later, Memory, anew, costly, makes, unless
 from brushgs.pipeline.steps.opening import Views
@@ -228,7 +227,7 @@ def pruned(
 
 
 @unless(lambda maps, skip: skip or (None if maps else "no --map"), ())
-def mapped(
+def by_maps(
     pruned: Gaussians,
     maps: tuple[Map, ...],
     source: SceneFiles | Gaussians | Clip,
@@ -239,6 +238,11 @@ def mapped(
 ) -> Sequence[Mapped]:
     """[N] factors of the properties that maps change."""
     return place_maps(pruned, maps, source, cameras, guide, report, num_threads=threads)
+
+
+def mapped(by_maps: Sequence[Mapped], rules_config: Rules | None) -> Sequence[Property]:
+    """All properties that differ by place, but for density by focus and by hand."""
+    return [*by_maps, *of_rules(rules_config)]
 
 
 def balls(overpaint_config: OverpaintConfig, overpaint: Overpainted | None) -> Balls:
@@ -268,22 +272,20 @@ def focus(
     skip: str | None,
     guide: FirstView | None,
     cameras: Later[Sequence[Camera]],
-    regions: Regions | None,
-    mapped: Sequence[Mapped],
+    mapped: Sequence[Property],
     balls: Balls,
     threads: int | None,
     report: Report,
 ) -> "F64 | None":
     """[N] factors on the strokes per area; None for 1."""
-    factors = None
+    found: list[Property] = []
     if skip is None and focused_on is not None:
         camera = None if focused_on.mask is None else cameras()[0]
         factors = place_focus(pruned, focused_on, camera, guide, report, num_threads=threads)
-    factors = with_density(factors, mapped)
+        found += [] if factors is None else [Mapped("density", factors)]
     if balls and skip is None:
-        painted = painted_factors(pruned, balls)
-        factors = painted if factors is None else factors * painted
-    return factors if regions is None else regions.shares(pruned, factors)
+        found.append(Mapped("density", painted_factors(pruned, balls)))
+    return density_of([*found, *mapped], pruned)
 
 
 def _no_lens(strokes_config: StrokesConfig, skip: str | None) -> str | None:
