@@ -7,6 +7,7 @@ each painted stroke. What is learnt counts as far as a stroke is like painted on
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -35,14 +36,20 @@ WIDTHS = {
     "distance": 0.4,
 }
 BUMP = 1.5  # width of the bumps of the regression, of those widths
-# Shares of paint on strokes like one from which a change counts fully, and not at all: what a mark touches
-# beside what it is meant for is a small share of its kind.
-LIKE, UNLIKE = 0.06, 0.015
-FEWEST = 0.3  # bumps of painted strokes that must reach a stroke
+# Shares of paint on strokes like one from which a change counts fully, and not at all, of the usual share on
+# painted strokes: what a mark touches beside what it is meant for is a small share of its kind.
+LIKE, UNLIKE = 0.3, 0.1
+NEAR = 8  # painted strokes that must be near: fully as near as most painted ones have so many others
+MOST, NEXT, FAR = (
+    0.75,
+    0.8,
+    1.75,
+)  # of them, least such distance in widths, and times it where it is not at all
 AGREED = 0.4  # length of a pair from which a direction counts fully; shorter ones are means of several
 EDGE_ON = 0.1  # weight of a direction within a plane below which it stands on the plane
 RIDGES = (0.01, 0.1, 1.0, 10.0)
 MOST_ROWS = 1000  # painted strokes that are learnt from
+PAINT = 0.5  # alpha from which a texel counts in the extent of a mark
 FAINT = 0.02  # share of paint on a stroke below which it counts as bare
 SMALLEST, LARGEST = np.log(0.7), np.log(2.0)  # changes of sizes: strokes go on covering the scene
 SIZES = 0.3  # a log size counts like so much of a direction
@@ -89,13 +96,27 @@ def covered(strokes: Gaussians, marks: Marks) -> Covered:
         rows, paint, rgb = _below(marks, mark, means, widths, tree)
         colors[rows] += paint[:, None] * (rgb - colors[rows])
         bare[rows] *= 1 - paint
-        weight = paint * max(1 - marks.widths[mark] / marks.lengths[mark], 0.0)
+        length, width = _extent(marks, mark)
+        weight = paint * max(1 - width / length, 0.0)
         tensors[rows] += weight[:, None, None] * np.outer(marks.directions[mark], marks.directions[mark])
-        sizes[rows] += weight * np.log(marks.widths[mark] / widths[rows])
+        sizes[rows] += weight * np.log(width / widths[rows])
         says[rows] += weight
     rows = np.flatnonzero(bare < 1 - FAINT)
     log_sizes = np.divide(sizes, says, out=np.zeros(count), where=says > 0)
     return Covered(rows, 1 - bare[rows], colors[rows], tensors[rows], log_sizes[rows], says[rows])
+
+
+def _extent(marks: Marks, mark: int) -> tuple[float, float]:
+    """Length and width of the paint of a mark, without the room around it in its tile."""
+    length, width = float(marks.lengths[mark]), float(marks.widths[mark])
+    if marks.tiles[mark] == NO_TILE:
+        return length, width
+    alpha = marks.images[marks.tiles[mark]][..., 3] / 255.0
+    across, along = (np.count_nonzero(alpha.max(axis=axis) > PAINT) for axis in (1, 0))
+    if across == 0 or along == 0:
+        return length, width
+    total = float(alpha.sum())
+    return length * total / (alpha.shape[1] * across), width * total / (alpha.shape[0] * along)
 
 
 def _below(marks: Marks, mark: int, means: F64, widths: F64, tree: cKDTree) -> tuple[Rows, F64, F64]:
@@ -170,11 +191,30 @@ class Continuation:
         after = resized(turned(replace(strokes, sh=sh), planes.axes[:, 2], angles), found[:, 3])
         return after, int(np.count_nonzero(changed))
 
+    @cached_property
+    def reach(self) -> float:
+        """Distance within which most painted strokes have enough others."""
+        return max(float(np.quantile(self._away(self.painted[0], 1), MOST)), NEXT)
+
+    def _away(self, places: F64, num_own: int) -> F64:
+        """[m] distance to the last of enough painted strokes, of which so many are these themselves."""
+        near = cKDTree(self.painted[0])
+        return np.asarray(near.query(places, k=[min(NEAR + num_own, near.n)])[0][:, 0])
+
+    @cached_property
+    def usual(self) -> float:
+        """The median share of paint on strokes like painted ones."""
+        return max(float(np.median(self._shares(self.places))), 1e-12)
+
+    def _shares(self, places: F64) -> F64:
+        """[m] share of paint on strokes like these."""
+        painted, total = (bumps(own, 1.0, places) @ counts for own, counts in (self.painted, self.all))
+        return np.asarray(painted / np.maximum(total, painted + 1e-12))
+
     def _likeness(self, places: F64) -> F64:
         """[m] 0 to 1, how much strokes are like painted ones."""
-        painted, total = (bumps(own, 1.0, places) @ counts for own, counts in (self.painted, self.all))
-        share = painted / np.maximum(total, painted + 1e-12)
-        reached = smoothstep(painted / FEWEST)
+        share = self._shares(places) / self.usual
+        reached = 1 - smoothstep((self._away(places, 0) / self.reach - 1) / (FAR - 1))
         return np.asarray(reached * smoothstep((share - UNLIKE) / (LIKE - UNLIKE)))
 
 
