@@ -262,7 +262,7 @@ def test_a_loop_is_tracked_closed_and_painted_once(scene, folder, monkeypatch):
         tracked.extend(cameras)
         return track_directions(strokes, cameras, **options)
 
-    monkeypatch.setattr("brushgs.rendering.track.track_directions", watched)
+    monkeypatch.setattr("brushgs.pipeline.film_track.track_directions", watched)
     paint(scene)
     assert len(tracked) == NUM_FRAMES + 1
     assert tracked[-1] is tracked[0]

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 from brushgs.passes.form.saliency import saliency
 from brushgs.passes.where.maps import picture_values
@@ -51,6 +50,8 @@ def painted_focus(gaussians: Gaussians, density: Density) -> F64:
     more, fewer = np.ones(len(gaussians)), np.ones(len(gaussians))
     if len(gaussians) == 0:
         return more
+    from scipy.spatial import cKDTree  # its import takes longer than other focuses do
+
     means = gaussians.means.astype(np.float64)
     tree = cKDTree(means)
     for middle, radius, factor in zip(density.means, density.radii, density.factors, strict=True):

@@ -71,6 +71,7 @@ class Laid:
             **dict.fromkeys(("texture", "options", "strokes")),
             effect=hiding if self.hides else None,
             is_flat=False,
+            cut=None,
             **{name: getattr(self, name) for name in ("blend", "dry", "tolerance")},
         )
 
