@@ -18,7 +18,7 @@ from torch import Tensor
 from brushgs.errors import SceneError
 from brushgs.formats.files import is_dir, is_plain, read_whole
 from brushgs.formats.schema import MAX_BYTES, decode
-from brushgs.passes.where.clip import MODEL, PICKLES, WEIGHTS, ClipEncoder
+from brushgs.passes.where.clip import MODEL, PICKLES, WEIGHTS, ClipEncoder, pretrained
 from brushgs.refine.vgg import MEAN, STD, WIDTHS, Vgg
 from brushgs.refine.weights import VGG_16, WeightsFile, read_state, tensor_of
 from brushgs.values.arrays import F64, Array
@@ -251,21 +251,8 @@ def _opened_dino(folder: Path) -> tuple[Any, str, int]:
     logging.disable_progress_bar()
     kind = {"vit": ViTModel, "dinov2": Dinov2Model}[config.model_type]
     options = {"add_pooling_layer": False} if config.model_type == "vit" else {}
-    try:
-        model, info = kind.from_pretrained(
-            folder,
-            local_files_only=True,
-            use_safetensors=True,
-            output_loading_info=True,
-            dtype=torch.float32,
-            **options,
-        )
-    except Exception as error:  # any error of the library for invalid files
-        sentence = " ".join(str(error).split())[:200]
-        raise SceneError(folder, f"cannot be opened ({sentence}); {_DINO_MODEL}") from None
-    if missing := sorted(info["missing_keys"]):  # they would be random numbers
-        raise SceneError(folder, f"lacks {len(missing)} of its weights, first {missing[0]}; {_DINO_MODEL}")
-    return model.eval(), config.model_type, config.image_size
+    model = pretrained(kind, folder, "DINO", _DINO_MODEL, **options)
+    return model, config.model_type, config.image_size
 
 
 def _vgg_16(folder: Path) -> Vgg:

@@ -180,7 +180,7 @@ def _normalization(folder: Path) -> tuple[F32, F32]:
 def _opened(folder: Path) -> tuple[Any, Any]:
     """The model in float32, ready for use, and its tokenizer."""
     try:
-        import torch
+        import torch  # noqa: F401 (transformers names its models without it, and cannot open them)
         from transformers import CLIPModel, CLIPTokenizerFast
         from transformers.utils import logging
     except ImportError:
@@ -192,22 +192,48 @@ def _opened(folder: Path) -> tuple[Any, Any]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             tokenizer = CLIPTokenizerFast.from_pretrained(folder, local_files_only=True)
-            model, info = CLIPModel.from_pretrained(
-                folder,
-                local_files_only=True,
-                use_safetensors=True,
-                output_loading_info=True,
-                dtype=torch.float32,
-            )
+            model = pretrained(CLIPModel, folder, "CLIP", MODEL)
+    except SceneError:
+        raise
     except Exception as error:  # any error of the library for invalid files
-        sentence = " ".join(str(error).split())[:200]
-        raise SceneError(
-            folder, f"cannot be opened as CLIP ({type(error).__name__}: {sentence}); {MODEL}"
-        ) from None
-    missing = sorted(info["missing_keys"])
-    if missing:  # they would be random numbers
-        raise SceneError(folder, f"lacks {len(missing)} of the weights of CLIP, first {missing[0]}; {MODEL}")
-    return model.eval(), tokenizer
+        raise _not_opened(folder, "CLIP", error, MODEL) from None
+    return model, tokenizer
+
+
+def pretrained(kind: Any, folder: Path, name: str, cure: str, **options: Any) -> Any:
+    """A model of a class of transformers in float32, ready for use, from safetensors in a folder.
+
+    Args:
+        kind: the class.
+        folder: with the model.
+        name: of it, for messages.
+        cure: what to bring instead.
+        options: further ones of `from_pretrained`.
+
+    Raises:
+        SceneError: if it cannot be opened, or lacks weights.
+    """
+    import torch
+
+    try:
+        model, info = kind.from_pretrained(
+            folder,
+            local_files_only=True,
+            use_safetensors=True,
+            output_loading_info=True,
+            dtype=torch.float32,
+            **options,
+        )
+    except Exception as error:  # any error of the library for invalid files
+        raise _not_opened(folder, name, error, cure) from None
+    if missing := sorted(info["missing_keys"]):  # they would be random numbers
+        raise SceneError(folder, f"lacks {len(missing)} of the weights of {name}, first {missing[0]}; {cure}")
+    return model.eval()
+
+
+def _not_opened(folder: Path, name: str, error: Exception, cure: str) -> SceneError:
+    sentence = " ".join(str(error).split())[:200]
+    return SceneError(folder, f"cannot be opened as {name} ({type(error).__name__}: {sentence}); {cure}")
 
 
 def _unit(vectors: Any) -> F64:

@@ -26,25 +26,14 @@ inline void symmetric_eigen(double* matrix, double* vectors, std::size_t size) {
                 const double ratio = (high - low) / (2 * between);
                 const double tangent = (ratio < 0 ? -1 : 1) / (std::abs(ratio) + std::sqrt(ratio * ratio + 1));
                 const double cosine = 1 / std::sqrt(tangent * tangent + 1), sine = tangent * cosine;
-                for (std::size_t k = 0; k < size; ++k) {
-                    double& first = matrix[k * size + p];
-                    double& second = matrix[k * size + q];
+                const auto rotate = [=](double& first, double& second) {
                     const double before = first;
                     first = cosine * before - sine * second, second = sine * before + cosine * second;
-                }
-                for (std::size_t k = 0; k < size; ++k) {
-                    double& first = matrix[p * size + k];
-                    double& second = matrix[q * size + k];
-                    const double before = first;
-                    first = cosine * before - sine * second, second = sine * before + cosine * second;
-                }
+                };
+                for (std::size_t k = 0; k < size; ++k) rotate(matrix[k * size + p], matrix[k * size + q]);
+                for (std::size_t k = 0; k < size; ++k) rotate(matrix[p * size + k], matrix[q * size + k]);
                 matrix[p * size + q] = matrix[q * size + p] = 0;
-                for (std::size_t k = 0; k < size; ++k) {
-                    double& first = vectors[k * size + p];
-                    double& second = vectors[k * size + q];
-                    const double before = first;
-                    first = cosine * before - sine * second, second = sine * before + cosine * second;
-                }
+                for (std::size_t k = 0; k < size; ++k) rotate(vectors[k * size + p], vectors[k * size + q]);
             }
         if (is_diagonal) return;
     }
