@@ -55,12 +55,6 @@ def test_strokes_take_their_brushes_and_one_stroke_paints_as_ever(scene, tmp_pat
     assert (np.abs(one - two).max(axis=2) > 0.02).mean() > 0.1
 
 
-def test_brushes_of_a_look_go_to_the_strokes_they_suit(scene, tmp_path):
-    brushes = BrushesConfig(long=("flat",), other=("dab",), large=("wash_2",))
-    report = paint_file(scene, tmp_path / "a.png", config(brushes=brushes))
-    assert stage(report, "brushes").counts["brushes"] == [*FLATS, "dab", "dab_2", "dab_3", "dab_4", "wash_2"]
-
-
 def test_a_folder_of_images_is_a_set(scene, tmp_path, monkeypatch, capsys):
     write_brushes(tmp_path / "mine", 4)
     monkeypatch.chdir(tmp_path)

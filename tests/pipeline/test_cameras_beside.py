@@ -138,12 +138,6 @@ def test_a_file_that_cannot_be_used_is_a_note(scene, without_cameras, content, w
     assert view.azimuth == off.azimuth
 
 
-def test_the_first_file_that_fits_is_taken(scene):
-    (scene.parent / "cameras.json").write_text("[")
-    write_cameras(scene.parent.parent / "cameras.json", moved_cameras(photographs(), rotation=ON_SIDE))
-    assert view_of(scene)[2] == [TAKEN]
-
-
 def test_strokes_have_the_view_of_their_scene_and_gaussians_in_memory_none(scene, tmp_path):
     strokes = scene.parent / "strokes.ply"
     assert main(["cluster", str(scene), "-o", str(strokes), "--strokes", "100", "--quiet"]) == 0
@@ -172,15 +166,6 @@ def test_none_switches_it_off(scene, tmp_path, capsys, command):
     for asked, is_told in ((words[:2], True), (words, False)):
         assert main([*asked, "-o", output, *more, "--quiet", "--json"]) == 0
         assert any("cameras.json" in note for note in json.loads(capsys.readouterr().out)["notes"]) == is_told
-
-
-def test_a_painting_from_python_takes_none_too(scene):
-    report = Report()
-    words = {"size": "32x24", "strokes": 100, "see": "off"}
-    bg.paint(scene, "plain", **words, camera_file="none", report=report)
-    assert not any("cameras.json" in note for note in report.notes)
-    bg.paint(scene, "plain", **words, report=report)
-    assert TAKEN in report.notes
 
 
 def test_a_sheet_begins_with_the_sides_that_were_photographed(scene):

@@ -13,7 +13,7 @@ from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering.plain import plain_views
 from brushgs.still_life import still_life_camera
-from brushgs.values.sh import base_colors, in_colors
+from brushgs.values.sh import base_colors
 from tests.scenes import still_life_of
 
 SIZE = 240, 180
@@ -70,26 +70,6 @@ def test_masses_have_four_values_in_the_shares_of_the_view(drawn):
     assert set(nearest) == {0, 1, 2, 3}
 
 
-def test_lines_are_three_times_as_heavy_in_the_dark_and_lost_in_the_light(drawn):
-    from brushgs.passes.add.line_press import pressed
-
-    lines = drawn.painting.coats[-1]
-    assert lines.name == "lines"
-    weights = np.sort(lines.strokes.scales, axis=1)[:, 1] * lines.strokes.opacities
-    low, high = np.percentile(weights, (10, 90))
-    assert high >= 3 * low
-    shown = replace_lines(lines)
-    assert len(pressed(shown, drawn.strokes, np.ones(len(drawn.strokes)))) == 0
-    assert len(pressed(shown, drawn.strokes, np.zeros(len(drawn.strokes)))) == len(shown)
-
-
-def replace_lines(lines):
-    from brushgs.passes.add.lines import Lines
-
-    count = len(lines.strokes)
-    return Lines(lines.strokes, np.ones(count), np.arange(count) // 8, np.zeros((count, 3)))
-
-
 def test_lights_are_taken_out_and_chalk_lies_on_toned_paper_alone(drawn):
     names = [one.name for one in drawn.painting.coats]
     assert names.index("marks") < names.index("rubber") < names.index("chalk") < names.index("lines")
@@ -106,26 +86,3 @@ def test_a_frame_alone_is_that_of_any_number_of_threads_and_depends_on_its_view_
     config = config_of()
     one = prepare(SCENE, replace(config, draw=replace(config.draw, threads=1)), Report(), views=CAMERA)
     np.testing.assert_array_equal(one.painting.frame(CAMERA).rgb, picture.rgb)
-
-
-def test_one_stroke_is_drawn_by_its_own_tone():
-    scene = SCENE.take([0])
-    camera = bg.Camera.look_at(scene.means[0] + (0, 0, -2), scene.means[0], width=SIZE[0], height=SIZE[1])
-    levels = []
-    for grey in (0.05, 0.95):
-        solid = replace(in_colors(scene, np.full(3, grey)), opacities=np.ones(1, np.float32))
-        wide = replace(solid, scales=np.full((1, 3), 0.3, np.float32))
-        frame = prepare(wide, config_of(num_strokes=None), Report(), views=camera).painting.frame(camera)
-        assert np.isfinite(frame.rgb).all()
-        levels.append(frame.rgb[80:100, 110:130].mean())
-    assert levels[0] < 0.4 < levels[1]
-
-
-@pytest.mark.parametrize("look", ["oil", "watercolour"])
-def test_gray_takes_the_colour_out_of_any_look(look):
-    """Only papers with their own light: the picture has no hue, and the lightness of the coloured one."""
-    coloured = bg.paint(SCENE, config_of(look, 250), camera=CAMERA)
-    grey = bg.paint(SCENE, config_of(look, 250, gray=True), camera=CAMERA)
-    assert np.ptp(coloured.rgb, axis=2).mean() > 0.05
-    assert np.ptp(grey.rgb, axis=2).max() < 0.02
-    assert np.abs(squinted(grey.rgb.mean(axis=2)) - squinted(coloured.rgb.mean(axis=2))).mean() < 0.06

@@ -19,10 +19,8 @@ from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint
-from brushgs.still_life import still_life_camera
 from tests.doctor.scenes import ball
 from tests.passes.reduce.test_floaters import blobs, joined
-from tests.scenes import still_life_of
 
 DIRTY = joined(ball(), blobs([(0, 2.5, 0), (2.5, 0, 0)], 0.1))
 OPAQUE = bg.Gaussians(
@@ -89,22 +87,6 @@ def test_all_strokes_are_spent_where_the_camera_looks():
 def bare(config):
     draw = replace(config.draw, underpaint=False, streaks=0.0)
     return replace(config, draw=draw, strokes=StrokesConfig.off())
-
-
-@pytest.mark.parametrize(("zoom", "ratio"), [(1, 0.8), (3, 0.5)])
-def test_that_comes_nearer_to_the_plain_picture(zoom, ratio):
-    """Squared error against that of strokes for the scene; measured here: 0.64 and 0.30.
-
-    Of bare clusters: strokes for views are already spent where the camera looks, by 4 of 14 views.
-    """
-    fruit, camera = still_life_of(20000), still_life_camera(width=96, height=72)
-    camera = replace(camera, K=camera.K * np.diag([zoom, zoom, 1]) + camera.K * (1 - np.eye(3)))
-    plain = bg.render(fruit, camera, bg.StrokeTexture.open("gaussian")).over((1, 1, 1))
-    errors = [
-        np.square(paint(fruit, config, camera=camera).over((1, 1, 1)) - plain).mean()
-        for config in (bare(PAINT), bare(FOR_VIEW))
-    ]
-    assert errors[1] < ratio * errors[0]
 
 
 def test_the_report_says_when_most_strokes_lie_outside():

@@ -105,21 +105,6 @@ def test_the_file_of_a_part_is_the_cut_of_that_of_the_whole(background, scene, t
     assert np.array_equal(part, whole[29:70, 37:97])
 
 
-def test_frames_of_a_film_are_cut(scene, tmp_path):
-    for name, more in (("whole", []), ("part", ["--crop", "37,29,60,41"])):
-        assert main(["render", str(scene), *SMALL, "--orbit", "3", *more, "-o", f"{tmp_path}/{name}/"]) == 0
-    for index in range(3):
-        whole, part = (pixels_of(next(tmp_path.glob(f"{name}/*{index}.png"))) for name in ("whole", "part"))
-        assert np.array_equal(part, whole[29:70, 37:97])
-
-
-def test_a_video_has_the_size_of_its_part(scene, tmp_path):
-    path = tmp_path / "part.gif"
-    assert main(["render", str(scene), *SMALL, "--orbit", "3", "--crop", "37,29,60,41", "-o", str(path)]) == 0
-    with Image.open(path) as picture:
-        assert picture.size == (60, 41)
-
-
 def test_an_exr_says_where_in_the_picture_its_part_lies(scene, tmp_path):
     for more in (["--layers", "depth"], ["--deep"]):
         path = tmp_path / "part.exr"

@@ -1,20 +1,14 @@
 """Detail that is lost with distance, in whole paintings: stills, films, and what is exported."""
 
-import pickle
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from brushgs.cli import main
-from brushgs.formats import save
 from brushgs.options.focus import Focus
 from brushgs.options.look import Look
-from brushgs.options.sequence import PathConfig
-from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from tests.passes.scenes import assert_same, replaced
+from tests.passes.scenes import assert_same
 from tests.scenes import still_life_of
 
 SCENE = still_life_of(1500)
@@ -73,41 +67,3 @@ def test_the_same_strokes_grow_by_the_law_unless_they_would_be_too_long():
     assert expected.max() > 1.5
     grown = growth > 1.001
     assert (soft.strokes.opacities[grown] < sharp.strokes.opacities[grown]).all()
-
-
-def test_a_frame_alone_is_that_of_the_film():
-    path = PathConfig(orbit=4)
-    found, again = (
-        painted(0.8, views=path)[0],
-        pickle.loads(pickle.dumps(painted(0.8, views=path)[0].painting)),
-    )
-    painter = FramePainter(found.painting, found.background, FrameKind(None))
-    frames = [painter.frame(FrameView(i, camera)).rgb for i, camera in enumerate(found.cameras)]
-    alone = FramePainter(again, found.background, FrameKind(None)).frame(FrameView(2, found.cameras[2])).rgb
-    np.testing.assert_array_equal(alone, frames[2])
-
-
-@pytest.mark.parametrize("change", ["one", "together", "black"])
-def test_extreme_scenes_are_painted(change):
-    scene = SCENE.take(slice(0, 1 if change == "one" else 200))
-    if change == "together":
-        scene = replaced(scene, means=np.zeros_like(scene.means))
-    if change == "black":
-        scene = replaced(scene, sh=np.full_like(scene.sh, -5.0))
-    found, _ = painted(1.0, scene)
-    painter = FramePainter(found.painting, found.background, FrameKind(None))
-    assert np.isfinite(painter.frame(FrameView(0, found.cameras[0])).rgb).all()
-
-
-@pytest.mark.parametrize("name", ["strokes.html", "strokes.ply"])
-def test_exports_take_the_strokes(tmp_path, name):
-    save(SCENE, tmp_path / "scene.ply")
-    outputs = []
-    for strength in ("0", "1"):
-        output = tmp_path / strength / name
-        output.parent.mkdir()
-        words = ["export", str(tmp_path / "scene.ply"), "--look", "oil", "--strokes", "200", "--see", "off"]
-        words += ["--depth-of-field", strength, "--focus", ",".join(map(str, NEAR)), "--backdrop", "off"]
-        assert main([*words, "-o", str(output)]) == 0
-        outputs.append(output.read_bytes())
-    assert outputs[0] != outputs[1]

@@ -9,12 +9,11 @@ import pytest
 from brushgs.cli import main
 from brushgs.options.direction import Direction
 from brushgs.options.look import Look
-from brushgs.options.painting import CleanConfig, PaletteConfig, ViewConfig
+from brushgs.options.painting import CleanConfig, ViewConfig
 from brushgs.options.sequence import GrowConfig, PathConfig
-from brushgs.pipeline.estimate import SECONDS, estimate
+from brushgs.pipeline.estimate import estimate
 from brushgs.pipeline.prepare import PICTURE, STROKES, open_job
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.steps import PAINTING
 from brushgs.still_life import still_life_camera
 from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
@@ -69,14 +68,6 @@ def test_what_is_explained_is_what_is_made(name):
     assert {*job.seconds} <= {one.name for one in explained}
 
 
-def test_a_palette_that_is_not_asked_for_is_the_reason(tmp_path):
-    without = {one.name: one for one in open_job(SCENE, config_of("oil"), Report()).explain(FACTS)}
-    assert (without["palette"].runs, without["palette"].why) == ("no", "no --palette")
-    config = config_of("oil", palette=PaletteConfig(tmp_path / "a.png"))
-    given = {one.name: one for one in open_job(SCENE, config, Report()).explain(FACTS)}
-    assert given["palette"].runs == "yes"  # no file is read
-
-
 def test_what_depends_on_the_scene_is_undecided():
     job = open_job(SCENE, config_of("oil"), Report())
     found = {one.name: one for one in job.explain()}["plain_views"]
@@ -128,10 +119,6 @@ def test_what_cannot_be_explained_gets_one_sentence(file, capsys, words, sentenc
     out, err = capsys.readouterr()
     assert (out, err.count("\n")) == ("", 1)
     assert sentence in err
-
-
-def test_only_steps_have_a_cost():
-    assert {*SECONDS} <= {step.name for step in PAINTING.step_of.values()}
 
 
 def test_an_estimate_is_more_for_more():

@@ -16,7 +16,6 @@ from brushgs.passes.add.backdrop import (
     Backdrop,
     Tone,
     backdrop,
-    border_alpha,
     ground_color,
     mean_lab,
     reason_for_none,
@@ -82,13 +81,6 @@ def test_a_gaussian_counts_by_its_area_and_opacity_or_by_given_weights():
     grey = oklab_of(np.full((1, 3), 0.5))[0]
     np.testing.assert_allclose(mean_lab(two, np.zeros(2)), grey)
     np.testing.assert_allclose(mean_lab(two.take(slice(0))), grey)
-
-
-@for_each("color", [(0, 0, 0), (1, 1, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0)])
-def test_a_ground_is_a_colour_that_can_be_shown(color):
-    ground = ground_color(ball(color=color))
-    assert all(0 <= channel <= 1 for channel in ground)
-    assert 0.45 < oklab_of(np.array([ground]))[0, 0] < 0.7
 
 
 # The backdrop
@@ -167,18 +159,6 @@ def _turned(camera, other):
     return viewmat
 
 
-def test_a_narrow_view_gets_more_strokes_but_not_without_bound():
-    scene = ball()
-    view = plain_first_view(scene)
-
-    def spacing(zoom: float) -> float:
-        return float(np.median(backdrop(scene, view, [frame_scene(view, **SIZE, zoom=zoom)]).scales[:, 0]))
-
-    assert spacing(2.0) == pytest.approx(spacing(1.0) / 2, rel=0.1)
-    assert spacing(4.0) == pytest.approx(spacing(1.0) / 2.2, rel=0.1)
-    assert spacing(0.5) == pytest.approx(spacing(1.0), rel=0.1)
-
-
 def test_the_same_seed_gives_the_same_strokes_in_any_unit_of_the_world():
     one, other = strokes_of(ball(), seed=4), strokes_of(ball(), seed=4)
     np.testing.assert_array_equal(one.means, other.means)
@@ -214,12 +194,6 @@ def frame_with(border: float, middle: float = 1.0) -> Frame:
     alpha = np.full((50, 60), border)
     alpha[4:46, 4:56] = middle
     return Frame(np.zeros((50, 60, 3)), alpha)
-
-
-def test_the_border_of_a_picture_is_what_lies_near_its_sides():
-    assert border_alpha(frame_with(0.25)) == pytest.approx(0.25)
-    assert border_alpha(frame_with(0.0, 1.0)) == 0
-    assert border_alpha(Frame(np.zeros((1, 1, 3)), np.full((1, 1), 0.5))) == 0.5
 
 
 def test_a_scene_that_fills_its_pictures_or_is_seen_from_inside_or_is_flat_gets_none():

@@ -112,18 +112,6 @@ def test_a_handful_of_gaussians_has_a_stage_of_finite_strokes(count):
         assert all(np.isfinite(column).all() for column in (strokes.means, strokes.scales, strokes.sh))
 
 
-def test_few_large_quiet_strokes_larger_far_away():
-    scene = crate()
-    camera = frame_scene(plain_first_view(scene), **SIZE)
-    stage = stage_of(scene, [camera])
-    strokes = painted_stage(stage, Brushwork(shadow=0.0), [camera])
-    rho = np.hypot(*stage.place.local(strokes.means)[:, [0, 2]].T)
-    near, far = rho < 1.2 * stage.place.width, rho > 0.8 * stage.surface.wall
-    assert np.median(strokes.scales[far, 0]) > 2 * np.median(strokes.scales[near, 0])
-    boxes, _ = bg.project(strokes.astype(np.float32), camera), None
-    assert 150 < len(boxes) < 700
-
-
 # Shadow and ground
 
 
@@ -142,16 +130,6 @@ def test_the_shadow_falls_away_from_the_lamp_and_strength_0_has_none():
     assert 0.15 < low[1] < low[0] - 0.1  # never black
 
 
-def test_what_is_higher_throws_a_softer_shadow():
-    widths = []
-    for lift in (0.0, 1.5):
-        scene = crate(lift=lift) + box((-0.5, 0, -0.4), (0.5, 0.01, 0.4), (0.4, 0.4, 0.4), count=60)
-        stage = stage_of(scene)
-        cut = stage.shadow.shade.max(axis=1)
-        widths.append(np.abs(np.diff(cut)).max() / cut.max())
-    assert widths[1] < widths[0]
-
-
 def test_the_table_continues_the_ground_that_a_scene_brings():
     color = np.array([0.55, 0.5, 0.45])
     scene = crate() + plaza(color)
@@ -161,19 +139,6 @@ def test_the_table_continues_the_ground_that_a_scene_brings():
     lab = oklab_of(color[None])[0]
     np.testing.assert_allclose(stage.tones.table[0], lab[0], atol=0.03)
     assert stage_of(crate()).ground is None
-
-
-def test_a_table_top_with_legs_is_no_ground():
-    top = box((-1, -1.0, -1), (1, -0.95, 1), (0.5, 0.4, 0.3))
-    legs = [
-        box((x, -0.95, z), (x + 0.15, 0, z + 0.15), (0.5, 0.4, 0.3), 400)
-        for x in (-1, 0.85)
-        for z in (-1, 0.85)
-    ]
-    scene = Gaussians.joined([top, *legs, crate(lift=1.0)])
-    stage = stage_of(scene)
-    assert stage.ground is None
-    assert stage.place.foot[1] == pytest.approx(0.0, abs=0.05)
 
 
 def test_a_torn_ground_dissolves_toward_its_border_and_what_hangs_below_is_gone():
@@ -229,28 +194,12 @@ def test_a_subject_of_any_lightness_reads(lightness):
     assert (warm[0] > 0) != (warm[1] > 0)  # one is warm, the other cool
 
 
-def test_a_subject_of_two_sides_has_a_wall_that_counters_both():
-    n = 200
-    lateral = np.linspace(-1, 1, n)
-    outline = Outline(np.where(lateral < 0, 0.8, 0.25), np.zeros(n, bool), lateral)
-    assert choose_tones(np.array([0.5, 0, 0]), outline).reads > 0.7
-
-
-@pytest.mark.parametrize(("choice", "low", "high"), [("light", 0.6, 0.8), ("dark", 0.3, 0.46)])
-def test_a_wall_is_as_light_as_is_asked(choice, low, high):
-    tones = stage_of(crate(), tone=choice).tones
-    assert low <= tones.wall[0] <= high
-
-
 @for_each("name", ["skull.sog", "plant.splat", "guitar.ksplat", "chair.splat"])
 def test_the_outlines_of_real_objects_read(name):  # the koala brings its ground, whose tone comes first
     scene = bg.clean(bg.load(real_scene(name)))
     view = find_first_view(scene, up="+z" if name == "chair.splat" else "-y")
     camera = frame_scene(view, width=320, height=240)
     assert open_stage(find_site(scene, view), scene, [camera]).tones.reads >= 0.7
-
-
-# What is seen of it
 
 
 def test_the_table_fades_from_below_and_the_wall_does_not():
@@ -293,6 +242,9 @@ def test_edges_are_cut_in_along_the_outline_in_the_colors_behind_it():
     same = replace(scene, sh=np.full_like(scene.sh, (0.5 - 0.5) / C0))
     wall = replace(behind, sh=np.full_like(behind.sh, (0.52 - 0.5) / C0))
     assert len(cut_in(same, wall, camera)) == 0  # a lost edge stays lost
+
+
+# What is seen of it
 
 
 def test_hatching_lies_in_the_shadow_and_is_crossed_where_it_is_dark():

@@ -7,7 +7,7 @@ import pytest
 
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.cameras.orbit import orbit
-from brushgs.passes.add.set_off import GAP, parted, set_off
+from brushgs.passes.add.set_off import set_off
 from brushgs.passes.add.stage import painted_stage
 from brushgs.passes.add.stage_map import Manner, Part, layout_of, map_contrasts
 from brushgs.passes.add.stage_paint import Brushwork
@@ -94,16 +94,6 @@ def test_without_a_share_of_colors_the_stage_keeps_its_own():
     np.testing.assert_allclose(means[1], means[0], atol=0.03)
 
 
-def test_columns_go_around_a_whole_number_of_times():
-    cameras = orbit(plain_first_view(crate()), 3, **SIZE)
-    stage = stage_of(crate(), cameras)
-    for aspect in (0.7, 3.0, 20.0):
-        layout = layout_of(stage.surface, stage.place, cameras, aspect)
-        assert layout.repeats >= 1
-        assert layout.heights.min() >= 0
-        assert layout.heights.max() <= 1
-
-
 def test_strokes_differ_where_the_map_is_busy_and_hardly_where_it_is_calm():
     camera, g = frame_scene(plain_first_view(crate()), **SIZE), np.random.default_rng(0)
     colors = np.full((20, COLUMNS, 3), 0.5, np.float32)
@@ -137,14 +127,3 @@ def test_a_subject_stands_out_by_its_lightness(lightness, apart):
     stage, within = (oklab_of(np.clip(base_colors(one.sh), 0, 1).astype(float))[:, 0].mean() for one in found)
     assert abs(stage - within) > 0.15
     assert set_off(*found, [camera]) == found
-
-
-@pytest.mark.parametrize("subject", [0.05, 0.25, 0.5, 0.75, 0.97])
-@pytest.mark.parametrize("stage", [0.05, 0.3, 0.5, 0.7, 0.97])
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_both_keep_their_range_when_they_are_parted(subject, stage, sign):
-    of_stage, of_subject = parted(stage, subject, sign)
-    after = stage + of_stage, subject + of_subject
-    assert sign * (after[1] - after[0]) >= GAP
-    assert min(after) > 0
-    assert max(after) < 1

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from brushgs.core.native import core as _core
-from brushgs.passes.add.tonal_marks import LEVELS, Manner, tonal_marks
+from brushgs.passes.add.tonal_marks import Manner, tonal_marks
 from brushgs.passes.add.tonal_view import TonalView
 from brushgs.passes.form.plane_axes import mark_axes
 from brushgs.values.camera import Camera
@@ -91,14 +91,6 @@ def test_levels_are_nested_and_each_keeps_its_own_distance():
     np.testing.assert_array_equal(np.concatenate(alone), points[levels == 0])
 
 
-def test_lines_keep_away_from_points_that_are_taken():
-    lines, _ = traced(np.full((60, 80), 6.0), taken=[(40.0, 30.0)])
-    assert np.linalg.norm(np.concatenate(lines) - (40.0, 30.0), axis=1).min() >= 3.0
-    assert (
-        np.concatenate(traced(np.full((60, 80), 6.0), seeds=0, taken=[])[0] or [np.zeros((0, 2))]).size == 0
-    )
-
-
 @pytest.mark.parametrize("manner", [LINES, DOTS])
 def test_marks_are_denser_in_the_dark_and_absent_in_the_light(manner):
     strokes = wall()
@@ -145,18 +137,6 @@ def longest_axes(strokes):
 
 
 @pytest.mark.parametrize("manner", [LINES, DOTS])
-def test_a_view_from_nearer_fills_in_and_one_from_afar_adds_nothing(manner):
-    strokes = wall()
-    near = Camera.look_at((0, 0, -1.6), (0, 0, 0), width=320, height=180, fov_y=0.8)
-    far = Camera.look_at((0, 0, -7), (0, 0, 0), width=320, height=180, fov_y=0.8)
-    one, filled = marks_of(strokes, manner=manner), marks_of(strokes, manner=manner, cameras=(CAMERA, near))
-    assert len(filled) > 1.2 * len(one)
-    np.testing.assert_array_equal(filled.strokes.means[: len(one)], one.strokes.means)
-    with_far = marks_of(wall(), manner=manner, cameras=(CAMERA, far))
-    assert len(with_far) < 1.1 * len(one)
-
-
-@pytest.mark.parametrize("manner", [LINES, DOTS])
 def test_density_on_paper_stays_from_half_the_distance_to_twice(manner):
     """Ink on paper over that in the own view: counted as width times length, or area."""
     strokes = wall()
@@ -185,13 +165,6 @@ def test_none_and_one_stroke_give_few_marks_or_none(manner, count):
     strokes = wall().take(np.arange(count))
     marks = marks_of(strokes, manner=manner)
     assert len(marks) == len(marks.tones) == len(marks.chains) < 50
-
-
-def test_pieces_of_a_line_are_in_order_and_levels_halve():
-    marks = marks_of(wall())
-    assert (np.diff(marks.chains) >= 0).all()
-    assert LEVELS[-1] == 1
-    np.testing.assert_allclose(LEVELS[:-1] / LEVELS[1:], 2)
 
 
 def test_strokes_of_a_wall_share_a_direction_and_those_of_a_ball_do_not():

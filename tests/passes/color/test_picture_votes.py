@@ -5,7 +5,6 @@ import pytest
 
 from brushgs.passes.color.picture_votes import votes
 from brushgs.rendering.visibility import visible_areas
-from tests.kit.for_each import for_each
 from tests.passes.test_seen import FRONT, cameras, squares
 from tests.scenes import still_life_of
 
@@ -30,18 +29,6 @@ def test_weights_are_the_pixels_that_are_made_up_summed_over_views():
     np.testing.assert_allclose(weights, expected, rtol=1e-6)
 
 
-@for_each("channels", [1, 2, 3, 4, 7])
-def test_channels_are_summed_each_for_itself(channels):
-    scene, views = still_life_of(2000), cameras(2)
-    pictures = [np.random.default_rng(n).uniform(size=(90, 120, channels)) for n in range(2)]
-    sums, weights = votes(scene, views, pictures)
-    assert sums.shape == (len(scene), channels)
-    for channel in range(channels):
-        one, same = votes(scene, views, [p[..., channel : channel + 1] for p in pictures])
-        np.testing.assert_allclose(sums[:, channel], one[:, 0], rtol=1e-6, atol=1e-6)
-        np.testing.assert_allclose(weights, same, rtol=1e-12)
-
-
 def test_an_affine_map_of_pictures_is_that_map_of_the_votes():
     scene, views = still_life_of(2000).astype(np.float64), cameras(2)
     pictures = [np.random.default_rng(n).uniform(size=(90, 120, 3)) for n in range(2)]
@@ -49,15 +36,6 @@ def test_an_affine_map_of_pictures_is_that_map_of_the_votes():
     before, weights = votes(scene, views, pictures)
     after, _ = votes(scene, views, [p @ matrix.T + offset for p in pictures])
     np.testing.assert_allclose(after, before @ matrix.T + weights[:, None] * offset, atol=1e-9)
-
-
-def test_pixels_without_weight_have_no_say():
-    scene = squares()
-    picture, say = np.ones((90, 120, 1)), np.ones((90, 120))
-    picture[:, 60:], say[:, 60:] = 100.0, 0.0
-    sums, weights = votes(scene, FRONT, [picture], pixel_weights=[say])
-    np.testing.assert_allclose(sums[:, 0], weights, rtol=1e-6)
-    assert weights[: len(scene) // 2][scene.means[: len(scene) // 2, 0] > 0.1].max() < 1e-6
 
 
 def test_what_does_not_fit_is_refused():
@@ -68,11 +46,3 @@ def test_what_does_not_fit_is_refused():
         votes(scene, FRONT, [np.ones((90, 120, 1))] * 2)
     with pytest.raises(ValueError, match=r"pictures must have shape \[90, 120, 1\], got \[9, 12, 1\]"):
         votes(scene, FRONT, [np.ones((9, 12, 1))])
-
-
-def test_the_number_of_threads_changes_nothing():
-    scene, views = still_life_of(2000), cameras(2)
-    pictures = [np.random.default_rng(n).uniform(size=(90, 120, 3)) for n in range(2)]
-    one, three = (votes(scene, views, pictures, num_threads=n) for n in (1, 3))
-    np.testing.assert_array_equal(one[0], three[0])
-    np.testing.assert_array_equal(one[1], three[1])

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from brushgs.passes.color.pigments import use_pigments
-from brushgs.passes.color.tone import grade, painted_areas, tones
+from brushgs.passes.color.tone import grade, tones
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.sh import base_colors, in_colors
 from tests.passes.scenes import assert_same, random_gaussians, replaced
@@ -52,23 +52,6 @@ def test_equalized_tones_are_the_share_of_painted_area_that_is_darker():
     np.testing.assert_allclose(tone, (rank + 1) / 400, atol=1e-9)
 
 
-def test_equalized_tones_count_strokes_by_size_and_opacity():
-    scales = [[1, 1, 0.1], [2, 1, 0.1], [2, 2, 0.1], [1, 1, 0.1]]
-    strokes = greys([0.2, 0.4, 0.6, 0.8], scales=np.array(scales), opacities=np.array([0.5, 0.5, 0.5, 1.0]))
-    tone = tones(strokes, local=0, equalized=1)
-    np.testing.assert_allclose(tone, np.cumsum([0.5, 1, 2, 1]) / 4.5, atol=1e-6)
-
-
-def test_plain_tones_go_from_the_darkest_to_the_lightest():
-    lightness = np.linspace(0.3, 0.7, 200)
-    tone = tones(greys(lightness), local=0, equalized=0)
-    assert (np.diff(tone) >= 0).all()
-    assert tone[0] == 0
-    assert tone[-1] == 1
-    flat = tones(greys(np.full(200, 0.5) + np.linspace(0, 0.01, 200)), local=0, equalized=0)
-    assert np.ptp(flat) < 0.1  # a scene of one tone is not torn apart
-
-
 def test_local_tones_tell_a_dark_spot_from_what_surrounds_it_on_either_side_of_the_scene():
     g = np.random.default_rng(2)
     means = g.uniform(0, 1, (2000, 3)) * (2, 1, 0.01)
@@ -82,14 +65,6 @@ def test_local_tones_tell_a_dark_spot_from_what_surrounds_it_on_either_side_of_t
         assert local[side & ~spots & away].mean() > 0.48
     whole = tones(strokes, local=0)
     assert whole[is_right & spots].min() > whole[~is_right].max()
-
-
-def test_painted_areas_of_stiff_strokes_are_finite():
-    strokes = replaced(random_gaussians(3), scales=np.array([[0, 0, 0], [1e-300, 1, 1], [1e200, 1e200, 1]]))
-    areas = painted_areas(strokes)
-    assert np.isfinite(areas).all()
-    assert areas[0] == 0
-    assert areas[2] == pytest.approx(strokes.opacities[2])
 
 
 def test_pigments_are_as_many_as_asked_for_and_the_means_of_what_they_stand_for():

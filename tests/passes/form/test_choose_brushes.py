@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.form.choose_brushes import LARGE, LONG, SHORT, mix_brushes
+from brushgs.passes.form.choose_brushes import LONG, SHORT, mix_brushes
 from tests.passes.form.test_material import FUR, wall
 from tests.passes.scenes import random_gaussians
 
@@ -39,16 +39,6 @@ def test_long_short_and_other_strokes_take_their_brushes():
     assert set(kinds) == {"flat", "dab", "filbert"}
 
 
-def test_large_strokes_have_a_choice_of_their_own_brushes_and_the_large_ones():
-    strokes = strokes_of(1200)
-    scales = strokes.scales.copy()
-    scales[:400] *= 2 * LARGE
-    kinds = kinds_of(names_of(replace(strokes, scales=scales)))
-    assert {"impasto", "flat", "dab", "filbert"} == set(kinds[:400])
-    assert 0.3 < np.mean(kinds[:400] == "impasto") < 0.55  # 3 images beside 4
-    np.testing.assert_array_equal(kinds[400:], kinds_of(names_of(strokes))[400:])
-
-
 def test_variants_are_chosen_evenly_by_place_and_seed():
     strokes = strokes_of(4000, aspects=(2.2, 3.0))
     names = names_of(strokes)
@@ -71,12 +61,6 @@ def test_strokes_keep_everything_else_and_one_brush_serves_all():
         np.testing.assert_array_equal(chosen.columns()[name], column)
     assert not bg.choose_brushes(strokes, bg.BrushKit.of("flat")).brushes.any()
     assert bg.choose_brushes(strokes.take(slice(0)), KIT).brushes.shape == (0,)
-
-
-def test_points_and_lines_have_a_brush():
-    strokes = strokes_of(3)
-    scales = np.array([[0, 0, 0], [0, 0, 1], [0, 1, 1]], float)
-    assert kinds_of(names_of(replace(strokes, scales=scales))).tolist()[:2] == ["dab", "flat"]
 
 
 SURFACES = replace(KIT, smooth=("palette_knife",), rough=("dry_brush", "fan"))
@@ -151,13 +135,6 @@ def test_a_share_of_the_strokes_takes_other_brushes_evenly():
     np.testing.assert_array_equal(after[~is_first & ~is_second], before[~is_first & ~is_second])
     np.testing.assert_allclose(np.bincount(after, minlength=103)[100:103] / is_first.sum(), 1 / 3, atol=0.05)
     assert (chosen((ROWS, 0.4), (MORE, 0.6)) >= 100).all()
-
-
-def test_strokes_keep_the_brushes_of_a_style_as_its_share_grows():
-    few, many = chosen((ROWS, 0.3)), chosen((ROWS, 0.7))
-    has = few >= 100
-    np.testing.assert_array_equal(many[has], few[has])
-    assert np.count_nonzero(many >= 100) > 2 * np.count_nonzero(has)
 
 
 def test_no_share_changes_nothing_and_strokes_without_brushes_have_the_first():

@@ -1,14 +1,12 @@
 """Economy: errors that an eye sees from afar, and groups of fewer strokes where few describe a scene."""
 
 import numpy as np
-import pytest
 
 from brushgs.cameras.around import ring_views
 from brushgs.cameras.framing import plain_first_view
-from brushgs.passes.form.economy import FEWEST, ViewingError, first_share
+from brushgs.passes.form.economy import ViewingError
 from brushgs.passes.reduce.cluster import group
-from brushgs.passes.reduce.split import FIRST_SHARE, painted_errors
-from brushgs.rendering.plain import PlainViews, plain_views
+from brushgs.rendering.plain import plain_views
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
@@ -29,29 +27,6 @@ def test_what_an_eye_does_not_see_is_no_error_and_what_it_sees_is():
     assert (seen.of_painted(frame(0.7)) > 0.02).all()
     assert (seen.of_painted(frame(0.5, 0.6)) > 0.005).all()
     assert seen.of_painted(plain).shape == (9, 12)
-
-
-def test_errors_of_single_pixels_that_even_out_are_not_seen():
-    rgb = np.full((8, 8, 3), 0.5, np.float32)
-    rgb[::2, ::2] += 0.04
-    rgb[1::2, 1::2] -= 0.04
-    checked = Frame(rgb, np.ones((8, 8), np.float32), np.ones((8, 8), np.float32))
-    np.testing.assert_array_equal(ViewingError.of(frame(0.5, size=(8, 8))).of_painted(checked), 0)
-
-
-def test_errors_grow_with_differences_and_small_pictures_are_no_trouble():
-    seen = ViewingError.of(frame(0.5, size=(1, 1)))
-    errors = [
-        float(seen.of_painted(frame(0.5 + step, size=(1, 1)))[0, 0]) for step in np.linspace(0, 0.4, 30)
-    ]
-    assert (np.diff(errors) >= 0).all()
-    assert errors[0] == 0 < errors[-1]
-
-
-def test_the_first_share_goes_from_the_usual_to_the_fewest():
-    assert first_share(0, FIRST_SHARE) == FIRST_SHARE
-    assert first_share(1, FIRST_SHARE) == pytest.approx(FEWEST)
-    assert FEWEST < first_share(0.5, FIRST_SHARE) < FIRST_SHARE
 
 
 def wall(num=50):
@@ -86,13 +61,3 @@ def test_economy_zero_is_what_there_was():
     more = group(scene, 200, views=views, economy=0.5)
     assert more.num_clusters <= 200
     assert (more.labels != usual.labels).any()
-
-
-def test_painted_errors_mix_both_kinds():
-    scene = still_life_of(1000)
-    views = plain_views(scene, ring_views(plain_first_view(scene), 80, 60)[:2])
-    dark = PlainViews(views.cameras, tuple(frame(0.1, size=one.alpha.shape) for one in views.frames))
-    seen = [ViewingError.of(one) for one in dark.frames]
-    plain, mixed, afar = (painted_errors(scene, dark, seen, economy) for economy in (0.0, 0.25, 1.0))
-    assert plain.sum() > 0 < afar.sum()
-    np.testing.assert_allclose(mixed, 0.75 * plain + 0.25 * afar, rtol=1e-4, atol=1e-6)

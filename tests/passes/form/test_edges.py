@@ -5,13 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.form.edges import Around, find_edges, soften_edges
-from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0, base_colors
-from tests.outline import hardness_of
 from tests.passes.scenes import assert_same
 
 VIEW = Camera.look_at((0, 0, -4), (0, 0, 0), width=320, height=240)
@@ -50,14 +47,6 @@ BALL, WALL = ball(), wall()
 AROUND = Around(WALL)
 
 
-def flat_picture(*coats):
-    brush = StrokeTexture.open("flat")
-    options, rgb = RenderOptions.of(brush), np.full((VIEW.height, VIEW.width, 3), 0.5)
-    for coat in coats:
-        rgb = render_with(coat, VIEW, brush, options).over(rgb)
-    return rgb
-
-
 def at_rim(side):
     """Strokes at the outline of the ball, to the left (-1) or right (1)."""
     return (np.abs(BALL.means[:, 2] + 0.25) < 0.15) & (side * BALL.means[:, 0] > 0.7)
@@ -93,12 +82,6 @@ def test_lost_strokes_let_through_are_longer_along_the_outline_and_take_of_what_
     assert np.median(soft.opacities[found] / BALL.opacities[found]) > 0.95
 
 
-def test_the_shade_is_lost_before_the_light():
-    away = Around(None, (WHITE,) * 3)
-    edges = find_edges(BALL, VIEWS, away, light=BALL.means[:, 0], focus=np.ones(len(BALL)))
-    assert edges.lost[at_rim(-1)].mean() > 0.3 > 3 * edges.lost[at_rim(1)].mean()
-
-
 def test_where_an_outline_is_lost_already_more_is_found_and_no_more_lost(edges):
     same = find_edges(BALL, VIEWS, Around(None, (GREY + 0.02,) * 3), focus=BALL.means[:, 0])
     assert same.lost.max() < 0.3 < edges.lost.max()
@@ -106,19 +89,6 @@ def test_where_an_outline_is_lost_already_more_is_found_and_no_more_lost(edges):
     apart = soften_edges(BALL, same)
     assert base_colors(apart.sh).min() < GREY - 0.01
     assert (apart.opacities > BALL.opacities).sum() > 30
-
-
-def test_more_of_a_painted_outline_is_lost():
-    around = Around(None, (WHITE,) * 3)
-    alpha = render_with(BALL, VIEW, kernel := StrokeTexture.open("gaussian"), RenderOptions.of(kernel)).alpha
-    white = replace(WALL, sh=np.full_like(WALL.sh, (WHITE - 0.5) / C0))
-    soft = soften_edges(BALL, find_edges(BALL, VIEWS, around, light=BALL.means[:, 0]))
-    empty = flat_picture(white)
-    before, after = (hardness_of(flat_picture(white, one), empty, alpha) for one in (BALL, soft))
-    assert before.lost.mean() < 0.05
-    assert 0.12 < after.lost.mean() < 0.6
-    middle = VIEW.width / 2
-    assert (after.columns[after.lost] < middle).mean() > 0.7
 
 
 def test_number_order_and_what_is_not_of_edges_stay(edges):
@@ -148,12 +118,6 @@ def test_without_views_or_outline_strokes_stay():
     assert find_edges(BALL, [away], AROUND) is None
     assert find_edges(BALL, [Camera.look_at((0, 0, -4), (0, 0, 0), width=400, height=8)], AROUND) is None
     assert soften_edges(BALL, None) is BALL
-
-
-def test_a_ground_is_neither_lost_nor_found():
-    edges = find_edges(BALL, VIEWS, AROUND, subject=np.zeros(len(BALL), bool))
-    assert edges.near.any()
-    assert max(edges.lost.max(), edges.found.max()) == 0
 
 
 def test_edges_do_not_depend_on_the_order_of_strokes(edges):

@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from brushgs.core.native import core as _core
-from brushgs.passes.form.gaps import CURLED, PLANE, growth
+from brushgs.passes.form.gaps import PLANE, growth
 from brushgs.passes.reduce.merge import merge_clusters
 from tests.passes.scenes import covariances, random_gaussians, replaced
 
@@ -35,17 +35,6 @@ def test_faint_strokes_and_those_without_neighbours_do_not_grow():
     assert growth(*discs(100 * lattice(), 0.34)).max() == 0
 
 
-def test_what_curls_grows_less_than_a_plane():
-    x, y = lattice(12)[:, :2].T
-    turn = x + y  # radians between neighbours
-    means, scales, axes, opacities = discs(lattice(), 0.34)
-    c, s, zero = np.cos(turn), np.sin(turn), np.zeros(len(turn))
-    axes = np.stack(
-        [np.stack([s, zero, c], 1), np.stack([c, zero, -s], 1), np.tile([0, 1.0, 0], (144, 1))], 2
-    )
-    assert growth(means, scales, axes, opacities).max() <= CURLED + 1e-12
-
-
 def test_merging_without_an_overlap_grows_a_layer_and_with_one_does_not():
     flat = random_gaussians(1200)
     places = np.stack([*np.random.default_rng(0).uniform(-1, 1, (2, 1200)), np.zeros(1200)], axis=1)
@@ -65,10 +54,3 @@ def test_neighbours_are_those_of_scipy(num_threads):
     rows = np.empty((3000, 12), dtype=np.int32)
     _core.neighbors(points, rows, num_threads)
     np.testing.assert_array_equal(rows, cKDTree(points).query(points, 13)[1][:, 1:])
-
-
-def test_equally_near_neighbours_come_by_row_and_none_is_the_point_itself():
-    rows = np.empty((40, 16), dtype=np.int32)
-    _core.neighbors(np.ones((40, 3)), rows, 1)
-    for row, found in enumerate(rows):
-        np.testing.assert_array_equal(found, [other for other in range(17) if other != row][:16])

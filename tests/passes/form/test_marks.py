@@ -6,9 +6,9 @@ import pytest
 import brushgs as bg
 from brushgs import SceneError
 from brushgs.options.direction import Direction
-from brushgs.passes.form.mark_directions import MOST_SIDE, Marks
+from brushgs.passes.form.mark_directions import Marks
 from tests.kit.for_each import for_each
-from tests.passes.form.planks import long_axes, planks, surface
+from tests.passes.form.planks import long_axes, planks
 from tests.passes.scenes import assert_same
 
 
@@ -72,31 +72,6 @@ def test_strokes_outside_the_picture_or_behind_the_camera_keep_the_form():
         assert_same(bg.orient(strokes, gaussians, Marks.of_image(stripes(1.0), camera)), form)
 
 
-def test_where_a_painting_is_even_strokes_keep_the_form():
-    half = stripes(np.pi / 2)
-    half[:, :80] = 0.5
-    strokes, gaussians = planks()
-    axes = np.abs(long_axes(bg.orient(strokes, gaussians, Marks.of_image(half, camera_above()))))
-    x = strokes.means[:, 0]
-    assert np.quantile(axes[x < -0.55, 0], 0.1) > np.cos(np.radians(20))
-    assert np.quantile(axes[x > 0.3, 1], 0.1) > np.cos(np.radians(15))
-
-
-def test_a_large_painting_has_the_marks_of_a_small_one():
-    strokes, gaussians = planks()
-    large = stripes(0.5, 3 * MOST_SIDE, 4 * MOST_SIDE, period=80.0, channels=1)
-    axes = long_axes(bg.orient(strokes, gaussians, Marks.of_image(large, camera_above())))
-    assert np.quantile(np.abs(axes @ [np.cos(0.5), np.sin(0.5), 0]), 0.05) > np.cos(np.radians(10))
-
-
-def test_transparent_parts_of_a_painting_have_no_marks():
-    picture = np.concatenate([stripes(0.3), np.zeros((120, 160, 1), np.float32)], axis=2)
-    picture[:, 80:, 3] = 1
-    pairs = Marks.of_image(picture, camera_above()).pairs
-    assert not pairs[:, :79].any()
-    assert np.hypot(*pairs[:, 120:].reshape(-1, 2).T).min() > 0.5
-
-
 @pytest.mark.parametrize(
     ("image", "message"),
     [
@@ -127,10 +102,3 @@ def test_a_picture_file_of_one_colour_is_named(tmp_path):
     bg.save(bg.Frame(np.full((30, 40, 3), 0.5, np.float32), np.ones((30, 40), np.float32), None), path)
     with pytest.raises(SceneError, match=r"grey\.png: has no marks to follow .*; choose another picture"):
         bg.orient(strokes, gaussians, Direction.of(f"painting:{path}"), camera=camera_above())
-
-
-def test_strokes_of_no_size_survive_a_painting():
-    uv = np.zeros((5, 2))
-    strokes = surface(uv, grey(uv), 0.0)
-    after = bg.orient(strokes, strokes, Marks.of_image(stripes(0.2), camera_above()))
-    assert not after.scales.any()

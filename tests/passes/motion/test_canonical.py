@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.passes.motion import canonical as canonical_module
 from brushgs.passes.motion.canonical import LIFE_WEIGHT, MOTION_WEIGHT, canonical, features_of
 from brushgs.passes.reduce.features import contracted
 from tests.kit.for_each import for_each
@@ -60,18 +59,6 @@ def test_features_are_distances_in_radii_of_the_scene():
     np.testing.assert_allclose(found.features[:50], np.tile(found.features[0], (50, 1)), atol=1e-6)
 
 
-def test_two_that_are_never_there_together_are_apart():
-    body = blob(200)
-    lives = np.where(np.arange(200) < 100, 1, 0)
-
-    def at(time):
-        return replace(body, opacities=body.opacities * (lives if time < 0.55 else 1 - lives))
-
-    found = canonical(clip(at), TIMES)
-    apart = np.linalg.norm(found.features[:100] - found.features[100:], axis=1)
-    np.testing.assert_allclose(apart, LIFE_WEIGHT, rtol=1e-4)
-
-
 def test_where_a_row_is_not_visible_it_is_at_the_nearest_place_where_it_is():
     body, rest = blob(100), blob(100, 1)
 
@@ -86,19 +73,6 @@ def test_where_a_row_is_not_visible_it_is_at_the_nearest_place_where_it_is():
     np.testing.assert_allclose(apart, life, rtol=1e-3)
 
 
-def test_what_flies_to_infinity_leaves_features_of_the_others():
-    body = blob(300)
-    speeds = np.zeros((300, 3))
-    speeds[:3] = 1e7, 0, 0
-    speeds[3:100, 1] = 0.5
-
-    found = canonical(clip(lambda time: replace(body, means=body.means + time * speeds)), TIMES)
-    assert np.isfinite(found.features).all()
-    assert np.abs(found.features).max() < 2 * MOTION_WEIGHT
-    apart = np.linalg.norm(found.features[3:100] - found.features[100], axis=1)
-    assert apart.min() > 0.05
-
-
 def test_equal_input_gives_equal_output_and_rows_are_found_again():
     body = blob(200)
     rng = np.random.default_rng(0)
@@ -110,15 +84,6 @@ def test_equal_input_gives_equal_output_and_rows_are_found_again():
     assert one.features.dtype == np.float32
     some = one.gaussians.take(np.array([3, 50, 199]))
     np.testing.assert_array_equal(features_of(one, some), one.features[[3, 50, 199]])
-
-
-def test_blocks_of_rows_give_the_same_features(monkeypatch):
-    body = blob(200)
-    speeds = np.random.default_rng(0).normal(size=(200, 3))
-    scene = clip(lambda time: replace(body, means=body.means + np.sin(9 * time * speeds)))
-    whole = canonical(scene, TIMES)
-    monkeypatch.setattr(canonical_module, "ROWS_AT_A_TIME", 30)
-    np.testing.assert_allclose(canonical(scene, TIMES).features, whole.features, atol=1e-6)
 
 
 def test_a_long_clip_is_looked_at_a_few_times():

@@ -1,7 +1,6 @@
 """Opacities change over a stated time."""
 
 import numpy as np
-import pytest
 
 from brushgs.passes.motion.fade import FADE, faded
 
@@ -28,9 +27,3 @@ def test_far_moments_do_not_matter_and_no_time_is_as_it_was():
     opacities = np.float32([[0], [1], [0.25]])
     np.testing.assert_array_equal(faded(opacities, np.array([0.0, 5.0, 9.0])), opacities)
     np.testing.assert_array_equal(faded(opacities, np.array([0.0, 0.1, 0.2]), 0.0), opacities)
-
-
-@pytest.mark.parametrize("num", [0, 1])
-def test_clips_without_steps_are_as_they_were(num):
-    opacities = np.full((num, 3), 0.5, np.float32)
-    np.testing.assert_array_equal(faded(opacities, np.zeros(num)), opacities)

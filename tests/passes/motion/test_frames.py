@@ -100,11 +100,6 @@ def test_what_rests_does_not_tremble_where_rows_are_missing():
     assert np.abs(table[..., OPACITY] - 1).max() < 0.1
 
 
-def test_what_rests_and_is_all_there_is_not_in_the_motion():
-    _, _, motion, _ = followed(lambda _: BODY, drop=0)
-    assert len(motion.ids) == 0
-
-
 @pytest.fixture(scope="module")
 def joined_later():
     """A body that another one joins at half of the time."""
@@ -121,19 +116,6 @@ def test_strokes_are_born_where_paint_is_missing(joined_later):
     # They paint all of it: together about as much as it does.
     assert table[-5:, born, OPACITY].mean() > 0.9
     assert np.abs(table[:, :num, SHIFT]).max() < 0.1
-
-
-def test_strokes_come_no_faster_than_they_fade(joined_later):
-    num, strokes, _, table = joined_later
-    painted = np.minimum(table[..., OPACITY] * strokes.opacities, 1)
-    assert num < len(strokes)
-    assert np.abs(np.diff(painted, axis=0)).max() < 1.01 / RATE / FADE
-
-
-def test_none_are_born_on_top_of_strokes():
-    twin = blob(600, 5)
-    num, strokes, _, _ = followed(lambda time: joined(BODY, twin) if time > 0.5 else BODY)
-    assert len(strokes) == num
 
 
 def test_strokes_die_with_what_they_painted_and_the_others_live():
@@ -193,15 +175,6 @@ def test_ten_times_as_many_gaussians_at_every_other_moment_are_the_same_strokes(
     assert np.median(shifts[-1]) < 0.3
 
 
-def test_a_quarter_turn_at_each_step_is_sound():
-    num, strokes, _, table = followed(
-        lambda time: moved(FAR, turn((0, 1, 0), np.pi / 2 * RATE * time), (0, 0, 0))
-    )
-    assert len(strokes) > num
-    assert table[..., OPACITY].min() >= 0
-    np.testing.assert_allclose(np.linalg.norm(table[..., TURN], axis=2), 1, atol=1e-5)
-
-
 def test_two_things_that_pass_each_other_keep_their_strokes():
     """One is black and moves through the other, which is white and rests."""
     white, black = replace(BODY, sh=0 * BODY.sh + 1), replace(blob(600, 1), sh=0 * BODY.sh - 1)
@@ -231,16 +204,6 @@ def test_what_the_caller_left_out_bears_no_strokes():
     assert len(after) == 20
 
 
-def test_labels_without_a_stroke_are_followed_and_not_painted():
-    scene = shuffled(lambda time: moved(BODY, STILL, (time, 0, 0)))
-    first, members, labels = of_first(scene, 20)
-    kept = first.take(first.ids % 2 == 0)
-    strokes, motion, _ = follow_frames(scene, TIMES, kept, members, labels)
-    np.testing.assert_array_equal(strokes.ids, kept.ids)
-    np.testing.assert_array_equal(motion.ids, kept.ids)
-    np.testing.assert_allclose(motion.table[-1, :, 0], 1, atol=0.1)
-
-
 def test_one_moment_rests_and_two_move():
     _, _, motion, _ = followed(lambda _: BODY, times=TIMES[:1])
     assert motion.table.shape == (1, 0, 12)
@@ -255,26 +218,6 @@ def test_a_clip_that_starts_with_nothing_has_strokes_later():
     assert len(strokes) > 0
     np.testing.assert_array_equal(motion.table[0, :, OPACITY], np.maximum(motion.table[0, :, OPACITY], 0))
     assert motion.table[-1, :, OPACITY].mean() > 0.9
-
-
-def test_points_and_strays_are_sound():
-    strays = blob(20, 3)
-    strays = replace(strays, means=strays.means * 1e7)
-    points = replace(blob(50, 4), scales=np.zeros((50, 3)))
-    everything = joined(BODY, strays, points, replace(blob(50, 6), opacities=np.zeros(50)))
-    _, strokes, motion, _ = followed(lambda time: moved(everything, STILL, (time, 0, 0)), times=TIMES[:16])
-    assert np.isfinite(motion.pose(15).moved(strokes).means).all()
-
-
-def test_equal_input_gives_equal_output():
-    def at(time):
-        return joined(moved(BODY, turn((0, 0, 1), time), (0, 0, 0)), *([FAR] if time > 0.5 else []))
-
-    times = TIMES[:20]  # four moments with the other one
-    (_, one, first, _), (_, two, second, _) = (followed(at, times=times) for _ in range(2))
-    for a, b in zip(columns_of(one), columns_of(two), strict=True):
-        np.testing.assert_array_equal(a, b)
-    np.testing.assert_array_equal(first.table, second.table)
 
 
 def test_at_most_three_moments_are_in_memory():

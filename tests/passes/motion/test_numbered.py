@@ -8,9 +8,7 @@ import pytest
 import brushgs as bg
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.moving.frames import open_frames
-from brushgs.measure.stability import report_stability
 from brushgs.options.clip import ClipConfig
-from brushgs.options.experiments import StabilityConfig
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.passes.motion.frames import follow_frames
@@ -19,7 +17,6 @@ from brushgs.passes.reduce.cluster import group
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from brushgs.rendering.motion import OPACITY
 from brushgs.still_life.moving import still_life_moving
 from brushgs.values.moving import MovingScene
 
@@ -89,14 +86,6 @@ def test_rows_are_found_again_where_they_can_be(export, prepared):
         assert stage(report, "match").counts["least_found"] > 0.99
 
 
-def test_the_number_of_strokes_holds_at_every_moment(prepared):
-    strokes, motion = prepared[0].strokes, prepared[0].moving.motion
-    for position in range(len(motion.times)):
-        num = np.count_nonzero(motion.pose(position).moved(strokes).opacities > 1 / 255)
-        assert abs(num - STROKES) <= 0.1 * STROKES
-    assert len(strokes) < 1.5 * STROKES  # all that were ever born
-
-
 def test_strokes_travel_with_the_pear(export):
     """Whether or not rows are found again: the median error of their paths is at most half of a stroke.
 
@@ -130,28 +119,6 @@ def test_strokes_travel_with_the_pear(export):
     assert len(errors) >= 3
     assert np.median(ways) > 1
     assert np.median(errors) < (0.1 if export.kind == "permuted" else 0.5)
-
-
-def test_strokes_fade_no_longer_than_a_step(prepared):
-    """At each moment a stroke is there or not: no frame at a moment shows those of another."""
-    motion = prepared[0].moving.motion
-    table = motion.table[..., OPACITY]
-    comes = np.flatnonzero((table[0] == 0) & (table > 0).any(axis=0))
-    for row in comes:
-        first = np.flatnonzero(table[:, row])[0]
-        assert table[first, row] > 0.3 * np.median(table[first:, row][table[first:, row] > 0])
-
-
-def test_they_flicker_less_than_a_third_of_frames_painted_alone(export, tmp_path):
-    config = StabilityConfig(gaps=(1,), alone=0)
-    clip = clip_of(export.folder, fps=RATE)
-    truth = MovingScene(clip.scene.duration, True, lambda time: export.truth.at(START + time))
-    report = report_stability(clip, tmp_path / "a.json", CONFIG, None, config, truth=truth)
-    track, alone = (report.result[name].warps[0].excess for name in ("track", "alone"))
-    assert alone > 0
-    assert track < alone / 3
-    marks, of_alone = (report.result[name].animation for name in ("track", "alone"))
-    assert marks.births + marks.deaths < (of_alone.births + of_alone.deaths) / 3
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,8 @@ from brushgs.passes.motion.fade import FADE
 from brushgs.passes.motion.rows import follow_rows
 from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.merge import merge_clusters
-from brushgs.rendering.motion import OPACITY, SIZE, TURN
+from brushgs.rendering.motion import OPACITY
 from brushgs.values.quats import rotation_matrices
-from brushgs.values.sh import C0
 from tests.kit.for_each import for_each
 from tests.passes.motion.scenes import blob, clip, joined, moved, turn
 
@@ -51,24 +50,6 @@ def test_strokes_of_a_rigid_body_follow_it(dtype, num):
         drawn_alike(motion.pose(position).moved(strokes), expected, 1e-5)
 
 
-def test_a_line_of_members_turns_as_they_do_around_it():
-    body = replace(blob(6), means=np.outer(np.arange(6.0), (1, 0, 0)))
-    scene = clip(lambda time: moved(body, turn((1, 0, 0), 2 * time), (0, 0, 0)))
-    strokes, motion = followed(scene, np.zeros(6, int))
-    drawn_alike(motion.pose(10).moved(strokes), moved(strokes, turn((1, 0, 0), 2), (0, 0, 0)), 1e-5)
-
-
-def test_what_tumbles_a_quarter_turn_at_a_step_is_followed():
-    body = blob(20)
-    scene = clip(lambda time: moved(body, turn((0, 1, 1), 5 * np.pi * time), (0, 0, 0)))
-    strokes, motion = followed(scene, np.arange(20) % 3)
-    for position, time in enumerate(TIMES):
-        expected = moved(strokes, turn((0, 1, 1), 5 * np.pi * time), (0, 0, 0))
-        drawn_alike(motion.pose(position).moved(strokes), expected, 1e-5)
-    steps = np.einsum("tmi,tmi->tm", motion.table[1:, :, TURN], motion.table[:-1, :, TURN])
-    np.testing.assert_allclose(steps, np.cos(np.pi / 4), atol=1e-6)
-
-
 def test_what_teleports_is_there_at_once_and_nothing_else_moves():
     rests, jumps = blob(10), blob(10, 1, (5, 0, 0))
     far = np.array([1e7, 0, 0])
@@ -90,13 +71,6 @@ def test_strokes_whose_members_rest_are_not_in_the_motion():
     for resting in (None, np.repeat([True, False], 10)):
         _, motion = followed(clip(at, resting=resting), np.repeat([4, 7, 2, 9], 5))
         np.testing.assert_array_equal(motion.ids, [2, 9])
-
-
-def test_a_scene_that_rests_has_strokes_that_rest():
-    body = blob(10)
-    strokes, motion = followed(clip(lambda _: body, 0.0), np.arange(10) % 2, np.zeros(1))
-    assert len(motion.ids) == 0
-    assert motion.pose(0).moved(strokes) is strokes
 
 
 def test_opacity_follows_that_of_members_and_waits_for_the_fade():
@@ -128,51 +102,6 @@ def test_what_comes_later_waits_where_it_will_be():
     np.testing.assert_array_equal(motion.ids, [1])
     np.testing.assert_array_equal(motion.pose(0).moved(strokes).opacities, strokes.opacities * [1, 0])
     np.testing.assert_allclose(motion.table[0, 0, :3], motion.table[6, 0, :3], atol=1e-6)
-
-
-def test_the_opacity_of_many_fades_as_the_merge_would_have_it():
-    body = blob(30, size=0.5)
-    strokes, motion = followed(
-        clip(lambda time: replace(body, opacities=body.opacities * (1 - 0.5 * time))), np.zeros(30, int)
-    )
-    half = merge_clusters(replace(body, opacities=0.5 * body.opacities), np.zeros(30, int))
-    np.testing.assert_allclose(motion.pose(10).moved(strokes).opacities, half.opacities, rtol=1e-5)
-
-
-def test_size_and_colour_follow_their_mean():
-    body = blob(12)
-
-    def at(time):
-        grown = moved(body, turn((1, 0, 0), 0), (0, 0, 0), size=1 + time, around=body.means.mean(axis=0))
-        return replace(grown, sh=body.sh + 0.5 * time / C0 * np.array([1, 0, -1]))
-
-    strokes, motion = followed(clip(at), np.zeros(12, int))
-    last = motion.pose(10).moved(strokes)
-    np.testing.assert_allclose(last.scales, 2 * strokes.scales, rtol=1e-5)
-    np.testing.assert_allclose(last.opacities, strokes.opacities, rtol=1e-5)
-    np.testing.assert_allclose((last.sh - strokes.sh)[0, 0] * C0, [0.5, 0, -0.5], atol=1e-6)
-
-
-def test_a_few_small_members_that_jitter_do_not_spin_a_stroke():
-    rng = np.random.default_rng(0)
-    body = blob(3, spread=0.01, size=0.1)
-    places = {time: body.means + 0.01 * rng.normal(size=(3, 3)) for time in TIMES}
-    _, motion = followed(clip(lambda time: replace(body, means=places[time])), np.zeros(3, int))
-    steps = np.abs(np.einsum("tmi,tmi->tm", motion.table[1:, :, TURN], motion.table[:-1, :, TURN]))
-    assert np.degrees(2 * np.arccos(steps.min())) < 6
-
-
-def test_a_member_that_fades_away_takes_no_part_in_where_its_stroke_goes():
-    body = blob(5)
-
-    def at(time):  # the last flies off while it fades
-        means = body.means + np.array([0, 0, 0, 0, 1])[:, None] * (1e4 * time, 0, 0)
-        opacities = body.opacities * np.where(np.arange(5) < 4, 1, time < 0.05)
-        return replace(body, means=means, opacities=opacities)
-
-    _, motion = followed(clip(at), np.zeros(5, int))
-    assert np.abs(motion.table[..., :3]).max() < 1
-    assert np.abs(motion.table[..., SIZE]).max() < 1
 
 
 def test_degenerate_members_give_finite_motions():

@@ -13,13 +13,11 @@ import pytest
 import brushgs as bg
 from brushgs.cli import main
 from brushgs.formats.scenes.read import open_files
-from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.sequence import SequenceConfig
 from brushgs.pipeline.blocks import budget as budgets
 from brushgs.pipeline.blocks.budget import Budget
 from brushgs.pipeline.blocks.load import load_in_blocks
-from brushgs.pipeline.prepare import STROKES, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.strokes import load_scene
 from brushgs.still_life import still_life_camera
@@ -114,38 +112,11 @@ def test_other_formats_and_several_files(path: Path, tmp_path: Path, suffix: str
     assert psnr(bg.render(merged, CAMERA, "gaussian"), plain) > 22
 
 
-def test_a_scene_that_fits_is_read_as_ever(path: Path) -> None:
-    for memory in (None, 10**12):
-        report = Report()
-        gaussians, notes = load_scene(SceneSource((path,), memory=memory), report, makes_strokes=True)
-        assert_equal(gaussians, bg.load(path))
-        assert "blocks" not in report.stages[0].did
-        assert notes.rows_each == 1
-    assert len(load_scene(SceneSource((path,), memory=MEMORY), Report())[0]) == NUM  # no strokes are made
-
-
 def test_strokes_are_never_merged_while_they_are_read(path: Path, tmp_path: Path) -> None:
     strokes = tmp_path / "strokes.ply"
     main(["cluster", str(path), "--strokes", "all", "-o", str(strokes), "--quiet"])
     source = SceneSource((strokes,), memory=MEMORY)
     assert len(load_scene(source, Report(), makes_strokes=True)[0]) > MOST
-
-
-def test_what_was_merged_is_not_pruned_unless_one_asks_for_it(path: Path) -> None:
-    source, counts = SceneSource((path,), memory=MEMORY), []
-    for keep in (None, 0.5):
-        report, config = Report(), PaintConfig.of({"cluster": {"strokes": 100}, "prune": {"keep": keep}})
-        prepare(source, config, report, asks=STROKES)
-        (pruned,) = [stage for stage in report.stages if stage.name == "prune"]
-        counts.append(pruned.counts["after"] / pruned.counts["before"])
-        assert bool(pruned.skipped) == (keep is None)
-    assert counts == [1, pytest.approx(0.5, abs=0.01)]
-
-
-def test_a_share_of_strokes_is_of_the_rows(path: Path) -> None:
-    config = PaintConfig.of({"cluster": {"strokes": 0.05}, "clean": {"floaters": "off"}})
-    prepared = prepare(SceneSource((path,), memory=MEMORY), config, Report(), asks=STROKES)
-    assert len(prepared.strokes) == pytest.approx(0.05 * NUM, abs=5)
 
 
 @pytest.mark.parametrize("command", ["render", "cluster", "export"])
