@@ -9,14 +9,12 @@ from hypothesis import strategies as st
 
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.finest import finest_of, seen_scales
-from brushgs.passes.form.solid import solidify
 from brushgs.passes.reduce.cluster import cluster
 from brushgs.passes.reduce.contribution import projected_areas, seen_areas
-from brushgs.passes.reduce.prune import prune
 from brushgs.rendering.render import render
 from brushgs.values.camera import Camera
 from tests.kit.for_each import for_each
-from tests.passes.scenes import assert_same, random_gaussians, replaced
+from tests.passes.scenes import random_gaussians, replaced
 from tests.stiff.shapes import ball
 
 PIXEL = np.sqrt(0.3)  # standard deviation of the low-pass
@@ -85,22 +83,6 @@ def test_pictures_show_that_area_on_the_average_over_views(scales):
     area = seen_areas(replace(one, finest=PIXEL * pixel))[0]
     # The kernel ends at three standard deviations, and below 1/255 of alpha: a tenth or more of faint paint.
     assert np.mean(painted) == pytest.approx(2 * np.pi * 0.05 * area / pixel**2, rel=0.25)
-
-
-def test_where_nothing_is_thinner_the_bits_stay():
-    scene = random_gaussians(300, size=0.3, dtype=np.float32)
-    for made in (prune, lambda g, n: cluster(g, round(n * 300))):
-        assert_same(made(scene, 0.2), made(replace(scene, finest=0.0), 0.2))
-    assert_same(solidify(scene), solidify(replace(scene, finest=0.0)))
-
-
-def test_paint_of_needles_stays_the_same_as_it_becomes_solid():
-    needles = replace(ball("needle", 1e6).take(slice(0, 400)), finest=2e-3)
-    needles = replace(needles, opacities=np.full(400, 0.4, np.float32))
-    solid = solidify(needles)
-    assert (solid.opacities > 1.01 * needles.opacities).mean() > 0.5
-    before, after = (one.opacities * seen_areas(one) for one in (needles, solid))
-    np.testing.assert_allclose(after, before, rtol=1e-5)
 
 
 def test_strokes_of_needles_do_not_depend_on_the_unit():

@@ -23,11 +23,6 @@ def test_groups_hold_the_rows_of_each_label_in_order():
     assert len(groups) == 17
 
 
-def test_the_first_row_of_each_label():
-    groups = Groups.of(np.array([2, 0, 1, 0, 2]), 3)
-    np.testing.assert_array_equal(groups.firsts, [1, 2, 0])
-
-
 @for_each("dtype", [np.float32, np.float64])
 @for_each("width", [1, 9, 16, 48])
 @for_each("num_threads", [1, 3])
@@ -37,13 +32,6 @@ def test_sums_are_those_of_bincount_bit_for_bit(dtype, width, num_threads):
     np.testing.assert_array_equal(totals, np.bincount(labels, weights, 17))
     for column in range(width):
         np.testing.assert_array_equal(sums[:, column], np.bincount(labels, weights * values[:, column], 17))
-
-
-def test_sums_keep_the_shape_of_a_row():
-    labels, values, weights = labelled(width=12)
-    groups = Groups.of(labels, 17)
-    sums = groups.sums(values.reshape(-1, 4, 3), weights)
-    np.testing.assert_array_equal(sums.reshape(17, 12), groups.sums(values, weights))
 
 
 @for_each("dtype", [np.float32, np.float64])
@@ -57,12 +45,6 @@ def test_rows_are_added_to_the_rows_they_belong_to_bit_for_bit(dtype, shape):
     np.add.at(expected, rows, values)
     add_rows(totals, rows, values)
     np.testing.assert_array_equal(totals, expected)
-
-
-def test_no_rows_add_nothing():
-    totals = np.ones((4, 3))
-    add_rows(totals, np.zeros(0, np.int32), np.zeros((0, 3), np.float32))
-    np.testing.assert_array_equal(totals, 1)
 
 
 @for_each("labels", [SPARSE, SPARSE.astype(np.int32) % 50, np.array([3, 3]), np.zeros(0, int)])

@@ -89,24 +89,3 @@ def test_a_single_layer_is_painted_closed(name):
     kernel = bg.StrokeTexture.open("gaussian")
     frames = [[bg.render(g, camera, kernel, depth=False) for camera in cameras] for g in (strokes, scene)]
     assert compare(*frames)[1] < 0.13
-
-
-@pytest.mark.parametrize("jitter", [0.0, 0.25])
-def test_what_goes_from_a_layer_is_spread(jitter):
-    """With 70 % kept each that goes has at least two kept neighbours, where a patch would have none."""
-    scene = layers.plane(2500, jitter)
-    kept = bg.prune(scene, 0.7)
-    distances = np.sort(np.linalg.norm(scene.means[:, None] - kept.means[None], axis=2), axis=1)
-    is_gone = distances[:, 0] > 0
-    assert is_gone.sum() == 750
-    assert distances[is_gone, 1].max() < (1.5 if jitter == 0 else 2.5) * 2 / 50
-
-
-def test_a_layer_has_little_to_spare_and_a_pile_has():
-    scene = layers.plane(2500)
-    assert len(bg.prune(scene)) >= 0.92 * len(scene)
-    pile = bg.Gaussians(
-        np.concatenate([scene.means + np.array([0, 0, 0.01 * z]) for z in range(4)]),
-        *(np.concatenate([column] * 4) for column in (scene.quats, scene.scales, scene.opacities, scene.sh)),
-    )
-    assert len(bg.prune(pile)) < 0.9 * len(pile)

@@ -41,20 +41,8 @@ def test_neighbours_do_not_depend_on_threads(monkeypatch, threads):
         np.testing.assert_array_equal(found, wanted)
 
 
-def test_every_point_may_be_asked_for_and_no_query_may_be_made():
-    points = np.array([[0.0], [3.0], [1.0]])
-    np.testing.assert_array_equal(neighbours.nearest(points, points[:1], 3)[1], [[0, 2, 1]])
-    assert neighbours.nearest(points, points[:0], 2)[1].shape == (0, 2)
-
-
 @for_each("num_links", [0, 1, 150, 400, 5000])
 def test_components_are_those_of_scipy(num_links):
     a, b = np.random.default_rng(num_links).integers(0, 500, (2, num_links))
     links = coo_array((np.ones(num_links, bool), (a, b)), shape=(500, 500))
     np.testing.assert_array_equal(components(500, a, b), connected_components(links, directed=False)[1])
-
-
-def test_a_chain_is_one_component_in_either_direction():
-    rows = np.arange(100_000)
-    for a, b in ((rows[:-1], rows[1:]), (rows[:0:-1], rows[-2::-1])):
-        assert not components(len(rows), a, b).any()

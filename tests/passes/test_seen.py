@@ -8,11 +8,8 @@ import pytest
 import brushgs as bg
 from brushgs.measure.likeness import psnr
 from brushgs.passes.reduce.cluster import group
-from brushgs.passes.reduce.split import painted_errors
-from brushgs.passes.seen import seen_in, shown_areas
+from brushgs.passes.seen import seen_in
 from brushgs.rendering.plain import PlainViews
-from tests.doctor.scenes import ball
-from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 KERNEL = bg.StrokeTexture.open("gaussian")
@@ -60,16 +57,6 @@ def test_strokes_for_views_are_nearer_to_the_scene_also_in_views_that_were_not_u
     assert len(after) <= 600
     for views in (used, unused):
         assert mean_psnr(after, scene, views) > mean_psnr(before, scene, views) + 1
-
-
-def test_what_no_view_shows_gets_few_strokes():
-    scene = squares()
-    behind, without = (
-        np.count_nonzero(strokes.means[:, 2] > 0.5)
-        for strokes in (bg.cluster(scene, 200, views=FRONT), bg.cluster(scene, 200))
-    )
-    assert without > 80
-    assert behind < 0.4 * without
 
 
 def test_an_edge_gets_smaller_strokes_than_what_is_of_one_colour():
@@ -120,20 +107,6 @@ def test_repainting_recovers_colours_that_were_lost():
     assert np.median(colors[x > 0.1]) > 0.9
 
 
-def test_the_error_of_a_picture_is_shared_among_its_strokes():
-    scene = squares()
-    views = bg.plain_views(scene, FRONT)
-    strokes = bg.cluster(scene, 100)
-    errors = painted_errors(strokes, views)
-    frame, plain = bg.render(strokes, FRONT[0], DAB, depth=False), views.frames[0]
-    total = 0.0
-    for shade in (0.0, 1.0):
-        away = frame.over((shade,) * 3) - plain.over((shade,) * 3)
-        total += 0.5 * float((frame.alpha[..., None] * away**2).sum(dtype=np.float64))
-    assert errors.sum() == pytest.approx(total, rel=1e-4)
-    assert (errors >= 0).all()
-
-
 def test_strokes_not_worth_keeping_are_replaced():
     scene = squares()
     whole = group(scene, 150, views=FRONT)
@@ -147,27 +120,6 @@ def test_strokes_not_worth_keeping_are_replaced():
 
 
 AWAY = [bg.Camera.look_at((0, 0, -3), (0, 0, -9), width=40, height=30)]
-
-
-@for_each(
-    ("scene", "views"),
-    [
-        (squares(), AWAY),  # all behind the view
-        (replace(squares(), opacities=np.zeros(3200, np.float32)), FRONT),  # transparent
-        (ball(), [bg.Camera.look_at((0, 0, 0), (0, 0, 1), width=40, height=30)]),  # inside
-        (replace(squares(), sh=np.full((3200, 1, 3), -1.7724539, np.float32)), FRONT),  # black
-        (squares().take(slice(1)), FRONT),
-        (squares().take(slice(2)), FRONT),
-        (squares().take(np.zeros(500, int)), FRONT),  # equal
-        (squares().take(slice(0)), FRONT),
-    ],
-    ids=["behind", "transparent", "inside", "black", "one", "two", "equal", "none"],
-)
-def test_stiff_scenes_have_strokes_like_others(scene, views):
-    strokes = bg.repaint(bg.cluster(scene, 50, views=views), scene, views)
-    assert len(strokes) == min(50, len(scene)) or 0 < len(strokes) <= 50
-    for column in strokes.columns().values():
-        assert np.isfinite(column).all()
 
 
 def test_a_view_that_shows_nothing_changes_nothing():
@@ -189,11 +141,3 @@ def test_wrong_views_are_named():
         PlainViews(tuple(FRONT), ())
     with pytest.raises(ValueError, match="focus must be > 0"):
         bg.cluster(scene, 50, focus=np.zeros(len(scene)))
-
-
-def test_what_is_hidden_shows_no_area_and_all_areas_are_the_picture():
-    scene = squares()
-    areas = shown_areas(scene, FRONT)
-    assert areas[1600:].sum() < 0.02 * areas.sum()
-    assert areas.sum() == pytest.approx(bg.render(scene, FRONT[0], DAB).alpha.sum(), rel=1e-3)
-    np.testing.assert_array_equal(shown_areas(scene, []), 0)

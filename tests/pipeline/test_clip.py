@@ -99,45 +99,11 @@ def test_each_of_numbered_files_is_shown_as_long_as_any_other():
     assert len(held(rate=1e6).times) == 1
 
 
-@for_each("num", [2, 3, 6, 10, 31])
-@for_each("fps", [24, 25, 26.4, 29.97, 30, 60])
-def test_a_film_with_more_frames_than_moments_shows_all_of_them(num, fps):
-    shown = held(num, fps=fps).times
-    assert len(shown) == round(num * fps / 24)
-    np.testing.assert_array_equal(np.unique(np.floor(shown + 1e-9)), np.arange(num))
-
-
-def test_a_part_of_numbered_files_ends_with_the_moment_that_is_named():
-    np.testing.assert_allclose(held(fps=24, start=Moment(2 / 24), end=Moment(5 / 24)).times, [2, 3, 4, 5])
-    np.testing.assert_allclose(held(fps=24, end=Moment(0.5, is_share=True)).times, np.arange(6))
-    np.testing.assert_allclose(held(fps=24, end=Moment(9 / 24)).times, np.arange(10))
-    np.testing.assert_allclose(held(fps=24, start=Moment(0.8, is_share=True)).times, [8, 9])
-    assert held(start=Moment(1, is_share=True)).times.tolist() == [10]
-
-
 def test_numbered_files_turn_at_the_last_moment_without_a_rest():
     loop = held(fps=24, loop=True)
     np.testing.assert_allclose(loop.times, [*range(10), *range(8, 0, -1)])
     assert loop.is_loop
     assert held(fps=24, loop=True, start=Moment(0.95, is_share=True)).times.tolist() == [9.5]
-
-
-def test_the_last_of_numbered_files_fades_as_long_as_it_is_shown():
-    loop = held(fps=24, loop=True, cross_fade=2 / 24)
-    np.testing.assert_allclose(loop.times, range(2, 10))
-    np.testing.assert_allclose(loop.shares, [*[0] * 7, 0.5], atol=1e-9)
-    assert loop.others[-1] == pytest.approx(1)
-
-
-def test_numbered_files_rest_at_their_end_where_the_camera_goes_on():
-    longer = held(fps=24, num_frames=15)
-    np.testing.assert_allclose(longer.times, [*range(10), *[10] * 5])
-    np.testing.assert_allclose(held(fps=24, num_frames=4).times, range(4))
-
-
-def test_a_scene_of_one_moment_is_one_frame():
-    assert film(duration=0.0).times.tolist() == [0.0]
-    assert film(duration=0.0, loop=True).times.tolist() == [0.0]
 
 
 @for_each(

@@ -9,19 +9,14 @@ import pytest
 from PIL import Image
 
 import brushgs as bg
-from brushgs.cameras.paths import standing
-from brushgs.cli.configs import paint_config, path_config
+from brushgs.cli.configs import path_config
 from brushgs.cli.parser import command_parser
 from brushgs.options.hand import HandConfig, Pace
-from brushgs.options.look import Look
 from brushgs.options.maps import Map
 from brushgs.options.rules import Rules
-from brushgs.pipeline.hand import describe_hand, flashing_area, open_hand
-from brushgs.pipeline.media.materials import ACCENTS, BACKDROP
+from brushgs.pipeline.hand import describe_hand, flashing_area
 from brushgs.pipeline.report import Report
-from brushgs.rendering.coat import Coat
 from brushgs.rendering.hand import Hand
-from brushgs.rendering.options import RenderOptions
 from tests.pipeline.test_sequence import FILES, config, contents, paint, scene, stage
 
 __all__ = ["scene"]
@@ -90,13 +85,6 @@ def test_they_are_refused_of_one_picture(words, sentence):
         path_config(args)
 
 
-def test_a_look_may_have_them():
-    Path("lively.toml").write_text('base = "oil"\n[hand]\nboil = 0.3\nhold = 2\n')
-    assert Look.open("lively.toml").config.hand == HandConfig(boil=0.3, hold=2)
-    args = command_parser("render").parse_args(["s.ply", "--look", "lively.toml", "--boil", "0.5"])
-    assert paint_config(args).hand == HandConfig(boil=0.5, hold=2)
-
-
 def test_holding_the_camera_needs_a_hold():
     with pytest.raises(ValueError, match="hold-camera needs hold"):
         HandConfig(hold_camera=True)
@@ -115,17 +103,6 @@ def test_a_map_holds_a_part_as_a_rule_does(scene, folder):
     steady, rule, found = (pictures(name) for name in ("steady", "ruled", "mapped"))
     np.testing.assert_array_equal(rule, found)
     assert any((one != two).any() for one, two in zip(steady, found, strict=True))
-
-
-def test_backdrop_and_accents_stay_as_they_were_laid(scene):
-    strokes, texture = bg.load(scene), bg.StrokeTexture.open("dab")
-    coats = [
-        Coat(name, strokes, texture, RenderOptions.of(texture)) for name in (BACKDROP, "strokes", ACCENTS)
-    ]
-    path = standing(bg.frame_scene(strokes, width=32, height=24), 6, 6)
-    hand = open_hand(by_hand(redraw=1.0), path, coats)
-    assert hand is not None
-    assert set(hand.rhythms) == {"strokes"}
 
 
 @pytest.mark.parametrize(("rate", "flashes"), [(1, False), (4, True)])

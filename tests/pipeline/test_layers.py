@@ -66,25 +66,6 @@ def test_motion_leads_to_the_same_stroke_in_the_next_frame(shots):
         assert found > (ids[y, x] == next_ids[y, x]).mean() + 0.2
 
 
-def test_the_last_frame_of_an_open_path_goes_on_as_it_came(scene, tmp_path):
-    cameras = [
-        {"id": i, "img_name": f"{i}", "width": 128, "height": 96, "fx": 150, "fy": 150}
-        | {"position": [0.05 * i, -0.4, -4.0], "rotation": np.eye(3).tolist()}
-        for i in range(3)
-    ]
-    path = tmp_path / "cameras.json"
-    path.write_text(json.dumps(cameras))
-    words = [*PLAIN, "--path", str(path), "--layers", "motion", "-o", str(tmp_path / "%d.exr")]
-    words = [word for word in words if word not in ("--size", "128x96", "--up", "-y")]
-    assert main(["render", str(scene), *words]) == 0
-    before, last = (read(tmp_path / f"{index}.exr")[1] for index in (1, 2))
-    painted = (before["paint.A"] > 0.9) & (last["paint.A"] > 0.9)
-    assert np.median(last["forward.u"][painted]) == pytest.approx(
-        np.median(before["forward.u"][painted]), rel=0.1
-    )
-    assert np.median(last["forward.u"][painted]) < -1  # the camera moves to the right
-
-
 def test_deep_frames_name_their_strokes_in_a_file_beside_them(scene, tmp_path):
     pattern = tmp_path / "deep" / "shot_%03d.exr"
     assert main(["render", str(scene), *PLAIN, "--orbit", "3", "--deep", "-o", str(pattern)]) == 0
@@ -130,12 +111,3 @@ def test_layers_that_cannot_be_written_are_refused_before_any_work(
     assert main(["render", str(scene), *words]) == 2
     assert sentence in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
-
-
-def test_passes_are_explained_without_a_scene(capsys):
-    with pytest.raises(SystemExit) as ended:
-        main(["render", "--passes"])
-    told = capsys.readouterr().out
-    assert ended.value.code == 0
-    assert all(name in told for name in LAYERS)
-    assert all(channels.split()[0] in told for channels in LAYER_CHANNELS.values())

@@ -8,15 +8,11 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.cameras.framing import plain_first_view
 from brushgs.cli import main
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.styles import read_style
 from brushgs.passes.color.color_map import Affine, map_colors
-from brushgs.passes.style.edit import apply_edit, needed_features
-from brushgs.passes.style.features import stroke_features
 from brushgs.still_life import still_life_camera
-from brushgs.values.sh import C0
 from tests.scenes import save_upright, still_life_of
 
 MATRIX, OFFSET = np.array([[0.9, 0.1, 0], [0, 0.8, 0.1], [0.05, 0, 0.6]]), np.array([0.04, 0.02, 0.1])
@@ -152,30 +148,3 @@ def test_pictures_that_do_not_belong_together_are_refused(folder, capsys):
     save_pictures(scene, "again", (0.0,))
     assert learn(*[word.replace("after", "wide") if word == "after" else word for word in words]) == 2
     assert "has other sides than its camera: 96x48, its camera 96x72" in capsys.readouterr().err
-
-
-def test_which_way_is_up_may_be_said(folder):
-    scene = bg.load("scene.ply")
-    view = plain_first_view(scene, "+x")
-    height = np.clip(stroke_features(scene, view, ("height",)).values, 0, 1)
-    sh = scene.sh.copy()
-    sh[:, 0] = ((0.5 + C0 * sh[:, 0]) * (1 - 0.7 * height) - 0.5) / C0
-    bg.save(replace(scene, sh=sh), "sideways.ply")
-    errors = {}
-    for up in ("+x", "-y"):
-        words = ["--before", "scene.ply", "--after", "sideways.ply", "-o", "up.style", "--up", up]
-        assert learn(*words) == 0
-        edit = read_style("up.style").edit
-        features = stroke_features(scene, view, needed_features([edit]))
-        found = apply_edit(scene, edit, features).sh[:, 0]
-        errors[up] = np.sqrt(((found - sh[:, 0]) ** 2).mean())
-    assert errors["+x"] < 0.5 * errors["-y"]
-    assert learn("painting.png", "--up", "+x") == 2
-
-
-def test_show_takes_no_flags_of_learning(folder, capsys):
-    assert learn("--before", "scene.ply", "--after", "dusk.ply") == 0
-    assert main(["style", "show", "dusk.style"]) == 0
-    assert "affine" in capsys.readouterr().out
-    assert main(["style", "show", "dusk.style", "--before", "scene.ply"]) == 2
-    assert "--before belongs to `brushgs style learn`" in capsys.readouterr().err

@@ -71,21 +71,6 @@ def test_a_look_adds_all_of_it_and_nothing_where_it_is_switched_off():
     assert bare.painting.lamp.towards is None
 
 
-def test_accents_are_among_the_strokes_that_are_asked_for():
-    found, report = in_oil()
-    laid = next(coat for coat in found.painting.coats if coat.name == ACCENTS)
-    assert 1 <= len(laid.strokes) <= 500 - len(found.strokes)
-    counts = next(stage.counts for stage in report.stages if stage.name == "cluster")
-    assert counts["asked"] == 500
-
-
-def test_three_values_are_reported():
-    _, report = in_oil()
-    counts = next(stage.counts for stage in report.stages if stage.name == "values")
-    assert counts["lights"] > counts["darks"]
-    assert 0 < counts["range"] < 100
-
-
 def test_the_light_on_strokes_comes_from_the_lamp():
     """Lit from the other side, what was light is dark; places and brushes stay."""
     left, right = (
@@ -125,13 +110,6 @@ def test_a_day_passes_over_a_film(few_suns):
     painter = FramePainter(again.painting, again.background, FrameKind(None))
     alone = painter.frame(FrameView(2, again.cameras[0], hour=2 / 3)).rgb
     np.testing.assert_array_equal(alone, frames[2])
-
-
-def test_a_day_begins_under_its_first_sun(few_suns):
-    sun = tuple(map(radians, (-60.0, 20.0)))
-    standing = painted(blind(oil(key=0.8, sun=sun)), views=PathConfig(orbit=4))[0]
-    passing = painted(blind(oil(key=0.8, sun=(*sun, 1.0, 0.7))), views=PathConfig(orbit=4))[0]
-    np.testing.assert_allclose(passing.strokes.sh, standing.strokes.sh, atol=1e-6)
 
 
 def test_a_sun_that_passes_needs_a_film():

@@ -12,9 +12,7 @@ from brushgs.options.choices import LOOKS
 from brushgs.options.look import Look
 from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import ViewConfig
-from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.still import paint_view
 from brushgs.still_life import still_life_camera
 from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
@@ -42,11 +40,6 @@ def config_of(name, *, num_strokes=250, see="off", **draw):
 def painted(name, scene=SCENE, camera=CAMERA, **draw):
     report = Report()
     return bg.paint(scene, config_of(name, **draw), camera=camera, report=report), report
-
-
-def paper_of(name):
-    with pytest.warns(bg.SceneWarning, match="no stroke"):
-        return painted(name, NOTHING)[0].rgb
 
 
 def stages(report):
@@ -77,23 +70,6 @@ def test_looks_with_a_ground_are_opaque_and_no_two_are_alike(frames):
         for other in (*PAINTED, *DRAWN):
             assert name == other or np.abs(frames[name].rgb - frames[other].rgb).mean() > 0.01
     assert frames["plain"].alpha.min() < 1
-
-
-@pytest.mark.parametrize("name", ["charcoal", "ink", "stippling"])
-def test_drawing_media_have_tones_of_paper_and_ink_alone(frames, name):
-    """Every pixel lies on the lines from the paper to black and to chalk: hues of the scene are gone."""
-    chroma = np.ptp(frames[name].rgb, axis=2)
-    paper = paper_of(name)
-    assert chroma.max() <= np.ptp(paper, axis=2).max() + 0.06
-    lightness = frames[name].rgb.mean(axis=2)
-    assert lightness.min() < 0.3  # dots are smaller than a pixel here
-    assert np.median(lightness) > lightness.min() + 0.2
-
-
-def test_watercolour_darkens_the_paper_and_nothing_is_lighter_than_it(frames):
-    paper = paper_of("watercolour")
-    assert (frames["watercolour"].rgb <= paper + 0.03).mean() > 0.99
-    assert frames["watercolour"].rgb.mean() < paper.mean() - 0.05
 
 
 @for_each("name", LOOKS)
@@ -159,23 +135,6 @@ def test_plain_leaves_out_every_stage_and_module_of_looks(paintings):
     assert not {"ground", "backdrop", "lines", "light", "brushes", "colour"} & set(stages(report))
 
 
-def test_drawing_media_find_lines_and_painting_does_not(paintings):
-    for name in (*PAINTED, *DRAWN):
-        assert ("lines" in stages(paintings[name][1])) == (name in DRAWN)
-
-
-def test_brushes_and_tones_are_decided_once_for_all_views():
-    """Two cameras of a path share the strokes, and so their brushes: nothing of a coat depends on a view."""
-    config = config_of("oil")
-    prepared = prepare(SCENE, config, Report(), views=CAMERA, on_background=False)
-    coat = prepared.painting.coats[-1]
-    assert len(np.unique(coat.strokes.brushes)) > 3
-    other = replace(CAMERA, viewmat=bg.Camera.look_at((1, -1, -4), (0, 0, 0), width=8, height=8).viewmat)
-    for camera in (CAMERA, other):
-        boxes, _ = coat.boxes(camera)
-        np.testing.assert_array_equal(boxes.brushes, coat.strokes.brushes[boxes.ids])
-
-
 def test_relief_lights_and_leaves_colours_where_there_is_none():
     config = config_of("oil")
     flat = replace(config, light=replace(config.light, relief=0.0))
@@ -187,14 +146,3 @@ def test_relief_lights_and_leaves_colours_where_there_is_none():
     assert 0.001 < np.abs(difference).mean() < 0.1
     # Light and shade balance; what is left are highlights.
     assert 0 <= difference.mean() < 0.5 * np.abs(difference).mean()
-
-
-def test_a_file_of_strokes_is_painted_in_a_look_too(tmp_path):
-    strokes = bg.cluster(bg.prune(SCENE), 300)
-    bg.save(strokes, tmp_path / "strokes.ply")
-    for name in ("gouache", "charcoal"):
-        config = config_of(name, num_strokes=None)
-        prepared = prepare(tmp_path / "strokes.ply", config, Report(), views=CAMERA)
-        frame = paint_view(prepared, Report())
-        assert len(prepared.strokes) == 300
-        assert np.ptp(frame.rgb) > 0.3

@@ -7,7 +7,6 @@ import pytest
 
 from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
-from brushgs.formats.pictures.letters import shortened
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
 from brushgs.outlets import looks_sheet
@@ -58,12 +57,6 @@ def test_a_sheet_shows_each_look_as_render_paints_it(scene, looks, tmp_path, mon
     assert report.output == str(tmp_path / "a.png")
 
 
-def test_looks_of_several_coats_are_on_a_sheet(scene, tmp_path):
-    report = paint_looks([Look.open("charcoal")], tmp_path / "a.png", scene=scene, view=ViewConfig(size=SIZE))
-    (stage,) = (one for one in report.stages if one.name == "charcoal")
-    assert 0 < stage.counts["strokes"] <= 6000
-
-
 def test_without_a_scene_it_shows_the_still_life(looks, tmp_path, monkeypatch):
     monkeypatch.setattr(looks_sheet, "still_life", lambda: still_life_of(2000))
     report = paint_looks(looks[:2], tmp_path / "a.png", view=ViewConfig(size=SIZE))
@@ -86,10 +79,3 @@ def test_a_sheet_never_replaces_what_it_is_made_of(scene, looks, tmp_path):
         paint_looks([looks[0], Look.open(tmp_path / "own.toml")], tmp_path / "brush.png", scene=scene)
     with pytest.raises(ValueError, match="output must end in"):
         paint_looks(looks, scene, scene=scene, report=Report())
-
-
-def test_words_that_do_not_fit_are_dropped_from_the_end():
-    assert shortened("one, two, three", 9) == "one, two"
-    assert shortened("one, two, three", 7) == "one"
-    assert shortened("onetwothree", 4) == "onetwothree"
-    assert shortened("one two", 7) == "one two"

@@ -118,11 +118,6 @@ def test_every_pass_has_its_stage_and_says_why_it_is_skipped(file):
     assert found["cluster"].skipped == [f"{', '.join(PASSES)}: they are switched off"]
 
 
-def test_without_the_passes_strokes_are_clusters(file):
-    prepared, _ = strokes_of(file, replace(PAINT, strokes=StrokesConfig.off()))
-    assert_same(prepared.strokes, bg.cluster(bg.prune(bg.load(file)), COUNT))
-
-
 @pytest.mark.parametrize("strokes_for", ["scene", "view"])
 def test_views_are_those_near_the_picture_and_a_ring_unless_all_is_for_the_view(file, strokes_for):
     config = replace(PAINT, cluster=ClusterConfig(COUNT, strokes_for=strokes_for))
@@ -144,21 +139,6 @@ def test_strokes_do_not_depend_on_the_size_of_the_picture_nor_on_what_else_is_wr
     assert_same(counted.strokes, given.strokes)
 
 
-@pytest.mark.parametrize("threads", [1, 3])
-def test_strokes_do_not_depend_on_threads(file, seeing, threads):
-    found, _ = strokes_of(file, replace(PAINT, draw=DrawConfig("flat", threads=threads)))
-    assert_same(found.strokes, seeing.strokes)
-
-
-def test_a_camera_from_a_file_gives_the_strokes_of_the_same_camera_in_memory(file):
-    camera = bg.Camera.look_at((0, -2, -9), (0, -1, 0), width=64, height=36)
-    prepared, found = strokes_of(file, views=camera)
-    assert "first view" not in found  # it is found, but shows nothing
-    assert len(prepared.strokes) == COUNT
-    again, _ = strokes_of(file, views=camera, asks=(*PICTURE, "first_view"))
-    assert_same(again.strokes, prepared.strokes)
-
-
 def test_strokes_of_a_file_are_painted_as_they_are(file, tmp_path):
     config = replace(PAINT, view=ViewConfig())
     cluster_file(file, tmp_path / "strokes.ply", config, Report())
@@ -174,17 +154,6 @@ def test_strokes_of_a_file_are_painted_as_they_are(file, tmp_path):
     away = np.abs(one - two)
     assert away.mean() < 1e-5  # files round opacities and scales
     assert away.max() < 0.01
-
-
-def test_what_is_seen_looks_more_like_the_scene_than_without_views(scene):
-    whole = replace(PAINT, prune=PruneConfig(1.0), cluster=ClusterConfig(None))
-    whole = replace(whole, draw=DrawConfig("gaussian"), strokes=StrokesConfig.off())
-    plain = paint(scene, whole).over((1, 1, 1))
-    errors = []
-    for see in ("views", "off"):
-        found = paint(scene, with_strokes(see=see, broken_color=0.0)).over((1, 1, 1))
-        errors.append(float(np.mean((found - plain) ** 2)))
-    assert errors[0] < 0.9 * errors[1]
 
 
 @pytest.mark.parametrize("target", [ErrorBudget(17.0), StrokeSize(24.0)])
@@ -215,14 +184,6 @@ def test_a_budget_that_no_number_reaches_is_refused(scene):
         paint(scene, replace(PAINT, cluster=ClusterConfig(ErrorBudget(60.0))))
 
 
-@pytest.mark.parametrize("num", [1, 2])
-def test_one_and_two_gaussians_are_painted(scene, num):
-    frame = paint(scene.take(slice(0, num)), PAINT)
-    assert np.isfinite(frame.rgb).all()
-    one, _ = strokes_of(scene.take(slice(0, 2)), replace(PAINT, cluster=ClusterConfig(1)))
-    assert len(one.strokes) == 1
-
-
 def test_where_the_views_show_nothing_strokes_are_made_by_the_scene_alone(scene):
     away = bg.Camera.look_at((0, 0, 90), (0, 0, 99), width=64, height=36)
     config = replace(
@@ -234,33 +195,7 @@ def test_where_the_views_show_nothing_strokes_are_made_by_the_scene_alone(scene)
     assert len(prepared.strokes) == COUNT
 
 
-@pytest.mark.parametrize("opacity", [0.0, 0.01, 1.0])
-def test_a_scene_of_glass_keeps_its_strokes(scene, opacity):
-    glass = replace(scene, opacities=np.full_like(scene.opacities, opacity))
-    prepared, _ = strokes_of(glass)
-    assert 0 < len(prepared.strokes) <= COUNT
-
-
 # ---- focus
-
-
-@pytest.mark.parametrize("see", ["views", "off"])
-def test_a_focus_moves_strokes_and_keeps_their_number(scene, see):
-    def strokes_with(focus, seed):
-        cluster = ClusterConfig(150, seed=seed)
-        config = replace(PAINT, cluster=cluster, strokes=StrokesConfig(see=see, focus=focus))
-        return strokes_of(scene, config)[0].strokes.means
-
-    gains = []
-    for seed in range(4):  # of one they differ by a quarter
-        before = strokes_with(None, seed)
-        center = np.median(before, axis=0)
-        radius = float(np.quantile(np.linalg.norm(before - center, axis=1), 0.2))
-        after = strokes_with(Focus((*map(float, center), radius)), seed)
-        assert abs(len(after) - len(before)) < 5
-        share, more = (np.mean(np.linalg.norm(x - center, axis=1) < radius) for x in (before, after))
-        gains.append(more / (1 - more) * (1 - share) / share)
-    assert 1.5 < np.mean(gains) < 2.7  # twice as many to an area
 
 
 def test_a_mask_lies_over_the_first_view(file, tmp_path):

@@ -76,15 +76,6 @@ def test_the_folder_paints_the_pictures_that_its_strokes_make(strokes, tmp_path,
         assert np.abs(still - read_image(Path(frame))).mean() < 0.002
 
 
-def test_rows_of_all_moments_are_the_same_strokes(strokes):
-    scene = bg.load_moving(strokes)
-    first, last = scene.at(0), scene.at(scene.duration)
-    away = np.linalg.norm(last.means - first.means, axis=1)
-    assert (away < 1e-6).sum() > 10, "the wall rests"
-    assert (np.abs(away - 0.9) < 0.25).sum() > 5, "the body goes to the right"
-    np.testing.assert_allclose(first.sh, last.sh, atol=0.02)
-
-
 def test_a_part_of_a_clip(folder, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["--strokes", 60, "--up", "-y", "--start", "50%", "-o", "late"]

@@ -1,9 +1,7 @@
 """Films of moving scenes: strokes follow what they paint, and frames do not depend on each other."""
 
-import json
 from dataclasses import replace
 
-import av
 import numpy as np
 import pytest
 
@@ -12,7 +10,6 @@ from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.clip import ClipConfig
 from brushgs.options.look import Look
-from brushgs.options.moment import Moment
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.pipeline.clip import Clip
@@ -150,29 +147,6 @@ def test_frames_of_another_film_are_not_resumed(scene, clip, message, tmp_path):
         paint(tmp_path / "%d.png", scene, clip=clip, is_resumed=True)
 
 
-def test_camera_and_scene_run_together(tmp_path):
-    report = paint(tmp_path / "%d.png", path=PathConfig(orbit=8, fps=12))
-    stages = {stage.name: stage for stage in report.stages}
-    assert stages["path"].counts["frames"] == 8
-    assert stages["paint"].counts["painted"] == 8
-    assert stages["follow"].counts["moments"] == 7, "the scene ends before the orbit, and rests"
-
-
-def test_while_nothing_moves_one_picture_serves_all_frames(tmp_path):
-    report = paint(tmp_path / "%02d.png", path=standing_path(tmp_path, 10))
-    assert report.stages[-2].counts["repeated"] == 3, "the camera rests, and the scene has ended"
-
-
-def standing_path(folder, num_frames):
-    """A camera path file whose views are all one."""
-    frame = {"transform_matrix": np.diag([1.0, 1.0, 1.0, 1.0]).tolist()}
-    frame["transform_matrix"][2][3] = 6.0
-    file = folder / "transforms.json"
-    content = {"camera_angle_x": 1.2, "w": 64, "h": 48, "frames": [frame] * num_frames}
-    file.write_text(json.dumps(content))
-    return PathConfig(file=file, fps=12)
-
-
 def test_there_and_back_is_a_loop_and_repeats_pictures(tmp_path):
     config = replace(CONFIG, draw=replace(CONFIG.draw, lock="anchor"))
     paint(tmp_path / "%02d.png", clip=ClipConfig(fps=12, loop=True), config=config)
@@ -188,27 +162,6 @@ def test_a_loop_fades_into_its_beginning(tmp_path):
     assert len(pictures) == 6
     steps = [np.abs(a - b).mean() for a, b in zip(pictures, [*pictures[1:], pictures[0]], strict=True)]
     assert max(steps) < 2.5 * np.median(steps), "the film has a jump"
-
-
-def test_one_moment_is_one_frame(tmp_path):
-    paint(tmp_path / "%d.png", clip=ClipConfig(start=Moment(0.25), end=Moment(0.25)))
-    (picture,) = frames_of(tmp_path)
-    assert picture.shape == (48, 64, 3)
-
-
-def test_a_video_has_all_frames(tmp_path):
-    paint(tmp_path / "film.mp4")
-    with av.open(str(tmp_path / "film.mp4")) as video:
-        assert video.streams.video[0].average_rate == 12
-        assert sum(1 for _ in video.decode(video=0)) == 7
-
-
-def test_the_report_of_a_film_is_json(tmp_path):
-    report = paint(tmp_path / "%d.png")
-    stages = json.loads(report.as_json())["stages"]
-    names = [stage["name"] for stage in stages]
-    assert names[1] == "load"
-    assert names.index("cluster") < names.index("follow") < names.index("track") < names.index("paint")
 
 
 def test_every_mark_moves_with_a_stroke_and_a_backdrop_rests():
@@ -270,14 +223,3 @@ def test_what_leaves_and_comes_back_takes_its_strokes_along(tmp_path):
     assert away.max() < 0.02
     np.testing.assert_allclose(back, first, atol=0.35)
     assert np.abs(back - first).mean() < 0.02
-
-
-@pytest.mark.parametrize("look", ["oil", "watercolour", "stippling"])
-def test_looks_paint_films(look, tmp_path):
-    config = bg.Look.open(look).config
-    config = replace(config, view=ViewConfig(size=(64, 48)), cluster=replace(config.cluster, strokes=60))
-    config = replace(config, strokes=replace(config.strokes, see="off"))
-    paint(tmp_path / "%d.png", config=config)
-    pictures = frames_of(tmp_path)
-    assert len(pictures) == 7
-    assert np.abs(pictures[0] - pictures[-1]).max() > 0.1

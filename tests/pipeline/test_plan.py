@@ -111,27 +111,6 @@ def test_only_the_part_that_is_shown_is_framed(has_rows):
     assert np.ptp(part.points[:, 0]) == pytest.approx(SIZE, rel=0.2)
 
 
-@pytest.mark.parametrize(("up", "has_rows"), [(None, False), ("-y", True), (None, True)])
-def test_a_scene_at_rest_is_framed_as_it_is_alone(up, has_rows):
-    still = still_life_of(2000)
-    config = replace(CONFIG, view=ViewConfig(size=(96, 72), up=up))
-    alone = prepare(still, config, Report(), asks=("cameras", "first_view"))
-    camera, view = planned(Clip(MovingScene(SECONDS, has_rows, lambda time: still)), config)
-    np.testing.assert_array_equal(camera.viewmat, alone.camera.viewmat)
-    np.testing.assert_array_equal(view.points, alone.known_view.points)
-    assert view.azimuth == alone.known_view.azimuth
-
-
-@pytest.mark.parametrize("has_rows", [True, False])
-def test_what_the_margin_of_the_picture_has_room_for_changes_nothing(has_rows):
-    body = ball(200)
-    sway = clip_of(
-        lambda share: replace(body, means=body.means + np.float32([0.03 * share, 0, 0])), has_rows=has_rows
-    )
-    first = replace(sway, config=ClipConfig(end=Moment(0)))
-    np.testing.assert_array_equal(planned(sway)[0].viewmat, planned(first)[0].viewmat)
-
-
 @pytest.mark.parametrize("has_rows", [True, False])
 def test_moments_without_gaussians_are_passed_over(has_rows):
     body_at = flying((1, 0, 0))

@@ -2,7 +2,7 @@
 
 import gc
 import weakref
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -233,27 +233,6 @@ def test_options_are_those_of_a_still_or_of_a_path(folder, stroke, along_path, l
     assert (prepared.path is not None) is along_path
     assert prepared.painting.is_moving is along_path
     assert len(prepared.cameras) == (3 if along_path else 1)
-
-
-def test_every_option_of_drawing_is_resolved_or_handed_on_by_name(folder):
-    # texture, its colours, num_sigmas, background, num_threads
-    by_itself = {"stroke", "stroke_color", "extent", "background", "threads"}
-    by_name = {"lock", "order", "filter", "underpaint", "streaks"}
-    assert {field.name for field in fields(DrawConfig)} - by_itself == by_name
-    draw = DrawConfig(
-        "flat",
-        filter="nearest",
-        extent="paper",
-        lock="off",
-        order="soft",
-        underpaint=True,
-        streaks=0.1,
-        threads=2,
-    )
-    options = prepare(folder / "scene.ply", replace(BARE, draw=draw), Report()).options
-    assert (options.underpaint is not None, options.streaks) == (True, 0.1)
-    assert (options.filter, options.num_sigmas, options.num_threads) == ("nearest", 2.0, 2)
-    assert (options.lock, options.order) == ("off", "soft")
 
 
 def test_one_picture_cannot_be_tracked(folder):

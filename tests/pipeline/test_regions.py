@@ -11,26 +11,23 @@ from brushgs.formats.pictures.images import read_image
 from brushgs.formats.styles_write import write_style
 from brushgs.options.clip import ClipConfig
 from brushgs.options.direction import Direction
-from brushgs.options.media import MEDIA
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,
     PaintConfig,
-    PaletteConfig,
     PruneConfig,
     StrokesConfig,
     ViewConfig,
 )
 from brushgs.options.rules import Rule, Rules
-from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
+from brushgs.options.sequence import SequenceConfig
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.where import Where, WhereConfig
 from brushgs.passes.color.recolor import Palette, recolor
 from brushgs.passes.style.palette import learn_palette
 from brushgs.pipeline.clip import Clip
-from brushgs.pipeline.prepare import PICTURE, prepare
+from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.runner import Memory
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.still_life import still_life_camera
 from brushgs.values.sh import base_colors
@@ -128,17 +125,6 @@ def test_a_part_that_cannot_be_found_is_named(scene, tmp_path):
         painted(scene, replace(PAINT, rules=Rules.of(file)))
 
 
-def test_size_and_opacity_are_factors_of_the_strokes_there(scene, plain):
-    strokes = painted(scene, with_rules(rule(LEFT, size=2.0, opacity=0.5))).strokes
-    left = plain.regions == 1
-    np.testing.assert_array_equal(strokes.regions, plain.regions)
-    sizes = np.sort(strokes.scales, axis=1)[:, 1:].prod(axis=1)
-    before = np.sort(plain.scales, axis=1)[:, 1:].prod(axis=1)
-    np.testing.assert_allclose(sizes[left] / before[left], 4, rtol=0.05)
-    np.testing.assert_allclose(strokes.opacities[left], 0.5 * plain.opacities[left], rtol=1e-6)
-    np.testing.assert_array_equal(strokes.opacities[~left], plain.opacities[~left])
-
-
 def test_a_share_moves_strokes_and_keeps_their_number(scene, plain):
     many = painted(scene, with_rules(rule(LEFT, share=4.0))).strokes
     assert len(many) <= 200
@@ -153,16 +139,6 @@ def test_a_palette_is_fitted_to_the_strokes_of_its_part(scene, orange):
     expected = recolor(plain.take(left), Palette.of_image(read_image(orange)))
     assert_same(strokes.take(left), expected)
     assert_same(strokes.take(~left), plain.take(~left))
-
-
-def test_the_palette_of_a_part_takes_the_place_of_that_of_the_painting(scene, plain, orange):
-    whole = replace(PAINT, palette=PaletteConfig(orange))
-    strokes = painted(
-        scene, with_rules(rule(LEFT, palette=orange, palette_strength=0.0), paint=whole)
-    ).strokes
-    left = strokes.regions == 1
-    away = np.abs(base_colors(strokes.sh) - base_colors(plain.sh)).mean(axis=1)
-    assert away[left].mean() < 0.02 < 0.1 < away[~left].mean()
 
 
 def test_a_part_has_brushes_of_its_own(scene):
@@ -182,39 +158,6 @@ def test_a_direction_turns_the_strokes_of_its_part_alone(scene, plain):
     assert same.all()
 
 
-def test_files_of_strokes_are_in_parts_too(scene, tmp_path, orange):
-    strokes = bg.cluster(scene, 200)
-    from brushgs.formats.scenes.write import write_scene
-    from brushgs.options.scene_source import SceneSource
-
-    write_scene(strokes, tmp_path / "strokes.ply", is_strokes=True)
-    config = with_rules(rule(LEFT, palette=orange, size=2.0))
-    found = painted(SceneSource.of(tmp_path / "strokes.ply"), config).strokes
-    left = found.regions == 1
-    assert len(found) == 200
-    np.testing.assert_allclose(found.scales[left], 2 * strokes.scales[left], rtol=1e-5)
-    np.testing.assert_array_equal(found.sh[~left], strokes.sh[~left])
-
-
-def test_steps_are_remembered_until_the_rules_change(scene, orange):
-    memory = Memory()
-    first = painted(scene, with_rules(rule(LEFT)), memory=memory).strokes
-    made = memory.made.copy()
-    painted(scene, with_rules(rule(LEFT)), memory=memory)
-    assert memory.made["cluster"] == made["cluster"] == memory.made["placed"] == 1
-    other = painted(scene, with_rules(rule(RIGHT)), memory=memory).strokes
-    assert memory.made["cluster"] == 2
-    assert (other.regions == 1).mean() != (first.regions == 1).mean()
-
-
-def test_a_painting_that_grows_begins_with_coarser_strokes_of_one_part(scene, orange):
-    config = with_rules(rule(LEFT, palette=orange))
-    prepared = prepare(scene, config, Report(), asks=(*PICTURE, "growth"), views=GrowConfig(seconds=1.0))
-    strokes = prepared.growth.coats[-1].coat.strokes
-    assert len(strokes) > len(prepared.strokes)
-    np.testing.assert_array_equal(strokes.means[:, 0] < 0, strokes.regions == 1)
-
-
 @pytest.mark.parametrize("has_rows", [True, False])
 def test_parts_follow_a_moving_scene(has_rows, orange):
     clip = Clip(moving_scene(has_rows=has_rows), ClipConfig(fps=12))
@@ -223,17 +166,6 @@ def test_parts_follow_a_moving_scene(has_rows, orange):
     strokes = prepared.strokes
     reddish = base_colors(strokes.sh)[:, 0] - base_colors(strokes.sh)[:, 1] > 0.3
     np.testing.assert_array_equal(reddish, strokes.regions == 1)
-
-
-def test_frames_do_not_depend_on_the_number_of_processes(scene, tmp_path):
-    path = tmp_path / "scene.ply"
-    bg.save(scene, path)
-    config = with_rules(rule(LEFT, brushes=("dab",), size=1.5))
-    for jobs in (1, 2):
-        paint_sequence(path, f"{tmp_path}/{jobs}/", PathConfig(orbit=3), config, SequenceConfig(jobs=jobs))
-    for number in range(3):
-        one, two = ((tmp_path / str(jobs) / f"{number:05}.png").read_bytes() for jobs in (1, 2))
-        assert one == two
 
 
 def shown(where, paint=PAINT, **fields):
@@ -264,23 +196,6 @@ def test_all_of_a_scene_is_painted_as_without_where(scene):
     assert_same(prepared.strokes, painted(scene, PAINT).strokes)
 
 
-@pytest.mark.parametrize("kind", ["charcoal", "ink", "hatching", "stippling", "watercolour"])
-def test_drawing_media_draw_a_part_too(kind, scene):
-    scene = still_life_of(3000)  # of fewer Gaussians, which are larger, some reach over the border
-    media = MEDIA[kind](lines=0.5)
-    prepared = painted(scene, replace(shown(LEFT), media=media))
-    frame = prepared.painting.frame(VIEW)
-    plain = bg.render(scene, VIEW, "gaussian")
-    away = np.abs(frame.rgb - plain.rgb).mean(axis=(0, 2))
-    assert away[80:].mean() < 0.002 < 0.02 < away[:20].mean()
-
-
-def test_rules_hold_within_what_is_painted(scene):
-    prepared = painted(scene, replace(with_rules(rule("sphere:0,-1,0,1")), painted=shown(LEFT).painted))
-    assert set(prepared.strokes.regions) == {0, 1}
-    assert prepared.plain.regions is None
-
-
 def test_a_soft_edge_mingles_strokes_and_gaussians(scene):
     prepared = painted(scene, shown(LEFT, soft=0.5))
     assert (prepared.plain.means[:, 0] < 0).any()
@@ -298,13 +213,6 @@ def test_what_is_not_painted_moves_with_the_scene(has_rows, tmp_path):
     assert centers[1] - centers[0] == pytest.approx(CAMERA.K[0, 0] * STEP / 6, abs=1.5)
 
 
-def test_a_painting_of_a_part_grows_before_the_rest(scene):
-    prepared = prepare(scene, shown(LEFT), Report(), asks=(*PICTURE, "growth"), views=GrowConfig(seconds=1.0))
-    assert len(prepared.growth.coats[-1].coat.strokes) > len(prepared.strokes)
-    begun = prepared.growth.first(0.0)
-    assert begun.coats[0].plain is prepared.plain
-
-
 def test_a_part_has_a_style_and_adjustments_of_its_own(scene, orange, tmp_path):
     style = Style("orange", learn_palette(read_image(orange)))
     write_style(style, tmp_path / "orange.style")
@@ -320,12 +228,3 @@ def test_a_part_has_a_style_and_adjustments_of_its_own(scene, orange, tmp_path):
     # A share of 0 is the painting without style, bit for bit.
     none = rule(LEFT, style=StyleConfig.parse(f"{tmp_path}/orange.style:0"))
     assert_same(painted(scene, with_rules(none, rule(RIGHT), paint=unbroken)).strokes, before)
-
-
-def test_a_part_without_adjustments_keeps_those_of_the_painting(scene):
-    grey = replace(
-        PAINT, adjust=AdjustConfig(saturation=0.0), strokes=StrokesConfig(see="off", broken_color=0.0)
-    )
-    strokes = painted(scene, with_rules(rule(LEFT, adjust=AdjustConfig(saturation=2.0)), paint=grey)).strokes
-    spread = np.ptp(base_colors(strokes.sh), axis=1)
-    assert spread[strokes.regions == 0].max() < 0.02 < spread[strokes.regions == 1].mean()

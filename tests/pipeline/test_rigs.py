@@ -14,7 +14,7 @@ from brushgs.options.projection import ProjectionConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.rigs import leveled, open_rig, views_of
+from brushgs.pipeline.rigs import leveled, open_rig
 from brushgs.pipeline.sequence import paint_sequence
 from tests.scenes import save_upright, still_life_of
 
@@ -64,22 +64,6 @@ def test_a_subject_fills_some_90_degrees_of_a_sphere():
     assert 55 < np.degrees(2 * np.arcsin(1 / distance)) < 100
 
 
-def test_a_camera_that_looks_straight_down_has_ahead_what_was_above():
-    camera = bg.Camera.look_at((0, -2, 0), (0, 0, 0), (0, 0, 1), width=64, height=32)
-    level = leveled(camera, np.array([0.0, -1.0, 0.0]))
-    np.testing.assert_allclose(level.viewmat[2, :3], (0, 0, 1), atol=1e-12)
-
-
-def test_strokes_are_made_for_all_around_and_for_more_than_one_frame():
-    sphere = ProjectionConfig(projection="equirect")
-    path = [bg.Camera.look_at((x, 0, -4), (0, 0, 0), width=64, height=32) for x in range(5)]
-    views = views_of(sphere, path)
-    ahead = np.stack([view.viewmat[2, :3] for view in views[:6]])
-    np.testing.assert_allclose(ahead.sum(axis=0), 0, atol=1e-12)
-    assert len({tuple(view.position.round(6)) for view in views}) == 2
-    assert views_of(ProjectionConfig(stereo="side"), path) is path
-
-
 def test_the_eyes_are_a_thirtieth_of_the_distance_apart_and_a_note_says_so():
     gaussians, report = still_life_of(1000), Report()
     view = plain_first_view(gaussians)
@@ -107,13 +91,6 @@ def test_a_sphere_is_painted_to_a_file_with_layers(scene, tmp_path):
     assert spec.get_string_attribute("textureformat") == "LatLong Environment"
     assert {"Z", "N.X", "unlit.R", "paint.A"} <= set(spec.channelnames)
     assert spec.getattribute("worldToCamera") is None  # there is no single view
-
-
-def test_python_paints_eyes_too(scene):
-    frame = bg.paint(scene, size=(48, 32), stereo="top", ipd=0.1, strokes=150, see="off")
-    assert frame.alpha.shape == (64, 48)
-    upper, lower = np.split(frame.rgb, 2)
-    assert 0 < np.abs(upper - lower).mean() < 0.1
 
 
 def test_frames_of_a_sphere_do_not_depend_on_processes_and_are_resumed(scene, tmp_path, monkeypatch):

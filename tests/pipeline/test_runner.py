@@ -1,7 +1,6 @@
 """What is asked of a graph is made, nothing else, and nothing twice; a painting that is kept is the same."""
 
 import gc
-import time
 import weakref
 from dataclasses import replace
 
@@ -11,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brushgs.options.look import Look
-from brushgs.options.painting import ErrorBudget, PaintConfig
+from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.runner import Job, Later, Memory, NoMemory, Steps, holding, is_same, makes, unless
+from brushgs.pipeline.runner import Job, Later, Memory, NoMemory, Steps, holding, is_same, unless
 from brushgs.pipeline.still import paint_view
 from tests.passes.scenes import assert_same
 from tests.scenes import still_life_of
@@ -73,16 +72,6 @@ def test_only_steps_whose_inputs_changed_are_made_again(remembered, config, step
     assert made == steps
 
 
-@pytest.mark.parametrize("config", [CHANGES[2][0], ErrorBudget(15.0)], ids=range(2))
-def test_a_painting_with_a_memory_is_the_same_as_one_without(remembered, config):
-    if isinstance(config, ErrorBudget):
-        config = replace(changed("cluster", strokes=config), strokes=replace(OIL.strokes, see="off"))
-    made_anew(remembered, OIL)
-    prepared, _ = made_anew(remembered, config)
-    anew = prepare(SCENE, config, Report())
-    assert np.array_equal(paint_view(prepared, Report()).rgb, paint_view(anew, Report()).rgb)
-
-
 def test_arrays_are_compared_by_identity_and_options_by_value():
     memory, array, other = Memory(), np.zeros(3), np.zeros(3)
     first = memory.of("a", (array, (1, "x")), object)
@@ -99,10 +88,6 @@ def test_a_step_that_fails_is_forgotten():
         memory.of("a", (2,), lambda: 1 // 0)
     memory.of("a", (1,), object)
     assert memory.made == {"a": 2}
-
-
-def test_without_a_memory_all_is_made():
-    assert NoMemory().of("a", (), object) is not NoMemory().of("a", (), object)
 
 
 def graph(*functions, inputs=("x",), services=("report",)):
@@ -157,17 +142,6 @@ def test_a_circle_a_missing_input_and_a_value_of_two_steps_are_refused_before_an
         graph(x)
 
 
-def test_several_values_of_one_step_are_taken_one_by_one():
-    @makes("low", "high")
-    def ends(x):
-        return min(x), max(x)
-
-    def width(low, high):
-        return high - low
-
-    assert make(graph(ends, width), ["width"], x=[3, 8])[0] == {"width": 5}
-
-
 def test_a_value_for_later_is_made_only_when_it_is_called():
     def long(x):
         return x
@@ -192,18 +166,6 @@ def test_a_rule_skips_a_step_and_what_only_it_takes_and_says_why():
     found, job = make(steps, ["larger"], x=3)
     assert (found, job.seconds, job.skipped) == ({"larger": 3}, {}, {"larger": "x is small"})
     assert make(steps, ["larger"], x=6)[0] == {"larger": 60}
-
-
-def test_the_time_of_a_step_is_without_that_of_what_it_waits_for():
-    def slow(x):
-        time.sleep(0.05)
-        return x
-
-    def quick(slow: Later[int]):
-        return slow()
-
-    seconds = make(graph(slow, quick), ["quick"], x=1)[1].seconds
-    assert seconds["slow"] >= 0.05 > seconds["quick"]
 
 
 class Value:
@@ -257,17 +219,6 @@ def test_a_value_that_was_called_later_is_an_input_too():
     make(steps, ["shown"], memory, x=1, y=True)
     assert make(steps, ["shown"], memory, x=2, y=True)[0] == {"shown": [2]}
     assert make(steps, ["shown"], memory, x=3, y=False)[1].seconds.keys() == {"shown"}  # and not long
-
-
-def test_services_say_nothing_about_a_result():
-    def told(x, report):
-        return [x]
-
-    memory, steps = Memory(), graph(told)
-    assert (
-        make(steps, ["told"], memory, x=1, report=1)[0]["told"]
-        is make(steps, ["told"], memory, x=1, report=2)[0]["told"]
-    )
 
 
 def test_one_memory_paints_every_change_of_options_as_a_fresh_job():

@@ -1,13 +1,11 @@
 import contextlib
 import json
 import os
-import pickle
 import re
 import signal
 import subprocess
 import sys
 import time
-import warnings
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -23,7 +21,6 @@ from brushgs.formats import read_scene
 from brushgs.formats.pictures.images import encode_frame, read_image
 from brushgs.formats.pictures.numbered import Manifest
 from brushgs.formats.pictures.shot import Shot
-from brushgs.options.focus import Focus
 from brushgs.options.look_parts import ColorConfig, LightConfig
 from brushgs.options.painting import (
     ClusterConfig,
@@ -37,7 +34,7 @@ from brushgs.options.rules import Rule, Rules
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.options.where import Where, WhereConfig
 from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
-from brushgs.pipeline.report import Report, Stopwatch, pace
+from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.sequence_outputs import plan_output
 from brushgs.pipeline.views import choose_first_view
@@ -125,40 +122,6 @@ def psnr(actual, expected):
 # ---- frames
 
 
-def test_the_stages_run_in_order_and_the_frames_are_counted(scene, folder):
-    report = paint(scene)
-    order = ["stroke", "load", "clean", "first view", "path", "prune", "cluster", "track", "paint", "write"]
-    assert [stage.name for stage in report.stages] == order
-    assert names("f") == [MANIFEST, *FILES]
-    counts = {stage.name: stage.counts for stage in report.stages}
-    assert (counts["paint"]["frames"], counts["paint"]["painted"], counts["paint"]["skipped"]) == (6, 6, 0)
-    assert counts["paint"]["seconds_per_frame"] > 0
-    tracking = stage(report, "track").seconds / NUM_FRAMES / counts["paint"]["seconds_per_frame"]
-    assert counts["paint"]["tracking_share"] == pytest.approx(tracking, abs=1e-4)
-    assert counts["track"] == {"lock": "track", "strokes": 150, "frames": 6}
-    assert (counts["path"]["frames"], counts["path"]["fps"], counts["path"]["loop"]) == (6, 12, True)
-    assert counts["write"]["bytes"] == sum(map(len, contents("f").values()))
-    assert report.output == "f/%05d.png"
-    assert all(stage.did and stage.seconds >= 0 for stage in report.stages)
-    assert sum(stage.seconds for stage in report.stages) < report.seconds
-    json.loads(report.as_json())
-
-
-def test_strokes_for_the_views_of_a_path_are_the_same_whichever_frames_are_painted(scene, folder):
-    report = paint(scene, "all/", paint_config=seen())
-    order = [stage.name for stage in report.stages]
-    assert order[4:-3] == ["path", "plain views", "prune", "cluster", *PASSES]
-    assert stage(report, "plain views").counts["own"] == NUM_FRAMES
-    paint(scene, "some/", paint_config=seen())
-    for name in FILES[1:4]:
-        Path("some", name).unlink()
-    paint(scene, "some/", paint_config=seen(), is_resumed=True, jobs=2)
-    assert contents("some") == contents("all")
-    other = replace(seen(), strokes=StrokesConfig(focus=Focus((0.0, -1.0, 0.0, 1.0))))
-    with pytest.raises(bg.SceneError, match=r"focus None, now 0,-1,0,1"):
-        paint(scene, "some/", paint_config=other, is_resumed=True)
-
-
 @pytest.mark.parametrize("suffix", [".png", ".exr"])
 def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(scene, folder, suffix):
     for name, jobs in (("a", 1), ("b", 2)):
@@ -182,16 +145,6 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
         frame = replace(frame, depth=None)
     known = Shot(path.cameras[4], 4, path.fps)
     assert encode_frame(frame, suffix, (1.0, 1.0, 1.0), shot=known) == files[f"00004{suffix}"]
-
-
-def test_what_travels_to_a_process_is_light(scene):
-    gaussians = bg.load(scene)
-    camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=48, height=36)
-    shot = FrameView(0, camera, (track_directions(gaussians, [camera]).directions(0),))
-    assert len(pickle.dumps(shot)) < 8 * len(gaussians) + 2000  # a direction and an area scale each
-    painter = FramePainter(one_coat(gaussians, FLAT, MOVING), None, FrameKind(".png"))
-    again = pickle.loads(pickle.dumps(painter))
-    assert again(pickle.loads(pickle.dumps(shot))) == painter(shot)
 
 
 def test_only_exr_holds_depth(scene, folder):
@@ -237,22 +190,6 @@ def test_the_lock_asked_for_is_the_lock_painted(scene, folder, lock, monkeypatch
         assert [shot.directions for shot in shots] == [(None,)] * 3
         assert [painter.painting.coats[0].options.lock for painter in painters] == [lock] * 3
         assert stage(report, "track").skipped == [f"tracking: the lock is {lock!r}"]
-
-
-def test_frames_are_painted_in_the_order_asked_for(scene, folder):
-    soft, depth = (paint_one(scene, folder, order) for order in ("soft", "depth"))
-    assert np.abs(soft.astype(int) - depth).max() > 2
-
-
-def paint_one(scene, folder, order):
-    paint(scene, f"{order}/", PathConfig(orbit=3), config(order=order))
-    return (255 * read_image(folder / order / "00000.png")).round().astype(np.uint8)
-
-
-def test_a_kernel_has_no_direction_to_follow(scene, folder):
-    report = paint(scene, "f/", PathConfig(orbit=3), config(stroke="ellipse"))
-    assert stage(report, "track").skipped == ["tracking: 'ellipse' has no direction"]
-    assert "tracking_share" not in stage(report, "paint").counts
 
 
 def test_a_loop_is_tracked_closed_and_painted_once(scene, folder, monkeypatch):
@@ -321,12 +258,6 @@ def test_a_video_shows_the_frames(scene, folder, name, least):
     assert names(folder) == sorted(["f", name])
 
 
-def test_a_video_repeats_to_the_byte(scene, folder):
-    for name, threads in (("a.mp4", 1), ("b.mp4", 2)):
-        paint(scene, name, paint_config=config(threads=threads))
-    assert Path("a.mp4").read_bytes() == Path("b.mp4").read_bytes()
-
-
 def test_odd_sides_of_an_mp4_are_made_even_and_told(scene, folder):
     odd = replace(config(), view=ViewConfig(size=(47, 35)))
     report = paint(scene, "a.mp4", PathConfig(orbit=3), odd)
@@ -352,12 +283,6 @@ def test_only_what_is_missing_is_painted(scene, folder):
     assert kept == [FILES[0], FILES[2], FILES[3], FILES[5]]
     report = paint(scene, is_resumed=True)
     assert stage(report, "paint").counts["painted"] == 0
-
-
-def test_going_on_with_nothing_is_beginning(scene, folder):
-    report = paint(scene, is_resumed=True)
-    assert stage(report, "paint").counts["painted"] == NUM_FRAMES
-    assert names("f") == [MANIFEST, *FILES]
 
 
 def test_without_resume_frames_are_replaced(scene, folder):
@@ -438,13 +363,6 @@ def test_frames_without_a_ledger_are_not_gone_on_with(scene, folder):
         paint(scene, is_resumed=True)
 
 
-def test_threads_and_frame_rate_may_change_when_going_on(scene, folder):
-    paint(scene)
-    again = replace(ORBIT, fps=30)
-    report = paint(scene, path=again, paint_config=config(threads=1), is_resumed=True)
-    assert stage(report, "paint").counts["painted"] == 0
-
-
 # ---- outputs
 
 
@@ -461,11 +379,6 @@ def test_threads_and_frame_rate_may_change_when_going_on(scene, folder):
 )
 def test_folders_and_patterns_are_numbered_files(folder, output, pattern):
     assert plan_output(output).pattern == Path(pattern)
-
-
-def test_a_folder_that_is_there_needs_no_slash(folder):
-    Path("take.2").mkdir()
-    assert plan_output("take.2").pattern == Path("take.2/%05d.png")
 
 
 @pytest.mark.parametrize(
@@ -605,40 +518,3 @@ def test_a_painting_that_was_stopped_is_finished_to_the_same_files(scene, folder
 
 
 # ---- progress
-
-
-@for_each(
-    ("done", "total", "seconds", "text"),
-    [
-        (0, 5, 3.0, "0/5 frames"),
-        (34, 120, 4.0, "34/120 frames, 8.5 per second, 0:10 left"),
-        (1, 1000, 10.0, "1/1000 frames, 0.1 per second, 2:46:30 left"),
-        (5, 5, 1.0, "5/5 frames, 5 per second, 0:00 left"),
-        (90, 990, 60.0, "90/990 frames, 1.5 per second, 10:00 left"),
-    ],
-)
-def test_the_pace_is_told_in_frames_and_minutes(done, total, seconds, text):
-    assert pace(done, total, seconds) == text
-
-
-def test_time_spent_on_another_stage_counts_there():
-    report, writing = Report(), Stopwatch()
-    begin = time.perf_counter()
-    with report.stage("paint", apart=writing), writing.running():
-        time.sleep(0.1)
-    with report.stage("write", earlier=writing):
-        pass
-    whole = time.perf_counter() - begin
-    painted, written = (stage.seconds for stage in report.stages)
-    assert painted >= 0
-    assert written >= 0.1
-    assert painted + written <= whole  # else the 0.1 s would count twice
-
-
-@pytest.mark.parametrize(("frames", "note"), [(24, "15 degrees a frame, and strokes"), (40, None)])
-def test_a_film_of_few_frames_says_that_its_strokes_turn(scene, tmp_path, frames, note):
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        paint_sequence(scene, tmp_path / "%03d.png", PathConfig(orbit=frames), config())
-    told = [str(one.message) for one in caught if "the camera turns" in str(one.message)]
-    assert [note in sentence for sentence in told] == ([] if note is None else [True])

@@ -7,7 +7,6 @@ import pytest
 from PIL import Image
 
 import brushgs as bg
-from brushgs.doctor.describe import describe
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.registry import PICTURE_SUFFIXES
 from brushgs.options.painting import (
@@ -20,19 +19,15 @@ from brushgs.options.painting import (
 )
 from brushgs.outlets.demo import paint_demo, paint_moving_demo
 from brushgs.outlets.passes import cluster_file, prune_file
-from brushgs.pipeline import drawing, outputs
+from brushgs.pipeline import outputs
 from brushgs.pipeline.outputs import check_output
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint, paint_file
 from brushgs.pipeline.strokes import load_scene
 from brushgs.pipeline.views import choose_camera, choose_first_view
-from brushgs.rendering.canvas import Canvas
-from brushgs.rendering.coat import Coat
-from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
 from brushgs.values.notes import LoadNotes
 from tests.kit.for_each import for_each
-from tests.passes.layers import plane
 from tests.scenes import still_life_of
 
 SMALL = ViewConfig(size=(64, 48))
@@ -66,23 +61,6 @@ def config(stroke="ellipse", strokes=200, see="off", **steps):
 def stage(report, name):
     (found,) = [stage for stage in report.stages if stage.name == name]
     return found
-
-
-def test_the_stages_run_in_order_and_their_counts_fit_together(scene, tmp_path):
-    report = paint_file(scene, tmp_path / "a.png", config(see="views"))
-    names = ["stroke", "load", "clean", "first view", "camera", "plain views", "prune", "cluster", "solid"]
-    names += ["direction", "repaint", "broken colour", "project", "rasterise", "write"]
-    assert [stage.name for stage in report.stages] == names
-    counts = {stage.name: stage.counts for stage in report.stages}
-    assert counts["prune"]["before"] == counts["load"]["gaussians"]
-    assert counts["cluster"]["before"] == counts["prune"]["after"]
-    assert counts["prune"]["after"] == pytest.approx(0.7 * counts["prune"]["before"], abs=1)
-    assert counts["project"]["before"] == counts["cluster"]["after"] <= 200
-    culled = sum(counts["project"][reason] for reason in drawing.CULLED)
-    assert counts["project"]["before"] == counts["project"]["after"] + culled
-    assert counts["write"]["bytes"] == (tmp_path / "a.png").stat().st_size
-    assert all(stage.did and stage.seconds >= 0 for stage in report.stages)
-    assert read_image(tmp_path / "a.png").shape == (48, 64, 3)
 
 
 def test_a_file_and_its_gaussians_give_the_same_picture(scene, tmp_path):
@@ -131,91 +109,10 @@ def test_what_a_scene_does_not_need_is_left_out_and_said(gaussians, tmp_path):
     assert "no depth: this file format does not hold it" in stage(report, "rasterise").details
 
 
-def test_clustering_is_left_out_where_there_are_few_gaussians(gaussians):
-    report = Report()
-    paint(gaussians, config(strokes=5000), report=report)
-    few = f"{len(gaussians):,} Gaussians are not more than 5,000 strokes"
-    assert stage(report, "prune").did == f"kept all {len(gaussians):,}"
-    assert stage(report, "prune").skipped == [f"pruning: {few}"]
-    assert stage(report, "cluster").skipped == [f"clustering: {few}"]
-    assert stage(report, "cluster").counts["method"] is None
-
-
-@pytest.mark.parametrize(
-    ("strokes", "keep", "kept"),
-    [
-        (None, None, 1.0),
-        (None, 0.5, 0.5),
-        (1.0, None, 1.0),
-        (0.9, None, 0.9),
-        (0.1, None, 0.7),
-        (50, None, 0.7),
-    ],
-)
-def test_pruning_leaves_at_least_as_many_gaussians_as_strokes_are_asked_for(gaussians, strokes, keep, kept):
-    report = Report()
-    paint(gaussians, config(strokes=strokes, prune=PruneConfig(keep=keep)), report=report)
-    assert stage(report, "prune").counts["after"] == pytest.approx(kept * len(gaussians), abs=1)
-
-
-def test_a_small_scene_whose_strokes_are_to_be_counted_is_not_pruned(gaussians):
-    few, report = gaussians.take(np.arange(200)), Report()
-    paint(few, config(strokes="auto"), report=report)
-    assert stage(report, "prune").counts["after"] == stage(report, "cluster").counts["after"] == 200
-
-
-def test_a_scene_in_which_every_gaussian_counts_keeps_more_and_the_report_says_so():
-    report = Report()
-    paint(plane(2500), config(strokes=50), report=report)
-    assert stage(report, "prune").counts["after"] > 0.92 * 2500
-    assert stage(report, "prune").details == ["not fewer: what else could go contributes too much"]
-
-
-@pytest.mark.parametrize("method", ["auto", "lloyd", "minibatch"])
-def test_the_method_of_clustering_is_told_with_its_reason(gaussians, method):
-    report = Report()
-    paint(gaussians, config(cluster=ClusterConfig(strokes=50, method=method)), report=report)
-    counts, (detail, *_) = stage(report, "cluster").counts, stage(report, "cluster").details
-    assert counts["method"] in ("lloyd", "minibatch")
-    assert counts["method"] == method or (method == "auto" and "asked for" not in detail)
-    assert f"by {counts['method']}, {counts['steps']} steps" in detail
-    assert counts["inertia"] > 0
-
-
 def test_a_share_of_strokes_is_of_the_scene_as_loaded(gaussians):
     report = Report()
     paint(gaussians, config(strokes=0.1, prune=PruneConfig(keep=0.5)), report=report)
     assert stage(report, "cluster").counts["asked"] == -(-len(gaussians) // 10)
-
-
-def test_strokes_outside_the_picture_are_counted_by_reason(gaussians):
-    camera = bg.Camera.look_at((0, -1, 0.2), (0, -1, 5), width=64, height=48)
-    report = Report()
-    paint(gaussians, config(strokes=None), camera=camera, report=report)
-    project = stage(report, "project")
-    assert project.counts["behind_near"] > 100
-    assert project.counts["outside"] > 100
-    assert any("strokes outside the picture" in line for line in project.skipped)
-    assert any("near plane" in line for line in project.skipped)
-
-
-def test_mip_levels_that_no_stroke_reaches_are_counted(gaussians):
-    from brushgs.brushes.levels import level_index
-
-    texture = bg.StrokeTexture.open("swirl")
-    camera = still_life_camera(width=64, height=48)
-    boxes = bg.project(gaussians, camera)
-    report = Report()
-    options = drawing.render_options(DrawConfig(underpaint=False), texture, along_path=False)
-    drawing.lay_coat(Canvas(camera), Coat("strokes", gaussians, texture, options), boxes, report)
-    rows, columns = texture.coverage.shape
-    pairs = {(level_index(u, columns), level_index(v, rows)) for u, v in boxes.half_extents}
-    counts = report.stages[0].counts
-    assert counts["mip_levels_used"] == len(pairs)
-    unused = counts["mip_levels"] - len(pairs)
-    assert report.stages[0].details == [
-        f"{unused} of {counts['mip_levels']} mip levels skipped: no stroke samples them"
-    ]
 
 
 @pytest.mark.parametrize("suffix", PICTURE_SUFFIXES)
@@ -372,19 +269,6 @@ def test_a_scene_that_is_too_faint_says_so_and_does_not_blame_the_camera(gaussia
         paint(faint, config(strokes=None))
 
 
-@pytest.mark.parametrize("share", [0.3, 0.5, 0.7])
-def test_of_clumps_that_are_dots_for_each_other_the_heavier_is_painted(gaussians, share):
-    rows = np.random.default_rng(0).permutation(len(gaussians))[: round(share * len(gaussians))]
-    means = gaussians.means.copy()
-    means[rows] += 1e6
-    report = Report()
-    frame = paint(replace(gaussians, means=means), config(strokes=None), report=report)
-    assert frame.alpha.mean() > 0.2
-    assert any("in clumps so far apart" in note for note in report.notes)
-    counts = stage(report, "clean").counts
-    assert counts["after"] == pytest.approx(max(share, 1 - share) * counts["before"], rel=0.2)
-
-
 def test_passes_stand_alone(scene, tmp_path):
     report = prune_file(scene, tmp_path / "p.ply", PruneConfig(keep=0.25), Report())
     pruned = bg.load(tmp_path / "p.ply")
@@ -442,18 +326,6 @@ def test_the_json_of_a_report_has_every_stage(scene, tmp_path):
     assert value["peak_memory_bytes"] > 1e7
 
 
-def test_describe_tells_what_a_scene_holds(scene, gaussians):
-    facts = describe(scene)
-    assert facts["gaussians"] == len(gaussians)
-    assert facts["sh_degree"] == 3
-    assert facts["up"].startswith("not stated: ")
-    (told,) = [one.what for one in bg.examine(scene) if one.name == "up-axis"]
-    assert facts["up"].endswith(told)
-    np.testing.assert_allclose(facts["high"], gaussians.means.max(axis=0), rtol=1e-5)
-    assert 0 < facts["dark_share"] < 1
-    json.dumps(facts)
-
-
 @for_each(
     ("make", "sentence"),
     [
@@ -480,26 +352,3 @@ def test_a_configuration_refuses_what_makes_no_sense(make, sentence):
 @for_each(("asked", "num"), [(None, 1000), (0.1, 100), (0.0001, 1), (7000, 7000), (1.0, 1000)])
 def test_strokes_are_a_count_a_share_or_all(asked, num):
     assert ClusterConfig(strokes=asked).num_strokes(1000) == num
-
-
-def test_the_table_shows_all_stages_and_details_only_when_verbose(gaussians, capsys):
-    for verbose in (False, True):
-        report = Report(verbose=verbose)
-        paint(gaussians, config(draw=DrawConfig("swirl")), report=report)
-        report.print_table()
-        shown = " ".join(capsys.readouterr().err.split())
-        assert ("skipped" in shown) is verbose
-        assert ("details" in shown) is verbose
-        assert all(one.name in shown for one in report.stages) is verbose
-        assert ("lloyd" in shown) is verbose
-
-
-def test_of_stages_that_are_not_known_the_table_has_the_longest():
-    report = Report()
-    for number in range(10):
-        with report.stage(f"look {number}") as stage:
-            stage.did = "painted"
-        stage.seconds = float(number % 9)
-    report.stages[0].skipped.append("names: no letters")
-    words = [word for word, _ in report.short_table()]
-    assert words == [*(f"look {number}" for number in (3, 4, 5, 6, 7, 8)), "skipped", "total"]

@@ -82,14 +82,6 @@ def clustered(path, target, strokes):
     cluster_file(path, target, blind, Report())
 
 
-@pytest.mark.parametrize("strokes", [50, 400])
-def test_the_cameras_of_strokes_are_those_of_their_scene(scene, tmp_path, strokes):
-    few = tmp_path / "few.ply"
-    clustered(scene, few, strokes)
-    assert_same_cameras(few, scene, VIEWS if strokes == 50 else VIEWS[:2])
-    assert read_scene(few)[1].scene == "still_life"
-
-
 def test_they_stay_so_from_pass_to_pass(scene, tmp_path):
     steps = [tmp_path / f"{number}.ply" for number in range(4)]
     palette = tmp_path / "palette.png"
@@ -103,16 +95,6 @@ def test_they_stay_so_from_pass_to_pass(scene, tmp_path):
         assert_same_cameras(path, scene, other_memory=memory)
         assert read_scene(path)[1].scene == "still_life"
     assert read_scene(steps[3])[1].is_strokes, "a fixed file of strokes stays one"
-
-
-def test_a_fixed_scene_is_seen_as_the_one_that_was_fixed(tmp_path):
-    gaussians = still_life_of(1000)
-    means = gaussians.means.copy()
-    means[:5] += (0, 0, 1e5)
-    bg.save(replace(gaussians, means=means), tmp_path / "a.ply")
-    run_doctor(tmp_path / "a.ply", tmp_path / "b.ply")
-    assert len(bg.load(tmp_path / "b.ply")) < len(gaussians)
-    assert_same_cameras(tmp_path / "b.ply", tmp_path / "a.ply")
 
 
 @pytest.mark.parametrize("name", ["koala.ply", "derived/truck.ply"])

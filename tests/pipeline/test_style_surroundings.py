@@ -69,13 +69,6 @@ def test_a_painting_in_black_and_white_stays_so(folder):
     assert chroma(painted(folder, "cream.style")) <= 1.3 * chroma(drawing(*COLORS["cream"])) + LEAST
 
 
-def test_dials_take_back_what_they_name(folder):
-    plain, whole = painted(folder, None), painted(folder, "blue.style")
-    assert np.abs(whole - plain).mean() > 0.05
-    none = painted(folder, "blue.style;color=0;marks=0;direction=0;line=0;stage=0")
-    assert np.abs(none - plain).mean() < 0.2 * np.abs(whole - plain).mean()
-
-
 GEOMETRY = "means", "scales", "quats", "opacities"
 # Of each dial alone: the coat and the column that it changes, and columns of both coats that it does not.
 CHANGED = {

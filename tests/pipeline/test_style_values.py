@@ -9,9 +9,8 @@ from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
 from brushgs.passes.add.backdrop import Tone
 from brushgs.pipeline.style_values import count_of, style_values
-from brushgs.values.colors import oklab_of, rgb_of, rgb_of_oklab
+from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.style import Style, StyleMarks
-from tests.kit.for_each import for_each
 
 MARKS = StyleMarks(
     0.04,
@@ -46,42 +45,12 @@ def test_numbers_go_from_those_of_the_look_to_those_of_the_style():
     assert OIL["light"]["relief"] == 0.6  # untouched
 
 
-def test_styles_are_mixed_in_their_shares():
-    both = [(style_of(), 0.5), (style_of(broken_lightness=0.02, relief=0.0, ground=None), 0.5)]
-    config = PaintConfig.of(style_values(both, OIL))
-    assert config.strokes.broken_color == pytest.approx(0.025)
-    assert config.light.relief == pytest.approx(0.6 + 0.5 * (0.2 - 0.6))  # the other knows nothing of it
-    assert config.ground.complement == pytest.approx(0.3)  # half of it has no ground
-
-
 def test_smaller_marks_ask_for_more_strokes_within_limits():
     counts = [count_of(replace(MARKS, length=length)) for length in (0.005, 0.02, 0.03, 0.06, 0.9)]
     assert counts == sorted(counts, reverse=True)
     assert counts[2] == pytest.approx(4 * counts[3], rel=0.01)
     assert counts[0] == 20_000
     assert counts[-1] == 2400
-
-
-@for_each("asked", ["auto", 0.1, None, 5000])
-def test_a_number_of_strokes_that_is_no_usual_one_stays(asked):
-    values = style_values([(style_of(), 1.0)], {"cluster": {"strokes": asked}})
-    assert values["cluster"] == {"strokes": asked}
-
-
-@pytest.mark.parametrize(
-    ("ground", "code"), [("canvas", "#dccfb8"), ("#804020", "#804020"), ("navy", "navy")]
-)
-def test_a_ground_of_one_colour_is_mixed(ground, code):
-    for share in (0.5, 1.0):
-        mixed = style_values([(style_of(), share)], {"ground": {"ground": ground}})["ground"]["ground"]
-        wanted = (1 - share) * np.array(rgb_of(code)) + share * MARKS.ground
-        np.testing.assert_allclose(rgb_of(mixed), wanted, atol=0.5 / 255)
-
-
-@pytest.mark.parametrize("ground", ["none", "picture.png"])
-def test_other_grounds_stay(ground):
-    assert style_values([(style_of(), 1.0)], {"ground": {"ground": ground}})["ground"] == {"ground": ground}
-    assert "ground" not in style_values([(style_of(ground=None), 1.0)], {"draw": {}})
 
 
 def test_a_toned_ground_goes_from_its_tone_to_the_ground_of_the_style():

@@ -19,14 +19,12 @@ from brushgs.options.painting import (
     StrokesConfig,
     ViewConfig,
 )
-from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
-from brushgs.options.styling import AdjustConfig, StyleConfig
-from brushgs.passes.style.palette import learn_palette
-from brushgs.pipeline.prepare import PICTURE, prepare
+from brushgs.options.sequence import PathConfig, SequenceConfig
+from brushgs.options.styling import StyleConfig
+from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.still_life import still_life_camera
-from brushgs.values.sh import base_colors
 from brushgs.values.style import Style, StyleEdit
 from tests.scenes import still_life_of
 
@@ -99,23 +97,6 @@ def test_an_edit_changes_sizes_in_its_share(scene, folder):
     np.testing.assert_allclose(half.scales, plain.scales * np.exp(0.25), rtol=1e-5)
 
 
-def test_without_saturation_a_painting_is_grey_and_its_ground_and_backdrop_too(scene):
-    frame = picture_of(scene, replace(PAINT, adjust=AdjustConfig(saturation=0.0)))
-    assert np.ptp(frame, axis=2).max() < 0.01
-
-
-def test_a_growing_painting_ends_as_the_finished_one(scene, folder, tmp_path):
-    config = config_of("negative.style:0.7", folder, adjust=AdjustConfig(brightness=0.05))
-    grown = prepare(scene, config, Report(), asks=(*PICTURE, "growth"), views=GrowConfig(2.0))
-    finished = prepare(scene, config, Report())
-    np.testing.assert_array_equal(
-        np.sort(base_colors(grown.strokes.sh), axis=0), np.sort(base_colors(finished.strokes.sh), axis=0)
-    )
-    coats = grown.growth.first(0.05).coats
-    early = np.concatenate([base_colors(coat.strokes.sh) for coat in coats])
-    assert abs(early.mean() - base_colors(finished.strokes.sh).mean()) < 0.2
-
-
 def test_another_style_is_not_resumed(scene, folder, tmp_path):
     bg.save(scene, tmp_path / "scene.ply")
     frames, path = tmp_path / "frames/", PathConfig(orbit=3)
@@ -128,12 +109,6 @@ def test_another_style_is_not_resumed(scene, folder, tmp_path):
             config_of("dimmed.style", folder),
             SequenceConfig(is_resumed=True),
         )
-
-
-def test_a_look_on_the_way_to_a_style_in_python(scene, folder):
-    config = bg.styled(PAINT, f"{folder}/negative.style:0.3")
-    assert config == config_of("negative.style:0.3", folder)
-    assert bg.styled("oil", f"{folder}/negative.style").light == bg.Look.open("oil").config.light
 
 
 def test_the_command_line_says_the_same(scene, folder, tmp_path):
@@ -169,15 +144,3 @@ def test_what_cannot_be_gets_one_sentence(scene, tmp_path, capsys, words, senten
     assert main(["render", str(tmp_path / "scene.ply"), "-o", str(tmp_path / "a.png"), *words]) == 2
     assert sentence in capsys.readouterr().err
     assert not (tmp_path / "a.png").exists()
-
-
-def test_what_lies_behind_takes_a_colour_of_the_painting(scene, tmp_path):
-    rng = np.random.default_rng(3)
-    blues = np.array([0.1, 0.2, 0.5]) + 0.08 * rng.random((40, 60, 3))
-    write_style(Style("night", learn_palette(blues)), tmp_path / "night.style")
-    config = config_of("night.style", tmp_path)  # on a brown ground, before a brown backdrop
-    prepared = prepare(scene, config, Report(), views=CAMERA)
-    backdrop, *_ = prepared.painting.coats
-    for colors in (prepared.painting.surface.rgb[0, 0], base_colors(backdrop.strokes.sh).mean(axis=0)):
-        assert np.abs(colors - blues.reshape(-1, 3)).max(axis=1).min() < 0.06
-    assert base_colors(backdrop.strokes.sh).std(axis=0).max() > 0.005  # and stays lively

@@ -25,7 +25,6 @@ from brushgs.pipeline.views_sheet import (
     write_sheet,
 )
 from tests.first_view.made_walks import street
-from tests.first_view.test_walk import measured
 from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
@@ -90,20 +89,6 @@ def street_sheet(tmp_path_factory):
     return write_sheet(street(), seen, path, Report(), name="street", view=SMALL)
 
 
-def test_of_a_street_the_sheet_offers_three_usable_views(street_sheet):
-    inside = [cell for cell in street_sheet if cell.note in ("the first view", "from inside")]
-    assert len(inside) >= 3
-    assert {cell.row for cell in inside} == {0}
-    for cell in inside:
-        camera = framed_camera(cell.first_view, replace(cell.config, size=(160, 90)))
-        covered, gradient, veil = measured(street(), camera)
-        assert covered > 0.9
-        assert gradient > 0.02
-        assert veil < 0.2
-        assert camera.near == pytest.approx(framed_camera(cell.first_view, SMALL).near, rel=0.01)
-    assert all("--look-at subject" in cell.flags for cell in street_sheet if cell.row)
-
-
 def test_flags_of_views_from_inside_are_short_and_give_the_same_camera(street_sheet):
     for cell in street_sheet[1:NUM_AZIMUTHS]:
         words = dict(zip(cell.flags.split()[::2], cell.flags.split()[1::2], strict=True))
@@ -116,14 +101,6 @@ def test_flags_of_views_from_inside_are_short_and_give_the_same_camera(street_sh
         shown = framed_camera(cell.first_view, cell.config)
         assert np.array_equal(told.viewmat, shown.viewmat)
         assert told.near == shown.near
-
-
-def test_where_up_is_in_doubt_other_axes_of_a_scene_seen_from_inside_say_subject(view):
-    inside = replace(view, eye=np.array([0.0, 0, -1]), up=np.array([0.0, -1, 0]), probability=0.41, ups=UPS)
-    rows = plan_sheet(inside, SMALL)
-    assert rows[1][0].flags == "--azimuth 30 --elevation 15"
-    others = [cell for number in (0, 2, 3) for cell in rows[number]]
-    assert all(cell.flags.endswith("--look-at subject") for cell in others)
 
 
 def test_each_cell_is_the_picture_that_its_flags_give(gaussians, view, tmp_path):
@@ -140,16 +117,6 @@ def test_each_cell_is_the_picture_that_its_flags_give(gaussians, view, tmp_path)
         np.testing.assert_allclose(
             sheet[top : top + 30, left : left + 40, :3], expected.clip(0, 1), atol=0.003
         )
-
-
-def test_the_words_are_drawn_under_the_pictures(gaussians, view, tmp_path):
-    write_sheet(gaussians, view, tmp_path / "a.png", Report(), name="a", view=ViewConfig())
-    sheet = read_image(tmp_path / "a.png")[..., :3]
-    caption = sheet[views_sheet.TITLE + CELL[1] : views_sheet.TITLE + CELL[1] + views_sheet.CAPTION - 4]
-    is_ink = np.abs(caption - views_sheet.INK).max(axis=2) < 0.3
-    for column in range(NUM_AZIMUTHS):
-        left = views_sheet.GAP + column * (CELL[0] + views_sheet.GAP)
-        assert is_ink[:, left : left + CELL[0]].any(axis=0).sum() > 60, "columns of ink in each caption"
 
 
 def test_a_build_without_letters_gives_a_sheet_without_words_and_says_so(

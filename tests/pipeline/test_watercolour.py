@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.cameras.paths import turn_around
-from brushgs.errors import SceneError
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
 from brushgs.passes.color.color_space import Space
@@ -59,13 +57,6 @@ def test_washes_run_touches_are_glazes_and_pencil_is_near_the_focus(prepared):
         assert layer.anchor.distances(coats["lines"].strokes.means).max() < 2
 
 
-def test_a_frame_alone_is_that_of_a_film():
-    path = turn_around(CAMERA, (0, 0, 0), (0, -1, 0), seconds=1, fps=5).cameras
-    film = prepare(still_life_of(2000), config_of(500), Report(), views=CAMERA, asks=PICTURE).painting
-    frames = [film.frame(camera).rgb for camera in path]
-    assert np.array_equal(film.frame(path[3]).rgb, frames[3])
-
-
 def test_without_its_effect_a_wash_is_soft_paint_to_the_bit(prepared):
     (wash,) = (coat for coat in prepared.painting.coats if coat.name == "wash")
     bare = replace(prepared.painting, coats=(replace(wash, effect=None),), surface=None)
@@ -74,18 +65,3 @@ def test_without_its_effect_a_wash_is_soft_paint_to_the_bit(prepared):
     keyed = without_effect(wash)
     assert keyed.effect is None
     assert keyed.strokes.sh.shape[1] == 1
-
-
-@pytest.mark.parametrize("num", [1, 2])
-def test_a_scene_of_one_stroke_is_painted(num):
-    scene = still_life_of(2000).take(np.arange(num))
-    frame = bg.paint(scene, config_of(), camera=CAMERA)
-    assert np.isfinite(frame.rgb).all()
-
-
-@pytest.mark.parametrize("name", ["details", "no_such"])
-def test_options_that_are_gone_are_unknown_ones(tmp_path, name):
-    look = tmp_path / "mine.toml"
-    look.write_text(f'base = "watercolour"\n[media]\nkind = "watercolour"\n{name} = 0.4\n')
-    with pytest.raises(SceneError, match=f"{name}"):
-        Look.open(str(look))

@@ -97,14 +97,6 @@ def test_commands_leave_the_rest_as_it_is(stored, file, tmp_path, capsys):
         )
 
 
-def test_a_file_of_strokes_has_parts_too(file, tmp_path, capsys):
-    strokes, output = tmp_path / "strokes.ply", tmp_path / "pruned.ply"
-    run("cluster", file, "--strokes", "80", "-o", strokes, "--quiet")
-    run("prune", strokes, "--where", HALF, "--keep", "0.5", "-o", output, "--json")
-    assert "strokes in half" in capsys.readouterr().out
-    assert len(bg.load(output)) < len(bg.load(strokes))
-
-
 def test_a_part_without_anything_is_refused_and_all_of_it_is_told(scene, file, tmp_path, capsys):
     output = tmp_path / "out.ply"
     error = refused(capsys, "prune", file, "--where", "sphere:900,0,0,1", "-o", output)

@@ -10,7 +10,6 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.soft import soft_brush
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.growing import GrowingCoat
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.rendering.relief import Relief
 from brushgs.still_life import still_life_camera
@@ -48,13 +47,6 @@ def test_a_coat_without_strokes_is_the_plain_picture(texture, options):
         assert np.abs(frame.height).max() == 0
 
 
-def test_among_strokes_of_the_kernel_they_are_the_plain_picture_itself():
-    left = SCENE.means[:, 0] < 0
-    kernel = Coat("strokes", SCENE.take(left), KERNEL, RenderOptions.of(KERNEL))
-    frame = Painting((kernel.showing(SCENE.take(~left)),)).frame(CAMERA)
-    np.testing.assert_allclose(frame.rgb, PLAIN.rgb, atol=2e-3)  # rows in another order, equal depths apart
-
-
 def test_strokes_and_gaussians_hide_each_other_by_depth():
     wall = bg.Gaussians([[0, 0, 2.0]], [[1, 0, 0, 0]], [[2, 2, 0.01]], [1.0], [[[-1.7, -1.7, 1.7]]])
     for depth, channel in ((1.0, 0), (3.0, 2)):
@@ -87,15 +79,6 @@ def test_another_kernel_is_refused():
     ellipse = bg.StrokeTexture.open("ellipse")
     with pytest.raises(ValueError, match=r"--stroke ellipse cannot paint a part .*; name a brush"):
         Coat("strokes", SCENE, ellipse, RenderOptions.of(ellipse)).showing(SCENE)
-
-
-def test_they_are_there_before_the_first_stroke_of_a_painting_that_grows():
-    made = coat(SCENE.take(slice(0, 10)))
-    never = np.full(10, np.inf)
-    growing = GrowingCoat(made, np.ones(10), never, np.ones(10))
-    assert growing.first(0.0) is None
-    shown = replace(growing, coat=made.showing(SCENE)).first(0.0)
-    assert psnr(Painting((shown,)).frame(CAMERA), PLAIN) > 48
 
 
 def test_the_soft_brush_is_fitted_as_the_kernel_is():

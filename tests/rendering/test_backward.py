@@ -135,16 +135,6 @@ def test_what_is_held_or_hidden_has_no_gradient():
     np.testing.assert_allclose(actual.colors[2], (1 - MAX_ALPHA) * actual.colors[1], rtol=1e-9)
 
 
-def test_a_lower_stop_lets_gradients_further_down():
-    boxes = boxes_of([[20.3, 11.2]] * 4, 6.0, opacities=[0.97, 0.97, 0.97, 0.97])
-    frame = rasterize(boxes, FLAT, **SIZE)
-    deepest = [
-        rasterize_backward(boxes, FLAT, frame, *weights(), min_transmittance=stop).colors[2:].any(axis=1)
-        for stop in (MIN_TRANSMITTANCE, 1e-5)
-    ]
-    np.testing.assert_array_equal(deepest, [[False, False], [True, False]])
-
-
 @pytest.mark.parametrize("kind", ["image", "gaussian", "ellipse"])
 def test_boxes_that_paint_nothing_get_zeros(kind):
     boxes = boxes_of(

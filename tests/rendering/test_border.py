@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.rendering.border import WIDTH, thin_to_border, uniform_of
+from brushgs.rendering.border import WIDTH, thin_to_border
 from brushgs.values.camera import Camera
 from tests.rendering.strokes import boxes_of
 
@@ -30,19 +30,6 @@ def test_inside_nothing_changes_and_far_outside_nothing_is_left():
         assert not thin_to_border(boxes_at(*place), CAMERA).opacities.any()
 
 
-def test_fewer_boxes_are_left_the_nearer_the_border_is():
-    shares = [share_at(x, 150) for x in np.linspace(-20, 60, 30)]
-    assert (np.diff(shares) >= 0).all()
-    assert share_at(0, 150) == pytest.approx(0.2045, abs=0.02)
-    assert share_at(3, 150) == pytest.approx(share_at(397, 150)) == pytest.approx(share_at(200, 297))
-
-
-def test_an_upright_picture_has_a_border_as_wide_as_a_lying_one():
-    upright = Camera.look_at((0, 0, -5), (0, 0, 0), width=300, height=400)
-    turned = thin_to_border(boxes_at(150, 12), upright).opacities
-    np.testing.assert_array_equal(turned, thin_to_border(boxes_at(12, 150), CAMERA).opacities)
-
-
 def test_while_a_box_moves_it_fades_without_a_jump():
     path = np.linspace(-20, 60, 801)  # pixels, 0.1 apart
     faded = np.array([thin_to_border(boxes_at(x, 150, 50), CAMERA).opacities for x in path])
@@ -60,15 +47,6 @@ def test_which_boxes_are_left_belongs_to_their_rows():
     np.testing.assert_allclose(
         thin_to_border(replace(boxes, centers=2 * boxes.centers), large).opacities, thinned.opacities
     )
-
-
-def test_numbers_of_rows_are_even_and_do_not_follow_the_rows():
-    numbers = uniform_of(np.arange(20000, dtype=np.int32), 3)
-    assert (numbers >= 0).all()
-    assert (numbers < 1).all()
-    assert np.histogram(numbers, 20)[0] == pytest.approx(np.full(20, 1000), abs=150)
-    for step in (1, 2, 55, 89, 144):  # neighbours on a Fibonacci lattice are so many rows apart
-        assert abs(np.corrcoef(numbers[:-step], numbers[step:])[0, 1]) < 0.03
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

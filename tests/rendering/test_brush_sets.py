@@ -8,7 +8,7 @@ import pytest
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
-from brushgs.rendering.backward import BOX_COLUMNS, BoxGradients, project_backward, rasterize_backward
+from brushgs.rendering.backward import BoxGradients, project_backward, rasterize_backward
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import ProjectOptions, project, project_by
 from brushgs.rendering.rasterize import rasterize
@@ -97,20 +97,6 @@ def test_each_box_is_filled_as_by_its_brush_alone(filter):
 
 
 @pytest.mark.parametrize("filter", FILTERS)
-def test_a_set_of_one_brush_changes_no_bit(filter):
-    boxes = softened(some_boxes(dtype=np.float32), 0.3)
-    texture = BRUSHES.textures[0]
-    first = replace(boxes, brushes=np.zeros(len(boxes), np.uint8))
-    how = {"width": 41, "height": 23, "filter": filter, "underpaint": Underpaint(1.7), "streaks": 0.2}
-    expected = rasterize(replace(boxes, brushes=None), texture, **how)
-    assert_identical(rasterize(first, BrushSet.of(texture), **how), expected)
-    assert_identical(rasterize(first, texture, **how), expected)
-    assert_identical(rasterize(replace(boxes, brushes=None), BRUSHES, **how), expected)  # None: the first
-    same = how | {"underpaint": Underpaint((1.7, 1.7, 1.7))}
-    assert_identical(rasterize(first, BRUSHES, **same), expected)
-
-
-@pytest.mark.parametrize("filter", FILTERS)
 def test_the_picture_does_not_depend_on_threads(filter):
     boxes = softened(some_boxes(400, 300, 200, np.float32), 0.5)
     how = {"width": 300, "height": 200, "filter": filter, **LOOKS["underpainted"]}
@@ -119,27 +105,6 @@ def test_the_picture_does_not_depend_on_threads(filter):
 
 
 # The size of boxes
-
-
-@for_each("lock", ["off", "anchor"])
-@for_each("underpaint", [False, True])
-def test_boxes_have_the_size_that_suits_their_brush(lock, underpaint):
-    strokes = some_strokes()
-    sigmas = np.random.default_rng(0).uniform(1, 3, len(strokes))
-    how = {"lock": lock, "fade": True, "underpaint": underpaint}
-    boxes = project(strokes, CAMERA, num_sigmas=sigmas, **how)
-    expected = reference.project(strokes, CAMERA, num_sigmas=sigmas, **how)
-    for name in (*BOX_COLUMNS, "ids", "brushes"):
-        np.testing.assert_allclose(getattr(boxes, name), getattr(expected, name), rtol=1e-9, atol=1e-9)
-    np.testing.assert_array_equal(boxes.brushes, strokes.brushes[boxes.ids])
-
-
-def test_equal_sizes_are_one_size_bit_for_bit():
-    strokes = some_strokes(dtype=np.float32)
-    one = project(strokes, CAMERA, num_sigmas=1.7, lock="anchor", fade=True)
-    many = project(strokes, CAMERA, num_sigmas=np.full(len(strokes), 1.7), lock="anchor", fade=True)
-    for name in (*BOX_COLUMNS, "ids", "brushes"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(many, name))
 
 
 def test_options_take_the_fitted_size_of_each_brush_and_underpaint_fits_the_gaussian():
@@ -170,12 +135,6 @@ def test_render_paints_each_stroke_with_its_own_brush():
     for brush, texture in enumerate(BRUSHES.textures):
         own = replace(strokes, brushes=np.array([brush], np.uint8))
         assert_identical(render(own, CAMERA, BRUSHES), render(replace(own, brushes=None), CAMERA, texture))
-
-
-def test_built_in_kernels_fill_every_box_whatever_its_brush():
-    strokes = some_strokes()
-    plain = render(replace(strokes, brushes=None), CAMERA, "gaussian")
-    assert_identical(render(strokes, CAMERA, "gaussian"), plain)
 
 
 # Gradients
@@ -234,20 +193,6 @@ def test_gradients_by_the_coverage_of_each_brush(filter):
             expected[texel] = (ends[0] - ends[1]) / (2 / 255)
         assert expected.any()
         np.testing.assert_allclose(found.coverages[brush], expected, rtol=1e-6, atol=1e-9)
-
-
-def test_gradients_by_coverage_through_the_levels_are_those_of_each_brush_alone():
-    boxes, coverages, weights = coverage_case()
-    for brush, coverage in enumerate(coverages):
-        own = boxes.take(boxes.brushes == brush)
-        gradients = []
-        for some, texture in ((own, set_of(coverages)), (replace(own, brushes=None), set_of([coverage]))):
-            frame = rasterize(some, texture, width=14, height=11)
-            gradients.append(rasterize_backward(some, texture, frame, weights, with_coverage=True).coverages)
-        of_set, (of_one,) = gradients
-        assert of_one.any()
-        np.testing.assert_array_equal(of_set[brush], of_one)
-        assert not any(of_set[other].any() for other in range(3) if other != brush)
 
 
 def test_gradients_of_project_with_a_size_for_each():

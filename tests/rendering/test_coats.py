@@ -1,7 +1,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
@@ -95,28 +94,6 @@ def test_glazes_multiply_the_ground_and_what_is_painted():
     np.testing.assert_allclose(glazed.rgb, tint * below.rgb, atol=1e-6)
 
 
-def test_glazes_without_a_ground_look_on_white_as_they_do_on_white_paper():
-    glaze = strokes_at(0, (0.5, 0.9, 0.4), opacity=0.6)
-    alone = Painting((coat(glaze, blend="glaze"),)).frame(CAMERA)
-    on_white = Painting((coat(glaze, blend="glaze"),), surface_of((1, 1, 1))).frame(CAMERA)
-    assert alone.alpha.max() < 1
-    np.testing.assert_allclose(alone.over((1, 1, 1)), on_white.rgb, atol=1e-6)
-    assert (alone.rgb >= 0).all()
-    assert (alone.rgb <= alone.alpha[..., None] + 1e-6).all()
-
-
-def test_dry_marks_leave_the_hollows_of_the_paper_open():
-    strokes = strokes_at(0, (0.1, 0.1, 0.1), opacity=0.5)
-    grain = np.random.default_rng(0).uniform(0, 1, (72, 96)).astype(np.float32)
-    wet, dry = (
-        Painting((coat(strokes, dry=dry),), surface_of(grain=grain), is_transparent=True).frame(CAMERA).alpha
-        for dry in (0.0, 0.5)
-    )
-    painted = (wet > 0.3) & (wet < 0.7)
-    assert dry[painted & (grain < 0.2)].mean() < 0.6 * dry[painted & (grain > 0.8)].mean()
-    assert (dry <= wet + 1e-6).all()
-
-
 def test_light_changes_the_picture_only_where_there_is_height():
     strokes = strokes_at(0, (0.8, 0.2, 0.1))
     surface = paper((0.9, 0.8, 0.7), height=72, width=96, strength=3)
@@ -186,17 +163,6 @@ def test_only_while_the_camera_moves_paint_hides_the_height_below_it():
         assert of_moving < 0.05 * of_still
 
 
-def test_while_the_camera_moves_the_lamp_shines_on_a_softer_height():
-    still = Painting((relief_coat(0, 1),), lamp=Lamp())
-    camera = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=400, height=300)  # the blur goes with the size
-    unlit = replace(still, lamp=None).frame(camera).rgb
-    lights = [replace(still, is_moving=is_moving).frame(camera).rgb - unlit for is_moving in (False, True)]
-    strength = [np.abs(light).mean() for light in lights]
-    assert 0.2 * strength[0] < strength[1] < 0.8 * strength[0]
-    detail = [np.abs(np.diff(light, axis=1)).mean() for light in lights]
-    assert detail[1] / strength[1] < 0.7 * detail[0] / strength[0]
-
-
 def test_with_depth_keeps_it_for_coats_that_others_are_tested_against():
     strokes = strokes_at(0, (0.8, 0.2, 0.1))
     painting = Painting((coat(strokes), coat(strokes, tolerance=1.0), coat(strokes)))
@@ -205,8 +171,3 @@ def test_with_depth_keeps_it_for_coats_that_others_are_tested_against():
     assert all(each.options.depth for each in painting.with_depth(True).coats)
     without = Painting((coat(strokes),)).with_depth(False).frame(CAMERA)
     assert without.depth is None
-
-
-def test_no_coats_are_the_bare_canvas():
-    frame = Painting((), surface_of((0.2, 0.3, 0.4))).frame(CAMERA)
-    assert frame.rgb == pytest.approx(np.broadcast_to((0.2, 0.3, 0.4), (72, 96, 3)), abs=1e-6)

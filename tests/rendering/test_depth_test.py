@@ -96,14 +96,6 @@ def test_a_box_fades_over_the_outer_half_of_its_tolerance():
     np.testing.assert_allclose(frame.alpha[0], 0.5 * shares, rtol=1e-12)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_without_tolerance_a_box_ends_at_the_limit(dtype):
-    limits = np.array([[1.0, 2.0, np.nextafter(dtype(2), dtype(3)), 3.0, np.inf]], dtype)
-    box = boxes_of([(2.5, 0.5)], 100.0, depths=[2.0], opacities=0.5, dtype=dtype)
-    frame = rasterize(box, SOLID, width=5, height=1, in_front_of=DepthTest(limits, np.zeros(1, dtype)))
-    np.testing.assert_array_equal(frame.alpha[0], [0, 0, 0.5, 0.5, 0.5])
-
-
 def test_a_box_that_is_not_seen_hides_nothing():
     boxes = boxes_of([(4, 4)] * 3, 100.0, depths=[1.0, 2.0, 3.0], colors=np.eye(3))
     limit = np.full((8, 8), 2.5)
@@ -113,25 +105,6 @@ def test_a_box_that_is_not_seen_hides_nothing():
         )
         without = rasterize(soft.take(slice(2)), SOLID, width=8, height=8)
         assert_same(frame, without, rtol=1e-12)
-
-
-def test_underpaint_ends_where_its_stroke_does():
-    box = replace(boxes_of([(4, 4)], 2.0, depths=[1.0]), setbacks=np.array([5.0]))
-    how = {"width": 8, "height": 8, "underpaint": Underpaint(1.5)}
-    seen = DepthTest(np.full((8, 8), 2.0), np.ones(1))
-    assert_same(rasterize(box, SOLID, in_front_of=seen, **how), rasterize(box, SOLID, **how), rtol=0, atol=0)
-    hidden = DepthTest(np.full((8, 8), 0.0), np.full(1, 0.5))
-    assert not rasterize(box, SOLID, in_front_of=hidden, **how).alpha.any()
-
-
-def test_lengths_of_the_world_may_be_in_any_unit():
-    boxes = softened(random_boxes(80, **SIZE), 0.5)
-    test = depth_test_of(boxes, **SIZE)
-    expected = painted(boxes, "mip", test)[0]
-    for unit in (2.0**-60, 2.0**60):
-        scaled = replace(boxes, depths=boxes.depths * unit, softness=boxes.softness * unit)
-        frame = painted(scaled, "mip", DepthTest(test.limit * unit, test.tolerance * unit))[0]
-        np.testing.assert_array_equal(frame.rgb, expected.rgb)
 
 
 def test_that_of_a_picture_takes_its_depth_and_the_sizes_of_strokes():

@@ -6,6 +6,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import lru_cache
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -73,9 +74,9 @@ def assert_identical(actual: Frame, expected: Frame) -> None:
         np.testing.assert_array_equal(getattr(actual, name), getattr(expected, name), err_msg=name)
 
 
-@for_each("dtype", [np.float32, np.float64])
-@for_each("path", ALL_PATHS)
+@for_each(("path", "dtype"), zip(ALL_PATHS, cycle((np.float32, np.float64)), strict=False))
 def test_any_number_of_threads_gives_the_same_bits(path, dtype):
+    """In one dtype or the other by turns; instruction sets are compared in both."""
     one = frame_of(path, dtype, num_threads=1)
     for num_threads in (3, 40):
         assert_identical(frame_of(path, dtype, num_threads=num_threads), one)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from brushgs.rendering import reference
-from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.rasterize import rasterize
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
@@ -66,31 +65,6 @@ def test_where_no_stroke_leaves_enough_light_nothing_is_painted(is_soft):
     for frame in (rasterize(boxes, solid, **how), reference.rasterize(boxes, solid, **how)):
         for name in PLANES:
             assert not getattr(frame, name).any(), name
-
-
-@for_each("dtype", [np.float32, np.float64])
-@for_each("path", PATHS)
-def test_the_default_is_the_constant_of_training_bit_for_bit(path, dtype):
-    kind, filter = PATHS[path]
-    texture, how = texture_of(kind), {"filter": filter, **SIZE}
-    default = rasterize(crowd(dtype), texture, **how)
-    named = rasterize(crowd(dtype), texture, min_transmittance=MIN_TRANSMITTANCE, **how)
-    endless = rasterize(crowd(dtype), texture, min_transmittance=0, **how)
-    for name in PLANES:
-        np.testing.assert_array_equal(getattr(default, name), getattr(named, name), err_msg=name)
-    assert not np.array_equal(default.rgb, endless.rgb), "no pixel of this crowd gets dark: nothing is tested"
-
-
-def test_a_later_stop_comes_nearer_to_none_and_float32_stays_finite_without():
-    boxes, texture = crowd(np.float32), texture_of("image")
-    endless = rasterize(boxes, texture, min_transmittance=0, **SIZE)
-    off = [
-        np.abs(rasterize(boxes, texture, min_transmittance=stop, **SIZE).rgb - endless.rgb).max()
-        for stop in (0.1, 1e-2, 1e-3, 1e-4)
-    ]
-    assert off == sorted(off, reverse=True)
-    assert off[0] > 100 * off[-1]
-    assert all(np.isfinite(getattr(endless, name)).all() for name in PLANES)
 
 
 def test_a_pile_without_a_stop_takes_all_strokes_of_a_pixel():

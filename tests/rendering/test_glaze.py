@@ -7,13 +7,11 @@ import pytest
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
-from brushgs.rendering.constants import MAX_ALPHA, MIN_ALPHA
-from brushgs.rendering.glaze import DARKEST
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
 from tests.kit.for_each import for_each
-from tests.rendering.strokes import PATHS, boxes_of, random_boxes, set_back, softened, texture_of
+from tests.rendering.strokes import PATHS, boxes_of, random_boxes, set_back, texture_of
 
 SOLID = StrokeTexture.from_coverage(np.ones((2, 2)))
 
@@ -71,29 +69,6 @@ def test_where_nothing_is_painted_a_glaze_leaves_all_light():
     assert (empty.alpha == 0).all()
 
 
-@for_each("path", PATHS)
-def test_the_order_of_glazes_plays_no_part(path):
-    boxes = random_boxes(200, 50, 40)
-    one, other = glazed(boxes, path, 50, 40)[0], glazed(shuffled(boxes), path, 50, 40)[0]
-    np.testing.assert_allclose(one.rgb, other.rgb, rtol=1e-12)
-    np.testing.assert_allclose(one.alpha, other.alpha, rtol=1e-12)
-
-
-def test_softness_plays_no_part_in_a_glaze():
-    boxes = random_boxes(100, 40, 30)
-    hard, soft = (
-        rasterize(b, "flat", width=40, height=30, blend="glaze") for b in (boxes, softened(boxes, 1.0))
-    )
-    np.testing.assert_array_equal(hard.rgb, soft.rgb)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_a_glaze_behind_much_paint_still_counts(dtype):
-    boxes = boxes_of([(4, 4)] * 9, 100.0, colors=[(1.0, 1.0, 1.0)] * 8 + [(0.5, 1.0, 1.0)], dtype=dtype)
-    frame = rasterize(boxes, SOLID, width=8, height=8, blend="glaze")
-    np.testing.assert_allclose(frame.rgb[..., 0], 0.5**MAX_ALPHA, rtol=1e-6)
-
-
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_very_many_dark_glazes_are_black_and_finite(dtype):
     boxes = boxes_of([(4, 4)] * 3000, 100.0, colors=(0.0, 0.4, 1.0), dtype=dtype)
@@ -103,22 +78,11 @@ def test_very_many_dark_glazes_are_black_and_finite(dtype):
     assert (frame.alpha == 1).all()
 
 
-def test_colours_beyond_the_display_range_neither_add_light_nor_take_all_of_it():
-    boxes = boxes_of([(4, 4)], 100.0, colors=(0.0, 1.7, 0.5), opacities=0.5)
-    frame = rasterize(boxes, SOLID, width=8, height=8, blend="glaze")
-    np.testing.assert_allclose(frame.rgb[4, 4], (DARKEST**0.5, 1, 0.5**0.5), rtol=1e-12)
-
-
 def test_alpha_is_that_of_paint_that_covers():
     boxes = random_boxes(60, 40, 30)
     covered = rasterize(boxes, "flat", width=40, height=30, min_transmittance=0)
     glaze = rasterize(boxes, "flat", width=40, height=30, blend="glaze")
     np.testing.assert_allclose(glaze.alpha, covered.alpha, rtol=1e-12, atol=1e-14)
-
-
-def test_faint_glazes_are_skipped_like_faint_paint():
-    boxes = boxes_of([(4, 4)], 100.0, colors=(0.1, 0.1, 0.1), opacities=0.99 * MIN_ALPHA)
-    assert (rasterize(boxes, SOLID, width=8, height=8, blend="glaze").rgb == 1).all()
 
 
 def test_a_glaze_refuses_what_only_paint_that_covers_has():

@@ -84,11 +84,6 @@ def test_held_strokes_keep_their_drawing_and_move_with_the_scene(coat, seen, hol
     assert same(film.boxes(hold, seen), seen(hold).boxes)
 
 
-def test_held_strokes_stand_still_before_a_camera_that_rests(coat, seen):
-    film = hand(coat, Pace(2), Pace(2))
-    assert same(film.boxes(1, lambda _: seen(0)), seen(0).boxes)
-
-
 def test_parts_are_held_at_their_own_rates_and_none_leaves_its_place(coat, seen):
     film = hand(coat, Pace(), Pace(3))
     boxes, now = film.boxes(2, seen), seen(2).boxes
@@ -107,29 +102,6 @@ def test_what_boils_is_drawn_anew_at_whole_holds(coat, hold, every, numbers):
     film = hand(coat, pace, pace, every=every)
     assert [film.drawing(film.starts(index)[0], pace) for index in range(len(numbers))] == numbers
     assert film.beat == len(numbers) - numbers.count(1)
-
-
-def test_boil_of_a_part_leaves_the_others(coat, seen):
-    film = hand(coat, Pace(), Pace(boil=0.6))
-    boxes, now = film.boxes(4, seen), seen(4).boxes
-    of_part = coat.strokes.regions[now.ids] == 1
-    assert same(boxes.take(~of_part), now.take(~of_part))
-    assert (boxes.angles[of_part] != now.angles[of_part]).mean() > 0.9
-
-
-def test_boil_changes_by_its_drawing_alone_and_never_repeats(coat, seen):
-    film = hand(coat, Pace(boil=0.5), Pace(boil=0.5))
-    drawings = [film.boxes(index, lambda _: seen(0)) for index in range(NUM_FRAMES)]
-    assert all(same(drawings[3 * k], drawings[3 * k + 2]) for k in range(8))
-    angles = {drawing.angles.tobytes() for drawing in drawings}
-    assert len(angles) == NUM_FRAMES // 3
-
-
-def test_boil_keeps_the_brush_and_takes_another_of_its_images(coat, seen):
-    boxes = hand(coat, Pace(boil=1), Pace(boil=1)).boxes(0, seen)
-    before = seen(0).boxes.brushes
-    assert np.array_equal(boxes.brushes == 2, before == 2)
-    assert (boxes.brushes != before)[before < 2].any()
 
 
 def test_strokes_are_laid_over_the_old_ones_along_their_direction(coat, seen):
@@ -182,22 +154,6 @@ def test_transparent_paint_is_never_there_twice(coat, seen, blend):
     assert (np.max(lengths / whole) < np.exp(SIZE * LAID_ASIDE) + 1e-5) == (blend == "glaze")
 
 
-def test_large_strokes_are_laid_seldom(coat):
-    rates = Rhythm.of(coat, [Pace(redraw=1)] * 2, 1.0).rates
-    areas = np.sort(coat.strokes.scales, axis=1)[:, 1:].prod(axis=1)
-    assert 0 < rates[np.argmax(areas)] < rates[np.argmin(areas)] == rates.max()
-
-
-def test_what_moves_fast_trails_thinner_strokes_behind_it(coat, seen):
-    film = hand(coat, Pace(), Pace(), smear=1.0, is_loop=True)
-    boxes, now = film.boxes(4, seen), seen(4).boxes
-    assert set(boxes.ids) == set(now.ids)
-    assert len(boxes) > len(now)
-    i, j = paired(boxes, now)  # the first of each stroke is itself
-    assert np.array_equal(boxes.centers[i], now.centers[j])
-    assert same(film.boxes(4, lambda _: seen(4)), now)
-
-
 def turned(boxes, others):
     """[M] by how much each box is turned against the one of its stroke among others, radians."""
     row_of = np.zeros(boxes.ids.max() + 1, int)
@@ -222,50 +178,11 @@ def test_strokes_turn_by_what_was_asked_for_and_no_more(coat, seen, pace):
     assert most > asked_for(replace(pace, boil=0.8 * pace.boil, redraw=0.0)) or not (pace.boil or pace.redraw)
 
 
-NUM_RESTING = 48
-LIVELY = {"boil": 0.5, "redraw": 1.0}
-
-
-def film_at_rest(coat, seen, pace, every):
-    """[F, H, W] light of the frames of a film before a camera at rest."""
-    film, size = hand(coat, pace, pace, every=every), {"height": 48, "width": 64}
-    boxes = (film.boxes(index, lambda _: seen(0)) for index in range(NUM_RESTING))
-    return np.stack([bg.rasterize(one, BRUSHES, **size).over((1, 1, 1)).mean(axis=2) for one in boxes])
-
-
 def share_at(rate, energy):
     """Share of the changing energy of a film at a rate and its multiples; `energy` is of each change, [F]."""
     spectrum = np.abs(np.fft.rfft(energy - energy.mean())) ** 2
     period = len(energy) * rate // FPS
     return spectrum[period::period].sum() / spectrum.sum()
-
-
-@pytest.mark.parametrize(
-    ("pace", "every", "is_held"),
-    [
-        (Pace(3, **LIVELY), 3, True),
-        (Pace(1, **LIVELY), 1, False),
-        (Pace(2, **LIVELY), 2, False),
-    ],
-)
-def test_a_held_film_changes_at_the_rate_of_its_drawings_alone(coat, seen, pace, every, is_held):
-    """On threes at 12 frames a second: at 4 Hz and its multiples. Other rates break the law."""
-    frames = film_at_rest(coat, seen, pace, every)
-    energy = np.square(np.roll(frames, -1, axis=0) - frames).mean(axis=(1, 2))[: NUM_RESTING - 3]
-    assert (share_at(FPS // 3, energy) > 0.8) == is_held
-
-
-def largest_line(frames):
-    """Largest share of the energy of all pixels at one frequency."""
-    spectra = np.square(np.abs(np.fft.rfft(frames - frames.mean(axis=0), axis=0))).sum(axis=(1, 2))
-    return spectra.max() / spectra.sum()
-
-
-def test_drawings_that_do_not_come_back_have_no_line_in_the_spectrum(coat, seen):
-    frames = film_at_rest(coat, seen, Pace(2, boil=0.5), 2)
-    assert largest_line(frames) < 0.2
-    cycle_of_three = frames[np.arange(NUM_RESTING) % 6]
-    assert largest_line(cycle_of_three) > 0.4  # what the guide says of such a cycle
 
 
 def sheet(columns=16, rows=12):

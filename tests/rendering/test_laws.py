@@ -14,7 +14,7 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
-from tests.rendering.strokes import PATHS, boxes_of, random_boxes, texture_of
+from tests.rendering.strokes import PATHS, random_boxes, texture_of
 
 SEEDS = st.integers(0, 2**32 - 1)
 path_names = st.sampled_from(list(PATHS))
@@ -178,13 +178,3 @@ def test_a_crop_of_the_picture_is_the_picture_of_the_crop(seed, path, dx, dy):
     overlap = Frame(frame.rgb[v : v + h, u : u + w], frame.alpha[v : v + h, u : u + w])
     moved = Frame(other.rgb[y : y + h, x : x + w], other.alpha[y : y + h, x : x + w])
     assert_close(moved, overlap, 1e-10, share=1e-3)
-
-
-def test_one_stroke_more_behind_only_adds():
-    boxes = boxes_of([[20, 20], [24, 18]], [[15, 6], [12, 12]], angles=0.4, opacities=0.7)
-    one = boxes.take(np.s_[:1])
-    for kind, filter in PATHS.values():
-        two_frame = rasterize(boxes, texture_of(kind), width=40, height=40, filter=filter)
-        one_frame = rasterize(one, texture_of(kind), width=40, height=40, filter=filter)
-        assert (two_frame.alpha >= one_frame.alpha).all()
-        assert two_frame.alpha.sum() > one_frame.alpha.sum() * 1.2

@@ -140,19 +140,6 @@ def name_at(matte: Matte, place):
     return matte.names[matte.rows[place][0]]
 
 
-def test_gaussians_shown_as_they_are_have_one_name():
-    strokes, plain = strokes_of(60), strokes_of(60, 1)
-    coat = Coat("strokes", strokes, FLAT, OPTIONS).showing(plain)
-    frame = Painting((coat,)).frame(CAMERA, wanted=ALL)
-    assert set(frame.layers["layer"].names) == {"strokes", "scene"}
-    assert set(frame.layers["brush"].names) == {"flat", "scene"}
-    assert "scene" in frame.layers["stroke"].names
-    assert all(
-        name == "scene" or int(name.removeprefix("strokes_")) < 60 for name in frame.layers["stroke"].names
-    )
-    assert frame.deep.ids.max() > 60
-
-
 # Motion and place
 
 
@@ -211,52 +198,8 @@ def test_motion_leads_to_the_same_place_of_the_same_stroke(move, underpaint):
         assert np.abs(layers["motion"]).max() > 1
 
 
-@pytest.mark.parametrize("sign", [1, -1])
-def test_motion_of_a_roll_and_of_a_zoom_is_that_of_the_picture(sign):
-    """Known without any box: the picture turns around its middle, or grows from it.
-
-    But for strokes far beside the picture, whose boxes are those of its border, see `project`.
-    """
-    strokes = strokes_of()
-    painting = painting_of(replace(strokes, means=np.clip(strokes.means, -1.5, 1.5)))
-    middle = CAMERA.K[:2, 2]
-    y, x = np.mgrid[:72, :96] + 0.5
-    from_middle = np.stack([x, y], axis=2) - middle
-    for move, matrix in (("roll", rotation(np.deg2rad(3))), ("zoom", 1.1 * np.eye(2))):
-        following = Following(painting.coats, moved_cameras()[move], sign=sign)
-        frame = painting.frame(CAMERA, wanted=Wanted(("motion",), following=following))
-        is_painted = frame.alpha > 0
-        expected = sign * (from_middle @ matrix.T - from_middle)
-        assert is_painted.sum() > 1500
-        off = np.abs(frame.layers["motion"] - expected)[is_painted]
-        assert off.max() < 0.001
-        assert (frame.layers["motion"][~is_painted] == 0).all()
-
-
 def rotation(angle):
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-
-
-def test_a_stroke_that_is_gone_moves_as_its_centre_does():
-    strokes = strokes_of(1, means=np.float32([[0, 0, 0]]), quats=np.float32([[1, 0, 0, 0]]))
-    strokes = replace(strokes, opacities=np.float32([1]), scales=np.float32([[0.3, 0.2, 0.1]]))
-    away = bg.Camera.look_at((0.3, -0.8, -6), (20, 0, 0), width=96, height=72)
-    painting = painting_of(strokes)
-    assert len(painting.coats[0].boxes(away)[0]) == 0
-    frame = painting.frame(CAMERA, wanted=Wanted(("motion",), following=Following(painting.coats, away)))
-    centers = [project_point(camera, (0, 0, 0)) for camera in (CAMERA, away)]
-    painted = frame.layers["motion"][frame.alpha > 0.5]
-    np.testing.assert_allclose(painted, np.broadcast_to(centers[1] - centers[0], painted.shape), atol=1e-3)
-
-
-def project_point(camera, point):
-    x, y, z = camera.viewmat[:3, :3] @ point + camera.viewmat[:3, 3]
-    return np.array([x / z, y / z]) * np.diag(camera.K)[:2] + camera.K[:2, 2]
-
-
-def test_without_a_next_frame_there_is_no_motion():
-    layers = painting_of(strokes_of()).frame(CAMERA, wanted=ALL).layers
-    assert set(layers) == {"depth", "normal", "uv", "unlit", "stroke", "brush", "layer", "paint"}
 
 
 def test_round_kernels_do_not_spin_where_their_axes_change_places():
@@ -305,19 +248,6 @@ def test_normals_are_those_of_the_planes_toward_the_camera():
     )
     again = painting_of(flipped).frame(camera, wanted=Wanted(("normal",)))
     np.testing.assert_allclose(again.layers["normal"], frame.layers["normal"], atol=1e-5)
-
-
-def test_normals_are_means_by_what_shows():
-    strokes = strokes_of(2, means=np.float32([[0, 0, 0], [0, 0, 1]]), opacities=np.float32([0.6, 0.9]))
-    quats = np.float32([[1, 0, 0, 0], [np.cos(0.4), np.sin(0.4), 0, 0]])
-    strokes = replace(strokes, quats=quats, scales=np.float32([[0.6, 0.6, 0.01]] * 2))
-    camera = bg.Camera.look_at((0, 0, -6), (0, 0, 0), (0, -1, 0), width=96, height=72)
-    kernel = StrokeTexture.open("ellipse")
-    frame = painting_of(strokes, RenderOptions.of(kernel), kernel).frame(camera, wanted=Wanted(("normal",)))
-    turned = np.array([0, np.sin(0.8), -np.cos(0.8)])
-    expected = 0.6 * np.array([0, 0, -1]) + 0.4 * 0.9 * turned
-    expected = camera.viewmat[:3, :3] @ (expected / np.linalg.norm(expected))
-    np.testing.assert_allclose(frame.layers["normal"][36, 48], expected, atol=1e-5)
 
 
 # Deep samples
@@ -416,12 +346,6 @@ def test_render_gives_the_layers_that_are_named():
     np.testing.assert_array_equal(frame.rgb, bg.render(strokes, CAMERA, "flat", relief=True).rgb)
     with pytest.raises(ValueError, match=r"layers must be names out of depth, .* got 'speed'"):
         bg.render(strokes, CAMERA, "flat", layers=("speed",))
-
-
-def test_coats_of_one_name_have_mattes_apart():
-    coats = Coat("marks", strokes_of(40), FLAT, OPTIONS), Coat("marks", strokes_of(40, 1), FLAT, OPTIONS)
-    frame = Painting(coats).frame(CAMERA, wanted=Wanted(("id",)))
-    assert set(frame.layers["layer"].names) == {"marks", "marks2"}
 
 
 def test_a_painting_without_strokes_has_empty_layers():

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from brushgs.rendering import reference
-from brushgs.rendering.light import MOST_STRENGTH, STRENGTH, Lamp, blur_taps, light
-from brushgs.rendering.relief import canvas_scale
+from brushgs.rendering.light import Lamp, light
 from brushgs.values.camera import Camera
 from tests.kit.for_each import for_each
 
@@ -97,17 +96,6 @@ def test_highlights_are_those_of_the_mirrored_lamp():
 # What stays as it is
 
 
-@for_each("dtype", [np.float32, np.float64])
-@for_each("level", [0.0, 0.37, -5.1])
-@for_each("size", SIZES)
-def test_flat_height_changes_no_bit(size, level, dtype):
-    rgb = colors(*size, dtype=dtype)
-    lamp = Lamp(strength=0.9, gloss=0.7)
-    for alpha in (None, rgb[..., 0]):
-        lit = light(rgb, np.full(size, level, dtype), lamp, alpha=alpha)
-        np.testing.assert_array_equal(lit, rgb)
-
-
 def test_what_is_not_painted_stays_empty():
     alpha = np.zeros((20, 30))
     alpha[5:15, 10:20] = 0.5
@@ -115,24 +103,6 @@ def test_what_is_not_painted_stays_empty():
     lit = light(rgb, alpha * 3, Lamp(gloss=1), alpha=alpha)
     assert not lit[alpha == 0].any()
     assert (lit[5:15, 10:20] != rgb[5:15, 10:20]).any()
-
-
-def test_arguments_are_not_written_to():
-    rgb, height = colors(20, 30), bumps(20, 30)
-    before = rgb.copy(), height.copy()
-    light(rgb, height)
-    np.testing.assert_array_equal(rgb, before[0])
-    np.testing.assert_array_equal(height, before[1])
-    strided = np.repeat(rgb, 2, axis=1)[:, ::2]
-    np.testing.assert_array_equal(light(strided, np.asfortranarray(height)), light(rgb, height))
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_the_picture_does_not_depend_on_threads(dtype):
-    rgb, height = colors(301, 67, dtype=dtype), bumps(301, 67, dtype=dtype)
-    alone = light(rgb, height, num_threads=1)
-    for num_threads in (2, 5):
-        np.testing.assert_array_equal(light(rgb, height, num_threads=num_threads), alone)
 
 
 def test_a_picture_twice_as_large_is_lit_alike():
@@ -151,31 +121,7 @@ def test_a_picture_twice_as_large_is_lit_alike():
     np.testing.assert_allclose(means[1], means[0], rtol=0.03)
 
 
-def test_the_blur_is_a_mean():
-    for size in ((100, 75), (1000, 750), (4000, 3000)):
-        taps = blur_taps(0.6, canvas_scale(*size))
-        assert len(taps) % 2 == 1
-        np.testing.assert_allclose(taps.sum(), 1, rtol=1e-12)
-        np.testing.assert_array_equal(taps, taps[::-1])
-    assert len(blur_taps(0.6, canvas_scale(100, 75))) == 1
-
-
 # Lamps, and what is refused
-
-
-def test_a_relief_of_one_is_the_most_that_does_not_look_like_plastic():
-    assert Lamp(gloss=0.1).at_relief(1) == Lamp(gloss=0.1, strength=MOST_STRENGTH)
-    assert Lamp().at_relief(0).strength == 0
-    assert Lamp().at_relief(0.59).strength == pytest.approx(STRENGTH, abs=0.002)
-    with pytest.raises(ValueError, match=r"relief must be in 0 to 1, got 1\.5"):
-        Lamp().at_relief(1.5)
-
-
-def test_the_lamp_stands_at_the_upper_left():
-    x, y, z = Lamp().direction
-    assert x == pytest.approx(y)
-    assert x < 0 < z
-    np.testing.assert_allclose(np.linalg.norm([Lamp().direction, Lamp().half_way], axis=1), 1)
 
 
 @for_each(
@@ -207,24 +153,11 @@ def towards(lamp: Lamp, camera: Camera) -> tuple[float, float, float]:
     return float(x), float(y), float(z)
 
 
-def test_a_lamp_of_the_canvas_is_the_same_in_all_views():
-    lamp = Lamp()
-    assert lamp.seen_by(seen_from(0.4)) is lamp
-
-
 def test_a_lamp_in_the_scene_stands_where_a_view_says():
     """In the view in which its angles were given it shines as one of the canvas does."""
     camera, lamp = seen_from(0.7), Lamp(4.0, 1.1)
     seen = replace(Lamp(), towards=towards(lamp, camera)).seen_by(camera)
     np.testing.assert_allclose(seen.direction, lamp.direction, atol=1e-12)
-
-
-def test_a_lamp_in_the_scene_goes_round_the_picture_without_a_jump():
-    lamp = replace(Lamp(), towards=towards(Lamp(4.0, 0.4), seen_from(0.0)))
-    directions = np.array([lamp.seen_by(seen_from(turn)).direction for turn in np.linspace(0, 2 * pi, 721)])
-    assert np.linalg.norm(np.diff(directions, axis=0), axis=1).max() < 0.02
-    assert directions[:, 2].min() > 0.5  # never from behind the canvas, and never flat along it
-    assert directions[0, 0] < 0 < directions[360, 0]  # from behind, what was left is right
 
 
 def test_a_lamp_right_before_or_behind_the_canvas_casts_no_shade():
@@ -245,14 +178,3 @@ def test_what_cannot_be_lit_is_refused():
         light(np.zeros((4, 5, 3), np.uint8), bumps(4, 5))
     with pytest.raises(ValueError, match="light: blur must be in 0 to 10 pixels, got 11"):
         light(colors(4, 5), bumps(4, 5), blur=11)
-
-
-def test_light_in_place_gives_the_same_picture():
-    g = np.random.default_rng(0)
-    rgb, height = g.uniform(0, 1, (30, 40, 3)), g.normal(0, 1, (30, 40))
-    expected = light(rgb, height)
-    out = rgb.copy()
-    assert light(out, height, out=out) is out
-    np.testing.assert_array_equal(out, expected)
-    with pytest.raises(ValueError, match="out must be"):
-        light(rgb, height, out=np.empty((30, 40, 3), np.float32))

@@ -5,11 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.rendering import motion as motion_module
 from brushgs.rendering.motion import (
     AT_REST,
     COLOR,
-    NUM_NUMBERS,
     OPACITY,
     SHIFT,
     SIZE,
@@ -20,7 +18,7 @@ from brushgs.rendering.motion import (
 )
 from brushgs.values.quats import quat_products, rotation_matrices
 from brushgs.values.sh import base_colors
-from tests.passes.scenes import assert_same, columns_of, random_gaussians
+from tests.passes.scenes import columns_of, random_gaussians
 from tests.rendering.moving_strokes import turn_about, with_ids
 
 
@@ -79,26 +77,6 @@ def test_marks_move_with_the_stroke_of_their_id_and_others_rest():
         np.testing.assert_array_equal(column[[1, 4]], before[[1, 4]])
 
 
-@pytest.mark.parametrize("ids", [None, [-1, -1], [4, 6]])
-def test_strokes_that_rest_are_the_same_object(ids):
-    strokes = strokes_of(2) if ids is None else with_ids(strokes_of(2), ids)
-    pose = at_rest([0, 5])
-    assert pose.moved(strokes) is strokes
-    assert pose.turned(strokes, strokes.means) is strokes.means
-    assert at_rest([]).moved(strokes) is strokes
-
-
-def test_the_strokes_that_are_moved_stay_as_they_were():
-    strokes = with_ids(strokes_of(3))
-    before = [column.copy() for column in columns_of(strokes)]
-    pose = at_rest([0, 1, 2])
-    pose.numbers[:] = np.random.default_rng(0).normal(size=pose.numbers.shape)
-    pose.numbers[:, OPACITY] = 0
-    pose.moved(strokes)
-    for column, old in zip(columns_of(strokes), before, strict=True):
-        np.testing.assert_array_equal(column, old)
-
-
 def turning(num_times=4, step=np.pi / 2):
     """One stroke that turns and moves by equal steps."""
     table = new_table(num_times, 1)
@@ -121,24 +99,6 @@ def test_between_two_moments_strokes_are_between_their_poses():
 def test_times_are_found_among_the_moments_and_outside_at_the_ends():
     motion = turning()
     np.testing.assert_allclose(motion.positions(np.array([-5.0, 0, 15, 30, 99])), [0, 0, 1.5, 3, 3])
-
-
-def test_a_pose_is_no_view_of_the_table():
-    motion = turning()
-    motion.pose(1).numbers[:] = 9
-    assert motion.table[1, 0, 0] == 1
-
-
-@pytest.mark.parametrize("in_memory", [0, 1 << 20])
-def test_a_new_table_is_at_rest_in_memory_or_not(in_memory, monkeypatch):
-    monkeypatch.setattr(motion_module, "IN_MEMORY", in_memory)
-    table = new_table(3, 5)
-    assert table.shape == (3, 5, NUM_NUMBERS)
-    strokes = with_ids(strokes_of(5))
-    motion = StrokeMotion(np.arange(3.0), strokes.ids, strokes.means, table)
-    moved = motion.pose(1.5).moved(strokes)
-    np.testing.assert_allclose(moved.means, strokes.means, rtol=1e-12)
-    assert_same(replace(moved, means=strokes.means), strokes)
 
 
 def test_turns_of_a_turned_stroke_follow_each_other():

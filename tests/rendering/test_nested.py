@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from brushgs.rendering.nested import GONE, THINNEST, WHOLE, Nested
+from brushgs.rendering.nested import GONE, WHOLE, Nested
 from brushgs.rendering.project import project
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
@@ -43,23 +43,6 @@ def test_marks_are_equally_wide_from_near_and_far_and_grow_with_the_picture(dist
     nested = Nested(np.array([[0, 1.0, 0]]), np.array([5.0]), np.array([3.0]))
     boxes = nested.of(project(line(), view), line(), view)
     np.testing.assert_allclose(boxes.half_extents[:, 1], 1.5 * size[0] / 960, rtol=1e-6)
-
-
-@pytest.mark.parametrize("is_round", [False, True])
-def test_thin_marks_are_fainter_and_not_thinner(is_round):
-    view = camera()
-    gaps = np.array([[0, 0, 1.0]]) if is_round else np.array([[0, 1.0, 0]])
-    nested = Nested(gaps, np.array([5.0]), np.array([THINNEST]), is_round)  # half as wide as the thinnest
-    boxes = nested.of(project(line(), view), line(), view)
-    np.testing.assert_allclose(boxes.half_extents[:, 1], THINNEST)
-    np.testing.assert_allclose(boxes.opacities, 0.25 if is_round else 0.5, rtol=1e-6)
-
-
-def test_a_line_seen_along_its_gap_fades():
-    """From the side the gap is short on paper, though the line is as near."""
-    nested = Nested(np.array([[0, 0, gap_of(10.0, camera())]]), np.array([5.0]), np.array([3.0]))
-    boxes = nested.of(project(line(), camera()), line(), camera())
-    assert boxes.opacities[0] == 0
 
 
 def test_shares_are_finite_for_marks_beside_and_behind_the_camera():

@@ -67,18 +67,6 @@ SHAPES = {
 }
 
 
-@for_each("shape", SHAPES)
-@for_each("path", PATHS)
-def test_kernel_agrees_for_hard_shapes(path, shape):
-    boxes = random_boxes(24, 75, 50, seed=4, sizes=(3, 30))
-    row = boxes_of(boxes.centers, **{"half_extents": boxes.half_extents, **SHAPES[shape]})
-    changed = {name: getattr(row, name) for name in SHAPES[shape]}
-    actual, expected = painted(replace(boxes, **changed), path, 75, 50)
-    assert_same(actual, expected)
-    if shape not in ("a thousandth of a pixel", "opacity about the skip"):
-        assert expected.alpha.max() > 0.05
-
-
 @for_each("path", PATHS)
 def test_boxes_outside_paint_nothing_and_those_partly_outside_are_cut(path):
     away = boxes_of([[-50, 20], [200, 20], [30, -80], [30, 4000], [1e9, -1e9]], 10, angles=0.3)
@@ -103,39 +91,12 @@ def test_no_boxes_paint_nothing(path, dtype):
         assert not plane.any()
 
 
-def test_twenty_thousand_boxes_agree():
-    """From 4000 boxes on, records and tile lists are made in parallel."""
-    boxes = random_boxes(20_000, 96, 64, sizes=(0.3, 6))
-    actual, expected = painted(boxes, "bilinear", 96, 64, num_threads=3)
-    assert_same(actual, expected)
-
-
 @for_each("shape", [(1, 1), (1, 7), (7, 1), (2, 2), (1, 2), (300, 5)])
 @for_each("filter", ["bilinear", "mip", "nearest"])
 def test_stroke_images_of_any_shape_agree(shape, filter):
     boxes, texture = random_boxes(200, 75, 50), bristles(*shape)
     size = {"width": 75, "height": 50, "filter": filter}
     assert_same(rasterize(boxes, texture, **size), reference.rasterize(boxes, texture, **size))
-
-
-@pytest.mark.parametrize("filter", ["bilinear", "mip", "nearest"])
-def test_opaque_and_empty_stroke_images_agree(filter):
-    boxes, size = random_boxes(200, 75, 50), {"width": 75, "height": 50, "filter": filter}
-    solid = StrokeTexture.from_coverage(np.ones((9, 30)))
-    assert_same(rasterize(boxes, solid, **size), reference.rasterize(boxes, solid, **size))
-    empty = StrokeTexture.from_coverage(np.zeros((9, 30)))
-    assert not rasterize(boxes, empty, **size).alpha.any()
-
-
-@for_each("path", PATHS)
-@for_each("dtype", [np.float32, np.float64])
-def test_without_depth_the_rest_is_the_same(path, dtype):
-    boxes = random_boxes(300, 75, 50, dtype=dtype)
-    with_depth, _ = painted(boxes, path, 75, 50)
-    without, _ = painted(boxes, path, 75, 50, depth=False)
-    assert without.depth is None
-    np.testing.assert_array_equal(without.rgb, with_depth.rgb)
-    np.testing.assert_array_equal(without.alpha, with_depth.alpha)
 
 
 def test_depth_is_the_alpha_weighted_mean_of_camera_z():
@@ -258,11 +219,3 @@ def test_float32_takes_either_side_of_a_threshold_only_where_one_is_met(coverage
 
 def in_float32(boxes: Boxes) -> Boxes:
     return boxes.astype(np.float32)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_two_strokes_of_full_paint_both_count(dtype):
-    """They leave 0.01 x 0.01, which is where a pixel is finished: rounding must not decide about them."""
-    boxes = boxes_of([[40, 20]] * 3, 100, colors=np.eye(3), dtype=dtype)
-    frame = rasterize(boxes, SOLID, width=80, height=40, filter="bilinear")
-    np.testing.assert_allclose(frame.rgb, np.broadcast_to((0.99, 0.0099, 0.0), (40, 80, 3)), rtol=1e-5)

@@ -8,9 +8,8 @@ import pytest
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.rasterize import rasterize
-from brushgs.rendering.relief import PIXELS_PER_MM
-from brushgs.rendering.streaks import BRISTLE_MM, BRISTLES
-from brushgs.rendering.surface import PERIOD, flat, linen, paper
+from brushgs.rendering.streaks import BRISTLE_MM
+from brushgs.rendering.surface import flat, linen, paper
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.frame import Frame
 from brushgs.values.layers import DeepSamples, Matte
@@ -91,23 +90,6 @@ def test_a_part_of_a_ground_is_its_cut(kind, dpi):
             assert np.array_equal(getattr(cut, name), getattr(whole, name)[part.rows, part.columns])
 
 
-@for_each("kind", [linen, paper])
-def test_on_paper_grounds_have_their_size_whatever_that_of_the_picture(kind):
-    small, large = (kind((1, 1, 1), height=h, width=w, dpi=300.0) for h, w in ((60, 90), (200, 300)))
-    assert np.array_equal(small.grain, large.grain[:60, :90])
-    other = kind((1, 1, 1), height=60, width=90, dpi=150.0)
-    assert not np.array_equal(small.grain, other.grain)
-
-
-def test_threads_of_linen_on_paper_are_six_tenths_of_a_millimetre_wide():
-    dpi, width = 508.0, 3000  # 20 pixels a millimetre
-    across = linen((1, 1, 1), height=8, width=width, dpi=dpi).height.mean(axis=0)
-    waves = np.abs(np.fft.rfft(across - across.mean()))
-    found = width / (10 + np.argmax(waves[10:]))
-    assert pytest.approx(0.6) == PERIOD / PIXELS_PER_MM
-    assert found == pytest.approx(0.6 * dpi / 25.4, rel=0.15)
-
-
 def painted(half: float, **options) -> Frame:
     """A stroke as wide as given, lengthwise along x."""
     boxes = relieved(boxes_of([[60, 50]], (58, half)))
@@ -125,12 +107,6 @@ def test_wide_strokes_on_paper_have_bristles_of_their_own_size():
     assert sorted(is_bent.any(axis=0))[:2] == [False, False]
     assert is_bent.any(axis=1).mean() > 0.9
     assert not np.array_equal(wide.rgb, plain.rgb)
-
-
-@for_each("case", [(0.5 * BRISTLES * 4, 4), (48, 0.9)])
-def test_narrow_strokes_and_bristles_below_a_pixel_have_none(case):
-    half, pixels = case
-    assert same(painted(half, dpi=25.4 * pixels / BRISTLE_MM), painted(half))
 
 
 def test_layers_and_samples_are_cut_with_the_picture():

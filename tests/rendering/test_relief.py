@@ -8,14 +8,8 @@ import pytest
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.levels import level_coverage, level_height
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.cameras.orbit import orbit
-from brushgs.options.look import Look
-from brushgs.options.painting import ViewConfig
-from brushgs.pipeline.prepare import prepare
-from brushgs.pipeline.report import Report
 from brushgs.rendering import reference
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.motion import COLOR
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import project
@@ -30,7 +24,6 @@ from brushgs.rendering.relief import (
     THICKNESS,
     THICKNESS_SPREAD,
     THIN,
-    UNDERPAINT_THICKNESS,
     Relief,
     light_range,
 )
@@ -38,7 +31,7 @@ from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.still_life import still_life_camera
 from brushgs.values.boxes import Boxes
-from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.colors import rgb_of_oklab
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import in_colors
@@ -49,7 +42,6 @@ from tests.rendering.strokes import (
     PATHS,
     boxes_of,
     bristles,
-    depth_test_of,
     random_boxes,
     relieved,
     ridges,
@@ -125,23 +117,6 @@ def test_two_strokes_add_their_heights_by_the_weights_of_their_colours(softness)
     np.testing.assert_allclose(frame.height[5, 5], expected, rtol=1e-9)
 
 
-def test_underpaint_is_thinner_and_smooth():
-    boxes = replace(boxes_of([[10.5, 10.5]], 3), setbacks=np.array([1.0]), reliefs=np.array([[2.0, 50.0]]))
-    frame = rasterize(boxes, ridges(), width=21, height=21, relief=True, underpaint=Underpaint(3.0))
-    beside = (frame.alpha > 0) & (np.abs(np.arange(21) - 10) > 4)
-    assert beside.any()
-    np.testing.assert_allclose(
-        frame.height[beside], 2 * UNDERPAINT_THICKNESS * frame.alpha[beside], rtol=1e-9
-    )
-
-
-@pytest.mark.parametrize("kind", ["gaussian", "ellipse"])
-def test_the_built_in_kernels_have_no_height_of_their_own(kind):
-    boxes = replace(random_boxes(40, 30, 20, sizes=(2, 20)), reliefs=np.tile([1.5, 9.0], (40, 1)))
-    frame = rasterize(boxes, StrokeTexture.open(kind), width=30, height=20, relief=True)
-    np.testing.assert_allclose(frame.height, 1.5 * frame.alpha, rtol=1e-9, atol=1e-12)
-
-
 def test_heights_are_continuous_where_strokes_pass_one_another_in_soft_order():
     heights = []
     for gap in np.linspace(-1.5, 1.5, 301):
@@ -151,35 +126,6 @@ def test_heights_are_continuous_where_strokes_pass_one_another_in_soft_order():
         heights.append(rasterize(boxes, SOLID, width=11, height=11, relief=True).height[5, 5])
     assert np.ptp(heights) > 2
     assert np.abs(np.diff(heights)).max() < 0.05
-
-
-def test_each_stroke_has_the_height_of_its_own_brush():
-    brushes = BrushSet((ridges(), bristles(24, 50, seed=2), ridges(31, 60, seed=4)))
-    boxes = relieved(random_boxes(120, 75, 50, seed=8, sizes=(0.5, 40)))
-    boxes = replace(boxes, brushes=np.arange(120, dtype=np.uint8) % 3)
-    for filter in ("mip", "nearest"):
-        actual, expected = painted(boxes, brushes, "mip", filter=filter)
-        np.testing.assert_allclose(actual.height, expected.height, rtol=1e-9, atol=1e-11)
-        alone, _ = painted(replace(boxes, brushes=None), brushes, "mip", filter=filter)
-        assert np.abs(alone.height - actual.height).max() > 0.1
-
-
-@pytest.mark.parametrize("softness", [None, 0.5])
-def test_what_lies_behind_a_limit_has_no_height(softness):
-    boxes = relieved(random_boxes(150, 75, 50, seed=3, sizes=(0.3, 60)))
-    boxes = boxes if softness is None else softened(boxes, softness)
-    test = depth_test_of(boxes, 75, 50)
-    actual, expected = painted(boxes, ridges(), "mip", in_front_of=test)
-    np.testing.assert_allclose(actual.height, expected.height, rtol=1e-9, atol=1e-11)
-    nothing = DepthTest(np.zeros((50, 75)), np.full(len(boxes), 0.1))
-    assert not painted(boxes, ridges(), "mip", in_front_of=nothing)[0].height.any()
-
-
-def test_a_glaze_has_no_height():
-    boxes = relieved(random_boxes(50, 75, 50))
-    actual, expected = painted(boxes, ridges(), "mip", blend="glaze")
-    assert actual.height is None
-    assert expected.height is None
 
 
 # Levels
@@ -199,13 +145,6 @@ def test_levels_of_a_height_are_those_of_the_paint():
     assert level_height(height, coverage, 0, 0) is height
 
 
-def test_levels_of_the_height_of_bare_canvas_are_bare_canvas():
-    coverage = np.zeros((40, 60), np.uint8)
-    coverage[10:20, 10:30] = 255
-    heights = level_height(np.full((40, 60), 255, np.uint8), coverage, 3, 3)
-    assert set(np.unique(heights[-3:, -3:])) <= {127, 128}
-
-
 # Projecting
 
 
@@ -221,15 +160,6 @@ def test_projected_reliefs_are_those_of_the_definition(dtype):
     np.testing.assert_array_equal(boxes.ids, expected.ids)
     np.testing.assert_allclose(boxes.reliefs, expected.reliefs, rtol=1e-6)
     assert project(scene, CAMERA).reliefs is None
-
-
-def test_a_stroke_keeps_its_relief_from_view_to_view():
-    seen: dict[int, np.ndarray] = {}
-    for camera in orbit(SCENE, 4, width=96, height=72):
-        boxes = project(SCENE, camera, relief=True)
-        for row, relief in zip(boxes.ids, boxes.reliefs, strict=True):
-            np.testing.assert_array_equal(seen.setdefault(int(row), relief), relief)
-    assert len(seen) > 1000
 
 
 def test_reliefs_scale_with_the_picture_and_with_the_root_of_the_size():
@@ -267,14 +197,6 @@ def test_reliefs_scale_with_the_picture_and_with_the_root_of_the_size():
     assert len(shared) > 1000
 
 
-def test_strokes_without_a_size_count_as_median_ones():
-    scene = replace(SCENE, scales=np.zeros_like(SCENE.scales))
-    reliefs = project(scene, CAMERA, relief=Relief(1, 1)).reliefs
-    assert np.isfinite(reliefs).all()
-    assert (reliefs > 0).all()
-    assert len(project(SCENE.take(np.s_[:0]), CAMERA, relief=True)) == 0
-
-
 # Lights thick, darks thin
 
 
@@ -305,21 +227,6 @@ def test_lights_are_thick_and_darks_thin_by_their_place_between_those_of_the_pai
     np.testing.assert_allclose(half, (1 + found) / 2, rtol=1e-12)
 
 
-def test_what_is_light_is_asked_of_the_painted_area_whatever_the_order():
-    strokes = greys(np.repeat([0.2, 0.8], 100))
-    small = replace(
-        strokes, scales=np.where(np.arange(200)[:, None] < 100, strokes.scales / 20, strokes.scales)
-    )
-    dark, light = light_range(small)
-    assert dark == light == pytest.approx(0.8, abs=1e-6)
-    shuffle = np.random.default_rng(0).permutation(200)
-    assert light_range(small.take(shuffle)) == (dark, light)
-    assert factors_of(small)[0, 0] == THIN
-    given = Relief(by_light=1).in_lights_of(strokes)
-    assert given.lights == pytest.approx((0.2, 0.8), abs=1e-6)
-    assert Relief().in_lights_of(strokes) == Relief()
-
-
 @for_each(
     "columns",
     [
@@ -339,43 +246,6 @@ def test_strokes_of_any_size_and_colour_have_a_relief_by_light(columns):
         assert found.shape == (len(some), 2)
         assert np.isfinite(found).all()
         assert (found > 0).all()
-
-
-def test_without_it_no_bit_changes_and_the_definition_agrees():
-    plain, without = (project(SCENE, CAMERA, relief=how) for how in (Relief(), Relief(lights=(0.1, 0.2))))
-    np.testing.assert_array_equal(plain.reliefs, without.reliefs)
-    by_light = Relief(by_light=0.7)
-    boxes = project(SCENE, CAMERA, relief=by_light)
-    np.testing.assert_allclose(
-        boxes.reliefs, reference.project(SCENE, CAMERA, relief=by_light).reliefs, rtol=1e-6
-    )
-    assert np.abs(boxes.reliefs / plain.reliefs - 1).max() > 0.2
-
-
-def test_in_oil_the_lights_of_the_still_life_stand_twice_as_high_as_its_darks():
-    size = {"width": 280, "height": 210}
-    camera, config = still_life_camera(**size), Look.open("oil").config
-    config = replace(
-        config,
-        cluster=replace(config.cluster, strokes=1500),
-        strokes=replace(config.strokes, see="off"),
-        view=ViewConfig(size=(280, 210)),
-    )
-    painting = prepare(still_life_of(10_000), config, Report(), views=camera).painting
-    ratios = []
-    for by_light in (0.0, 1.0):
-        coats = []
-        for coat in painting.coats:
-            relief = replace(coat.options.relief, by_light=by_light)
-            coats.append(replace(coat, options=replace(coat.options, relief=relief)))
-        frame = replace(painting, coats=tuple(coats)).frame(camera)
-        lightness = oklab_of(frame.rgb.reshape(-1, 3).astype(np.float64))[:, 0]
-        dark, light = np.percentile(lightness, (25, 75))
-        heights = frame.height.ravel()
-        of_darks, of_lights = heights[lightness <= dark], heights[lightness >= light]
-        ratios.append(np.percentile(of_lights, 90) / np.percentile(of_darks, 90))
-    assert ratios[0] < 1.2
-    assert ratios[1] >= 2
 
 
 # Rendering, and what is refused

@@ -1,7 +1,6 @@
 """The soft order: strokes of nearly one depth fade into each other, the rest are sorted as ever."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -80,14 +79,6 @@ def test_kernel_agrees_with_the_definition_in_float64(path, size, softness):
 
 
 @pytest.mark.parametrize("path", IMAGES)
-def test_kernel_agrees_with_the_definition_for_opaque_strokes(path):
-    """Pixels are finished all the time: what lies behind them must still hide what shows."""
-    boxes = random_boxes(300, 60, 40, seed=3, sizes=(3, 30))
-    boxes = softened(replace(boxes, opacities=np.sqrt(boxes.opacities)), 1.5)
-    assert_same(painted(boxes, path, 60, 40), defined(boxes, path, 60, 40))
-
-
-@pytest.mark.parametrize("path", IMAGES)
 def test_kernel_agrees_with_the_definition_in_float32(path):
     """Rounding: 4e-5 measured; but where it decides about a texel's or a box's edge, as in the hard order."""
     boxes = softened(random_boxes(600, 100, 60, seed=4, sizes=(0.5, 20), dtype=np.float32), 0.5)
@@ -109,13 +100,6 @@ def test_two_strokes_of_one_depth_show_the_mean_of_both_orders():
     )
     np.testing.assert_allclose(soft.rgb, (one.rgb + other.rgb) / 2, rtol=1e-14)
     np.testing.assert_allclose(soft.alpha, one.alpha, rtol=1e-14)
-
-
-@pytest.mark.parametrize("path", KERNELS)
-def test_the_built_in_kernels_are_drawn_by_depth(path):
-    boxes = random_boxes(100, 40, 30)
-    assert_identical(painted(softened(boxes, 2.0), path, 40, 30), painted(boxes, path, 40, 30))
-    assert_identical(defined(softened(boxes, 2.0), path, 40, 30), defined(boxes, path, 40, 30))
 
 
 # Beside the hard order
@@ -200,23 +184,6 @@ def test_a_stroke_that_moves_through_others_changes_the_picture_in_small_steps(s
     np.testing.assert_allclose(soft[0][..., 0] > 0, hard[0][..., 0] > 0)
 
 
-def test_the_end_of_a_pixel_jumps_by_no_more_than_a_hundredth():
-    """Full paint in a stack: where one more falls behind two others it is not seen, and little was."""
-    g = np.random.default_rng(3)
-    fixed = np.sort(g.uniform(1.9, 2.1, 6))
-    colors = g.uniform(0, 1, (7, 3))
-
-    def pixel(z: float) -> np.ndarray:
-        depths = np.append(fixed, z)
-        order = np.argsort(depths, kind="stable")
-        boxes = pile(depths[order], np.linspace(0.02, 0.1, 7)[order], colors=colors[order])
-        return rasterize(boxes, SOLID, **PIXEL).rgb[0, 0]
-
-    path = [pixel(z) for z in np.linspace(1.7, 2.3, 2401)]
-    assert max(np.abs(b - a).max() for a, b in pairwise(path)) < 0.012
-    assert np.abs(path[0] - path[-1]).max() > 0.1
-
-
 # Stiff
 
 
@@ -251,12 +218,6 @@ def test_stacks_of_strokes_in_one_band_are_as_defined_and_finite(stack, opacity)
     # Depths of float32 lie on a grid of 2e-7, and so do the gaps between them.
     np.testing.assert_allclose(single.rgb, actual.rgb, atol=1e-4)
     np.testing.assert_allclose(single.depth, actual.depth, rtol=1e-3)
-
-
-def test_a_pixel_takes_no_more_strokes_when_almost_no_light_is_left():
-    boxes = pile(np.full(40, 2.0), 1.0, colors=np.eye(40, 3, k=-20) + 0.1)
-    sixteen = rasterize(boxes.take(np.s_[:16]), SOLID, **PIXEL)
-    assert_identical(rasterize(boxes, SOLID, **PIXEL), sixteen)
 
 
 # Where softness come from

@@ -18,7 +18,7 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
-from tests.rendering.strokes import boxes_of, bristles, depth_test_of, relieved, ridges, set_back
+from tests.rendering.strokes import boxes_of, bristles, ridges
 from tests.rendering.test_fragments import found_in
 
 ERROR = 0.5 / 255  # of a crowd, as `rasterize` states it
@@ -78,15 +78,6 @@ def test_crowds_are_as_defined_to_half_a_step_of_eight_bits(opacities, softness,
     assert error_of(boxes) < ERROR
 
 
-@for_each("look", LOOKS)
-def test_crowds_of_every_look_are_as_defined(look):
-    for softness in ("one", "wide"):
-        boxes = relieved(set_back(crowd(200, opacities=(0.02, 0.2), softness=SOFTNESS[softness]), 0.5))
-        assert error_of(boxes, **LOOKS[look]) < ERROR
-    test = depth_test_of(boxes, **SIZE)
-    assert error_of(boxes, in_front_of=replace(test, limit=test.limit + 2), **LOOKS[look]) < ERROR
-
-
 @settings(max_examples=10, deadline=None)
 @given(
     seed=SEEDS,
@@ -132,16 +123,6 @@ def test_strokes_that_move_through_a_crowd_never_jump():
             jumps.append(np.abs((actual - previous[0]) - (expected - previous[1])).max())
         previous = actual, expected
     assert max(jumps) < 2 * ERROR <= 1 / 255
-
-
-def test_a_stroke_that_makes_a_crowd_changes_the_picture_by_no_more_than_it_should():
-    boxes = crowd(MOST_WAITING + 1, opacities=(0.01, 0.08))
-    off = []
-    for count in (MOST_WAITING, MOST_WAITING + 1):
-        some = boxes.take(np.s_[:count])
-        off.append(painted(some).rgb - reference.rasterize(some, ridges(), **SIZE).rgb)
-    assert np.abs(off[0]).max() < 1e-13
-    assert np.abs(off[1] - off[0]).max() < ERROR
 
 
 def test_fragments_make_up_the_picture_of_a_crowd_within_its_error():

@@ -15,7 +15,6 @@ from brushgs.rendering.streaks import (
     PERIOD,
     noise,
     streak_slopes,
-    streak_starts,
     streak_weights,
 )
 from brushgs.values.boxes import Boxes
@@ -23,7 +22,7 @@ from brushgs.values.frame import Frame
 from tests.differences import assert_same_gradient, central_differences
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
-from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
+from tests.rendering.strokes import PATHS, boxes_of, random_boxes, softened, texture_of
 
 IMAGES = [path for path, (kind, _) in PATHS.items() if kind == "image"]
 KERNELS = [path for path, (kind, _) in PATHS.items() if kind != "image"]
@@ -63,15 +62,6 @@ def test_kernel_agrees_with_the_definition(path, streaks, softness):
     assert off[off <= 2e-4].mean() < 5e-6
 
 
-@for_each("shape", [(1, 1), (1, 7), (3, 9), (2, 2), (300, 5)])
-@for_each("filter", ["bilinear", "mip", "nearest"])
-def test_stroke_images_of_any_shape_agree(shape, filter):
-    boxes, texture = random_boxes(200, 75, 50), bristles(*shape)
-    how = {"width": 75, "height": 50, "filter": filter, "streaks": 0.4}
-    actual, expected = rasterize(boxes, texture, **how), reference.rasterize(boxes, texture, **how)
-    np.testing.assert_allclose(actual.rgb, expected.rgb, rtol=1e-9, atol=1e-11)
-
-
 def test_streaks_run_along_the_stroke():
     """Constant along u; across v it changes about as often as there are bristles, at every angle."""
     for row in (0, 1, 77, 5000):
@@ -84,14 +74,6 @@ def test_streaks_run_along_the_stroke():
         turned = replace(boxes, angles=np.array([np.pi / 2]))
         across = rasterize(turned, SOLID, width=120, height=120, filter="bilinear", streaks=0.4).rgb
         np.testing.assert_allclose(across[11:109, 31:89, 0], inside.T[:, ::-1], atol=1e-9)
-
-
-def test_a_stroke_keeps_its_streaks_among_others():
-    """They hang on the row in `ids`, not on the place in the list."""
-    boxes = random_boxes(40, 60, 40, seed=5, sizes=(10, 20))
-    rows = np.arange(0, 40, 3)
-    np.testing.assert_array_equal(streak_starts(boxes.take(rows)), streak_starts(boxes)[rows])
-    assert len(np.unique(streak_starts(boxes))) == 40
 
 
 def test_noise_has_mean_zero_and_repeats_with_its_sign_changed():
@@ -118,13 +100,6 @@ def test_streaks_fade_before_bristles_get_as_narrow_as_a_pixel():
     slopes = np.diff(streak_weights(fine, 0.4), axis=0) / (20 / 3999)
     middle = 0.5 * (streak_slopes(fine, 0.4)[1:] + streak_slopes(fine, 0.4)[:-1])
     np.testing.assert_allclose(slopes, middle, atol=1e-3)
-
-
-@pytest.mark.parametrize("path", KERNELS)
-def test_the_built_in_kernels_have_none(path):
-    boxes = random_boxes(100, 60, 40, sizes=(5, 30))
-    for one, other in zip(painted(boxes, path, 60, 40, 0.5), painted(boxes, path, 60, 40, 0.0), strict=True):
-        np.testing.assert_array_equal(one.rgb, other.rgb)
 
 
 @pytest.mark.parametrize("path", IMAGES)

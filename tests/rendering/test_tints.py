@@ -65,27 +65,6 @@ def test_the_kernel_paints_what_the_reference_says(order, filter, more):
         )
 
 
-def test_crowds_have_colours_too():
-    brushes = BrushSet((rainbow(),))
-    boxes = boxes_for(brushes, 400)
-    boxes = softened(
-        replace(boxes, depths=np.linspace(5, 5.01, 400), opacities=0.03 + 0 * boxes.opacities), 4
-    )
-    actual = rasterize(boxes, brushes, **SIZE)
-    expected = reference.rasterize(boxes, brushes, **SIZE)
-    assert np.abs(actual.rgb - expected.rgb).max() < 0.5 / 255
-
-
-@pytest.mark.parametrize("order", ORDERS)
-def test_float32_is_float64_rounded(order):
-    brushes = mixed_set()
-    boxes = ORDERS[order](boxes_for(brushes))
-    single, double = (rasterize(one, brushes, **SIZE) for one in (boxes.astype(np.float32), boxes))
-    away = np.abs(single.rgb - double.rgb)
-    assert np.median(away) < 1e-6
-    assert np.quantile(away, 0.999) < 1e-3
-
-
 @pytest.mark.parametrize("filter", ["bilinear", "mip", "nearest"])
 def test_gradients_are_differences_of_the_definition(filter):
     small, brushes = {"width": 33, "height": 18}, mixed_set()
@@ -115,15 +94,6 @@ def test_a_colour_that_is_nowhere_different_changes_no_bit():
     one, other = (rasterize(boxes, texture, **SIZE) for texture in (grey, even))
     np.testing.assert_allclose(one.rgb, other.rgb, atol=1e-6)
     np.testing.assert_array_equal(one.alpha, other.alpha)
-
-
-def test_colours_stay_above_black():
-    coverage = np.full((2, 2), 255, np.uint8)
-    rgb = np.zeros((2, 2, 3))
-    rgb[:, 1] = 1
-    texture = replace(StrokeTexture.from_coverage(coverage), tint=Tint.of(rgb, coverage))
-    boxes = replace(boxes_for(BrushSet((texture,))), colors=np.full((40, 3), 0.1))
-    assert rasterize(boxes, texture, **SIZE).rgb.min() >= 0
 
 
 def test_an_image_keeps_its_colours_where_that_is_asked_for():

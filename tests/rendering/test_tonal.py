@@ -1,9 +1,6 @@
 """Tones of pictures of strokes, and spot blacks: few, large, smooth, and on both sides of a jump of depth."""
 
-import pickle
-
 import numpy as np
-import pytest
 
 from brushgs.rendering.nested import scale_of
 from brushgs.rendering.tonal import Blacks, Tones, blacks_of, large_ones
@@ -45,13 +42,6 @@ def test_a_dark_mass_becomes_ink_and_the_rest_paper():
     assert frame.rgb[90, 160, 0] == np.float32(0.1), "its input is not changed"
 
 
-def test_paper_hides_where_strokes_are_and_leaves_the_rest():
-    alpha = np.where(disc(), 1.0, 0.0)
-    laid = Blacks(0.0, 1.0, INK, PAPER)(picture(np.full((180, 320), 0.1), alpha), camera())
-    np.testing.assert_array_equal(laid.alpha, alpha)
-    np.testing.assert_allclose(laid.rgb[90, 160], PAPER, atol=1e-6)
-
-
 def test_small_spots_and_small_holes_are_left_out():
     mask = disc(radius=40) & ~disc(radius=4) | disc(radius=5, x=30, y=30)
     kept = large_ones(mask, 200 / mask.size)
@@ -90,17 +80,6 @@ def test_what_is_nearer_gets_a_halo_of_paper():
     assert row[486] < 0.2
 
 
-@pytest.mark.parametrize("size", [(320, 180), (640, 360)])
-def test_shapes_scale_with_the_picture(size):
-    width, height = size
-    view = camera(width, height)
-    dark = disc(height, width, radius=width / 10, x=width / 2, y=height / 2)
-    tones = tones_of(picture(np.where(dark, 0.1, 0.8)), view)
-    threshold, least = blacks_of([tones], share=0.17, most_regions=25, least_pixels=140.0)
-    share = Blacks(threshold, least, INK, PAPER).shares(tones).mean()
-    assert abs(share - np.pi / 100 * 320 / 180) < 0.004
-
-
 def test_the_threshold_gives_the_share_that_is_asked_for():
     g = np.random.default_rng(1)
     tone = np.clip(
@@ -112,27 +91,11 @@ def test_the_threshold_gives_the_share_that_is_asked_for():
         assert abs(large_ones(tones.is_black(threshold), least).mean() - share) < 0.02
 
 
-def test_there_are_no_more_regions_than_allowed():
-    from scipy import ndimage
-
-    tone = np.full((180, 320), 0.8)
-    for k in range(40):
-        tone[disc(radius=5 + k / 20, x=20 + 40 * (k % 8), y=20 + 35 * (k // 8))] = 0.1
-    tones = tones_of(picture(tone), camera())
-    threshold, least = blacks_of([tones], share=0.17, most_regions=25, least_pixels=10.0)
-    assert 0 < ndimage.label(large_ones(tones.is_black(threshold), least))[1] <= 25
-
-
 def test_nothing_painted_and_one_tone_are_no_error():
     empty = picture(np.zeros((18, 32)), 0.0)
     tones = tones_of(empty, camera(32, 18))
     assert blacks_of([tones], share=0.17, most_regions=25, least_pixels=140.0)[1] > 0
     assert not Blacks(0.3, 1e-3, INK, PAPER)(empty, camera(32, 18)).alpha.any()
-
-
-def test_it_can_be_pickled():
-    effect = Blacks(0.3, 1e-3, INK, PAPER)
-    assert pickle.loads(pickle.dumps(effect)) == effect
 
 
 def test_edges_of_films_are_soft_in_tone_and_stay_in_place():

@@ -50,30 +50,6 @@ def test_firm_marks_are_whole_and_faint_ones_stay_on_the_peaks():
     assert (pressed.rgb[0, 2] == 0).all()
 
 
-def test_where_no_paint_is_left_none_stands():
-    frame, grain = frame_of(), np.random.default_rng(2).uniform(0, 1, (37, 23))
-    assert press(frame, grain, 0.8).height is None
-    pressed = press(replace(frame, height=2 * frame.alpha), grain, 0.8)
-    assert (pressed.alpha[frame.alpha > 0] == 0).any()
-    np.testing.assert_allclose(pressed.height, 2 * pressed.alpha, rtol=1e-12)
-
-
-def test_more_grain_and_less_dryness_never_take_paint_away():
-    frame, grain = frame_of(), np.random.default_rng(2).uniform(0, 1, (37, 23))
-    base = press(frame, grain, 0.4).alpha
-    assert (press(frame, np.minimum(grain + 0.1, 1), 0.4).alpha >= base).all()
-    assert (press(frame, grain, 0.3).alpha >= base).all()
-    assert (base <= frame.alpha).all()
-
-
-def test_the_frame_that_is_pressed_stays_as_it_is():
-    frame = frame_of()
-    rgb, alpha = frame.rgb.copy(), frame.alpha.copy()
-    press(frame, np.zeros((37, 23)), 0.5)
-    np.testing.assert_array_equal(frame.rgb, rgb)
-    np.testing.assert_array_equal(frame.alpha, alpha)
-
-
 def test_a_painted_frame_and_a_grain_of_another_dtype_and_layout_are_taken():
     frame = rasterize(random_boxes(50, 30, 20, dtype=np.float32), "flat", width=30, height=20)
     grain = np.random.default_rng(2).uniform(0, 1, (30, 20)).T

@@ -71,15 +71,6 @@ def test_kernel_agrees_with_the_definition_in_float64(path, size, softness, look
     assert np.abs(actual.rgb - without.rgb).max() > 1e-6
 
 
-@for_each("softness", [None, 0.3])
-@for_each("reach", [1e-6, 0.3, 1.0, 6.0, 1e6])
-def test_underpaint_may_be_smaller_or_larger_than_its_stroke(reach, softness):
-    boxes = set_back(random_boxes(60, 41, 23, seed=2, sizes=(1, 30)), 1.0)
-    boxes = boxes if softness is None else softened(boxes, softness)
-    for opacity in (0.01, 1.0):
-        assert_same(*painted(boxes, "mip", 41, 23, underpaint=Underpaint(reach, opacity)))
-
-
 @for_each("softness", [None, 0.5])
 @for_each("path", IMAGES)
 def test_kernel_agrees_with_the_definition_in_float32(path, softness):
@@ -119,14 +110,6 @@ def test_it_is_as_if_soft_kernels_lay_among_the_strokes():
     np.testing.assert_allclose(frame.alpha, 1 - light, rtol=1e-9, atol=1e-12)
 
 
-def test_the_depth_of_underpaint_is_that_of_its_stroke():
-    boxes = replace(boxes_of([[4.5, 4.5]], 4, depths=[2.0]), setbacks=np.array([5.0]))
-    frame = rasterize(boxes, SOLID, width=20, height=9, underpaint=Underpaint(3.0))
-    is_painted = frame.alpha > 0
-    assert is_painted[:, 10].any()  # only the underpaint reaches there
-    np.testing.assert_allclose(frame.depth[is_painted], 2.0, rtol=1e-12)
-
-
 def test_underpaint_lies_behind_its_stroke_and_behind_strokes_before_it():
     """Red lies in front of green; its underpaint, by its setback, in front of green or behind."""
     colors = [[1.0, 0, 0], [0, 1, 0]]
@@ -139,34 +122,6 @@ def test_underpaint_lies_behind_its_stroke_and_behind_strokes_before_it():
     assert seen[0.5][0] > 0.5  # in front
     np.testing.assert_array_equal(seen[1.0], seen[1.5])  # ties: strokes first
     assert seen[1.0][0] < 0.01
-
-
-@pytest.mark.parametrize("path", KERNELS)
-def test_the_built_in_kernels_have_none(path):
-    boxes = set_back(random_boxes(100, 40, 30), 1.0)
-    actual, expected = painted(boxes, path, 40, 30)
-    without = painted(boxes, path, 40, 30, underpaint=None)
-    assert_identical(actual, without[0])
-    assert_identical(expected, without[1])
-    bare = replace(boxes, setbacks=None)
-    assert_identical(kernel_of(bare, path, 40, 30), actual)
-
-
-@for_each("dtype", [np.float32, np.float64])
-@for_each("path", IMAGES)
-def test_setbacks_alone_change_no_bit(path, dtype):
-    boxes = random_boxes(500, 75, 50, dtype=dtype)
-    assert_identical(
-        kernel_of(set_back(boxes, 1.0), path, 75, 50, underpaint=None),
-        kernel_of(boxes, path, 75, 50, underpaint=None),
-    )
-
-
-@pytest.mark.parametrize("path", IMAGES)
-def test_in_soft_order_without_softness_nothing_changes(path):
-    boxes = set_back(random_boxes(300, 75, 50, seed=1), 1.0)
-    hard, soft = (kernel_of(b, path, 75, 50) for b in (boxes, softened(boxes, 0.0)))
-    assert_identical(soft, hard)
 
 
 # Gradients
@@ -194,23 +149,6 @@ def test_gradients_are_differences_of_the_definition(path, look):
         numerical = central_differences(loss, getattr(boxes, name))
         assert numerical.any()
         assert_same_gradient(f"{path} {name}", getattr(actual, name), numerical)
-
-
-@for_each("look", LOOKS)
-@for_each("dtype", [np.float32, np.float64])
-def test_gradients_do_not_depend_on_threads(dtype, look):
-    size, g = {"width": 201, "height": 97}, np.random.default_rng(1)
-    boxes = set_back(random_boxes(5000, **size, seed=6, sizes=(0.3, 15), dtype=dtype), 0.5)
-    how, texture = {"underpaint": UNDERPAINT} | LOOKS[look], texture_of("image")
-    frame = rasterize(boxes, texture, **size, **how)
-    v_rgb = g.normal(size=frame.rgb.shape).astype(dtype)
-    one, *others = (
-        rasterize_backward(boxes, texture, frame, v_rgb, with_coverage=True, num_threads=n, **how)
-        for n in (1, 2, 3, 40)
-    )
-    for other in others:
-        for name in (*BOX_COLUMNS, "coverage"):
-            np.testing.assert_array_equal(getattr(other, name), getattr(one, name), err_msg=name)
 
 
 def test_a_stroke_outside_whose_underpaint_reaches_in_has_its_gradient():
@@ -307,25 +245,6 @@ STACKS = {
     "equal sums": 9.0 - np.linspace(1, 9, 300),
     "one giant": np.where(np.arange(300) == 5, 1e6, 1e-3),
 }
-
-
-@for_each(("stack", "opacity", "softness"), pairs_of(STACKS, (1.0, 0.3, 0.005), (None, 0.05)))
-def test_stacks_of_strokes_are_as_defined_and_finite(stack, opacity, softness):
-    g = np.random.default_rng(1)
-    depths = np.full(300, 3e38) if stack == "beyond float32" else np.linspace(1, 9, 300)
-    boxes = boxes_of(
-        np.full((300, 2), 4.0), 20, depths=depths, colors=g.uniform(0, 1, (300, 3)), opacities=opacity
-    )
-    boxes = replace(boxes, setbacks=STACKS[stack])
-    boxes = boxes if softness is None else replace(boxes, softness=np.full(300, softness))
-    how = {"width": 2, "height": 1, "filter": "bilinear", "underpaint": UNDERPAINT}
-    actual, expected = rasterize(boxes, SOLID, **how), reference.rasterize(boxes, SOLID, **how)
-    assert_same(actual, expected)
-    single = boxes.astype(np.float32)
-    actual, expected = rasterize(single, SOLID, **how), reference.rasterize(single, SOLID, **how)
-    for plane in (actual.rgb, actual.alpha):
-        assert np.isfinite(plane).all()
-    np.testing.assert_allclose(actual.rgb, expected.rgb, atol=1e-4)
 
 
 @for_each("dtype", [np.float32, np.float64])

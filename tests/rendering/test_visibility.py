@@ -63,13 +63,6 @@ def test_what_is_hidden_or_outside_or_behind_the_camera_has_none():
     assert (visible_areas(ball(), away) == 0).all()
 
 
-def test_threads_and_the_order_of_rows_change_nothing():
-    areas = visible_areas(ball(), CAMERA, num_threads=1)
-    np.testing.assert_array_equal(areas, visible_areas(ball(), CAMERA, num_threads=2))
-    order = np.random.default_rng(0).permutation(len(ball()))
-    np.testing.assert_allclose(visible_areas(ball().take(order), CAMERA), areas[order], rtol=1e-4, atol=1e-4)
-
-
 @for_each("num_threads", [1, 2])
 @for_each("kernel", ["gaussian", "ellipse"])
 @for_each("dtype", [np.float32, np.float64])

@@ -155,30 +155,6 @@ def test_nothing_stays_nothing_and_inputs_do_not_change(size):
         assert (laid.rgb <= laid.alpha[..., None] + 1e-6).all()
 
 
-def test_a_picture_twice_as_large_looks_alike():
-    frames = []
-    for factor in (1, 2):
-        size = 120 * factor, 160 * factor
-        rgb = WetLayer(KEY, ANCHOR)(painted(*size), camera_of(*size), None).over("white")
-        frames.append(rgb.reshape(120, factor, 160, factor, 3).mean(axis=(1, 3)))
-    assert np.abs(frames[0] - frames[1]).mean() < 0.01
-
-
-def test_flat_paint_has_no_straight_step_of_density():
-    """Away from its outline a surface of one colour varies only with the smooth noise."""
-    size = 120, 160
-    alpha, depth = np.ones(size, np.float32), np.full(size, 4, np.float32)
-    rgb = np.full((*size, 3), (0.4, 0.5, 0.7), np.float32)
-    laid = WetLayer(KEY, ANCHOR)(Frame(rgb, alpha, depth), camera_of(*size), None)
-    tone = laid.rgb.mean(axis=-1)
-    assert tone.std() > 0.005
-    for axis in (0, 1):
-        steps = np.abs(np.diff(tone, axis=axis))
-        assert steps.max() < 0.1
-        along = steps.sum(axis=1 - axis)
-        assert along.max() < 4 * along.mean()  # not along a row or column
-
-
 def test_a_room_ends_in_a_ragged_border_of_paper():
     border = ragged_border(180, 240, "float32")
     assert not border[[0, -1]].any()

@@ -8,7 +8,6 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
-from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.outlets.glb.bumps import Bump
 from brushgs.outlets.glb.write import write_quads
@@ -97,27 +96,6 @@ def test_files_of_paint_in_relief_have_a_map_and_normals():
     assert normals[..., 0].std() > 4
 
 
-@pytest.mark.parametrize("flat", [{"lamp": None}, {"relief": None}, {"lamp": Lamp(strength=0.0)}])
-def test_files_of_flat_paint_have_none(flat):
-    glb = written("impasto", **flat)
-    check_rules(glb)
-    assert glb.top["extensionsUsed"] == ["KHR_materials_unlit"]
-    assert len(glb.top["images"]) == 1
-    assert b"NORMAL" not in glb.text
-
-
-def test_a_stage_takes_the_map_of_its_subject_where_brushes_are_the_same():
-    texture = BrushSet.of("impasto")
-    low, high = (replace(RELIEF, gain=gain) for gain in (0.5, 1.7))
-    found = []
-    for reliefs in ((low, high), (high, low), (high,)):
-        coats = [some_coat(one_stroke(), texture, relief=relief) for relief in reliefs]
-        write_quads(Painting(tuple(coats), lamp=Lamp()), CAMERA, "a.glb", view=VIEW, title="a")
-        found.append(Glb(Path("a.glb").read_bytes()).image(1))
-    assert np.array_equal(found[0], found[1])
-    assert np.array_equal(found[0], found[2])
-
-
 def test_relief_zero_leaves_the_map_out(capsys):
     save_upright(some_strokes(60), "a.ply")
     words = [
@@ -160,10 +138,3 @@ def test_three_js_shades_the_ridges_by_the_side_of_the_lamp(along, open_page):
     assert width > 30
     assert difference.std() > 0.02
     assert np.corrcoef(difference.ravel(), wanted.ravel())[0, 1] > 0.9
-
-
-def test_three_js_shows_flat_paint_alike_under_both_lamps(open_page):
-    written(ridged()[0], lamp=None)
-    page_of("a.glb", "a.html", SIDE, SIDE)
-    page = open_page(Path("a.html").resolve(), width=SIDE, height=SIDE)
-    assert np.array_equal(lit(page, *LEFT), lit(page, *RIGHT))

@@ -8,7 +8,6 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
-from brushgs.cli.commands.export import EXPORTS, GALLERY, OWN_FLAGS
 from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.glb.write import omitted
 from brushgs.rendering.canvas import Painting
@@ -68,15 +67,6 @@ def test_every_kind_of_look_becomes_a_model(scene, capsys, words):
     assert counts["for_view"] == bool(more)
 
 
-def test_rectangles_are_not_taken_for_splats(scene, capsys):
-    """Nor where their brush is a kernel, which looks like them."""
-    assert run(capsys, "export", scene, "-o", "a.glb", "--stroke", "gaussian", *SMALL)[0] == 0
-    code, _, err = run(capsys, "render", "a.glb", "-o", "a.png")
-    assert code == 2
-    assert "a.glb: holds a painting as textured rectangles" in err
-    assert "brushgs cluster SCENE -o FILE.glb" in err
-
-
 def test_the_first_view_is_that_of_render(scene, capsys):
     words = ["--look", "plain", "--stroke", "flat", "--background", "transparent", *SMALL]
     assert run(capsys, "render", scene, "-o", "a.png", "--underpaint", "on", *words)[0] == 0
@@ -117,12 +107,6 @@ def test_bad_input_is_one_sentence_and_no_file(scene, capsys, words, said):
     assert (code, out, list(Path().iterdir())) == (2, "", [])
     assert said in err
     assert err.count("\n") == 1
-
-
-def test_exports_have_suffixes_of_their_own_and_known_flags():
-    suffixes = [suffix for kind in EXPORTS for suffix in kind.suffixes]
-    assert len(set(suffixes)) == len(suffixes)
-    assert {name for kind in (*EXPORTS, GALLERY) for name in kind.takes} == set(OWN_FLAGS)
 
 
 def test_a_scene_is_not_replaced(capsys):

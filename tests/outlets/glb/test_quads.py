@@ -10,7 +10,6 @@ import trimesh
 from PIL import Image
 
 import brushgs as bg
-from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import Tint
 from brushgs.outlets.glb.atlas import GAP, Atlas
 from brushgs.outlets.glb.gltf import upright
@@ -125,17 +124,6 @@ def test_baked_strokes_of_coloured_brushes_have_their_colours():
     assert np.abs(grey - wanted).mean() > 0.015
 
 
-def test_baked_brushes_lie_as_they_are_painted():
-    """A brush that is unlike each of its mirror images, on large strokes: where a corner differs shows."""
-    coverage = np.full((20, 60), 0.2)
-    coverage[:10, :20] = 1.0
-    texture = bg.StrokeTexture.from_coverage(coverage)
-    strokes = flat_strokes(6)
-    strokes = replace(strokes, scales=strokes.scales * 3, opacities=np.full(6, 1.0, np.float32))
-    found = picture_of(saved(strokes, texture, camera=CAMERA), 96, 72)
-    assert np.abs(found - rendered(strokes, texture=texture)).mean() < 0.006
-
-
 def test_lying_strokes_are_those_of_the_painting_where_they_face_the_camera():
     texture = bg.StrokeTexture.from_coverage(np.pad(np.ones((8, 20)), ((0, 12), (0, 40))))
     means = [[-1, -0.6, 0], [0.8, 0.2, 0.4], [0, 0.5, 0.1]]
@@ -227,14 +215,6 @@ def test_opacities_and_colours_are_capped():
     assert 0.9 < colors[:, 3].max() <= 0.99 + 1e-5
 
 
-def test_scenes_far_from_their_origin_keep_their_digits():
-    strokes = flat_strokes(30, dtype=np.float64).astype(np.float64)
-    near = saved(strokes)
-    far = saved(replace(strokes, means=strokes.means + 1e6))
-    ((_, a, *_),), ((_, b, *_),) = near.meshes(), far.meshes()
-    assert np.allclose(a, b, atol=1e-3)
-
-
 def test_brushes_lie_apart_in_one_texture():
     images = [bristles(9 + 7 * n, 60 + 31 * n, seed=n).coverage for n in range(7)]
     atlas = Atlas.of(images)
@@ -254,14 +234,6 @@ def test_brushes_lie_apart_in_one_texture():
     picture = np.asarray(Image.open(io.BytesIO(atlas.png())))
     assert np.array_equal(picture[..., 3], atlas.coverage)
     assert (picture[..., :3] == 255).all()  # also where nothing is painted
-
-
-def test_equal_strokes_give_equal_bytes():
-    for options in ({}, {"camera": CAMERA}):
-        saved(some_strokes(60), **options)
-        first = Path("s.glb").read_bytes()
-        saved(some_strokes(60), **options)
-        assert Path("s.glb").read_bytes() == first
 
 
 def test_what_cannot_be_written_is_one_sentence_and_no_file():
@@ -305,20 +277,6 @@ def test_strokes_without_area_are_left_out():
     scales[2] = 0, 0.1, 0
     ((_, vertices, *_),) = saved(replace(strokes, scales=scales)).meshes()
     assert len(vertices) == 16
-
-
-def test_fifty_thousand_strokes_fit():
-    glb = saved(some_strokes(50_000), texture=["flat", "dab"])
-    check_rules(glb)
-    assert Path("s.glb").stat().st_size < 7_500_000
-
-
-def test_brushes_that_no_stroke_has_are_not_in_the_file():
-    strokes = some_strokes(20, brushes=3)
-    only = replace(strokes, brushes=np.full(20, 1, np.uint8))
-    textures = BrushSet.open("flat,dab,swirl")
-    one, alone = saved(only, textures), saved(replace(strokes, brushes=None), "dab", num_sigmas=1.0)
-    assert one.image().shape == alone.image().shape
 
 
 def test_a_one_sided_stroke_is_in_the_file_where_its_front_is_seen():

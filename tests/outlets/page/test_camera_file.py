@@ -2,20 +2,14 @@
 
 import shlex
 import subprocess
-from argparse import ArgumentParser
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-import brushgs as bg
 from brushgs import cli
-from brushgs.cameras.first_view import framed_camera
-from brushgs.cameras.framing import frame_scene, with_up
+from brushgs.cameras.framing import frame_scene
 from brushgs.cameras.orbit import orbit
-from brushgs.cli import flags
-from brushgs.cli.parser import _joined
-from brushgs.options.painting import ViewConfig
 from brushgs.outlets.page.view import PageView
 from brushgs.pipeline.steps import seeing
 from tests.outlets.page.kit import kit
@@ -136,23 +130,6 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_every_view_of_a_page_is_said_by_flags(tab, kind):
-    camera, is_inside = KINDS[kind]
-    header = header_of(camera, is_inside=is_inside)
-    for changes in ((), [("turn", 0.8, 0.3), ("zoom", 0.8, 0.1, 0.2)]):
-        line, _, expected = moved(tab, header, changes, width=480, height=270)
-        words = shlex.split(line)
-        assert "--camera-file" not in words
-        parser = ArgumentParser()
-        flags.add_view(parser)
-        given = parser.parse_args(_joined(words[words.index("--size") :]))
-        config = ViewConfig(**flags.given(given, "view"))
-        used = framed_camera(with_up(FIRST, config.up), config)
-        np.testing.assert_allclose(pixels(used, POINTS), pixels(expected, POINTS), atol=0.01)
-        assert used.near == pytest.approx(expected.near, rel=1e-8)
-
-
 def test_a_lens_that_flags_cannot_say_goes_to_a_camera_file(tab, monkeypatch, scene_path, tmp_path):
     K = np.array([[130.0, 0, 90], [0, 150, 80], [0, 0, 1]])
     header = header_of(replace(PLAIN, K=K, near=0.3), command=(str(scene_path), QUICK))
@@ -163,18 +140,6 @@ def test_a_lens_that_flags_cannot_say_goes_to_a_camera_file(tab, monkeypatch, sc
     used = camera_used(monkeypatch, line, tmp_path)
     np.testing.assert_allclose(pixels(used, POINTS), pixels(camera, POINTS), atol=1e-6)
     assert used.near == pytest.approx(camera.near, rel=1e-12)
-
-
-def test_a_camera_file_gives_the_camera_again(tab, tmp_path):
-    for camera, is_inside in KINDS.values():
-        header = header_of(camera, is_inside=is_inside)
-        _, text, expected = moved(tab, header, [("turn", 0.8, 0.3)], width=640, height=360)
-        (tmp_path / "camera.json").write_text(text)
-        (read,) = bg.load_cameras(tmp_path / "camera.json")
-        np.testing.assert_allclose(read.viewmat, expected.viewmat, atol=1e-9)
-        np.testing.assert_array_equal(read.K, expected.K)
-        assert (read.width, read.height) == (640, 360)
-        assert read.near == expected.near
 
 
 def test_the_view_takes_the_place_of_that_in_the_options(tab):

@@ -8,7 +8,7 @@ import pytest
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import canvas as exact
-from brushgs.rendering.light import BLUR, Lamp, blur_taps
+from brushgs.rendering.light import BLUR, Lamp
 from brushgs.rendering.relief import Relief, canvas_scale
 from brushgs.rendering.surface import GRAIN, LINEN_HEIGHT, PAPER_HEIGHT, flat, linen, paper
 from brushgs.still_life import still_life_camera
@@ -267,13 +267,6 @@ def test_what_later_coats_are_tested_against_is_the_mean_depth(easel, monkeypatc
     assert (exact.alpha > 0.5).mean() > 0.3
 
 
-def test_a_lamp_on_what_is_flat_changes_no_bit(easel):
-    laid, ground = [paint(0), paint(1)], Ground("flat")
-    dark, _, _ = painted(easel, laid, ground=ground)
-    lit, _, _ = painted(easel, laid, ground=ground, lamp=LAMP)
-    np.testing.assert_array_equal(lit, dark)
-
-
 @pytest.mark.parametrize("kind", ["flat", "paper"])
 def test_a_picture_as_ground_fills_the_page_and_is_cropped_to_its_centre(easel, monkeypatch, kind):
     y, x = np.mgrid[:HEIGHT, :WIDTH]
@@ -287,56 +280,6 @@ def test_a_picture_as_ground_fills_the_page_and_is_cropped_to_its_centre(easel, 
     assert np.abs(page - exact)[:, 2:-2].max() < 0.004
 
 
-def test_the_ground_of_a_picture_can_be_another_or_none(easel, monkeypatch):
-    laid, ground, teal = [paint(0, dry=0.3), glaze(1)], Ground("paper"), (0.1, 0.5, 0.5)
-    none, _, _ = painted(easel, laid, ground=ground, options={"ground": False})
-    assert np.abs(none - Exact(monkeypatch, laid, ground.made(), is_transparent=True).rgba).max() < HALF
-    other, _, _ = painted(easel, laid, ground=ground, options={"ground": list(teal)})
-    assert np.abs(other - Exact(monkeypatch, laid, Ground("paper", teal).made()).rgba).max() < HALF
-    page, _, _ = painted(easel, laid, options={"ground": list(teal)})
-    assert np.abs(page - Exact(monkeypatch, laid).over(teal)).max() < HALF
-
-
-@pytest.mark.parametrize("lamp", [None, LAMP])
-@pytest.mark.parametrize("kind", ["flat", "paper"])
-def test_a_picture_keeps_to_its_part_of_the_target(easel, lamp, kind):
-    """As that of one eye beside the other's."""
-    laid, ground = [paint(0, has_height=True)], Ground(kind)
-    alone, _, _ = painted(easel, laid, ground=ground, lamp=lamp)
-    beside, _, _ = painted(easel, laid, ground=ground, lamp=lamp, options={"corner": (12, 7), "margin": 20})
-    y, x = 20 + 20 - 7, 12  # rows go down here, and up in the page
-    np.testing.assert_array_equal(beside[y : y + HEIGHT, x : x + WIDTH], alone)
-    beside[y : y + HEIGHT, x : x + WIDTH] = 9
-    assert (beside == 9).all()
-
-
-def test_what_a_painting_does_not_need_is_left_out(easel):
-    """Passes over the whole picture, besides the strokes."""
-    thick = [paint(0, has_height=True)]
-    lit = [*thick, paint(1, has_height=True)]
-    for laid, more, expected in (
-        ([paint(0)], {}, 0),
-        ([paint(0), paint(1)], {}, 0),
-        ([paint(0)], {"background": [1, 1, 1]}, 0),
-        ([paint(0)], {"ground": Ground("flat")}, 0),
-        ([paint(0)], {"lamp": LAMP, "ground": Ground("flat")}, 0),  # nothing is raised
-        ([paint(0)], {"ground": Ground("linen")}, 1),
-        ([paint(0, dry=0.4)], {}, 0),  # there is no tooth
-        ([paint(0, dry=0.4)], {"ground": Ground("paper")}, 2),
-        ([paint(0), glaze(1)], {}, 2),
-        (thick, {"lamp": LAMP}, 3),
-        (lit, {"lamp": LAMP}, 5),
-    ):
-        assert painted(easel, laid, **more)[2] == expected
-
-
-def test_the_blur_of_heights_is_that_of_the_exact_renderer(easel):
-    for width, height in ((40, 30), (320, 240), (1000, 750), (1280, 720), (3840, 2160)):
-        taps = blur_taps(BLUR, canvas_scale(width, height))
-        page = easel.page.evaluate("d => easel.taps(d)", BLUR * canvas_scale(width, height))
-        np.testing.assert_allclose(page, taps[len(taps) // 2 :], atol=1e-6)
-
-
 @pytest.fixture(scope="module")
 def lit_painting():
     texture = StrokeTexture.open("impasto")
@@ -348,52 +291,6 @@ def lit_painting():
 
 def view(width, height):
     return still_life_camera(width=width, height=height)
-
-
-COUNT_MADE = """
-(() => {
-  const { gl } = studio, made = window.made = { new: 0, gone: 0, stored: 0 };
-  const count = (prefix, key) => {
-    const proto = WebGL2RenderingContext.prototype;
-    for (const name of Object.getOwnPropertyNames(proto)) {
-      if (!name.startsWith(prefix) || typeof proto[name] !== "function") continue;
-      gl[name] = function (...given) {
-        if (prefix !== "delete" || given[0]) made[key] += 1;
-        return proto[name].apply(this, given);
-      };
-    }
-  };
-  count("create", "new"), count("delete", "gone"), count("texStorage", "stored"), count("texImage", "stored");
-})()
-"""
-
-
-def test_a_frame_allocates_nothing_and_another_size_makes_targets_anew(easel, lit_painting):
-    easel.load(lit_painting, view(160, 120))
-    easel.paint(view(160, 120), ground=True)
-    easel.page.evaluate(COUNT_MADE)
-
-    def made_by(width, height):
-        easel.page.evaluate("() => Object.assign(made, { new: 0, gone: 0, stored: 0 })")
-        easel.paint(view(width, height), ground=True)
-        return easel.page.evaluate("() => made")
-
-    own = {"new": 2, "gone": 2, "stored": 1}  # the target of the test
-    assert made_by(160, 120) == own
-    larger = made_by(200, 150)
-    assert larger["new"] == larger["gone"] > own["new"]
-    assert made_by(200, 150) == own
-    before = easel.page.evaluate("studio.painter.counts.targetBytes")
-    far = made_by(80, 60)
-    assert far["new"] == far["gone"] > own["new"]
-    assert easel.page.evaluate("studio.painter.counts.targetBytes") == before * 4800 / 30000
-
-
-def test_a_picture_is_the_same_in_targets_that_were_larger(easel, lit_painting):
-    easel.load(lit_painting, view(160, 120))
-    first = easel.paint(view(160, 120), ground=True)
-    easel.paint(view(180, 130), ground=True)
-    np.testing.assert_array_equal(easel.paint(view(160, 120), ground=True), first)
 
 
 def test_a_lost_context_comes_back(easel, lit_painting):

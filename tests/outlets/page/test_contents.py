@@ -1,17 +1,13 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.first_view import plain_first_view
 from brushgs.cameras.framing import frame_scene
-from brushgs.cameras.orbit import orbit
 from brushgs.outlets.page.contents import coarse_to_fine
-from brushgs.outlets.page.images import reduced
 from brushgs.outlets.page.view import PageView
-from brushgs.rendering import surface
 from brushgs.rendering.border import thin_to_border
 from brushgs.rendering.options import project_with
 from brushgs.rendering.relief import Relief
@@ -82,16 +78,6 @@ def test_strokes_that_nobody_would_see_are_left_out():
     )
 
 
-@pytest.mark.parametrize("used", [0, 1, 3])
-def test_harmonics_are_kept_to_the_degree_that_is_used(used):
-    strokes = some_strokes(40, degree=3)
-    sh = np.array(strokes.sh)
-    sh[:, (used + 1) ** 2 :] = 0
-    contents = contents_of(some_coat(replace(strokes, sh=sh)))
-    assert contents.header["coats"][0]["shDegree"] == used
-    assert column(contents, "sh").shape == (40, (used + 1) ** 2, 3)
-
-
 def test_values_beyond_the_range_of_half_floats_are_its_largest():
     strokes = some_strokes(3)
     sh = np.full_like(strokes.sh, 1e6)
@@ -125,47 +111,6 @@ def test_brushes_that_no_stroke_uses_are_left_out_and_equal_ones_stored_once():
         np.testing.assert_array_equal(height, np.rint(texture.height * 255).astype(np.uint8))
 
 
-def test_a_brush_without_height_and_a_kernel_say_so():
-    bare = StrokeTexture.from_coverage(np.eye(8))
-    contents = contents_of(some_coat(some_strokes(4), bare), some_coat(some_strokes(4), "gaussian"))
-    (brush,) = contents.header["brushes"]
-    assert brush["height"] is None
-    image, kernel = contents.header["coats"]
-    assert (image["kernel"], image["lock"], image["fade"]) == ("image", "anchor", True)
-    assert (kernel["kernel"], kernel["lock"], kernel["fade"], kernel["brushes"]) == (
-        "gaussian",
-        "off",
-        False,
-        [],
-    )
-    assert kernel["numSigmas"] == [3.0]
-
-
-def test_coats_say_how_they_are_laid():
-    one = some_coat(some_strokes(4), dry=0.4, blend="glaze", tolerance=1.5, low_pass=0.7, num_sigmas=1.3)
-    (coat,) = contents_of(one).header["coats"]
-    laid = {name: coat[name] for name in ("dry", "blend", "tolerance", "lowPass", "numSigmas", "relief")}
-    assert laid == {
-        "dry": 0.4,
-        "blend": "glaze",
-        "tolerance": 1.5,
-        "lowPass": 0.7,
-        "numSigmas": [1.3],
-        "relief": None,
-    }
-
-
-def test_the_surface_is_said_and_not_stored():
-    painted = surface.linen((0.5, 0.4, 0.3), height=48, width=64, strength=0.6)
-    lamp = bg.Lamp(azimuth=1.0)
-    header = contents_of(some_coat(some_strokes(4)), surface=painted, lamp=lamp).header
-    found = header["surface"]
-    assert (found["kind"], found["strength"], found["seed"]) == ("linen", 0.6, 0)
-    np.testing.assert_allclose(found["color"], (0.5, 0.4, 0.3), atol=1e-7)
-    np.testing.assert_array_equal(header["lamp"]["direction"], lamp.direction)
-    np.testing.assert_array_equal(header["lamp"]["halfWay"], lamp.half_way)
-
-
 def test_a_picture_behind_the_strokes_is_stored_smaller_and_that_is_told():
     picture = np.random.default_rng(0).uniform(0, 1, (30, 1280, 3)).astype(np.float32)
     contents = contents_of(some_coat(some_strokes(4)), background=picture)
@@ -175,14 +120,6 @@ def test_a_picture_behind_the_strokes_is_stored_smaller_and_that_is_told():
     expected = picture.astype(float).reshape(15, 2, 640, 2, 3).mean(axis=(1, 3))
     assert np.abs(stored / 255 - expected).max() <= 0.5 / 255 + 1e-6
     assert any("1280 x 30 to 640 x 15" in sentence for sentence in contents.omitted)
-
-
-def test_reducing_keeps_the_mean():
-    picture = np.random.default_rng(0).uniform(0, 1, (37, 101, 3))
-    small = reduced(picture, 40)
-    assert small.shape == (15, 40, 3)
-    np.testing.assert_allclose(small.mean(axis=(0, 1)), picture.mean(axis=(0, 1)))
-    np.testing.assert_array_equal(reduced(picture, 101), picture)
 
 
 @for_each(
@@ -200,21 +137,6 @@ def test_what_the_page_does_not_show_is_told(options, told):
     ).omitted
     assert len(omitted) == (told is not None)
     assert told is None or told in omitted[0]
-
-
-def test_the_camera_turns_around_a_point_on_its_axis():
-    first_view = plain_first_view(still_life_of(2000))
-    camera = frame_scene(first_view, width=64, height=48, azimuth=0.7, elevation=0.2)
-    view = PageView.of(first_view, camera)
-    x, y, depth = camera.viewmat[:3, :3] @ view.center + camera.viewmat[:3, 3]
-    assert abs(x) < 1e-12
-    assert abs(y) < 1e-12
-    turned = orbit(first_view, 2, width=64, height=48, azimuth=0.7, elevation=0.2)
-    middle = 0.5 * (turned[0].position + turned[1].position)  # of the turn, on the axis of up
-    assert np.linalg.norm(np.cross(view.center - middle, first_view.up)) < 0.1 * view.radius
-    assert 0.5 * view.radius < depth < 5 * view.radius
-    assert not view.is_inside
-    assert np.linalg.norm(first_view.points - view.center, axis=1).max() < 1.3 * view.radius
 
 
 def test_a_scene_that_is_seen_from_inside_says_so_unless_something_is_looked_at():

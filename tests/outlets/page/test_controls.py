@@ -6,9 +6,8 @@ from math import pi, radians
 import numpy as np
 import pytest
 
-from brushgs.cameras.framing import NEAR_SHARE, camera_axes, frame_scene, rolled
+from brushgs.cameras.framing import frame_scene
 from brushgs.outlets.page.view import PageView
-from brushgs.values.camera import Camera
 from tests.outlets.page.kit import kit
 from tests.outlets.page.page_file import (
     SIZE,
@@ -133,34 +132,6 @@ def test_the_subject_fills_the_side_that_binds(tab, width, height, reach):
     assert 0.55 <= share <= 0.9 or scale == pytest.approx(max(width / 320, height / 240))
 
 
-def test_the_reach_of_the_subject_is_that_of_its_points():
-    view = PageView.of(FIRST, PLAIN)
-    places = np.abs(pixels(PLAIN, FIRST.points) - (160, 120))
-    assert np.all(np.array(view.subject) <= np.minimum(places.max(axis=0), (160, 120)) + 1e-9)
-    assert np.all(np.mean(places <= np.array(view.subject) + 1e-9, axis=0) >= 0.95)
-
-
-@pytest.mark.parametrize("up", [(0, -1, 0), (0, 0, 1), (1, 0, 0), (0.2, -0.9, 0.3)])
-def test_the_axes_of_an_orbit_are_those_of_camera_axes(tab, up):
-    up = np.array(up) / np.linalg.norm(up)
-    for azimuth, elevation, roll in ((0, 0, 0), (1.2, 0.5, 0), (-2.8, -1.5, 0.7), (3.0, pi / 2, 0)):
-        viewmat = np.eye(4)
-        viewmat[:3, :3] = rolled(camera_axes(up, azimuth, elevation), roll)
-        viewmat[:3, 3] = (0.1, 0.2, 7)
-        camera = Camera(viewmat, PLAIN.K, **SIZE)
-        header = dict(header_of(camera)) | {"up": up.tolist()}
-        first = tab.evaluate(
-            "header => { const o = new kit.Orbit(header); return [...o.first, o.roll]; }", header
-        )
-        turns = (np.array(first[4:]) - (azimuth, elevation, roll)) / (2 * pi)
-        np.testing.assert_allclose(turns - np.round(turns), 0, atol=1e-9)
-
-
-def test_the_opened_page_shows_the_first_view(page, contents):
-    np.testing.assert_allclose(pixels(shot(page), POINTS), 1.5 * pixels(PLAIN, POINTS), atol=1e-6)
-    assert page.evaluate("[brushgs.canvas.width, brushgs.canvas.height]") == [WIDTH, HEIGHT]
-
-
 def test_a_drag_turns_the_scene_with_the_hand(page, contents):
     before, state = shot(page), state_of(page)
     page.mouse.move(240, 100)
@@ -179,23 +150,6 @@ def test_a_drag_turns_the_scene_with_the_hand(page, contents):
     assert shift[0] > 5
     assert shift[1] > 1
     np.testing.assert_allclose(pixels(after, [center])[0], (240, 180), atol=1e-6)
-
-
-@pytest.mark.parametrize("how", ["right", "shift"])
-def test_a_drag_of_the_other_kind_moves_the_scene_with_the_hand(page, contents, how):
-    before = shot(page)
-    page.mouse.move(100, 100)
-    if how == "shift":
-        page.keyboard.down("Shift")
-    page.mouse.down(button="right" if how == "right" else "left")
-    page.mouse.move(130, 80)
-    page.mouse.up(button="right" if how == "right" else "left")
-    page.keyboard.up("Shift")
-    settle(page)
-    after = shot(page)
-    np.testing.assert_allclose(after.viewmat[:3, :3], before.viewmat[:3, :3], atol=1e-12)
-    center = contents.header["center"]
-    np.testing.assert_allclose(pixels(after, [center])[0], (270, 160), atol=1e-6)
 
 
 def test_the_wheel_leaves_what_is_under_the_pointer_there(page, contents):
@@ -286,27 +240,6 @@ def test_one_finger_turns_two_move_and_zoom(open_page, path, contents):
     np.testing.assert_allclose(pixels(after, points), [[90, 100], [250, 100]], atol=0.01)
 
 
-@pytest.mark.parametrize("kind", ["click", "tap"])
-def test_a_double_click_puts_what_is_there_in_the_middle(open_page, path, contents, kind):
-    page = open_page(path, has_touch=kind == "tap", **CALM)
-    page.evaluate("brushgs.ready")
-    before = shot(page)
-    at = (130, 150)
-    if kind == "click":
-        page.mouse.dblclick(*at)
-    else:
-        page.touchscreen.tap(*at)
-        page.touchscreen.tap(*at)
-    settle(page)
-    place = state_of(page)[:3] + contents.header["origin"]
-    np.testing.assert_allclose(pixels(before, [place])[0], at, atol=1e-6)
-    after = shot(page)
-    np.testing.assert_allclose(pixels(after, [place])[0], (240, 180), atol=1e-6)
-    np.testing.assert_allclose(after.viewmat[:3, :3], before.viewmat[:3, :3], atol=1e-12)
-    move = before.viewmat[:3, :3] @ (after.position - before.position)
-    assert move[2] == pytest.approx(0, abs=1e-9), "the camera moves aside, not nearer"
-
-
 def test_a_point_is_picked_where_half_of_the_light_is_lost(tab):
     half = int(np.array(0.45, np.float16).view(np.uint16))
     points = tab.evaluate(
@@ -359,26 +292,6 @@ def test_inside_a_scene_the_hand_looks_around_and_the_wheel_walks_a_little(open_
 # Glides
 
 
-def test_the_glide_does_not_depend_on_the_number_of_frames(open_page, path):
-    page = open_page(path, **CALM)
-    page.evaluate("brushgs.ready")
-    ends = page.evaluate(
-        """() => {
-          const { controls } = brushgs;
-          controls.isCalm = false;
-          return [[0.3], [0.1, 0.2], Array(30).fill(0.01)].map((steps) => {
-            controls.target.set(controls.orbit.first);
-            controls.state.set(controls.orbit.first);
-            controls.orbit.turn(controls.target, 1, 0.2);
-            for (const seconds of steps) controls.advance(seconds);
-            return [...controls.state.map((value, k) => value - controls.orbit.first[k])];
-          });
-        }"""
-    )
-    left = 1 - np.exp(-0.3 / 0.12)
-    np.testing.assert_allclose(ends, [[0, 0, 0, 0, left, 0.2 * left]] * 3, atol=1e-12)
-
-
 def test_nothing_is_drawn_when_nothing_moves(open_page, path):
     page = open_page(path, **WINDOW)
     page.evaluate("brushgs.ready")
@@ -414,47 +327,6 @@ def test_the_page_turns_until_it_is_touched(open_page, path):
         assert not page.evaluate("brushgs.controls.isTurning")
         assert page.locator("#turn").get_attribute("aria-pressed") == "false"
         page.close()
-
-
-def test_the_page_does_not_turn_where_motion_is_reduced_unless_asked(page):
-    assert not page.evaluate("brushgs.controls.isTurning")
-    page.keyboard.press("Space")
-    assert page.evaluate("brushgs.controls.isTurning")
-    page.locator("#share").focus()
-    assert page.evaluate("brushgs.controls.isTurning")  # was asked for
-    page.locator("#painting").focus()
-    page.keyboard.press("Space")
-    assert not page.evaluate("brushgs.controls.isTurning")
-
-
-def test_a_turn_takes_forty_seconds(page):
-    turned = page.evaluate(
-        """() => {
-          const { controls } = brushgs;
-          controls.isTurning = true;
-          for (let i = 0; i < 100; i++) controls.advance(0.1); // it starts softly
-          const before = controls.state[4];
-          for (let i = 0; i < 400; i++) controls.advance(0.1);
-          controls.isTurning = false;
-          return controls.state[4] - before;
-        }"""
-    )
-    assert turned == pytest.approx(2 * pi, rel=0.01)
-
-
-def test_inside_a_scene_the_camera_sways_around_what_is_ahead(open_page, tmp_path):
-    contents = shown(PLAIN, view=replace(PageView.of(FIRST, PLAIN), is_inside=True))
-    page = open_page(write_page(tmp_path / "inside.html", contents), **CALM)
-    page.evaluate("brushgs.ready")
-    center, distance = contents.header["center"], PLAIN.near / NEAR_SHARE
-    page.evaluate("brushgs.controls._phase = 0; brushgs.controls.isTurning = true; brushgs.isPaused = true")
-    for _ in range(5):
-        page.evaluate("for (let i = 0; i < 20; i++) brushgs.controls.advance(0.1)")
-        camera = shot(page)
-        np.testing.assert_allclose(pixels(camera, [center])[0], (240, 180), atol=1e-6)
-        assert np.linalg.norm(camera.position - PLAIN.position) < 0.11 * distance
-    page.evaluate("brushgs.controls.setTurning(false)")
-    np.testing.assert_allclose(shot(page).viewmat, camera.viewmat, atol=1e-12)
 
 
 @pytest.mark.parametrize(

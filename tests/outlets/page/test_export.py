@@ -12,11 +12,10 @@ from brushgs.cli.words import words_of
 from brushgs.options.page import HEADSET_FRAGMENTS, PHONE_BYTES, UNDERPAINT_STEP
 from brushgs.options.painting import PaintConfig
 from brushgs.outlets.page.export import export_file
-from brushgs.outlets.page.still import MOST_BYTES, STILL_SIDE, paint_first_view
+from brushgs.outlets.page.still import MOST_BYTES, STILL_SIDE
 from brushgs.outlets.page.weight import Weight, warnings_of
 from brushgs.pipeline import still
-from brushgs.rendering.canvas import Painting
-from tests.outlets.page.paintings import CAMERA, some_coat, some_strokes
+from tests.outlets.page.paintings import CAMERA, some_strokes
 from tests.outlets.page.read import read_page
 from tests.scenes import save_upright, still_life_of
 
@@ -60,22 +59,6 @@ def test_export_names_its_output_and_says_what_it_costs(scene, capsys):
         assert word in " ".join(err.split())
 
 
-def test_the_report_has_the_figures(scene, capsys):
-    code, out, _ = run(capsys, "export", scene, "-o", "a.html", "--look", "oil", "--json", *SMALL)
-    assert code == 0
-    report = json.loads(out)
-    assert report["output"] == "a.html"
-    stages = {stage["name"]: stage["counts"] for stage in report["stages"]}
-    page, picture = stages["page"], stages["picture"]
-    header, _ = read_page(Path("a.html"))
-    assert page["bytes"] == Path("a.html").stat().st_size
-    assert page["strokes"] == sum(coat["count"] for coat in header["coats"])
-    assert page["coats"] == len(header["coats"])
-    assert page["vertices"] >= 4 * page["strokes"]
-    assert 1 < picture["overdraw"] < 1000
-    assert picture["still_bytes"] <= MOST_BYTES
-
-
 def test_the_first_view_is_that_of_render_and_its_strokes_too(scene, monkeypatch):
     config = PaintConfig.of({"cluster": {"strokes": 100}, "view": {"size": (96, 64), "azimuth": 0.5}})
     caught = []
@@ -109,16 +92,6 @@ def test_the_first_view_is_that_of_render_and_its_strokes_too(scene, monkeypatch
 VIEWS = [["--look-at", "0,0,0", "--roll", "20"], ["--pan", "0.2,0.1", "--from", "top"]]
 
 
-@pytest.mark.parametrize("view", VIEWS)
-def test_any_view_can_be_the_first(scene, capsys, view):
-    assert run(capsys, "export", scene, "-o", "a.html", "--look", "plain", *SMALL, *view)[0] == 0
-    header, _ = read_page(Path("a.html"))
-    viewmat = np.reshape(header["camera"]["viewmat"], (4, 4))
-    x, y, depth = viewmat[:3, :3] @ header["center"] + viewmat[:3, 3]
-    assert max(abs(x), abs(y)) < 1e-9
-    assert depth > 0
-
-
 def test_a_camera_of_a_file_is_the_first_view(scene, capsys):
     pose = np.diag([1.0, -1.0, -1.0, 1.0])
     pose[2, 3] = 8.0
@@ -130,14 +103,6 @@ def test_a_camera_of_a_file_is_the_first_view(scene, capsys):
     (camera,) = bg.load_cameras("cameras.json")
     assert header["camera"]["viewmat"] == camera.viewmat.ravel().tolist()
     assert (header["camera"]["width"], header["camera"]["height"]) == (64, 48)
-
-
-def test_strokes_are_exported_as_they_are(scene, tmp_path, capsys):
-    bg.save(some_strokes(60), "some.ply")
-    assert run(capsys, "cluster", "some.ply", "-o", "strokes.ply", "--strokes", "40")[0] == 0
-    assert run(capsys, "export", "strokes.ply", "--look", "plain", "--size", "64x48")[0] == 0
-    header, _ = read_page(Path("strokes-plain.html"))
-    assert header["coats"][0]["count"] == len(bg.load("strokes.ply"))
 
 
 def test_the_command_paints_the_same_strokes_without_the_view(scene, capsys):
@@ -163,15 +128,6 @@ def test_the_command_paints_the_same_strokes_without_the_view(scene, capsys):
         {"canonical"},
         {"anchor"},
     ]
-
-
-def test_a_preview_of_a_page_lies_beside_it(scene, capsys):
-    words = ["-o", "a b.html", "--look", "plain", "--caption", "Three <pears>"]
-    assert run(capsys, "export", scene, *words, "--address", "https://example.org/x/", *SMALL)[0] == 0
-    text = Path("a b.html").read_text()
-    assert '<meta property="og:image" content="https://example.org/x/a%20b.jpg">' in text
-    assert '<p id="caption">Three &lt;pears&gt;</p>' in text
-    assert Path("a b.jpg").read_bytes().startswith(b"\xff\xd8\xff")
 
 
 @pytest.mark.parametrize(
@@ -249,30 +205,6 @@ def test_save_refuses_a_page_without_strokes_or_brush():
     with pytest.raises(ValueError, match="has camera, background, lock, got"):
         bg.save(frame, "a.png", camera=CAMERA, background="black", lock="off")
     assert names() == []
-
-
-def test_pages_are_small():
-    options = {"underpaint": True, "streaks": 0.1, "relief": True}
-    bg.save(some_strokes(7000), "a.html", texture="impasto", camera=CAMERA, **options)
-    assert Path("a.html").stat().st_size < 1_500_000
-
-
-def test_fragments_are_the_areas_of_boxes_and_underpaint():
-    scales = np.full((1, 3), 0.5, np.float32)
-    one = bg.Gaussians([[0.1, 0, 0]], [[1, 0, 0, 0]], scales, [0.9], [[[1.0, 0, 0]]])
-    coats = [some_coat(one, np_texture(), num_sigmas=2.0, underpaint=on) for on in (False, True)]
-    bare, both = (paint_first_view(Painting((coat,)), CAMERA)[1] for coat in coats)
-    (box,) = coats[0].boxes(CAMERA)[0].half_extents
-    assert bare.fragments == pytest.approx(4 * box.prod())
-    assert both.fragments == pytest.approx(4 * box.prod() * (1 + (3 / 2) ** 2), rel=1e-3)
-    assert both.fragments_bare == bare.fragments
-    assert (bare.vertices, both.vertices) == (4, 8)
-    assert bare.overdraw == pytest.approx(1, rel=0.15)  # a full brush paints each pixel of its box once
-    assert bare.pixels == 64 * 48
-
-
-def np_texture():
-    return bg.StrokeTexture.from_coverage(np.ones((9, 9)))
 
 
 def test_a_device_that_would_suffer_is_named():

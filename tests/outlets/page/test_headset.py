@@ -1,7 +1,7 @@
 """Headsets, with a device of our own: `device.js` replaces WebXR, and each test says where the head is."""
 
 import base64
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +12,6 @@ from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import page_contents
 from brushgs.outlets.page.html import web_text
 from brushgs.outlets.page.view import PageView
-from brushgs.rendering.light import Lamp
-from brushgs.rendering.relief import Relief
-from brushgs.rendering.surface import paper
 from tests.outlets.page.page_file import settle, shown, wait_until, write_page
 from tests.outlets.page.studio import Studio, painting_of
 
@@ -237,99 +234,6 @@ def test_both_eyes_see_one_direction_and_one_colour_in_one_order(visit):
     assert np.abs(left[seen, 0] - right[seen, 0]).min() > 5  # centres are those of each eye
 
 
-def test_a_head_that_rolls_rolls_the_strokes(visit):
-    visit.hang(crowd(), "flat")
-    visit.enter()
-    visit.look(Head((0, 0.3, 0)))
-    before = visit.boxes_of_eyes()
-    visit.look(Head((0, 0.3, 0), roll=20))
-    after = visit.boxes_of_eyes()
-    seen = (before[..., 7] == 1) & (after[..., 7] == 1)
-    turned = turn_of(after[seen][:, 4], before[seen][:, 4])
-    np.testing.assert_allclose(turned, 20, atol=0.2)
-
-
-def test_ar_is_transparent_where_nothing_is_painted(visit):
-    visit.hang(spot())
-    picture = visit.enter("immersive-ar").look(Head((0, 0.2, 0)))
-    assert (picture[..., 3] == 0).mean() > 0.9
-    assert (picture[picture[..., 3] == 0] == 0).all()
-    assert picture[..., 3].max() > 0.8
-    assert visit.page.evaluate("device.layers[0].alpha")
-
-
-def test_both_eyes_see_what_is_highlighted(visit):
-    visit.hang(crowd(), "flat")
-    visit.enter()
-    usual = visit.look(Head((0, 0.3, 0)))
-    columns = [[0] * 60]
-    part = {"columns": columns, "ground": 0, "region": None, "name": ""}
-    visit.page.evaluate("part => { studio.options.highlight = part; }", part)
-    veiled = visit.look(Head((0, 0.3, 0)))[..., :3]
-    np.testing.assert_allclose(veiled, 0.24 * usual[..., :3] + 0.76 * 0.5, atol=0.01)
-    visit.page.evaluate("studio.options.highlight = null")
-    np.testing.assert_array_equal(visit.look(Head((0, 0.3, 0))), usual)
-
-
-def test_vr_has_the_ground_of_the_painting(visit):
-    visit.hang(spot())
-    picture = visit.enter().look(Head((0, 0.2, 0)))
-    assert (picture[..., 3] == 1).all()
-    assert (picture[:, :10] == 1).all()  # white where the painting says nothing
-    layer = visit.page.evaluate("device.layers[0]")
-    assert (layer["alpha"], layer["ignoreDepthValues"], layer["framebufferScaleFactor"]) == (False, True, 0.7)
-
-
-def test_threads_and_borders_of_pictures_stay_out_of_the_headset(visit):
-    color = np.array([0.8, 0.6, 0.2])
-    lit = {
-        "surface": paper(color, height=HEIGHT, width=WIDTH, strength=5),
-        "lamp": Lamp(),
-        "relief": Relief(),
-    }
-    near_borders = Head((0.0, 0.2, -1.2))
-    pictures = []
-    visit.enter()
-    for coat in ({}, {"border": 0.4}):
-        visit.hang(crowd(), "flat", **lit, coat=coat)
-        pictures.append(visit.look(near_borders))
-    np.testing.assert_array_equal(pictures[1], pictures[0])
-    is_ground = np.abs(pictures[0][..., :3] - color).max(axis=-1) < 1 / 255
-    assert (is_ground.mean(axis=(1, 2)) > 0.8).all()
-    assert (is_ground.mean(axis=(1, 2)) < 0.95).all()
-
-
-def test_without_a_floor_the_subject_is_before_the_eyes(visit):
-    visit.hang(spot())
-    visit.page.evaluate("() => { device.hasFloor = false; }")
-    head = Head((0.3, 0.4, 0.1), yaw=30)
-    left, right = visit.enter("immersive-ar").look(head)
-    ahead = head.place + head.rotation @ MIDDLE
-    for eye, picture in enumerate((left, right)):
-        np.testing.assert_allclose(centroid(picture[..., 3]), seen_at(ahead, head, eye), atol=0.5)
-
-
-def test_a_scene_seen_from_inside_is_as_large_as_its_eye_is_high(visit):
-    ground = np.stack([*np.meshgrid(np.linspace(-3, 3, 7), [0.5], np.linspace(-3, 3, 7))], -1).reshape(-1, 3)
-    num = len(ground)
-    quats, colors = np.tile([1.0, 0, 0, 0], (num, 1)), np.ones((num, 1, 3))
-    strokes = bg.Gaussians(ground, quats, np.full((num, 3), 0.02), np.full(num, 0.9), colors)
-    inside = replace(TURNED, is_inside=True, radius=6.0)
-    camera = bg.Camera.look_at((0, 0, 0), (0, 0, 1), width=64, height=64)
-    visit.hang(strokes, view=inside, camera=camera)
-    head = Head((0.0, 1.5, 0.0))
-    visit.enter().look(head)
-    left, _ = visit.boxes_of_eyes()
-    seen = left[left[:, 7] == 1]
-    scale = 1.6 / 0.5
-    ahead = ground[ground[:, 2] > 0]
-    points = np.array([seen_at((scale * x, 1.6 - scale * y, -scale * z), head, 0) for x, y, z in ahead])
-    points = points[(points > 0).all(axis=1) & (points < [WIDTH, HEIGHT]).all(axis=1)]
-    assert len(points) > 5
-    for point in points:
-        assert np.linalg.norm(seen[:, :2] - point, axis=1).min() < 0.02
-
-
 def test_thumbsticks_move_turn_and_resize(visit):
     visit.hang(spot())
     visit.enter("immersive-ar")
@@ -361,15 +265,6 @@ def test_thumbsticks_move_turn_and_resize(visit):
     for _ in range(10):
         visit.look(head, after=100)  # a second
     assert visit.boxes_of_eyes()[0, 0, 5] * 1.5 == pytest.approx(2 * 1.75, rel=1e-4)
-
-
-def test_a_pause_carries_nobody_away(visit):
-    visit.hang(spot())
-    visit.enter()
-    visit.look()
-    visit.hold("left", (0, -1))
-    visit.look(after=60_000)
-    assert visit.boxes_of_eyes()[0, 0, 5] * 0.75 == pytest.approx(1.75 - 0.15, abs=1e-4)
 
 
 def test_a_long_squeeze_ends_the_session(visit):
@@ -406,39 +301,6 @@ def test_what_cannot_start_is_told_in_a_sentence(visit):
     assert visit.page.evaluate("[studio.headset.isOn, device.session.isEnded]") == [False, True]
 
 
-def test_only_sessions_that_there_are_are_offered(visit):
-    modes = "() => studio.headset.modes()"
-    assert visit.page.evaluate(modes) == ["immersive-vr", "immersive-ar"]
-    visit.page.evaluate("() => { device.modes = ['immersive-ar']; }")
-    assert visit.page.evaluate(modes) == ["immersive-ar"]
-    visit.page.evaluate("() => { navigator.xr.isSessionSupported = async () => { throw new Error('no'); }; }")
-    assert visit.page.evaluate(modes) == []
-    visit.page.evaluate("() => Object.defineProperty(navigator, 'xr', { value: undefined })")
-    assert visit.page.evaluate(modes) == []
-    assert "brushgs view --serve" in visit.page.evaluate("studio.headset.hint()")  # opened by file:
-
-
-def test_a_lost_context_comes_back_in_the_headset(visit):
-    visit.hang(spot())
-    visit.enter("immersive-ar")
-    head = Head((0, 0.2, 0))
-    before = visit.look(head)
-    visit.page.evaluate("""async () => {
-      const { gl, painter } = studio;
-      gl.canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
-      const restored = new Promise((resolve) => gl.canvas.addEventListener("webglcontextrestored", resolve));
-      const extension = gl.getExtension("WEBGL_lose_context");
-      extension.loseContext();
-      await new Promise((resolve) => setTimeout(resolve, 50));
-      device.frame(500, [0, 0, 0], [0, 0, 0, 1]);
-      extension.restoreContext();
-      await restored;
-      painter.restore();
-    }""")
-    assert visit.page.evaluate("device.layers.length") == 2
-    np.testing.assert_array_equal(visit.look(head), before)
-
-
 def test_the_bar_leads_into_the_headset_and_a_squeeze_back(open_page, tmp_path):
     contents = shown()
     path = write_page(tmp_path / "pears.html", contents)
@@ -465,14 +327,6 @@ def test_the_bar_leads_into_the_headset_and_a_squeeze_back(open_page, tmp_path):
     wait_until(page, "!brushgs.isPaused")
     wait_until(page, f"brushgs.framesDrawn === {drawn + 1}")
     assert page.evaluate("() => [...brushgs.controls.camera(320, 240).viewmat]") == before
-
-
-def test_a_page_without_a_headset_has_no_button_and_says_what_to_do(open_page, tmp_path):
-    page = open_page(write_page(tmp_path / "pears.html"))
-    page.evaluate("() => brushgs.ready")
-    wait_until(page, "document.getElementById('headsetHint').textContent !== ''")
-    assert "brushgs view --serve" in page.evaluate("document.getElementById('headsetHint').textContent")
-    assert page.evaluate("document.querySelectorAll('[id^=immersive]').length") == 0
 
 
 def test_a_session_that_is_refused_is_said_in_the_page(open_page, tmp_path):

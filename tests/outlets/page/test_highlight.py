@@ -19,7 +19,7 @@ from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import paper
 from tests.outlets.page.page_file import SIZE, scene, settle, wait_until, write_page
 from tests.outlets.page.paintings import contents_of, some_coat, some_strokes
-from tests.outlets.page.studio import camera_facts, decoded, painting_of
+from tests.outlets.page.studio import decoded, painting_of
 
 CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=120, height=80, fov_y=0.6)
 LEFT, RIGHT = np.s_[:, :40], np.s_[:, 80:]  # of the picture: beyond the reach of what lies in the middle
@@ -114,40 +114,6 @@ def test_a_veil_lies_over_all_that_is_not_highlighted(studio, kind):
     np.testing.assert_array_equal(studio.paint(CAMERA, ground=True), usual)
 
 
-def test_a_veil_lies_only_where_something_is_painted(studio):
-    contents = studio.load(paintings()["plain"], CAMERA)
-    usual = studio.paint(CAMERA)
-    found = studio.paint(CAMERA, highlight=part(contents, 1))
-    np.testing.assert_array_equal(found[..., 3], usual[..., 3])
-    is_empty = usual[..., 3] == 0
-    assert is_empty.any()
-    assert (found[is_empty] == 0).all()
-
-
-def test_members_by_degrees_are_veiled_by_degrees(studio):
-    contents = studio.load(paintings()["plain"], CAMERA)
-    usual = studio.paint(CAMERA)
-    solid = usual[..., 3] > 0.97
-    means = []
-    for member in (0, 64, 128, 192, 255):
-        columns = [[member] * contents.num_strokes]
-        given = {"columns": columns, "ground": 0, "region": None, "name": ""}
-        found = studio.paint(CAMERA, highlight=given)
-        means.append(np.abs(found - usual)[solid].mean())
-    assert (np.diff(means) < 0).all()
-    assert means[-1] == 0
-
-
-def test_a_highlight_keeps_its_place_in_the_framebuffer_and_survives_a_lost_context(studio):
-    contents = studio.load(paintings()["lit"], CAMERA)
-    given = part(contents, 1)
-    found = studio.paint(CAMERA, ground=True, highlight=given)
-    shifted = studio.paint(CAMERA, ground=True, at=(7, 5), highlight=given)
-    np.testing.assert_allclose(shifted, found, atol=2e-3)
-    studio.page.evaluate("camera => studio.loseContext(camera)", camera_facts(CAMERA))
-    np.testing.assert_array_equal(studio.paint(CAMERA, ground=True, highlight=given), found)
-
-
 def page_with(names, *, title="pears"):
     """The still life, its strokes in regions by their height: 0 the highest, then 1, 2."""
     strokes, first = scene()
@@ -223,29 +189,3 @@ def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page
     select.select_option("Nothing")
     assert page.evaluate("brushgs.look.highlight") is None
     np.testing.assert_array_equal(screen(page), usual)
-
-
-def test_other_contents_keep_what_is_highlighted_by_its_name(open_page, path):
-    page = open_page(path, **CALM, width=1100)
-    page.evaluate("brushgs.ready")
-    page.locator("#region").select_option("<i>cloth</i>")
-    assert page.evaluate("brushgs.look.highlight.region") == 2
-    moved = """() => {
-      const { header, arrays } = brushgs.contents;
-      brushgs.replace({ header: { ...header, regions: ["<i>cloth</i>", "pear"] }, arrays });
-    }"""
-    page.evaluate(moved)
-    assert page.evaluate("[brushgs.look.highlight.region, document.getElementById('region').value]") == [
-        1,
-        "1",
-    ]
-    page.evaluate(moved.replace('["<i>cloth</i>", "pear"]', '["fig"]'))
-    assert page.evaluate("brushgs.look.highlight") is None
-
-
-def test_a_page_without_regions_offers_none(open_page, tmp_path):
-    page = open_page(write_page(tmp_path / "plain.html"), **CALM, width=1100)
-    page.evaluate("brushgs.ready")
-    assert not page.locator("#region").is_visible()
-    assert page.evaluate("brushgs.look.highlight") is None
-    assert page.evaluate("brushgs.painter._highlighter") is None

@@ -8,7 +8,7 @@ import pytest
 
 from brushgs.outlets.page import html
 from brushgs.outlets.page.container import write_container
-from brushgs.outlets.page.html import Preview, fill, page_html, page_script, plain_text, shaders
+from brushgs.outlets.page.html import Preview, page_html, page_script, plain_text
 from brushgs.outlets.page.write import write_page
 from brushgs.rendering.canvas import Painting
 from tests.kit.for_each import for_each
@@ -65,12 +65,6 @@ def test_a_hostile_name_becomes_text_and_nothing_else(name):
     text.encode("utf-8")
 
 
-def test_titles_are_one_line_of_text():
-    assert Elements(page_html(None, title="\0\n")).text["title#"].strip() == "painting"
-    assert plain_text(" a\n\tb\u2028c\x00d ") == "a b c d"
-    assert plain_text("Füße ✓ 絵") == "Füße ✓ 絵"
-
-
 def test_the_contents_are_the_last_element_and_the_policy_allows_the_one_script_alone():
     content = write_container(contents_of(some_coat(some_strokes(5))))
     text = page_html(content, title="t", still=JPEG)
@@ -106,18 +100,6 @@ def test_a_still_of_another_kind_is_refused():
         page_html(None, title="t", still=b"GIF89a")
 
 
-def test_slots_in_values_stay_as_they_are():
-    assert fill("{{a}} {{b}}", {"a": "{{b}}", "b": "\\1"}) == "{{b}} \\1"
-
-
-def test_every_file_of_the_web_folder_is_joined():
-    names = set(html.web_files())
-    assert {"page.html", "style.css"} <= names
-    assert {name for name in names if name.endswith(".js")} <= set(html.SCRIPTS)
-    assert all(name.endswith((".js", ".html", ".css", *html.SHADER_SUFFIXES)) for name in names)
-    assert "\r" not in page_script(live=True)
-
-
 @pytest.fixture
 def web(tmp_path, monkeypatch):
     """A folder in place of that of the package."""
@@ -125,31 +107,6 @@ def web(tmp_path, monkeypatch):
     monkeypatch.setattr(html, "_web", lambda: tmp_path)
     yield tmp_path
     html.web_text.cache_clear()
-
-
-def test_scripts_are_joined_in_their_order_and_shaders_are_whole(web):
-    (web / "app.js").write_text("const app = 1;\n")
-    (web / "camera.js").write_text("const camera = 1;\n")
-    (web / "live.js").write_text("const live = 1;\n")
-    (web / "a.vert").write_text('one\n  #include "b.glsl"\n// </script> <!--\n')
-    (web / "b.glsl").write_text('#include "c.glsl"\ntwo')
-    (web / "c.glsl").write_text("three")
-    assert shaders()["a.vert"] == "one\nthree\ntwo\n// </script> <!--\n"
-    script = page_script()
-    assert script.startswith('(() => {\n"use strict";\nconst SHADERS')
-    assert script.index("const camera") < script.index("const app")
-    assert "const live" not in script
-    assert script.index("const camera") < page_script(live=True).index("const live")
-    assert "</script" not in script
-
-
-def test_a_shader_that_includes_itself_or_nothing_is_refused(web):
-    (web / "a.glsl").write_text('#include "b.glsl"\n')
-    with pytest.raises(ValueError, match=r"a\.glsl includes b\.glsl, which is missing"):
-        shaders()
-    (web / "b.glsl").write_text('#include "a.glsl"\n')
-    with pytest.raises(ValueError, match=r"a\.glsl -> b\.glsl -> a\.glsl includes itself"):
-        shaders()
 
 
 @pytest.mark.parametrize("text", ["// </SCRIPT>", "'<!--'"])

@@ -8,7 +8,6 @@ from tests.outlets.page.page_file import seen, settle, shown, wait_until, write_
 CALM = {"reduced_motion": "reduce"}
 COPY = {"permissions": ["clipboard-read", "clipboard-write"]}
 DESKTOP = {"width": 1100, "height": 500}  # which shows all fields of the bar
-LINK = "#view=40,10,0.8,0.1,0,-0.2&share=60&ground=c9b89a"
 
 
 @pytest.fixture(scope="module")
@@ -64,17 +63,6 @@ def test_code_for_another_page_holds_no_markup_of_a_title(page):
     assert page.locator("#linksHint").count() == 1
 
 
-def test_a_page_opens_with_its_link_and_does_not_turn(open_page, path):
-    page = open_page(path)
-    page.goto(page.url + LINK)
-    page.reload()
-    page.evaluate("brushgs.ready")
-    numbers = page.evaluate("[...brushgs.controls.orbit.numbersOf(brushgs.controls.resting)]")
-    assert numbers == pytest.approx([40, 10, 0.8, 0.1, 0, -0.2], abs=1e-9)
-    assert page.evaluate("[brushgs.look.share, brushgs.panel.groundChoice]") == [0.6, "#c9b89a"]
-    assert page.evaluate("brushgs.controls.isTurning") is False
-
-
 @pytest.mark.parametrize(
     "link",
     [
@@ -99,13 +87,3 @@ def test_a_link_that_says_nothing_changes_nothing(page, contents, link):
         page.evaluate("[[...brushgs.controls.target], brushgs.look.share, brushgs.panel.groundChoice]")
         == before
     )
-
-
-def test_a_link_far_away_ends_at_the_limits(page):
-    follow(page, "view=720,400,99999,900,900,900")
-    orbit = page.evaluate(
-        "({ max: brushgs.controls.orbit.maxDistance, state: [...brushgs.controls.target], "
-        "up: brushgs.controls.orbit.maxElevation })"
-    )
-    assert np.exp(orbit["state"][3]) == pytest.approx(orbit["max"])
-    assert orbit["state"][5] == pytest.approx(orbit["up"])

@@ -140,16 +140,3 @@ def test_a_lamp_in_the_scene_shines_in_the_page_as_in_frames(studio, scene):
         assert psnr(studio.paint(turned, ground=True), frames[-1]) > 52
     of_canvas = replace(painting, lamp=replace(painting.lamp, towards=None))
     assert psnr(of_canvas.frame(turned).rgb, frames[-1]) < 45
-
-
-def test_blacks_in_the_page_are_those_of_render_but_for_small_ones(studio, scene):
-    """Measured: 29 dB to `render`, and 17 where strokes of blacks lie one by one."""
-    config = Look.open("ink").config
-    draw = replace(config.draw, order="depth", lock="anchor")
-    config = replace(config, cluster=replace(config.cluster, strokes=STROKES), draw=draw)
-    camera = still_life_camera(width=480, height=360)
-    painting = prepare(scene, config, Report(), views=camera, asks=(*PICTURE, "first_view")).painting
-    studio.load(painting, camera)
-    rendered, strokes = (one.frame(camera).rgb for one in (painting, painting.without_effects()))
-    page = studio.paint(camera, ground=True)
-    assert psnr(page, rendered) > psnr(strokes, rendered) + 5

@@ -1,15 +1,10 @@
 """What a page says when something is wrong, and that a lost context comes back."""
 
-import gzip
-import json
 import re
-import zlib
 
 import numpy as np
 import pytest
 
-from brushgs.outlets.page.container import write_container
-from brushgs.outlets.page.html import page_html
 from tests.outlets.page.page_file import pixels, scene, seen, settle, shown, wait_until, write_page
 
 CALM = {"reduced_motion": "reduce"}
@@ -52,12 +47,6 @@ def test_without_webgl_the_still_picture_stays_with_a_sentence(open_page, path):
     assert page.locator("#message").get_attribute("role") == "status"
 
 
-def test_without_webgl_and_still_picture_another_browser_is_named(open_page, tmp_path):
-    page = open_page(write_page(tmp_path / "bare.html", still=None), init_script=NO_WEBGL)
-    page.evaluate("brushgs.ready")
-    assert message_of(page).endswith("Open the page in another one.")
-
-
 CUTS = {
     "in the style": lambda text: text.index("<style>") + 700,
     "in the still picture": lambda text: text.index('id="still"') + 60,
@@ -83,24 +72,6 @@ def test_a_page_cut_short_says_so(open_page, path, tmp_path, cut):
     assert not page.locator("#bar").is_visible()
 
 
-def test_a_page_that_lacks_only_its_last_tags_paints(open_page, path, tmp_path):
-    text = path.read_text(encoding="utf-8")
-    short = tmp_path / "short.html"
-    short.write_text(text[: text.rindex("</script>") + 4], encoding="utf-8")
-    page = open_page(short, **CALM)
-    page.evaluate("brushgs.ready")
-    assert message_of(page) == ""
-    assert page.evaluate("brushgs.framesDrawn") >= 1
-
-
-def test_a_browser_that_cannot_unpack_is_told_apart_from_a_broken_page(open_page, path):
-    page = open_page(path, init_script="delete window.DecompressionStream")
-    page.evaluate("brushgs.ready")
-    said = "This browser is too old to unpack the painting. This is a still picture of the painting."
-    assert message_of(page) == said
-    assert page.locator("#still").is_visible()
-
-
 def test_an_error_becomes_a_sentence(open_page, path):
     broken = "WebGL2RenderingContext.prototype.createShader = () => { throw new TypeError('no shader'); };"
     page = open_page(path, init_script=broken, expected="no shader")
@@ -109,14 +80,6 @@ def test_an_error_becomes_a_sentence(open_page, path):
     assert message_of(page) == said
     assert page.locator("#still").is_visible()
     assert not page.locator("#painting").is_visible()
-
-
-def test_a_later_error_is_said_and_the_picture_stays(open_page, path):
-    page = open_page(path, **CALM, expected="no such thing")
-    page.evaluate("brushgs.ready")
-    page.evaluate("window.dispatchEvent(new ErrorEvent('error', { error: new TypeError('no such thing') }))")
-    assert "Something went wrong in this page (TypeError: no such thing)" in message_of(page)
-    assert page.locator("#painting").is_visible()
 
 
 EXTENSION = "chrome-extension://abcdef/content.js"
@@ -167,23 +130,6 @@ def other_numbers(header):
 
 
 FAULTS = [more_strokes, higher_degree, another_brush, wider_brush, no_scales, huge_array, other_numbers]
-
-
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
-def test_counts_that_do_not_agree_are_one_sentence(open_page, tmp_path, fault):
-    raw = gzip.decompress(write_container(shown()))
-    end = 12 + int.from_bytes(raw[8:12], "little")
-    header = json.loads(raw[12:end])
-    fault(header)
-    text = json.dumps(header).encode()
-    start = raw[:8] + len(text).to_bytes(4, "little") + text
-    body = start.ljust(-(-len(start) // 8) * 8, b"\0") + raw[-(-end // 8) * 8 : -4]
-    container = gzip.compress(body + zlib.crc32(body).to_bytes(4, "little"))
-    path = tmp_path / "odd.html"
-    path.write_text(page_html(container, title="odd", still=None), encoding="utf-8")
-    page = open_page(path, **CALM)
-    page.evaluate("brushgs.ready")
-    assert re.fullmatch(r"The painting in this page does not agree .*\. Export it again\.", message_of(page))
 
 
 def test_a_lost_context_comes_back_with_the_same_view(open_page, path):

@@ -72,18 +72,6 @@ def test_strokes_are_where_render_has_them(studio, moving):
     assert worst < 1
 
 
-def test_only_coats_that_move_have_keys(moving):
-    ready, contents = moving
-    coat = contents.header["coats"][0]
-    movers = contents.arrays[coat["motion"]["arrays"]["movers"]]
-    assert 0 < len(movers) < coat["count"]  # the wall rests
-    assert len(contents.header["motion"]["times"]) == 3  # of five frames
-    still = page_contents(
-        ready.painting, ready.camera, view=view_of(ready, CONFIG), title="a", command=("a", ())
-    )
-    assert "motion" not in still.header
-
-
 @pytest.fixture(scope="module")
 def page(open_shared_page, tmp_path_factory, moving):
     tab = open_shared_page(write_page(tmp_path_factory.mktemp("page") / "a.html", moving[1]), **CALM)
@@ -122,15 +110,6 @@ def test_it_plays_and_begins_again(page):
     page.keyboard.press("k")
     assert page.evaluate("brushgs.player.isPlaying") is False
     settle(page)
-
-
-@pytest.mark.parametrize("size", [(390, 844), (844, 390), (1280, 720)])
-def test_its_bar_leaves_the_picture_free(page, size):
-    page.set_viewport_size({"width": size[0], "height": size[1]})
-    page.mouse.move(5, 5)
-    box = page.locator("#bar").bounding_box()
-    assert box["height"] <= 0.15 * size[1] + 1
-    page.set_viewport_size({"width": 320, "height": 240})
 
 
 def test_the_command_exports_a_page_that_plays_and_one_moment_that_does_not(tmp_path, capsys):

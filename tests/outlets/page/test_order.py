@@ -28,22 +28,10 @@ def test_all_are_drawn_once_farthest_first(studio, axis, with_underpaint):
     assert (np.diff(distances[ids]) < RESOLUTION * distances.max()).all()
 
 
-def test_a_far_backdrop_takes_no_precision(studio):
-    means = np.concatenate([means_of(1000), 1e4 * means_of(10)])
-    ids = studio.order(means, (0, 0, -3))
-    distances = np.linalg.norm(means.astype(np.float64) - (0, 0, -3), axis=1)
-    assert (np.diff(distances[ids]) < 2.0**-13 * distances[ids][1:]).all()
-
-
 def test_of_strokes_at_one_depth_the_first_is_nearest_and_its_underpaint_behind_all(studio):
     means = np.zeros((4, 3), np.float32)
     ids = studio.order(means, (0, 0, -3), setbacks=np.zeros(4, np.float32))
     assert ids.tolist() == [7, 5, 3, 1, 6, 4, 2, 0]
-
-
-def test_a_share_sorts_the_first_strokes_alone(studio):
-    ids = studio.order(means_of(100), (0, 0, -3), count=30)
-    assert sorted(ids) == list(range(30))
 
 
 def test_turning_the_head_changes_no_order(studio):
@@ -57,13 +45,3 @@ def test_turning_the_head_changes_no_order(studio):
     np.testing.assert_array_equal(drawn[0], drawn[1])
     np.testing.assert_array_equal(drawn[0], drawn[2])
     assert not np.array_equal(drawn[0], studio.drawn(CAMERAS[1]))
-
-
-def test_a_share_of_the_strokes_paints_the_first_of_each_coat(studio):
-    strokes = hard_strokes(300)
-    texture = bg.StrokeTexture.open("flat")
-    painting = painting_of(strokes, texture)
-    rows = studio.load(painting, CAMERAS[0]).rows[0]
-    share = studio.paint(CAMERAS[0], share=0.1)
-    studio.load(painting_of(strokes.take(rows[:30]), texture), CAMERAS[0])
-    np.testing.assert_array_equal(share, studio.paint(CAMERAS[0]))

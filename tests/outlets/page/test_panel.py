@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.outlets.page.html import web_text
 from tests.outlets.page.page_file import (
     pixels,
     scene,
@@ -169,75 +168,6 @@ def test_keys_in_the_bar_do_not_move_the_picture(page):
     page.locator("#share").fill("100")
 
 
-def test_the_list_of_keys_opens_and_closes(page):
-    page.locator("#painting").focus()
-    page.keyboard.press("h")
-    dialog = page.get_by_role("dialog", name="Moving around")
-    assert dialog.is_visible()
-    before = page.evaluate("[...brushgs.controls.target]")
-    page.keyboard.press("ArrowLeft")
-    assert page.evaluate("[...brushgs.controls.target]") == before
-    page.keyboard.press("Escape")
-    assert not dialog.is_visible()
-    page.keyboard.press("?")
-    assert dialog.is_visible()
-    page.get_by_role("button", name="Close").click()
-    assert not dialog.is_visible()
-    assert "https" in page.locator("#headsetHint").text_content()
-
-
-def test_full_screen_by_key_and_button(page):
-    page.locator("#painting").focus()
-    page.keyboard.press("f")
-    wait_until(page, "document.getElementById('full').ariaPressed === 'true'")
-    assert page.evaluate("document.fullscreenElement !== null")
-    page.locator("#full").click()
-    wait_until(page, "document.getElementById('full').ariaPressed === 'false'")
-    assert page.evaluate("document.fullscreenElement === null")
-
-
-def test_the_bar_fades_when_untouched_and_comes_back(open_page, path):
-    page = open_page(path, **CALM, **DESKTOP)
-    page.evaluate("brushgs.ready")
-    page.clock.install(time=0)
-    page.clock.pause_at(1000)  # ms: from here on time stands still
-    bar, faded = page.locator("#bar"), re.compile("is-faded")
-
-    def is_faded():
-        return faded.search(bar.get_attribute("class") or "") is not None
-
-    for wake in (
-        lambda: page.mouse.move(30, 40),
-        lambda: page.keyboard.press("x"),
-        lambda: page.locator("#painting").focus(),
-        lambda: page.mouse.wheel(0, 1),
-    ):
-        wake()
-        wait_until(page, IS_SHOWN)
-        page.clock.run_for(2900)
-        assert not is_faded()
-        page.clock.run_for(200)
-        assert is_faded()
-        page.evaluate("document.activeElement.blur()")
-        page.mouse.move(50, 60)
-        wait_until(page, IS_SHOWN)
-        page.clock.run_for(3100)
-        assert is_faded()
-    assert page.evaluate("getComputedStyle(document.getElementById('bar')).opacity") == "0"
-    page.keyboard.press("Tab")  # from the picture into the bar
-    page.keyboard.press("Tab")
-    page.clock.run_for(9000)
-    assert not is_faded(), "faded under the focus of the keyboard"
-    page.evaluate("document.activeElement.blur()")
-    box = bar.bounding_box()
-    page.mouse.move(box["x"] + 20, box["y"] + 20)  # wakes a bar that has faded, and takes no pointer
-    wait_until(page, IS_SHOWN)
-    page.mouse.move(box["x"] + 21, box["y"] + 20)
-    wait_until(page, "brushgs.panel._isPointedAt")
-    page.clock.run_for(9000)
-    assert not is_faded(), "faded under the pointer"
-
-
 @pytest.mark.parametrize(("width", "height"), [(320, 568), (390, 844), (844, 390), (1280, 720)])
 def test_the_bar_fits_and_its_parts_do_not_overlap(page, width, height):
     page.set_viewport_size({"width": width, "height": height})
@@ -271,38 +201,6 @@ def luminance(color):
     channel = np.array(color) / 255
     linear = np.where(channel <= 0.04045, channel / 12.92, ((channel + 0.055) / 1.055) ** 2.4)
     return linear @ (0.2126, 0.7152, 0.0722)
-
-
-@pytest.mark.parametrize("scheme", ["dark", "light"])
-def test_text_of_the_bar_has_contrast_on_any_picture(scheme):
-    css = web_text("style.css")
-    block = css if scheme == "dark" else css[css.index("prefers-color-scheme: light") :]
-
-    def rgba(name):
-        text = re.search(rf"--{name}: ([^;]+);", block)[1]
-        if text.startswith("#"):
-            return np.array([int(text[i : i + 2], 16) for i in (1, 3, 5)] + [1.0])
-        red, green, blue, alpha = map(float, re.findall(r"[\d.]+", text))
-        return np.array([red, green, blue, alpha])
-
-    def over(top, below):
-        return top[3] * top[:3] + (1 - top[3]) * np.asarray(below, float)
-
-    for picture in ((0, 0, 0), (255, 255, 255)):
-        glass = over(rgba("glass"), picture)
-        for name in ("ink", "faint", "accent"):
-            light, dark = sorted((luminance(over(rgba(name), glass)), luminance(glass)), reverse=True)
-            assert (light + 0.05) / (dark + 0.05) >= (3 if name == "accent" else 4.5), (name, picture)
-
-
-def test_the_command_is_copied_and_said(page):
-    page.locator("#link").click()
-    page.locator("#copy").click()
-    wait_until(page, "document.getElementById('notice').textContent !== ''")
-    assert page.locator("#notice").inner_text() == "Command copied: it paints this view"
-    assert page.locator("#notice").get_attribute("role") == "status"
-    line = page.evaluate("navigator.clipboard.readText()")
-    assert line.startswith("brushgs render pears.ply --look oil --size ")
 
 
 def test_the_saved_camera_is_that_of_the_page(page, tmp_path):
@@ -348,35 +246,3 @@ def test_the_saved_picture_is_what_is_shown(page, tmp_path):
     shown_now = np.frombuffer(base64.b64decode(painted), np.uint8).reshape(*sides, 4)[::-1]
     assert np.ptp(saved[..., :3]) > 100
     np.testing.assert_array_equal(saved[..., :3], shown_now[..., :3])
-
-
-HEADSET = """
-Object.defineProperty(navigator, "xr", {
-  value: {
-    isSessionSupported: async (mode) => mode === "immersive-vr",
-    requestSession: async (mode) => { throw new DOMException(`${mode} is busy`, "NotSupportedError"); },
-  },
-});
-"""
-
-
-def test_a_headset_gets_its_button_and_its_refusal_a_sentence(open_page, path):
-    page = open_page(path, init_script=HEADSET, **CALM, **DESKTOP)
-    page.evaluate("brushgs.ready")
-    wait_until(page, "document.getElementById('immersive-vr') !== null")
-    assert page.locator("#immersive-ar").count() == 0
-    point_at_bar(page)
-    page.get_by_role("button", name="Enter VR").click()
-    wait_until(page, "document.getElementById('notice').textContent !== ''")
-    assert page.locator("#notice").inner_text() == "The headset did not start: immersive-vr is busy"
-
-
-def test_there_is_no_picture_to_save_while_the_context_is_lost(open_page, path):
-    page = open_page(path, **CALM, **DESKTOP)
-    page.evaluate("brushgs.ready")
-    page.evaluate("brushgs.gl.getExtension('WEBGL_lose_context').loseContext()")
-    wait_until(page, "brushgs.painter === null")
-    point_at_bar(page)
-    page.locator("#savePicture").click()
-    wait_until(page, "document.getElementById('notice').textContent !== ''")
-    assert page.locator("#notice").inner_text() == "There is no picture at the moment"

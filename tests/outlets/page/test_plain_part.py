@@ -12,7 +12,6 @@ from brushgs.options.where import Where, WhereConfig
 from brushgs.outlets.page import contents as page
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
-from brushgs.rendering.canvas import Painting
 from brushgs.still_life import still_life_camera
 from brushgs.values.gaussians import Gaussians
 from tests.outlets.page.paintings import contents_of, some_coat, some_strokes
@@ -82,14 +81,3 @@ def test_a_page_has_the_largest_of_too_many_and_says_so(monkeypatch):
     assert page.shown_by(bare) is bare.strokes
     assert isinstance(shown, Gaussians)
     assert (shown.brushes[50:] == len(BrushSet.of(coat.texture)) - 1).all()
-
-
-def test_another_brush_leaves_gaussians_as_they_are(studio):
-    strokes, plain = some_strokes(1), some_strokes(200, seed=1)
-    hidden = replace(strokes, opacities=np.zeros_like(strokes.opacities))
-    coat, other = among(hidden, plain), some_coat(some_strokes(1), "swirl")
-    other = replace(other, strokes=replace(other.strokes, opacities=np.full(1, 0.005, np.float32)))
-    studio.load(Painting((coat, other)), CAMERA)
-    usual = studio.paint(CAMERA)
-    assert usual[..., 3].max() > 0.5
-    np.testing.assert_allclose(studio.paint(CAMERA, brush=1), usual, atol=0.01)

@@ -1,7 +1,6 @@
 """Stops of a page: views with titles that it leads through."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ import brushgs as bg
 from brushgs.cameras.framing import frame_scene
 from brushgs.outlets.page.contents import Stop
 from brushgs.outlets.page.export import MOST_STOPS, read_stops
-from tests.outlets.page.page_file import SIZE, inside, scene, seen, settle, shown, wait_until, write_page
+from tests.outlets.page.page_file import SIZE, scene, seen, settle, shown, wait_until, write_page
 
 CALM = {"reduced_motion": "reduce"}
 ANGLES = ((0.2, 0.1), (1.9, 0.4), (-2.5, -0.2))
@@ -55,17 +54,6 @@ def test_buttons_and_keys_lead_to_the_views_of_the_stops(page, contents):
     assert_at(page, contents, 2)
 
 
-def test_a_swipe_across_their_line_goes_on(page, contents):
-    page.evaluate("brushgs.stops.go(0)")
-    box = page.locator("#stopText").bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x - 60, y)
-    page.mouse.up()
-    assert_at(page, contents, 1)
-
-
 def test_the_way_is_slow_and_ends_where_a_hand_stops_it(open_page, tmp_path, contents):
     page = open_page(write_page(tmp_path / "a.html", contents))
     page.evaluate("brushgs.ready")
@@ -80,20 +68,6 @@ def test_the_way_is_slow_and_ends_where_a_hand_stops_it(open_page, tmp_path, con
     wait_until(page, "brushgs.controls._travel === null")
     settle(page)
     assert np.abs(seen(page, contents.header).viewmat - stops()[1].camera.viewmat).max() < 1e-6
-
-
-def test_inside_a_scene_the_camera_walks_to_its_stops(open_page, tmp_path):
-    _, first = scene()
-    camera = frame_scene(first, **SIZE)
-    aside = camera.viewmat.copy()
-    aside[0, 3] += 0.05
-    there = replace(camera, viewmat=aside)
-    contents = shown(camera, view=inside(camera), stops=[Stop("a", there)])
-    page = open_page(write_page(tmp_path / "a.html", contents), **CALM)
-    page.evaluate("brushgs.ready")
-    page.keyboard.press("1")
-    settle(page)
-    assert np.abs(seen(page, contents.header).viewmat - aside).max() < 1e-6
 
 
 def test_a_page_without_stops_shows_none(open_page, tmp_path):

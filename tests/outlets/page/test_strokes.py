@@ -8,7 +8,6 @@ import pytest
 import brushgs as bg
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import Tint
-from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.overpaint import coats_of_marks
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.light import Lamp
@@ -18,7 +17,7 @@ from brushgs.rendering.surface import linen
 from brushgs.still_life import still_life_camera
 from brushgs.values.marks import Marks
 from tests.outlets.page.strokes import CAMERAS, halved, hard_strokes
-from tests.outlets.page.studio import camera_facts, painting_of
+from tests.outlets.page.studio import painting_of
 from tests.scenes import still_life_of
 
 STEP = 4 / 255
@@ -131,24 +130,6 @@ def test_flat_pictures_lie_in_their_planes(studio, degrees):
     assert 10 * np.log10(1 / np.square(difference).mean()) >= 38
 
 
-def test_another_brush_in_place_of_those_of_the_painting(studio):
-    strokes = hard_strokes(300, brushes=3, degree=0)
-    studio.load(painting_of(strokes, SET, underpaint=True), CAMERAS[0])
-    own, all_swirl = studio.paint(CAMERAS[0]), studio.paint(CAMERAS[0], brush=2)
-    again = studio.paint(CAMERAS[0])
-    studio.load(painting_of(replace(strokes, brushes=None), SET.textures[2], underpaint=True), CAMERAS[0])
-    np.testing.assert_allclose(all_swirl, studio.paint(CAMERAS[0]), rtol=0, atol=1e-3)
-    assert np.abs(own - all_swirl).max() > 0.1
-    np.testing.assert_array_equal(own, again)
-
-
-def test_a_picture_beside_another_in_one_target(studio, scene):
-    """A viewport that begins elsewhere, as that of the right eye does."""
-    camera = still_life_camera(width=160, height=120)
-    studio.load(painting_of(scene, bg.StrokeTexture.open("flat"), underpaint=True), camera)
-    np.testing.assert_array_equal(studio.paint(camera), studio.paint(camera, at=(160, 40)))
-
-
 @pytest.mark.parametrize("size", [(160, 120), (640, 480)])
 def test_height_and_depth(studio, scene, size):
     camera = still_life_camera(width=size[0], height=size[1])
@@ -187,26 +168,6 @@ def test_a_coat_ends_behind_what_it_is_tested_against(studio, scene, blend):
     assert np.abs(tested - untested).max() > 0.1
 
 
-def test_brushes_are_made_anew_only_where_they_are_others(studio, scene):
-    camera = still_life_camera(width=160, height=120)
-    flat, swirl = (painting_of(scene, bg.StrokeTexture.open(name)) for name in ("flat", "swirl"))
-    others = replace(scene, means=scene.means + np.float32(0.1), opacities=scene.opacities[::-1])
-    moved = painting_of(others, bg.StrokeTexture.open("flat"))
-    raised = painting_of(scene, bg.StrokeTexture.open("flat"), relief=Relief())
-    studio.load(flat, camera)
-    for painting, is_kept in ((moved, True), (swirl, False), (flat, False), (raised, False)):
-        assert studio.replace(painting, camera) is is_kept
-        assert_near(studio.paint(camera), picture(painting.frame(camera)))
-
-
-def test_a_lost_context_comes_back(studio, scene):
-    camera = still_life_camera(width=160, height=120)
-    studio.load(painting_of(scene, bg.StrokeTexture.open("flat"), underpaint=True), camera)
-    before = studio.paint(camera)
-    studio.page.evaluate("camera => studio.loseContext(camera)", camera_facts(camera))
-    np.testing.assert_array_equal(studio.paint(camera), before)
-
-
 @pytest.mark.parametrize("copies", [60, 600])
 def test_more_brushes_than_memory_has_room_for_blur_large_strokes_alone(studio, scene, copies):
     camera = still_life_camera(width=160, height=120)
@@ -216,32 +177,6 @@ def test_more_brushes_than_memory_has_room_for_blur_large_strokes_alone(studio, 
     found, frame = studio.paint(camera), painting.frame(camera)
     difference = np.abs(found - picture(frame)).max(axis=2)
     assert (difference < 0.1).mean() > 0.95
-
-
-def test_many_brushes_are_sharper_after_the_first_picture(studio, scene):
-    camera = still_life_camera(width=160, height=120)
-    names = ("flat", "swirl", "dab", "wash", "fan")
-    brushes = BrushSet(tuple(bg.StrokeTexture.open(name) for name in names))
-    rows = np.random.default_rng(0).integers(0, len(names), len(scene)).astype(np.uint8)
-    painting = painting_of(replace(scene, brushes=rows), brushes)
-    contents = studio.load(painting, camera)
-    expected = studio.paint(camera)
-    first = studio.first_picture(contents, camera)
-    difference = np.abs(first - expected).max(axis=2)
-    assert (difference > STEP).any()
-    assert difference.mean() < 0.02
-    np.testing.assert_array_equal(studio.sharper_picture(camera), expected)
-
-
-def test_without_a_ground_there_is_no_backdrop(studio, scene):
-    camera = still_life_camera(width=160, height=120)
-    faint = replace(scene, opacities=halved(0.2 * scene.opacities))
-    painting = painting_of(faint, bg.StrokeTexture.open("flat"))
-    (coat,) = painting.coats
-    studio.load(Painting((replace(coat, name=BACKDROP, strokes=scene), coat)), camera)
-    assert_near(studio.paint(camera), picture(painting.frame(camera)))
-    on_white = studio.paint(camera, ground=[1, 1, 1])[..., :3]
-    assert np.abs(on_white - painting.frame(camera).over((1, 1, 1))).mean() > 0.02
 
 
 @pytest.mark.parametrize("is_lit", [False, True])

@@ -11,7 +11,6 @@ from brushgs.passes.reduce.block_cells import (
     SIDE,
     cell_keys,
     coarser,
-    deepest,
 )
 from brushgs.passes.reduce.contribution import projected_areas
 from tests.passes.scenes import random_gaussians, replaced
@@ -61,11 +60,3 @@ def test_everything_that_is_finite_has_a_cell():
     assert cells.min() >= 1
     assert cells.max() < 2 << MOST_DEPTH
     assert EXTENT == 4
-
-
-def test_the_deepest_depth_leaves_as_many_cells_as_may_be():
-    keys = keys_of(random_gaussians(3000, size=0.01))
-    for most in (100, 999, 2500):
-        depth = deepest(keys, most)
-        assert len(np.unique(coarser(keys, depth))) <= most < len(np.unique(coarser(keys, depth + 1)))
-    assert deepest(keys, 3000) == MOST_DEPTH

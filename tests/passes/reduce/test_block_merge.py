@@ -50,17 +50,6 @@ def test_neither_blocks_nor_order_matter(most):
     np.testing.assert_allclose(sums_shuffled, sums, rtol=1e-9, atol=1e-9 * np.abs(sums).max())
 
 
-def test_gaussians_alone_in_their_cells_are_as_they_were():
-    scene = random_gaussians(300, size=0.01, terms=9)
-    keys, _, actual = merged(scene, 1000, 100)
-    assert len(actual) == len(keys) == 300
-    order = np.argsort(actual.means[:, 0])
-    expected, actual = scene.take(np.argsort(scene.means[:, 0])), actual.take(order)
-    for name in ("means", "opacities", "sh"):
-        np.testing.assert_allclose(getattr(actual, name), getattr(expected, name), rtol=1e-5, atol=1e-6)
-    np.testing.assert_allclose(covariances(actual), covariances(expected), rtol=1e-4, atol=1e-9)
-
-
 @for_each("seed", range(4))
 def test_the_rule_is_that_of_cover_without_overlap(seed):
     scene = random_gaussians(12, seed, terms=4, spread=0.05)
@@ -72,17 +61,6 @@ def test_the_rule_is_that_of_cover_without_overlap(seed):
     np.testing.assert_allclose(covariances(actual), covariances(expected), rtol=1e-4)
     away = abs(actual.opacities[0] - expected.opacities[0])
     assert away < 0.1  # members count as all alike: 0.06 at worst
-
-
-def test_opacities_are_exact_where_members_are_alike():
-    one = random_gaussians(1)
-    stack = one.take([0] * 5)  # at one place
-    np.testing.assert_allclose(one_of(stack).opacities, 1 - (1 - one.opacities) ** 5, rtol=1e-6)
-    np.testing.assert_allclose(one_of(one).opacities, one.opacities, rtol=1e-6)
-    many = random_gaussians(2000, size=1e-4)  # Beer-Lambert: small ones all over
-    many = replaced(many, scales=np.full((2000, 3), 1e-3), opacities=np.full(2000, 0.7))
-    expected = merge_clusters(many, np.zeros(2000, int), overlap=1.0)
-    np.testing.assert_allclose(one_of(many).opacities, expected.opacities, rtol=1e-5)
 
 
 def test_blocks_of_other_degrees_are_of_the_highest():

@@ -68,18 +68,6 @@ def test_what_hangs_below_is_found_and_the_object_is_kept(unit):
     assert not find_crumbs(scene, upside_down)[:4000].any()
 
 
-def test_a_thin_leg_that_is_not_framed_is_kept():
-    leg = splats([[0, 0, -z] for z in np.linspace(0.02, 0.6, 60)], 0.006)
-    scene = Gaussians.joined([block(), leg])
-    assert not find_crumbs(scene, plain_first_view(block(), UP)).any()
-
-
-def test_a_part_that_was_not_framed_is_no_crumb():
-    part = splats(block().means - np.array([0, 0, 1.4], np.float32), 0.03)
-    scene = Gaussians.joined([block(), part])
-    assert not find_crumbs(scene, plain_first_view(block(), UP)).any()
-
-
 @pytest.mark.parametrize("fields", [{"has_surroundings": True}, {"eye": np.zeros(3)}])
 def test_surroundings_and_rooms_have_no_crumbs(fields):
     scene = Gaussians.joined([block(), smears()])

@@ -10,7 +10,6 @@ from brushgs.doctor import cure, examine_file
 from brushgs.passes.reduce.floaters import SURE_GAP, measure_detachment
 from tests.doctor import plant
 from tests.doctor.scenes import ball, fruit, scaled
-from tests.kit.for_each import for_each
 
 
 def joined(*scenes: bg.Gaussians) -> bg.Gaussians:
@@ -43,25 +42,6 @@ def test_planted_floaters_are_found_and_nothing_else_is(share: float, unit: floa
     assert not found.rows[~planted.rows].any()
 
 
-@for_each("opacity", [0.05, 0.5, 1.0])
-@for_each("size", [0.001, 0.03, 0.15])
-def test_one_gaussian_apart_is_a_floater_whatever_its_size_and_opacity(size: float, opacity: float) -> None:
-    assert is_apart(joined(ball(), blobs((0, 2.5, 0), size, opacity))).nonzero()[0].tolist() == [len(ball())]
-
-
-def test_a_few_together_are_floaters_and_many_solid_ones_are_not() -> None:
-    near = np.random.default_rng(0).normal((0, 2.5, 0), 0.03, (12, 3))
-    few = is_apart(joined(ball(), blobs(near[:2])))
-    assert few[-2:].all()
-    many = is_apart(joined(ball(), blobs(near)))
-    assert not many.any()
-
-
-def test_haze_of_many_faint_ones_is_a_floater() -> None:
-    near = np.random.default_rng(0).normal((0, 2.5, 0), 0.1, (30, 3))
-    assert is_apart(joined(ball(), blobs(near, 0.15, 0.06)))[-30:].all()
-
-
 def test_a_thin_wire_that_stands_on_a_body_is_none() -> None:
     """40 slender Gaussians end to end, one thick, from the ball's pole outwards."""
     heights = 1 + 0.05 * np.arange(40)
@@ -74,14 +54,6 @@ def test_a_second_body_of_coarse_gaussians_is_none() -> None:
     x, y = np.meshgrid(np.arange(-8, 8), np.arange(-8, 8))
     wall = blobs(np.stack([x.ravel(), y.ravel(), np.full(256, 9)], 1), (0.6, 0.6, 0.01))
     assert not is_apart(joined(ball(), wall)).any()
-
-
-def test_a_cloud_of_dots_is_too_sparse_to_have_floaters(tmp_path: Path) -> None:
-    places = np.random.default_rng(0).uniform(-1, 1, (500, 3))
-    bg.save(blobs(places, 0.001), tmp_path / "a.ply")
-    names = {finding.name for finding in bg.examine(tmp_path / "a.ply")}
-    assert "too-sparse" in names
-    assert "floaters" not in names
 
 
 def test_the_dial_keeps_or_takes_more(tmp_path: Path) -> None:

@@ -83,19 +83,6 @@ def test_the_subject_is_the_bounds_of_what_is_framed():
     assert 1 < found[3] < STRENGTH
 
 
-def test_a_subject_of_one_point_is_no_trouble():
-    gaussians = dots([[3, 3, 3]])
-    found = subject_focus(gaussians, FirstView(np.full((1, 3), 3.0), np.array([0, -1.0, 0]), 0.0, 0.0))
-    np.testing.assert_array_equal(found, [STRENGTH])
-
-
-def test_of_the_still_life_the_table_is_out_of_focus():
-    gaussians = still_life_of(3000)
-    found = subject_focus(gaussians, plain_first_view(gaussians))
-    assert contrast(found) == pytest.approx(STRENGTH)
-    assert 0.1 < (found > 1.5).mean() < 0.95
-
-
 def test_a_mask_lights_what_is_seen_under_it():
     mask = np.zeros((30, 40), np.float32)
     mask[:, 20:] = 1
@@ -117,23 +104,11 @@ def test_what_is_hidden_from_the_first_view_has_no_focus():
     assert found[1:].min() > 1.9
 
 
-def test_grey_is_half_a_focus_and_black_is_none():
-    for light, expected in ((0.0, 1.0), (0.5, 1.5), (1.0, STRENGTH)):
-        found = mask_focus(dots([[0, 0, 0]]), CAMERA, np.full((30, 40), light, np.float32))
-        np.testing.assert_allclose(found, [expected], atol=1e-5)
-
-
 def test_a_mask_of_another_size_is_refused_and_a_view_of_nothing_has_no_focus():
     with pytest.raises(ValueError, match="picture must have shape"):
         mask_focus(dots([[0, 0, 0]]), CAMERA, np.ones((4, 4), np.float32))
     behind = dots([[0, 0, -90]])
     np.testing.assert_array_equal(mask_focus(behind, CAMERA, np.ones((30, 40), np.float32)), [1.0])
-
-
-def test_factors_do_not_depend_on_threads():
-    gaussians, mask = still_life_of(2000), np.tile(np.linspace(0, 1, 40, dtype=np.float32), (30, 1))
-    one, four = (mask_focus(gaussians, CAMERA, mask, num_threads=n) for n in (1, 4))
-    np.testing.assert_array_equal(one, four)
 
 
 def test_a_focus_is_read_from_text():

@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 
 from brushgs.passes.reduce.cluster import cluster, group
-from brushgs.passes.reduce.hierarchy import Hierarchy
 from brushgs.still_life import still_life_camera
 from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same, random_gaussians
@@ -55,20 +54,3 @@ def test_one_region_clusters_as_none_bit_for_bit():
     expected, found = (cluster(one, 150, views=[VIEW]) for one in (scene, alone))
     assert set(found.regions) == {4}
     assert_same(found, expected)
-
-
-def test_coarser_strokes_of_a_hierarchy_are_pure():
-    scene = in_regions(random_gaussians(4000, 3), 3)
-    found = group(scene, 600)
-    tree = Hierarchy.of(found)
-    assert tree.num_merged > 0
-    for level in range(len(tree)):
-        assert is_pure(tree.groups(level)[found.labels], scene.regions)
-
-
-def test_regions_cost_little_tightness():
-    scene = still_life_of(20_000)
-    red = scene.sh[:, 0, 0] > scene.sh[:, 0, 2]
-    mixed = group(scene, 2000)
-    pure = group(replace(scene, regions=red.astype(np.uint8)), 2000)
-    assert pure.inertia < 1.05 * mixed.inertia

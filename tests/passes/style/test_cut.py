@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-import brushgs as bg
-from brushgs.passes.style.marks import learn_marks
 from tests.kit.mark_paintings import KINDS, learnt
 
 
@@ -49,17 +47,3 @@ def test_no_brush_ends_in_the_edge_of_a_rectangle(brushes, name):
             assert edge.mean() < 0.35 * 255
         corners = image[[0, 0, -1, -1], [0, -1, 0, -1]]
         assert corners.max() < 100
-
-
-def test_brushes_differ(brushes):
-    for images in brushes.values():
-        small = [bg.StrokeTexture.from_coverage(image).coverage for image in images]
-        for i, first in enumerate(small):
-            for second in small[:i]:
-                assert first.shape != second.shape or np.abs(first.astype(int) - second).mean() > 5
-
-
-def test_noise_has_no_marks_of_its_own():
-    noise = np.random.default_rng(0).random((300, 400, 3)).astype(np.float32)
-    for image in learn_marks(noise).brushes:
-        assert image.shape[1] <= 128

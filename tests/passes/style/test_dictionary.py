@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.brushes.of_style import fitting, laid_contrast, mark_texture, names_of_style
+from brushgs.brushes.of_style import mark_texture
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.style.choose_marks import choose_marks
 from brushgs.passes.style.marks import learn_marks
@@ -14,7 +14,6 @@ from brushgs.values.sh import base_colors, in_colors
 from brushgs.values.style import MarkDictionary
 from tests.kit.mark_paintings import paint
 from tests.passes.scenes import random_gaussians
-from tests.passes.style.dead_leaves import dead_leaves
 
 
 @pytest.fixture(scope="module")
@@ -67,30 +66,6 @@ def test_a_mark_laid_in_its_own_colour_is_the_mark(marks):
     assert not texture.has_bristles
 
 
-def test_busy_narrow_marks_are_laid_with_up_to_twice_their_contrast(marks):
-    factors = [laid_contrast(contrast, 0.0) for contrast in (0.0, 0.015, 0.0275, 0.04, 0.2)]
-    np.testing.assert_allclose(factors, (1, 1, 1.5, 2, 2))
-    np.testing.assert_allclose([laid_contrast(0.2, width) for width in (0.005, 0.01, 0.015)], (2, 1.5, 1))
-    dictionary = marks.dictionary
-    busy = int(np.argmin(np.abs(dictionary.contrasts - 0.03)))
-    tint = mark_texture(dictionary, busy, "one", 0.0).tint
-    lightness = oklab_of((tint.mean + (tint.texels - 128.0) * tint.step).reshape(-1, 3))[:, 0]
-    is_paint = dictionary.texels[busy, ..., 3].ravel() > 0
-    expected = laid_contrast(dictionary.contrasts[busy], 0.0) * dictionary.residuals[busy, ..., 0].ravel()
-    assert lightness[is_paint].std() == pytest.approx(expected[is_paint].std(), rel=0.05)
-
-
-def test_equal_paintings_give_equal_brushes_and_dictionaries():
-    image = dead_leaves(0.08, 0.02, short=200)
-    first, second = (learn_marks(image, 24) for _ in range(2))
-    assert len(first.brushes) == len(second.brushes) > 0
-    for a, b in zip(first.brushes, second.brushes, strict=True):
-        np.testing.assert_array_equal(a, b)
-    one, other = first.dictionary, second.dictionary
-    np.testing.assert_array_equal(one.texels, other.texels)
-    np.testing.assert_array_equal(one.colors, other.colors)
-
-
 def dictionary(colors, steps=0):
     """Marks of these colours; their lightness differs by so many steps up and down."""
     texels = np.full((len(colors), 4, 8, 4), 128, np.uint8)
@@ -133,19 +108,6 @@ def test_calm_places_take_calm_marks_and_busy_ones_busy_marks():
     np.testing.assert_allclose(light[1][~is_calm], light[0][~is_calm], atol=1e-5)
 
 
-def test_where_all_marks_are_alike_colours_stay():
-    strokes, _ = half_calm()
-    chosen = choose_marks(strokes, [(dictionary(np.full((9, 3), 0.5), 10), np.arange(9), 1.0)])
-    np.testing.assert_allclose(chosen.sh, strokes.sh, atol=1e-5)
-
-
-def test_strokes_of_one_colour_keep_it():
-    strokes = in_colors(random_gaussians(60), np.full((60, 3), 0.25))
-    steps = np.repeat((0, 30), 20)
-    chosen = choose_marks(strokes, [(dictionary(np.full((40, 3), 0.5), steps), np.arange(40), 1.0)])
-    np.testing.assert_allclose(chosen.sh, strokes.sh, atol=1e-5)
-
-
 def test_as_a_share_grows_strokes_take_marks_and_none_gives_them_back():
     strokes = random_gaussians(300, seed=2)
     strokes = replace(strokes, brushes=np.zeros(300, np.uint8))
@@ -156,16 +118,6 @@ def test_as_a_share_grows_strokes_take_marks_and_none_gives_them_back():
     taken = some.brushes > 0
     assert 0.2 < taken.mean() < 0.4
     np.testing.assert_array_equal(most.brushes[taken], some.brushes[taken])
-
-
-def test_names_fit_into_a_set_evenly(marks):
-    names = names_of_style("a.style", marks)
-    assert names[0] == f"a.style:{len(marks.brushes) + 1}"
-    assert len(names) == len(marks.dictionary)
-    kept = fitting([*names, *(name.replace("a.", "b.") for name in names)], 30)
-    assert len(kept) == 30
-    assert sum(name.startswith("a.") for name in kept) == 15
-    assert kept[:15] == names[:15]
 
 
 def test_a_style_file_opens_as_brushes(tmp_path, marks):

@@ -7,7 +7,6 @@ import pytest
 
 from brushgs.cameras.framing import plain_first_view, with_up
 from brushgs.passes.style.features import (
-    COLOR_FEATURES,
     FARTHEST,
     FEATURES,
     HIGHEST,
@@ -16,7 +15,7 @@ from brushgs.passes.style.features import (
     stroke_features,
 )
 from brushgs.values.camera import FirstView
-from brushgs.values.sh import C0, sh_rotation
+from brushgs.values.sh import sh_rotation
 from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians, replaced
 from tests.scenes import still_life_of
@@ -56,12 +55,6 @@ def test_features_depend_neither_on_unit_nor_place_nor_turn(name, change):
     )
 
 
-def test_what_is_visible_depends_on_no_unit():
-    scene = random_gaussians(400)
-    moved, view = transformed(scene, VIEW, factor=256.0)
-    np.testing.assert_allclose(of(moved, "visible", view), of(scene, "visible"), atol=1e-9)
-
-
 def test_features_are_bounded_whatever_lies_far_away_or_shines():
     scene = random_gaussians(200, terms=16, spread=1e3, size=10.0)
     scene = replaced(scene, sh=100 * scene.sh)
@@ -77,16 +70,6 @@ def test_features_are_bounded_whatever_lies_far_away_or_shines():
         assert low <= column.min() <= column.max() <= high, name
 
 
-def test_colour_is_lightness_and_two_opponents():
-    colors = np.array([[0.0, 0, 0], [1, 1, 1], [0.5, 0.5, 0.5], [1, 0, 0], [0, 0, 1]])
-    scene = replaced(random_gaussians(5), sh=((colors - 0.5) / C0)[:, None])
-    lab = stroke_features(scene, VIEW, COLOR_FEATURES).values
-    np.testing.assert_allclose(lab[:3, 0], [0, 1, 0.534], atol=1e-3)
-    np.testing.assert_allclose(lab[:3, 1:], 0, atol=1e-6)
-    assert lab[3, 1] > 0.5
-    assert lab[4, 2] < -0.5
-
-
 def test_height_runs_from_the_foot_of_the_subject_to_its_top():
     scene = replaced(random_gaussians(3), means=np.array([[9.0, 0, -1], [0, 9, 1], [0, 0, 0.0]]))
     np.testing.assert_allclose(of(scene, "height"), [0, 1, 0.5])
@@ -99,23 +82,6 @@ def test_a_disc_is_flat_and_level_and_a_needle_is_long():
     np.testing.assert_allclose(of(scene, "flatness"), [0.999, 0])
     np.testing.assert_allclose(of(scene, "elongation"), [0, 0.999])
     np.testing.assert_allclose(of(scene, "level")[0], 1)
-
-
-def test_sizes_are_shares_of_the_painted_area():
-    scales = np.repeat([[1.0], [2.0], [2.0], [9.0]], 3, axis=1)
-    scene = replaced(random_gaussians(4), scales=scales, opacities=np.full(4, 0.5))
-    areas = np.array([1, 8, 81])  # of those of each size
-    np.testing.assert_allclose(of(scene, "size"), np.array([0.5, 5, 5, 49.5]) / areas.sum(), rtol=1e-6)
-
-
-def test_a_plane_of_one_colour_neither_bends_nor_contrasts():
-    flat = random_gaussians(100)
-    same = {"quats": np.tile([1.0, 0, 0, 0], (100, 1)), "scales": np.tile([1.0, 1, 0.1], (100, 1))}
-    plane = replaced(flat, sh=np.zeros((100, 1, 3)), **same)
-    np.testing.assert_allclose(of(plane, "bend"), 0, atol=1e-12)
-    np.testing.assert_allclose(of(plane, "contrast"), 0, atol=1e-12)
-    assert of(flat, "bend").mean() > 0.3
-    assert of(flat, "contrast").mean() > 0.1
 
 
 def test_only_what_is_asked_for_comes_in_that_order():
@@ -137,9 +103,3 @@ def test_few_strokes_have_features_too(count):
     found = stroke_features(scene, VIEW)
     assert found.values.shape == (count, len(FEATURES))
     assert np.isfinite(found.values).all()
-
-
-def test_strokes_without_extent_or_paint_have_features_too():
-    scene = replaced(random_gaussians(5), scales=np.zeros((5, 3)), opacities=np.zeros(5))
-    point = FirstView(np.zeros((1, 3)), np.array([0.0, 0, 1]), 0.0, 0.0)
-    assert np.isfinite(stroke_features(scene, point).values).all()

@@ -51,32 +51,12 @@ def test_samples_have_the_moments_and_the_tails_of_the_painting():
     assert abs(len(palette.samples) - NUM_SAMPLES) < 100
 
 
-def test_equal_paintings_give_equal_palettes():
-    one, other = (learn_palette(image(PARTS)) for _ in range(2))
-    np.testing.assert_array_equal(one.samples, other.samples)
-    assert [c.name for c in one.colors] == [c.name for c in other.colors]
-
-
 def test_what_is_transparent_does_not_count():
     pixels = image([((0.1, 0.2, 0.6), 0.5), ((0.9, 0.1, 0.1), 0.5)])
     alpha = np.zeros((*pixels.shape[:2], 1), np.float32)
     alpha[:, :50] = 1
     palette = learn_palette(np.concatenate([pixels, alpha], axis=2))
     assert (palette.samples[:, 2] > 0.4).all()
-
-
-@for_each("shape", [(1, 1, 3), (1, 1, 1), (3, 1, 4), (40, 40, 2)])
-def test_tiny_and_grey_pictures_have_a_palette(shape):
-    palette = learn_palette(np.full(shape, 0.5, np.float32))
-    assert len(palette.colors) == 1
-    np.testing.assert_allclose(palette.samples, 0.5, atol=1e-6)
-
-
-def test_black_and_white_are_two_colours():
-    pixels = np.zeros((20, 20, 1), np.float32)
-    pixels[:, 5:] = 1
-    colors = learn_palette(pixels).colors
-    assert [(color.name, color.share) for color in colors] == [("white", 0.75), ("black", 0.25)]
 
 
 @pytest.mark.parametrize(

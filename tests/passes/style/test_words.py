@@ -1,11 +1,9 @@
 """Words fit what they say: colours, light and marks that are made to be so."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from brushgs.passes.style.words import FITS, Scale, words_of_strokes, words_of_style
+from brushgs.passes.style.words import FITS, words_of_strokes, words_of_style
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
@@ -64,12 +62,6 @@ def test_colours_are_named_by_their_shares():
     shares = {word.word: word.value for word in found if word.figure == "share of the picture"}
     assert [round(share, 2) for share in shares.values()] == [0.7, 0.27]
     assert "blue" in next(iter(shares))
-
-
-def test_colours_of_one_name_count_together():
-    found = of_colors((0.1, 0.2, 0.7), (0.11, 0.21, 0.7))
-    shares = [word.value for word in found if word.figure == "share of the picture"]
-    assert shares == [pytest.approx(1)]
 
 
 @for_each(
@@ -135,23 +127,9 @@ def test_words_of_strokes(given, fits, fits_not):
     assert not fits_not & found
 
 
-def test_words_of_strokes_depend_on_neither_the_unit_nor_the_order():
-    one = strokes(angle=lambda x, y: x, deviation=0.1)
-    order = np.random.default_rng(0).permutation(len(one))
-    large = replace(one.take(order), means=1000 * one.means[order], scales=1000 * one.scales[order])
-    far = Camera.look_at((0, 0, -4000), (0, 0, 0), width=160, height=120, fov_y=0.8)
-    found, again = words_of_strokes(one, CAMERA), words_of_strokes(large, far)
-    assert [word.word for word in found] == [word.word for word in again]
-    np.testing.assert_allclose([w.value for w in found], [w.value for w in again], rtol=1e-3)
-
-
 def test_what_is_not_seen_has_no_words():
     assert words_of_strokes(strokes(), Camera.look_at((0, 0, 4), (0, 0, 9), width=64, height=48)) == []
     assert words_of_style(Style("edit", edit=StyleEdit(np.eye(3, 4)))) == []
-
-
-def test_one_stroke_has_words():
-    assert words_of_strokes(strokes(1).take(np.array([0])), CAMERA)
 
 
 @pytest.mark.parametrize(
@@ -171,16 +149,3 @@ def test_a_painter_would_say_so_of_three_paintings(name, fits, fits_not):
     found = words(words_of_style(Style(name, learn_palette(image), learn_marks(image))))
     assert fits <= found
     assert not fits_not & found
-
-
-def test_words_are_ranked_by_how_well_they_fit():
-    fits = [word.fit for word in of_colors((0.9, 0.3, 0.05), (0.05, 0.05, 0.05))]
-    assert fits == sorted(fits, reverse=True)
-
-
-def test_a_word_fits_by_a_half_at_its_threshold():
-    scale = Scale("a figure", "low", 1.0, "high", 2.0, 0.1)
-    (low,), (high,) = scale.words(1.0), scale.words(2.0)
-    assert (low.word, low.fit, high.word, high.fit) == ("low", 0.5, "high", 0.5)
-    assert not list(scale.words(1.5))
-    assert next(scale.words(2.1)).fit == pytest.approx(0.731, abs=1e-3)

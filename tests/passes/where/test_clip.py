@@ -11,11 +11,8 @@ import pytest
 pytest.importorskip("transformers", reason="the extra `text` is not installed")
 
 from brushgs.errors import SceneError
-from brushgs.first_view import find_first_view
 from brushgs.passes.where.clip import ClipEncoder
-from brushgs.passes.where.text import word_finder
 from tests.passes.where.tiny_clip import PATCH, SIDE, save_tiny_clip
-from tests.scenes import still_life_of
 
 
 @pytest.fixture(scope="module")
@@ -50,13 +47,6 @@ def test_words_and_patches_are_unit_vectors_of_one_space(folder, no_network):
     assert patches.shape == (11, 4, 4, 8)
     np.testing.assert_allclose(np.linalg.norm(words, axis=-1), 1)
     np.testing.assert_allclose(np.linalg.norm(patches, axis=-1), 1)
-
-
-def test_a_phrase_does_not_depend_on_those_beside_it(folder):
-    encoder = ClipEncoder(folder)
-    alone, beside = encoder.of_words(["red"]), encoder.of_words(["red", "a blue truck"])
-    np.testing.assert_allclose(beside[:1], alone, atol=1e-6)
-    assert np.abs(beside[1] - beside[0]).max() > 0.01
 
 
 def test_words_agree_with_the_library_itself(folder):
@@ -100,17 +90,6 @@ def test_a_tokenizer_in_one_file_says_the_same(folder, own):
     assert (own / "tokenizer.json").exists()
     words = ["red", "a truck"]
     np.testing.assert_array_equal(ClipEncoder(own).of_words(words), ClipEncoder(folder).of_words(words))
-
-
-def test_relevance_of_a_scene_by_random_weights_repeats(folder, no_network):
-    gaussians = still_life_of(1000)
-    view = find_first_view(gaussians)
-    found = word_finder(gaussians, folder, view).relevance("the red jug")
-    assert found.shape == (len(gaussians),)
-    assert found.dtype == np.float64
-    assert ((found > 0) & (found < 1)).all()
-    assert np.ptp(found) > 1e-3
-    np.testing.assert_array_equal(found, word_finder(gaussians, folder, view).relevance("the red jug"))
 
 
 def test_too_many_words_are_refused(folder):

@@ -42,24 +42,6 @@ def test_masks_find_the_gaussians_that_they_were_painted_over(scene, owner, name
     assert leakage(scene, found, truth, between) < 0.01
 
 
-def test_a_black_mask_and_a_white_one_are_complements(scene, owner):
-    views = views_of(scene, np.isin(owner, list(REGIONS["jug"])))
-    inverse = [replace(view, inside=1 - view.inside) for view in views]
-    np.testing.assert_allclose(mask_votes(scene, views) + mask_votes(scene, inverse), 1, atol=1e-9)
-
-
-def test_pixels_that_are_not_known_have_no_vote(scene, owner):
-    views = views_of(scene, np.isin(owner, list(REGIONS["jug"])))
-    wrong = replace(views[0], inside=1 - views[0].inside, known=np.zeros_like(views[0].known))
-    expected = mask_votes(scene, views[1:])
-    np.testing.assert_allclose(mask_votes(scene, [*views[1:], wrong]), expected, atol=1e-6)
-
-
-def test_votes_do_not_depend_on_threads(scene, owner):
-    views = views_of(scene, np.isin(owner, list(REGIONS["jug"])), 1)
-    assert np.array_equal(mask_votes(scene, views, num_threads=1), mask_votes(scene, views, num_threads=3))
-
-
 def test_what_no_view_shows_is_undecided(scene):
     blind = replace(cameras(1, size=SIZE)[0], near=1e6)
     votes = mask_votes(scene, [MaskView(blind, np.ones(SIZE[::-1]), np.ones(SIZE[::-1]))])

@@ -69,13 +69,6 @@ def test_the_subject_of_the_still_life_stands_on_the_table_before_the_wall(scene
     assert subject[owner == TABLE].mean() < 0.01
 
 
-def test_what_is_not_the_subject_are_its_surroundings(scene, view):
-    subject, rest = of("subject", scene, view, 0.1), of("surroundings", scene, view, 0.1)
-    np.testing.assert_array_equal(subject + rest, 1)
-    assert ((subject > 0) & (subject < 1)).any()
-    assert np.array_equal(of("not subject", scene, view, 0.1), rest)
-
-
 def test_the_table_is_the_ground_that_heights_are_above(scene, owner, view):
     ground = Ground.under(scene, view)
     assert ground.is_found
@@ -84,15 +77,6 @@ def test_the_table_is_the_ground_that_heights_are_above(scene, owner, view):
     low, high = of("height:..50%", scene, view), of("height:50%..", scene, view)
     np.testing.assert_array_equal(low + high, 1)
     assert of("height:0.2..1 and height:..0.1", scene, view).sum() == 0
-
-
-def test_without_a_ground_heights_are_above_the_lowest_end_of_the_subject():
-    gaussians = balls((0, 0, 0), (0, -4, 0))
-    ground = Ground.under(gaussians, around(gaussians))
-    assert not ground.is_found
-    assert ground.subject_height == pytest.approx(6, abs=0.05)
-    found = of("height:50%..", gaussians, around(gaussians))
-    assert found.tolist() == [0] * 800 + [1] * 800
 
 
 def test_parts_are_numbered_by_their_painted_area_or_named_by_a_point():

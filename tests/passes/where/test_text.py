@@ -7,12 +7,11 @@ import pytest
 
 from brushgs.first_view import find_first_view
 from brushgs.passes.where import text
-from brushgs.passes.where.text import CANONICAL, WordFinder, relevance
+from brushgs.passes.where.text import CANONICAL, WordFinder
 from brushgs.still_life.cast import cast_of, joined
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0, base_colors
-from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians, replaced
 from tests.scenes import still_life_of
 
@@ -125,22 +124,6 @@ def test_the_jug_of_the_still_life_is_found_by_its_colour(monkeypatch):
     assert overlap(found, is_jug) > 0.83  # 0.85: patches are coarse, and some of the jug no view shows
 
 
-def test_words_cost_nothing_but_the_vote_once_the_scene_was_shown(finder_of_balls):
-    finder, _ = finder_of_balls
-    seen = finder._encoder.windows_seen
-    np.testing.assert_array_equal(finder.relevance("red"), finder.relevance("red"))
-    assert finder._encoder.windows_seen == seen
-
-
-def test_relevance_does_not_depend_on_the_order_of_rows():
-    gaussians, _ = balls(300)
-    order = np.random.default_rng(0).permutation(len(gaussians))
-    cameras = around(9.0, 2)
-    straight = WordFinder(ColorEncoder(), gaussians, cameras).relevance("red")
-    shuffled = WordFinder(ColorEncoder(), gaussians.take(order), cameras).relevance("red")
-    np.testing.assert_allclose(shuffled, straight[order], atol=2e-3)
-
-
 def test_what_no_view_shows_is_as_what_lies_next_to_it():
     gaussians, _ = balls()
     inside = random_gaussians(3, size=0.01)
@@ -162,12 +145,6 @@ def test_a_scene_that_no_view_shows_fits_nothing():
     np.testing.assert_array_equal(WordFinder(ColorEncoder(), gaussians, away).relevance("red"), 0)
 
 
-def test_relevance_is_a_half_where_words_fit_as_well_as_the_best_phrase():
-    similar = np.array([[0.3, 0.1, 0.3, 0.2], [0.3, 0.1, 0.1, 0.0], [0.1, 0.3, 0.0, 0.0]])
-    found = relevance(similar)
-    np.testing.assert_allclose(found, [0.5, 1 / (1 + np.exp(-2)), 1 / (1 + np.exp(2))])
-
-
 def test_patches_lie_over_the_whole_of_pictures_of_any_shape():
     encoder = ColorEncoder()
     ramp = np.zeros((60, 150, 3), np.float32)
@@ -178,14 +155,6 @@ def test_patches_lie_over_the_whole_of_pictures_of_any_shape():
         redness = grid[..., 0] - grid[..., 1]
         assert (np.diff(redness, axis=1).mean(axis=0) > 0).all()
         assert (np.diff(redness, axis=0).mean(axis=1) < 0).all()
-
-
-@for_each(("length", "side"), [(8, 8), (9, 8), (16, 8), (29, 8), (7, 7), (3, 1)])
-def test_windows_cover_a_length_and_overlap_by_half(length, side):
-    starts = text.starts(length, side)
-    assert starts[0] == 0
-    assert starts[-1] == length - side
-    assert max(np.diff(starts), default=0) <= max(-(-side // 2), 1)
 
 
 def test_the_phrases_that_fit_anything_are_asked_beside_the_words(monkeypatch):
