@@ -26,8 +26,15 @@ from brushgs.formats.files import replacing, scratch_folder
 from brushgs.formats.pictures.still import write_exact
 from brushgs.formats.scenes.sog import QUAT_TAG
 from brushgs.formats.scenes.sog_meta import MAX_PALETTE, META, NOTES, PALETTE_ROW, mean_logs
-from brushgs.formats.scenes.stored import NOTHING, Stored, content_of
-from brushgs.formats.scenes.write import fractions_of, logs_of, rounded, spatial_order, unit_quats
+from brushgs.formats.scenes.stored import Stored, content_of
+from brushgs.formats.scenes.write import (
+    fractions_of,
+    in_order,
+    logs_of,
+    rounded,
+    smallest_three,
+    spatial_order,
+)
 from brushgs.values.arrays import F32
 from brushgs.values.gaussians import Gaussians
 from brushgs.version import __version__
@@ -188,27 +195,15 @@ _LEAST_AREA = 1e-6  # of the largest: so that flat ones, whose scale is 0, stay 
 _DATE = (1980, 1, 1, 0, 0, 0)  # of the members: the first that a zip archive can state
 
 
-def write_scene(
-    gaussians: Gaussians,
-    path: str | Path,
-    known: Stored = NOTHING,
-) -> NDArray[np.int64] | None:
-    """Write the pictures and what they mean.
-
-    `known` is what is recorded. The colours of Gaussians whose opacity rounds to 0
-    are lost; these are not seen.
-
-    Returns:
-        The rows in the order of the file; None if that is recorded.
+@in_order(spatial_order)
+def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
+    """Write the pictures and what they mean. Gaussians whose opacity rounds to 0 lose their colours, unseen.
 
     Raises:
         ValueError: if the names of brushes are too long, or the palette of spherical harmonics needs
             scikit-learn, which is not installed.
         SceneError: if the file cannot be written.
     """
-    order = spatial_order(gaussians)
-    rows = gaussians.take(order)
-    stored = known.sorted_by(rows, order)
     logs = mean_logs(rows.means)
     low, high = logs.min(axis=0), logs.max(axis=0)
     places = rounded(fractions_of(logs, low, high) * _WHOLE, _WHOLE)
@@ -234,7 +229,7 @@ def write_scene(
         "quats": {"files": ["quats.webp"]},
         "sh0": {"codebook": _listed(color_levels), "files": ["sh0.webp"]},
     }
-    if gaussians.antialiased:
+    if rows.antialiased:
         meta["model"] = "antialiased"
     whole = {name: _laid_out(pixels.astype(np.uint8)) for name, pixels in pictures.items()}
     if rows.sh.shape[1] > 1:
@@ -244,7 +239,6 @@ def write_scene(
         meta[NOTES] = content
     text = json.dumps(meta, separators=(",", ":"), allow_nan=False).encode("ascii")
     _write_archive(path, text, whole)
-    return order if stored.order is None else None
 
 
 def _harmonics(rows: Gaussians) -> tuple[dict[str, Any], dict[str, NDArray[np.uint8]]]:
@@ -270,10 +264,7 @@ def _harmonics(rows: Gaussians) -> tuple[dict[str, Any], dict[str, NDArray[np.ui
 
 def _pack_quats(quats: NDArray[np.floating]) -> NDArray[np.int64]:
     """[n, 4] bytes: three components in order, then the tag of the largest of w, x, y, z."""
-    units = unit_quats(quats)
-    largest = np.abs(units).argmax(axis=1)
-    units *= np.where(np.take_along_axis(units, largest[:, None], 1) < 0, -1, 1)  # that one follows, as > 0
-    others = units[np.arange(4) != largest[:, None]].reshape(-1, 3)
+    largest, others = smallest_three(quats)
     return np.column_stack([rounded((others * np.sqrt(0.5) + 0.5) * 255, 255), largest + QUAT_TAG])
 
 

@@ -75,24 +75,14 @@ def _open_rows(path: Path, num_rows: int) -> RowSource:
 
             yield decode
 
-    return RowSource(
-        num_rows,
-        1,
-        open_decoder,
-        block_rows=_BLOCK_ROWS,
-        encoding=_ENCODING,
-    )
+    return RowSource(num_rows, 1, open_decoder, _BLOCK_ROWS, _ENCODING)
 
 
 _ROW = np.dtype([("means", "<f4", 3), ("scales", "<f4", 3), ("rgba", "u1", 4), ("quats", "u1", 4)])
 _WRITTEN_ROWS = 1 << 16
 
 
-def write_scene(
-    gaussians: Gaussians,
-    path: str | Path,
-    known: Stored = NOTHING,
-) -> None:
+def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING) -> None:
     """Write rows of 32 bytes; nothing that is `known` of the scene is recorded.
 
     A SceneWarning names what is lost and matters to a painting. Colours outside 0 to 1 are clipped.

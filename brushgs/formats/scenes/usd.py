@@ -21,8 +21,8 @@ from brushgs.formats.gltf_file import SCENE_NODE
 from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.placed import NOTES, Placement, is_turned_by, notes_of, read_notes
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile, decoder_of_parts
-from brushgs.formats.scenes.stored import MAX_TEXT, NOTHING, Stored, text_of
-from brushgs.formats.scenes.write import brush_order, finite_scales, unit_quats
+from brushgs.formats.scenes.stored import MAX_TEXT, Stored, text_of
+from brushgs.formats.scenes.write import brush_order, finite_scales, in_order, unit_quats
 from brushgs.formats.schema import parse_json
 from brushgs.formats.usd.process import INSTALL, Answer, is_usd_here, reading
 from brushgs.values.arrays import F64
@@ -124,18 +124,11 @@ _ROOM = 1 << 16  # of notes and the rest
 _REACH = 3  # standard deviations that the extent of the prim includes
 
 
-def write_scene(
-    gaussians: Gaussians,
-    path: str | Path,
-    known: Stored = NOTHING,
-) -> NDArray[np.int64] | None:
-    """Write one prim of splats, and what is recorded as its `customData`.
+@in_order(brush_order)
+def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
+    """Write one prim of splats, with unit rotations, and what is recorded as its `customData`.
 
-    `known` is what is recorded; the suffix decides between text (.usda), binary and
-    an archive (.usdz). Rotations are written with length 1.
-
-    Returns:
-        The rows in the order of the file; None if it is theirs, or recorded.
+    The suffix decides between text (.usda), binary and an archive (.usdz).
 
     Raises:
         ValueError: if the names of brushes are too long.
@@ -143,9 +136,6 @@ def write_scene(
     """
     if not is_usd_here():
         raise SceneError(path, f"is a USD file, which the package usd-core writes; install it with {INSTALL}")
-    order = brush_order(gaussians)
-    rows = gaussians if order is None else gaussians.take(order)
-    stored = known.sorted_by(rows, order)
     stage = _stage(rows, stored)
     most = _ROOM + _BYTES.get(Path(path).suffix.lower(), 4) * len(rows) * (11 + rows.sh[0].size)
     with replacing(path, most=most) as temporary:
@@ -153,7 +143,6 @@ def write_scene(
             _pack(stage, temporary)
         else:
             stage.GetRootLayer().Export(str(temporary))
-    return order if stored.order is None else None
 
 
 def _stage(rows: Gaussians, stored: Stored) -> Any:

@@ -5,8 +5,9 @@ files that are packed, rows stand in an order in which neighbours in space are b
 was written can be read back, to say how far it is from what was written to it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from brushgs.formats.registry import SCENE_SUFFIXES, find_written, function_of
 from brushgs.formats.scenes.read import read_scene
-from brushgs.formats.scenes.stored import Stored
+from brushgs.formats.scenes.stored import NOTHING, Stored
 from brushgs.values.arrays import Array
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
@@ -54,6 +55,31 @@ def spatial_order(gaussians: Gaussians) -> NDArray[np.int64]:
 def brush_order(gaussians: Gaussians) -> NDArray[np.int64] | None:
     """[N] rows in the order of their brushes, else as they are; None if that is their order."""
     return None if gaussians.brushes is None else np.argsort(gaussians.brushes, kind="stable")
+
+
+_Order = NDArray[np.int64] | None
+
+
+def in_order(
+    order_of: Callable[[Gaussians], _Order],
+) -> Callable[[Callable[[Gaussians, str | Path, Stored], None]], Callable[..., _Order]]:
+    """Let a writer have rows as its format sorts them, and what is known of them with that order.
+
+    The writer then returns the rows in the order of the file; None where that is theirs, or recorded.
+    """
+
+    def decorate(write: Callable[[Gaussians, str | Path, Stored], None]) -> Callable[..., _Order]:
+        @wraps(write)
+        def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING) -> _Order:
+            order = order_of(gaussians)
+            rows = gaussians if order is None else gaussians.take(order)
+            stored = known.sorted_by(rows, order)
+            write(rows, path, stored)
+            return order if stored.order is None else None
+
+        return write_scene
+
+    return decorate
 
 
 def _spread_bits(values: NDArray[np.uint64]) -> NDArray[np.uint64]:
@@ -97,6 +123,14 @@ def unit_quats(quats: Array) -> NDArray[np.float64]:
     wide = quats.astype(np.float64)
     wide /= np.abs(wide).max(axis=1, keepdims=True)
     return np.asarray(wide / np.linalg.norm(wide, axis=1, keepdims=True))
+
+
+def smallest_three(quats: Array) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """[n] which component of unit quaternions is largest, and the others [n, 3], turned so that it is > 0."""
+    units = unit_quats(quats)
+    largest = np.abs(units).argmax(axis=1)
+    units *= np.where(np.take_along_axis(units, largest[:, None], 1) < 0, -1, 1)
+    return largest, units[np.arange(4) != largest[:, None]].reshape(-1, 3)
 
 
 _MIDDLE = 1, 99  # per cent of the centres: few far ones do not make a scene large
