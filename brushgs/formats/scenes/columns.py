@@ -194,6 +194,20 @@ def check_decoded_size(
         raise SceneError(path, f"{fact}, too little for numbers of a scene; export it with floats")
 
 
+def unpack_quats(largest: NDArray[np.signedinteger[Any]], small: F32, out: F32) -> None:
+    """Write unit quaternions w x y z, [n, 4], of which the largest component is not stored.
+
+    Args:
+        largest: [n] which one that is; it is positive and follows from the unit length.
+        small: [n, 3] the others in order.
+        out: where they go.
+    """
+    rest = np.sqrt(np.maximum(1 - np.square(small).sum(axis=1), 0))
+    for index in range(4):
+        before, after = small[:, min(index, 2)], small[:, max(index - 1, 0)]
+        out[:, index] = np.where(index < largest, before, np.where(index > largest, after, rest))
+
+
 _SEARCHED_ROWS = 1 << 14
 
 

@@ -6,9 +6,9 @@ never negative; an earlier draft stored logarithms, as splat-transform did until
 Splats packed as SPZ, as Cesium writes them, are read too: their axes are taken as they are stored and then
 placed by the node, as Cesium does.
 
-Written are .glb files of points, all numbers as float32. glTF points +y up, and scenes do not: where the first
-view of a scene is known, its node turns it upright for viewers, and our reader takes the numbers as they are.
-Rows keep their order, but for strokes with brushes, which are sorted by these.
+Written are .glb files of points, all numbers as float32. glTF points +y up, and scenes do not: where the
+first view of a scene is known, its node turns it upright for viewers, and our reader takes the numbers as
+they are. Rows keep their order, but for strokes with brushes, which are sorted by these.
 Sources: Khronos, KHR_gaussian_splatting (release candidate); Cesium's drafts of 2024 and 2025.
 """
 
@@ -208,7 +208,8 @@ def open_scene(path: Path) -> SceneFile:
     trainings = {scene.training for scene in packed} if len(packed) == len(splats) else set()
     return SceneFile(
         path=path,
-        format=f"glTF with {EXTENSION}{', packed as SPZ' * bool(packed)}{', scales as logarithms' * are_logs}",
+        format=f"glTF with {EXTENSION}{', packed as SPZ' * bool(packed)}"
+        + ", scales as logarithms" * are_logs,
         num_rows=num_rows,
         num_terms=num_terms,
         open_rows=open_rows,
@@ -220,7 +221,7 @@ def open_scene(path: Path) -> SceneFile:
 
 
 def _placed_meshes(file: _File) -> list[tuple[_Mesh, F64]]:
-    """Each mesh of the scene with its matrix [4, 4], world from mesh; all meshes as they are without nodes."""
+    """Each mesh of the scene with its matrix [4, 4], world from mesh; without nodes all as they are."""
     if not file.top.nodes:
         return [(mesh, np.eye(4)) for mesh in file.top.meshes or []]
     placed = []

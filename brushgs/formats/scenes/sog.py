@@ -18,7 +18,7 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_bytes
 from brushgs.formats.pictures.still import stated_size
-from brushgs.formats.scenes.columns import Columns, check_decoded_size
+from brushgs.formats.scenes.columns import Columns, check_decoded_size, unpack_quats
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile, decoder_of_parts
 from brushgs.formats.scenes.sog_meta import Meta, Palette, SceneFiles, count_palette, open_files, parse_meta
 from brushgs.formats.schema import MAX_BYTES
@@ -230,14 +230,9 @@ def _decoder(meta: Meta, pictures: list[U8], palette: F32 | None, opacities: F32
 def _unpack_quats(stored: U8, out: F32) -> None:
     """Decode [n, 4] bytes to unit quaternions w x y z.
 
-    The last byte is 252 + the index of the largest component, which follows from the unit length; the others
-    are stored in order, each as a fraction of -1/sqrt(2) to 1/sqrt(2). Another last byte gives the zero
-    quaternion, whose row is dropped with a warning.
+    The last byte is 252 + the index of the largest component; the others are fractions of -1/sqrt(2) to
+    1/sqrt(2). Another last byte gives the zero quaternion, whose row is dropped with a warning.
     """
-    small = _SMALL_COMPONENTS[stored[:, :3]]
     largest = stored[:, 3].astype(np.int16) - QUAT_TAG
-    rest = np.sqrt(np.maximum(1 - np.square(small).sum(axis=1), 0))
-    for index in range(4):
-        before, after = small[:, min(index, 2)], small[:, max(index - 1, 0)]
-        out[:, index] = np.where(index < largest, before, np.where(index > largest, after, rest))
+    unpack_quats(largest, _SMALL_COMPONENTS[stored[:, :3]], out)
     out[largest < 0] = 0
