@@ -22,23 +22,14 @@ _MAX_LOG = np.log(np.finfo(np.float32).max)  # exp of a larger log-scale overflo
 
 @dataclass
 class Dropped:
-    """Rows of a file that were dropped, and numbers that count as zero.
+    """Rows of a file that were dropped, and numbers that count as zero."""
 
-    Attributes:
-        num_broken: rows with NaN, or infinity where it has no meaning.
-        broken: the first of them: row, column, value.
-        num_unrotated: other rows whose quaternion is zero.
-        unrotated: the first of them.
-        num_zeroed: rows with view-dependent coefficients that were not finite.
-        zeroed: the first of these: row, column, value.
-    """
-
-    num_broken: int = 0
-    broken: tuple[int, str, float] | None = None
-    num_unrotated: int = 0
-    unrotated: int | None = None
-    num_zeroed: int = 0
-    zeroed: tuple[int, str, float] | None = None
+    num_broken: int = 0  # rows with NaN, or infinity where it has no meaning
+    broken: tuple[int, str, float] | None = None  # the first of them: row, column, value
+    num_unrotated: int = 0  # other rows whose quaternion is zero
+    unrotated: int | None = None  # the first of them
+    num_zeroed: int = 0  # rows with view-dependent coefficients that were not finite
+    zeroed: tuple[int, str, float] | None = None  # the first of these: row, column, value
 
     @property
     def num_rows(self) -> int:
@@ -55,14 +46,9 @@ class Dropped:
         self.zeroed = self.zeroed or later.zeroed
 
     def report(self, path: Path, num_rows: int) -> None:
-        """Warn once of all dropped rows, and once of all that counts as zero.
+        """Warn once of all dropped rows of so many, and once of all that counts as zero.
 
-        Args:
-            path: the file.
-            num_rows: rows that it has.
-
-        Raises:
-            SceneError: if all of them were dropped.
+        Raises SceneError if all rows were dropped.
         """
         if self.zeroed is not None:
             row, name, value = self.zeroed
@@ -90,16 +76,7 @@ Faults = Iterable[tuple[str, NDArray[np.floating[Any]], Mask]]  # name of a colu
 
 
 def drop_faults(block: Columns, first_row: int, num_rest: int) -> Dropped:
-    """Move the rows that can be drawn to the front of a block of raw values.
-
-    Args:
-        block: some rows in the standard layout: log-scales, and logits or opacities.
-        first_row: row of the file that the block begins with, for messages.
-        num_rest: f_rest coefficients per channel in the file, for the names of columns in messages.
-
-    Returns:
-        The dropped rows; the others lie in order at the front of the block.
-    """
+    """Move the rows that can be drawn to the front of a block, in order. Takes the same as `find_faults`."""
     keep, dropped = find_faults(block, first_row, num_rest)
     if keep is not None:
         block.move(keep, 0)
@@ -112,9 +89,9 @@ def find_faults(
     """The rows of a block that cannot be drawn; view-dependent coefficients that are not finite become zero.
 
     Args:
-        block: see `drop_faults`.
-        first_row: see `drop_faults`.
-        num_rest: see `drop_faults`.
+        block: some rows in the standard layout: log-scales, and logits or opacities.
+        first_row: row of the file that the block begins with, for messages.
+        num_rest: f_rest coefficients per channel in the file, for the names of columns in messages.
         more: of columns that a format has beside the standard ones.
 
     Returns:
