@@ -17,16 +17,9 @@ MAX_BYTES, MAX_LINES = 8 << 20, 200_000  # of a record; a path has at most 99,99
 def read_record(
     path: Path, key: str, fault: str, most: int = MAX_BYTES
 ) -> tuple[dict[str, Any], list[dict[str, Any]]] | None:
-    """What the heading of a record holds under `key`, and its entries; None if there is no such file.
+    """What the heading of a record of `most` bytes holds under `key`, and its entries; None without a file.
 
-    Args:
-        path: of the record.
-        key: that sets this kind of record apart.
-        fault: what is said of another file in its place.
-        most: bytes.
-
-    Raises:
-        SceneError: if it cannot be read, or is something else.
+    Raises SceneError if it cannot be read, or with `fault` if it is something else.
     """
     try:
         path.stat()

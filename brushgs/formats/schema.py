@@ -39,11 +39,7 @@ _SHOWN, _FEW = 60, 16  # characters of a value in a message, and entries of a li
 
 
 def read_json(path: Path, cure: str) -> object:
-    """The content of a JSON file.
-
-    Args:
-        path: the file.
-        cure: what to give in place of a file that is no JSON, for the message.
+    """The content of a JSON file; `cure` says what to give in place of one that is no JSON.
 
     Raises:
         SceneError: if there is no such regular file, it is larger than 32 MiB, would take more memory than
@@ -127,8 +123,7 @@ def shown(value: object, length: int = _SHOWN, depth: int = 3) -> str:
 def _text(content: bytes) -> str:
     """One byte a character: other characters become "?", for names of pictures are not used here.
 
-    Raises:
-        UnicodeDecodeError: if it is not UTF-8.
+    Raises UnicodeDecodeError if it is not UTF-8.
     """
     if not content.isascii():
         decoder = codecs.getincrementaldecoder("utf-8")()

@@ -166,13 +166,7 @@ class Columns:
 
 
 def check_decoded_size(
-    path: Path,
-    num_rows: int,
-    num_terms: int,
-    size: int,
-    *,
-    row_size: int = 0,
-    max_growth: int = _MAX_GROWTH,
+    path: Path, num_rows: int, num_terms: int, size: int, *, row_size: int = 0, max_growth: int = _MAX_GROWTH
 ) -> None:
     """Compare the memory that a scene will take with the size of its file, before it is allocated.
 
@@ -212,13 +206,10 @@ _SEARCHED_ROWS = 1 << 14
 
 
 def find_used_terms(num_terms: int, num_rows: int, is_used: Callable[[int, int, slice], bool]) -> int:
-    """The number of terms up to the highest band that is not zero in every row.
+    """The number of terms up to the highest band that is not zero in every row, of 1, 4, 9 or 16 terms.
 
-    Args:
-        num_terms: terms that are stored, 1, 4, 9 or 16.
-        num_rows: rows that are stored.
-        is_used: whether any of the terms `start` to `stop` is not zero in some rows; asked for blocks of rows
-            until the answer is known, for most scenes once.
+    `is_used` says whether any of the terms `start` to `stop` is not zero in some rows; it is asked for blocks
+    of rows until the answer is known, for most scenes once.
     """
     for degree in (3, 2, 1):
         start, stop = degree**2, (degree + 1) ** 2

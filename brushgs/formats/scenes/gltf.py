@@ -14,7 +14,7 @@ Sources: Khronos, KHR_gaussian_splatting (release candidate); Cesium's drafts of
 
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -34,9 +34,9 @@ from brushgs.formats.gltf_file import (
     Model,
     placed_nodes,
 )
-from brushgs.formats.scenes.columns import Columns, Encoding, Scales, check_decoded_size
-from brushgs.formats.scenes.placed import NOTES, Placement, is_turned_by, notes_of, read_notes
-from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile, decoder_of_parts
+from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
+from brushgs.formats.scenes.placed import NOTES, Part, notes_of, read_notes, rows_of_parts
+from brushgs.formats.scenes.rows import Decoder, SceneFile
 from brushgs.formats.scenes.spz import open_data
 from brushgs.formats.scenes.stored import Stored
 from brushgs.formats.scenes.write import brush_order, finite_scales, in_order, unit_quats
@@ -51,38 +51,6 @@ _PACKED = (
     "KHR_spz_gaussian_splats_compression",
 )
 _MAX_GROWTH = 100  # bytes in memory per byte of a file: as of SPZ files
-
-
-@dataclass(frozen=True)
-class _PackedSplats:
-    """One primitive of splats packed as SPZ, placed by one node."""
-
-    scene: SceneFile
-    placement: Placement
-
-    @property
-    def num_rows(self) -> int:
-        return self.scene.num_rows
-
-    @property
-    def num_terms(self) -> int:
-        return self.scene.num_terms
-
-    def decoder(self) -> Decoder:
-        with self.scene.open_rows().open_decoder() as unpack:  # of bytes in memory: nothing is closed
-            pass
-
-        def decode(start: int, stop: int, out: Columns) -> None:
-            found = Columns.empty(stop - start, self.num_terms)
-            unpack(start, stop, found)
-            found.standardize(Encoding(opacities="linear"))
-            for name in ("means", "quats", "scales", "opacities"):
-                getattr(out, name)[:] = getattr(found, name)
-            out.sh[:, : self.num_terms] = found.sh
-            out.sh[:, self.num_terms :] = 0
-            self.placement.apply(out, self.num_terms)
-
-        return decode
 
 
 def _open_packed(
@@ -134,47 +102,6 @@ class _SplatModel(Model):
 _File = GltfFile[_SplatModel]
 
 
-@dataclass(frozen=True)
-class _Splats:
-    """One primitive of splats, placed by one node."""
-
-    means: GltfArray
-    quats: GltfArray  # x, y, z, w
-    scales: GltfArray  # linear, or logarithms where `are_scales_logs`
-    opacities: GltfArray  # 0 to 1; of four columns the last counts
-    colors: GltfArray  # coefficients of degree 0, or display colours where `are_colors_rgb`
-    rest: tuple[GltfArray, ...]  # coefficients of the higher degrees, one for each
-    are_colors_rgb: bool
-    are_scales_logs: bool
-    placement: Placement
-
-    @property
-    def num_rows(self) -> int:
-        return len(self.means.values)
-
-    @property
-    def num_terms(self) -> int:
-        return 1 + len(self.rest)
-
-    def decoder(self) -> Decoder:
-        scales: Scales = "log" if self.are_scales_logs else "linear"
-        encoding = Encoding(scales, "linear", "xyzw", "rgb" if self.are_colors_rgb else "sh")
-
-        def decode(start: int, stop: int, out: Columns) -> None:
-            out.means[:] = self.means.read(start, stop)
-            out.quats[:] = self.quats.read(start, stop)
-            out.scales[:] = self.scales.read(start, stop)
-            out.opacities[:] = self.opacities.read(start, stop)[:, -1]
-            out.sh[:, 0] = self.colors.read(start, stop)[:, :3]
-            for term, array in enumerate(self.rest, start=1):
-                out.sh[:, term] = array.read(start, stop)
-            out.sh[:, self.num_terms :] = 0
-            out.standardize(encoding)
-            self.placement.apply(out, self.num_terms)
-
-        return decode
-
-
 def open_scene(path: Path) -> SceneFile:
     """Read the structure of a glTF model.
 
@@ -184,34 +111,30 @@ def open_scene(path: Path) -> SceneFile:
     file = GltfFile(path, _SplatModel)
     unknown: dict[str, None] = {}
     opened: dict[object, SceneFile] = {}
-    placed, stored, is_ours = _placed_and_stored(file)
-    splats = [
-        some
-        for mesh, matrix in placed
+    meshes = _placed_meshes(file)
+    notes = file.top.extras.get(NOTES) if isinstance(file.top.extras, dict) else None
+    stored, is_ours = read_notes(path, notes, [matrix for _, matrix in meshes])
+    found = [
+        _open_splats(file, primitive, np.eye(4) if is_ours else matrix, unknown, opened)
+        for mesh, matrix in meshes
         for primitive in mesh.splats
-        if (some := _open_splats(file, primitive, Placement(matrix), unknown, opened)).num_rows
     ]
+    splats = [part for part, _ in found if part.num_rows]
     if not splats:
         raise SceneError(path, _why_no_splats(file.top))
-    num_rows = sum(some.num_rows for some in splats)
-    num_terms = max(some.num_terms for some in splats)
-    packed = [some.scene for some in splats if isinstance(some, _PackedSplats)]
-    check_decoded_size(
-        path, num_rows, num_terms, file.size, max_growth=_MAX_GROWTH if packed else _MAX_PLAIN_GROWTH
-    )
-
-    def open_rows() -> RowSource:
-        open_decoder = decoder_of_parts([(some.num_rows, some.decoder) for some in splats])
-        return RowSource(num_rows, num_terms, open_decoder, _BLOCK_ROWS, is_logit=True, is_whole=bool(packed))
-
-    are_logs = any(isinstance(some, _Splats) and some.are_scales_logs for some in splats)
+    packed = [scene for _, scene in found if scene is not None]
+    are_logs = any(scene is None and part.encoding.scales == "log" for part, scene in found)
     trainings = {scene.training for scene in packed} if len(packed) == len(splats) else set()
+    how = ", packed as SPZ" * bool(packed) + ", scales as logarithms" * are_logs
+    open_rows = partial(rows_of_parts, splats, is_whole=bool(packed))
+    rows = open_rows()
+    growth = _MAX_GROWTH if packed else _MAX_PLAIN_GROWTH
+    check_decoded_size(path, rows.num_rows, rows.num_terms, file.size, max_growth=growth)
     return SceneFile(
         path=path,
-        format=f"glTF with {EXTENSION}{', packed as SPZ' * bool(packed)}"
-        + ", scales as logarithms" * are_logs,
-        num_rows=num_rows,
-        num_terms=num_terms,
+        format=f"glTF with {EXTENSION}{how}",
+        num_rows=rows.num_rows,
+        num_terms=rows.num_terms,
         open_rows=open_rows,
         up=None if is_ours else "+y",  # by the standard of glTF, which every viewer follows
         training=_training(stored, trainings),
@@ -232,22 +155,6 @@ def _placed_meshes(file: _File) -> list[tuple[_Mesh, F64]]:
             raise SceneError(file.path, f"repeats a mesh by EXT_mesh_gpu_instancing, not read; {CURE}")
         placed.append((file.item(file.top.meshes, some.node.mesh, "a node refers to meshes"), some.matrix))
     return placed
-
-
-def _placed_and_stored(file: _File) -> tuple[list[tuple[_Mesh, F64]], Stored, bool]:
-    """Meshes with their matrices, what the model records, and whether that fits: it is as we wrote it.
-
-    Then the turn of its node, which the notes state, is taken back.
-    """
-    placed = _placed_meshes(file)
-    extras = file.top.extras
-    stored, turn = read_notes(file.path, extras.get(NOTES) if isinstance(extras, dict) else None)
-    if turn is None:
-        return placed, stored, False
-    if len(placed) == 1 and is_turned_by(placed[0][1], turn):
-        return [(placed[0][0], np.eye(4))], stored, True
-    # Something else was added, or it was moved.
-    return placed, stored._replace(first_view=None, counts=None, brushes=()), False
 
 
 def _training(stored: Stored, trainings: set[Training]) -> Training:
@@ -317,11 +224,14 @@ def _why_no_splats(top: _SplatModel) -> str:
 def _open_splats(
     file: _File,
     primitive: _Primitive,
-    placement: Placement,
+    matrix: F64,
     unknown: dict[str, None],
     opened: dict[object, SceneFile],
-) -> _Splats | _PackedSplats:
-    """The data of one primitive; extensions that are not read are added to `unknown`."""
+) -> tuple[Part, SceneFile | None]:
+    """The data of one primitive, and the scene that it is packed as.
+
+    Extensions that are not read are added to `unknown`.
+    """
     extensions = primitive.extensions or {}
     own = extensions.get(EXTENSION)
     own = own if isinstance(own, dict) else {}
@@ -330,7 +240,8 @@ def _open_splats(
     _check_extensions(file, every, own, unknown)
     packed = _open_packed(file, every, opened)
     if packed is not None:
-        return _PackedSplats(packed, placement)
+        counts = packed.num_rows, packed.num_terms
+        return Part(*counts, partial(_unpacking, packed), Encoding(opacities="linear"), matrix), packed
     attributes = _Attributes(file, primitive)
     means = attributes.require("POSITION", attributes.find("POSITION", 3))
     quats, scales = (
@@ -347,20 +258,38 @@ def _open_splats(
         if array.count != means.count:
             rule = f"attributes of splats must all have {means.count} rows, like POSITION"
             raise SceneError(file.path, f"{rule}, got {array.count}; {CURE}")
-    return _Splats(
-        means=means,
-        quats=quats,
-        scales=scales,
-        opacities=opacities,
-        colors=colors,
-        rest=rest,
-        are_colors_rgb=degree_0 is None,
-        are_scales_logs=any(
-            (scales.read(start, start + _BLOCK_ROWS) < 0).any()
-            for start in range(0, scales.count, _BLOCK_ROWS)
-        ),
-        placement=placement,
+    are_logs = any(
+        (scales.read(start, start + _BLOCK_ROWS) < 0).any() for start in range(0, scales.count, _BLOCK_ROWS)
     )
+    encoding = Encoding(
+        "log" if are_logs else "linear", "linear", "xyzw", "rgb" if degree_0 is None else "sh"
+    )
+
+    def read(start: int, stop: int, out: Columns) -> None:
+        out.means[:] = means.read(start, stop)
+        out.quats[:] = quats.read(start, stop)
+        out.scales[:] = scales.read(start, stop)
+        out.opacities[:] = opacities.read(start, stop)[:, -1]  # of four columns the last counts
+        out.sh[:, 0] = colors.read(start, stop)[:, :3]
+        for term, array in enumerate(rest, start=1):
+            out.sh[:, term] = array.read(start, stop)
+
+    return Part(means.count, 1 + len(rest), lambda: read, encoding, matrix), None
+
+
+def _unpacking(packed: SceneFile) -> Decoder:
+    """Unpacks a scene of SPZ, and reads rows of it."""
+    with packed.open_rows().open_decoder() as unpack:  # of bytes in memory: nothing is closed
+        pass
+
+    def read(start: int, stop: int, out: Columns) -> None:
+        found = Columns.empty(stop - start, packed.num_terms)
+        unpack(start, stop, found)
+        for name in ("means", "quats", "scales", "opacities"):
+            getattr(out, name)[:] = getattr(found, name)
+        out.sh[:, : packed.num_terms] = found.sh
+
+    return read
 
 
 def _check_extensions(

@@ -36,8 +36,7 @@ def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING)
 
     The values read back within float32 rounding of the logs. No infinity is written: a scale of 0 and
     opacities of 0 and 1 become finite logs that read back as exactly 0 and 1. That Gaussians are antialiased
-    is a comment, in the words of Brush. Where strokes have brushes, these are a column `brush` of bytes, the
-    last one.
+    is a comment, in the words of Brush. Brushes of strokes are the last column, `brush`, of bytes.
 
     Raises:
         ValueError: if the names of brushes are too long.
@@ -91,7 +90,6 @@ def _representable(quats: Array) -> Array:
 
 
 _LARGEST_LOG = 20.0  # of a scale: some readers clip there
-_ENDS = "min", "max"
 
 
 @in_order(spatial_order)
@@ -111,14 +109,17 @@ def write_compressed(rows: Gaussians, path: str | Path, known: Stored) -> None:
         "color": (rows.sh[:, 0] * C0 + 0.5).astype(np.float32),
     }
     ranges = {name: _ranges(column) for name, column in columns.items()}
-    inside = {name: _fractions(column, *ranges[name]) for name, column in columns.items()}
+    of_row = np.arange(len(rows)) // CHUNK_ROWS
+    inside = {
+        name: fractions_of(column, *(end[of_row] for end in ranges[name])) for name, column in columns.items()
+    }
     packed = np.empty(len(rows), [(name, "<u4") for name in PACKED])
     packed["packed_position"] = _pack(inside["position"], THREE)
     packed["packed_rotation"] = _pack_quats(rows.quats)
     packed["packed_scale"] = _pack(inside["scale"], THREE)
     packed["packed_color"] = _pack(np.column_stack([inside["color"], rows.opacities]), FOUR)
     chunks = np.concatenate([end for name in AXES for end in ranges[name]], axis=1).astype("<f4")
-    ends = [f"{end}_{axis}" for axes in AXES.values() for end in _ENDS for axis in axes]
+    ends = [f"{end}_{axis}" for axes in AXES.values() for end in ("min", "max") for axis in axes]
     elements: list[tuple[str, str, list[str], NDArray[Any]]] = [
         ("chunk", "float", ends, chunks),
         ("vertex", "uint", list(PACKED), packed),
@@ -141,12 +142,6 @@ def _ranges(column: F32) -> tuple[F32, F32]:
     """Smallest and largest value of each chunk, [chunks, 3] each."""
     starts = np.arange(0, len(column), CHUNK_ROWS)
     return np.minimum.reduceat(column, starts), np.maximum.reduceat(column, starts)
-
-
-def _fractions(column: F32, low: F32, high: F32) -> NDArray[np.float64]:
-    """[N, 3] where values lie in the range of their chunk, 0 to 1."""
-    chunks = np.arange(len(column)) // CHUNK_ROWS
-    return fractions_of(column, low[chunks], high[chunks])
 
 
 def _pack(fractions: NDArray[np.floating], bits: tuple[int, ...]) -> U32:

@@ -35,10 +35,9 @@ _SHOWN_MEMBERS = 3
 
 
 class SceneFiles:
-    """Files of one scene, by the names that its `meta.json` gives them: those beside it. All raise SceneError.
+    """Files of one scene, by the names that its `meta.json` gives them: those beside it.
 
-    Attributes:
-        path: of the file that messages name.
+    All raise SceneError, of the file at `path`.
     """
 
     def __init__(self, path: Path) -> None:

@@ -59,9 +59,7 @@ def levels_of(
 ) -> NDArray[np.float64]:
     """[256] ascending numbers near which the values lie, least squares; equal ones at the end if fewer do.
 
-    Args:
-        values: of any shape.
-        weights: >= 0, of the same shape: how much the error of each counts; None for all alike.
+    `weights`, >= 0 and of the shape of the values, are how much the error of each counts.
     """
     order = np.argsort(values, axis=None, kind="stable")
     ordered = values.reshape(-1)[order].astype(np.float64)
@@ -98,15 +96,9 @@ def nearest_levels(values: NDArray[np.floating], levels: NDArray[np.float64]) ->
 
 
 def palette_of(rows: F32, most: int) -> tuple[F32, NDArray[np.int64]]:
-    """At most so many rows that stand for all, least squares.
+    """At most so many rows, [entries, columns], that stand for all, [N, columns]; and the entry of each row.
 
-    Args:
-        rows: [N, columns].
-        most: of the palette, >= 1.
-
-    Returns:
-        The palette, [entries, columns]; and the entry of each row. The same input gives the same, with any
-        number of threads.
+    Least squares. The same input gives the same, with any number of threads.
     """
     distinct, labels = np.unique(rows, axis=0, return_inverse=True)
     if len(distinct) <= most:
@@ -122,9 +114,8 @@ def _one_thread_each() -> Iterator[None]:
         from sklearn.exceptions import ConvergenceWarning
         from threadpoolctl import threadpool_limits  # of scikit-learn
     except ImportError:
-        raise ValueError(
-            "a .sog of spherical harmonics needs scikit-learn; pip install 'brushgs[kmeans]', or write .spz"
-        ) from None
+        fact = "a .sog of spherical harmonics needs scikit-learn"
+        raise ValueError(f"{fact}; pip install 'brushgs[kmeans]', or write .spz") from None
 
     with threadpool_limits(1), warnings.catch_warnings():  # those of all threads
         warnings.simplefilter("ignore", ConvergenceWarning)
@@ -135,17 +126,13 @@ def _palette_of_groups(rows: F32, most: int) -> tuple[F32, NDArray[np.int64]]:
     """The same for rows of which too many differ."""
     groups = _groups(rows)
     shares = _shares(rows, groups, most)
-    entries: list[F32] = [rows[:0]] * len(groups)
-    labels = np.empty(len(rows), np.int64)
+    labels, start = np.empty(len(rows), np.int64), 0
     with ThreadPoolExecutor(num_threads_or_default(None)) as pool:
-        found = list(
-            pool.map(lambda pair: _cluster(rows[pair[0]], pair[1]), zip(groups, shares, strict=True))
-        )
-    start = 0
-    for index, (group, (centroids, inside)) in enumerate(zip(groups, found, strict=True)):
-        entries[index], labels[group] = centroids, inside + start
+        found = list(pool.map(lambda group, share: _cluster(rows[group], share), groups, shares))
+    for group, (centroids, inside) in zip(groups, found, strict=True):
+        labels[group] = inside + start
         start += len(centroids)
-    return np.concatenate(entries), labels
+    return np.concatenate([centroids for centroids, _ in found]), labels
 
 
 def _groups(rows: F32) -> list[NDArray[np.int64]]:

@@ -125,8 +125,9 @@ def _read_run(entry: object, num_files: int) -> _Run | None:
         return None
     file = as_count(entry.get("file"), num_files - 1)
     offset, count = (as_count(entry.get(name), MAX_PIXELS) for name in ("offset", "count"))
-    is_run = file is not None and offset is not None and count is not None
-    return _Run(file, offset, offset + count) if is_run else None
+    if file is None or offset is None or count is None:
+        return None
+    return _Run(file, offset, offset + count)
 
 
 def _entry_text(entry: object) -> str:

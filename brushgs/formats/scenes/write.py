@@ -84,13 +84,8 @@ def in_order(
 
 def _spread_bits(values: NDArray[np.uint64]) -> NDArray[np.uint64]:
     """Two zero bits before each of 21 bits."""
-    for shift, mask in (
-        (32, 0x1F00000000FFFF),
-        (16, 0x1F0000FF0000FF),
-        (8, 0x100F00F00F00F00F),
-        (4, 0x10C30C30C30C30C3),
-        (2, 0x1249249249249249),
-    ):
+    masks = 0x1F00000000FFFF, 0x1F0000FF0000FF, 0x100F00F00F00F00F, 0x10C30C30C30C30C3, 0x1249249249249249
+    for shift, mask in zip((32, 16, 8, 4, 2), masks, strict=True):
         values = (values | values << np.uint64(shift)) & np.uint64(mask)
     return values
 
@@ -141,25 +136,15 @@ _VISIBLE = 0.5 / 255  # opacity: less is 0 in most formats, and its colour and s
 
 @dataclass(frozen=True)
 class Losses:
-    """Differences between Gaussians and their file. Pairs are the median and the largest.
+    """Differences between Gaussians and their file. Pairs are the median and the largest."""
 
-    Attributes:
-        extent: diagonal of the box of 98 % of the centres along each axis, world units.
-        means: distance between centres, world units.
-        scales: the larger of two standard deviations above the smaller, relative to this.
-        quats: angle between rotations, degrees.
-        opacities: difference, 0 to 1.
-        colors: of the channels of degree 0, levels of 255.
-        harmonics: of the higher degrees, root mean square over all directions, levels of 255; 0 without them.
-    """
-
-    extent: float
-    means: tuple[float, float]
-    scales: tuple[float, float]
-    quats: tuple[float, float]
-    opacities: tuple[float, float]
-    colors: tuple[float, float]
-    harmonics: tuple[float, float]
+    extent: float  # diagonal of the box of 98 % of the centres along each axis, world units
+    means: tuple[float, float]  # distance between centres, world units
+    scales: tuple[float, float]  # the larger of two standard deviations above the smaller, relative to this
+    quats: tuple[float, float]  # angle between rotations, degrees
+    opacities: tuple[float, float]  # difference, 0 to 1
+    colors: tuple[float, float]  # of the channels of degree 0, levels of 255
+    harmonics: tuple[float, float]  # of higher degrees, root mean square over directions, levels of 255
 
     def counts(self) -> dict[str, float]:
         """For a report: "means_error" (median), "means_error_most" and so on."""
@@ -185,15 +170,9 @@ class Losses:
 
 
 def measure_losses(given: Gaussians, path: str | Path, order: NDArray[np.integer] | None = None) -> Losses:
-    """Read a file and compare it with what was written to it.
+    """Read a file and compare it with what was given, whose rows it has in an order; None if it is theirs.
 
-    Args:
-        given: the Gaussians.
-        path: their file.
-        order: the rows of `given` in the order of the file; None if it is theirs.
-
-    Raises:
-        SceneError: if the file cannot be read.
+    Raises SceneError if the file cannot be read.
     """
     found = read_scene(Path(path))[0]
     given = given if order is None else given.take(order)
@@ -243,7 +222,7 @@ def write_scene(
     first_view: FirstView | None = None,
     brushes: Sequence[str] = (),
     measures: bool = False,
-) -> "Losses | None":
+) -> Losses | None:
     """Write Gaussians to a scene file, which appears when it is complete.
 
     Args:
@@ -280,9 +259,8 @@ def write_scene(
 def _check(gaussians: Gaussians, brushes: Sequence[str]) -> None:
     """Refuse what no format holds."""
     if not len(gaussians):
-        raise ValueError(
-            "save: gaussians must have at least one row, got 0; an empty scene cannot be read back"
-        )
+        rule = "gaussians must have at least one row, got 0"
+        raise ValueError(f"save: {rule}; an empty scene cannot be read back")
     for name in ("means", "quats", "scales", "sh"):
         if np.abs(getattr(gaussians, name)).max() > np.finfo(np.float32).max:
             raise ValueError(f"save: {name} must fit float32, got larger values; shrink the scene first")
