@@ -39,11 +39,12 @@ from brushgs.formats.scenes.placed import NOTES, Part, notes_of, read_notes, row
 from brushgs.formats.scenes.rows import Decoder, SceneFile
 from brushgs.formats.scenes.spz import open_data
 from brushgs.formats.scenes.stored import Stored
-from brushgs.formats.scenes.write import brush_order, finite_scales, in_order, unit_quats
+from brushgs.formats.scenes.write import brush_order, finite_scales, in_order
 from brushgs.formats.schema import shown
 from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.notes import Training
+from brushgs.values.quats import normalized
 
 _PACKED = (
     "KHR_gaussian_splatting_compression_spz_2",
@@ -334,7 +335,7 @@ def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
 def _columns(rows: Gaussians) -> Iterator[tuple[str, NDArray[Any]]]:
     """Name and numbers of each attribute, [n] or [n, width]."""
     yield "POSITION", rows.means
-    yield f"{EXTENSION}:ROTATION", unit_quats(rows.quats)[:, [1, 2, 3, 0]]
+    yield f"{EXTENSION}:ROTATION", normalized(rows.quats)[:, [1, 2, 3, 0]]
     yield f"{EXTENSION}:SCALE", finite_scales(rows.scales)
     yield f"{EXTENSION}:OPACITY", rows.opacities
     for degree in range(rows.sh_degree + 1):

@@ -45,11 +45,10 @@ def find_format(path: Path) -> Format:
         SceneError: if there is no such file, it may not be read, or it is of no format that is read; says
             what it is and the cure.
     """
-    begin = _first_bytes(path)
-    scene_format = _match(path, begin)
+    scene_format = match_format(path)
     if scene_format is None:
         check_plain(path, "scene file")  # refuses folders
-        raise SceneError(path, _what_it_is(path, begin))
+        raise SceneError(path, _what_it_is(path, _first_bytes(path)))
     return scene_format
 
 
@@ -58,7 +57,8 @@ def match_format(path: Path) -> Format | None:
 
     Raises SceneError if there is no such file or it may not be read.
     """
-    return _match(path, _first_bytes(path))
+    begin = _first_bytes(path)
+    return find_read("scene", path, begin) if begin or is_dir(path) else None
 
 
 def _first_bytes(path: Path) -> bytes:
@@ -66,12 +66,6 @@ def _first_bytes(path: Path) -> bytes:
         return b""
     with open_plain(path, "scene file", buffering=0) as file:
         return file.read(NUM_FIRST_BYTES)
-
-
-def _match(path: Path, begin: bytes) -> Format | None:
-    if not begin and not is_dir(path):
-        return None
-    return find_read("scene", path, begin)
 
 
 def _what_it_is(path: Path, begin: bytes) -> str:

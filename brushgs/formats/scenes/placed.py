@@ -16,8 +16,8 @@ import numpy as np
 from brushgs.formats.scenes.columns import Columns, Encoding
 from brushgs.formats.scenes.rows import Decoder, RowSource, decoder_of_parts
 from brushgs.formats.scenes.stored import Stored, content_of, parse_content, read_stored
-from brushgs.values.arrays import F32, F64
-from brushgs.values.quats import quats_of, rotation_matrices
+from brushgs.values.arrays import F64
+from brushgs.values.quats import quat_products, quats_of, rotation_matrices
 from brushgs.values.sh import sh_rotation
 
 _TOLERANCE = 1e-6  # of matrices written with float32
@@ -79,7 +79,7 @@ class Placement:
             if not np.allclose(self._turn, np.eye(3), atol=1e-12):
                 # A mirrored ellipsoid is the one turned by the opposite matrix.
                 proper = self._turn * np.sign(np.linalg.det(self._turn))
-                rows.quats[:] = _product(quats_of(proper[None])[0], rows.quats)
+                rows.quats[:] = quat_products(quats_of(proper[None]), rows.quats)
         else:
             self._stretch_ellipsoids(rows)
         if num_terms > 1:
@@ -99,13 +99,6 @@ class Placement:
         left[:, :, 2] *= np.sign(np.linalg.det(left))[:, None]
         rows.quats[is_sound] = quats_of(left)
         rows.scales[is_sound] = np.log(values)
-
-
-def _product(first: F64, quats: F32) -> F64:
-    """Quaternions w x y z of rotations `quats` [N, 4] followed by the rotation `first` [4]."""
-    w, x, y, z = first
-    matrix = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
-    return np.asarray(quats.astype(np.float64) @ matrix.T)
 
 
 NOTES = "brushgs"  # the key in the `extras` of a .glb and the `customData` of a prim

@@ -57,12 +57,6 @@ SMALL_BITS = (10, 10, 10)  # of the three smaller components of a rotation
 SH_RANGE = 8.0  # f_rest is stored in -4 to 4
 
 
-def is_compressed(header: Header) -> bool:
-    """Whether a header describes this layout."""
-    vertex = header.find("vertex")
-    return header.find("chunk") is not None and vertex is not None and PACKED[0] in vertex.names
-
-
 def check_compressed(path: Path, header: Header, vertex: Element) -> int:
     """The spherical-harmonic terms of each row. Raises SceneError if a property is missing; names it."""
     for name in PACKED:
@@ -205,7 +199,7 @@ def open_scene(path: Path) -> SceneFile:
     if vertex.count == 0:
         fact = "holds no Gaussians: its header says 'element vertex 0'"
         raise NoGaussiansError(path, f"{fact}; export the scene again")
-    has_chunks = is_compressed(header)
+    has_chunks = header.find("chunk") is not None and PACKED[0] in vertex.names
     check = check_compressed if has_chunks else check_inria
     num_terms = check(path, header, vertex)
 

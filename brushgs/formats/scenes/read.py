@@ -25,9 +25,8 @@ def read_scene(
 ) -> tuple[Gaussians, LoadNotes]:
     """Read a trained 3D Gaussian scene; of a moving one, the moment that the source names, else the first.
 
-    Rows with NaN, with infinity where it has no meaning, or with an all-zero rotation are dropped with a
-    SceneWarning. Bands of spherical harmonics that are zero in every row are dropped, which changes no
-    picture. Several files are joined in order, to the highest degree in use.
+    Rows that cannot be drawn are dropped with a SceneWarning, as are bands of spherical harmonics that are
+    zero in every row, without one. Several files are joined in order, to the highest degree in use.
 
     Args:
         scene: a scene file, whose content decides the format, not its suffix; a folder that is a scene or

@@ -22,8 +22,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from brushgs.core.threads import num_threads_or_default
-from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, drop_zero_bands
-from brushgs.formats.scenes.dropped import Dropped, drop_faults
+from brushgs.formats.scenes.columns import STANDARD, Columns, Dropped, Encoding, drop_faults, drop_zero_bands
 from brushgs.formats.scenes.stored import NOTHING, Stored
 from brushgs.values.camera import Camera
 from brushgs.values.notes import Training

@@ -22,10 +22,11 @@ from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.placed import NOTES, Part, notes_of, read_notes, rows_of_parts
 from brushgs.formats.scenes.rows import SceneFile
 from brushgs.formats.scenes.stored import MAX_TEXT, Stored, text_of
-from brushgs.formats.scenes.write import brush_order, finite_scales, in_order, unit_quats
+from brushgs.formats.scenes.write import brush_order, finite_scales, in_order
 from brushgs.formats.schema import parse_json
 from brushgs.formats.usd import INSTALL, Answer, is_usd_here, reading
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import normalized
 
 _ENCODING = Encoding("linear", "linear", "xyzw", "sh")
 # Numbers may have two bytes, and USD packs those that repeat.
@@ -129,7 +130,7 @@ def _stage(rows: Gaussians, stored: Stored) -> Any:
     UsdGeom.Xformable(prim).AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(w, x, y, z))
     far = _REACH * rows.scales.max(axis=1, keepdims=True).astype(np.float64)
     extent = np.array([(rows.means - far).min(axis=0), (rows.means + far).max(axis=0)])
-    quats = unit_quats(rows.quats)[:, [1, 2, 3, 0]]
+    quats = normalized(rows.quats)[:, [1, 2, 3, 0]]
     kinds = Sdf.ValueTypeNames
     for name, kind, array, values in (
         ("positions", kinds.Point3fArray, Vt.Vec3fArray, rows.means),

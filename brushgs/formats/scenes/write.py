@@ -14,12 +14,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.formats.registry import SCENE_SUFFIXES, find_written, function_of
 from brushgs.formats.scenes.read import read_scene
 from brushgs.formats.scenes.stored import NOTHING, Stored
 from brushgs.values.arrays import Array
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import normalized
 from brushgs.values.sh import C0
 
 
@@ -47,9 +50,11 @@ def spatial_order(gaussians: Gaussians) -> NDArray[np.int64]:
     middle, spread = np.median(means, axis=0), np.ptp(np.percentile(means, (5, 95), axis=0), axis=0).max()
     logs = np.arcsinh((means - middle) / (spread or 1.0))
     places = rounded(fractions_of(logs, logs.min(axis=0), logs.max(axis=0)) * (2**_BITS - 1), 2**_BITS - 1)
-    x, y, z = (_spread_bits(places[:, axis].astype(np.uint64)) for axis in range(3))
-    codes = x | y << np.uint64(1) | z << np.uint64(2)
-    return np.lexsort((codes,) if gaussians.brushes is None else (codes, gaussians.brushes))
+    threads = num_threads_or_default(None)
+    order = np.asarray(_core.morton_order(places.astype(np.float64), np.zeros(3), 1.0, threads))
+    if gaussians.brushes is None:
+        return order
+    return order[np.argsort(gaussians.brushes[order], kind="stable")]
 
 
 def brush_order(gaussians: Gaussians) -> NDArray[np.int64] | None:
@@ -82,14 +87,6 @@ def in_order(
     return decorate
 
 
-def _spread_bits(values: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """Two zero bits before each of 21 bits."""
-    masks = 0x1F00000000FFFF, 0x1F0000FF0000FF, 0x100F00F00F00F00F, 0x10C30C30C30C30C3, 0x1249249249249249
-    for shift, mask in zip((32, 16, 8, 4, 2), masks, strict=True):
-        values = (values | values << np.uint64(shift)) & np.uint64(mask)
-    return values
-
-
 # exp(-104) is 0 in float32 and 1 / (1 + exp(-+104)) is 1 or 0: finite values in place of infinite logs.
 _INFINITE_LOG = 104.0
 _LARGEST_LOG = 88.722  # just below the log of the largest float32, so that exp of it is finite
@@ -113,16 +110,9 @@ def finite_scales(scales: Array) -> NDArray[np.float32]:
     return np.minimum(scales, np.exp(_LARGEST_LOG)).astype(np.float32)
 
 
-def unit_quats(quats: Array) -> NDArray[np.float64]:
-    """Quaternions of length 1, also of lengths whose squares vanish or overflow."""
-    wide = quats.astype(np.float64)
-    wide /= np.abs(wide).max(axis=1, keepdims=True)
-    return np.asarray(wide / np.linalg.norm(wide, axis=1, keepdims=True))
-
-
 def smallest_three(quats: Array) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """[n] which component of unit quaternions is largest, and the others [n, 3], turned so that it is > 0."""
-    units = unit_quats(quats)
+    units = normalized(quats)
     largest = np.abs(units).argmax(axis=1)
     units *= np.where(np.take_along_axis(units, largest[:, None], 1) < 0, -1, 1)
     return largest, units[np.arange(4) != largest[:, None]].reshape(-1, 3)
@@ -182,7 +172,7 @@ def measure_losses(given: Gaussians, path: str | Path, order: NDArray[np.integer
     extent = float(np.linalg.norm(np.ptp(np.percentile(means, _MIDDLE, axis=0), axis=0)))
     smallest = max(_FLAT * extent, _SMALLEST)
     logs = [np.log(np.maximum(some.scales.astype(np.float64), smallest)) for some in (given, found)]
-    cosines = np.abs((unit_quats(given.quats) * unit_quats(found.quats)).sum(axis=1))
+    cosines = np.abs((normalized(given.quats) * normalized(found.quats)).sum(axis=1))
     colors = (found.sh[:, 0] - given.sh[:, 0].astype(np.float64)) * (C0 * 255)
     with np.errstate(over="ignore"):
         return Losses(
