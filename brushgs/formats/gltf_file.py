@@ -143,7 +143,7 @@ class GltfFile(Generic[M]):
         self._buffers: dict[int, memoryview] = {}
         whole = _mapped(path, what)
         self.size = len(whole)
-        text = self._split(whole) if whole[:4] == b"glTF" else whole
+        text = self._split(whole) if bytes(whole[:4]) == b"glTF" else whole
         if len(text) > MAX_BYTES:
             cure = "export it as .glb, whose numbers are no text"
             raise SceneError(path, f"must have at most {MAX_BYTES >> 20} MiB of JSON; {cure}")
@@ -216,9 +216,9 @@ class GltfFile(Generic[M]):
                 raise SceneError(self.path, f"{what} is no base64 data URI; {CURE}") from None
             return memoryview(content)
         path = find_within(self.path.parent, unquote(uri), self.path)
-        found = _mapped(path, "buffer of the glTF model")
-        self.size += len(found)
-        return found
+        buffer = _mapped(path, "buffer of the glTF model")
+        self.size += len(buffer)
+        return buffer
 
     def array(self, index: object, used_by: str) -> "GltfArray":
         """The array that an accessor describes.

@@ -22,8 +22,6 @@ from brushgs.values.sh import sh_rotation
 
 _TOLERANCE = 1e-6  # of matrices written with float32
 _LARGEST_SCALE = 1e38  # of float32; also false for NaN
-
-
 _BLOCK_ROWS = 1 << 13
 
 

@@ -64,7 +64,8 @@ def read_files(files: Sequence[SceneFile], encoding: Encoding = STANDARD) -> tup
     if len(parts) == 1:
         drop_unnamed_brushes(files[0], parts[0])
     elif strokes := [file.path for file, part in zip(files, parts, strict=True) if part.brushes is not None]:
-        message = "several files are painted with one set of brushes, so those of its strokes are dropped"
+        why = "as several files are painted with one set of brushes"
+        message = f"the brushes of its strokes are dropped, {why}"
         warnings.warn(SceneWarning(f"{strokes[0]}: {message}"), stacklevel=2)
     columns = Columns.joined(parts)
     notes = join_notes(files, rows_dropped=rows_dropped, sh_degree_used=SH_TERMS[columns.sh.shape[1]])
