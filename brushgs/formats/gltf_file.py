@@ -1,5 +1,6 @@
 """The container of a glTF 2.0 model: its JSON, nodes and arrays, read (none is trusted) and written as .glb.
 
+Own code: pygltflib reads all bytes into memory and bounds nothing; here buffers are mapped and checked first.
 What the objects mean is the business of who reads or adds them. Source: Khronos, glTF 2.0 Specification.
 """
 
