@@ -12,8 +12,7 @@ from brushgs.doctor.findings import SEVERITIES, Finding
 from brushgs.doctor.row_checks import check_bands, check_copies, check_dropped, check_quats
 from brushgs.doctor.scene_checks import check_digits, check_far, check_filling, check_light, check_needles
 from brushgs.errors import SceneError
-from brushgs.formats.scenes.columns import Columns, Encoding
-from brushgs.formats.scenes.dropped import Dropped
+from brushgs.formats.scenes.columns import Columns, Dropped, Encoding
 from brushgs.formats.scenes.open_file import join_notes
 from brushgs.formats.scenes.read import read_raw_parts
 from brushgs.formats.scenes.rows import SceneFile, activate_rows

@@ -3,7 +3,7 @@
 import numpy as np
 
 from brushgs.doctor.findings import Finding, Severity
-from brushgs.formats.scenes.dropped import Dropped
+from brushgs.formats.scenes.columns import Dropped
 from brushgs.passes.reduce.equal_rows import equal_rows
 from brushgs.values.gaussians import SH_TERMS, Gaussians
 

@@ -6,14 +6,15 @@ target, and is renamed when complete. Folders of outputs are made when the first
 """
 
 import errno
+import json
 import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from brushgs.core.signals import defer_stop
 from brushgs.errors import SceneError
@@ -25,10 +26,7 @@ _FULL = {errno.ENOSPC, errno.EFBIG, *([errno.EDQUOT] if hasattr(errno, "EDQUOT")
 def open_plain(path: Path, what: str = "file", *, buffering: int = -1) -> BinaryIO:
     """Open a regular file, or the one that a link leads to, at its first byte.
 
-    Args:
-        path: the file.
-        what: what is expected there, such as "scene file", for the messages.
-        buffering: as in `open`.
+    `what` is expected there, such as "scene file", for the messages; `buffering` is as in `open`.
 
     Raises:
         SceneError: if there is no such file, it is a folder, pipe or device, or may not be read.
@@ -54,37 +52,12 @@ def check_plain(path: Path, what: str = "file") -> None:
         raise SceneError(path, "is a pipe or device, which cannot be read twice; save it to a file first")
 
 
-def is_plain(path: Path) -> bool:
-    """Whether there is a regular file of that name; False for a name that no file can have."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
-
-
-def exists(path: Path) -> bool:
-    """Whether there is anything of that name, also a folder, pipe or device."""
-    try:
-        return path.exists()
-    except (OSError, ValueError):
-        return False
-
-
-def is_dir(path: Path) -> bool:
-    """Whether there is a folder of that name; False for a name that no folder can have."""
-    try:
-        return path.is_dir()
-    except (OSError, ValueError):
-        return False
+# These are False, and raise nothing, for a name that no file can have: `Path.is_file` and the like do.
+is_plain, is_dir, exists = os.path.isfile, os.path.isdir, os.path.exists
 
 
 def find_within(folder: Path, name: str, named_by: Path) -> Path:
-    """The file of a name that an untrusted file mentions, in its folder or in one inside that.
-
-    Args:
-        folder: where the name begins.
-        name: with "/" between folders.
-        named_by: the file that mentions it, for the message.
+    """The file of a name that the untrusted file `named_by` mentions, in a folder or in one inside that.
 
     Raises:
         SceneError: if the name leads out of the folder; whether there is such a file is not checked.
@@ -100,8 +73,7 @@ def find_within(folder: Path, name: str, named_by: Path) -> Path:
 def read_whole(path: Path, most: int, what: str = "file") -> bytes:
     """The content of a regular file of at most `most` bytes.
 
-    Raises:
-        SceneError: see `open_plain`; or if it is larger, which is checked before it is read.
+    Raises SceneError as `open_plain` does; or if it is larger, which is checked before it is read.
     """
     with open_plain(path, what) as file:
         try:
@@ -119,8 +91,7 @@ def read_whole(path: Path, most: int, what: str = "file") -> bytes:
 def read_exactly(path: Path, file: BinaryIO, start: int, target: memoryview) -> None:
     """Fill a buffer of bytes from byte `start` of an open file, which was known to be long enough.
 
-    Raises:
-        SceneError: if it became shorter in the meantime.
+    Raises SceneError if it became shorter in the meantime.
     """
     file.seek(start)
     done = 0
@@ -162,14 +133,9 @@ def note_written(*paths: Path) -> None:
 
 @contextmanager
 def folder_made(folder: Path, path: str | Path) -> Iterator[None]:
-    """Make a missing folder and those above it; they are removed, if empty, where the block raises.
+    """Make a missing folder, given absolutely, and those above it, for the output that `path` names.
 
-    Args:
-        folder: absolute.
-        path: of the output that goes there, for messages.
-
-    Raises:
-        SceneError: if it cannot be made.
+    They are removed, if empty, where the block raises. Raises SceneError if it cannot be made.
     """
     missing = [one for one in (folder, *folder.parents) if not one.exists()]
     try:
@@ -209,24 +175,20 @@ def replacing(path: str | Path, most: int = 0) -> Iterator[Path]:
         raise SceneError(path, "is not a regular file and cannot be replaced; choose another name")
     temporary = target.with_name(f".{target.stem[:64]}-{os.urandom(4).hex()}{target.suffix}")
     with folder_made(target.parent, path):
+        cure = "choose another folder"
         try:
             # Created here to get the permissions of a new file, and to detect an unusable folder early.
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-        except OSError as error:
-            raise SceneError(path, f"cannot be written ({error.strerror}); choose another folder") from None
-        except BaseException:  # Ctrl-C between making and closing it
-            temporary.unlink(missing_ok=True)
-            raise
-        try:
+            cure = "check the disk"
             _check_room(temporary, most)
             yield temporary
             temporary.replace(target)
             note_written(target)
-        except OSError as error:
-            temporary.unlink(missing_ok=True)
-            raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from error
-        except BaseException:
-            temporary.unlink(missing_ok=True)
+        except BaseException as error:
+            with suppress(OSError):  # of a folder that cannot be used
+                temporary.unlink(missing_ok=True)
+            if isinstance(error, OSError):
+                raise SceneError(path, f"cannot be written ({error.strerror}); {cure}") from error
             raise
 
 
@@ -285,11 +247,10 @@ def filling(folder: Path, goes: Callable[[Path], bool]) -> Iterator[Path]:
     """
     temporary = folder / f".unfinished-{os.urandom(4).hex()}"
     with folder_made(folder.absolute(), folder):
+        cure = "choose another folder"
         try:
             temporary.mkdir()
-        except OSError as error:
-            raise SceneError(folder, f"cannot be written ({error.strerror}); choose another folder") from None
-        try:
+            cure = "check the disk"
             yield temporary
             with defer_stop():  # renaming takes milliseconds
                 for path in folder.iterdir():
@@ -302,5 +263,55 @@ def filling(folder: Path, goes: Callable[[Path], bool]) -> Iterator[Path]:
         except BaseException as error:
             shutil.rmtree(temporary, ignore_errors=True)
             if isinstance(error, OSError):
-                raise SceneError(folder, f"cannot be written ({error.strerror}); check the disk") from error
+                raise SceneError(folder, f"cannot be written ({error.strerror}); {cure}") from error
             raise
+
+
+# A record of what is done, by which `--resume` knows what is left: JSON lines, a heading, then one a thing,
+# which is added when it is done: a run that is stopped loses nothing. The last line may be cut off.
+_RECORD_BYTES, _RECORD_LINES = 8 << 20, 200_000  # of a record; a path has at most 99,999 frames
+
+
+def read_record(
+    path: Path, key: str, fault: str, most: int = _RECORD_BYTES
+) -> tuple[dict[str, Any], list[dict[str, Any]]] | None:
+    """What the heading of a record of `most` bytes holds under `key`, and its entries; None without a file.
+
+    Raises SceneError if it cannot be read, or with `fault` if it is something else.
+    """
+    try:
+        path.stat()
+    except FileNotFoundError:
+        return None
+    except OSError:
+        pass  # reported when it is opened
+    first, *lines = (_parsed(line) for line in read_whole(path, most).splitlines() or [b""])
+    heading = first.get(key) if len(lines) <= _RECORD_LINES else None
+    if not isinstance(heading, dict):
+        raise SceneError(path, fault)
+    return heading, [line for line in lines if line]
+
+
+def begin_record(path: Path, heading: Mapping[str, Any], entries: Iterable[Mapping[str, Any]]) -> None:
+    """Write a record anew. Raises SceneError if it cannot be written."""
+    with replacing(path) as temporary:
+        lines = [json.dumps(line) for line in (heading, *entries)]
+        temporary.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+
+
+def add_to_record(path: Path, entry: Mapping[str, Any]) -> None:
+    """Add a thing that is done. Raises SceneError if it cannot be written."""
+    try:
+        with path.open("a", encoding="utf-8") as record:
+            record.write(f"{json.dumps(entry)}\n")
+    except OSError as error:
+        raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from None
+
+
+def _parsed(line: bytes) -> dict[str, Any]:
+    """The object of a line; an empty one where it is cut off, or no object."""
+    try:
+        value = json.loads(line)
+    except (ValueError, RecursionError):
+        return {}
+    return value if isinstance(value, dict) else {}

@@ -1,5 +1,6 @@
 """The container of a glTF 2.0 model: its JSON, nodes and arrays, read (none is trusted) and written as .glb.
 
+Own code: pygltflib reads all bytes into memory and bounds nothing; here buffers are mapped and checked first.
 What the objects mean is the business of who reads or adds them. Source: Khronos, glTF 2.0 Specification.
 """
 
@@ -123,31 +124,27 @@ M = TypeVar("M", bound=Model)
 T = TypeVar("T")
 
 
+def _mapped(path: Path, what: str) -> memoryview:
+    """The bytes of a file. Raises SceneError as `open_plain`, or if it has none."""
+    with open_plain(path, what) as file:
+        if not file.seek(0, 2):
+            raise SceneError(path, "is empty; copy or download it again")
+        return memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+
+
 class GltfFile(Generic[M]):
-    """A .glb or .gltf file.
+    """A .glb or .gltf file: its `path`, its `size` with the files beside it that were opened, its JSON `top`.
 
-    Attributes:
-        path: the file.
-        size: bytes of it and of the files beside it that were opened.
-        top: its JSON.
-
-    Args:
-        path: the file.
-        kind: what of its JSON is needed.
-        what: what is expected there, for messages.
+    `kind` is what of its JSON is needed, `what` is expected there, for messages.
     """
 
     def __init__(self, path: Path, kind: type[M], what: str = "scene file") -> None:
         self.path = path
         self._binary: memoryview | None = None
         self._buffers: dict[int, memoryview] = {}
-        with open_plain(path, what) as file:
-            begin = file.read(12)
-            self.size = file.seek(0, 2)
-            if not self.size:
-                raise SceneError(path, "is empty; copy or download it again")
-            whole = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
-        text = self._split(whole) if begin[:4] == b"glTF" else whole
+        whole = _mapped(path, what)
+        self.size = len(whole)
+        text = self._split(whole) if bytes(whole[:4]) == b"glTF" else whole
         if len(text) > MAX_BYTES:
             cure = "export it as .glb, whose numbers are no text"
             raise SceneError(path, f"must have at most {MAX_BYTES >> 20} MiB of JSON; {cure}")
@@ -175,12 +172,9 @@ class GltfFile(Generic[M]):
         return chunks[JSON_CHUNK]
 
     def item(self, items: list[T] | None, index: object, who: str) -> T:
-        """An object of one of the lists at the top. Raises SceneError if there is none of that number.
+        """An object of one of the lists at the top, to which `who` refers.
 
-        Args:
-            items: the list.
-            index: the number.
-            who: what refers to it, and to which list, for the message.
+        Raises SceneError if there is none of that number.
         """
         number = as_count(index, len(items) - 1) if items else None
         if items is None or number is None:
@@ -192,9 +186,8 @@ class GltfFile(Generic[M]):
         view = self.item(self.top.buffer_views, index, f"{used_by} refers to bufferViews")
         if view.extensions:
             fact = f"is compressed by {', '.join(name[:60] for name in list(view.extensions)[:3])}"
-            raise SceneError(
-                self.path, f"{fact}, which is not read; export it without compression, or as .ply"
-            )
+            cure = "export it without compression, or as .ply"
+            raise SceneError(self.path, f"{fact}, which is not read; {cure}")
         what = f"buffer view {shown(index)}"
         buffer = self._buffer(view.buffer, what)
         start, length = view.byte_offset or 0, view.byte_length
@@ -204,13 +197,14 @@ class GltfFile(Generic[M]):
         return buffer[start : start + length], view.byte_stride
 
     def _buffer(self, number: int, used_by: str) -> memoryview:
-        """The bytes of a buffer: the binary chunk, a data URI, or a file beside this one."""
+        """The bytes of a buffer, which is opened once."""
         buffer = self.item(self.top.buffers, number, f"{used_by} refers to buffers")
         if number not in self._buffers:
             self._buffers[number] = self._open_buffer(buffer.uri, f"buffer {number}")
         return self._buffers[number]
 
     def _open_buffer(self, uri: str | None, what: str) -> memoryview:
+        """The binary chunk, a data URI, or a file beside this one."""
         if uri is None:
             if self._binary is None:
                 raise SceneError(self.path, f"{what} has neither a uri nor a binary chunk; {CURE}")
@@ -223,18 +217,14 @@ class GltfFile(Generic[M]):
                 raise SceneError(self.path, f"{what} is no base64 data URI; {CURE}") from None
             return memoryview(content)
         path = find_within(self.path.parent, unquote(uri), self.path)
-        with open_plain(path, "buffer of the glTF model") as file:
-            size = file.seek(0, 2)
-            if not size:
-                raise SceneError(path, "is empty; copy or download it again")
-            self.size += size
-            return memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+        buffer = _mapped(path, "buffer of the glTF model")
+        self.size += len(buffer)
+        return buffer
 
     def array(self, index: object, used_by: str) -> "GltfArray":
         """The array that an accessor describes.
 
-        Raises:
-            SceneError: if it does not lie within its buffer, or is sparse or of an unknown kind.
+        Raises SceneError if it does not lie within its buffer, or is sparse or of an unknown kind.
         """
         accessor = self.item(self.top.accessors, index, f"{used_by} refers to accessors")
         if accessor.sparse is not None:
@@ -242,20 +232,18 @@ class GltfFile(Generic[M]):
         dtype, width = _DTYPES.get(accessor.component_type), _WIDTHS.get(accessor.type)
         if dtype is None or width is None:
             kind = f"{shown(accessor.type)} of {accessor.component_type}"
-            raise SceneError(
-                self.path, f"{used_by} must be a scalar or vector of numbers, got {kind}; {CURE}"
-            )
+            rule = f"{used_by} must be a scalar or vector of numbers"
+            raise SceneError(self.path, f"{rule}, got {kind}; {CURE}")
         data, stride = self.view(accessor.buffer_view, used_by)
         count, offset = accessor.count, accessor.byte_offset or 0
-        item = np.dtype(dtype).itemsize * width
+        number = np.dtype(dtype).itemsize
+        item = number * width
         stride = item if stride is None else stride
         missing = offset + (count - 1) * stride + item - len(data) if count else 0
         if stride < item or missing > 0:
             fact = f"lacks {missing} bytes of its buffer view" if missing > 0 else f"has a stride of {stride}"
             raise SceneError(self.path, f"{used_by} {fact}; download or {CURE}")
-        values: NDArray[Any] = np.ndarray(
-            (count, width), dtype, data, offset, (stride, np.dtype(dtype).itemsize)
-        )
+        values: NDArray[Any] = np.ndarray((count, width), dtype, data, offset, (stride, number))
         return GltfArray(values, is_normalized=bool(accessor.normalized))
 
 
@@ -279,29 +267,21 @@ class GltfArray:
 
 @dataclass(frozen=True)
 class PlacedNode:
-    """A node where the scene has it.
-
-    Attributes:
-        node: its JSON.
-        chain: numbers of the nodes from the top of the scene down to this one.
-        matrix: [4, 4], world from node, as the nodes stand without animations.
-    """
+    """A node where the scene has it."""
 
     node: Node
-    chain: tuple[int, ...]
-    matrix: F64
+    chain: tuple[int, ...]  # numbers of the nodes from the top of the scene down to this one
+    matrix: F64  # [4, 4] world from node, as the nodes stand without animations
 
 
 def placed_nodes(file: GltfFile[Any]) -> Iterator[PlacedNode]:
     """The nodes of the default scene, or of all that there are, parents first.
 
-    Raises:
-        SceneError: if nodes are missing, form a ring, or are very many.
+    Raises SceneError if nodes are missing, form a ring, or are very many.
     """
+    nothing_above: tuple[int, ...] = ()
     # A node with its parents' matrix and the nodes above it.
-    pending: list[tuple[int, F64, tuple[int, ...]]] = [
-        (root, np.eye(4), ()) for root in reversed(_roots(file))
-    ]
+    pending = [(root, np.eye(4), nothing_above) for root in reversed(_roots(file))]
     num_nodes = 0
     while pending:
         index, parent, above = pending.pop()
@@ -359,8 +339,8 @@ def node_part(node: Node, name: str) -> F64:
     return np.array(AT_REST[name] if values is None else values, np.float64)
 
 
-_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
-_COMPONENTS = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
+_TYPES = {width: name for name, width in _WIDTHS.items()}
+_COMPONENTS = {np.dtype(dtype).name: number for number, dtype in _DTYPES.items()}
 _TARGETS = {"vertices": 34962, "indices": 34963}
 MOST_BYTES = 2**32 - 1  # the header counts them in 32 bits
 
@@ -411,8 +391,7 @@ class GlbWriter:
                 multiple of four bytes.
             of: what it is used for.
             normalized: whether integers are shares of their largest value.
-            has_bounds: whether the smallest and the largest value of each column are stated, as those of
-                positions must be.
+            has_bounds: whether both ends of each column are stated, as those of positions must be.
         """
         rows = values.reshape(len(values), -1)
         component = _COMPONENTS[rows.dtype.name]
@@ -432,8 +411,7 @@ class GlbWriter:
     def write(self, file: BinaryIO) -> None:
         """Write the whole model.
 
-        Raises:
-            ValueError: if it has more bytes than the format can count, or a number is not finite.
+        Raises ValueError if it has more bytes than the format can count, or a number is not finite.
         """
         top = dict(self.top)
         if self._size:
@@ -443,9 +421,8 @@ class GlbWriter:
         binary = self._size + -self._size % 4
         total = 12 + 8 + len(text) + (8 + binary if binary else 0)
         if total > MOST_BYTES:
-            raise ValueError(
-                f"a GLB file must have less than 4 GiB, got {total / 2**30:.1f}; write less into it"
-            )
+            rule = f"a GLB file must have less than 4 GiB, got {total / 2**30:.1f}"
+            raise ValueError(f"{rule}; write less into it")
         file.write(struct.pack("<4sII", b"glTF", 2, total))
         file.write(struct.pack("<II", len(text), JSON_CHUNK) + text)
         if binary:

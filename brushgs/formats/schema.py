@@ -39,11 +39,7 @@ _SHOWN, _FEW = 60, 16  # characters of a value in a message, and entries of a li
 
 
 def read_json(path: Path, cure: str) -> object:
-    """The content of a JSON file.
-
-    Args:
-        path: the file.
-        cure: what to give in place of a file that is no JSON, for the message.
+    """The content of a JSON file; `cure` says what to give in place of one that is no JSON.
 
     Raises:
         SceneError: if there is no such regular file, it is larger than 32 MiB, would take more memory than
@@ -55,13 +51,10 @@ def read_json(path: Path, cure: str) -> object:
 
 
 def check_memory(path: Path, content: bytes, object_bytes: int = OBJECT, *, has_names: bool = False) -> None:
-    """Refuse JSON text whose values would not fit in memory.
+    """Refuse JSON text of at most `MAX_BYTES` whose values would not fit in memory.
 
-    Args:
-        path: the file, for messages.
-        content: at most `MAX_BYTES` of it.
-        object_bytes: memory that an object and what is made of it takes.
-        has_names: whether strings are used, as names of files are, so that characters beyond ASCII matter.
+    `object_bytes` is the memory that an object and what is made of it takes; `has_names` whether strings are
+    used, as names of files are, so that characters beyond ASCII matter.
     """
     needed = sum(content.count(mark) * cost for mark, cost in (_COST | {b"{": object_bytes}).items())
     if b"\\u" in content or (has_names and not content.isascii()):
@@ -127,8 +120,7 @@ def shown(value: object, length: int = _SHOWN, depth: int = 3) -> str:
 def _text(content: bytes) -> str:
     """One byte a character: other characters become "?", for names of pictures are not used here.
 
-    Raises:
-        UnicodeDecodeError: if it is not UTF-8.
+    Raises UnicodeDecodeError if it is not UTF-8.
     """
     if not content.isascii():
         decoder = codecs.getincrementaldecoder("utf-8")()
@@ -160,16 +152,10 @@ def decode(
     object_bytes: int = OBJECT,
     has_names: bool = False,
 ) -> T:
-    """The content of a JSON file as a struct, or a list of structs; all numbers are finite.
+    """The content of a JSON file, or of its JSON, as a struct or a list of structs; all numbers are finite.
 
-    Args:
-        path: the file, for messages.
-        content: its bytes, or those of its JSON.
-        kind: type to decode to.
-        cure: what to do about a file that does not fit, for messages.
-        root: what an entry of a list at the top is one of, such as "cameras".
-        object_bytes: see `check_memory`.
-        has_names: see `check_memory`.
+    `cure` says in messages what to do about a file that does not fit, and `root` what an entry of a list at
+    the top is one of, such as "cameras"; for the others see `check_memory`.
 
     Raises:
         SceneError: if it would take too much memory, is no JSON, or a value in it does not fit.

@@ -21,7 +21,7 @@ from brushgs.formats.marks import write_marks
 from brushgs.formats.scenes.ply_header import comment_lines
 from brushgs.formats.scenes.stored import Stored
 from brushgs.formats.styles_write import write_style
-from brushgs.formats.usd.process import is_usd_here
+from brushgs.formats.usd import is_usd_here
 from brushgs.values.camera import FirstView
 from tests.fuzz.reader import SEPARATOR
 from tests.io import (

@@ -9,8 +9,8 @@ import pytest
 from brushgs import SceneError
 from brushgs.cameras.paths import plan_path
 from brushgs.formats import load_cameras
+from brushgs.formats import usd as process
 from brushgs.formats.cameras.read import read_cameras
-from brushgs.formats.usd import process
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import PathConfig
 

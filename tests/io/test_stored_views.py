@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from brushgs.errors import SceneWarning
 from brushgs.formats import read_scene
-from brushgs.formats.scenes.ply_header import PREFIX, comment_lines, read_comments
-from brushgs.formats.scenes.stored import Stored
+from brushgs.formats.scenes.ply_header import PREFIX, comment_lines
+from brushgs.formats.scenes.stored import Stored, parse_text
 from brushgs.formats.scenes.write import write_scene
 from brushgs.values.camera import Camera, FirstView, Photograph
 from tests.io.test_write_ply import make
@@ -80,7 +80,7 @@ def damaged(**changed):
 )
 def test_a_damaged_comment_is_told_and_not_used(tmp_path, text):
     with pytest.raises(ValueError):
-        read_comments(text)
+        parse_text(text)
     write_scene(make(100), tmp_path / "a.ply", is_strokes=True)
     before, after = (tmp_path / "a.ply").read_bytes().split(b"element", 1)
     comments = "".join(f"{PREFIX}{text[i : i + 150]}\n" for i in range(0, len(text), 150))
@@ -97,7 +97,7 @@ def test_no_change_of_a_byte_is_more_than_a_value_error(data):
     for _ in range(data.draw(st.integers(1, 4))):
         text[data.draw(st.integers(0, len(text) - 1))] = data.draw(st.integers(32, 126))
     try:
-        view = read_comments(text.decode()).first_view
+        view = parse_text(text.decode()).first_view
     except ValueError:
         return
     if view is not None:

@@ -204,7 +204,7 @@ def test_a_reply_of_a_process_that_may_do_anything_runs_nothing(capsys):
     # By their modules as they are now: another test may have loaded these anew.
     from brushgs.core.messages import Done, Failed, opened, reply_bytes
     from brushgs.errors import SceneError
-    from brushgs.formats.usd.process import RefusedError
+    from brushgs.formats.usd import RefusedError
 
     plain = Done({"a": [1, 2.5, "b"]}, [("odd", UserWarning, "file", 3)])
     assert opened(reply_bytes(plain), errors=()) == plain

@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from brushgs.cli.batch.jobs import Job
-from brushgs.formats.files import is_plain
-from brushgs.formats.record import add_to_record, begin_record, read_record
+from brushgs.formats.files import add_to_record, begin_record, is_plain, read_record
 from brushgs.options.scene_source import SceneSource
 from brushgs.version import __version__
 

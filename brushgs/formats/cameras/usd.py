@@ -13,7 +13,7 @@ import numpy as np
 from brushgs.errors import SceneError
 from brushgs.formats.cameras.animated import FoundCamera, FoundScene, LensTrack, Times, camera_file
 from brushgs.formats.cameras.read import CameraFile
-from brushgs.formats.usd.process import reading
+from brushgs.formats.usd import reading
 from brushgs.values.arrays import F64
 
 

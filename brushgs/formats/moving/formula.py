@@ -14,8 +14,7 @@ from math import nextafter
 
 import numpy as np
 
-from brushgs.formats.scenes.columns import Columns, drop_zero_bands
-from brushgs.formats.scenes.dropped import Faults, find_faults
+from brushgs.formats.scenes.columns import Columns, Faults, drop_zero_bands, find_faults
 from brushgs.formats.scenes.open_file import join_notes
 from brushgs.formats.scenes.rows import RowSource, SceneFile
 from brushgs.options.choices import CLIP_FPS

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.formats.scenes.columns import Columns, Encoding
-from brushgs.formats.scenes.dropped import Dropped, find_faults
+from brushgs.formats.scenes.columns import Columns, Dropped, Encoding, find_faults
 from brushgs.values.arrays import F32, F64, Array, Mask, Rows
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import normalized

@@ -1,6 +1,6 @@
 """Numbered picture files, and the manifest beside them that records which painting they belong to.
 
-The manifest of `FOLDER/%05d.png` is `FOLDER/.%05d.png.json`, see `formats.record`: its heading describes the
+The manifest of `FOLDER/%05d.png` is `FOLDER/.%05d.png.json`, see `read_record`: its heading describes the
 painting, an entry is a finished frame with the size of its file. A frame is done if the manifest lists it and
 its file has that size, so files of an earlier painting are never mistaken for frames of this one.
 """
@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from brushgs.core.signals import defer_stop
-from brushgs.formats.files import note_written, replacing
-from brushgs.formats.record import add_to_record, begin_record, read_record
+from brushgs.formats.files import add_to_record, begin_record, note_written, read_record, replacing
 
 _NUMBER = re.compile(r"%(?:0[1-9][0-9]?)?d")  # %d or %05d
 DEFAULT_NAME = "%05d.png"

@@ -5,108 +5,68 @@ rotated splats have their spherical harmonics rotated with them. Opacities are 0
 never negative; an earlier draft stored logarithms, as splat-transform did until mid-2026: negative ones tell.
 Splats packed as SPZ, as Cesium writes them, are read too: their axes are taken as they are stored and then
 placed by the node, as Cesium does.
+
+Written are .glb files of points, all numbers as float32. glTF points +y up, and scenes do not: where the
+first view of a scene is known, its node turns it upright for viewers, and our reader takes the numbers as
+they are. Rows keep their order, but for strokes with brushes, which are sorted by these.
 Sources: Khronos, KHR_gaussian_splatting (release candidate); Cesium's drafts of 2024 and 2025.
 """
 
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.formats.gltf_file import CURE, Extensions, GltfArray, GltfFile, Model, placed_nodes
-from brushgs.formats.scenes.columns import (
-    Columns,
-    Encoding,
-    Scales,
-    check_decoded_size,
+from brushgs.formats.files import replacing
+from brushgs.formats.gltf_file import (
+    CURE,
+    SCENE_NODE,
+    Extensions,
+    GlbWriter,
+    GltfArray,
+    GltfFile,
+    Model,
+    placed_nodes,
 )
-from brushgs.formats.scenes.placed import NOTES, Placement, is_turned_by, read_notes
-from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile, decoder_of_parts
+from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
+from brushgs.formats.scenes.placed import NOTES, Part, notes_of, read_notes, rows_of_parts
+from brushgs.formats.scenes.rows import Decoder, SceneFile
 from brushgs.formats.scenes.spz import open_data
 from brushgs.formats.scenes.stored import Stored
+from brushgs.formats.scenes.write import brush_order, finite_scales, in_order
 from brushgs.formats.schema import shown
 from brushgs.values.arrays import F64
+from brushgs.values.gaussians import Gaussians
 from brushgs.values.notes import Training
+from brushgs.values.quats import normalized
 
-NAMES = (
+_PACKED = (
     "KHR_gaussian_splatting_compression_spz_2",
     "KHR_gaussian_splatting_compression_spz",
     "KHR_spz_gaussian_splats_compression",
 )
-MAX_GROWTH = 100  # bytes in memory per byte of a file: as of SPZ files
+_MAX_GROWTH = 100  # bytes in memory per byte of a file: as of SPZ files
 
 
-@dataclass(frozen=True)
-class PackedSplats:
-    """One primitive of splats packed as SPZ, placed by one node.
-
-    Attributes:
-        scene: the SPZ scene inside the model.
-        placement: where the node puts it.
-    """
-
-    scene: SceneFile
-    placement: Placement
-
-    @property
-    def num_rows(self) -> int:
-        """Gaussians that it holds."""
-        return self.scene.num_rows
-
-    @property
-    def num_terms(self) -> int:
-        """Spherical-harmonic terms of each."""
-        return self.scene.num_terms
-
-    def decoder(self) -> Decoder:
-        """Decodes rows to the standard layout, placed in the world."""
-        with self.scene.open_rows().open_decoder() as unpack:  # of bytes in memory: nothing is closed
-            pass
-
-        def decode(start: int, stop: int, out: Columns) -> None:
-            found = Columns.empty(stop - start, self.num_terms)
-            unpack(start, stop, found)
-            found.standardize(Encoding(opacities="linear"))
-            for name in ("means", "quats", "scales", "opacities"):
-                getattr(out, name)[:] = getattr(found, name)
-            out.sh[:, : self.num_terms] = found.sh
-            out.sh[:, self.num_terms :] = 0
-            self.placement.apply(out, self.num_terms)
-
-        return decode
-
-
-def open_packed(
-    file: GltfFile[Any],
-    extensions: Iterator[tuple[str, Any]],
-    placement: Placement,
-    opened: dict[object, SceneFile],
-) -> PackedSplats | None:
-    """The packed splats of a primitive, or None if it has none.
-
-    Args:
-        file: the model.
-        extensions: of the primitive, by name.
-        placement: where its node puts it.
-        opened: scenes by number of their buffer view, so that one that is placed twice is opened once.
-
-    Raises:
-        SceneError: if they are damaged.
-    """
+def _open_packed(
+    file: GltfFile[Any], extensions: list[tuple[str, Any]], opened: dict[object, SceneFile]
+) -> SceneFile | None:
+    """The packed splats of a primitive, None if it has none; one that is placed twice is `opened` once."""
     for name, value in extensions:
-        if name in NAMES:
+        if name in _PACKED:
             if not isinstance(value, dict):
                 raise SceneError(file.path, f"{name} must be an object, got {shown(value)}; {CURE}")
             index = value.get("bufferView")
             data, _ = file.view(index, name)  # refuses what is no number
             if index not in opened:
                 opened[index] = open_data(file.path, bytes(data))
-            return PackedSplats(opened[index], placement)
+            return opened[index]
     return None
 
 
@@ -143,64 +103,6 @@ class _SplatModel(Model):
 _File = GltfFile[_SplatModel]
 
 
-@dataclass(frozen=True)
-class _Splats:
-    """One primitive of splats, placed by one node.
-
-    Attributes:
-        means: accessor of the centres, as are the others of what their names say.
-        quats: x, y, z, w.
-        scales: linear, or logarithms where `are_scales_logs`.
-        opacities: 0 to 1; of four columns the last counts.
-        colors: coefficients of degree 0, or display colours where `are_colors_rgb`.
-        rest: coefficients of the higher degrees, one accessor for each.
-        placement: where the node puts them.
-    """
-
-    means: GltfArray
-    quats: GltfArray
-    scales: GltfArray
-    opacities: GltfArray
-    colors: GltfArray
-    rest: tuple[GltfArray, ...]
-    are_colors_rgb: bool
-    are_scales_logs: bool
-    placement: Placement
-
-    @property
-    def num_rows(self) -> int:
-        """Gaussians that it holds."""
-        return len(self.means.values)
-
-    @property
-    def num_terms(self) -> int:
-        """Spherical-harmonic terms of each."""
-        return 1 + len(self.rest)
-
-    @property
-    def encoding(self) -> Encoding:
-        """What its numbers mean."""
-        scales: Scales = "log" if self.are_scales_logs else "linear"
-        return Encoding(scales, "linear", "xyzw", "rgb" if self.are_colors_rgb else "sh")
-
-    def decoder(self) -> Decoder:
-        """Decodes rows to the standard layout, placed in the world."""
-
-        def decode(start: int, stop: int, out: Columns) -> None:
-            out.means[:] = self.means.read(start, stop)
-            out.quats[:] = self.quats.read(start, stop)
-            out.scales[:] = self.scales.read(start, stop)
-            out.opacities[:] = self.opacities.read(start, stop)[:, -1]
-            out.sh[:, 0] = self.colors.read(start, stop)[:, :3]
-            for term, array in enumerate(self.rest, start=1):
-                out.sh[:, term] = array.read(start, stop)
-            out.sh[:, self.num_terms :] = 0
-            out.standardize(self.encoding)
-            self.placement.apply(out, self.num_terms)
-
-        return decode
-
-
 def open_scene(path: Path) -> SceneFile:
     """Read the structure of a glTF model.
 
@@ -210,53 +112,40 @@ def open_scene(path: Path) -> SceneFile:
     file = GltfFile(path, _SplatModel)
     unknown: dict[str, None] = {}
     opened: dict[object, SceneFile] = {}
-    placed, stored, is_ours = _placed_and_stored(file)
-    splats = [
-        some
-        for mesh, matrix in placed
+    meshes = _placed_meshes(file)
+    notes = file.top.extras.get(NOTES) if isinstance(file.top.extras, dict) else None
+    stored, is_ours = read_notes(path, notes, [matrix for _, matrix in meshes])
+    found = [
+        _open_splats(file, primitive, np.eye(4) if is_ours else matrix, unknown, opened)
+        for mesh, matrix in meshes
         for primitive in mesh.splats
-        if (some := _open_splats(file, primitive, Placement(matrix), unknown, opened)).num_rows
     ]
+    splats = [part for part, _ in found if part.num_rows]
     if not splats:
         raise SceneError(path, _why_no_splats(file.top))
-    num_rows = sum(some.num_rows for some in splats)
-    num_terms = max(some.num_terms for some in splats)
-    packed = [some.scene for some in splats if isinstance(some, PackedSplats)]
-    check_decoded_size(
-        path, num_rows, num_terms, file.size, max_growth=MAX_GROWTH if packed else _MAX_PLAIN_GROWTH
-    )
-
-    def open_rows() -> RowSource:
-        open_decoder = decoder_of_parts([(some.num_rows, some.decoder) for some in splats])
-        is_whole = bool(packed)
-        return RowSource(num_rows, num_terms, open_decoder, _BLOCK_ROWS, is_logit=True, is_whole=is_whole)
-
+    packed = [scene for _, scene in found if scene is not None]
+    are_logs = any(scene is None and part.encoding.scales == "log" for part, scene in found)
+    trainings = {scene.training for scene in packed} if len(packed) == len(splats) else set()
+    how = ", packed as SPZ" * bool(packed) + ", scales as logarithms" * are_logs
+    open_rows = partial(rows_of_parts, splats, is_whole=bool(packed))
+    rows = open_rows()
+    growth = _MAX_GROWTH if packed else _MAX_PLAIN_GROWTH
+    check_decoded_size(path, rows.num_rows, rows.num_terms, file.size, max_growth=growth)
     return SceneFile(
         path=path,
-        format=_format(splats),
-        num_rows=num_rows,
-        num_terms=num_terms,
+        format=f"glTF with {EXTENSION}{how}",
+        num_rows=rows.num_rows,
+        num_terms=rows.num_terms,
         open_rows=open_rows,
         up=None if is_ours else "+y",  # by the standard of glTF, which every viewer follows
-        training=_training(stored, packed, is_packed=len(packed) == len(splats)),
+        training=_training(stored, trainings),
         stored=stored,
         unknown=tuple(dict.fromkeys([*unknown, *(name for scene in packed for name in scene.unknown)])),
     )
 
 
-def _format(splats: "list[_Splats | PackedSplats]") -> str:
-    """What the model holds, in words."""
-    packed = ", packed as SPZ" if any(isinstance(some, PackedSplats) for some in splats) else ""
-    are_logs = any(isinstance(some, _Splats) and some.are_scales_logs for some in splats)
-    return f"glTF with {EXTENSION}{packed}{', scales as logarithms' if are_logs else ''}"
-
-
 def _placed_meshes(file: _File) -> list[tuple[_Mesh, F64]]:
-    """Each mesh of the scene with its matrix [4, 4], world from mesh; all meshes as they are without nodes.
-
-    Raises:
-        SceneError: if nodes are missing, form a ring, or place very many meshes.
-    """
+    """Each mesh of the scene with its matrix [4, 4], world from mesh; without nodes all as they are."""
     if not file.top.nodes:
         return [(mesh, np.eye(4)) for mesh in file.top.meshes or []]
     placed = []
@@ -269,28 +158,11 @@ def _placed_meshes(file: _File) -> list[tuple[_Mesh, F64]]:
     return placed
 
 
-def _placed_and_stored(file: _File) -> tuple[list[tuple[_Mesh, F64]], Stored, bool]:
-    """Meshes with their matrices, what the model records, and whether that fits: it is as we wrote it.
-
-    Then the turn of its node, which the notes state, is taken back.
-    """
-    placed = _placed_meshes(file)
-    extras = file.top.extras
-    stored, turn = read_notes(file.path, extras.get(NOTES) if isinstance(extras, dict) else None)
-    if turn is None:
-        return placed, stored, False
-    if len(placed) == 1 and is_turned_by(placed[0][1], turn):
-        return [(placed[0][0], np.eye(4))], stored, True
-    # Something else was added, or it was moved.
-    return placed, stored._replace(first_view=None, counts=None, brushes=()), False
-
-
-def _training(stored: Stored, packed: list[SceneFile], *, is_packed: bool) -> Training:
-    """How splats were trained: by our notes, or as all packed ones state."""
+def _training(stored: Stored, trainings: set[Training]) -> Training:
+    """How splats were trained: by our notes, or as all say that are packed."""
     if stored.antialiased:
         return "antialiased"
-    trainings = {scene.training for scene in packed}
-    return next(iter(trainings)) if is_packed and len(trainings) == 1 else "default"
+    return trainings.pop() if len(trainings) == 1 else "default"
 
 
 class _Attributes:
@@ -353,23 +225,24 @@ def _why_no_splats(top: _SplatModel) -> str:
 def _open_splats(
     file: _File,
     primitive: _Primitive,
-    placement: Placement,
+    matrix: F64,
     unknown: dict[str, None],
     opened: dict[object, SceneFile],
-) -> "_Splats | PackedSplats":
-    """The data of one primitive.
+) -> tuple[Part, SceneFile | None]:
+    """The data of one primitive, and the scene that it is packed as.
 
-    Args:
-        file: the model.
-        primitive: one that holds splats.
-        placement: where its node puts it.
-        unknown: extensions that are not read are added here.
-        opened: see `open_packed`.
+    Extensions that are not read are added to `unknown`.
     """
-    _check_extensions(file, primitive, unknown)
-    packed = open_packed(file, _extensions(primitive), placement, opened)
+    extensions = primitive.extensions or {}
+    own = extensions.get(EXTENSION)
+    own = own if isinstance(own, dict) else {}
+    inner = own.get("extensions")
+    every = [*extensions.items(), *(inner.items() if isinstance(inner, dict) else ())]
+    _check_extensions(file, every, own, unknown)
+    packed = _open_packed(file, every, opened)
     if packed is not None:
-        return packed
+        counts = packed.num_rows, packed.num_terms
+        return Part(*counts, partial(_unpacking, packed), Encoding(opacities="linear"), matrix), packed
     attributes = _Attributes(file, primitive)
     means = attributes.require("POSITION", attributes.find("POSITION", 3))
     quats, scales = (
@@ -386,43 +259,100 @@ def _open_splats(
         if array.count != means.count:
             rule = f"attributes of splats must all have {means.count} rows, like POSITION"
             raise SceneError(file.path, f"{rule}, got {array.count}; {CURE}")
-    return _Splats(
-        means=means,
-        quats=quats,
-        scales=scales,
-        opacities=opacities,
-        colors=colors,
-        rest=rest,
-        are_colors_rgb=degree_0 is None,
-        are_scales_logs=any(
-            (scales.read(start, start + _BLOCK_ROWS) < 0).any()
-            for start in range(0, scales.count, _BLOCK_ROWS)
-        ),
-        placement=placement,
+    are_logs = any(
+        (scales.read(start, start + _BLOCK_ROWS) < 0).any() for start in range(0, scales.count, _BLOCK_ROWS)
+    )
+    encoding = Encoding(
+        "log" if are_logs else "linear", "linear", "xyzw", "rgb" if degree_0 is None else "sh"
     )
 
+    def read(start: int, stop: int, out: Columns) -> None:
+        out.means[:] = means.read(start, stop)
+        out.quats[:] = quats.read(start, stop)
+        out.scales[:] = scales.read(start, stop)
+        out.opacities[:] = opacities.read(start, stop)[:, -1]  # of four columns the last counts
+        out.sh[:, 0] = colors.read(start, stop)[:, :3]
+        for term, array in enumerate(rest, start=1):
+            out.sh[:, term] = array.read(start, stop)
 
-def _extensions(primitive: _Primitive) -> Iterator[tuple[str, Any]]:
-    """Extensions of a primitive, and those within its extension for splats."""
-    found = primitive.extensions or {}
-    yield from found.items()
-    own = found.get(EXTENSION)
-    if isinstance(own, dict) and isinstance(own.get("extensions"), dict):
-        yield from own["extensions"].items()
+    return Part(means.count, 1 + len(rest), lambda: read, encoding, matrix), None
 
 
-def _check_extensions(file: _File, primitive: _Primitive, unknown: dict[str, None]) -> None:
+def _unpacking(packed: SceneFile) -> Decoder:
+    """Unpacks a scene of SPZ, and reads rows of it."""
+    with packed.open_rows().open_decoder() as unpack:  # of bytes in memory: nothing is closed
+        pass
+
+    def read(start: int, stop: int, out: Columns) -> None:
+        found = Columns.empty(stop - start, packed.num_terms)
+        unpack(start, stop, found)
+        for name in ("means", "quats", "scales", "opacities"):
+            getattr(out, name)[:] = getattr(found, name)
+        out.sh[:, : packed.num_terms] = found.sh
+
+    return read
+
+
+def _check_extensions(
+    file: _File, every: list[tuple[str, Any]], own: dict[str, Any], unknown: dict[str, None]
+) -> None:
     """Refuse other compression, and warn of linear colours, which the strokes would show too dark."""
-    for name, _ in _extensions(primitive):
-        if "compression" in name and name not in NAMES:
+    for name, _ in every:
+        if "compression" in name and name not in _PACKED:
             fact = f"holds splats compressed by {name[:80]}, which is not read"
             raise SceneError(file.path, f"{fact}; export it without compression, or as .spz or .ply")
         if "gaussian_splat" not in name:
             unknown[name] = None
-    own = (primitive.extensions or {}).get(EXTENSION)
-    if isinstance(own, dict):
-        if own.get("kernel", "ellipse") != "ellipse":
-            unknown[f"kernel {str(own['kernel'])[:40]}"] = None
-        if own.get("colorSpace") == "lin_rec709_display":
-            message = "was trained in linear colours (lin_rec709_display), which are painted too dark"
-            warnings.warn(SceneWarning(f"{file.path}: {message}; lighten it, or train in sRGB"), stacklevel=2)
+    if own.get("kernel", "ellipse") != "ellipse":
+        unknown[f"kernel {str(own['kernel'])[:40]}"] = None
+    if own.get("colorSpace") == "lin_rec709_display":
+        message = "was trained in linear colours (lin_rec709_display), which are painted too dark"
+        warnings.warn(SceneWarning(f"{file.path}: {message}; lighten it, or train in sRGB"), stacklevel=2)
+
+
+_POINTS = 0  # the mode of a primitive
+
+
+@in_order(brush_order)
+def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
+    """Write one primitive of points, with unit rotations, and what is recorded as `extras`.
+
+    Raises:
+        ValueError: if the file would have 4 GiB or more, or the names of brushes are too long.
+        SceneError: if the file cannot be written.
+    """
+    notes = notes_of(stored)
+    model = GlbWriter()
+    model.uses(EXTENSION)
+    model.add("meshes", primitives=[_primitive(model, rows)])
+    model.add("nodes", mesh=0, name=SCENE_NODE, rotation=notes["turn"])
+    model.add("scenes", nodes=[0])
+    model.top |= {"scene": 0, "extras": {NOTES: notes}}
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        model.write(file)
+
+
+def _columns(rows: Gaussians) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Name and numbers of each attribute, [n] or [n, width]."""
+    yield "POSITION", rows.means
+    yield f"{EXTENSION}:ROTATION", normalized(rows.quats)[:, [1, 2, 3, 0]]
+    yield f"{EXTENSION}:SCALE", finite_scales(rows.scales)
+    yield f"{EXTENSION}:OPACITY", rows.opacities
+    for degree in range(rows.sh_degree + 1):
+        for index in range(2 * degree + 1):
+            yield f"{EXTENSION}:SH_DEGREE_{degree}_COEF_{index}", rows.sh[:, degree**2 + index]
+
+
+def _primitive(model: GlbWriter, rows: Gaussians) -> dict[str, Any]:
+    """The points, with an accessor for each attribute; the standard asks for the bounds of positions."""
+    attributes = {
+        name: model.accessor(column.astype(np.float32), "vertices", has_bounds=name == "POSITION")
+        for name, column in _columns(rows)
+    }
+    own = {
+        "kernel": "ellipse",
+        "colorSpace": "srgb_rec709_display",
+        "projection": "perspective",
+        "sortingMethod": "cameraDistance",
+    }
+    return {"mode": _POINTS, "attributes": attributes, "extensions": {EXTENSION: own}}

@@ -24,6 +24,7 @@ from brushgs.errors import NoGaussiansError, SceneError
 from brushgs.formats.files import open_plain, read_exactly
 from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
+from brushgs.values.arrays import F32
 
 _HEADER_SIZE, _SECTION_SIZE = 4096, 1024
 # Version, sections (room for, in use), Gaussians (likewise), level, smallest and largest coefficient.
@@ -33,61 +34,37 @@ _HEADER = struct.Struct("<BB2xIIIIH14x2f")
 _SECTION = struct.Struct("<IIIIfH2xI4xIIH")
 _VERSION = 0, 1
 _MAX_LEVEL, _MAX_DEGREE = 2, 3
-_BASE_SIZES, _REST_SIZES = (
-    (44, 24, 24),
-    (4, 2, 1),
-)  # bytes of a row without coefficients, and of each, by level
+_BASE_SIZES, _REST_SIZES = (44, 24, 24), (4, 2, 1)  # bytes of a row without coefficients, of each, by level
 _BUCKET_SIZE = 12
 _DEFAULT_OFFSETS = 32767
 _DEFAULT_LIMIT = 1.5  # a limit of 0 means this
 
 
 @dataclass(frozen=True)
-class Section:
-    """One section of a file.
+class _Section:
+    """One section of a file."""
 
-    Attributes:
-        num_rows: Gaussians.
-        degree: of their spherical harmonics, 0 to 3.
-        row_size: bytes.
-        offset: byte of the file at which the rows begin.
-        bucket_starts: [buckets] row of the section at which each begins; none at level 0.
-        bucket_centers: [buckets, 3].
-        zero_offset: how an offset of 0 is stored.
-        offset_step: length of a stored offset of 1.
-    """
-
-    num_rows: int
-    degree: int
-    row_size: int
-    offset: int
-    bucket_starts: NDArray[np.int64]
-    bucket_centers: NDArray[np.float32]
-    zero_offset: int
-    offset_step: float
+    num_rows: int  # Gaussians
+    degree: int  # of their spherical harmonics, 0 to 3
+    row_size: int  # bytes
+    offset: int  # byte of the file at which the rows begin
+    bucket_starts: NDArray[np.int64]  # [buckets] row of the section at which each begins; none at level 0
+    bucket_centers: F32  # [buckets, 3]
+    zero_offset: int  # how an offset of 0 is stored
+    offset_step: float  # length of a stored offset of 1
 
 
 @dataclass(frozen=True)
-class Header:
-    """All headers of a file.
+class _Header:
+    """All headers of a file."""
 
-    Attributes:
-        level: of compression, 0 to 2.
-        limits: smallest and largest coefficient of spherical harmonics, at level 2.
-        sections: those that hold Gaussians, at least one.
-    """
-
-    level: int
-    limits: tuple[float, float]
-    sections: tuple[Section, ...]
+    level: int  # of compression, 0 to 2
+    limits: tuple[float, float]  # smallest and largest coefficient of spherical harmonics, at level 2
+    sections: tuple[_Section, ...]  # those that hold Gaussians, at least one
 
 
-def read_header(path: Path, file: BinaryIO) -> Header:
-    """Read the headers and the buckets of a file.
-
-    Raises:
-        SceneError: if they are damaged, the file is cut off, or its version is unknown.
-    """
+def _read_header(path: Path, file: BinaryIO) -> _Header:
+    """The headers and the buckets of a file."""
     size = file.seek(0, 2)
     major, minor, num_sections, _, _, stated, level, low, high = _HEADER.unpack(
         _read(path, file, size, 0, _HEADER.size, "its header")
@@ -99,9 +76,8 @@ def read_header(path: Path, file: BinaryIO) -> Header:
         rule = f"the compression level must be 0 to {_MAX_LEVEL}, got {level}"
         raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")
     start = _HEADER_SIZE + num_sections * _SECTION_SIZE
-    table = _read(
-        path, file, size, _HEADER_SIZE, num_sections * _SECTION_SIZE, f"{num_sections} section headers"
-    )
+    what = f"{num_sections} section headers"
+    table = _read(path, file, size, _HEADER_SIZE, num_sections * _SECTION_SIZE, what)
     sections = []
     for number in range(num_sections):
         fields = _SECTION.unpack_from(table, number * _SECTION_SIZE)
@@ -114,16 +90,15 @@ def read_header(path: Path, file: BinaryIO) -> Header:
     if found != stated:
         rule = f"its header must count the {found} Gaussians of its sections, got {stated}"
         raise SceneError(path, f"{rule}; it is damaged: copy or export it again")
-    return Header(level, (low or -_DEFAULT_LIMIT, high or _DEFAULT_LIMIT), tuple(sections))
+    return _Header(level, (low or -_DEFAULT_LIMIT, high or _DEFAULT_LIMIT), tuple(sections))
 
 
 def _read_section(
     path: Path, file: BinaryIO, size: int, start: int, number: int, level: int, fields: tuple[Any, ...]
-) -> tuple[Section, int]:
+) -> tuple[_Section, int]:
     """A section whose data begins at byte `start`; and where the next one begins."""
-    num_rows, room, bucket_rows, num_buckets, block, bucket_size, offsets, num_full, num_partial, degree = (
-        fields
-    )
+    num_rows, room, bucket_rows, num_buckets, block, bucket_size, offsets, *counts, degree = fields
+    num_full, num_partial = counts
     if degree > _MAX_DEGREE:
         raise _damaged(path, number, f"spherical harmonics of degree {degree}")
     if num_rows > room:
@@ -145,19 +120,10 @@ def _read_section(
     starts = np.cumsum(np.concatenate([[0], np.full(num_full, bucket_rows), lengths]), dtype=np.int64)
     if level and starts[-1] < num_rows:
         raise _damaged(path, number, f"{num_rows} Gaussians in buckets for {starts[-1]}")
-    section = Section(
-        num_rows=num_rows,
-        degree=degree,
-        row_size=row_size,
-        offset=rows,
-        bucket_starts=starts[:-1],
-        bucket_centers=np.frombuffer(
-            _read(path, file, size, centers, _BUCKET_SIZE * num_buckets, what), "<f4"
-        ).reshape(-1, 3),
-        zero_offset=offsets or _DEFAULT_OFFSETS,
-        offset_step=block / 2 / (offsets or _DEFAULT_OFFSETS),
-    )
-    return section, rows + row_size * room
+    middles = np.frombuffer(_read(path, file, size, centers, _BUCKET_SIZE * num_buckets, what), "<f4")
+    zero = offsets or _DEFAULT_OFFSETS
+    buckets = starts[:-1], middles.reshape(-1, 3), zero, block / 2 / zero
+    return _Section(num_rows, degree, row_size, rows, *buckets), rows + row_size * room
 
 
 def _read(path: Path, file: BinaryIO, size: int, start: int, length: int, what: str) -> bytearray:
@@ -188,7 +154,7 @@ def open_scene(path: Path) -> SceneFile:
         SceneError: if they are damaged, the file is cut off, or its version is unknown.
     """
     with open_plain(path, "scene file", buffering=0) as file:
-        header = read_header(path, file)
+        header = _read_header(path, file)
         size = file.seek(0, 2)
     num_rows = sum(section.num_rows for section in header.sections)
     num_terms = (max(section.degree for section in header.sections) + 1) ** 2
@@ -202,7 +168,7 @@ def open_scene(path: Path) -> SceneFile:
     )
 
 
-def _open_rows(path: Path, header: Header, num_rows: int, num_terms: int) -> RowSource:
+def _open_rows(path: Path, header: _Header, num_rows: int, num_terms: int) -> RowSource:
     """See `SceneFile`."""
     ends = list(accumulate(section.num_rows for section in header.sections))
 
@@ -224,16 +190,10 @@ def _open_rows(path: Path, header: Header, num_rows: int, num_terms: int) -> Row
 
             yield decode
 
-    return RowSource(
-        num_rows,
-        num_terms,
-        open_decoder,
-        block_rows=_BLOCK_ROWS,
-        encoding=_ENCODING,
-    )
+    return RowSource(num_rows, num_terms, open_decoder, _BLOCK_ROWS, _ENCODING)
 
 
-def _decode(rows: NDArray[np.uint8], header: Header, section: Section, first: int, out: Columns) -> None:
+def _decode(rows: NDArray[np.uint8], header: _Header, section: _Section, first: int, out: Columns) -> None:
     """Decode rows of one section; the first is its row `first`."""
     count = len(out.means)
 
@@ -242,39 +202,33 @@ def _decode(rows: NDArray[np.uint8], header: Header, section: Section, first: in
         step = np.dtype(dtype).itemsize
         return np.ndarray((count, width), dtype, rows.data, offset, (section.row_size, step))
 
-    if header.level == 0:
-        positions, scales, quats, rgba = (
-            view("<f4", 0, 3), view("<f4", 12, 3), view("<f4", 24, 4), view("u1", 40, 4)
-        )  # fmt: skip
-        _copy(positions, out.means)
-    else:
-        positions, scales, quats, rgba = (
-            view("<u2", 0, 3), view("<f2", 6, 3), view("<f2", 12, 4), view("u1", 20, 4)
-        )  # fmt: skip
+    position, number, size = ("<f4", "<f4", 4) if header.level == 0 else ("<u2", "<f2", 2)
+    _copy(view(position, 0, 3), out.means)
+    _copy(view(number, 3 * size, 3), out.scales)
+    _copy(view(number, 6 * size, 4), out.quats)
+    rgba = view("u1", 10 * size, 4)
+    if header.level:
         buckets = np.searchsorted(section.bucket_starts, np.arange(first, first + count), side="right") - 1
-        _copy(positions, out.means)
         out.means -= section.zero_offset
         out.means *= np.float32(section.offset_step)
         out.means += section.bucket_centers[buckets]
-    _copy(scales, out.scales)
-    _copy(quats, out.quats)
     out.sh[:, 0] = rgba[:, :3]
     np.divide(rgba[:, 3], np.float32(255), out=out.opacities)
     num_rest = 3 * ((section.degree + 1) ** 2 - 1)
-    rest = view(("<f4", "<f2", "u1")[header.level], 44 if header.level == 0 else 24, num_rest)
+    rest = view(("<f4", "<f2", "u1")[header.level], _BASE_SIZES[header.level], num_rest)
     if header.level == 2:
         low, high = header.limits
         rest = (np.arange(256) / 255 * (high - low) + low).astype(np.float32)[rest]
     _decode_rest(rest, section.degree, out.sh)
 
 
-def _copy(values: NDArray[Any], out: NDArray[np.float32]) -> None:
+def _copy(values: NDArray[Any], out: F32) -> None:
     """Copy column by column: inner loops of length 3 and 4 take twice as long."""
     for column in range(values.shape[1]):
         out[:, column] = values[:, column]
 
 
-def _decode_rest(rest: NDArray[Any], degree: int, sh: NDArray[np.float32]) -> None:
+def _decode_rest(rest: NDArray[Any], degree: int, sh: F32) -> None:
     """Coefficients lie band by band, within a band channel by channel. Terms that are not stored are 0."""
     start = 0
     for band in range(1, degree + 1):

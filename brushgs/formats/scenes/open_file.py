@@ -45,21 +45,20 @@ def find_format(path: Path) -> Format:
         SceneError: if there is no such file, it may not be read, or it is of no format that is read; says
             what it is and the cure.
     """
-    begin = _first_bytes(path)
-    scene_format = _match(path, begin)
+    scene_format = match_format(path)
     if scene_format is None:
         check_plain(path, "scene file")  # refuses folders
-        raise SceneError(path, _what_it_is(path, begin))
+        raise SceneError(path, _what_it_is(path, _first_bytes(path)))
     return scene_format
 
 
 def match_format(path: Path) -> Format | None:
     """`find_format`, but None for what is of no format that is read, such as a folder of scene files.
 
-    Raises:
-        SceneError: if there is no such file or it may not be read.
+    Raises SceneError if there is no such file or it may not be read.
     """
-    return _match(path, _first_bytes(path))
+    begin = _first_bytes(path)
+    return find_read("scene", path, begin) if begin or is_dir(path) else None
 
 
 def _first_bytes(path: Path) -> bytes:
@@ -67,12 +66,6 @@ def _first_bytes(path: Path) -> bytes:
         return b""
     with open_plain(path, "scene file", buffering=0) as file:
         return file.read(NUM_FIRST_BYTES)
-
-
-def _match(path: Path, begin: bytes) -> Format | None:
-    if not begin and not is_dir(path):
-        return None
-    return find_read("scene", path, begin)
 
 
 def _what_it_is(path: Path, begin: bytes) -> str:
@@ -161,12 +154,11 @@ def _entries(folder: Path) -> "list[os.DirEntry[str]]":
 
 def _nothing_found(path: Path, entries: "Sequence[os.DirEntry[str]]") -> str:
     """One clause: what was looked for, and the cure."""
-    looked_for = listed(suffixes_of(_IN_FOLDERS))
-    found = f"none of the {len(entries)} entries of the folder is" if entries else "is an empty folder:"
+    found = f"none of the {len(entries)} entries of the folder is"
     deeper = _scene_below(path)
     cure = "name the scene file" if deeper is None else f"did you mean {deeper}?"
-    rule = f"{found} {looked_for}" if entries else f"{found} it should hold {looked_for}"
-    return f"{rule}; {cure}"
+    found = found if entries else "is an empty folder: it should hold"
+    return f"{found} {listed(suffixes_of(_IN_FOLDERS))}; {cure}"
 
 
 def _scene_below(path: Path) -> Path | None:
@@ -204,8 +196,8 @@ def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used:
         training=_common_training(files),
         unknown=tuple(dict.fromkeys(_printable(name) for file in files for name in file.unknown)),
         files=() if is_one else tuple(f"{f.path.name}: {f.num_rows:,} rows, {f.format}" for f in files),
-        scene=files[0].scene if is_one else None,
-        first_view=files[0].first_view if is_one else None,
+        scene=files[0].stored.scene if is_one else None,
+        first_view=files[0].stored.first_view if is_one else None,
         brushes=files[0].brushes if is_one else (),
         moment=files[0].moment if is_one else None,
         photograph=files[0].photograph if is_one else None,
@@ -270,20 +262,20 @@ def open_file(path: Path, lod: int | None) -> SceneFile:
     scene_format = find_format(path)
     open_scene = function_of(scene_format.read)
     if lod is not None and not scene_format.has_levels:
-        raise SceneError(
-            path, f"is a {scene_format.name}, which has no levels of detail; omit the level (lod)"
-        )
+        fact = f"is a {scene_format.name}, which has no levels of detail"
+        raise SceneError(path, f"{fact}; omit the level (lod)")
     file: SceneFile = open_scene(path, lod) if scene_format.has_levels else open_scene(path)
     return file
 
 
 def drop_unnamed_brushes(file: SceneFile, columns: Columns) -> None:
     """Drop the brushes of strokes where some are not among those that the file names."""
-    if columns.brushes is None or not file.brushes:
+    num_named = len(file.brushes)
+    if columns.brushes is None or not num_named:
         return
-    if (row := int(columns.brushes.max(initial=0))) >= len(file.brushes):
+    if (row := int(columns.brushes.max(initial=0))) >= num_named:
         columns.brushes = None
-        message = f"strokes have brush {row} and the header names {len(file.brushes)}; brushes are dropped"
+        message = f"strokes have brush {row} and the header names {num_named}; brushes are dropped"
         warnings.warn(SceneWarning(f"{file.path}: {message}"), stacklevel=3)
 
 

@@ -5,30 +5,60 @@ turned, and the turn is recorded. A reader that finds the node turned so takes t
 cameras that were placed around that node come back to the scene by its name, see `gltf_file.SCENE_NODE`.
 """
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-from brushgs.formats.scenes.columns import Columns
+from brushgs.formats.scenes.columns import Columns, Encoding
+from brushgs.formats.scenes.rows import Decoder, RowSource, decoder_of_parts
 from brushgs.formats.scenes.stored import Stored, content_of, parse_content, read_stored
-from brushgs.values.quats import quats_of, rotation_matrices
+from brushgs.values.arrays import F64
+from brushgs.values.quats import quat_products, quats_of, rotation_matrices
 from brushgs.values.sh import sh_rotation
 
 _TOLERANCE = 1e-6  # of matrices written with float32
 _LARGEST_SCALE = 1e38  # of float32; also false for NaN
+_BLOCK_ROWS = 1 << 13
+
+
+@dataclass(frozen=True)
+class Part:
+    """Gaussians that one node of a model places."""
+
+    num_rows: int
+    num_terms: int  # spherical-harmonic terms of each
+    open: Callable[[], Decoder]  # what that gives reads raw values, and no other terms
+    encoding: Encoding  # of these values
+    matrix: F64  # [4, 4], world from node
+
+    def decoder(self) -> Decoder:
+        """Decodes rows to the standard layout, placed in the world."""
+        read, placement = self.open(), Placement(self.matrix)
+
+        def decode(start: int, stop: int, out: Columns) -> None:
+            read(start, stop, out)
+            out.sh[:, self.num_terms :] = 0
+            out.standardize(self.encoding)
+            placement.apply(out, self.num_terms)
+
+        return decode
+
+
+def rows_of_parts(parts: Sequence[Part], *, is_whole: bool) -> RowSource:
+    """The rows of all parts, at least one, in order; `is_whole` is as in `RowSource`."""
+    open_decoder = decoder_of_parts([(part.num_rows, part.decoder) for part in parts])
+    num_rows, num_terms = sum(part.num_rows for part in parts), max(part.num_terms for part in parts)
+    return RowSource(num_rows, num_terms, open_decoder, _BLOCK_ROWS, is_logit=True, is_whole=is_whole)
 
 
 class Placement:
-    """An affine map of Gaussians.
+    """An affine map of Gaussians by a matrix [4, 4], world from mesh."""
 
-    Args:
-        matrix: [4, 4], world from mesh.
-    """
-
-    def __init__(self, matrix: NDArray[np.float64]) -> None:
+    def __init__(self, matrix: F64) -> None:
         self._linear, self._offset = matrix[:3, :3], matrix[:3, 3]
         self._is_identity = np.array_equal(matrix, np.eye(4))
         # Turn and stretch apart (polar decomposition); the turn mirrors where the determinant is negative.
@@ -38,12 +68,7 @@ class Placement:
         self._is_uniform = bool(np.ptp(self._stretch) <= _TOLERANCE * self._scale)
 
     def apply(self, rows: Columns, num_terms: int) -> None:
-        """Move some rows in place.
-
-        Args:
-            rows: in the standard layout, with log-scales.
-            num_terms: spherical-harmonic terms in use.
-        """
+        """Move some rows of the standard layout, with log-scales and so many harmonic terms, in place."""
         if self._is_identity:
             return
         rows.means[:] = rows.means.astype(np.float64) @ self._linear.T + self._offset
@@ -52,7 +77,7 @@ class Placement:
             if not np.allclose(self._turn, np.eye(3), atol=1e-12):
                 # A mirrored ellipsoid is the one turned by the opposite matrix.
                 proper = self._turn * np.sign(np.linalg.det(self._turn))
-                rows.quats[:] = _product(quats_of(proper[None])[0], rows.quats)
+                rows.quats[:] = quat_products(quats_of(proper[None]), rows.quats)
         else:
             self._stretch_ellipsoids(rows)
         if num_terms > 1:
@@ -74,16 +99,9 @@ class Placement:
         rows.scales[is_sound] = np.log(values)
 
 
-def _product(first: NDArray[np.float64], quats: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Quaternions w x y z of rotations `quats` [N, 4] followed by the rotation `first` [4]."""
-    w, x, y, z = first
-    matrix = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
-    return np.asarray(quats.astype(np.float64) @ matrix.T)
-
-
 NOTES = "brushgs"  # the key in the `extras` of a .glb and the `customData` of a prim
 _TURN = "turn"  # quaternion x, y, z, w
-_Part = Annotated[float, msgspec.Meta(ge=-1, le=1)]
+_Share = Annotated[float, msgspec.Meta(ge=-1, le=1)]
 
 
 def notes_of(stored: Stored) -> dict[str, Any]:
@@ -92,33 +110,31 @@ def notes_of(stored: Stored) -> dict[str, Any]:
     return content_of(stored) | {_TURN: [0.0, 0.0, 0.0, 1.0] if up is None else _turn_to_y(up)}
 
 
-def read_notes(path: Path, notes: object) -> tuple[Stored, NDArray[np.float64] | None]:
-    """What a model records, and the matrix [3, 3] that its node was turned by; None in files of others.
+def read_notes(path: Path, notes: object, matrices: Sequence[F64]) -> tuple[Stored, bool]:
+    """What a model records, and whether its node stands as we wrote it, whose turn is then to be taken back.
 
     Args:
         path: the file, for a warning where notes are damaged.
         notes: the object that is recorded, or anything else in files of others.
+        matrices: [4, 4] of the nodes that have something.
     """
-    if not isinstance(notes, dict):
-        return Stored(), None
+    turn = notes.get(_TURN) if isinstance(notes, dict) else None
     try:
-        x, y, z, w = msgspec.convert(notes.get(_TURN), tuple[_Part, _Part, _Part, _Part])
+        x, y, z, w = msgspec.convert(turn, tuple[_Share, _Share, _Share, _Share])
     except msgspec.ValidationError:
-        return Stored(), None
+        return Stored(), False
     if not any((x, y, z, w)):
-        return Stored(), None
-    matrix = rotation_matrices(np.array([[w, x, y, z]]))[0]
-    return read_stored(path, lambda: parse_content(notes)), matrix
-
-
-def is_turned_by(matrix: NDArray[np.float64], turn: NDArray[np.float64]) -> bool:
-    """Whether a node [4, 4] does nothing but this turn [3, 3]."""
+        return Stored(), False
+    stored = read_stored(path, lambda: parse_content(notes))
     expected = np.eye(4)
-    expected[:3, :3] = turn
-    return bool(np.allclose(matrix, expected, rtol=0, atol=_TOLERANCE))
+    expected[:3, :3] = rotation_matrices(np.array([[w, x, y, z]]))[0]
+    if len(matrices) == 1 and np.allclose(matrices[0], expected, rtol=0, atol=_TOLERANCE):
+        return stored, True
+    # Something else was added, or it was moved.
+    return stored._replace(first_view=None, counts=None, brushes=()), False
 
 
-def _turn_to_y(up: NDArray[np.float64]) -> list[float]:
+def _turn_to_y(up: F64) -> list[float]:
     """The shortest rotation that takes a unit vector to +y; half a turn about x from -y."""
     x, y, z = (float(value) for value in up)
     if y < -1 + 1e-12:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import NoGaussiansError, SceneError, SceneWarning
 from brushgs.formats.files import open_plain
-from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size
+from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size, unpack_quats
 from brushgs.formats.scenes.ply_header import (
     BRUSH,
     Element,
@@ -27,7 +27,6 @@ from brushgs.formats.scenes.ply_header import (
     check_size,
     open_rows,
     parse_header,
-    read_comments,
     warn_of_surplus,
 )
 from brushgs.formats.scenes.ply_inria import (
@@ -40,9 +39,9 @@ from brushgs.formats.scenes.ply_inria import (
     read_columns_of,
 )
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
-from brushgs.formats.scenes.stored import read_stored
+from brushgs.formats.scenes.stored import parse_text, read_stored
 from brushgs.options.table import hint_for
-from brushgs.values.arrays import F32, F64, U32
+from brushgs.values.arrays import F32, F64
 from brushgs.values.camera import Camera
 from brushgs.values.notes import Training
 from brushgs.values.sh import C0
@@ -58,21 +57,8 @@ SMALL_BITS = (10, 10, 10)  # of the three smaller components of a rotation
 SH_RANGE = 8.0  # f_rest is stored in -4 to 4
 
 
-def is_compressed(header: Header) -> bool:
-    """Whether a header describes this layout."""
-    vertex = header.find("vertex")
-    return header.find("chunk") is not None and vertex is not None and PACKED[0] in vertex.names
-
-
 def check_compressed(path: Path, header: Header, vertex: Element) -> int:
-    """Refuse a scene for which `is_compressed` holds, but that lacks a property.
-
-    Returns:
-        The number of spherical-harmonic terms of each row.
-
-    Raises:
-        SceneError: names the property that is missing.
-    """
+    """The spherical-harmonic terms of each row. Raises SceneError if a property is missing; names it."""
     for name in PACKED:
         if name not in vertex.names:
             raise SceneError(path, f"no property {name!r} among {len(vertex.names)} read; export it again")
@@ -81,26 +67,16 @@ def check_compressed(path: Path, header: Header, vertex: Element) -> int:
 
 
 def open_compressed(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> RowSource:
-    """The rows of element `vertex` with their chunks.
+    """The rows of element `vertex` with their chunks; `size` is that of the file, bytes.
 
-    Args:
-        path: the file.
-        header: its header.
-        vertex: an element that passed `check_compressed`.
-        num_terms: the spherical-harmonic terms that this returned.
-        size: bytes of the whole file.
-
-    Raises:
-        SceneError: if the file is cut off or chunks do not match the rows.
+    Raises SceneError if the file is cut off or chunks do not match the rows.
     """
     rest = header.find("sh") if num_terms > 1 else None
     for element in (vertex,) if rest is None else (vertex, rest):
         check_size(path, header, element, size)
         if element.count != vertex.count:
-            raise SceneError(
-                path,
-                f"element 'sh' must have {vertex.count} rows, got {element.count}; export it again",
-            )
+            rule = f"element 'sh' must have {vertex.count} rows, got {element.count}"
+            raise SceneError(path, f"{rule}; export it again")
     check_decoded_size(path, vertex.count, num_terms, size)
     ranges = _read_ranges(path, header, vertex.count, size)
 
@@ -120,13 +96,7 @@ def open_compressed(path: Path, header: Header, vertex: Element, num_terms: int,
 
             yield decode
 
-    return RowSource(
-        vertex.count,
-        num_terms,
-        open_decoder,
-        block_rows=_BLOCK_ROWS,
-        is_sequential=header.is_ascii,
-    )
+    return RowSource(vertex.count, num_terms, open_decoder, _BLOCK_ROWS, is_sequential=header.is_ascii)
 
 
 def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[str, tuple[F32, F32]]:
@@ -134,10 +104,8 @@ def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[s
     chunk = header.find("chunk")
     assert chunk is not None
     if chunk.count * CHUNK_ROWS < num_rows:
-        raise SceneError(
-            path,
-            f"must have a chunk for {CHUNK_ROWS} Gaussians, got {chunk.count} for {num_rows}; export again",
-        )
+        rule = f"must have a chunk for {CHUNK_ROWS} Gaussians, got {chunk.count} for {num_rows}"
+        raise SceneError(path, f"{rule}; export again")
     check_size(path, header, chunk, size)
     has_colors = "min_r" in chunk.names  # earlier files have none: colours in 0 to 1
     for axes in AXES.values() if has_colors else (AXES["position"], AXES["scale"]):
@@ -171,7 +139,9 @@ def _decode(rows: NDArray[np.void], ranges: dict[str, tuple[F32, F32]], start: i
     rgba = _unpack(color, FOUR)
     out.sh[:, 0] = (_between(ranges["color"], chunks, rgba[:, :3]) - 0.5) / C0
     out.opacities[:] = rgba[:, 3]
-    out.quats[:] = _unpack_quats(rotation)
+    # The upper two bits of a rotation name its largest component.
+    small = (_unpack(rotation & 0x3FFFFFFF, SMALL_BITS) - 0.5) * np.float32(np.sqrt(2))
+    unpack_quats((rotation >> 30).astype(np.int8), small, out.quats)
 
 
 def _unpack(packed: NDArray[np.integer[Any]], bits: tuple[int, ...]) -> F32:
@@ -189,23 +159,6 @@ def _between(limits: tuple[F32, F32], chunks: NDArray[np.integer[Any]], fraction
     """Linear interpolation between the smallest and largest value of each chunk."""
     low, high = (end[chunks] for end in limits)
     return np.asarray(low * (1 - fractions) + high * fractions)
-
-
-def _unpack_quats(packed: U32) -> F32:
-    """[n] words -> [n, 4] unit quaternions, w x y z.
-
-    Smallest-three encoding: the upper two bits name the largest component, which follows from the unit
-    length; the others are stored in order, each as a fraction of -1/sqrt(2) to 1/sqrt(2).
-    """
-    largest = packed >> 30
-    small = (_unpack(packed & 0x3FFFFFFF, SMALL_BITS) - 0.5) * np.float32(np.sqrt(2))
-    quats = np.empty((len(packed), 4), np.float32)
-    for index in range(4):
-        is_here = largest == index
-        others = [other for other in range(4) if other != index]
-        quats[np.ix_(is_here, others)] = small[is_here]
-        quats[is_here, index] = np.sqrt(np.maximum(1 - np.square(small[is_here]).sum(axis=1), 0))
-    return quats
 
 
 def _decode_rest(rows: NDArray[np.void], sh: F32) -> None:
@@ -244,10 +197,9 @@ def open_scene(path: Path) -> SceneFile:
         names = ", ".join(element.name for element in header.elements) or "none"
         raise SceneError(path, f"has no element 'vertex' among: {names}; export it as a 3D Gaussian scene")
     if vertex.count == 0:
-        raise NoGaussiansError(
-            path, "holds no Gaussians: its header says 'element vertex 0'; export the scene again"
-        )
-    has_chunks = is_compressed(header)
+        fact = "holds no Gaussians: its header says 'element vertex 0'"
+        raise NoGaussiansError(path, f"{fact}; export the scene again")
+    has_chunks = header.find("chunk") is not None and PACKED[0] in vertex.names
     check = check_compressed if has_chunks else check_inria
     num_terms = check(path, header, vertex)
 
@@ -257,7 +209,7 @@ def open_scene(path: Path) -> SceneFile:
         warn_of_surplus(path, header, size)  # of a file that is not refused
         return rows
 
-    stored = read_stored(path, lambda: read_comments(header.view_text))
+    stored = read_stored(path, lambda: parse_text("".join(header.view_text)))
     if not has_chunks:  # rows lie in order, and have a column of brushes
         stored = stored._replace(counts=None, order=None)
     photograph, elements = _photograph(path, header, size)

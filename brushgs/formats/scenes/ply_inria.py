@@ -34,19 +34,10 @@ _LONG_RUN = 5  # columns; shorter runs copy faster column by column, with a long
 
 
 def check_inria(path: Path, header: Header, vertex: Element) -> int:
-    """Refuse meshes, plain point clouds and scenes that lack a property.
+    """The number of spherical-harmonic terms of each row.
 
-    Returns:
-        The number of spherical-harmonic terms of each row.
-
-    Raises:
-        SceneError: names what the file is, or the property that is missing.
+    Raises SceneError for meshes, plain point clouds and scenes that lack a property; names what it is.
     """
-    _check_is_scene(path, header, vertex)
-    return count_terms(path, vertex)
-
-
-def _check_is_scene(path: Path, header: Header, vertex: Element) -> None:
     names = set(vertex.names)
     if not names & {*_SCALES, *_QUATS, *_COLORS}:
         faces = header.find("face")
@@ -62,6 +53,7 @@ def _check_is_scene(path: Path, header: Header, vertex: Element) -> None:
                 raise SceneError(path, f"property {name!r} is a list; export it as a 3D Gaussian scene")
             rule = f"no property {name!r} among {len(names)} read"
             raise SceneError(path, f"{rule}; export it as a 3D Gaussian scene")
+    return count_terms(path, vertex)
 
 
 def is_flat(header: Header, vertex: Element) -> bool:
@@ -84,36 +76,23 @@ def has_brushes(vertex: Element) -> bool:
 def count_terms(path: Path, element: Element) -> int:
     """Number of spherical-harmonic terms that an element with f_rest properties stores.
 
-    Raises:
-        SceneError: if the f_rest properties do not make up complete bands of degree 0 to 3.
+    Raises SceneError if these do not make up complete bands of degree 0 to 3.
     """
     rest = {name for name in element.names if name.startswith("f_rest_")}
     expected = {f"f_rest_{index}" for index in range(len(rest))}
     if len(rest) not in _NUM_REST or rest != expected:
         gap = f" and no {min(expected - rest)!r}" if rest != expected else ""
-        raise SceneError(
-            path,
-            f"must have 0, 9, 24 or 45 f_rest properties (degree 0 to 3), got {len(rest)}{gap};"
-            " export it with complete bands of spherical harmonics",
-        )
+        rule = f"must have 0, 9, 24 or 45 f_rest properties (degree 0 to 3), got {len(rest)}{gap}"
+        raise SceneError(path, f"{rule}; export it with complete bands of spherical harmonics")
     return _NUM_REST[len(rest)]
 
 
 def open_inria(
     path: Path, header: Header, vertex: Element, num_terms: int, size: int, encoding: Encoding
 ) -> RowSource:
-    """The rows of element `vertex`.
+    """The rows of element `vertex`; `size` is that of the file, bytes.
 
-    Args:
-        path: the file.
-        header: its header.
-        vertex: an element that passed `check_inria`.
-        num_terms: the spherical-harmonic terms that this returned.
-        size: bytes of the whole file.
-        encoding: what the numbers mean.
-
-    Raises:
-        SceneError: if the file is cut off or a value is no number.
+    Raises SceneError if the file is cut off or a value is no number.
     """
     check_size(path, header, vertex, size)
     check_decoded_size(path, vertex.count, num_terms, size)

@@ -15,7 +15,15 @@ from brushgs.formats.files import replacing
 from brushgs.formats.scenes.ply import AXES, CHUNK_ROWS, FOUR, PACKED, SH_RANGE, SMALL_BITS, THREE
 from brushgs.formats.scenes.ply_header import BRUSH, MIP, STROKES, comment_lines
 from brushgs.formats.scenes.stored import NOTHING, Stored
-from brushgs.formats.scenes.write import fractions_of, logits_of, logs_of, rounded, spatial_order, unit_quats
+from brushgs.formats.scenes.write import (
+    fractions_of,
+    in_order,
+    logits_of,
+    logs_of,
+    rounded,
+    smallest_three,
+    spatial_order,
+)
 from brushgs.values.arrays import F32, U32, Array
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
@@ -23,22 +31,12 @@ from brushgs.values.sh import C0
 _BLOCK_ROWS = 1 << 14
 
 
-def write_scene(
-    gaussians: Gaussians,
-    path: str | Path,
-    known: Stored = NOTHING,
-) -> None:
+def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING) -> None:
     """Write Gaussians as binary little-endian float32, log-scales and opacity logits.
 
     The values read back within float32 rounding of the logs. No infinity is written: a scale of 0 and
     opacities of 0 and 1 become finite logs that read back as exactly 0 and 1. That Gaussians are antialiased
-    is a comment, in the words of Brush. Where strokes have brushes, these are a column `brush` of bytes, the
-    last one.
-
-    Args:
-        gaussians: N >= 1 Gaussians.
-        path: the name of the file; appears when it is complete.
-        known: what comments state.
+    is a comment, in the words of Brush. Brushes of strokes are the last column, `brush`, of bytes.
 
     Raises:
         ValueError: if the names of brushes are too long.
@@ -92,29 +90,18 @@ def _representable(quats: Array) -> Array:
 
 
 _LARGEST_LOG = 20.0  # of a scale: some readers clip there
-_ENDS = "min", "max"
 
 
-def write_compressed(
-    gaussians: Gaussians,
-    path: str | Path,
-    known: Stored = NOTHING,
-) -> NDArray[np.int64] | None:
+@in_order(spatial_order)
+def write_compressed(rows: Gaussians, path: str | Path, known: Stored) -> None:
     """Write chunks, packed rows and spherical harmonics of 8 bits, with comments as in a PLY.
 
-    `known` is what is recorded. Scales are clipped to exp(-20) to exp(20) units,
-    harmonics to -4 to 4.
-
-    Returns:
-        The rows in the order of the file; None if that is recorded.
+    Scales are clipped to exp(-20) to exp(20) units, harmonics to -4 to 4.
 
     Raises:
         ValueError: if the names of brushes are too long.
         SceneError: if the file cannot be written.
     """
-    order = spatial_order(gaussians)
-    rows = gaussians.take(order)
-    known = known.sorted_by(rows, order)
     comment = header_comments(known)
     columns = {
         "position": rows.means.astype(np.float32),
@@ -122,23 +109,25 @@ def write_compressed(
         "color": (rows.sh[:, 0] * C0 + 0.5).astype(np.float32),
     }
     ranges = {name: _ranges(column) for name, column in columns.items()}
-    inside = {name: _fractions(column, *ranges[name]) for name, column in columns.items()}
+    of_row = np.arange(len(rows)) // CHUNK_ROWS
+    inside = {
+        name: fractions_of(column, *(end[of_row] for end in ranges[name])) for name, column in columns.items()
+    }
     packed = np.empty(len(rows), [(name, "<u4") for name in PACKED])
     packed["packed_position"] = _pack(inside["position"], THREE)
     packed["packed_rotation"] = _pack_quats(rows.quats)
     packed["packed_scale"] = _pack(inside["scale"], THREE)
     packed["packed_color"] = _pack(np.column_stack([inside["color"], rows.opacities]), FOUR)
     chunks = np.concatenate([end for name in AXES for end in ranges[name]], axis=1).astype("<f4")
-    ends = [f"{end}_{axis}" for axes in AXES.values() for end in _ENDS for axis in axes]
+    ends = [f"{end}_{axis}" for axes in AXES.values() for end in ("min", "max") for axis in axes]
     elements: list[tuple[str, str, list[str], NDArray[Any]]] = [
         ("chunk", "float", ends, chunks),
         ("vertex", "uint", list(PACKED), packed),
     ]
     num_rest = 3 * (rows.sh.shape[1] - 1)
     if num_rest:
-        elements.append(
-            ("sh", "uchar", [f"f_rest_{index}" for index in range(num_rest)], _pack_rest(rows.sh))
-        )
+        rest = [f"f_rest_{index}" for index in range(num_rest)]
+        elements.append(("sh", "uchar", rest, _pack_rest(rows.sh)))
     header = f"ply\nformat binary_little_endian 1.0\n{comment}"
     for name, kind, properties, values in elements:
         header += f"element {name} {len(values)}\n"
@@ -147,19 +136,12 @@ def write_compressed(
         file.write(f"{header}end_header\n".encode("ascii"))
         for _, _, _, values in elements:
             file.write(values.tobytes())
-    return order if known.order is None else None
 
 
 def _ranges(column: F32) -> tuple[F32, F32]:
     """Smallest and largest value of each chunk, [chunks, 3] each."""
     starts = np.arange(0, len(column), CHUNK_ROWS)
     return np.minimum.reduceat(column, starts), np.maximum.reduceat(column, starts)
-
-
-def _fractions(column: F32, low: F32, high: F32) -> NDArray[np.float64]:
-    """[N, 3] where values lie in the range of their chunk, 0 to 1."""
-    chunks = np.arange(len(column)) // CHUNK_ROWS
-    return fractions_of(column, low[chunks], high[chunks])
 
 
 def _pack(fractions: NDArray[np.floating], bits: tuple[int, ...]) -> U32:
@@ -173,13 +155,7 @@ def _pack(fractions: NDArray[np.floating], bits: tuple[int, ...]) -> U32:
 
 def _pack_quats(quats: NDArray[np.floating]) -> U32:
     """The index of the largest component of w, x, y, z in the upper two bits, then the others in order."""
-    units = unit_quats(quats)
-    largest = np.abs(units).argmax(axis=1)
-    rows = np.arange(len(units))
-    units *= np.where(units[rows, largest] < 0, -1, 1)[
-        :, None
-    ]  # it follows from the unit length, so it is > 0
-    others = units[np.arange(4) != largest[:, None]].reshape(-1, 3)
+    largest, others = smallest_three(quats)
     return np.asarray(largest.astype(np.uint32) << 30 | _pack(others * np.sqrt(0.5) + 0.5, SMALL_BITS))
 
 

@@ -25,9 +25,8 @@ def read_scene(
 ) -> tuple[Gaussians, LoadNotes]:
     """Read a trained 3D Gaussian scene; of a moving one, the moment that the source names, else the first.
 
-    Rows with NaN, with infinity where it has no meaning, or with an all-zero rotation are dropped with a
-    SceneWarning. Bands of spherical harmonics that are zero in every row are dropped, which changes no
-    picture. Several files are joined in order, to the highest degree in use.
+    Rows that cannot be drawn are dropped with a SceneWarning, as are bands of spherical harmonics that are
+    zero in every row, without one. Several files are joined in order, to the highest degree in use.
 
     Args:
         scene: a scene file, whose content decides the format, not its suffix; a folder that is a scene or
@@ -65,9 +64,8 @@ def read_files(files: Sequence[SceneFile], encoding: Encoding = STANDARD) -> tup
     if len(parts) == 1:
         drop_unnamed_brushes(files[0], parts[0])
     elif strokes := [file.path for file, part in zip(files, parts, strict=True) if part.brushes is not None]:
-        message = (
-            "the brushes of its strokes are dropped, as several files are painted with one set of brushes"
-        )
+        why = "as several files are painted with one set of brushes"
+        message = f"the brushes of its strokes are dropped, {why}"
         warnings.warn(SceneWarning(f"{strokes[0]}: {message}"), stacklevel=2)
     columns = Columns.joined(parts)
     notes = join_notes(files, rows_dropped=rows_dropped, sh_degree_used=SH_TERMS[columns.sh.shape[1]])
@@ -75,11 +73,7 @@ def read_files(files: Sequence[SceneFile], encoding: Encoding = STANDARD) -> tup
 
 
 def read_raw_parts(scene: SceneFiles, lod: int | None = None) -> list[tuple[Columns, SceneFile]]:
-    """Read all rows of a scene as stored, neither checked nor decoded.
-
-    Args:
-        scene: see `read_scene`.
-        lod: see `read_scene`.
+    """Read all rows of a scene as stored, neither checked nor decoded. Takes the same as `read_scene`.
 
     Returns:
         Of each file log-scales, logits and all bands of spherical harmonics, if it follows the standard

@@ -22,10 +22,9 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from brushgs.core.threads import num_threads_or_default
-from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, drop_zero_bands
-from brushgs.formats.scenes.dropped import Dropped, drop_faults
+from brushgs.formats.scenes.columns import STANDARD, Columns, Dropped, Encoding, drop_faults, drop_zero_bands
 from brushgs.formats.scenes.stored import NOTHING, Stored
-from brushgs.values.camera import Camera, FirstView
+from brushgs.values.camera import Camera
 from brushgs.values.notes import Training
 
 _ROWS_PER_THREAD = 100_000  # below this, a thread costs more than it saves
@@ -41,37 +40,25 @@ Decoder = Callable[[int, int, Columns], None]  # (start, stop, where to write ra
 class RowSource:
     """The rows of a file, of which any can be read.
 
-    Attributes:
-        num_rows: that the file has.
-        num_terms: spherical-harmonic terms of each: 1, 4, 9 or 16.
-        open_decoder: context that gives a function which decodes rows `start` to `stop` of the file into the
-            columns handed to it; entered once per thread, with floating-point warnings off. The columns have
-            `num_terms` terms; where the format counts the terms that are used, they may have only these.
-        block_rows: rows decoded at a time.
-        encoding: what the decoded values mean.
-        is_logit: whether opacities are decoded to logits once `encoding` is applied; else they are 0 to 1.
-        is_sequential: whether rows must be decoded in order, so by one thread.
-        is_whole: whether all of the file is read where it is opened, so that no other process should do so
-            too.
-        has_brushes: whether the brush of each row is decoded.
-        count_used: terms up to the highest band that is not zero in every row, of formats that can tell
-            before rows are decoded; None for others, whose zero bands are dropped afterwards.
-        is_active: whether values are decoded to those of Gaussians, which need no check.
-        num_dropped: rows that cannot be drawn and are not among these.
+    `open_decoder` gives a function which decodes rows `start` to `stop` of the file into the columns handed
+    to it; it is entered once per thread, with floating-point warnings off. The columns have `num_terms`
+    terms; where the format counts the terms that are used, they may have only these.
     """
 
     num_rows: int
-    num_terms: int
+    num_terms: int  # spherical-harmonic terms of each row: 1, 4, 9 or 16
     open_decoder: Callable[[], AbstractContextManager[Decoder]]
-    block_rows: int
-    encoding: Encoding = STANDARD
-    is_logit: bool = False
-    is_sequential: bool = False
-    is_whole: bool = False
-    has_brushes: bool = False
+    block_rows: int  # decoded at a time
+    encoding: Encoding = STANDARD  # what the decoded values mean
+    is_logit: bool = False  # whether opacities are logits once `encoding` is applied; else they are 0 to 1
+    is_sequential: bool = False  # whether rows must be decoded in order, so by one thread
+    is_whole: bool = False  # whether opening reads all of the file: no other process should do so too
+    has_brushes: bool = False  # whether the brush of each row is decoded
+    # Terms up to the highest band that is not zero in every row, of formats that can tell before rows are
+    # decoded; zero bands of others are dropped afterwards.
     count_used: Callable[[], int] | None = None
-    is_active: bool = False
-    num_dropped: int = 0
+    is_active: bool = False  # whether values are decoded to those of Gaussians, which need no check
+    num_dropped: int = 0  # rows that cannot be drawn and are not among these
 
     def read(self, columns: Columns, *, first_row: int = 0, is_raw: bool = False) -> tuple[Columns, Dropped]:
         """Fill columns block by block; the result does not depend on the number of threads.
@@ -104,13 +91,8 @@ class RowSource:
                     block, dropped = columns.part(start, stop), Dropped()
                     decode(first_row + start, first_row + stop, block)
                     if not (is_raw or self.is_active):
-                        block, dropped = activate_rows(
-                            block,
-                            self.encoding,
-                            first_row=first_row + start,
-                            num_rest=self.num_terms - 1,
-                            is_logit=self.is_logit,
-                        )
+                        place = {"first_row": first_row + start, "num_rest": self.num_terms - 1}
+                        block, dropped = activate_rows(block, self.encoding, **place, is_logit=self.is_logit)
                     done.append((start, len(block.means), dropped))
             return done
 
@@ -125,20 +107,14 @@ class RowSource:
 
 
 def activate_rows(
-    rows: Columns, encoding: Encoding, *, first_row: int, num_rest: int, is_logit: bool
+    rows: Columns,  # raw values, overwritten
+    encoding: Encoding,
+    *,
+    first_row: int,  # of the file, that they begin with: for messages, as is `num_rest`
+    num_rest: int,  # f_rest coefficients per channel in the file
+    is_logit: bool,  # as in `RowSource`
 ) -> tuple[Columns, Dropped]:
-    """Turn raw values into scales and opacities, in place.
-
-    Args:
-        rows: raw values, overwritten.
-        encoding: what they mean.
-        first_row: row of the file that they begin with, for messages.
-        num_rest: f_rest coefficients per channel in the file, for the names of columns in messages.
-        is_logit: whether opacities are logits once `encoding` is applied; else they are 0 to 1.
-
-    Returns:
-        The rows that can be drawn, in order, as views of `rows`; and the dropped ones.
-    """
+    """Turn raw values into scales and opacities: the rows that can be drawn, as views, and the dropped."""
     with np.errstate(all="ignore"):
         rows.standardize(encoding)
         dropped = drop_faults(rows, first_row, num_rest)
@@ -165,11 +141,9 @@ def _close_gaps(columns: Columns, blocks: Iterator[tuple[int, int, Dropped]]) ->
 def decoder_of_parts(
     parts: Sequence[tuple[int, Callable[[], Decoder]]],
 ) -> Callable[[], AbstractContextManager[Decoder]]:
-    """The `open_decoder` of rows that lie in several parts, one after the other.
+    """The `open_decoder` of rows that lie in several parts, of each their number and what opens it.
 
-    Args:
-        parts: of each the number of rows and a function that opens it. A part is opened where a row of it is
-            wanted, and in memory until another is; threads share it.
+    A part is opened where a row of it is wanted, and in memory until another is; threads share it.
     """
     ends = list(accumulate(num_rows for num_rows, _ in parts))
     shared: WeakValueDictionary[int, Decoder] = WeakValueDictionary()
@@ -210,34 +184,22 @@ def decoder_of_parts(
 class SceneFile:
     """A scene file whose header was read and is sound.
 
-    Attributes:
-        path: the file, or the folder of a scene in several files.
-        format: layout and encoding in words, such as "PLY, binary little-endian".
-        num_rows: Gaussians that it holds, >= 1.
-        num_terms: spherical-harmonic terms stored of each: 1, 4, 9 or 16.
-        open_rows: opens the rows, as they lie in the file; raises a SceneError if it is damaged. Of a format
-            without a fixed encoding it takes the encoding, the standard one if it is not given.
-        has_fixed_encoding: whether the format leaves no doubt what its numbers mean.
-        up: axis that the file names as up, "+x" to "-z"; None if it names none.
-        training: how its Gaussians were trained, as far as the file states it.
-        unknown: columns or extensions of the file that are not read, by name.
-        stored: what the file records of strokes that brushgs made, and of the scene that they were made of.
-        moment: of a moving scene, whose moment this is: seconds from its start; None for a scene at rest.
-        photograph: the camera of the photograph that the scene was predicted from; None for other scenes.
+    `open_rows` opens the rows, as they lie in the file; it raises a SceneError if that is damaged. Of a
+    format without a fixed encoding it takes the encoding, the standard one if it is not given.
     """
 
-    path: Path
-    format: str
-    num_rows: int
-    num_terms: int
+    path: Path  # of the file, or the folder of a scene in several files
+    format: str  # layout and encoding in words, such as "PLY, binary little-endian"
+    num_rows: int  # Gaussians that it holds, >= 1
+    num_terms: int  # spherical-harmonic terms stored of each: 1, 4, 9 or 16
     open_rows: Callable[..., RowSource]
-    has_fixed_encoding: bool = True
-    up: str | None = None
-    training: Training = "default"
-    unknown: tuple[str, ...] = ()
-    stored: Stored = NOTHING
-    moment: float | None = None
-    photograph: Camera | None = None
+    has_fixed_encoding: bool = True  # whether the format leaves no doubt what its numbers mean
+    up: str | None = None  # axis that the file names as up, "+x" to "-z"
+    training: Training = "default"  # how its Gaussians were trained, as far as the file states it
+    unknown: tuple[str, ...] = ()  # columns or extensions of the file that are not read, by name
+    stored: Stored = NOTHING  # what it records of strokes of brushgs, and of the scene they were made of
+    moment: float | None = None  # of a moving scene, whose moment this is: seconds from its start
+    photograph: Camera | None = None  # that the scene was predicted from
 
     @property
     def is_strokes(self) -> bool:
@@ -245,22 +207,12 @@ class SceneFile:
         return self.stored.is_strokes
 
     @property
-    def scene(self) -> str | None:
-        """Name of the scene that strokes were made of; None if the file names none."""
-        return self.stored.scene
-
-    @property
-    def first_view(self) -> FirstView | None:
-        """How that scene is seen; None if the file does not say."""
-        return self.stored.first_view
-
-    @property
     def brushes(self) -> tuple[str, ...]:
         """Names or paths of the brushes that strokes have rows of, as far as the file states them."""
         return self.stored.brushes
 
     def read_columns(self, encoding: Encoding = STANDARD, *, is_raw: bool = False) -> tuple[Columns, Dropped]:
-        """Read all rows.
+        """Read the rows that can be drawn, activated, without bands of harmonics that are zero throughout.
 
         Args:
             encoding: what the numbers mean; that of the format where it is fixed.
@@ -268,8 +220,7 @@ class SceneFile:
                 (log-scales and logits), neither checked nor activated.
 
         Returns:
-            The rows that can be drawn, activated, without bands of spherical harmonics that are zero
-            throughout; and the dropped rows.
+            The rows, and the dropped ones.
 
         Raises:
             SceneError: if the file is damaged.
@@ -289,19 +240,10 @@ class SceneFile:
 def read_blocks(
     rows: RowSource, start: int, stop: int, block_rows: int = BLOCK_ROWS
 ) -> Iterator[tuple[Columns, Dropped]]:
-    """Read rows `start` to `stop`, so many at a time.
+    """Read rows `start` to `stop`, `block_rows` at a time; sequential ones from row 0.
 
-    Args:
-        rows: of a file; where they are sequential, `start` must be 0.
-        start: the first row.
-        stop: the row after the last one.
-        block_rows: of each block but the last.
-
-    Yields:
-        The rows that can be drawn, activated, with all bands of spherical harmonics; and the dropped ones.
-
-    Raises:
-        SceneError: if the file is damaged.
+    Yields the rows that can be drawn, activated, with all bands of spherical harmonics; and the dropped ones.
+    Raises SceneError if the file is damaged.
     """
     with _kept_open(rows) as source:
         for first in range(start, stop, block_rows):

@@ -18,7 +18,7 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_bytes
 from brushgs.formats.pictures.still import stated_size
-from brushgs.formats.scenes.columns import Columns, check_decoded_size
+from brushgs.formats.scenes.columns import Columns, check_decoded_size, unpack_quats
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile, decoder_of_parts
 from brushgs.formats.scenes.sog_meta import Meta, Palette, SceneFiles, count_palette, open_files, parse_meta
 from brushgs.formats.schema import MAX_BYTES
@@ -40,31 +40,19 @@ _SMALL_COMPONENTS = ((np.arange(256) / 255 * 2 - 1) * np.sqrt(0.5)).astype(np.fl
 
 @dataclass(frozen=True)
 class Sog:
-    """A SOG scene whose pictures have the sizes that it needs.
+    """A SOG scene whose pictures have the sizes that it needs."""
 
-    Attributes:
-        path: zip archive, folder, or `meta.json` in one.
-        meta: what its `meta.json` states.
-        num_entries: of the palette, 0 without one.
-        num_terms: spherical-harmonic terms of each Gaussian.
-        size: bytes of its files.
-    """
-
-    path: Path
+    path: Path  # of a zip archive, folder, or `meta.json` in one
     meta: Meta
-    num_entries: int
-    num_terms: int
-    size: int
+    num_entries: int  # of the palette, 0 without one
+    num_terms: int  # spherical-harmonic terms of each Gaussian
+    size: int  # bytes of its files
 
 
 def open_scene(path: Path) -> SceneFile:
     """Read the `meta.json` of a SOG scene and the sizes of its pictures.
 
-    Args:
-        path: a zip archive, a folder, or the `meta.json` in one.
-
-    Raises:
-        SceneError: if something is missing or does not fit.
+    Raises SceneError if something is missing or does not fit.
     """
     sog = open_sog(path)
     return SceneFile(
@@ -83,15 +71,13 @@ def open_sog(path: Path) -> Sog:
     with open_files(path) as files:
         content = files.meta(MAX_BYTES)
         meta = parse_meta(files.path, content)
-        for name in meta.pictures:
+        for name in meta.pictures[:6]:  # all but that of centroids
             _check_size(files, name, meta.num_rows)
-        num_entries, num_terms, names = 0, 1, list(meta.pictures)
+        num_entries, bands = 0, 0
         if meta.palette is not None:
-            _check_size(files, meta.palette.labels, meta.num_rows)
             num_entries, bands = _check_centroids(files, meta.palette)
-            num_terms = (bands + 1) ** 2
-            names += [meta.palette.labels, meta.palette.centroids]
-        size = len(content) + sum(files.size(name) for name in set(names))
+        num_terms = (bands + 1) ** 2
+        size = len(content) + sum(files.size(name) for name in set(meta.pictures))
     check_decoded_size(path, meta.num_rows, num_terms, size, max_growth=MAX_GROWTH)
     return Sog(path, meta, num_entries, num_terms, size)
 
@@ -99,36 +85,22 @@ def open_sog(path: Path) -> Sog:
 def rows_of(parts: Sequence[tuple[Sog, list[tuple[int, int]]]], num_terms: int) -> RowSource:
     """The rows of scenes one after the other, whose pictures are decoded where a row of them is wanted.
 
-    Args:
-        parts: each scene, and of it the first row and the row after the last of each run that is wanted.
-        num_terms: spherical-harmonic terms; a scene without the last of them sets these to 0.
+    Of each scene the first row and the row after the last of each run are given. A scene without the last of
+    `num_terms` spherical-harmonic terms sets these to 0.
     """
     counts = [sum(stop - start for start, stop in runs) for _, runs in parts]
     is_logit = all(sog.meta.version == 1 for sog, _ in parts)
     openers = [partial(_open_decoder, sog, runs, is_logit=is_logit) for sog, runs in parts]
-    return RowSource(
-        sum(counts),
-        num_terms,
-        decoder_of_parts(list(zip(counts, openers, strict=True))),
-        block_rows=_BLOCK_ROWS,
-        is_logit=is_logit,
-        is_whole=True,
-    )
+    open_decoder = decoder_of_parts(list(zip(counts, openers, strict=True)))
+    return RowSource(sum(counts), num_terms, open_decoder, _BLOCK_ROWS, is_logit=is_logit, is_whole=True)
 
 
 def _open_decoder(sog: Sog, runs: list[tuple[int, int]], *, is_logit: bool) -> Decoder:
-    """Decode the pictures of a scene.
-
-    Raises:
-        SceneError: if a picture is damaged.
-    """
+    """Decode the pictures of a scene. Raises SceneError if one is damaged."""
     meta = sog.meta
     with open_files(sog.path) as files:
-        names = list(meta.pictures)
-        if meta.palette is not None:
-            names += [meta.palette.labels, meta.palette.centroids]
-        with ThreadPoolExecutor(min(num_threads_or_default(None), len(names))) as pool:
-            pictures = list(pool.map(partial(_read_picture, files), names))
+        with ThreadPoolExecutor(min(num_threads_or_default(None), len(meta.pictures))) as pool:
+            pictures = list(pool.map(partial(_read_picture, files), meta.pictures))
         palette = None
         if meta.palette is not None:
             palette = _read_palette(pictures.pop(), meta.palette, sog)
@@ -137,10 +109,8 @@ def _open_decoder(sog: Sog, runs: list[tuple[int, int]], *, is_logit: bool) -> D
             if largest >= sog.num_entries:
                 rule = f"{meta.palette.labels!r} must hold labels below {sog.num_entries}, got {largest}"
                 raise SceneError(files.path, f"{rule}; {_CURE}")
-    if len(runs) > 1:
-        pictures = [np.concatenate([picture[start:stop] for start, stop in runs]) for picture in pictures]
-    else:
-        pictures = [picture[slice(*runs[0])] for picture in pictures]
+    parts = ([picture[start:stop] for start, stop in runs] for picture in pictures)
+    pictures = [part[0] if len(part) == 1 else np.concatenate(part) for part in parts]
     opacities: NDArray[np.floating] = meta.opacities
     if meta.version == 1 and not is_logit:  # beside scenes of version 2
         opacities = (1 / (1 + np.exp(-opacities))).astype(np.float32)
@@ -230,14 +200,9 @@ def _decoder(meta: Meta, pictures: list[U8], palette: F32 | None, opacities: F32
 def _unpack_quats(stored: U8, out: F32) -> None:
     """Decode [n, 4] bytes to unit quaternions w x y z.
 
-    The last byte is 252 + the index of the largest component, which follows from the unit length; the others
-    are stored in order, each as a fraction of -1/sqrt(2) to 1/sqrt(2). Another last byte gives the zero
-    quaternion, whose row is dropped with a warning.
+    The last byte is 252 + the index of the largest component; the others are fractions of -1/sqrt(2) to
+    1/sqrt(2). Another last byte gives the zero quaternion, whose row is dropped with a warning.
     """
-    small = _SMALL_COMPONENTS[stored[:, :3]]
     largest = stored[:, 3].astype(np.int16) - QUAT_TAG
-    rest = np.sqrt(np.maximum(1 - np.square(small).sum(axis=1), 0))
-    for index in range(4):
-        before, after = small[:, min(index, 2)], small[:, max(index - 1, 0)]
-        out[:, index] = np.where(index < largest, before, np.where(index > largest, after, rest))
+    unpack_quats(largest, _SMALL_COMPONENTS[stored[:, :3]], out)
     out[largest < 0] = 0

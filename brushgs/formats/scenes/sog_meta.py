@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Any, Generic, Protocol, TypeVar
+from typing import Annotated, Any, Generic, TypeVar
 
 import msgspec
 import numpy as np
@@ -34,47 +34,31 @@ META = "meta.json"
 _SHOWN_MEMBERS = 3
 
 
-class SceneFiles(Protocol):
-    """Files of one scene, by the names that its `meta.json` gives them."""
+class SceneFiles:
+    """Files of one scene, by the names that its `meta.json` gives them: those beside it.
 
-    path: Path  # of the file that messages name
+    All raise SceneError, of the file at `path`.
+    """
 
-    def meta(self, most: int) -> bytes:
-        """The `meta.json`, whatever it is called. Raises SceneError."""
-
-    def head(self, name: str) -> bytes:
-        """The first bytes of a file, enough for the size of a WebP picture. Raises SceneError."""
-
-    def size(self, name: str) -> int:
-        """Bytes that a file takes as it is stored, packed or not. Raises SceneError."""
-
-    @contextmanager
-    def on_disk(self, name: str, most: int) -> Iterator[Path]:
-        """A path to a file of at most `most` bytes while the context is open. Raises SceneError."""
-
-
-class Folder:
-    """The files beside a `meta.json`."""
-
-    def __init__(self, meta: Path) -> None:
-        self.path = meta
+    def __init__(self, path: Path) -> None:
+        self.path = path
 
     def meta(self, most: int) -> bytes:
-        """See `SceneFiles`."""
+        """The `meta.json`, whatever it is called."""
         return read_whole(self.path, most)
 
     def head(self, name: str) -> bytes:
-        """See `SceneFiles`."""
+        """The first bytes of a file, enough for the size of a WebP picture."""
         with open_plain(self._find(name)) as file:
             return file.read(NUM_HEADER_BYTES)
 
     def size(self, name: str) -> int:
-        """See `SceneFiles`."""
+        """Bytes that a file takes as it is stored, packed or not."""
         return self._find(name).stat().st_size
 
     @contextmanager
     def on_disk(self, name: str, most: int) -> Iterator[Path]:
-        """See `SceneFiles`."""
+        """A path to a file of at most `most` bytes while the context is open."""
         path = self._find(name)
         if path.stat().st_size > most:
             raise SceneError(path, _too_large(most))
@@ -88,27 +72,24 @@ class Folder:
         return path
 
 
-class Archive:
+class _Archive(SceneFiles):
     """The members of a zip archive that lie beside its `meta.json`."""
 
-    def __init__(self, path: Path, archive: zipfile.ZipFile, folder: str) -> None:
-        self.path, self._archive, self._folder = path, archive, folder
+    def __init__(self, path: Path, archive: zipfile.ZipFile) -> None:
+        super().__init__(path)
+        self._archive, self._folder = archive, _find_folder(path, archive.namelist())
 
     def meta(self, most: int) -> bytes:
-        """See `SceneFiles`."""
         return self._read_whole(META, most)
 
     def head(self, name: str) -> bytes:
-        """See `SceneFiles`."""
-        return self._read(self._find(name), NUM_HEADER_BYTES)
+        return self._read(self._member(name), NUM_HEADER_BYTES)
 
     def size(self, name: str) -> int:
-        """See `SceneFiles`."""
-        return self._find(name).compress_size
+        return self._member(name).compress_size
 
     @contextmanager
     def on_disk(self, name: str, most: int) -> Iterator[Path]:
-        """See `SceneFiles`."""
         content = self._read_whole(name, most)
         with scratch_folder() as folder:
             path = folder / "picture.webp"
@@ -119,7 +100,7 @@ class Archive:
                 message = str(error).removeprefix(f"{path}: ")
                 raise SceneError(self.path, f"its member {name[:100]!r} {message}") from None
 
-    def _find(self, name: str) -> zipfile.ZipInfo:
+    def _member(self, name: str) -> zipfile.ZipInfo:
         try:
             member = self._archive.getinfo(self._folder + name)
         except KeyError:
@@ -130,7 +111,7 @@ class Archive:
         return member
 
     def _read_whole(self, name: str, most: int) -> bytes:
-        content = self._read(self._find(name), most + 1)
+        content = self._read(self._member(name), most + 1)
         if len(content) > most:
             raise SceneError(self.path, f"its member {name[:100]!r} {_too_large(most)}")
         return content
@@ -150,30 +131,19 @@ def open_files(path: Path) -> Iterator[SceneFiles]:
     """The files of a SOG scene, given a folder, the `meta.json` in one, or a zip archive.
 
     Raises:
-        SceneError: see `_open_archive`.
+        SceneError: if an archive is damaged, has a huge directory or holds no `meta.json` or several; says
+            what it holds.
     """
     if is_dir(path):
-        yield Folder(path / META)
+        yield SceneFiles(path / META)
         return
     with open_plain(path, "scene file") as file:
         is_archive = file.read(2) == b"PK"
     if not is_archive:
-        yield Folder(path)
+        yield SceneFiles(path)
         return
-    with _open_archive(path) as archive:
-        yield archive
-
-
-@contextmanager
-def _open_archive(path: Path) -> Iterator[Archive]:
-    """The SOG scene in a zip archive.
-
-    Raises:
-        SceneError: if the archive is damaged, has a huge directory or holds no `meta.json` or several; says
-            what it holds.
-    """
-    with open_zip(path) as archive:
-        yield Archive(path, archive, _find_folder(path, archive.namelist()))
+    with open_zip(path) as opened:
+        yield _Archive(path, opened)
 
 
 def _find_folder(path: Path, names: list[str]) -> str:
@@ -184,9 +154,8 @@ def _find_folder(path: Path, names: list[str]) -> str:
     if len(metas) == 1:
         return metas[0][: -len(META)]
     if any(PurePosixPath(name).name == "lod-meta.json" for name in names):
-        raise SceneError(
-            path, "is a zip archive of a streamed SOG scene; unpack it and name its lod-meta.json"
-        )
+        fact = "is a zip archive of a streamed SOG scene"
+        raise SceneError(path, f"{fact}; unpack it and name its lod-meta.json")
     if metas:
         what = f"{len(metas)} SOG scenes in folders of their own"
         raise SceneError(path, f"is a zip archive of {what}; unpack it and name the {META} of one")
@@ -278,61 +247,37 @@ class _Version(Struct):
 
 @dataclass(frozen=True)
 class Palette:
-    """Spherical harmonics of degree 1 and more, shared by Gaussians.
+    """Spherical harmonics of degree 1 and more, shared by Gaussians."""
 
-    Attributes:
-        num_entries: labels are smaller; None if the file does not state it.
-        bands: 1 to 3; None if the width of the picture tells it.
-        values: [256] coefficient that a byte stands for.
-        centroids: picture of the entries, 64 in a row, each (bands + 1)^2 - 1 pixels wide.
-        labels: picture of 16-bit numbers, low byte first.
-    """
-
-    num_entries: int | None
-    bands: int | None
-    values: F32
-    centroids: str
-    labels: str
+    num_entries: int | None  # labels are smaller; None if the file does not state it
+    bands: int | None  # 1 to 3; None if the width of the picture tells it
+    values: F32  # [256] coefficient that a byte stands for
+    centroids: str  # picture of the entries, 64 in a row, each (bands + 1)^2 - 1 pixels wide
+    labels: str  # picture of 16-bit numbers, low byte first
 
 
 @dataclass(frozen=True)
 class Meta:
-    """A `meta.json` of either version.
+    """A `meta.json` of either version."""
 
-    Attributes:
-        version: 1 or 2.
-        num_rows: Gaussians.
-        training: how they were trained.
-        means: [3, 65536] coordinate that a 16-bit number stands for, by axis.
-        log_scales: [3, 256] by axis.
-        colors: [3, 256] coefficient of degree 0, by channel.
-        opacities: [256] logits in version 1, 0 to 1 in version 2.
-        pictures: names of the pictures of the means (low and high bytes), quats, scales, colours.
-        palette: None without spherical harmonics above degree 0.
-        stored: what a file of ours records.
-    """
-
-    version: int
-    num_rows: int
+    version: int  # 1 or 2
+    num_rows: int  # Gaussians
     training: Training
-    means: F32
-    log_scales: F32
-    colors: F32
-    opacities: F32
-    pictures: tuple[str, str, str, str, str]
-    palette: Palette | None
-    stored: Stored
+    means: F32  # [3, 65536] coordinate that a 16-bit number stands for, by axis
+    log_scales: F32  # [3, 256] by axis
+    colors: F32  # [3, 256] coefficient of degree 0, by channel
+    opacities: F32  # [256] logits in version 1, 0 to 1 in version 2
+    pictures: tuple[
+        str, ...
+    ]  # names: means (low and high bytes), quats, scales, colours, any labels and palette
+    palette: Palette | None  # None without spherical harmonics above degree 0
+    stored: Stored  # what a file of ours records
 
 
 def parse_meta(path: Path, content: bytes) -> Meta:
-    """The meaning of a `meta.json`.
+    """The meaning of the JSON text of a `meta.json`, or of an archive that it is in, at `path`.
 
-    Args:
-        path: the file, or the archive that it is in, for messages.
-        content: the JSON text.
-
-    Raises:
-        SceneError: if it is no JSON, or a field is missing or unusable; names the field.
+    Raises SceneError if it is no JSON, or a field is missing or unusable; names the field.
     """
     version = decode(path, content, _Version, _CURE, has_names=True).version
     if version not in (1, 2):
@@ -356,6 +301,8 @@ def parse_meta(path: Path, content: bytes) -> Meta:
         *color_rows, opacities = _between(scene.sh0.mins, scene.sh0.maxs)
         colors = np.array(color_rows)
     low, high = scene.means.files[:2]
+    palette = _palette(path, scene.sh_n, int(version))
+    more = () if palette is None else (palette.labels, palette.centroids)
     return Meta(
         version=int(version),
         num_rows=num_rows,
@@ -364,8 +311,8 @@ def parse_meta(path: Path, content: bytes) -> Meta:
         log_scales=log_scales,
         colors=colors,
         opacities=opacities,
-        pictures=(low, high, scene.quats.files[0], scene.scales.files[0], scene.sh0.files[0]),
-        palette=_palette(path, scene.sh_n, int(version)),
+        pictures=(low, high, scene.quats.files[0], scene.scales.files[0], scene.sh0.files[0], *more),
+        palette=palette,
         stored=read_stored(path, lambda: parse_content(scene.stored)),
     )
 

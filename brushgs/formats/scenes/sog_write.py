@@ -26,8 +26,15 @@ from brushgs.formats.files import replacing, scratch_folder
 from brushgs.formats.pictures.still import write_exact
 from brushgs.formats.scenes.sog import QUAT_TAG
 from brushgs.formats.scenes.sog_meta import MAX_PALETTE, META, NOTES, PALETTE_ROW, mean_logs
-from brushgs.formats.scenes.stored import NOTHING, Stored, content_of
-from brushgs.formats.scenes.write import fractions_of, logs_of, rounded, spatial_order, unit_quats
+from brushgs.formats.scenes.stored import Stored, content_of
+from brushgs.formats.scenes.write import (
+    fractions_of,
+    in_order,
+    logs_of,
+    rounded,
+    smallest_three,
+    spatial_order,
+)
 from brushgs.values.arrays import F32
 from brushgs.values.gaussians import Gaussians
 from brushgs.version import __version__
@@ -52,9 +59,7 @@ def levels_of(
 ) -> NDArray[np.float64]:
     """[256] ascending numbers near which the values lie, least squares; equal ones at the end if fewer do.
 
-    Args:
-        values: of any shape.
-        weights: >= 0, of the same shape: how much the error of each counts; None for all alike.
+    `weights`, >= 0 and of the shape of the values, are how much the error of each counts.
     """
     order = np.argsort(values, axis=None, kind="stable")
     ordered = values.reshape(-1)[order].astype(np.float64)
@@ -91,15 +96,9 @@ def nearest_levels(values: NDArray[np.floating], levels: NDArray[np.float64]) ->
 
 
 def palette_of(rows: F32, most: int) -> tuple[F32, NDArray[np.int64]]:
-    """At most so many rows that stand for all, least squares.
+    """At most so many rows, [entries, columns], that stand for all, [N, columns]; and the entry of each row.
 
-    Args:
-        rows: [N, columns].
-        most: of the palette, >= 1.
-
-    Returns:
-        The palette, [entries, columns]; and the entry of each row. The same input gives the same, with any
-        number of threads.
+    Least squares. The same input gives the same, with any number of threads.
     """
     distinct, labels = np.unique(rows, axis=0, return_inverse=True)
     if len(distinct) <= most:
@@ -115,9 +114,8 @@ def _one_thread_each() -> Iterator[None]:
         from sklearn.exceptions import ConvergenceWarning
         from threadpoolctl import threadpool_limits  # of scikit-learn
     except ImportError:
-        raise ValueError(
-            "a .sog of spherical harmonics needs scikit-learn; pip install 'brushgs[kmeans]', or write .spz"
-        ) from None
+        fact = "a .sog of spherical harmonics needs scikit-learn"
+        raise ValueError(f"{fact}; pip install 'brushgs[kmeans]', or write .spz") from None
 
     with threadpool_limits(1), warnings.catch_warnings():  # those of all threads
         warnings.simplefilter("ignore", ConvergenceWarning)
@@ -128,17 +126,13 @@ def _palette_of_groups(rows: F32, most: int) -> tuple[F32, NDArray[np.int64]]:
     """The same for rows of which too many differ."""
     groups = _groups(rows)
     shares = _shares(rows, groups, most)
-    entries: list[F32] = [rows[:0]] * len(groups)
-    labels = np.empty(len(rows), np.int64)
+    labels, start = np.empty(len(rows), np.int64), 0
     with ThreadPoolExecutor(num_threads_or_default(None)) as pool:
-        found = list(
-            pool.map(lambda pair: _cluster(rows[pair[0]], pair[1]), zip(groups, shares, strict=True))
-        )
-    start = 0
-    for index, (group, (centroids, inside)) in enumerate(zip(groups, found, strict=True)):
-        entries[index], labels[group] = centroids, inside + start
+        found = list(pool.map(lambda group, share: _cluster(rows[group], share), groups, shares))
+    for group, (centroids, inside) in zip(groups, found, strict=True):
+        labels[group] = inside + start
         start += len(centroids)
-    return np.concatenate(entries), labels
+    return np.concatenate([centroids for centroids, _ in found]), labels
 
 
 def _groups(rows: F32) -> list[NDArray[np.int64]]:
@@ -188,27 +182,15 @@ _LEAST_AREA = 1e-6  # of the largest: so that flat ones, whose scale is 0, stay 
 _DATE = (1980, 1, 1, 0, 0, 0)  # of the members: the first that a zip archive can state
 
 
-def write_scene(
-    gaussians: Gaussians,
-    path: str | Path,
-    known: Stored = NOTHING,
-) -> NDArray[np.int64] | None:
-    """Write the pictures and what they mean.
-
-    `known` is what is recorded. The colours of Gaussians whose opacity rounds to 0
-    are lost; these are not seen.
-
-    Returns:
-        The rows in the order of the file; None if that is recorded.
+@in_order(spatial_order)
+def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
+    """Write the pictures and what they mean. Gaussians whose opacity rounds to 0 lose their colours, unseen.
 
     Raises:
         ValueError: if the names of brushes are too long, or the palette of spherical harmonics needs
             scikit-learn, which is not installed.
         SceneError: if the file cannot be written.
     """
-    order = spatial_order(gaussians)
-    rows = gaussians.take(order)
-    stored = known.sorted_by(rows, order)
     logs = mean_logs(rows.means)
     low, high = logs.min(axis=0), logs.max(axis=0)
     places = rounded(fractions_of(logs, low, high) * _WHOLE, _WHOLE)
@@ -234,7 +216,7 @@ def write_scene(
         "quats": {"files": ["quats.webp"]},
         "sh0": {"codebook": _listed(color_levels), "files": ["sh0.webp"]},
     }
-    if gaussians.antialiased:
+    if rows.antialiased:
         meta["model"] = "antialiased"
     whole = {name: _laid_out(pixels.astype(np.uint8)) for name, pixels in pictures.items()}
     if rows.sh.shape[1] > 1:
@@ -244,7 +226,6 @@ def write_scene(
         meta[NOTES] = content
     text = json.dumps(meta, separators=(",", ":"), allow_nan=False).encode("ascii")
     _write_archive(path, text, whole)
-    return order if stored.order is None else None
 
 
 def _harmonics(rows: Gaussians) -> tuple[dict[str, Any], dict[str, NDArray[np.uint8]]]:
@@ -270,10 +251,7 @@ def _harmonics(rows: Gaussians) -> tuple[dict[str, Any], dict[str, NDArray[np.ui
 
 def _pack_quats(quats: NDArray[np.floating]) -> NDArray[np.int64]:
     """[n, 4] bytes: three components in order, then the tag of the largest of w, x, y, z."""
-    units = unit_quats(quats)
-    largest = np.abs(units).argmax(axis=1)
-    units *= np.where(np.take_along_axis(units, largest[:, None], 1) < 0, -1, 1)  # that one follows, as > 0
-    others = units[np.arange(4) != largest[:, None]].reshape(-1, 3)
+    largest, others = smallest_three(quats)
     return np.column_stack([rounded((others * np.sqrt(0.5) + 0.5) * 255, 255), largest + QUAT_TAG])
 
 

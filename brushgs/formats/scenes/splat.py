@@ -21,9 +21,10 @@ from brushgs.formats.format import SPLAT_ROW_SIZE
 from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
 from brushgs.formats.scenes.stored import NOTHING, Stored
-from brushgs.formats.scenes.write import finite_scales, rounded, unit_quats
+from brushgs.formats.scenes.write import finite_scales, rounded
 from brushgs.options.table import listed
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import normalized
 from brushgs.values.sh import C0
 
 QUAT_ZERO = 128  # the byte that stands for 0, and the steps from there to 1
@@ -75,24 +76,14 @@ def _open_rows(path: Path, num_rows: int) -> RowSource:
 
             yield decode
 
-    return RowSource(
-        num_rows,
-        1,
-        open_decoder,
-        block_rows=_BLOCK_ROWS,
-        encoding=_ENCODING,
-    )
+    return RowSource(num_rows, 1, open_decoder, _BLOCK_ROWS, _ENCODING)
 
 
 _ROW = np.dtype([("means", "<f4", 3), ("scales", "<f4", 3), ("rgba", "u1", 4), ("quats", "u1", 4)])
 _WRITTEN_ROWS = 1 << 16
 
 
-def write_scene(
-    gaussians: Gaussians,
-    path: str | Path,
-    known: Stored = NOTHING,
-) -> None:
+def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING) -> None:
     """Write rows of 32 bytes; nothing that is `known` of the scene is recorded.
 
     A SceneWarning names what is lost and matters to a painting. Colours outside 0 to 1 are clipped.
@@ -122,5 +113,5 @@ def _encode(gaussians: Gaussians) -> bytes:
     rows["scales"] = finite_scales(gaussians.scales)
     rows["rgba"][:, :3] = rounded((gaussians.sh[:, 0] * C0 + 0.5) * 255, 255)
     rows["rgba"][:, 3] = rounded(gaussians.opacities * 255, 255)
-    rows["quats"] = rounded(unit_quats(gaussians.quats) * QUAT_ZERO + QUAT_ZERO, 255)
+    rows["quats"] = rounded(normalized(gaussians.quats) * QUAT_ZERO + QUAT_ZERO, 255)
     return rows.tobytes()

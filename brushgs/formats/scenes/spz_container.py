@@ -18,10 +18,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import NoGaussiansError, SceneError
+from brushgs.values.arrays import U8
 
 _RECORD = struct.Struct("<II")  # type, bytes that follow
 _COORDINATE_SYSTEM = 0xADBE0003
@@ -37,19 +37,12 @@ _SHOWN = 6  # types of records that are named
 
 @dataclass(frozen=True)
 class Extensions:
-    """What the extensions of a file state.
+    """What the extensions of a file state."""
 
-    Attributes:
-        up: axis that points up, "+x" to "-z"; None if none is stated.
-        is_mirrored: whether the axes are left-handed.
-        unknown: names of the extensions that are not read.
-        notes: JSON text of what `Stored` holds; empty without.
-    """
-
-    up: str | None = None
-    is_mirrored: bool = False
-    unknown: tuple[str, ...] = ()
-    notes: str = ""
+    up: str | None = None  # axis that points up, "+x" to "-z"
+    is_mirrored: bool = False  # whether the axes are left-handed
+    unknown: tuple[str, ...] = ()  # names of the extensions that are not read
+    notes: str = ""  # JSON text of what `Stored` holds
 
 
 def notes_record(text: bytes) -> bytes:
@@ -57,15 +50,7 @@ def notes_record(text: bytes) -> bytes:
     return _RECORD.pack(_NOTES, len(text)) + text
 
 
-NO_EXTENSIONS = Extensions()
-
-
-def parse_extensions(path: Path, records: memoryview) -> Extensions:
-    """Read the records of a file.
-
-    Raises:
-        SceneError: if a record is longer than what is left, or names a coordinate system that does not exist.
-    """
+def _parse_extensions(path: Path, records: memoryview) -> Extensions:
     axes, notes, unknown = "", "", dict[str, None]()
     start = 0
     while start + _RECORD.size <= len(records):
@@ -81,7 +66,9 @@ def parse_extensions(path: Path, records: memoryview) -> Extensions:
         elif len(unknown) < _SHOWN:
             unknown[f"extension 0x{kind:08X}"] = None
         start += size
-    return Extensions(_find_up(axes), _is_left_handed(axes), tuple(unknown), notes)
+    ups = {"U": "+", "D": "-"}
+    up = next((ups[to] + axis for axis, to in zip("xyz", axes, strict=False) if to in ups), None)
+    return Extensions(up, _is_left_handed(axes), tuple(unknown), notes)
 
 
 def _read_axes(path: Path, record: bytes) -> str:
@@ -90,13 +77,6 @@ def _read_axes(path: Path, record: bytes) -> str:
         rule = f"the coordinate system must be a number from 0 to {len(_AXES) - 1}, got {number}"
         raise SceneError(path, f"{rule}; export the scene again")
     return _AXES[number]
-
-
-def _find_up(axes: str) -> str | None:
-    for axis, direction in zip("xyz", axes, strict=False):
-        if direction in "UD":
-            return f"{'+' if direction == 'U' else '-'}{axis}"
-    return None
 
 
 def _is_left_handed(axes: str) -> bool:
@@ -116,7 +96,7 @@ _TABLE_OFFSET = struct.Struct("<I")  # of version 4, at byte 16
 _STREAM = struct.Struct("<QQ")  # its bytes in the file and decompressed
 _LATEST = 4
 NUM_HEADER_BYTES = 1 << 12  # of a file, that hold its header, compressed or not
-_ANTIALIASED, _HAS_EXTENSIONS, _IS_TREE = 0x1, 0x2, 0x80  # flags
+ANTIALIASED, HAS_EXTENSIONS, _IS_TREE = 0x1, 0x2, 0x80  # flags
 _MAX_DEGREE, _MAX_USED_DEGREE = 4, 3
 MAX_FRACTIONAL_BITS = 24
 _MAX_TRAILER = 1 << 19  # bytes of extensions that are read after the blocks of versions 1 to 3
@@ -126,38 +106,14 @@ _BYTES_PER_THREAD = 1 << 20  # below this, a thread costs more than it saves
 
 @dataclass(frozen=True)
 class Header:
-    """What the header of an SPZ file states.
+    """What the header of an SPZ file states."""
 
-    Attributes:
-        version: 1 to 4.
-        num_rows: Gaussians, >= 1.
-        sh_degree: degree of the spherical harmonics that are stored, 0 to 4.
-        fractional_bits: of positions, from version 2 on.
-        flags: bits.
-        num_streams: of version 4.
-    """
-
-    version: int
-    num_rows: int
-    sh_degree: int
-    fractional_bits: int
+    version: int  # 1 to 4
+    num_rows: int  # Gaussians, >= 1
+    sh_degree: int  # of the spherical harmonics that are stored, 0 to 4
+    fractional_bits: int  # of positions, from version 2 on
     flags: int
-    num_streams: int
-
-    @classmethod
-    def of(
-        cls,
-        version: int,
-        num_rows: int,
-        sh_degree: int,
-        fractional_bits: int,
-        *,
-        is_antialiased: bool,
-        has_extensions: bool,
-    ) -> "Header":
-        """That of a file to be written."""
-        flags = _ANTIALIASED * is_antialiased | _HAS_EXTENSIONS * has_extensions
-        return cls(version, num_rows, sh_degree, fractional_bits, flags, 0)
+    num_streams: int = 0  # of version 4
 
     @property
     def used_degree(self) -> int:
@@ -172,7 +128,7 @@ class Header:
     @property
     def is_antialiased(self) -> bool:
         """Whether the scene was trained with the opacity compensation of Mip-Splatting."""
-        return bool(self.flags & _ANTIALIASED)
+        return bool(self.flags & ANTIALIASED)
 
     @property
     def widths(self) -> tuple[int, ...]:
@@ -188,30 +144,20 @@ class Header:
 
 @dataclass(frozen=True)
 class Blocks:
-    """Plain bytes of n Gaussians, one array for each attribute.
+    """Plain bytes of n Gaussians, one array for each attribute."""
 
-    Attributes:
-        positions: [n x width + 1], one byte longer than they are, so that the last three can be read as four.
-        alphas: [n].
-        colors: [n, 3].
-        scales: [n, 3].
-        rotations: [n, width].
-        sh: [n, 3 x terms above the first].
-    """
-
-    positions: NDArray[np.uint8]
-    alphas: NDArray[np.uint8]
-    colors: NDArray[np.uint8]
-    scales: NDArray[np.uint8]
-    rotations: NDArray[np.uint8]
-    sh: NDArray[np.uint8]
+    positions: U8  # [n x width + 1], a byte longer than they are: the last three can be read as four
+    alphas: U8  # [n]
+    colors: U8  # [n, 3]
+    scales: U8  # [n, 3]
+    rotations: U8  # [n, width]
+    sh: U8  # [n, 3 x terms above the first]
 
 
 def read_header(path: Path, begin: bytes) -> Header:
     """Read the header of a file from its first `NUM_HEADER_BYTES` bytes or more.
 
-    Raises:
-        SceneError: if it is damaged, of an unknown version, or gzip data of another kind.
+    Raises SceneError if it is damaged, of an unknown version, or gzip data of another kind.
     """
     is_packed = begin.startswith(_GZIP)
     if is_packed:
@@ -232,41 +178,33 @@ def read_header(path: Path, begin: bytes) -> Header:
         )
     if num_rows == 0:
         raise NoGaussiansError(path, "holds no Gaussians: its header says 0; export the scene again")
-    if degree > _MAX_DEGREE:
-        rule = f"spherical harmonics must have a degree from 0 to {_MAX_DEGREE}, got {degree}"
-        raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")
-    if bits > MAX_FRACTIONAL_BITS:
-        rule = f"positions must have at most {MAX_FRACTIONAL_BITS} fractional bits, got {bits}"
-        raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")
+    for what, most, got in (
+        (f"spherical harmonics must have a degree from 0 to {_MAX_DEGREE}", _MAX_DEGREE, degree),
+        (f"positions must have at most {MAX_FRACTIONAL_BITS} fractional bits", MAX_FRACTIONAL_BITS, bits),
+    ):
+        if got > most:
+            raise _bad_header(path, f"{what}, got {got}")
     if flags & _IS_TREE and version < _LATEST:
         raise SceneError(path, "holds a tree of levels of detail; export the scene without levels of detail")
     return Header(version, num_rows, degree, bits, flags, num_streams)
 
 
 def read_extensions(path: Path, data: bytes, header: Header) -> Extensions:
-    """What the extensions of a file state.
-
-    Raises:
-        SceneError: if they are damaged.
-    """
-    if not header.flags & _HAS_EXTENSIONS:
-        return NO_EXTENSIONS
+    """What the extensions of a file state. Raises SceneError if they are damaged."""
+    if not header.flags & HAS_EXTENSIONS:
+        return Extensions()
     if header.version < _LATEST:
         # Inflated for this alone, and once more for the blocks: few files of these versions have extensions.
         records = _inflate(path, data, header)[0][_HEADER.size + header.num_rows * header.row_size :]
     else:
         records = memoryview(data)[_HEADER_4_SIZE : _table_offset(path, data, header)]
-    return parse_extensions(path, records)
+    return _parse_extensions(path, records)
 
 
 def read_blocks(path: Path, data: bytes, header: Header) -> tuple[Blocks, int]:
-    """Decompress the blocks of a file.
+    """The blocks of a file, and how many bytes after the last of them have no meaning.
 
-    Returns:
-        The blocks, and how many bytes after the last of them have no meaning.
-
-    Raises:
-        SceneError: if the file is cut off or damaged.
+    Raises SceneError if the file is cut off or damaged.
     """
     read = _read_stream if header.version < _LATEST else _read_streams
     contents, surplus = read(path, data, header)
@@ -278,13 +216,10 @@ def read_blocks(path: Path, data: bytes, header: Header) -> tuple[Blocks, int]:
     return Blocks(arrays[0], shaped[0][:, 0], *shaped[1:]), surplus
 
 
-def pack_stream(header: Header, blocks: Sequence[NDArray[np.uint8]], extensions: bytes) -> bytes:
+def pack_stream(header: Header, blocks: Sequence[U8], extensions: bytes) -> bytes:
     """The content of a file of versions 1 to 3, to be packed with gzip.
 
-    Args:
-        header: of the file.
-        blocks: [n, width] or [n], in the order of `Header.widths`.
-        extensions: their records.
+    `blocks` are [n, width] or [n], in the order of `Header.widths`; `extensions` are their records.
     """
     head = _HEADER.pack(
         *(_MAGIC, header.version, header.num_rows, header.sh_degree, header.fractional_bits),
@@ -336,7 +271,7 @@ def _read_stream(path: Path, data: bytes, header: Header) -> tuple[list[memoryvi
     for width in header.widths:
         parts.append(content[start:])
         start += header.num_rows * width
-    if not header.flags & _HAS_EXTENSIONS:
+    if not header.flags & HAS_EXTENSIONS:
         surplus += len(content) - start
     return parts, surplus
 
@@ -357,7 +292,7 @@ def _read_streams(path: Path, data: bytes, header: Header) -> tuple[list[bytes],
     sizes = [header.num_rows * width for width in header.widths if width]
     if header.num_streams != len(sizes):
         rule = f"must have {len(sizes)} streams for degree {header.sh_degree}, got {header.num_streams}"
-        raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")
+        raise _bad_header(path, rule)
     offset = _table_offset(path, data, header)
     start = offset + header.num_streams * _STREAM.size
     streams = []
@@ -365,7 +300,7 @@ def _read_streams(path: Path, data: bytes, header: Header) -> tuple[list[bytes],
         packed, unpacked = _STREAM.unpack_from(data, offset + number * _STREAM.size)
         if unpacked != size:
             rule = f"stream {number} must hold {size} bytes for {header.num_rows} Gaussians, got {unpacked}"
-            raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")
+            raise _bad_header(path, rule)
         if packed > len(data) - start:
             raise _cut_off(path, f"{packed - (len(data) - start)} bytes before the end of stream {number}")
         streams.append((memoryview(data)[start : start + packed], size))
@@ -394,6 +329,10 @@ def _decompress(path: Path, packed: memoryview, size: int) -> bytes:
     if len(content) != size:
         raise _damaged(path, f"a stream of {size} bytes held {len(content)}")
     return content
+
+
+def _bad_header(path: Path, rule: str) -> SceneError:
+    return SceneError(path, f"{rule}; the header is damaged: copy or export it again")
 
 
 def _cut_off(path: Path, where: str) -> SceneError:

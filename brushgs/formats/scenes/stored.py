@@ -85,34 +85,24 @@ class _Content(Struct):
 
 
 class Stored(NamedTuple):
-    """What a file records.
+    """What a file records."""
 
-    Attributes:
-        scene: the name of the scene.
-        first_view: how that is seen.
-        brushes: names or paths of the brushes, by row.
-        counts: how many rows have each brush, in formats without a column for it: the rows are in the order
-            of their brushes. None where strokes have no brushes, or a column.
-        is_strokes: whether the rows are strokes.
-        antialiased: whether the rows were trained with the opacity compensation of Mip-Splatting.
-        order: [N] of strokes in a format that sorts rows, the place that each row had: colours are broken by
-            the number of a stroke. None where they lie in order, or are more than 65,536.
-    """
-
-    scene: str | None = None
-    first_view: FirstView | None = None
-    brushes: tuple[str, ...] = ()
+    scene: str | None = None  # the name of the scene
+    first_view: FirstView | None = None  # how that is seen
+    brushes: tuple[str, ...] = ()  # names or paths, by row
+    # How many rows have each brush, in formats without a column for it: rows are in the order of their
+    # brushes. None where strokes have no brushes, or a column.
     counts: tuple[int, ...] | None = None
-    is_strokes: bool = False
-    antialiased: bool = False
+    is_strokes: bool = False  # whether the rows are strokes
+    antialiased: bool = False  # whether they were trained with the opacity compensation of Mip-Splatting
+    # [N] of strokes in a format that sorts rows, the place that each row had: colours are broken by the
+    # number of a stroke. None where they lie in order, or are more than 65,536.
     order: NDArray[np.int64] | None = None
 
     def sorted_by(self, rows: Gaussians, order: NDArray[np.int64] | None) -> "Stored":
-        """The same for a format without a column of brushes, whose rows are in the order of their brushes.
+        """The same for a format without a column of brushes, whose `rows` are in the order of their brushes.
 
-        Args:
-            rows: as the file has them.
-            order: [N] which row of those given each is; None if they lie in order.
+        `order`, [N], is which row of those given each is; None if they lie in order.
         """
         counts = None if rows.brushes is None else tuple(np.bincount(rows.brushes).tolist())
         kept = order if self.is_strokes and len(rows) <= _MOST_ORDERED else None
@@ -144,16 +134,10 @@ NOTHING = Stored()  # known of a scene
 def content_of(stored: Stored) -> dict[str, Any]:
     """The JSON object that holds what is stored; empty where there is nothing to say.
 
-    A first view of too many points is omitted.
-
-    Raises:
-        ValueError: if the names of the brushes are too long.
+    A first view of too many points is omitted. Raises ValueError if the names of the brushes are too long.
     """
-    content: dict[str, Any] = {}
-    if stored.is_strokes:
-        content["strokes"] = True
-    if stored.antialiased:
-        content["antialiased"] = True
+    flags = {"strokes": stored.is_strokes, "antialiased": stored.antialiased}
+    content: dict[str, Any] = {name: True for name, is_so in flags.items() if is_so}
     if stored.scene:
         content["scene"] = "".join(c if c.isprintable() else "?" for c in stored.scene[:_MAX_NAME])
     first_view = stored.first_view
@@ -166,10 +150,8 @@ def content_of(stored: Stored) -> dict[str, Any]:
     if stored.brushes:
         content["brushes"] = list(stored.brushes)
         if (length := len(json.dumps(content["brushes"]))) > _MAX_BRUSH_TEXT:
-            raise ValueError(
-                f"save: names of brushes must take at most {_MAX_BRUSH_TEXT:,} characters, got {length:,}; "
-                "use fewer or shorter ones"
-            )
+            rule = f"names of brushes must take at most {_MAX_BRUSH_TEXT:,} characters, got {length:,}"
+            raise ValueError(f"save: {rule}; use fewer or shorter ones")
     if stored.order is not None:
         content["order"] = base64.b64encode(stored.order.astype("<u2").tobytes()).decode("ascii")
     if stored.counts is not None:
@@ -183,11 +165,7 @@ def text_of(content: dict[str, Any]) -> str:
 
 
 def parse_text(text: str) -> Stored:
-    """What the text of a JSON object records.
-
-    Raises:
-        ValueError: if it is damaged.
-    """
+    """What the text of a JSON object records. Raises ValueError if it is damaged."""
     if not text:
         return Stored()
     try:
@@ -198,11 +176,7 @@ def parse_text(text: str) -> Stored:
 
 
 def parse_content(content: object) -> Stored:
-    """What a JSON object records.
-
-    Raises:
-        ValueError: if it is damaged.
-    """
+    """What a JSON object records. Raises ValueError if it is damaged."""
     try:
         return _stored(msgspec.convert(content, _Content))
     except msgspec.ValidationError as error:
@@ -231,11 +205,9 @@ def _stored(content: _Content) -> Stored:
 
 
 def read_stored(path: Path, read: Callable[[], Stored]) -> Stored:
-    """What a file records; where that is damaged a SceneWarning says so, and it is as if there were nothing.
+    """What a file records, by `parse_content` or `parse_text` of what it holds.
 
-    Args:
-        path: the file, for the message.
-        read: `parse_content` or `parse_text` of what the file holds.
+    Where that is damaged a SceneWarning says so, and it is as if there were nothing.
     """
     try:
         return read()

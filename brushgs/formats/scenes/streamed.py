@@ -5,9 +5,8 @@ so one is read; 0 is the finest. The format is defined by splat-transform and th
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from msgspec import Meta, Struct
 
@@ -37,8 +36,7 @@ class _Index(Struct, rename="camel"):
     environment: Any = None
 
 
-@dataclass(frozen=True)
-class _Run:
+class _Run(NamedTuple):
     """Rows of one SOG scene that belong to a leaf in one level."""
 
     file: int
@@ -47,15 +45,10 @@ class _Run:
 
 
 def open_scene(path: Path, lod: int | None = None) -> SceneFile:
-    """Read the index of a streamed SOG scene, and the `meta.json` of each scene of one level.
+    """Read the index of a streamed SOG scene or of its folder, and each `meta.json` of one level.
 
-    Args:
-        path: `lod-meta.json` or its folder.
-        lod: the level, 0 for the finest; None for the finest of at most `DEFAULT_MOST` Gaussians, or the
-            coarsest if all have more.
-
-    Raises:
-        SceneError: if something is missing or does not fit, or there is no such level.
+    Level 0 is the finest; None is the finest of at most `DEFAULT_MOST` Gaussians, or the coarsest if all have
+    more. Raises SceneError if something is missing or does not fit, or there is no such level.
     """
     index = path / INDEX if is_dir(path) else path
     content = read_whole(index, MAX_BYTES)

@@ -7,69 +7,36 @@ does. Rows keep their order, but for strokes with brushes, which are sorted by t
 """
 
 import json
-from dataclasses import dataclass
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import replacing
 from brushgs.formats.gltf_file import SCENE_NODE
 from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
-from brushgs.formats.scenes.placed import NOTES, Placement, is_turned_by, notes_of, read_notes
-from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile, decoder_of_parts
-from brushgs.formats.scenes.stored import MAX_TEXT, NOTHING, Stored, text_of
-from brushgs.formats.scenes.write import brush_order, finite_scales, unit_quats
+from brushgs.formats.scenes.placed import NOTES, Part, notes_of, read_notes, rows_of_parts
+from brushgs.formats.scenes.rows import SceneFile
+from brushgs.formats.scenes.stored import MAX_TEXT, Stored, text_of
+from brushgs.formats.scenes.write import brush_order, finite_scales, in_order
 from brushgs.formats.schema import parse_json
-from brushgs.formats.usd.process import INSTALL, Answer, is_usd_here, reading
-from brushgs.values.arrays import F64
+from brushgs.formats.usd import INSTALL, Answer, is_usd_here, reading
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import normalized
 
-_BLOCK_ROWS = 1 << 13
 _ENCODING = Encoding("linear", "linear", "xyzw", "sh")
 # Numbers may have two bytes, and USD packs those that repeat.
 _MAX_GROWTH = 20
-_COLUMNS = "means", "quats", "scales", "opacities", "sh"
-
-
-@dataclass(frozen=True)
-class _Part:
-    """The splats of one prim: columns as stored, [N, ...], and the matrix [4, 4], world from splats."""
-
-    columns: dict[str, NDArray[Any]]
-    matrix: F64
-
-    @property
-    def num_rows(self) -> int:
-        return len(self.columns["means"])
-
-    @property
-    def num_terms(self) -> int:
-        return int(self.columns["sh"].shape[1])
-
-    def decoder(self) -> Decoder:
-        """Decodes rows to the standard layout, placed in the world."""
-        placement = Placement(self.matrix)
-
-        def decode(start: int, stop: int, out: Columns) -> None:
-            for name in _COLUMNS[:-1]:
-                getattr(out, name)[:] = self.columns[name][start:stop]
-            out.sh[:, : self.num_terms] = self.columns["sh"][start:stop]
-            out.sh[:, self.num_terms :] = 0
-            out.standardize(_ENCODING)
-            placement.apply(out, self.num_terms)
-
-        return decode
 
 
 def open_scene(path: Path) -> SceneFile:
     """Read the splats of a stage.
 
-    Raises:
-        SceneError: if the package usd-core is missing, or the stage is damaged or holds no splats.
+    Raises SceneError if the package usd-core is missing, or the stage is damaged or holds no splats.
     """
     with reading(path, "splats") as answer:
         parts = [_open_part(path, answer, index) for index in range(len(answer.header["parts"]))]
@@ -77,24 +44,18 @@ def open_scene(path: Path) -> SceneFile:
     if not parts:
         fact = "is a USD stage without Gaussian splats (ParticleField3DGaussianSplat)"
         raise SceneError(path, f"{fact}; export the splats as .ply or .usdc of USD 26.03")
-    stored, turn = read_notes(path, _parsed(notes[0]))
-    is_ours = turn is not None and len(parts) == 1 and is_turned_by(parts[0].matrix, turn)
+    stored, is_ours = read_notes(path, _parsed(notes[0]), [part.matrix for part in parts])
     if is_ours:
-        parts = [_Part(parts[0].columns, np.eye(4))]
-    elif turn is not None:  # something else was added, or it was moved
-        stored = stored._replace(first_view=None, counts=None, brushes=())
-    num_rows, num_terms = sum(part.num_rows for part in parts), max(part.num_terms for part in parts)
-    check_decoded_size(path, num_rows, num_terms, path.stat().st_size, max_growth=_MAX_GROWTH)
-
-    def open_rows() -> RowSource:
-        open_decoder = decoder_of_parts([(part.num_rows, part.decoder) for part in parts])
-        return RowSource(num_rows, num_terms, open_decoder, _BLOCK_ROWS, is_logit=True, is_whole=True)
-
+        parts = [replace(parts[0], matrix=np.eye(4))]
+    open_rows = partial(rows_of_parts, parts, is_whole=True)
+    rows = open_rows()
+    size = path.stat().st_size
+    check_decoded_size(path, rows.num_rows, rows.num_terms, size, max_growth=_MAX_GROWTH)
     return SceneFile(
         path=path,
         format="USD with ParticleField3DGaussianSplat",
-        num_rows=num_rows,
-        num_terms=num_terms,
+        num_rows=rows.num_rows,
+        num_terms=rows.num_terms,
         open_rows=open_rows,
         up=None if is_ours or up is None else f"+{up.lower()}",
         training="antialiased" if stored.antialiased else "default",
@@ -102,11 +63,20 @@ def open_scene(path: Path) -> SceneFile:
     )
 
 
-def _open_part(path: Path, answer: Answer, index: int) -> _Part:
+def _open_part(path: Path, answer: Answer, index: int) -> Part:
     matrix = answer.array(f"matrix_{index}")
     if not np.isfinite(matrix).all():
         raise SceneError(path, "its prims scale beyond all numbers; export it again")
-    return _Part({name: answer.array(f"{name}_{index}") for name in _COLUMNS}, matrix)
+    columns = {name: answer.array(f"{name}_{index}") for name in ("means", "quats", "scales", "opacities")}
+    sh = answer.array(f"sh_{index}")
+    num_terms = sh.shape[1]
+
+    def read(start: int, stop: int, out: Columns) -> None:
+        for name, column in columns.items():
+            getattr(out, name)[:] = column[start:stop]
+        out.sh[:, :num_terms] = sh[start:stop]
+
+    return Part(len(sh), num_terms, lambda: read, _ENCODING, matrix)
 
 
 def _parsed(notes: str | None) -> object:
@@ -124,18 +94,11 @@ _ROOM = 1 << 16  # of notes and the rest
 _REACH = 3  # standard deviations that the extent of the prim includes
 
 
-def write_scene(
-    gaussians: Gaussians,
-    path: str | Path,
-    known: Stored = NOTHING,
-) -> NDArray[np.int64] | None:
-    """Write one prim of splats, and what is recorded as its `customData`.
+@in_order(brush_order)
+def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
+    """Write one prim of splats, with unit rotations, and what is recorded as its `customData`.
 
-    `known` is what is recorded; the suffix decides between text (.usda), binary and
-    an archive (.usdz). Rotations are written with length 1.
-
-    Returns:
-        The rows in the order of the file; None if it is theirs, or recorded.
+    The suffix decides between text (.usda), binary and an archive (.usdz).
 
     Raises:
         ValueError: if the names of brushes are too long.
@@ -143,9 +106,6 @@ def write_scene(
     """
     if not is_usd_here():
         raise SceneError(path, f"is a USD file, which the package usd-core writes; install it with {INSTALL}")
-    order = brush_order(gaussians)
-    rows = gaussians if order is None else gaussians.take(order)
-    stored = known.sorted_by(rows, order)
     stage = _stage(rows, stored)
     most = _ROOM + _BYTES.get(Path(path).suffix.lower(), 4) * len(rows) * (11 + rows.sh[0].size)
     with replacing(path, most=most) as temporary:
@@ -153,7 +113,6 @@ def write_scene(
             _pack(stage, temporary)
         else:
             stage.GetRootLayer().Export(str(temporary))
-    return order if stored.order is None else None
 
 
 def _stage(rows: Gaussians, stored: Stored) -> Any:
@@ -171,7 +130,7 @@ def _stage(rows: Gaussians, stored: Stored) -> Any:
     UsdGeom.Xformable(prim).AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(w, x, y, z))
     far = _REACH * rows.scales.max(axis=1, keepdims=True).astype(np.float64)
     extent = np.array([(rows.means - far).min(axis=0), (rows.means + far).max(axis=0)])
-    quats = unit_quats(rows.quats)[:, [1, 2, 3, 0]]
+    quats = normalized(rows.quats)[:, [1, 2, 3, 0]]
     kinds = Sdf.ValueTypeNames
     for name, kind, array, values in (
         ("positions", kinds.Point3fArray, Vt.Vec3fArray, rows.means),

@@ -5,20 +5,24 @@ files that are packed, rows stand in an order in which neighbours in space are b
 was written can be read back, to say how far it is from what was written to it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.formats.registry import SCENE_SUFFIXES, find_written, function_of
 from brushgs.formats.scenes.read import read_scene
-from brushgs.formats.scenes.stored import Stored
+from brushgs.formats.scenes.stored import NOTHING, Stored
 from brushgs.values.arrays import Array
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import normalized
 from brushgs.values.sh import C0
 
 
@@ -46,9 +50,11 @@ def spatial_order(gaussians: Gaussians) -> NDArray[np.int64]:
     middle, spread = np.median(means, axis=0), np.ptp(np.percentile(means, (5, 95), axis=0), axis=0).max()
     logs = np.arcsinh((means - middle) / (spread or 1.0))
     places = rounded(fractions_of(logs, logs.min(axis=0), logs.max(axis=0)) * (2**_BITS - 1), 2**_BITS - 1)
-    x, y, z = (_spread_bits(places[:, axis].astype(np.uint64)) for axis in range(3))
-    codes = x | y << np.uint64(1) | z << np.uint64(2)
-    return np.lexsort((codes,) if gaussians.brushes is None else (codes, gaussians.brushes))
+    threads = num_threads_or_default(None)
+    order = np.asarray(_core.morton_order(places.astype(np.float64), np.zeros(3), 1.0, threads))
+    if gaussians.brushes is None:
+        return order
+    return order[np.argsort(gaussians.brushes[order], kind="stable")]
 
 
 def brush_order(gaussians: Gaussians) -> NDArray[np.int64] | None:
@@ -56,17 +62,29 @@ def brush_order(gaussians: Gaussians) -> NDArray[np.int64] | None:
     return None if gaussians.brushes is None else np.argsort(gaussians.brushes, kind="stable")
 
 
-def _spread_bits(values: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """Two zero bits before each of 21 bits."""
-    for shift, mask in (
-        (32, 0x1F00000000FFFF),
-        (16, 0x1F0000FF0000FF),
-        (8, 0x100F00F00F00F00F),
-        (4, 0x10C30C30C30C30C3),
-        (2, 0x1249249249249249),
-    ):
-        values = (values | values << np.uint64(shift)) & np.uint64(mask)
-    return values
+_Order = NDArray[np.int64] | None
+
+
+def in_order(
+    order_of: Callable[[Gaussians], _Order],
+) -> Callable[[Callable[[Gaussians, str | Path, Stored], None]], Callable[..., _Order]]:
+    """Let a writer have rows as its format sorts them, and what is known of them with that order.
+
+    The writer then returns the rows in the order of the file; None where that is theirs, or recorded.
+    """
+
+    def decorate(write: Callable[[Gaussians, str | Path, Stored], None]) -> Callable[..., _Order]:
+        @wraps(write)
+        def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING) -> _Order:
+            order = order_of(gaussians)
+            rows = gaussians if order is None else gaussians.take(order)
+            stored = known.sorted_by(rows, order)
+            write(rows, path, stored)
+            return order if stored.order is None else None
+
+        return write_scene
+
+    return decorate
 
 
 # exp(-104) is 0 in float32 and 1 / (1 + exp(-+104)) is 1 or 0: finite values in place of infinite logs.
@@ -92,11 +110,12 @@ def finite_scales(scales: Array) -> NDArray[np.float32]:
     return np.minimum(scales, np.exp(_LARGEST_LOG)).astype(np.float32)
 
 
-def unit_quats(quats: Array) -> NDArray[np.float64]:
-    """Quaternions of length 1, also of lengths whose squares vanish or overflow."""
-    wide = quats.astype(np.float64)
-    wide /= np.abs(wide).max(axis=1, keepdims=True)
-    return np.asarray(wide / np.linalg.norm(wide, axis=1, keepdims=True))
+def smallest_three(quats: Array) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """[n] which component of unit quaternions is largest, and the others [n, 3], turned so that it is > 0."""
+    units = normalized(quats)
+    largest = np.abs(units).argmax(axis=1)
+    units *= np.where(np.take_along_axis(units, largest[:, None], 1) < 0, -1, 1)
+    return largest, units[np.arange(4) != largest[:, None]].reshape(-1, 3)
 
 
 _MIDDLE = 1, 99  # per cent of the centres: few far ones do not make a scene large
@@ -107,25 +126,15 @@ _VISIBLE = 0.5 / 255  # opacity: less is 0 in most formats, and its colour and s
 
 @dataclass(frozen=True)
 class Losses:
-    """Differences between Gaussians and their file. Pairs are the median and the largest.
+    """Differences between Gaussians and their file. Pairs are the median and the largest."""
 
-    Attributes:
-        extent: diagonal of the box of 98 % of the centres along each axis, world units.
-        means: distance between centres, world units.
-        scales: the larger of two standard deviations above the smaller, relative to this.
-        quats: angle between rotations, degrees.
-        opacities: difference, 0 to 1.
-        colors: of the channels of degree 0, levels of 255.
-        harmonics: of the higher degrees, root mean square over all directions, levels of 255; 0 without them.
-    """
-
-    extent: float
-    means: tuple[float, float]
-    scales: tuple[float, float]
-    quats: tuple[float, float]
-    opacities: tuple[float, float]
-    colors: tuple[float, float]
-    harmonics: tuple[float, float]
+    extent: float  # diagonal of the box of 98 % of the centres along each axis, world units
+    means: tuple[float, float]  # distance between centres, world units
+    scales: tuple[float, float]  # the larger of two standard deviations above the smaller, relative to this
+    quats: tuple[float, float]  # angle between rotations, degrees
+    opacities: tuple[float, float]  # difference, 0 to 1
+    colors: tuple[float, float]  # of the channels of degree 0, levels of 255
+    harmonics: tuple[float, float]  # of higher degrees, root mean square over directions, levels of 255
 
     def counts(self) -> dict[str, float]:
         """For a report: "means_error" (median), "means_error_most" and so on."""
@@ -151,15 +160,9 @@ class Losses:
 
 
 def measure_losses(given: Gaussians, path: str | Path, order: NDArray[np.integer] | None = None) -> Losses:
-    """Read a file and compare it with what was written to it.
+    """Read a file and compare it with what was given, whose rows it has in an order; None if it is theirs.
 
-    Args:
-        given: the Gaussians.
-        path: their file.
-        order: the rows of `given` in the order of the file; None if it is theirs.
-
-    Raises:
-        SceneError: if the file cannot be read.
+    Raises SceneError if the file cannot be read.
     """
     found = read_scene(Path(path))[0]
     given = given if order is None else given.take(order)
@@ -169,7 +172,7 @@ def measure_losses(given: Gaussians, path: str | Path, order: NDArray[np.integer
     extent = float(np.linalg.norm(np.ptp(np.percentile(means, _MIDDLE, axis=0), axis=0)))
     smallest = max(_FLAT * extent, _SMALLEST)
     logs = [np.log(np.maximum(some.scales.astype(np.float64), smallest)) for some in (given, found)]
-    cosines = np.abs((unit_quats(given.quats) * unit_quats(found.quats)).sum(axis=1))
+    cosines = np.abs((normalized(given.quats) * normalized(found.quats)).sum(axis=1))
     colors = (found.sh[:, 0] - given.sh[:, 0].astype(np.float64)) * (C0 * 255)
     with np.errstate(over="ignore"):
         return Losses(
@@ -209,7 +212,7 @@ def write_scene(
     first_view: FirstView | None = None,
     brushes: Sequence[str] = (),
     measures: bool = False,
-) -> "Losses | None":
+) -> Losses | None:
     """Write Gaussians to a scene file, which appears when it is complete.
 
     Args:
@@ -246,9 +249,8 @@ def write_scene(
 def _check(gaussians: Gaussians, brushes: Sequence[str]) -> None:
     """Refuse what no format holds."""
     if not len(gaussians):
-        raise ValueError(
-            "save: gaussians must have at least one row, got 0; an empty scene cannot be read back"
-        )
+        rule = "gaussians must have at least one row, got 0"
+        raise ValueError(f"save: {rule}; an empty scene cannot be read back")
     for name in ("means", "quats", "scales", "sh"):
         if np.abs(getattr(gaussians, name)).max() > np.finfo(np.float32).max:
             raise ValueError(f"save: {name} must fit float32, got larger values; shrink the scene first")

@@ -1,4 +1,4 @@
-"""Cameras and splats of an untrusted USD stage become arrays; runs in the process that `process` starts.
+"""Cameras and splats of an untrusted USD stage become arrays; runs in the process that the package starts.
 
 Layers that the file names must lie in its folder. T moments are equally far apart in time; T is 1 where a
 thing stands still.
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from pxr import Ar, Sdf, Usd, UsdGeom
 
 from brushgs.formats.gltf_file import is_scene_name
-from brushgs.formats.usd.process import RefusedError
+from brushgs.formats.usd import RefusedError
 from brushgs.values.arrays import F64
 
 _MAX_LAYERS = 1000
@@ -33,9 +33,7 @@ _MAX_PRIMS = 1_000_000
 def open_stage(path: Path) -> Any:
     """The stage of a file.
 
-    Raises:
-        RefusedError: if it names files outside its folder, or very many.
-        Tf.ErrorException: if it is damaged.
+    Raises RefusedError if it names files outside its folder, or very many; Tf.ErrorException if damaged.
     """
     layer = Sdf.Layer.FindOrOpen(str(path.resolve()))
     if layer is None:
@@ -67,13 +65,8 @@ def prims(stage: Any) -> Iterator[Any]:
         yield prim
 
 
-LENS = (
-    "focalLength",
-    "horizontalAperture",
-    "verticalAperture",
-    "horizontalApertureOffset",
-    "verticalApertureOffset",
-)  # and both ends of clippingRange
+_APERTURE = "horizontalAperture", "verticalAperture", "horizontalApertureOffset", "verticalApertureOffset"
+LENS = ("focalLength", *_APERTURE)  # and both ends of clippingRange
 # Blender takes scenes in as glTF only, and turns the axes within each object: +y up becomes +z up. What it
 # exports as glTF is turned back, what it exports as USD is not.
 _BLENDER_FROM_GLTF = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], np.float64)
@@ -118,9 +111,7 @@ def read_cameras(path: Path, folder: Path) -> dict[str, Any]:
 
 def _find(stage: Any) -> tuple[list[Any], list[Any], list[Any]]:
     """Perspective cameras of a stage, its other cameras, and the painted scene, at most one."""
-    found: list[Any] = []
-    left_out: list[Any] = []
-    scenes: list[Any] = []
+    found, left_out, scenes = list[Any](), list[Any](), list[Any]()
     for prim in prims(stage):
         if prim.IsA(UsdGeom.Camera):
             is_perspective = prim.GetAttribute("projection").Get() == "perspective"

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brushgs.formats.scenes.dropped import Dropped
+from brushgs.formats.scenes.columns import Dropped
 from brushgs.formats.scenes.open_file import join_notes, warn_of_other_encoding
 from brushgs.formats.scenes.rows import SAMPLE_ROWS, SceneFile, sample_rows
 from brushgs.options.sequence import SequenceConfig

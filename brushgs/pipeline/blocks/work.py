@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from brushgs.formats.scenes.columns import drop_zero_bands
-from brushgs.formats.scenes.dropped import Dropped
+from brushgs.formats.scenes.columns import Dropped, drop_zero_bands
 from brushgs.formats.scenes.open_file import open_file
 from brushgs.formats.scenes.rows import BLOCK_ROWS, RowSource, read_blocks
 from brushgs.passes.reduce.block_merge import CellSums, cell_sums

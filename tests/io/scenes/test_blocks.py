@@ -10,8 +10,7 @@ import pytest
 import brushgs as bg
 from brushgs.errors import SceneError
 from brushgs.formats.scenes import rows
-from brushgs.formats.scenes.columns import Columns
-from brushgs.formats.scenes.dropped import Dropped
+from brushgs.formats.scenes.columns import Columns, Dropped
 from brushgs.formats.scenes.open_file import open_file
 from brushgs.formats.scenes.read import read_raw_parts
 from brushgs.formats.scenes.rows import read_blocks, sample_rows

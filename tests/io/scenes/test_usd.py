@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 import brushgs as bg
 from brushgs import SceneError
 from brushgs.formats import load_cameras, read_scene
+from brushgs.formats import usd as process
 from brushgs.formats.scenes import usd as usd_write
 from brushgs.formats.scenes.write import write_scene
-from brushgs.formats.usd import process
 from brushgs.values.camera import FirstView
 from tests.io.scenes.test_written import make
 
