@@ -27,7 +27,7 @@ def all_gradients() -> dict[str, np.ndarray]:
         )
         v = v_rgb, v_alpha, {"depth": v_depth}
         for path, (kind, filter) in PATHS.items():
-            boxes, texture = random_boxes(1000, **SIZE, seed=6, dtype=dtype), texture_of(kind)
+            boxes, texture = random_boxes(400, **SIZE, seed=6, dtype=dtype), texture_of(kind)
             frame = rasterize(boxes, texture, filter=filter, **SIZE)
             result = rasterize_backward(
                 boxes, texture, frame, *v, filter=filter, with_coverage=kind == "image"

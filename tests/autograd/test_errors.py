@@ -9,6 +9,7 @@ import pytest
 torch = pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip install torch")
 
 import brushgs.autograd as ba  # noqa: E402
+from tests.kit.for_each import for_each  # noqa: E402
 from tests.rendering.strokes import boxes_of, bristles, softened  # noqa: E402
 from tests.rendering.test_project_backward import CAMERA, scene_of  # noqa: E402
 
@@ -22,60 +23,64 @@ def strokes(**changes):
     return ba.Gaussians(**{**columns, **changes})
 
 
-def test_other_types_and_dtypes_are_refused():
-    with pytest.raises(TypeError, match="Gaussians: means must be a torch tensor, got ndarray"):
-        strokes(means=np.zeros((4, 3)))
-    with pytest.raises(TypeError, match="Gaussians: scales must be float64 like means, got float32"):
-        strokes(scales=torch.ones(4, 3, dtype=torch.float32))
-    with pytest.raises(
-        TypeError, match=r"Gaussians: means must be float32 or float64, got float16; call .float\(\)"
-    ):
-        strokes(means=torch.zeros(4, 3, dtype=torch.float16))
-    with pytest.raises(TypeError, match=r"Gaussians: sh must be on the CPU, got meta; call .cpu\(\) on it"):
-        strokes(sh=torch.zeros(4, 4, 3, dtype=torch.float64, device="meta"))
-    with pytest.raises(
-        TypeError, match=r"project: gaussians must be brushgs.autograd.Gaussians, got Gaussians; use G"
-    ):
-        ba.project(scene_of(4), CAMERA)
-    with pytest.raises(
-        TypeError, match=r"rasterize: boxes must be brushgs.autograd.Boxes, got Boxes; use Boxes.of"
-    ):
-        ba.rasterize(BOXES, bristles(), **SIZE)
-    with pytest.raises(
+REFUSED = [
+    (
+        lambda: strokes(scales=torch.ones(4, 3, dtype=torch.float32)),
         TypeError,
-        match=r"texture must be a StrokeTexture, .*, a path or a picture as an array, got int",
-    ):
-        ba.render(strokes(), CAMERA, 3)
-
-
-def test_wrong_values_are_refused_where_they_are_used():
-    with pytest.raises(ValueError, match="Gaussians: opacities must lie in 0 to 1"):
-        ba.project(strokes(opacities=torch.full((4,), 1.5, dtype=torch.float64)), CAMERA)
-    with pytest.raises(ValueError, match=r"Gaussians: quats must have shape \[N=4, 4\], got \[4, 3\]"):
-        strokes(quats=torch.ones(4, 3, dtype=torch.float64)).numpy()
-    boxes = ba.Boxes.of(boxes_of([[9, 9], [9, 9]], 4.0))
-    boxes.depths.copy_(torch.tensor([2.0, 1.0]))
-    with pytest.raises(ValueError, match="Boxes: depths must ascend"):
-        ba.rasterize(boxes, bristles(), **SIZE)
-    with pytest.raises(
-        ValueError, match=r"over: background must have shape \[3\] or \[20, 20, 3\], got \[4\]"
-    ):
-        ba.rasterize(ba.Boxes.of(BOXES), bristles(), **SIZE).over((1, 1, 1, 1))
-
-
-def test_the_soft_order_is_refused_with_the_cure():
-    for call in (
-        lambda: ba.project(strokes(), CAMERA, order="soft"),
+        "Gaussians: scales must be float64 like means, got float32",
+    ),
+    (
+        lambda: ba.rasterize(ba.Boxes.of(BOXES), bristles(), **SIZE).over((1, 1, 1, 1)),
+        ValueError,
+        r"over: background must have shape \[3\] or \[20, 20, 3\], got \[4\]",
+    ),
+    (
+        lambda: strokes(means=np.zeros((4, 3))),
+        TypeError,
+        "Gaussians: means must be a torch tensor, got ndarray",
+    ),
+    (
+        lambda: strokes(means=torch.zeros(4, 3, dtype=torch.float16)),
+        TypeError,
+        r"Gaussians: means must be float32 or float64, got float16; call .float\(\)",
+    ),
+    (
+        lambda: strokes(sh=torch.zeros(4, 4, 3, dtype=torch.float64, device="meta")),
+        TypeError,
+        r"Gaussians: sh must be on the CPU, got meta; call .cpu\(\) on it",
+    ),
+    (
+        lambda: ba.project(scene_of(4), CAMERA),
+        TypeError,
+        "project: gaussians must be brushgs.autograd.Gaussians, got Gaussians; use G",
+    ),
+    (
+        lambda: ba.rasterize(BOXES, bristles(), **SIZE),
+        TypeError,
+        "rasterize: boxes must be brushgs.autograd.Boxes, got Boxes; use Boxes.of",
+    ),
+    (
+        lambda: ba.project(strokes(opacities=torch.full((4,), 1.5, dtype=torch.float64)), CAMERA),
+        ValueError,
+        "Gaussians: opacities must lie in 0 to 1",
+    ),
+    (
         lambda: ba.render(strokes(), CAMERA, bristles(), order="soft"),
-    ):
-        with pytest.raises(
-            ValueError, match="order must be \"depth\", got 'soft'; the soft order has no gradient"
-        ):
-            call()
-    with pytest.raises(
-        ValueError, match='Boxes: boxes must have no softness here; project with order="depth"'
-    ):
-        ba.Boxes.of(softened(BOXES, 0.1))
+        ValueError,
+        "order must be \"depth\", got 'soft'; the soft order has no gradient",
+    ),
+    (
+        lambda: ba.Boxes.of(softened(BOXES, 0.1)),
+        ValueError,
+        'Boxes: boxes must have no softness here; project with order="depth"',
+    ),
+]
+
+
+@for_each(("call", "error", "message"), REFUSED)
+def test_wrong_tensors_and_options_are_refused_by_name(call, error, message):
+    with pytest.raises(error, match=message):
+        call()
 
 
 @pytest.mark.parametrize("who", ["project", "rasterize"])

@@ -51,27 +51,23 @@ def small_boxes():
     )
 
 
-@for_each("name", GAUSSIAN_COLUMNS)
-@for_each("degree", [0, 1, 2, 3])
-def test_project_of_every_degree(degree, name):
-    def function(**columns):
-        boxes = ba.project(ba.Gaussians(**columns), CAMERA)
-        return [getattr(boxes, column) for column in BOX_COLUMNS]
-
-    check(function, columns_of(scene_of(3, degree, seed=1), GAUSSIAN_COLUMNS), name)
+LOCKS = {"directions": directions(3), "scaled directions": directions(3, area_scales=True)}
 
 
 @for_each("name", GAUSSIAN_COLUMNS)
-@for_each("fade", [False, True])
-@for_each("lock", ["anchor", "directions", "scaled directions"])
-def test_project_of_every_lock(lock, fade, name):
-    locks = {"directions": directions(3), "scaled directions": directions(3, area_scales=True)}
-
+@for_each(
+    ("lock", "fade", "degree"),
+    [
+        *(("off", False, degree) for degree in range(4)),
+        *((lock, fade, 1) for lock in ("anchor", *LOCKS) for fade in (False, True)),
+    ],
+)
+def test_project_of_every_degree_and_lock(lock, fade, degree, name):
     def function(**columns):
-        boxes = ba.project(ba.Gaussians(**columns), CAMERA, lock=locks.get(lock, lock), fade=fade)
+        boxes = ba.project(ba.Gaussians(**columns), CAMERA, lock=LOCKS.get(lock, lock), fade=fade)
         return [getattr(boxes, column) for column in BOX_COLUMNS]
 
-    check(function, columns_of(scene_of(3, 1, seed=1, sizes=(0.01, 0.3)), GAUSSIAN_COLUMNS), name)
+    check(function, columns_of(scene_of(3, degree, seed=1, sizes=(0.01, 0.3)), GAUSSIAN_COLUMNS), name)
 
 
 @for_each("name", BOX_COLUMNS)
@@ -91,28 +87,20 @@ def test_rasterize_of_every_filter_and_kernel(path, depth, name):
 
 @for_each("name", GAUSSIAN_COLUMNS)
 @for_each(
-    ("path", "lock"),
-    [("bilinear", "off"), ("bilinear", "anchor"), ("mip", "off"), ("mip", "anchor"), ("gaussian", "anchor")],
+    ("path", "how"),
+    [
+        ("bilinear", {"lock": "off"}),
+        ("mip", {"lock": "anchor"}),
+        ("gaussian", {"lock": "anchor"}),
+        ("bilinear", {"underpaint": True, "streaks": 0.4}),
+    ],
 )
-def test_render(path, lock, name):
+def test_render(path, how, name):
     kind, filter = PATHS[path]
-    texture = texture_of(kind)
-    scene = scene_of(3, 2, seed=1, sizes=(0.1, 0.4))
+    texture, scene = texture_of(kind), scene_of(3, 2, seed=1, sizes=(0.1, 0.4))
 
     def function(**columns):
-        frame = ba.render(ba.Gaussians(**columns), CAMERA, texture, lock=lock, filter=filter)
-        return frame.rgb, frame.alpha, frame.depth
-
-    check(function, columns_of(scene, GAUSSIAN_COLUMNS), name)
-
-
-@for_each("name", GAUSSIAN_COLUMNS)
-def test_render_over_underpaint_with_streaks(name):
-    texture, scene = texture_of("image"), scene_of(3, 2, seed=1, sizes=(0.1, 0.4))
-
-    def function(**columns):
-        how = {"filter": "bilinear", "underpaint": True, "streaks": 0.4}
-        frame = ba.render(ba.Gaussians(**columns), CAMERA, texture, **how)
+        frame = ba.render(ba.Gaussians(**columns), CAMERA, texture, filter=filter, **how)
         return frame.rgb, frame.alpha, frame.depth
 
     check(function, columns_of(scene, GAUSSIAN_COLUMNS), name)

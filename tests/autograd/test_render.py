@@ -33,35 +33,28 @@ def test_pictures_are_those_of_brushgs_bit_for_bit(kind, dtype):
     for name in ("rgb", "alpha", "depth"):
         np.testing.assert_array_equal(getattr(actual, name).detach(), getattr(expected, name), err_msg=name)
     np.testing.assert_array_equal(actual.over((1, 0.5, 0)).detach(), expected.over((1, 0.5, 0)))
-    assert ba.render(ba.Gaussians.of(scene), CAMERA, TEXTURES[kind], depth=False).depth is None
-
-
-def test_strokes_and_colours_are_taken_by_name():
-    scene = scene_of(50, 3)
-    expected = bg.render(scene, CAMERA, bg.StrokeTexture.open("flat"))
-    actual = ba.render(ba.Gaussians.of(scene), CAMERA, "flat")
-    np.testing.assert_array_equal(actual.over("navy"), expected.over("navy"))
-    assert not np.array_equal(expected.over("navy"), expected.over("white"))
+    named = ba.render(ba.Gaussians.of(scene), CAMERA, "flat", depth=False)
+    assert named.depth is None
+    np.testing.assert_array_equal(named.over("navy"), bg.render(scene, CAMERA, "flat").over("navy"))
 
 
 @cache
-def strokes_of(name):
+def trained():
     """2000 float32 strokes of a trained scene, and a camera that sees it whole."""
-    scene = bg.load(real_scene(name))
-    camera = frame_scene(scene, width=400, height=400, up=up_vector("+z" if "chair" in name else "-y"))
+    scene = bg.load(real_scene("koala.ply"))
+    camera = frame_scene(scene, width=400, height=400, up=up_vector("-y"))
     return bg.cluster(bg.prune(scene, 0.7), 2000).astype(np.float32), camera
 
 
-@for_each("name", ["koala.ply", "derived/chair.ply"])
-@for_each("stroke", ["swirl", "flat", "gaussian"])
-def test_float32_gradients_are_those_of_float64_on_trained_scenes(name, stroke):
+@for_each("stroke", ["flat", "gaussian"])
+def test_float32_gradients_are_those_of_float64_on_a_trained_scene(stroke):
     """2000 strokes; a loss by colour, alpha and depth. The difference is taken value by value.
 
     The derivative of a picture jumps where a pixel lies on the edge of a box or on a line of texels. There
     the two precisions may take different sides, and one stroke be off by some 5 %: three such strokes are
     allowed.
     """
-    strokes, camera = strokes_of(name)
+    strokes, camera = trained()
     norms, gradients = {}, {}
     for dtype in (np.float32, np.float64):
         tensors = ba.Gaussians.of(strokes.astype(dtype), requires_grad=True)
@@ -74,7 +67,7 @@ def test_float32_gradients_are_those_of_float64_on_trained_scenes(name, stroke):
         off = (single - double).reshape(len(double), -1).norm(dim=1)
         norms[column] = float(off.sort().values[:-3].norm() / double.norm())
         assert off.norm() <= 2e-3 * double.norm()
-        print(f"{name} {stroke} {column}: {norms[column]:.1e} of {float(double.norm()):.3g}")
+        print(f"{stroke} {column}: {norms[column]:.1e} of {float(double.norm()):.3g}")
         assert double.norm() > 0
         # No row's gradient is missing where the other precision has a large one.
         rows = [g.flatten(1).norm(dim=1) if g.ndim > 1 else g.abs() for g in (single, double)]
@@ -105,14 +98,6 @@ def test_the_texture_gets_a_gradient_where_it_is_a_tensor():
         assert coverage.grad.dtype == torch.float32
         assert coverage.grad.shape == coverage.shape
         assert coverage.grad.any()
-
-
-def test_arguments_and_results_are_not_copied():
-    strokes = ba.Gaussians.of(scene_of(20))
-    for name in GAUSSIAN_COLUMNS:
-        assert np.shares_memory(getattr(strokes.numpy(), name), getattr(strokes, name).numpy())
-    boxes = ba.project(strokes, CAMERA)
-    boxes.colors.mul_(2)  # their own memory, free to be changed
 
 
 def test_an_antialiased_scene_stays_one():
@@ -147,20 +132,3 @@ def test_no_strokes_and_strokes_out_of_sight_give_zeros():
     ba.render(away, CAMERA, bristles()).rgb.sum().backward()
     for name, column in columns(strokes).items():
         assert not column.grad.any(), name
-
-
-def test_a_step_down_the_gradient_lowers_the_loss():
-    strokes = ba.Gaussians.of(scene_of(60, 1, dtype=np.float32), requires_grad=True)
-    target = torch.full((CAMERA.height, CAMERA.width, 3), 0.3)
-    losses = []
-    optimizer = torch.optim.Adam(columns(strokes).values(), lr=1e-3)
-    for _ in range(10):
-        with torch.no_grad():
-            strokes.opacities.clamp_(0, 1)
-            strokes.scales.clamp_(min=1e-4)
-        optimizer.zero_grad()
-        loss = ((ba.render(strokes, CAMERA, bristles()).over((1, 1, 1)) - target) ** 2).mean()
-        loss.backward()
-        optimizer.step()
-        losses.append(float(loss.detach()))
-    assert losses[-1] < 0.95 * losses[0]

@@ -49,12 +49,6 @@ def test_brushes_of_surfaces_stand_behind_all_others():
         np.testing.assert_array_equal(rows[group], kit.rows()[group])
 
 
-def test_groups_without_brushes_take_those_of_others():
-    assert {len(found) for found in BrushKit(other=("dab", "swirl")).rows().values()} == {5, 0}
-    rows = BrushKit(short=("swirl",)).rows()
-    assert (rows["long"], rows["other"], rows["large"].size) == ([0], [0], 0)
-
-
 def test_one_name_is_one_image_and_several_go_to_the_strokes_they_suit(tmp_path):
     for name in ("flat", "Flat", "swirl", "gaussian", "ink_2"):
         kit = BrushKit.of(name)
@@ -98,13 +92,3 @@ def test_what_is_no_kit_is_refused(tmp_path):
     for asked in (many.open, many.rows, lambda: BrushSet.open(tmp_path / "many")):
         with pytest.raises(ValueError, match=r"^BrushSet: a set must have 1 to 256 brushes, got 300; omit"):
             asked()
-
-
-def test_a_kit_takes_images_that_are_open_already():
-    flat = BrushKit(other=("flat",))
-    known = dict(zip(flat.images, flat.open().textures, strict=True))
-    assert all(a is b for a, b in zip(flat.open(known=known).textures, known.values(), strict=True))
-    both = BrushKit(long=("dab",), other=("flat",))
-    opened = both.open(known=known)
-    assert opened.names == both.images
-    assert sum(texture in known.values() for texture in opened.textures) == 4

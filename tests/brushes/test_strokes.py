@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgs.brushes.builtin import stroke_notes
-from brushgs.brushes.texture import StrokeTexture, builtin_names
+from brushgs.brushes.texture import StrokeTexture
 from brushgs.formats.pictures.images import read_image
 from tests.kit.for_each import for_each
 
@@ -15,7 +14,6 @@ STROKES = Path(__file__).resolve().parents[2] / "strokes"
 NAMES = sorted(path.stem for path in STROKES.glob("*.png"))
 SOLID = {"flat", "filbert", "dab", "impasto", "swirl", "moon", "flower", "x", "ink", "palette_knife"}
 SMALL = {256: 120_000, 512: 160_000}  # bytes by width: they travel in the wheel
-SMALL_ALL = 3_000_000
 
 
 @pytest.fixture
@@ -27,9 +25,10 @@ def draw(monkeypatch):
 def test_the_script_draws_exactly_the_strokes_that_ship(draw):
     assert sorted(draw.IMAGES) == NAMES
     assert set(NAMES) >= SOLID | {"dry_brush", "splatter"}
+    assert sum((STROKES / f"{name}.png").stat().st_size for name in NAMES) < 3_000_000
 
 
-@pytest.mark.parametrize("name", ["flat", "ink", "wash_2"])
+@pytest.mark.parametrize("name", ["flat", "ink"])
 def test_drawing_again_gives_the_same_picture(draw, name):
     # Other versions of NumPy and SciPy may round another way; here the difference is 0.
     again = draw.draw(name).astype(int)
@@ -37,13 +36,8 @@ def test_drawing_again_gives_the_same_picture(draw, name):
     assert np.abs(again - shipped).max() <= 1
 
 
-def test_writing_gives_the_same_file(draw, tmp_path):
-    first = draw.write("dry_brush", tmp_path).read_bytes()
-    assert draw.write("dry_brush", tmp_path).read_bytes() == first
-
-
 @for_each("name", NAMES)
-def test_a_stroke_is_small_rgba_and_fades_at_its_border(name):
+def test_a_stroke_is_small_rgba_covers_most_and_fades_at_its_border(name):
     path = STROKES / f"{name}.png"
     pixels = read_image(path)
     assert path.stat().st_size < SMALL[pixels.shape[1]]
@@ -54,18 +48,9 @@ def test_a_stroke_is_small_rgba_and_fades_at_its_border(name):
     assert border.mean() < 0.05  # no stroke is cut off by its picture
     assert np.mean((alpha > 0.02) & (alpha < 0.98)) > 0.05  # soft edges, thin paint between bristles
     assert np.all(np.rint(pixels[alpha == 0, :3] * 255) == 128)  # bare canvas
-
-
-def test_all_strokes_together_are_small():
-    assert sum((STROKES / f"{name}.png").stat().st_size for name in NAMES) < SMALL_ALL
-
-
-@for_each("name", NAMES)
-def test_a_stroke_covers_most_of_what_it_touches(name):
     coverage = StrokeTexture.open(name).coverage / 255
     assert coverage.mean() > (0.4 if name in SOLID else 0.3)
-    painted = coverage[coverage > 0.02]
-    assert painted.mean() > (0.75 if name in SOLID else 0.55)
+    assert coverage[coverage > 0.02].mean() > (0.75 if name in SOLID else 0.55)
 
 
 @for_each("name", ["flat", "filbert", "dry_brush", "ink", "palette_knife", "charcoal"])
@@ -77,11 +62,3 @@ def test_a_stroke_runs_from_left_to_right(name):
     inside = coverage[coverage.shape[0] // 4 : -coverage.shape[0] // 4, width // 8 : width // 2]
     along, across = np.abs(np.diff(inside, axis=1)).mean(), np.abs(np.diff(inside, axis=0)).mean()
     assert along < across
-
-
-def test_the_table_in_the_readme_tells_of_every_stroke():
-    notes = stroke_notes()
-    assert [note.name for note in notes] == builtin_names()
-    for note in notes:
-        assert len(note.what) > 10
-        assert len(note.good_for) > 10

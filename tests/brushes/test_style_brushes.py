@@ -13,6 +13,7 @@ from brushgs.formats.styles_write import write_style
 from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.pipeline.outputs import input_files
 from brushgs.values.style import Style, StyleMarks
+from tests.kit.for_each import for_each
 
 IMAGES = tuple(np.random.default_rng(k).integers(0, 256, (12 + k, 40), dtype=np.uint8) for k in range(3))
 MARKS = StyleMarks(0.1, 3.0, np.zeros((4, 6, 2), np.float32), brushes=IMAGES)
@@ -25,16 +26,12 @@ def style(tmp_path):
     return path
 
 
-@pytest.mark.parametrize("number", [1, 2, 3])
+@for_each("number", [1, 2, 3])
 def test_a_brush_of_a_style_is_opened_by_its_number(style, number):
     texture = bg.StrokeTexture.open(f"{style}:{number}")
     np.testing.assert_array_equal(texture.coverage, IMAGES[number - 1])
     assert (texture.kind, texture.name, texture.height) == ("image", f"monet_{number}", None)
     np.testing.assert_array_equal(bg.StrokeTexture.open(Path(f"{style}:{number}")).coverage, texture.coverage)
-
-
-def test_a_long_side_is_averaged_down(style):
-    assert bg.StrokeTexture.open(f"{style}:1", size=20).coverage.shape == (6, 20)
 
 
 def test_sets_and_kits_take_them_beside_others(style):
@@ -44,30 +41,22 @@ def test_sets_and_kits_take_them_beside_others(style):
     assert f"{style}:2" in kit.images
     assert "monet_2" in kit.open().names
     assert name_of(f"{style}:2") == "monet_2"
-
-
-def test_a_style_is_an_input_that_is_never_overwritten(style):
+    assert bg.StrokeTexture.open(f"{style}:1", size=20).coverage.shape == (6, 20)
     config = replace(PaintConfig(), draw=DrawConfig(stroke=f"{style}:2"))
-    assert style in input_files(None, config)
+    assert style in input_files(None, config)  # and so never overwritten
 
 
-@pytest.mark.parametrize(
-    ("ending", "message"),
+@for_each(
+    ("name", "message"),
     [
-        (":4", r"the style has 3 brushes; name one of them, such as .*monet\.style:1"),
-        (":0", "the style has 3 brushes"),
-        ("", "the style has 3 brushes"),
+        ("monet.style:4", r"the style has 3 brushes; name one of them, such as .*monet\.style:1"),
+        ("monet.style:0", "the style has 3 brushes"),
+        ("monet.style", "the style has 3 brushes"),
+        ("plain.style:1", "the style has no brushes; choose a stroke that comes with"),
+        ("missing.style:1", r"missing\.style"),
     ],
 )
-def test_a_number_that_is_none_of_its_brushes_is_refused(style, ending, message):
+def test_what_is_no_brush_of_a_style_is_refused(style, name, message):
+    write_style(Style("plain", marks=replace(MARKS, brushes=())), style.parent / "plain.style")
     with pytest.raises(SceneError, match=message):
-        bg.StrokeTexture.open(f"{style}{ending}")
-
-
-def test_styles_without_brushes_and_files_that_are_not_there_are_refused(tmp_path):
-    path = tmp_path / "plain.style"
-    write_style(Style("plain", marks=replace(MARKS, brushes=())), path)
-    with pytest.raises(SceneError, match="the style has no brushes; choose a stroke that comes with"):
-        bg.StrokeTexture.open(f"{path}:1")
-    with pytest.raises(SceneError, match=r"missing\.style"):
-        bg.StrokeTexture.open(f"{tmp_path}/missing.style:1")
+        bg.StrokeTexture.open(f"{style.parent / name}")

@@ -9,27 +9,28 @@ from brushgs.values.sh import C0
 
 COVER = 0.6  # standard deviation over distance: closed, and not blurred
 SIZE = 140  # pixels
+JITTER = 0.25  # of the distance, standard deviation
 
 
-def plane(num=4900, jitter=0.0):
-    x, y, spacing = _lattice(num, jitter)
+def plane(num=4900):
+    x, y, spacing = _lattice(num)
     return _layer(np.stack([x, y, 0 * x], axis=1), np.tile([0.0, 0.0, 1.0], (len(x), 1)), spacing)
 
 
-def relief(num=4900, jitter=0.0):
-    x, y, spacing = _lattice(num, jitter)
+def relief(num=4900):
+    x, y, spacing = _lattice(num)
     z = 0.06 * np.sin(5 * x) * np.cos(4 * y) + 0.015 * np.sin(13 * x)
     slope_x = 0.3 * np.cos(5 * x) * np.cos(4 * y) + 0.195 * np.cos(13 * x)
     slope_y = -0.24 * np.sin(5 * x) * np.sin(4 * y)
     return _layer(np.stack([x, y, z], axis=1), np.stack([-slope_x, -slope_y, 1 + 0 * x], axis=1), spacing)
 
 
-def sphere(num=4900, jitter=0.0):
+def sphere(num=4900):
     turn, height = np.pi * (1 + 5**0.5) * np.arange(num), 1 - (2 * np.arange(num) + 1) / num
     radius = np.sqrt(1 - height**2)
     points = np.stack([radius * np.cos(turn), radius * np.sin(turn), height], axis=1)
     spacing = np.sqrt(4 * np.pi / num)
-    points += jitter * spacing * np.random.default_rng(0).normal(size=points.shape)
+    points += JITTER * spacing * np.random.default_rng(0).normal(size=points.shape)
     points /= np.linalg.norm(points, axis=1, keepdims=True)
     return _layer(points, points, spacing)
 
@@ -42,12 +43,12 @@ def cameras(distance=2.8):
     ]
 
 
-def _lattice(num, jitter):
+def _lattice(num):
     side = round(num**0.5)
     spacing = 2 / side
     steps = (np.arange(side) + 0.5) * spacing - 1
     x, y = (axis.ravel() for axis in np.meshgrid(steps, steps))
-    shifts = jitter * spacing * np.random.default_rng(0).normal(size=(2, len(x)))
+    shifts = JITTER * spacing * np.random.default_rng(0).normal(size=(2, len(x)))
     return x + shifts[0], y + shifts[1], spacing
 
 

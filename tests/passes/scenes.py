@@ -2,10 +2,8 @@
 
 import numpy as np
 
-import brushgs as bg
-from brushgs.cameras.framing import frame_scene
-from brushgs.measure.likeness import psnr
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import C0
 
 
 def random_gaussians(n, seed=0, *, terms=1, spread=1.0, size=0.1, dtype=np.float64):
@@ -17,6 +15,36 @@ def random_gaussians(n, seed=0, *, terms=1, spread=1.0, size=0.1, dtype=np.float
         rng.uniform(0.05, 1, n).astype(dtype),
         rng.normal(size=(n, terms, 3)).astype(dtype),
     )
+
+
+def gaussians_at(means, scales, rgb=0.5, *, opacity=0.9, quats=(1, 0, 0, 0), dtype=np.float64):
+    """Gaussians at places; each other column is one for all or one a row, `rgb` display-encoded."""
+    means = np.asarray(means, dtype)
+
+    def column(values, *width):
+        return np.broadcast_to(np.asarray(values, np.float64), (len(means), *width)).astype(dtype)
+
+    sh = ((column(rgb, 3) - 0.5) / C0).astype(dtype)[:, None]
+    return Gaussians(means, column(quats, 4), column(scales, 3), column(opacity), sh)
+
+
+def grid(num, reach=1.0, z=0.0):
+    """[num^2, 3] places on a square across z."""
+    x, y = (axis.ravel() for axis in np.meshgrid(*2 * [np.linspace(-reach, reach, num)]))
+    return np.stack([x, y, np.full(num * num, z)], axis=1)
+
+
+def on_sphere(num):
+    """[num, 3] places all over a sphere of radius 1, y from -1 to 1."""
+    steps = np.arange(num) + 0.5
+    y, turn = 1 - 2 * steps / num, steps * np.pi * (3 - 5**0.5)
+    return np.stack([np.sqrt(1 - y * y) * np.cos(turn), y, np.sqrt(1 - y * y) * np.sin(turn)], axis=1)
+
+
+def rescaled(gaussians, unit):
+    """The same scene in another unit, in its dtype."""
+    unit = gaussians.means.dtype.type(unit)
+    return replaced(gaussians, means=gaussians.means * unit, scales=gaussians.scales * unit)
 
 
 def replaced(gaussians, **columns):
@@ -57,6 +85,18 @@ def strange_strokes():
     }
 
 
+def colors_of(gaussians):
+    """[N, 3] view-independent colours, beyond the display range too."""
+    return 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64)
+
+
+def with_colors(gaussians, rgb):
+    """The same Gaussians in these base colours, their other terms kept."""
+    sh = gaussians.sh.copy()
+    sh[:, 0] = (rgb - 0.5) / C0
+    return replaced(gaussians, sh=sh)
+
+
 def columns_of(gaussians):
     return gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities, gaussians.sh
 
@@ -72,15 +112,3 @@ def covariances(gaussians):
 
     R = Rotation.from_quat(gaussians.quats[:, [1, 2, 3, 0]]).as_matrix()
     return R @ (gaussians.scales[:, :, None] ** 2 * R.transpose(0, 2, 1))
-
-
-def gain(scene, strokes, others):
-    """Mean over four sides of how much nearer other strokes are to the plain picture of a scene, dB."""
-    changes = []
-    for azimuth in np.radians([0, 90, 180, 270]):
-        camera = frame_scene(scene, width=240, height=180, azimuth=azimuth)
-        pictures = [(scene, "gaussian"), (strokes, "flat"), (others, "flat")]
-        frames = [bg.render(gaussians, camera, brush) for gaussians, brush in pictures]
-        truth, before, after = (frame.rgb + 1 - frame.alpha[..., None] for frame in frames)
-        changes.append(psnr(after, truth) - psnr(before, truth))
-    return np.mean(changes)

@@ -9,13 +9,11 @@ from hypothesis import strategies as st
 
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.finest import finest_of, seen_scales
-from brushgs.passes.reduce.cluster import cluster
 from brushgs.passes.reduce.contribution import projected_areas, seen_areas
 from brushgs.rendering.render import render
 from brushgs.values.camera import Camera
 from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians, replaced
-from tests.stiff.shapes import ball
 
 PIXEL = np.sqrt(0.3)  # standard deviation of the low-pass
 
@@ -24,33 +22,22 @@ def camera(eye=(0, 0, -6.0), target=(0, 0, 0), *, width=320, height=240):
     return Camera.look_at(eye, target, width=width, height=height, near=1e-3)
 
 
-def test_the_finest_line_is_the_low_pass_at_the_distance_of_the_scene_whatever_the_size_of_the_picture():
-    scene = random_gaussians(500)
-    center, _ = robust_frame(scene.means)
-    view = camera(center + np.array((0, 0, -6.0)), center)
-    expected = PIXEL * 6.0 / view.resized(960, 720).K[1, 1]
-    for width, height in ((960, 720), (400, 300), (80, 60)):
-        assert finest_of(scene, [view.resized(width, height)]) == pytest.approx(expected)
-
-
-def test_the_median_of_several_views_counts_and_a_camera_in_the_middle_looks_half_a_radius_far():
+def test_the_finest_line_is_the_low_pass_at_the_distance_of_the_scene_in_the_median_view():
     scene = random_gaussians(500)
     center, radius = robust_frame(scene.means)
-    inside = camera(center, center + np.array((0, 0, 1.0)))
-    assert finest_of(scene, [inside]) == pytest.approx(
-        PIXEL * 0.5 * radius / inside.resized(960, 720).K[1, 1]
-    )
-    far, near = (camera(center + np.array((0, 0, -away)), center) for away in (60.0, 6.0))
+
+    def from_away(distance):
+        return camera(center + np.array((0, 0, -distance)), center)
+
+    near, far, inside = from_away(6.0), from_away(60.0), camera(center, center + np.array((0, 0, 1.0)))
+    line = PIXEL / near.resized(960, 720).K[1, 1]
+    for width, height in ((960, 720), (80, 60)):  # whatever the size of the picture
+        assert finest_of(scene, [near.resized(width, height)]) == pytest.approx(6.0 * line)
+    assert finest_of(scene, [inside]) == pytest.approx(0.5 * radius * line)
     assert finest_of(scene, [near, far, near]) == finest_of(scene, [near])
-
-
-def test_where_no_view_is_known_it_is_that_from_some_radii():
-    scene = random_gaussians(500)
-    center, radius = robust_frame(scene.means)
-    view = camera(center + np.array((0, 0, -2.4 * radius)), center)
-    assert finest_of(scene) == pytest.approx(finest_of(scene, [view]))
-    assert finest_of(replace(scene, finest=0.5), [view]) == 0.5
-    assert finest_of(replace(scene, antialiased=True), [view]) == 0  # it gets fainter in place of thicker
+    assert finest_of(scene) == pytest.approx(finest_of(scene, [from_away(2.4 * radius)]))
+    assert finest_of(replace(scene, finest=0.5), [near]) == 0.5
+    assert finest_of(replace(scene, antialiased=True), [near]) == 0  # it gets fainter in place of thicker
 
 
 def test_needles_and_points_are_as_thick_as_the_finest_line_and_discs_as_they_are():
@@ -83,11 +70,3 @@ def test_pictures_show_that_area_on_the_average_over_views(scales):
     area = seen_areas(replace(one, finest=PIXEL * pixel))[0]
     # The kernel ends at three standard deviations, and below 1/255 of alpha: a tenth or more of faint paint.
     assert np.mean(painted) == pytest.approx(2 * np.pi * 0.05 * area / pixel**2, rel=0.25)
-
-
-def test_strokes_of_needles_do_not_depend_on_the_unit():
-    scene = ball("needle", 1e5)
-    strokes = cluster(scene, 200)
-    moved = replaced(scene, means=scene.means * 2.0**20, scales=scene.scales * 2.0**20)
-    np.testing.assert_array_equal(cluster(moved, 200).scales, strokes.scales * 2.0**20)
-    assert strokes.opacities.mean() > 0.1

@@ -13,6 +13,10 @@ from brushgs.core.threads import at_most
 from brushgs.passes.color.key_light import KeyLight
 from brushgs.passes.color.recolor import Palette
 from brushgs.passes.color.tone import grade, tones
+from brushgs.passes.color.values import Values
+from brushgs.passes.form.choose_brushes import mix_brushes
+from brushgs.passes.form.defocus import defocus, focused
+from brushgs.passes.form.edges import Around, find_edges, soften_edges
 from brushgs.passes.form.gaps import growth
 from brushgs.passes.form.material import Materials
 from brushgs.passes.form.saliency import saliency
@@ -30,9 +34,17 @@ from tests.passes.form.test_choose_brushes import KIT, SURFACES
 from tests.passes.form.test_material import wall
 from tests.passes.form.test_saliency import framed
 from tests.passes.reduce.test_floaters import is_apart
-from tests.passes.scenes import covariances, random_gaussians, replaced, strange_strokes
+from tests.passes.scenes import (
+    covariances,
+    gaussians_at,
+    on_sphere,
+    random_gaussians,
+    replaced,
+    strange_strokes,
+)
 
 MANY = 5000  # rows, enough for several threads
+VIEWS = [bg.Camera.look_at((x, 0, -4), (0, 0, 0), width=160, height=120) for x in (-0.6, 0.0, 0.6)]
 PALETTE = Palette.of_image(painting())
 
 
@@ -114,11 +126,31 @@ def in_its_light(strokes: Gaussians, moved: Callable[[Gaussians], Gaussians]) ->
     return KeyLight.of(strokes, (), place_of(moved(random_gaussians(300)))).lit(lamp)
 
 
+def body(num: int) -> Gaussians:
+    """Strokes all over a ball, light on one side."""
+    means = on_sphere(max(num, 2))[:num]
+    return gaussians_at(means, 3 / max(num, 1) ** 0.5, 0.5 + 0.4 * means[:, :1], quats=(1, 0.2, 0.5, 0.3))
+
+
+def defocused(strokes: Gaussians, _: object) -> Gaussians:
+    with np.errstate(divide="ignore"):  # strokes without a size have infinite room
+        return defocus(strokes, focused(strokes, VIEWS, None), 0.7)
+
+
+def softened(strokes: Gaussians, _: object) -> Gaussians:
+    edges = find_edges(strokes, VIEWS, Around(None, (0.5, 0.5, 0.5)), focus=strokes.means[:, 0])
+    return soften_edges(strokes, edges)
+
+
 def outstanding(strokes: Gaussians, _: object) -> np.ndarray:
     return saliency(strokes, framed(strokes if len(strokes) else random_gaussians(2)))
 
 
 PASSES = {
+    "defocus": Pass(defocused, body, "order"),
+    "soften edges": Pass(softened, body, "order", atol=1e-6),
+    "mix brushes": Pass(lambda s, _: mix_brushes(s, [(np.arange(3), 0.5)]).brushes, laws="order"),
+    "values": Pass(lambda s, _: Values(warmth=8.0, middle=45.0).strokes(s)),
     "solidify": Pass(lambda s, _: bg.solidify(s), lambda num: random_gaussians(num, 3, size=0.3)),
     "orient by form": oriented("form"),
     "orient by color": oriented("color"),

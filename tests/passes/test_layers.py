@@ -6,19 +6,11 @@ import pytest
 import brushgs as bg
 from brushgs.measure.likeness import psnr, unpainted
 from brushgs.still_life import still_life_camera
-from tests.kit.for_each import for_each
 from tests.passes import layers
 from tests.scenes import still_life_of
 
 NUM_STROKES = 343
-LAYERS = {
-    "plane": layers.plane,
-    "jittered plane": lambda: layers.plane(jitter=0.25),
-    "relief": layers.relief,
-    "jittered relief": lambda: layers.relief(jitter=0.25),
-    "sphere": layers.sphere,
-    "jittered sphere": lambda: layers.sphere(jitter=0.25),
-}
+LAYERS = {"plane": layers.plane, "relief": layers.relief, "sphere": layers.sphere}
 
 
 class Subject:
@@ -67,25 +59,14 @@ def subject(request):
 
 
 @pytest.mark.parametrize("stroke", ["gaussian", "flat"])
-def test_default_pruning_loses_little_against_none(subject, stroke):
-    (default, missing), (all_kept, missing_anyway) = (
-        subject.quality(r, stroke) for r in ("default", "keep 1")
+def test_default_pruning_loses_little_against_none_and_beats_the_published_rule(subject, stroke):
+    (default, missing), (all_kept, missing_anyway), (paper, torn) = (
+        subject.quality(rule, stroke) for rule in ("default", "keep 1", "paper")
     )
     assert default > all_kept - 0.5
     assert missing < missing_anyway + 0.015
-
-
-def test_the_published_rule_is_beaten(subject):
-    (default, missing), (paper, torn) = (subject.quality(rule, "flat") for rule in ("default", "paper"))
-    assert default > paper
-    assert missing < torn + 0.01
-
-
-@for_each("name", LAYERS)
-def test_a_single_layer_is_painted_closed(name):
-    """Without growth 0.14 to 0.3 of it stay unpainted by the kernel."""
-    scene, cameras = LAYERS[name](), layers.cameras()
-    strokes = bg.cluster(bg.prune(scene), NUM_STROKES)
-    kernel = bg.StrokeTexture.open("gaussian")
-    frames = [[bg.render(g, camera, kernel, depth=False) for camera in cameras] for g in (strokes, scene)]
-    assert compare(*frames)[1] < 0.13
+    if stroke == "flat":
+        assert default > paper
+        assert missing < torn + 0.01
+    elif len(subject.cameras) == 2:  # a single layer: without growth 0.14 to 0.3 of it stay unpainted
+        assert missing < 0.13

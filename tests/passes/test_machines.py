@@ -31,7 +31,6 @@ np.savez(sys.argv[2], **made)
 # What a processor would lack, to the core; then to NumPy and to its BLAS, whose last bits are their own.
 OF_CORE = [{"BRUSHGS_ISA": "baseline"}, {"BRUSHGS_ISA": "avx2"}]
 OF_NUMPY = [
-    {"NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR AVX512F AVX512_SKX"},
     {"NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR AVX512F AVX512_SKX AVX2 FMA3"},
     {"OPENBLAS_CORETYPE": "Nehalem"},
 ]

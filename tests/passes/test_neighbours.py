@@ -1,22 +1,24 @@
 """The nearest neighbours, and what hangs together by links, are those of SciPy."""
 
 import numpy as np
-import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from brushgs.core.threads import at_most
 from brushgs.passes import neighbours
 from brushgs.passes.components import components
 from tests.kit.for_each import for_each
 
 
 @for_each(("dimensions", "count"), [(1, 1), (2, 5), (3, 17), (3, 129), (5, 256), (16, 2)])
-def test_neighbours_are_those_of_scipy(dimensions, count):
+@for_each("threads", [1, 3])
+def test_neighbours_are_those_of_scipy(dimensions, count, threads):
     random = np.random.default_rng([dimensions, count])
     points = random.normal(size=(700, dimensions)).astype(np.float32)
     queries = np.concatenate([points[::3], random.normal(size=(300, dimensions))])
-    distances, rows = neighbours.nearest(points, queries, count)
+    with at_most(threads):
+        distances, rows = neighbours.nearest(points, queries, count)
     expected, expected_rows = cKDTree(points).query(queries, k=range(1, count + 1))
     np.testing.assert_array_equal(distances, expected)
     np.testing.assert_array_equal(rows, expected_rows)
@@ -30,15 +32,6 @@ def test_of_equally_near_neighbours_the_first_rows_are_taken():
     expected = np.argsort(squared, axis=1, kind="stable")[:, :20]
     np.testing.assert_array_equal(rows, expected)
     np.testing.assert_array_equal(distances, np.sqrt(np.take_along_axis(squared, expected, axis=1)))
-
-
-@pytest.mark.parametrize("threads", [1, 3])
-def test_neighbours_do_not_depend_on_threads(monkeypatch, threads):
-    points = np.random.default_rng(0).normal(size=(2000, 3))
-    expected = neighbours.nearest(points, points, 4)
-    monkeypatch.setattr(neighbours, "num_threads_or_default", lambda _: threads)
-    for found, wanted in zip(neighbours.nearest(points, points, 4), expected, strict=True):
-        np.testing.assert_array_equal(found, wanted)
 
 
 @for_each("num_links", [0, 1, 150, 400, 5000])

@@ -18,7 +18,7 @@ VIEW: dict[str, Any] = {
     "up": "-y",
     "azimuth": 30,
     "elevation": 15,
-    "size": (480, 360),
+    "size": (320, 240),
     "background": "transparent",
 }
 

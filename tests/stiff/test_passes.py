@@ -1,5 +1,6 @@
 """Stiff and hostile scenes through prune and cluster, with every option: what comes back can be painted."""
 
+from dataclasses import replace
 from itertools import product
 from typing import get_args
 
@@ -10,10 +11,9 @@ from brushgs.options.choices import Features, Merge, Method, Weight
 from brushgs.passes.reduce.cluster import cluster
 from brushgs.passes.reduce.prune import prune
 from brushgs.rendering.render import render
-from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
-from tests.stiff.scenes import LARGEST, SCENES, orbit, resized, scene
-from tests.stiff.test_pictures import DTYPES, TEXTURES, assert_finite
+from tests.stiff.scenes import LARGEST, SCENES, resized, scene
+from tests.stiff.test_pictures import TEXTURES, assert_finite
 
 # As published; it takes ten times as long as all else here.
 HARD_FOR_MINIBATCH = {
@@ -23,21 +23,20 @@ HARD_FOR_MINIBATCH = {
 METHODS = [method for method in get_args(Method) if method != "auto"]  # which is one of them
 
 
-@for_each("dtype", DTYPES[:1])
 @for_each("name", SCENES)
-def test_what_passes_make_of_a_scene_can_be_painted(name, dtype):
+def test_what_passes_make_of_a_scene_can_be_painted(name):
     """`Gaussians` itself refuses NaN, infinity, zero quaternions and opacities out of range."""
-    gaussians, camera = SCENES[name].scene.astype(dtype), SCENES[name].cameras[0]
+    gaussians, camera = SCENES[name].scene.astype(np.float32), SCENES[name].cameras[0]
     wanted = max(1, len(gaussians) // 3)
     results = {f"prune {weight}": prune(gaussians, 0.5, weight=weight) for weight in get_args(Weight)}
     ways = [(*way, "lloyd") for way in product(get_args(Features), get_args(Merge))]
-    if dtype == np.float32 and name in HARD_FOR_MINIBATCH:
+    if name in HARD_FOR_MINIBATCH:
         ways.append(("paper", "paper", "minibatch"))
     for features, merge, method in ways:
         how = {"features": features, "merge": merge, "method": method}
         results[f"cluster {how}"] = cluster(gaussians, wanted, **how)
     for result in results.values():
-        assert result.means.dtype == dtype
+        assert result.means.dtype == np.float32
         assert min(len(gaussians), 1) <= len(result) <= max(wanted, (len(gaussians) + 1) // 2)
         assert_finite(render(result, camera, TEXTURES["image"], order="soft"))
         assert_finite(render(result, camera, TEXTURES["gaussian"]))
@@ -63,27 +62,6 @@ def test_many_equal_gaussians_are_clustered_as_fast_as_others():
     one = scene().take(slice(0, 1)).astype(np.float32)
     equal = one.take(np.zeros(40_000, int))
     apart = equal.means + np.random.default_rng(0).normal(size=(40_000, 3)).astype(np.float32)
-    half = Gaussians(
-        np.where(np.arange(40_000)[:, None] % 2, equal.means, apart),
-        equal.quats,
-        equal.scales,
-        equal.opacities,
-        equal.sh,
-    )
+    half = replace(equal, means=np.where(np.arange(40_000)[:, None] % 2, equal.means, apart))
     assert len(cluster(equal, 8000)) == 1
     assert 7900 <= len(cluster(half, 8000)) <= 8000
-
-
-def test_as_many_strokes_as_gaussians_or_more_are_the_scene_itself():
-    gaussians = scene()
-    for num_strokes in (60, 61, 10**12):
-        assert cluster(gaussians, num_strokes) is gaussians
-
-
-@pytest.mark.parametrize("n", [0, 1, 2])
-def test_no_one_and_two_gaussians_go_all_the_way(n):
-    gaussians = scene(means=0).take(slice(0, n)).astype(np.float32)
-    for keep, num_strokes in product((0.01, 1.0), (1, 2, 3)):
-        strokes = cluster(prune(gaussians, keep), num_strokes)
-        assert len(strokes) <= n
-        assert render(strokes, orbit()[0], TEXTURES["image"]).alpha.any() == (n > 0)

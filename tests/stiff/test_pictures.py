@@ -109,9 +109,9 @@ def test_depths_closer_than_float32_can_tell_keep_the_order_of_the_rows():
 @for_each("name", DRAWN)
 def test_float64_is_the_definition(name, lock, order):
     stiff = SCENES[name]
-    camera = stiff.cameras[0].resized(40, 30)
+    camera = stiff.cameras[0].resized(24, 18)
     actual = render(stiff.scene, camera, TEXTURES["image"], lock=lock, order=order)
     boxes = reference.project(stiff.scene, camera, lock=lock, fade=True, order=order)
-    expected = reference.rasterize(boxes, TEXTURES["image"], height=30, width=40)
+    expected = reference.rasterize(boxes, TEXTURES["image"], height=18, width=24)
     np.testing.assert_allclose(actual.rgb, expected.rgb, atol=1e-9)
     np.testing.assert_allclose(actual.alpha, expected.alpha, atol=1e-9)

@@ -1,21 +1,15 @@
 """Pictures of one pixel and of 67 million, textures of any kind, and more strokes than tile lists hold."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from brushgs.brushes.texture import StrokeTexture
-from brushgs.errors import SceneError
 from brushgs.rendering import reference
-from brushgs.rendering.project import Directions, project
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
-from tests.brushes.test_texture import PALETTE_PNG, blob, rgba, write_image
 from tests.kit.for_each import for_each
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
-from tests.stiff.scenes import EYE, orbit, random_scene
 from tests.stiff.test_pictures import assert_finite
 
 
@@ -97,51 +91,3 @@ def test_boxes_of_any_finite_numbers_are_painted_finite(path, dtype):
             look = {"underpaint": Underpaint(float(g.choice((1e-20, 0.5, 2, 1e20)))), "streaks": 0.5}
             layered = replace(boxes, softness=softness, setbacks=setbacks)
             assert_finite(rasterize(layered, texture, height=50, width=70, filter=filter, **look))
-
-
-@for_each("angle", [1e6, -3e9, 1e20, 3e38])
-def test_angles_of_any_size_are_turned_all_the_way(angle):
-    boxes = boxes_of([(20, 15)], (12, 3), angles=angle)
-    actual = rasterize(boxes, bristles(), height=30, width=40)
-    expected = reference.rasterize(boxes, bristles(), height=30, width=40)
-    np.testing.assert_allclose(actual.rgb, expected.rgb, atol=1e-9)
-    scene, camera = random_scene(), orbit(EYE)[0]
-    asked = Directions(np.full(60, angle, np.float32))
-    near = Directions(
-        np.arctan2(np.sin(np.float64(asked.angles)), np.cos(np.float64(asked.angles))).astype(np.float32)
-    )
-    one, two = (project(scene, camera, lock=lock) for lock in (asked, near))
-    np.testing.assert_allclose(one.half_extents, two.half_extents, rtol=1e-6)
-
-
-FULL = {np.uint8: 255, np.uint16: 65535}
-
-
-@pytest.mark.parametrize("kind", ["one texel", "16 bit", "grey", "grey with alpha", "palette"])
-def test_textures_of_every_kind_paint(tmp_path: Path, kind):
-    path = tmp_path / "a.png"
-    if kind == "palette":
-        path.write_bytes(PALETTE_PNG)
-    else:
-        pixels = {
-            "one texel": rgba(np.full((1, 1), 0.4)),
-            "16 bit": np.rint(rgba(blob(20, 40)) * FULL[np.uint16]).astype(np.uint16),
-            "grey": 1 - 0.9 * blob(20, 40)[..., None],
-            "grey with alpha": np.stack([np.full((20, 40), 0.7), blob(20, 40)], axis=2),
-        }[kind]
-        write_image(path, pixels)
-    texture = StrokeTexture.open(path)
-    boxes = random_boxes(30, 40, 30, sizes=(0.3, 20))
-    for filter in ("mip", "bilinear", "nearest"):
-        for some in (boxes, softened(boxes, 3.0)):
-            actual = rasterize(some, texture, height=30, width=40, filter=filter)
-            expected = reference.rasterize(some, texture, height=30, width=40, filter=filter)
-            np.testing.assert_allclose(actual.rgb, expected.rgb, atol=1e-9)
-            assert actual.alpha.max() > 0.1
-
-
-def test_a_texture_without_paint_is_refused_by_name_or_paints_nothing(tmp_path: Path):
-    with pytest.raises(SceneError, match="the stroke is fully transparent"):
-        StrokeTexture.open(write_image(tmp_path / "a.png", rgba(np.zeros((8, 8)))))
-    texture = StrokeTexture.from_coverage(np.zeros((8, 8)))
-    assert not rasterize(random_boxes(30, 40, 30), texture, height=30, width=40).alpha.any()

@@ -4,7 +4,7 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.values.quats import quats_of
-from brushgs.values.sh import C0
+from tests.passes.scenes import gaussians_at
 
 SIDE = 1.0  # of the cube
 
@@ -21,20 +21,13 @@ def cameras(turns=((0, 0), (-12, 0), (12, 0), (45, 0), (90, 0), (180, 0), (270, 
     return found
 
 
-def flat(points, normals, sizes, colors, dtype=np.float32):
+def flat(points, normals, size, colors):
     """Flat, nearly opaque Gaussians on a surface."""
     across = np.cross(normals, np.eye(3)[np.argmin(np.abs(normals), axis=1)])
     across /= np.linalg.norm(across, axis=1, keepdims=True)
-    rotations = np.stack([across, np.cross(normals, across), normals], axis=2)
-    scales = np.multiply.outer(np.broadcast_to(sizes, len(points)), [1, 1, 0.05])
-    columns = (
-        points,
-        quats_of(rotations),
-        scales,
-        np.full(len(points), 0.97),
-        ((colors - 0.5) / C0)[:, None],
-    )
-    return bg.Gaussians(*(column.astype(dtype) for column in columns))
+    quats = quats_of(np.stack([across, np.cross(normals, across), normals], axis=2))
+    sizes = size * np.array([1, 1, 0.05])
+    return gaussians_at(points, sizes, colors, opacity=0.97, quats=quats, dtype=np.float32)
 
 
 def cube(num=36):

@@ -5,14 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import brushgs as bg
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.cameras.orbit import orbit
-from brushgs.first_view import find_first_view
 from brushgs.passes.add.backdrop import (
     BEYOND_EYE,
     RADIUS,
-    TONED,
     Backdrop,
     Tone,
     backdrop,
@@ -21,7 +18,6 @@ from brushgs.passes.add.backdrop import (
     reason_for_none,
 )
 from brushgs.passes.extent import robust_frame
-from brushgs.rendering.plain import plain_views
 from brushgs.rendering.project import project
 from brushgs.values.colors import oklab_of
 from brushgs.values.frame import Frame
@@ -29,29 +25,16 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0, base_colors
 from tests.kit.for_each import for_each
-from tests.scenes import real_scene
+from tests.passes.scenes import gaussians_at, on_sphere
 
 SIZE = {"width": 160, "height": 120}
-LOOKS = {
-    "loose": Backdrop(),
-    "dabs": Backdrop(strokes=5200, aspect=1.8, size=1.7),
-    "flats": Backdrop(strokes=900, aspect=3.4, size=1.7),
-}
 
 
 def ball(n: int = 500, color=(0.2, 0.5, 0.3), dtype=np.float32, scale: float = 1.0) -> Gaussians:
     """Gaussians of one colour in a ball around (3, -2, 5)."""
     g = np.random.default_rng(0)
-    means = g.normal(0, 1, (n, 3))
-    means *= scale * g.uniform(0, 1, (n, 1)) ** (1 / 3) / np.linalg.norm(means, axis=1, keepdims=True)
-    columns = (
-        means + np.array([3, -2, 5]),
-        g.normal(0, 1, (n, 4)),
-        np.full((n, 3), 0.05 * scale),
-        np.full(n, 0.9),
-    )
-    sh = np.broadcast_to((np.array(color) - 0.5) / C0, (n, 1, 3))
-    return Gaussians(*(c.astype(dtype) for c in columns), sh.astype(dtype))
+    means = scale * g.uniform(0, 1, (n, 1)) ** (1 / 3) * on_sphere(n) + np.array([3, -2, 5])
+    return gaussians_at(means, 0.05 * scale, color, quats=g.normal(0, 1, (n, 4)), dtype=dtype)
 
 
 def strokes_of(scene: Gaussians, look: Backdrop | None = None, **options):
@@ -86,17 +69,17 @@ def test_a_gaussian_counts_by_its_area_and_opacity_or_by_given_weights():
 # The backdrop
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@for_each("look", [Backdrop(), Backdrop(strokes=5200, aspect=1.8, size=1.7)])
 def test_strokes_stand_on_a_sphere_around_scene_and_cameras(look):
     scene = ball()
     view = plain_first_view(scene)
     cameras = orbit(view, 6, **SIZE)
-    strokes = backdrop(scene, view, cameras, LOOKS[look])
+    strokes = backdrop(scene, view, cameras, look)
     center, radius = robust_frame(scene.means)
     eyes = [float(np.linalg.norm(c.position - center)) for c in cameras]
     distances = np.linalg.norm(strokes.means - center, axis=1)
     np.testing.assert_allclose(distances, max(RADIUS * radius, BEYOND_EYE * max(eyes)), rtol=1e-5)
-    assert 0.1 * LOOKS[look].strokes < len(strokes) <= LOOKS[look].strokes * 1.01
+    assert 0.1 * look.strokes < len(strokes) <= look.strokes * 1.01
 
 
 def test_strokes_are_flat_face_the_centre_and_have_the_aspect_asked_for():
@@ -133,8 +116,7 @@ def test_it_is_lighter_above_than_below_in_the_complement_of_the_scene():
 
 
 @for_each("elevation", [-0.3, 0.2, 1.5])
-@for_each("look", LOOKS)
-def test_what_a_camera_sees_of_the_whole_sphere_it_sees_of_the_backdrop(look, elevation):
+def test_what_a_camera_sees_of_the_whole_sphere_it_sees_of_the_backdrop(elevation):
     scene = ball()
     view = plain_first_view(scene)
     camera = frame_scene(view, **SIZE, elevation=elevation)
@@ -144,8 +126,8 @@ def test_what_a_camera_sees_of_the_whole_sphere_it_sees_of_the_backdrop(look, el
         for e in (-1.2, 0, 1.2)
     ]
     every = [replace(c, viewmat=_turned(camera, c)) for c in every]
-    whole = backdrop(scene, view, [camera, *every], LOOKS[look])
-    part = backdrop(scene, view, [camera], LOOKS[look])
+    whole = backdrop(scene, view, [camera, *every])
+    part = backdrop(scene, view, [camera])
     assert len(part) < 0.5 * len(whole)
     seen_whole, seen_part = (project(s, camera, num_sigmas=2.0) for s in (whole, part))
     np.testing.assert_array_equal(seen_part.centers, seen_whole.centers)
@@ -169,12 +151,8 @@ def test_the_same_seed_gives_the_same_strokes_in_any_unit_of_the_world():
     large = strokes_of(ball(scale=100.0, dtype=np.float64))
     small = strokes_of(ball(dtype=np.float64))
     np.testing.assert_allclose(large.scales, 100 * small.scales, rtol=0.02)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_strokes_have_the_dtype_of_the_scene_and_may_be_none(dtype):
-    assert strokes_of(ball(dtype=dtype)).means.dtype == dtype
-    assert len(strokes_of(ball(dtype=dtype), Backdrop(strokes=0))) == 0
+    assert (one.means.dtype, small.means.dtype) == (np.float32, np.float64)
+    assert len(strokes_of(ball(), Backdrop(strokes=0))) == 0
 
 
 def test_what_is_no_backdrop_is_refused():
@@ -205,25 +183,3 @@ def test_a_scene_that_fills_its_pictures_or_is_seen_from_inside_or_is_flat_gets_
     assert "inside" in reason_for_none(replace(view, eye=np.zeros(3)), [frame_with(0.1)])
     flat = replace(view, points=view.points * (1, 0.01, 1))
     assert "flat" in reason_for_none(flat, [frame_with(0.1)])
-
-
-@for_each(
-    ("name", "up", "expected"),
-    [
-        ("koala.ply", None, True),
-        ("derived/truck.ply", None, True),
-        ("derived/skull_sh3.ply", None, True),
-        ("derived/chair.ply", "+z", True),
-        ("biker.compressed.ply", None, True),
-        ("derived/campsite.ply", None, False),
-    ],
-)
-def test_real_scenes_get_one_where_they_stand_in_a_void(name, up, expected):
-    scene = bg.load(real_scene(name))
-    view = find_first_view(scene, up=up)
-    camera = frame_scene(view, **SIZE)
-    assert (reason_for_none(view, plain_views(scene, [camera]).frames) is None) is expected
-    lab = oklab_of(np.array([ground_color(scene, TONED)]))[0]
-    assert lab[0] == pytest.approx(TONED.lightness, abs=0.01)
-    strokes = backdrop(scene, view, [camera])
-    assert 200 < len(strokes) < 1500

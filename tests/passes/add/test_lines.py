@@ -6,16 +6,14 @@ import pytest
 import brushgs as bg
 from brushgs.passes.add.lines import Lines, find_lines
 from brushgs.rendering.facing import facing, fade_by_facing
-from brushgs.rendering.options import RenderOptions, project_with
-from brushgs.rendering.plain import PlainViews, plain_views
+from brushgs.rendering.plain import plain_views
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
 from tests.kit.for_each import for_each
 from tests.passes.add.scenes import SIDE, cameras, cube, cube_edges, noisy_plane, sphere
-from tests.passes.scenes import assert_same, random_gaussians
+from tests.passes.scenes import assert_same, random_gaussians, rescaled
 
 SIGMAS = 1.6
-ELLIPSE = bg.StrokeTexture.open("ellipse")
 
 
 @pytest.fixture(scope="module")
@@ -91,53 +89,16 @@ def test_a_sphere_has_its_outline_and_nothing_else(sphere_lines):
     assert np.diff(np.sort(around)).max() < 30
 
 
-def test_nothing_fades_without_normals():
-    strokes = random_gaussians(20)
-    camera = cameras()[0]
-    boxes, _ = project_with(strokes, camera, RenderOptions.of(ELLIPSE))
-    np.testing.assert_array_equal(
-        fade_by_facing(boxes, camera, strokes, np.zeros((20, 3))).opacities, boxes.opacities
-    )
-
-
-def test_fading_by_facing_checks_its_arguments():
-    strokes = random_gaussians(20)
-    camera = cameras()[0]
-    boxes, _ = project_with(strokes, camera, RenderOptions.of(ELLIPSE))
-    with pytest.raises(ValueError, match="shape"):
-        fade_by_facing(boxes, camera, strokes, np.zeros((3, 3)))
-
-
-def test_lines_are_the_same_each_time_and_for_any_threads(cube_lines):
-    for num_threads in (1, 3):
-        again = find_lines(cube(), cameras(), num_sigmas=SIGMAS, num_threads=num_threads)
+def test_lines_are_the_same_for_any_threads_and_in_any_unit(cube_lines):
+    drawn = plain_views(cube(), cameras())  # without depth: they are drawn again
+    for views, num_threads in ((cameras(), 1), (cameras(), 3), (drawn, None)):
+        again = find_lines(cube(), views, num_sigmas=SIGMAS, num_threads=num_threads)
         assert_same(again.strokes, cube_lines.strokes)
         for name in ("strengths", "chains", "normals"):
             np.testing.assert_array_equal(getattr(again, name), getattr(cube_lines, name))
-
-
-def test_plain_pictures_that_are_there_give_the_same_lines(cube_lines):
-    """Those without depth are drawn again."""
-    scene, views = cube(), cameras()
-    with_depth = tuple(bg.render(scene, camera, "gaussian") for camera in views)
-    for given in (plain_views(scene, views), PlainViews(tuple(views), with_depth)):
-        assert_same(find_lines(scene, given, num_sigmas=SIGMAS).strokes, cube_lines.strokes)
-
-
-def test_lines_do_not_depend_on_the_unit_of_the_scene(cube_lines):
-    factor = 64.0
-    large = bg.Gaussians(
-        cube().means * np.float32(factor),
-        cube().quats,
-        cube().scales * np.float32(factor),
-        cube().opacities,
-        cube().sh,
-    )
-    views = [
-        bg.Camera.look_at(camera.position * factor, (0, 0, 0), width=400, height=300) for camera in cameras()
-    ]
-    found = find_lines(large, views, num_sigmas=SIGMAS)
-    assert abs(len(found) - len(cube_lines)) <= 0.05 * len(cube_lines)
+    views = [bg.Camera.look_at(64 * view.position, (0, 0, 0), width=400, height=300) for view in cameras()]
+    large = find_lines(rescaled(cube(), 64), views, num_sigmas=SIGMAS)
+    assert abs(len(large) - len(cube_lines)) <= 0.05 * len(cube_lines)
 
 
 def test_width_colour_and_opacity_are_as_given():
@@ -174,20 +135,20 @@ def test_pictures_of_any_size(size):
 
 
 @for_each(
-    ("change", "words"),
-    [
-        ({"width": 0}, "width"),
-        ({"width": float("nan")}, "width"),
-        ({"num_sigmas": -1}, "num_sigmas"),
-        ({"opacity": 1.5}, "opacity"),
-        ({"opacity": float("nan")}, "opacity"),
-    ],
+    ("name", "value"),
+    [("width", 0), ("width", np.nan), ("num_sigmas", -1), ("opacity", 1.5), ("opacity", np.nan)],
 )
-def test_arguments_are_checked(change, words):
-    with pytest.raises(ValueError, match=f"find_lines: {words}"):
-        find_lines(cube(), cameras()[:1], **change)
-
-
-def test_there_must_be_a_view():
+def test_arguments_are_checked(name, value):
+    with pytest.raises(ValueError, match=f"find_lines: {name}"):
+        find_lines(cube(), cameras()[:1], **{name: value})
     with pytest.raises(ValueError, match="at least one camera"):
         find_lines(cube(), [])
+
+
+def test_only_what_has_a_normal_fades_by_facing():
+    strokes, camera = random_gaussians(20), cameras()[0]
+    boxes = bg.project(strokes, camera)
+    found = fade_by_facing(boxes, camera, strokes, np.zeros((20, 3)))
+    np.testing.assert_array_equal(found.opacities, boxes.opacities)
+    with pytest.raises(ValueError, match="shape"):
+        fade_by_facing(boxes, camera, strokes, np.zeros((3, 3)))

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from scipy.spatial import cKDTree
 
 from brushgs.core.native import core as _core
@@ -11,8 +10,10 @@ from brushgs.passes.add.tonal_marks import Manner, tonal_marks
 from brushgs.passes.add.tonal_view import TonalView
 from brushgs.passes.form.plane_axes import mark_axes
 from brushgs.values.camera import Camera
-from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of
+from tests.kit.for_each import for_each
+from tests.passes.form.planks import long_axes
+from tests.passes.scenes import gaussians_at
 
 CAMERA = Camera.look_at((0, 0, -4), (0, 0, 0), width=320, height=180, fov_y=0.8)
 LINES = Manner(0.1, 0.8, (3.0, 9.0), (1.2, 0.8), (12.0, 60.0))
@@ -25,11 +26,9 @@ def wall(angle=0.3, scale=1.0, tilt=0.0):
     turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
     cos, sin = np.cos(angle), np.sin(angle)
     frame = turn @ np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
-    count = len(x)
-    means = np.stack([x, y, np.zeros(count)], axis=1) @ turn.T
-    scales = np.tile(np.array([0.1, 0.05, 0.001]) * scale, (count, 1))
-    quats = quats_of(np.tile(frame, (count, 1, 1)))
-    return Gaussians(means, quats, scales, np.full(count, 0.95), np.zeros((count, 1, 3))).astype(np.float32)
+    means = np.stack([x, y, 0 * x], axis=1) @ turn.T
+    sizes = np.array([0.1, 0.05, 0.001]) * scale
+    return gaussians_at(means, sizes, opacity=0.95, quats=quats_of(frame[None])[0], dtype=np.float32)
 
 
 def view_of(strokes, tones, camera=CAMERA, **options):
@@ -91,7 +90,7 @@ def test_levels_are_nested_and_each_keeps_its_own_distance():
     np.testing.assert_array_equal(np.concatenate(alone), points[levels == 0])
 
 
-@pytest.mark.parametrize("manner", [LINES, DOTS])
+@for_each("manner", [LINES, DOTS])
 def test_marks_are_denser_in_the_dark_and_absent_in_the_light(manner):
     strokes = wall()
     counts = [len(np.unique(marks_of(strokes, tone, manner).chains)) for tone in (0.1, 0.6, 0.85)]
@@ -99,7 +98,7 @@ def test_marks_are_denser_in_the_dark_and_absent_in_the_light(manner):
     assert counts[2] == 0
 
 
-@pytest.mark.parametrize("manner", [LINES, DOTS])
+@for_each("manner", [LINES, DOTS])
 def test_marks_lie_on_the_surface(manner):
     strokes = wall(tilt=0.4)
     marks = marks_of(strokes, manner=manner)
@@ -122,21 +121,14 @@ def boxes_angle(strokes):
 
 def test_hatching_follows_strokes_and_crosses_at_its_turn():
     marks = marks_of(wall(angle=0.3))
-    along = np.abs(longest_axes(marks.strokes) @ (np.cos(0.3), np.sin(0.3), 0))
+    along = np.abs(long_axes(marks.strokes) @ (np.cos(0.3), np.sin(0.3), 0))
     assert np.quantile(along, 0.05) > np.cos(0.15)
     crossed = marks_of(wall(angle=0.3), manner=replace(LINES, turn=np.pi / 2))
-    across = np.abs(longest_axes(crossed.strokes) @ (-np.sin(0.3), np.cos(0.3), 0))
+    across = np.abs(long_axes(crossed.strokes) @ (-np.sin(0.3), np.cos(0.3), 0))
     assert np.quantile(across, 0.05) > np.cos(0.15)
 
 
-def longest_axes(strokes):
-    from brushgs.values.quats import rotation_matrices
-
-    rows = np.arange(len(strokes))
-    return rotation_matrices(strokes.quats)[rows, :, np.argmax(strokes.scales, axis=1)]
-
-
-@pytest.mark.parametrize("manner", [LINES, DOTS])
+@for_each("manner", [LINES, DOTS])
 def test_density_on_paper_stays_from_half_the_distance_to_twice(manner):
     """Ink on paper over that in the own view: counted as width times length, or area."""
     strokes = wall()
@@ -157,14 +149,6 @@ def test_density_on_paper_stays_from_half_the_distance_to_twice(manner):
     own, near, far = (ink(camera) for camera in cameras)
     assert 0.7 < near / own < 1.4
     assert 0.6 < far / own < 1.5
-
-
-@pytest.mark.parametrize("manner", [LINES, DOTS])
-@pytest.mark.parametrize("count", [0, 1])
-def test_none_and_one_stroke_give_few_marks_or_none(manner, count):
-    strokes = wall().take(np.arange(count))
-    marks = marks_of(strokes, manner=manner)
-    assert len(marks) == len(marks.tones) == len(marks.chains) < 50
 
 
 def test_strokes_of_a_wall_share_a_direction_and_those_of_a_ball_do_not():

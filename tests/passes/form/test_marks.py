@@ -72,7 +72,7 @@ def test_strokes_outside_the_picture_or_behind_the_camera_keep_the_form():
         assert_same(bg.orient(strokes, gaussians, Marks.of_image(stripes(1.0), camera)), form)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("image", "message"),
     [
         (np.full((50, 50, 3), 0.3, np.float32), "must show marks, got one even colour"),
@@ -87,18 +87,12 @@ def test_pictures_without_marks_are_refused(image, message):
 
 def test_a_direction_names_the_picture_and_needs_a_camera(tmp_path):
     strokes, gaussians = planks(500, 50)
-    path = tmp_path / "stripes.exr"
-    bg.save(bg.Frame(stripes(0.7), np.ones((120, 160), np.float32), None), path)
-    direction, camera = Direction.of(f"painting:{path}"), camera_above()
+    for name, picture in (("stripes.exr", stripes(0.7)), ("grey.png", 0 * stripes(0) + 0.5)):
+        bg.save(bg.Frame(picture, np.ones((120, 160), np.float32), None), tmp_path / name)
+    direction, camera = Direction.of(f"painting:{tmp_path / 'stripes.exr'}"), camera_above()
     axes = long_axes(bg.orient(strokes, gaussians, direction, camera=camera))
     assert np.quantile(np.abs(axes @ [np.cos(0.7), np.sin(0.7), 0]), 0.1) > 0.97
     with pytest.raises(ValueError, match="orient: camera must be given with a painting"):
         bg.orient(strokes, gaussians, direction)
-
-
-def test_a_picture_file_of_one_colour_is_named(tmp_path):
-    strokes, gaussians = planks(500, 50)
-    path = tmp_path / "grey.png"
-    bg.save(bg.Frame(np.full((30, 40, 3), 0.5, np.float32), np.ones((30, 40), np.float32), None), path)
     with pytest.raises(SceneError, match=r"grey\.png: has no marks to follow .*; choose another picture"):
-        bg.orient(strokes, gaussians, Direction.of(f"painting:{path}"), camera=camera_above())
+        bg.orient(strokes, gaussians, Direction.of(f"painting:{tmp_path / 'grey.png'}"), camera=camera)

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from brushgs.passes.form.material import Materials, roughness
 from brushgs.values.colors import rgb_of_oklab
 from brushgs.values.sh import in_colors
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 
 
@@ -26,12 +26,7 @@ def wall(num=400, *, normals=0.0, colors=0.0, sizes=0.0, lightness=0.6, at=0.0, 
 FUR = {"normals": 1.0, "colors": 0.1, "sizes": 0.5}
 
 
-def test_a_wall_is_smooth_and_fur_is_rough():
-    assert roughness(wall()).max() < 0.01
-    assert roughness(wall(**FUR)).min() > 0.8
-
-
-@pytest.mark.parametrize(
+@for_each(
     ("what", "weight", "spreads"),
     [
         ("normals", 0.5, (0.05, 0.15, 0.5)),
@@ -41,8 +36,10 @@ def test_a_wall_is_smooth_and_fur_is_rough():
 )
 def test_each_spread_counts_and_the_more_the_rougher(what, weight, spreads):
     found = [roughness(wall(**{what: spread})).mean() for spread in spreads]
+    assert roughness(wall()).max() < 0.01
     assert found[0] < found[1] < found[2] <= weight + 1e-9
     assert found[2] > 0.7 * weight
+    assert roughness(wall(**FUR)).min() > 0.8
 
 
 def test_roughness_is_that_of_a_surface_not_of_a_stroke():

@@ -3,19 +3,13 @@ import pytest
 
 import brushgs as bg
 from brushgs.passes.form.coverage import Coverage
+from tests.passes.scenes import gaussians_at, grid
 
 
 def layer(side=8, *, opacity=0.5, size=0.5, z=0.0):
     """Flat round strokes on a lattice of step 1 in the plane z, grey."""
-    x, y = np.meshgrid(np.arange(side) * 1.0, np.arange(side) * 1.0)
-    n = side * side
-    return bg.Gaussians(
-        np.stack([x.ravel(), y.ravel(), np.full(n, z)], axis=1),
-        np.tile([1.0, 0, 0, 0], (n, 1)),
-        np.tile([size, size, 0.01 * size], (n, 1)),
-        np.full(n, opacity),
-        np.zeros((n, 1, 3)),
-    )
+    means = grid(side, (side - 1) / 2, z) + np.array([1, 1, 0]) * (side - 1) / 2
+    return gaussians_at(means, (size, size, 0.01 * size), opacity=opacity)
 
 
 def joined(*parts):
@@ -33,6 +27,9 @@ def test_paint_is_kept_and_opacity_grows_to_two_coats_where_the_surface_is_close
     np.testing.assert_allclose(solid.opacities[27:36], 1 - 0.4**2, atol=1e-3)
     np.testing.assert_array_equal(solid.means, strokes.means)
     assert bg.solidify(strokes, 0) is strokes
+    for strength in (-0.1, 1.5, np.nan):
+        with pytest.raises(ValueError, match=r"solidify: strength must be in \[0, 1\]"):
+            bg.solidify(strokes, strength)
     half = bg.solidify(strokes, 0.5)
     np.testing.assert_allclose(half.opacities - 0.6, (solid.opacities - 0.6) / 2, rtol=1e-9)
 
@@ -44,12 +41,6 @@ def test_haze_stays_haze_and_opaque_strokes_stay_as_they_are():
     solid = bg.solidify(opaque)
     np.testing.assert_array_equal(solid.scales, opaque.scales)
     np.testing.assert_array_equal(solid.opacities, opaque.opacities)
-
-
-@pytest.mark.parametrize("strength", [-0.1, 1.5, np.nan])
-def test_strength_out_of_range(strength):
-    with pytest.raises(ValueError, match=r"solidify: strength must be in \[0, 1\]"):
-        bg.solidify(layer(), strength)
 
 
 def test_light_passes_by_what_is_alone_and_not_through_what_is_covered():

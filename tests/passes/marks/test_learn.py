@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import brushgs as bg
 from brushgs.passes.form.planes import Planes
@@ -11,7 +10,9 @@ from brushgs.passes.marks.learn import covered, learn
 from brushgs.values.camera import FirstView
 from brushgs.values.colors import oklab_of
 from brushgs.values.marks import NO_TILE, Marks
-from brushgs.values.sh import base_colors, in_colors
+from brushgs.values.sh import base_colors
+from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at
 
 GREY, RED, BLUE = (0.6, 0.6, 0.6), (0.7, 0.2, 0.2), np.array([0.1, 0.2, 0.9])
 SIDE, STEP = 24, 0.1
@@ -22,11 +23,7 @@ def plane() -> bg.Gaussians:
     """Strokes along x on the plane z = 0, the left half grey and the right half red."""
     x, y = np.meshgrid(np.arange(SIDE), np.arange(SIDE), indexing="ij")
     means = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1) * STEP
-    ones = np.ones(len(means))
-    quats = np.outer(ones, [1, 0, 0, 0])
-    scales = np.outer(ones, [0.05, 0.025, 0.001])
-    strokes = bg.Gaussians(means, quats, scales, ones, np.zeros((len(means), 1, 3)))
-    return in_colors(strokes, np.where(IS_RED[:, None], RED, GREY))
+    return gaussians_at(means, (0.05, 0.025, 0.001), np.where(IS_RED[:, None], RED, GREY), opacity=1)
 
 
 def marks_at(places, *, direction=(0, 1, 0), color=BLUE, opacity: float = 1.0, length: float = 0.3) -> Marks:
@@ -70,7 +67,7 @@ def test_two_kinds_are_painted_in_two_ways():
     assert np.median(rgb[~IS_RED], axis=0)[2] > 0.8
 
 
-@pytest.mark.parametrize(
+@for_each(
     "marks",
     [
         marks_at(GREYS[:1]),  # no variance
@@ -89,18 +86,15 @@ def test_scarce_and_equal_marks_give_finite_strokes(marks):
     np.testing.assert_array_equal(after.sh[IS_RED], STROKES.sh[IS_RED])
 
 
-def test_round_marks_turn_nothing():
+def test_round_marks_turn_nothing_and_a_thin_one_counts_for_the_nearest_stroke():
     after = continued(marks_at(GREYS, length=0.1))
     np.testing.assert_array_equal(after.quats, STROKES.quats)
+    between = GREYS[:1] + np.array([0.04, 0.03, 0.0])
+    thin = replace(marks_at(between), widths=np.array([0.01]))
+    assert len(covered(STROKES, thin).rows) == 1
 
 
 def test_nothing_is_learnt_of_marks_beside_all_strokes_or_without_strokes():
     assert learn(STROKES, marks_at([[9, 9, 9]]), VIEW) is None
     assert learn(STROKES, marks_at(GREYS, opacity=0.0), VIEW) is None
     assert learn(STROKES.take(np.zeros(0, np.intp)), marks_at(GREYS), VIEW) is None
-
-
-def test_a_thin_mark_counts_for_the_nearest_stroke():
-    between = GREYS[:1] + np.array([0.04, 0.03, 0.0])
-    thin = replace(marks_at(between), widths=np.array([0.01]))
-    assert len(covered(STROKES, thin).rows) == 1

@@ -1,7 +1,6 @@
 """Marks of a painted layer, on a ball whose surface is known exactly."""
 
 import numpy as np
-import pytest
 from scipy import ndimage
 
 from brushgs.passes.marks.changes import cut_of
@@ -12,8 +11,9 @@ from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of
 from brushgs.values.frame import Frame
-from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import Marks
+from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at, on_sphere
 
 WIDTH, HEIGHT, DISTANCE = 240, 180, 4.0
 WHITE = np.ones(3)
@@ -69,7 +69,7 @@ def as_seen(values: F64, view: Camera) -> F64:
     return np.asarray(ndimage.map_coordinates(values, at, order=1))
 
 
-NOTHING = Gaussians(*(np.zeros(shape, np.float32) for shape in ((0, 3), (0, 4), (0, 3), (0,), (0, 1, 3))))
+NOTHING = gaussians_at(np.zeros((0, 3)), 1, dtype=np.float32)
 
 
 def below() -> Below:
@@ -92,7 +92,7 @@ def iou(first, second) -> float:
     return float((first & second).sum() / (first | second).sum())
 
 
-@pytest.mark.parametrize("line", [*THICK, *BESIDE])
+@for_each("line", [*THICK, *BESIDE])
 def test_thick_paint_keeps_its_area_in_the_view_it_was_painted_in(line):
     layer = layer_of(line)
     shown = drawn(marks_of(layer), camera())
@@ -100,7 +100,7 @@ def test_thick_paint_keeps_its_area_in_the_view_it_was_painted_in(line):
     assert iou(shown.alpha > half, layer[..., 3] > half) >= 0.95
 
 
-@pytest.mark.parametrize("line", THIN)
+@for_each("line", THIN)
 def test_thin_paint_keeps_its_outline(line):
     layer = layer_of(line)
     shown = drawn(marks_of(layer), camera()).alpha > 0.4
@@ -119,7 +119,7 @@ def test_overlapping_and_translucent_paint_keeps_its_colour():
     assert away[layer[..., 3] == 0].mean() <= 0.002
 
 
-@pytest.mark.parametrize("degrees", [-20.0, 20.0])
+@for_each("degrees", [-20.0, 20.0])
 def test_paint_stays_on_the_surface_in_views_beside(degrees):
     """Against the layer as seen on the ball itself, in the views beside."""
     layer, view = layer_of(*THICK), camera(degrees)
@@ -127,22 +127,19 @@ def test_paint_stays_on_the_surface_in_views_beside(degrees):
     wanted = as_seen(layer[..., 3], view)
     assert iou(shown.alpha > 0.3, wanted > 0.3) >= 0.96
     assert np.abs(shown.alpha - wanted)[wanted > 0].mean() <= 0.03
+    assert drawn(marks_of(layer), camera(180)).alpha.max() == 0  # nor is it seen from behind
+    assert marks_of_paint(0 * layer, below()) is None
+    assert erased_of_area(layer[..., 3] > 2, below()) is None
 
 
-def test_marks_are_not_seen_from_behind():
-    assert drawn(marks_of(layer_of(THICK[0])), camera(180)).alpha.max() == 0
-
-
-@pytest.mark.parametrize("degrees", [0, 20])
+@for_each("degrees", [0, 20])
 def test_strokes_are_cut_along_what_is_erased(degrees):
     """Against the area as seen on the ball itself; what lies behind the ball stays."""
     layer, here = layer_of(THICK[0]), camera(degrees)
     erased = erased_of_area(layer[..., 3] >= 0.5, below())
-    g = np.random.default_rng(0)
-    means = g.normal(size=(2000, 3))
-    means /= np.linalg.norm(means, axis=1, keepdims=True)
+    means = on_sphere(2000)
     normals = np.concatenate([np.ones((2000, 1)), np.zeros((2000, 3))], axis=1)
-    strokes = Gaussians(means, normals, np.full((2000, 3), 0.1), np.ones(2000), np.zeros((2000, 1, 3)))
+    strokes = gaussians_at(means, 0.1, opacity=1, quats=normals)
     cut = cut_of(strokes, erased)
     depth = depth_of(here)
     share = cut.seen(here, Frame(np.zeros((HEIGHT, WIDTH, 3)), (depth > 0) * 1.0, depth))
@@ -154,12 +151,7 @@ def test_strokes_are_cut_along_what_is_erased(degrees):
     assert not cut.touching[behind].any()
 
 
-def test_an_empty_layer_has_no_marks():
-    assert marks_of_paint(np.zeros((HEIGHT, WIDTH, 4)), below()) is None
-    assert erased_of_area(np.zeros((HEIGHT, WIDTH), bool), below()) is None
-
-
-@pytest.mark.parametrize("degrees", [-25, 0, 25])
+@for_each("degrees", [-25, 0, 25])
 def test_later_paint_lies_over_earlier_on_the_same_surface(degrees):
     red, blue = (0.9, 0, 0), (0, 0, 0.9)
     layers = [

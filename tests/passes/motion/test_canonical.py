@@ -7,7 +7,6 @@ import pytest
 
 from brushgs.passes.motion.canonical import LIFE_WEIGHT, MOTION_WEIGHT, canonical, features_of
 from brushgs.passes.reduce.features import contracted
-from tests.kit.for_each import for_each
 from tests.passes.motion.scenes import blob, clip, joined, moved, turn
 from tests.passes.scenes import assert_same
 
@@ -57,6 +56,9 @@ def test_features_are_distances_in_radii_of_the_scene():
     apart = np.linalg.norm(found.features[50:100] - found.features[0], axis=1)
     np.testing.assert_allclose(apart, MOTION_WEIGHT * 0.2 * np.sqrt((TIMES**2).mean()), rtol=1e-4)
     np.testing.assert_allclose(found.features[:50], np.tile(found.features[0], (50, 1)), atol=1e-6)
+    assert found.features.dtype == np.float32
+    some = found.gaussians.take(np.array([3, 50, 199]))
+    np.testing.assert_array_equal(features_of(found, some), found.features[[3, 50, 199]])
 
 
 def test_where_a_row_is_not_visible_it_is_at_the_nearest_place_where_it_is():
@@ -73,41 +75,16 @@ def test_where_a_row_is_not_visible_it_is_at_the_nearest_place_where_it_is():
     np.testing.assert_allclose(apart, life, rtol=1e-3)
 
 
-def test_equal_input_gives_equal_output_and_rows_are_found_again():
-    body = blob(200)
-    rng = np.random.default_rng(0)
-    speeds = rng.normal(size=(200, 3))
-    scene = clip(lambda time: replace(body, means=body.means + np.sin(9 * time * speeds)))
-    one, two = canonical(scene, TIMES), canonical(scene, TIMES)
-    np.testing.assert_array_equal(one.features, two.features)
-    assert one.features.shape == (200, 7)
-    assert one.features.dtype == np.float32
-    some = one.gaussians.take(np.array([3, 50, 199]))
-    np.testing.assert_array_equal(features_of(one, some), one.features[[3, 50, 199]])
-
-
-def test_a_long_clip_is_looked_at_a_few_times():
+def test_a_long_clip_is_looked_at_a_few_times_and_a_short_one_once_or_twice():
     asked = []
     body = blob(10)
     scene = clip(lambda time: asked.append(time) or moved(body, STILL, (time, 0, 0)))
     canonical(scene, np.linspace(0, 1, 1000))
     assert len(asked) <= 48
-    assert asked[0] == 0
-    assert asked[-1] == 1
-
-
-@for_each("dtype", [np.float32, np.float64])
-@for_each("times", [np.zeros(1), np.array([0.0, 1.0])])
-def test_one_and_two_moments(dtype, times):
-    body = blob(5, dtype=dtype)
-    found = canonical(clip(lambda time: moved(body, STILL, (time, 0, 0))), times)
-    assert_same(found.gaussians, body)
-    assert found.gaussians.means.dtype == dtype
-
-
-def test_scenes_that_cannot_be_followed_are_refused():
-    body = blob(3)
-    with pytest.raises(ValueError, match="rows must correspond"):
-        canonical(replace(clip(lambda _: body), has_rows=False), TIMES)
+    assert (asked[0], asked[-1]) == (0, 1)
+    for times in (np.zeros(1), np.array([0.0, 1.0])):
+        assert_same(canonical(scene, times).gaussians, body)
     with pytest.raises(ValueError, match="at least one moment"):
-        canonical(clip(lambda _: body), np.zeros(0))
+        canonical(scene, np.zeros(0))
+    with pytest.raises(ValueError, match="rows must correspond"):
+        canonical(replace(scene, has_rows=False), TIMES)

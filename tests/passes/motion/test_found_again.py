@@ -4,7 +4,6 @@ import pickle
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from brushgs.passes.motion.estimate import EstimatedMotion
 from brushgs.passes.motion.found_again import found_again
@@ -53,19 +52,11 @@ def test_rows_are_found_and_those_that_rest_are_known():
     for time in TIMES:
         np.testing.assert_array_equal(scene.at(time).means, whole(time).means[order])
     np.testing.assert_array_equal(scene.resting, order >= len(BODY))
+    np.testing.assert_array_equal(scene.at(TIMES[-1]).means, scene.at(9.0).means)
+    copy = pickle.loads(pickle.dumps(scene))  # scenes cross processes
+    np.testing.assert_array_equal(copy.at(0.1).means, scene.at(0.1).means)
     middle = scene.at(1.5 / 24).means
     np.testing.assert_allclose(middle, (scene.at(1 / 24).means + scene.at(2 / 24).means) / 2, atol=1e-6)
-
-
-def test_at_the_end_and_after_it_the_last_moment_is_seen():
-    scene = found_again(clip(Shuffled()), TIMES).scene
-    np.testing.assert_array_equal(scene.at(TIMES[-1]).means, scene.at(9.0).means)
-
-
-def test_scenes_cross_processes():
-    scene = found_again(clip(Shuffled()), TIMES).scene
-    copy = pickle.loads(pickle.dumps(scene))
-    np.testing.assert_array_equal(copy.at(0.1).means, scene.at(0.1).means)
 
 
 def all_alike(time):
@@ -83,7 +74,6 @@ def all_alike(time):
         (Shuffled(lambda time: blob(1500, int(24 * time + 0.5))), "of a moment are found in the next"),
         (lambda time: BODY.take(slice(0)), "holds no Gaussians"),
     ],
-    ids=["another number", "others", "others that look alike", "other things", "nothing"],
 )
 def test_rows_that_are_others_are_not_taken_for_the_same(sample, why):
     found = found_again(clip(sample), TIMES)
@@ -91,7 +81,7 @@ def test_rows_that_are_others_are_not_taken_for_the_same(sample, why):
     assert why in found.why
 
 
-@pytest.mark.parametrize("sample", [Shuffled(), Shuffled(drop=60, uneven=True)])
+@for_each("sample", [Shuffled(), Shuffled(drop=60, uneven=True)])
 def test_where_they_were_earlier_is_estimated(sample):
     motion = EstimatedMotion(clip(sample), TIMES)
     for now, then in ((TIMES[3], TIMES[2]), (TIMES[5], TIMES[0]), (TIMES[4], TIMES[4])):

@@ -75,15 +75,18 @@ def prepared(export):
     return prepare(clip_of(export.folder, fps=RATE), CONFIG, report), report
 
 
-def stage(report, name):
-    return next(stage for stage in report.stages if stage.name == name)
-
-
 def test_rows_are_found_again_where_they_can_be(export, prepared):
-    _, report = prepared
-    assert stage(report, "match").counts["has_rows"] == (export.kind == "permuted")
+    counts = next(stage for stage in prepared[1].stages if stage.name == "match").counts
+    assert counts["has_rows"] == (export.kind == "permuted")
     if export.kind == "permuted":
-        assert stage(report, "match").counts["least_found"] > 0.99
+        assert counts["least_found"] > 0.99
+    # A film lasts moments over their rate.
+    for rate, fps, frames in ((None, 24, 14), (24, 24, 14), (2, 24, 168), (1, 30, 420)):
+        assert len(clip_of(export.folder, rate, fps=fps).film().times) == frames
+    with pytest.raises(ValueError, match="moments-per-second must be above 0, got 0"):
+        clip_of(export.folder, 0)
+    with pytest.raises(SceneError, match="omit their rate"):
+        bg.load_moving(export.folder / "frame_000.ply", moments_per_second=2)
 
 
 def test_strokes_travel_with_the_pear(export):
@@ -121,17 +124,6 @@ def test_strokes_travel_with_the_pear(export):
     assert np.median(errors) < (0.1 if export.kind == "permuted" else 0.5)
 
 
-@pytest.mark.parametrize(
-    ("rate", "fps", "frames"), [(None, 24, 14), (24, 24, 14), (2, 24, 168), (1, 30, 420)]
-)
-def test_a_film_lasts_moments_over_rate(rate, fps, frames, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("few")
-    few = still_life_moving(1000).at(0.0)
-    for moment in range(MOMENTS):
-        bg.save(few, folder / f"frame_{moment}.ply")
-    assert len(clip_of(folder, rate, fps=fps).film().times) == frames
-
-
 def test_moments_that_share_nothing_are_said(tmp_path):
     rng = np.random.default_rng(0)
     for moment in range(3):
@@ -143,11 +135,3 @@ def test_moments_that_share_nothing_are_said(tmp_path):
     with pytest.warns(SceneWarning, match="are found in the next"):
         prepared = prepare(clip_of(tmp_path, fps=24), CONFIG, Report())
     assert len(prepared.strokes) <= 3.3 * STROKES
-
-
-def test_a_rate_is_above_0(tmp_path):
-    with pytest.raises(ValueError, match="moments-per-second must be above 0, got 0"):
-        SceneSource((tmp_path,), moments_per_second=0)
-    bg.save(still_life_moving(1000).at(0.0), tmp_path / "one.ply")
-    with pytest.raises(SceneError, match="omit their rate"):
-        bg.load_moving(tmp_path / "one.ply", moments_per_second=2)

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from brushgs.passes.motion.rigid import rigid_motions, sums_of
+from brushgs.passes.motion.rigid import rigid_motions
 from brushgs.values.quats import conjugates, quat_products
 
 ONE = np.array([[1.0, 0, 0, 0]])
@@ -33,14 +33,6 @@ def angle(one, other):
     """Degrees between two rotations."""
     product = quat_products(np.atleast_2d(one), conjugates(np.atleast_2d(other)))[0]
     return np.degrees(2 * np.arctan2(np.linalg.norm(product[1:]), np.abs(product[0])))
-
-
-def test_sums_are_those_of_each_body():
-    g = np.random.default_rng(0)
-    weights, values = g.uniform(size=9), g.normal(size=(9, 2))
-    sums = sums_of(weights, np.array([0, 4, 5, 9]), values)
-    for row, some in enumerate((slice(0, 4), slice(4, 5), slice(5, 9))):
-        np.testing.assert_allclose(sums[row], weights[some] @ values[some])
 
 
 def test_it_is_the_rotation_of_procrustes_where_members_are_points():

@@ -23,25 +23,23 @@ def test_sure_floaters_go_and_the_others_keep_their_order():
     np.testing.assert_array_equal(cleaned.sh, scene.sh[kept])
 
 
-@pytest.mark.parametrize(("floaters", "dropped"), [("off", 0), ("sure", 2), ("strong", 3)])
-def test_each_level_drops_more(floaters, dropped):
+def test_each_level_drops_more_and_specks_too_small_to_be_seen_last():
     scene = joined(ball(), SPECKS, FUZZ)
-    assert len(scene) - len(bg.clean(scene, floaters)) == dropped
-
-
-def test_a_clean_scene_comes_back_itself():
-    assert bg.clean(ball()) is ball()
-
-
-def test_specks_too_small_to_be_seen_stay_unless_all_are_to_go():
+    dropped = {
+        floaters: len(scene) - len(bg.clean(scene, floaters)) for floaters in ("off", "sure", "strong")
+    }
+    assert dropped == {"off": 0, "sure": 2, "strong": 3}
     scene = joined(ball(), blobs((0, 2.5, 0), 0.001))
     assert bg.clean(scene) is scene
     assert len(bg.clean(scene, "strong")) == len(ball())
+    assert bg.clean(ball()) is ball()
+    with pytest.raises(ValueError, match="clean: floaters must be off, floaters, sure, strong, got 'all'"):
+        bg.clean(scene, "all")
 
 
 def test_a_scene_of_haze_is_not_cleaned():
     scene = joined(ball(), SPECKS)
-    faint = bg.Gaussians(scene.means, scene.quats, scene.scales, scene.opacities * np.float32(0.05), scene.sh)
+    faint = replaced(scene, opacities=scene.opacities * np.float32(0.05))
     assert len(bg.clean(faint, "strong")) == len(faint)
 
 
@@ -56,11 +54,6 @@ def test_copies_at_one_place_are_judged_together():
     found = find_floaters(joined(ball(), *[blobs((0, 2.5, 0), 0.1)] * 40))
     assert found.sure.rows[len(ball()) :].all()
     assert not found.sure.rows[: len(ball())].any()
-
-
-def test_an_unknown_level_is_refused():
-    with pytest.raises(ValueError, match="clean: floaters must be off, floaters, sure, strong, got 'all'"):
-        bg.clean(ball(), "all")
 
 
 def test_rows_that_repeat_others_until_no_picture_shows_them_are_dropped():

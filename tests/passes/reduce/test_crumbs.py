@@ -12,6 +12,7 @@ from brushgs.passes.reduce.crumbs import find_crumbs
 from brushgs.rendering.visibility import visible_areas
 from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at, rescaled
 from tests.scenes import real_scene
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -19,27 +20,12 @@ UP = np.array([0.0, 0.0, 1.0])
 SCENES = {
     "koala.ply": ("-y", 0.01, 0.12),  # the underside of a sheet of paper
     "plant.splat": ("-y", 0.004, 0.015),  # the reflection of a pot
-    "biker.spz": ("+y", 0.0005, 0.0015),  # shadow below the soles
-    "guitar.ksplat": ("-y", 0.0, 1e-4),
-    "chair.splat": ("+z", 0.0, 1e-3),
-    "skull.sog": ("-y", 0.0, 1e-4),
-    "playbot_sog": ("-y", 0.0, 1e-4),
-    "rubber_toy_cloud.ply": ("+y", 0.0, 1e-4),
-    "sunflower_tile.ply": ("+z", 0.0, 0.0),
     "truck.splat": ("-y", 0.0, 0.0),
-    "campsite_sog": ("-y", 0.0, 0.0),
 }
 
 
-def splats(means, scales, opacity=0.9):
-    means = np.asarray(means, np.float32)
-    return Gaussians(
-        means,
-        np.tile(np.array([1, 0, 0, 0], np.float32), (len(means), 1)),
-        np.broadcast_to(np.asarray(scales, np.float32), (len(means), 3)).copy(),
-        np.full(len(means), opacity, np.float32),
-        np.zeros((len(means), 1, 3), np.float32),
-    )
+def small(means, scales):
+    return gaussians_at(means, scales, dtype=np.float32)
 
 
 def block(seed=0):
@@ -48,19 +34,19 @@ def block(seed=0):
     points = rng.uniform(-0.5, 0.5, (4000, 3))
     axis = rng.integers(0, 3, 4000)
     points[np.arange(4000), axis] = np.sign(points[np.arange(4000), axis]) * 0.5
-    return splats((points + np.array([0, 0, 0.5])) * (1, 1, 1.5), 0.012)
+    return small((points + np.array([0, 0, 0.5])) * (1, 1, 1.5), 0.012)
 
 
 def smears(num=12):
     """Coarse streaks at the level of the floor that hang down from it."""
     places = np.random.default_rng(1).uniform(-0.3, 0.3, (num, 2))
-    return splats(np.column_stack([places, np.full(num, 0.02)]), (0.03, 0.03, 0.1))
+    return small(np.column_stack([places, np.full(num, 0.02)]), (0.03, 0.03, 0.1))
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
 def test_what_hangs_below_is_found_and_the_object_is_kept(unit):
-    scene = Gaussians.joined([block(), smears(), splats([[0, 0, -0.15]], 0.05)])
-    scene = replace(scene, means=scene.means * unit, scales=scene.scales * unit)
+    scene = Gaussians.joined([block(), smears(), small([[0, 0, -0.15]], 0.05)])
+    scene = rescaled(scene, unit)
     view = plain_first_view(scene.take(np.arange(len(scene)) < 4000), UP)
     expected = np.arange(len(scene)) >= 4000
     np.testing.assert_array_equal(find_crumbs(scene, view), expected)

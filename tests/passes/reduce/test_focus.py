@@ -20,35 +20,29 @@ from brushgs.passes.reduce.focus import (
     subject_focus,
 )
 from brushgs.values.camera import Camera, FirstView
-from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import Density
+from tests.passes.scenes import gaussians_at, grid
 from tests.scenes import still_life_of
 
 CAMERA = Camera.look_at((0, 0, -4), (0, 0, 0), width=40, height=30)
 
 
 def dots(means, opacity=0.99, scale=0.05):
-    """Round Gaussians at places."""
-    means = np.asarray(means, np.float32)
-    num = len(means)
-    quats = np.tile(np.float32([1, 0, 0, 0]), (num, 1))
-    scales = np.full((num, 3), scale, np.float32)
-    return Gaussians(
-        means, quats, scales, np.full(num, opacity, np.float32), np.zeros((num, 1, 3), np.float32)
-    )
+    return gaussians_at(means, scale, opacity=opacity, dtype=np.float32)
 
 
-def test_a_sphere_is_full_inside_one_outside_and_halfway_at_its_surface():
-    places = [
-        [1, 0, 0],
-        [1 + 2 * (1 - EDGE) - 0.01, 0, 0],
-        [1, 2, 0],
-        [1, 2 * (1 + EDGE) + 0.01, 0],
-        [9, 9, 9],
-    ]
-    half = 0.5 * (1 + STRENGTH)
-    found = sphere_focus(dots(places), (1, 0, 0), 2.0)
-    np.testing.assert_allclose(found, [STRENGTH, STRENGTH, half, 1, 1], atol=1e-6)
+def test_a_sphere_is_full_inside_and_falls_smoothly_across_its_surface_in_any_unit():
+    line = np.column_stack([np.linspace(0, 2, 2001), np.zeros((2001, 2))])
+    found = sphere_focus(dots(1 + line), (1, 1, 1), 1.0)
+    away = line[:, 0]
+    np.testing.assert_allclose(found[away < 1 - EDGE], STRENGTH, atol=1e-6)
+    np.testing.assert_allclose(found[away > 1 + EDGE], 1, atol=1e-6)
+    assert found[1000] == pytest.approx(0.5 * (1 + STRENGTH), abs=1e-3)
+    steps = np.diff(found)
+    assert (steps <= 0).all()
+    assert -steps.min() < 0.01
+    large = sphere_focus(dots(1e4 * (1 + line)), (1e4, 1e4, 1e4), 1e4)
+    np.testing.assert_allclose(large, found, atol=1e-3)
 
 
 def test_painted_balls_are_spheres_of_any_factor_that_do_not_multiply_where_they_overlap():
@@ -63,16 +57,6 @@ def test_painted_balls_are_spheres_of_any_factor_that_do_not_multiply_where_they
     np.testing.assert_array_equal(painted([0, 0, 0, 1, STRENGTH], [0, 0, 0, 1, STRENGTH]), twice)
     mixed = painted([0, 0, 0, 2, 4], [1, 0, 0, 0.2, 0.5], [-1, 0, 0, 0.2, 0])
     assert mixed[[300, 400, 200, 0]].tolist() == [4, 2, LEAST, 1]
-
-
-def test_factors_change_smoothly_across_the_edge_and_scale_with_the_scene():
-    line = np.column_stack([np.linspace(0, 2, 2001), np.zeros(2001), np.zeros(2001)])
-    found = sphere_focus(dots(line), (0, 0, 0), 1.0)
-    steps = np.diff(found)
-    assert (steps <= 0).all()
-    assert -steps.min() < 0.01
-    large = sphere_focus(dots(1e4 * line), (0, 0, 0), 1e4)
-    np.testing.assert_allclose(large, found, atol=1e-4)
 
 
 def test_the_subject_is_the_bounds_of_what_is_framed():
@@ -96,19 +80,15 @@ def test_a_mask_lights_what_is_seen_under_it():
     np.testing.assert_allclose(between, 0.5 * (1 + STRENGTH), atol=0.02)
 
 
-def test_what_is_hidden_from_the_first_view_has_no_focus():
-    mask = np.ones((30, 40), np.float32)
-    wall = [[x, y, 0] for x in np.linspace(-1, 1, 9) for y in np.linspace(-1, 1, 9)]
-    found = mask_focus(dots([[0, 0, 3], *wall], opacity=1.0, scale=0.3), CAMERA, mask)
+def test_what_is_hidden_from_the_first_view_or_behind_it_has_no_focus():
+    everywhere = np.ones((30, 40), np.float32)
+    hidden, wall = [[0, 0, 3]], grid(9)
+    found = mask_focus(dots([*hidden, *wall], opacity=1.0, scale=0.3), CAMERA, everywhere)
     assert found[0] == 1
     assert found[1:].min() > 1.9
-
-
-def test_a_mask_of_another_size_is_refused_and_a_view_of_nothing_has_no_focus():
+    np.testing.assert_array_equal(mask_focus(dots([[0, 0, -90]]), CAMERA, everywhere), [1.0])
     with pytest.raises(ValueError, match="picture must have shape"):
-        mask_focus(dots([[0, 0, 0]]), CAMERA, np.ones((4, 4), np.float32))
-    behind = dots([[0, 0, -90]])
-    np.testing.assert_array_equal(mask_focus(behind, CAMERA, np.ones((30, 40), np.float32)), [1.0])
+        mask_focus(dots([[0, 0, 0]]), CAMERA, everywhere[:4])
 
 
 def test_a_focus_is_read_from_text():
@@ -117,11 +97,8 @@ def test_a_focus_is_read_from_text():
     assert Focus.of("subject") == Focus()
     assert Focus.of("1,2,3,0.5") == Focus((1.0, 2.0, 3.0, 0.5))
     assert Focus.of("./auto") == Focus(mask=Path("auto"))
-    assert [str(Focus.of(text)) for text in ("auto", "subject", "1,2,3,0.5")] == [
-        "auto",
-        "subject",
-        "1,2,3,0.5",
-    ]
+    for text in ("auto", "subject", "1,2,3,0.5"):
+        assert str(Focus.of(text)) == text
     with pytest.raises(ValueError, match="focus must be one of"):
         Focus((1.0, 2.0, 3.0, 0.5), is_auto=True)
     with pytest.raises(ValueError, match="focus must be auto, off, subject"):

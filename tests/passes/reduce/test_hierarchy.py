@@ -23,32 +23,18 @@ def test_each_cluster_lies_wholly_in_one_of_the_level_above(grouping):
     tree = Hierarchy.of(grouping)
     counts = [int(tree.groups(level).max()) + 1 for level in range(len(tree))]
     assert counts[-1] == grouping.num_clusters == len(tree.groups(len(tree) - 1))
-    assert (np.diff(counts) > 0).all()
     for level, parents in enumerate(tree.parents):
         assert np.array_equal(np.unique(parents), np.arange(counts[level]))
         assert np.array_equal(parents[tree.groups(level + 1)], tree.groups(level))
-
-
-def test_levels_above_the_first_clusters_have_a_quarter_of_the_next(grouping):
-    tree = Hierarchy.of(grouping)
-    counts = [int(tree.groups(level).max()) + 1 for level in range(tree.num_merged + 1)]
-    assert counts[-1] == grouping.num_clusters - grouping.num_split
-    assert FEWEST <= counts[0] <= FACTOR * FEWEST
-    assert all(few <= many // FACTOR for few, many in pairwise(counts))
-
-
-def test_rounds_of_splitting_are_levels(grouping):
-    tree = Hierarchy.of(grouping)
-    assert len(grouping.parents) == len(tree.parents) - tree.num_merged > 1
-    cut = [len(parents) - int(parents.max()) - 1 for parents in grouping.parents]
-    assert sum(cut) == grouping.num_split
+    merged = counts[: tree.num_merged + 1]  # levels above the first clusters have a quarter of the next
+    assert merged[-1] == grouping.num_clusters - grouping.num_split
+    assert FEWEST <= merged[0] <= FACTOR * FEWEST
+    assert all(few <= many // FACTOR for few, many in pairwise(merged))
+    assert len(grouping.parents) == len(tree.parents) - tree.num_merged > 1  # rounds of splitting are levels
+    assert sum(len(parents) - int(parents.max()) - 1 for parents in grouping.parents) == grouping.num_split
     assert all(np.bincount(parents).max() == 2 for parents in grouping.parents)
-
-
-def test_a_coarser_level_is_merged_of_the_same_gaussians(grouping):
-    tree = Hierarchy.of(grouping)
     coarse = grouping.merged("cover", tree.groups(0))
-    assert len(coarse) == int(tree.groups(0).max()) + 1
+    assert len(coarse) == counts[0]
     low, high = SCENE.means.min(axis=0) - 1e-4, SCENE.means.max(axis=0) + 1e-4
     assert ((coarse.means > low) & (coarse.means < high)).all()
 

@@ -1,12 +1,12 @@
 """Clusters are cut where their members lie side by side, not along what each of them spans itself."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from brushgs.passes.reduce.features import cluster_features, spans_of
 from brushgs.passes.reduce.split import LEAST_SPAN, NUM_STEPS, cut
+from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians, replaced
 
 
@@ -25,7 +25,7 @@ def halves(scene):
     return cut(np.zeros(40, np.intp), np.array([0]), points, np.ones(40), spans_of(scene, points))
 
 
-@pytest.mark.parametrize("unit", [2.0**-60, 1.0, 2.0**60])
+@for_each("unit", [2.0**-60, 1.0, 2.0**60])
 def test_a_cut_parts_what_lies_side_by_side(unit):
     def scaled(scene):
         return replaced(scene, means=scene.means * unit, scales=scene.scales * unit)
@@ -87,7 +87,7 @@ def test_halves_are_those_of_the_definition(num, num_features, dtype, has_spans,
     assert len(np.unique(after[~own])) == len(np.unique(labels[~own]))
 
 
-@pytest.mark.parametrize("extreme", [0.0, 1e-30, 1e30, np.nan])
+@for_each("extreme", [0.0, 1e-30, 1e30, np.nan])
 def test_extreme_members_are_parted_or_stay_together(extreme):
     points = np.zeros((6, 9), np.float32)
     points[3:] = extreme

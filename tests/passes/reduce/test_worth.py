@@ -1,19 +1,10 @@
-import numpy as np
-
-import brushgs as bg
 from brushgs.passes.reduce.worth import worth_keeping
 from tests.passes.form.test_solid import joined, layer
+from tests.passes.scenes import gaussians_at
 
 
 def stroke(place, size, opacity):
-    sizes = np.broadcast_to(np.asarray(size, float), 3)
-    return bg.Gaussians(
-        np.array([place], float),
-        np.array([[1.0, 0, 0, 0]]),
-        sizes[None],
-        np.array([opacity]),
-        np.zeros((1, 1, 3)),
-    )
+    return gaussians_at([place], size, opacity=opacity)
 
 
 WALL = layer(8, opacity=0.9, size=0.6)
@@ -36,13 +27,10 @@ def test_faint_strokes_and_veils_are_dropped_where_paint_covers_and_when_they_ar
     assert dropped(stroke((9.0, 3.5, 0.0), (0.6, 0.6, 0.01), 0.1)) == [True]  # fog
 
 
-def test_a_surface_of_many_veils_is_kept_and_fog_is_not():
+def test_surfaces_of_many_veils_masts_and_wires_are_kept():
     veils = [stroke((12 + 0.01 * k, 3.5, 0.001 * k), (0.9, 0.9, 0.01), 0.1) for k in range(40)]
     assert dropped(*veils) == [False] * 40
     assert dropped(veils[0]) == [True]
-
-
-def test_masts_and_wires_are_kept():
     mast = [stroke((3.5, 3.5, 2.0 * k), (0.02, 0.02, 0.8), 0.5) for k in range(4)]
     assert dropped(*mast) == [False] * 4
     wire = [stroke((2.5 * k, 3.5, 30.0), (0.8, 0.01, 0.01), 0.4) for k in range(8)]
@@ -50,8 +38,6 @@ def test_masts_and_wires_are_kept():
 
 
 def test_a_scene_of_haze_or_without_bodies_is_kept():
-    haze = layer(8, opacity=0.03, size=0.6)
-    assert worth_keeping(haze).all()
     scattered = layer(5, opacity=0.5, size=0.01)
-    assert worth_keeping(scattered).all()
-    assert worth_keeping(layer(3, opacity=0.0)).all()
+    for scene in (layer(8, opacity=0.03, size=0.6), scattered, layer(3, opacity=0.0)):
+        assert worth_keeping(scene).all()

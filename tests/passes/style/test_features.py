@@ -17,6 +17,7 @@ from brushgs.passes.style.features import (
 from brushgs.values.camera import FirstView
 from brushgs.values.sh import sh_rotation
 from tests.kit.for_each import for_each
+from tests.passes.motion.scenes import moved
 from tests.passes.scenes import random_gaussians, replaced
 from tests.scenes import still_life_of
 
@@ -31,28 +32,18 @@ def transformed(gaussians, view, *, turn=0.0, factor=1.0, shift=(0.0, 0.0, 0.0))
     """A scene and its first view in another unit, turned about up (z) and moved."""
     cos, sin = np.cos(turn), np.sin(turn)
     matrix = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1.0]])
-    w, x, y, z = gaussians.quats.T
-    a, b = np.cos(turn / 2), np.sin(turn / 2)
-    quats = np.stack([a * w - b * z, a * x - b * y, a * y + b * x, a * z + b * w], axis=1)
-    moved = replaced(
-        gaussians,
-        means=factor * gaussians.means @ matrix.T + shift,
-        quats=quats,
-        scales=factor * gaussians.scales,
-        sh=np.einsum("ij,njc->nic", sh_rotation(matrix, gaussians.sh_degree), gaussians.sh),
-    )
-    return moved, replace(view, points=factor * view.points @ matrix.T + shift)
+    quat = np.array([np.cos(turn / 2), 0, 0, np.sin(turn / 2)])
+    sh = np.einsum("ij,njc->nic", sh_rotation(matrix, gaussians.sh_degree), gaussians.sh)
+    other = moved(replaced(gaussians, sh=sh), quat, shift, size=factor)
+    return other, replace(view, points=factor * view.points @ matrix.T + shift)
 
 
 @for_each("name", sorted(set(FEATURES) - {"visible"}))
 @for_each("change", [{"factor": 1e-3}, {"factor": 1e4}, {"turn": 1.1}, {"shift": (5.0, -7.0, 2.0)}])
 def test_features_depend_neither_on_unit_nor_place_nor_turn(name, change):
     scene = random_gaussians(400, terms=4)
-    np.testing.assert_allclose(
-        of(*transformed(scene, VIEW, **change)[:1], name, transformed(scene, VIEW, **change)[1]),
-        of(scene, name),
-        atol=1e-7,
-    )
+    other, view = transformed(scene, VIEW, **change)
+    np.testing.assert_allclose(of(other, name, view), of(scene, name), atol=1e-7)
 
 
 def test_features_are_bounded_whatever_lies_far_away_or_shines():
@@ -93,13 +84,7 @@ def test_only_what_is_asked_for_comes_in_that_order():
     assert some.names == ("height", "lightness")
     np.testing.assert_array_equal(some.values, every.columns(("height", "lightness")))
     np.testing.assert_array_equal(every.take(slice(3, 7)).values, every.values[3:7])
+    for few in (0, 1, 2):
+        assert stroke_features(scene.take(slice(few)), view).values.shape == (few, len(FEATURES))
     with pytest.raises(ValueError, match=r"names must be of lightness, .* got 'mood'"):
         stroke_features(scene, view, ["mood"])
-
-
-@pytest.mark.parametrize("count", [0, 1, 2])
-def test_few_strokes_have_features_too(count):
-    scene = random_gaussians(count, terms=4)
-    found = stroke_features(scene, VIEW)
-    assert found.values.shape == (count, len(FEATURES))
-    assert np.isfinite(found.values).all()

@@ -9,13 +9,8 @@ from brushgs.passes.style.quilt import COLUMNS, ROWS, learn_stage
 from brushgs.values.colors import oklab_of
 from brushgs.values.style import StyleMarks
 
-SKY, GROUND, TREE, SKIN, EYE = (
-    (0.35, 0.5, 0.8),
-    (0.5, 0.45, 0.2),
-    (0.05, 0.15, 0.08),
-    (0.9, 0.65, 0.5),
-    (0.9, 0.1, 0.6),
-)
+SKY, GROUND, TREE = (0.35, 0.5, 0.8), (0.5, 0.45, 0.2), (0.05, 0.15, 0.08)
+SKIN, EYE = (0.9, 0.65, 0.5), (0.9, 0.1, 0.6)
 MARKS = StyleMarks(0.05, 4.0, np.zeros((2, 2, 2), np.float32))
 
 
@@ -40,11 +35,8 @@ def landscape(height=240, width=320):
 
 def nearest(colors, color):
     """The least OKLab distance of any of the colors [..., 3] to one."""
-    return float(
-        np.linalg.norm(
-            oklab_of(np.reshape(colors, (-1, 3)).astype(float)) - oklab_of(np.array([color])), axis=1
-        ).min()
-    )
+    away = oklab_of(np.reshape(colors, (-1, 3)).astype(float)) - oklab_of(np.array([color]))
+    return np.linalg.norm(away, axis=1).min()
 
 
 def test_no_figure_is_left_in_the_map_of_a_painting():
@@ -54,11 +46,7 @@ def test_no_figure_is_left_in_the_map_of_a_painting():
         assert nearest(stage.colors, color) > 0.12
     assert nearest(stage.colors, SKY) < 0.05
     assert nearest(stage.colors, GROUND) < 0.05
-
-
-def test_the_map_closes_without_a_seam():
-    stage = learn_stage(landscape()[0])
-    for field in (stage.colors, stage.directions):
+    for field in (stage.colors, stage.directions):  # the map closes without a seam
         steps = np.abs(np.diff(field, axis=1, append=field[:, :1])).mean(axis=(0, 2))
         assert steps[-1] < 2.5 * np.median(steps) + 1e-3
 

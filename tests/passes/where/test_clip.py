@@ -2,7 +2,6 @@
 
 import json
 import socket
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,7 @@ pytest.importorskip("transformers", reason="the extra `text` is not installed")
 
 from brushgs.errors import SceneError
 from brushgs.passes.where.clip import ClipEncoder
+from tests.kit.for_each import for_each
 from tests.passes.where.tiny_clip import PATCH, SIDE, save_tiny_clip
 
 
@@ -47,6 +47,8 @@ def test_words_and_patches_are_unit_vectors_of_one_space(folder, no_network):
     assert patches.shape == (11, 4, 4, 8)
     np.testing.assert_allclose(np.linalg.norm(words, axis=-1), 1)
     np.testing.assert_allclose(np.linalg.norm(patches, axis=-1), 1)
+    with pytest.raises(ValueError, match="at most 12 tokens"):
+        encoder.of_words(["one two three four five six"])
 
 
 def test_words_agree_with_the_library_itself(folder):
@@ -92,91 +94,49 @@ def test_a_tokenizer_in_one_file_says_the_same(folder, own):
     np.testing.assert_array_equal(ClipEncoder(own).of_words(words), ClipEncoder(folder).of_words(words))
 
 
-def test_too_many_words_are_refused(folder):
-    with pytest.raises(ValueError, match="at most 12 tokens"):
-        ClipEncoder(folder).of_words(["one two three four five six"])
+PICKLE = b"\x80\x04cos\nsystem\n(S'touch hacked'\ntR."
+WEIGHTS = "model.safetensors"
+# Files that are taken away (None), changed (a dictionary, of JSON), or written.
+REFUSED = [
+    ({"config.json": None}, r"has no config\.json; bring CLIP as"),
+    ({WEIGHTS: None}, "has no weights: model.safetensors is missing"),
+    ({"vocab.json": None}, r"no tokenizer\.json, and no vocab\.json with merges\.txt"),
+    ({WEIGHTS: None, "pytorch_model.bin": PICKLE}, "pytorch_model.bin, which can be a pickle .*safetensors"),
+    ({WEIGHTS: None, "ViT-B-32.pt": PICKLE}, "ViT-B-32.pt, which can be a pickle .*safetensors"),
+    ({"config.json": {"model_type": "siglip"}}, "must be the configuration .* 'clip', got \"siglip\""),
+    ({"config.json": b"[1]"}, r"must be a JSON object, got \[1\]; bring CLIP as"),
+    ({"config.json": b"{"}, "is not JSON"),
+    ({"config.json": {"vision_config": {"patch_size": 0}}}, "patch_size must be 1 to 64"),
+    ({"config.json": {"vision_config": {"image_size": 1e6}}}, "image_size must be 1 to 1024"),
+    ({"config.json": {"vision_config": {"patch_size": 32, "image_size": 16}}}, "patch_size exceeds"),
+    ({"adapter_config.json": b"{}"}, "is an adapter to another model"),
+    ({WEIGHTS: "visual_projection.weight"}, "lacks 1 of the weights of CLIP, first visual_projection.weight"),
+    ({WEIGHTS: b"cut short"}, "cannot be opened as CLIP"),
+    ({"config.json": {"projection_dim": 16}}, "cannot be opened as CLIP"),
+    ({"preprocessor_config.json": b'{"image_mean": [1, 2]}'}, "image_mean must be 3 numbers"),
+    ({"preprocessor_config.json": b'{"image_std": [1, 1, 0]}'}, r"image_std\[2\] must be a number above 0"),
+]
 
 
-def without(name):
-    def spoil(folder):
-        (folder / name).unlink()
+def spoil(path, change):
+    if change is None:
+        path.unlink()
+    elif isinstance(change, bytes):
+        path.write_bytes(change)
+    elif isinstance(change, dict):
+        path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    else:
+        from safetensors.torch import load_file, save_file
 
-    return spoil
-
-
-def with_config(**changes):
-    def spoil(folder):
-        path = folder / "config.json"
-        path.write_text(json.dumps(json.loads(path.read_text()) | changes))
-
-    return spoil
-
-
-def with_pickle(name):
-    def spoil(folder):
-        (folder / "model.safetensors").unlink()
-        (folder / name).write_bytes(b"\x80\x04cos\nsystem\n(S'touch hacked'\ntR.")
-
-    return spoil
+        weights = load_file(path)
+        del weights[change]
+        save_file(weights, path, metadata={"format": "pt"})
 
 
-def written(name, text):
-    def spoil(folder):
-        (folder / name).write_text(text)
-
-    return spoil
-
-
-def lacking_weights(folder):
-    from safetensors.torch import load_file, save_file
-
-    weights = load_file(folder / "model.safetensors")
-    del weights["visual_projection.weight"]
-    save_file(weights, folder / "model.safetensors", metadata={"format": "pt"})
-
-
-def cut_short(folder):
-    path = folder / "model.safetensors"
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-
-
-REFUSED = {
-    "no configuration": (without("config.json"), r"has no config\.json; bring CLIP as"),
-    "no weights": (without("model.safetensors"), "has no weights: model.safetensors is missing"),
-    "no tokenizer": (without("vocab.json"), r"no tokenizer\.json, and no vocab\.json with merges\.txt"),
-    "a pickle": (with_pickle("pytorch_model.bin"), "pytorch_model.bin, which can be a pickle .*safetensors"),
-    "another pickle": (with_pickle("ViT-B-32.pt"), "ViT-B-32.pt, which can be a pickle .*safetensors"),
-    "another model": (
-        with_config(model_type="siglip"),
-        "must be the configuration .* 'clip', got \"siglip\"",
-    ),
-    "no model": (written("config.json", "[1]"), r"must be a JSON object, got \[1\]; bring CLIP as"),
-    "no JSON": (written("config.json", "{"), "is not JSON"),
-    "patches of nothing": (with_config(vision_config={"patch_size": 0}), "patch_size must be 1 to 64"),
-    "giant windows": (with_config(vision_config={"image_size": 1e6}), "image_size must be 1 to 1024"),
-    "patches beyond windows": (
-        with_config(vision_config={"patch_size": 32, "image_size": 16}),
-        "patch_size exceeds",
-    ),
-    "an adapter": (written("adapter_config.json", "{}"), "is an adapter to another model"),
-    "too few weights": (lacking_weights, "lacks 1 of the weights of CLIP, first visual_projection.weight"),
-    "weights cut short": (cut_short, "cannot be opened as CLIP"),
-    "other weights": (with_config(projection_dim=16), "cannot be opened as CLIP"),
-    "no mean": (
-        written("preprocessor_config.json", '{"image_mean": [1, 2]}'),
-        "image_mean must be 3 numbers",
-    ),
-    "no deviation": (
-        written("preprocessor_config.json", '{"image_std": [1, 1, 0]}'),
-        r"image_std\[2\] must be a number above 0, got 0",
-    ),
-}
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_is_no_clip_is_refused_with_the_cure(own, no_network, case):
-    spoil, message = REFUSED[case]
-    spoil(own)
+@pytest.mark.parametrize(("files", "message"), REFUSED)
+def test_what_is_no_clip_is_refused_with_the_cure(own, no_network, files, message):
+    for name, change in files.items():
+        spoil(own / name, change)
     before = set(Path.cwd().iterdir())
     with pytest.raises(SceneError, match=message) as caught:
         ClipEncoder(own)
@@ -186,14 +146,8 @@ def test_what_is_no_clip_is_refused_with_the_cure(own, no_network, case):
     assert set(Path.cwd().iterdir()) == before, "nothing was run"
 
 
-@pytest.mark.parametrize("name", ["nowhere", "openai/clip-vit-base-patch32", "file.txt", "zero\0byte"])
+@for_each("name", ["nowhere", "openai/clip-vit-base-patch32", "file.txt", "zero\0byte"])
 def test_what_is_no_folder_is_refused(tmp_path, no_network, name):
     (tmp_path / "file.txt").write_text("")
     with pytest.raises(SceneError, match=r"is no folder|is a file, not the folder"):
         ClipEncoder(tmp_path / name)
-
-
-def test_a_missing_library_is_named_with_the_cure(folder, monkeypatch):
-    monkeypatch.setitem(sys.modules, "transformers", None)
-    with pytest.raises(SceneError, match=r"torch and transformers read; pip install 'brushgs\[text\]'"):
-        ClipEncoder(folder)

@@ -3,24 +3,16 @@
 import numpy as np
 import pytest
 
-import brushgs as bg
 from brushgs.options.where import Where
 from brushgs.passes.where import WhereContext, memberships, sides
 from brushgs.values.camera import FirstView
-from brushgs.values.sh import C0
 from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at
 
 
 def scene():
-    means = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [5, 5, 5]], dtype=np.float32)
-    colors = np.array([[1, 0, 0], [0.9, 0.1, 0], [0, 0, 1], [0, 1, 0]], dtype=np.float32)
-    return bg.Gaussians(
-        means,
-        np.tile(np.array([1, 0, 0, 0], np.float32), (4, 1)),
-        np.ones((4, 3), np.float32),
-        np.ones(4, np.float32),
-        ((colors - 0.5) / np.float32(C0))[:, None],
-    )
+    colors = [[1, 0, 0], [0.9, 0.1, 0], [0, 0, 1], [0, 1, 0]]
+    return gaussians_at([[0, 0, 0], [1, 0, 0], [0, 2, 0], [5, 5, 5]], 1, colors, dtype=np.float32)
 
 
 @for_each(
@@ -60,9 +52,6 @@ def test_a_soft_edge_is_a_ramp_of_its_width_about_the_hard_one():
     found = memberships(Where.parse("colour:#ff0000,0.2"), scene(), WhereContext(unit_view(), soft=0.4))
     away = np.linalg.norm([0.1, 0.1, 0])
     np.testing.assert_allclose(found, [1, 0.5 + (0.2 - away) / 0.4, 0, 0], atol=1e-6)
-
-
-def test_a_soft_edge_needs_the_size_of_the_subject():
     with pytest.raises(ValueError, match="the first view of the scene must be known"):
         memberships(Where.parse("sphere:0,0,0,1"), scene(), WhereContext(soft=0.1))
 
@@ -70,8 +59,7 @@ def test_a_soft_edge_needs_the_size_of_the_subject():
 def test_each_gaussian_is_on_one_side_by_its_place():
     rng = np.random.default_rng(0)
     means = rng.normal(size=(20_000, 3)).astype(np.float32)
-    gaussians = scene().take(np.zeros(len(means), int))
-    gaussians = bg.Gaussians(means, gaussians.quats, gaussians.scales, gaussians.opacities, gaussians.sh)
+    gaussians = gaussians_at(means, 1)
     shares = np.repeat([0.0, 0.25, 0.75, 1.0], 5000)
     found = sides(shares, gaussians)
     counts = found.reshape(4, 5000).mean(axis=1)
