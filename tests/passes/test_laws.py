@@ -133,8 +133,7 @@ def body(num: int) -> Gaussians:
 
 
 def defocused(strokes: Gaussians, _: object) -> Gaussians:
-    with np.errstate(divide="ignore"):  # strokes without a size have infinite room
-        return defocus(strokes, focused(strokes, VIEWS, None), 0.7)
+    return defocus(strokes, focused(strokes, VIEWS, None), 0.7)
 
 
 def softened(strokes: Gaussians, _: object) -> Gaussians:

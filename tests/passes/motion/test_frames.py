@@ -1,17 +1,21 @@
 """Strokes are carried where rows do not correspond."""
 
+import weakref
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import brushgs as bg
 from brushgs.passes.motion.fade import FADE
-from brushgs.passes.motion.frames import follow_frames
+from brushgs.passes.motion.frames import carried, follow_frames
 from brushgs.passes.reduce.cluster import group
+from brushgs.passes.reduce.prune import prune
 from brushgs.rendering.motion import AT_REST, OPACITY, SHIFT, TURN
 from brushgs.values.moving import MovingScene
 from tests.passes.motion.scenes import blob, joined, moved, turn
 from tests.passes.scenes import assert_same
+from tests.scenes import real_scene
 
 RATE = 30
 TIMES = np.arange(RATE + 1) / RATE
@@ -189,3 +193,75 @@ def test_ten_times_as_many_gaussians_at_every_other_moment_are_the_same_strokes(
     assert len(strokes) == num
     assert (table[..., OPACITY] > 0).all()
     assert np.median(np.linalg.norm(table[-1, :, SHIFT], axis=1) / sizes(strokes)) < 0.3
+
+
+def test_two_things_that_pass_each_other_keep_their_strokes():
+    """One is black and moves through the other, which is white and rests."""
+    white, black = replace(BODY, sh=0 * BODY.sh + 1), replace(blob(600, 1), sh=0 * BODY.sh - 1)
+
+    def at(time):
+        return joined(white, moved(black, STILL, (3 * time - 4, 0, 0)))
+
+    num, strokes, _, table = followed(at, 60)
+    rests, moves = strokes.sh[:num, 0, 0] > 0.9, strokes.sh[:num, 0, 0] < -0.9
+    assert min(rests.sum(), moves.sum()) > 5
+    of_resting = np.linalg.norm(table[-1, :num][rests, SHIFT], axis=1) / sizes(strokes)[:num][rests]
+    of_moving = (
+        np.linalg.norm(table[-1, :num][moves, SHIFT] - (3, 0, 0), axis=1) / sizes(strokes)[:num][moves]
+    )
+    assert np.median(of_resting) < 0.5
+    assert np.median(of_moving) < 0.5  # of 10 sizes that it has moved
+
+
+def test_at_most_three_moments_are_in_memory():
+    alive, most = weakref.WeakSet(), []
+
+    inner = shuffled(lambda time: moved(BODY, STILL, (time, 0, 0)))
+
+    def sample(time):
+        gaussians = inner.sample(time)
+        alive.add(gaussians)
+        most.append(len(alive))
+        return gaussians
+
+    first, members, labels = of_first(inner, 20)
+    count = []
+    scene = MovingScene(1.0, False, sample)
+    times = TIMES[:10]
+    follow_frames(scene, times, first, members, labels, advance=lambda: count.append(1))
+    assert max(most) <= 3
+    assert len(count) == len(times)
+
+
+def test_hardly_any_opacity_changes_its_stroke_in_a_real_scene():
+    """Ten samples of a trained clip, in another order each, and 3 % of the rows missing."""
+    clip = bg.load_moving(real_scene("moving/cook_spinach.splatv"))
+    rows_at = {}
+    times = np.linspace(0, clip.duration, 30)[:10]
+
+    def sample(time):
+        at = int(np.argmin(np.abs(times - time)))
+        rng = np.random.default_rng(at)
+        gaussians = clip.at(time)
+        rows = np.flatnonzero((gaussians.opacities > 1 / 255) & (rng.random(len(gaussians)) >= 0.03))
+        rng.shuffle(rows)
+        rows_at[at] = rows
+        return replace(gaussians.take(rows), ids=np.arange(len(rows), dtype=np.int32))
+
+    scene = MovingScene(times[-1], False, sample, times=times)
+    members = prune(scene.at(0))
+    grouping = group(members, 2000)
+    last, shares, nums = None, [], []
+    for moment in carried(scene, times, members.ids, grouping.labels, np.ones(grouping.num_clusters, bool)):
+        labels = np.full(len(clip.at(0)), -2)
+        labels[rows_at[moment.at]] = moment.labels
+        opacities = np.zeros(len(labels))
+        opacities[rows_at[moment.at]] = moment.gaussians.opacities
+        if last is not None:
+            both = (labels > -2) & (last > -2)
+            shares.append(opacities[both & (labels != last)].sum() / opacities[both].sum())
+        last = labels
+        nums.append(len(moment.masses))
+    assert max(shares) < 0.005  # measured: 0.1 to 0.34 %; asked for: at most 2 %
+    # 0.5 % of the Gaussians are born in 1/30 of the clip; measured: 0.05 % of the strokes.
+    assert np.diff(nums).mean() <= 0.005 * 2000
