@@ -21,17 +21,11 @@ _REC709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06)
 
 
 class Space(NamedTuple):
-    """A colour space as a file states it.
+    """A colour space as a file states it."""
 
-    Attributes:
-        words: for the note in the header.
-        interop_id: its name of the Color Interop Forum, which OpenImageIO knows too.
-        chromaticities: x and y of red, green, blue and white.
-    """
-
-    words: str
-    interop_id: str
-    chromaticities: tuple[float, ...]
+    words: str  # for the note in the header
+    interop_id: str  # its name of the Color Interop Forum, which OpenImageIO knows too
+    chromaticities: tuple[float, ...]  # x and y of red, green, blue and white
 
 
 SPACES: Mapping[FileSpace, Space] = {
@@ -53,9 +47,7 @@ SPACES: Mapping[FileSpace, Space] = {
         (0.708, 0.292, 0.17, 0.797, 0.131, 0.046, *_D65),
     ),
     "lin_p3d65": Space(
-        "linear light, P3 primaries, D65",
-        "lin_p3d65_scene",
-        (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, *_D65),
+        "linear light, P3 primaries, D65", "lin_p3d65_scene", (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, *_D65)
     ),
 }
 DEFAULT: FileSpace = "lin_srgb"
