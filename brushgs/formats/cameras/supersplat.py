@@ -29,7 +29,7 @@ from brushgs.formats.cameras.animated import (
 )
 from brushgs.formats.cameras.read import CameraFile
 from brushgs.formats.schema import MAX_BYTES, decode, refused
-from brushgs.formats.zip_file import ZIP_FAULTS, open_zip, why_not_read
+from brushgs.formats.zip_file import open_zip, read_member
 from brushgs.values.arrays import F64
 
 _DOCUMENT = "document.json"
@@ -84,18 +84,9 @@ def _unpacked(path: Path) -> bytes:
     """The document of a project, at most `MAX_BYTES`."""
     with open_zip(path) as archive:
         try:
-            member = archive.getinfo(_DOCUMENT)
-            if how := why_not_read(member):
-                raise SceneError(path, f"its {_DOCUMENT} {how}; {_CURE}")
-            with archive.open(member) as file:
-                content = file.read(MAX_BYTES + 1)
+            return read_member(path, archive, _DOCUMENT, MAX_BYTES, _CURE)
         except KeyError:
             raise SceneError(path, f"is no SuperSplat project, it has no {_DOCUMENT}; {_CURE}") from None
-        except ZIP_FAULTS as error:
-            raise SceneError(path, f"its {_DOCUMENT} is damaged ({error}); {_CURE}") from None
-    if len(content) > MAX_BYTES:
-        raise SceneError(path, f"its {_DOCUMENT} is larger than {MAX_BYTES >> 20} MiB; remove poses")
-    return content
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from brushgs.formats.files import replacing, scratch_folder
 from brushgs.formats.pictures.images import MAX_PIXELS, check_pixels, encode_frame, read_image, resize
 from brushgs.formats.pictures.oiio import Background
 from brushgs.formats.pictures.shot import Shot
-from brushgs.formats.zip_file import ZIP_FAULTS, open_zip, why_not_read
+from brushgs.formats.zip_file import open_zip, read_member
 from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.frame import Frame
 from brushgs.values.sheets import LEAST, Sheet
@@ -164,17 +164,9 @@ def _of_ora(path: Path, name: str) -> F32 | None:
 def _member(path: Path, archive: zipfile.ZipFile, name: str, most: int) -> bytes:
     """A file of an archive. Raises SceneError if it is missing, damaged or larger than `most` bytes."""
     try:
-        member = archive.getinfo(name)
-        if (why := why_not_read(member)) is not None:
-            raise SceneError(path, f"its {name[:80]!r} {why}; save it again")
-        if member.file_size > most:
-            raise SceneError(path, f"its {name[:80]!r} is larger than {most >> 20} MiB; scale it down")
-        with archive.open(member) as file:
-            return file.read(most)
+        return read_member(path, archive, name, most, "save it again, smaller if that is why")
     except KeyError:
         raise SceneError(path, "is no OpenRaster file, or damaged; get it again") from None
-    except ZIP_FAULTS as error:
-        raise SceneError(path, f"is a damaged OpenRaster file ({error}); save it again") from None
 
 
 def _is(found: object, name: str) -> bool:
