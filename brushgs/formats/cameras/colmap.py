@@ -87,9 +87,8 @@ def read(path: Path, content: object = None) -> CameraFile:
         lenses = dict(_entries(cameras_file, _binary_lenses, _text_lenses))
         images = sorted(_entries(images_file, _binary_images, _text_images), key=lambda image: image.name)
     except OSError as error:
-        raise SceneError(
-            Path(error.filename or path), f"cannot be read ({error.strerror}); check the path"
-        ) from None
+        place = Path(error.filename or path)
+        raise SceneError(place, f"cannot be read ({error.strerror}); check the path") from None
     if not images:
         raise SceneError(images_file, "holds no images; the reconstruction found none, run it again")
     cameras = [_camera(images_file, image, lenses) for image in images]

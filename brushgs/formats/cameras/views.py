@@ -247,13 +247,14 @@ def _of_frame(frame: Entry) -> Camera:
 
 def _warn_of_distortion(path: Path, sources: list[_Frame]) -> None:
     """Warn once of lens distortion in any frame, which is ignored."""
-    all_of = {name: [getattr(source, name) for source in sources] for name in _DISTORTION}
-    first = {
-        name: next((value for value in values if value and isinstance(value, int | float)), None)
-        for name, values in all_of.items()
-    }
+    found: dict[str, float] = {}
+    for source in sources:
+        for name in _DISTORTION:
+            value = getattr(source, name)
+            if value and isinstance(value, int | float):
+                found.setdefault(name, value)
     model = next((some.camera_model for some in sources if some.camera_model in _PINHOLES), "OPENCV")
-    warn_of_distortion(path, model, {name: value for name, value in first.items() if value is not None})
+    warn_of_distortion(path, model, {name: found[name] for name in _DISTORTION if name in found})
 
 
 def _of_view(view: Entry, matrix_name: str) -> Camera:
