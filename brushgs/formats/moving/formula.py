@@ -169,8 +169,9 @@ class RawRows:
         yield from ((name, values, ~np.isfinite(values)) for name, values in self.stored.items())
         yield self.width_name, self.widths, np.isnan(self.widths)
         most = reach(self.centers.astype(np.float64), *clock)[:, None]
-        powers = most ** np.arange(1, self.motion.shape[1] + 1)
-        farthest = np.abs(self.columns.means) + np.einsum("npc,np->nc", np.abs(self.motion), powers)
+        powers = np.arange(1, self.motion.shape[1] + 1)
+        farthest = np.abs(self.columns.means)
+        farthest = farthest + np.einsum("npc,np->nc", np.abs(self.motion), most**powers)
         for index, name in enumerate("xyz"):
             yield f"{name} over time", farthest[:, index], ~(farthest[:, index] < _LARGEST)
         if self.spin is not None:
