@@ -115,25 +115,15 @@ class Format(NamedTuple):
 
 
 class VideoCodec(NamedTuple):
-    """How the pictures of a video are encoded.
+    """How the pictures of a video are encoded."""
 
-    Attributes:
-        name: in words, for help and error texts.
-        write: `open_writer(stack, film)`, which returns a `VideoWriter`.
-        bits: of each channel, that may be asked for, the usual number first.
-        holds_alpha: whether transparency may be written.
-        min_side: pixels along a side, at least.
-        max_side: at most; None if the codec has no limit that matters.
-        has_even_sides: whether width and height must be even.
-    """
-
-    name: str
-    write: str
-    bits: tuple[int, ...] = (8,)
-    holds_alpha: bool = False
-    min_side: int = 1
-    max_side: int | None = None
-    has_even_sides: bool = False
+    name: str  # in words, for help and error texts
+    write: str = "pictures.libav:EncodedVideo"  # `open_writer(stack, film)`, which returns a `VideoWriter`
+    bits: tuple[int, ...] = (8,)  # of each channel, that may be asked for, the usual number first
+    holds_alpha: bool = False  # whether transparency may be written
+    min_side: int = 1  # pixels along a side, at least
+    max_side: int | None = None  # at most; None if the codec has no limit that matters
+    has_even_sides: bool = False  # whether width and height must be even
 
 
 def begins_with(*beginnings: bytes) -> Matcher:

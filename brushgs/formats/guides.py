@@ -29,31 +29,19 @@ _JSON_EXAMPLE = "write lines such as [[[0, 0, 0], [1, 0, 0]]]"
 
 @dataclass(frozen=True, eq=False)
 class Guides:
-    """Lines in space that strokes run along.
+    """Lines in space that strokes run along."""
 
-    Attributes:
-        starts: [S, 3] where the segments of all lines begin, world units.
-        ends: [S, 3] where they end; no segment has length zero.
-        reach: distance, world units, > 0, within which strokes follow a guide: wholly on it, not at all from
-            there on. None for a tenth of the radius of the scene.
-    """
-
-    starts: F64
-    ends: F64
+    starts: F64  # [S, 3] where the segments of all lines begin, world units
+    ends: F64  # [S, 3] where they end; no segment has length zero
+    # distance, world units, > 0, within which strokes follow a guide: wholly on it, not at all from there on.
+    # None for a tenth of the radius of the scene.
     reach: float | None = None
 
 
 def guides_of(path: Path, points: F64, segments: Rows, reach: float | None) -> Guides:
-    """The guides of a file.
+    """The guides of a file: its points [P, 3], and the rows [S, 2] of those that segments run from and to.
 
-    Args:
-        path: the file, for messages.
-        points: [P, 3].
-        segments: [S, 2] rows of the points that each runs from and to.
-        reach: see `Guides`; as the file states it.
-
-    Raises:
-        SceneError: if a number is not finite or too large, or there is no segment above length zero.
+    Raises SceneError if a number is not finite or too large, or there is no segment above length zero.
     """
     bad = ~(np.abs(points) <= MAX_COORDINATE).all(axis=1)
     if bad.any():
@@ -61,9 +49,8 @@ def guides_of(path: Path, points: F64, segments: Rows, reach: float | None) -> G
         rule = f"must have finite coordinates up to {MAX_COORDINATE:g}"
         raise SceneError(path, f"point {row + 1} {rule}, got {points[row].tolist()}; correct it")
     if reach is not None and not 0 < reach <= MAX_COORDINATE:
-        raise SceneError(
-            path, f"'reach' must be a distance above 0 in world units, got {reach:g}; correct it"
-        )
+        rule = "'reach' must be a distance above 0 in world units"
+        raise SceneError(path, f"{rule}, got {reach:g}; correct it")
     starts, ends = points[segments[:, 0]], points[segments[:, 1]]
     is_long = (starts != ends).any(axis=1)
     if not is_long.any():
@@ -146,11 +133,11 @@ def _lines(path: Path, content: bytes) -> Iterator[tuple[int, list[bytes]]]:
         at = end + 1
 
 
-def _point(path: Path, number: int, words: list[bytes]) -> tuple[float, ...]:
-    values = [_number(word) for word in words[:3]]
-    if len(values) != 3 or None in values:
+def _point(path: Path, number: int, words: list[bytes]) -> list[float]:
+    values = [value for word in words[:3] if (value := _number(word)) is not None]
+    if len(values) != 3:
         raise SceneError(path, f"line {number} must hold three coordinates; {_OBJ_EXAMPLE}")
-    return tuple(value for value in values if value is not None)
+    return values
 
 
 def _row(path: Path, number: int, word: bytes, num_points: int) -> int:
@@ -175,14 +162,10 @@ def _number(word: bytes) -> float | None:
 
 
 def read_guides(path: str | Path) -> Guides:
-    """Read lines in space that strokes run along.
+    """Read lines in space that strokes run along, in one of the formats of `GUIDES_READ`; the suffix decides.
 
-    Args:
-        path: a file in one of the formats of `GUIDES_READ`; its suffix decides.
-
-    Raises:
-        SceneError: if there is no such regular file, it is larger than 16 MiB, of no known format or damaged,
-            holds no line, or a number that is not finite.
+    Raises SceneError if there is no such regular file, it is larger than 16 MiB, of no known format or
+    damaged, holds no line, or a number that is not finite.
     """
     path = Path(path)
     guide_format = by_suffix(formats_of("guides"), path) or by_suffix(added("guides"), path)

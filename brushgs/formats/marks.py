@@ -25,20 +25,19 @@ from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import read_whole, replacing
-from brushgs.formats.packed import PackedArray, Picture, array_of, laid_out, pack, picture_of, png_of
-from brushgs.formats.schema import as_count, decode, refused, shown
-from brushgs.values.arrays import U8
-from brushgs.values.marks import (
-    MOST,
-    MOST_ROWS,
-    MOST_TILE,
-    Combs,
-    Density,
-    Erased,
-    Marks,
-    Overpaint,
-    Patches,
+from brushgs.formats.packed import (
+    PackedArray,
+    Picture,
+    array_of,
+    check_begin,
+    pack,
+    picture_of,
+    png_of,
+    written_json,
 )
+from brushgs.formats.schema import decode, refused
+from brushgs.values.arrays import U8
+from brushgs.values.marks import MOST, MOST_ROWS, MOST_TILE, Combs, Density, Erased, Marks, Overpaint, Patches
 
 MARK, VERSION = "marks", 1
 MARKS_SUFFIX = ".marks"
@@ -46,13 +45,8 @@ MAX_BYTES = 1 << 25
 MAX_ATLAS = 1 << 24  # pixels: 64 MiB in memory
 ATLAS_WIDTH = 1024
 CURE = "give a file that `brushgs adopt` wrote"
-_CURE = "correct it"
+_CURE, _SMALLER = "correct it", "paint over a smaller picture, or keep less in one file"
 _KINDS: dict[str, type[Patches]] = {"marks": Marks, "erased": Erased, "combs": Combs, "density": Density}
-
-
-class _Begin(Struct):
-    brushgs: Any = None
-    version: Any = None
 
 
 class _Atlas(Struct, forbid_unknown_fields=True):
@@ -75,14 +69,10 @@ class _File(Struct, forbid_unknown_fields=True):
 
 
 def read_marks(path: str | Path) -> Overpaint:
-    """Read a file of marks.
+    """Read a file of marks; its content decides, not its name.
 
-    Args:
-        path: the file; its content decides, not its name.
-
-    Raises:
-        SceneError: if there is no such regular file, it is larger than 32 MiB, no file of marks, of a later
-            version, or a field is missing, unknown or wrong; names the field.
+    Raises SceneError if there is no such regular file, it is larger than 32 MiB, no file of marks, of a later
+    version, or a field is missing, unknown or wrong; names the field.
     """
     path = Path(path)
     return marks_of(path, read_whole(path, MAX_BYTES, "file of marks"))
@@ -92,15 +82,7 @@ def marks_of(path: Path, content: bytes) -> Overpaint:
     """The `Overpaint` of the content of a file. Raises as `read_marks` does."""
     if content and not content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
         raise SceneError(path, f"is no file of marks; {CURE}")
-    begin = decode(path, content, _Begin, CURE)
-    if begin.brushgs != MARK:
-        raise SceneError(path, f'is no file of marks (it does not begin with "brushgs": "{MARK}"); {CURE}')
-    version = as_count(begin.version, 1_000_000)
-    if not version:
-        raise SceneError(path, f"'version' must be {VERSION}, got {shown(begin.version)}; {CURE}")
-    if version > VERSION:
-        fact = f"is of version {version}, and this brushgs reads up to version {VERSION}"
-        raise SceneError(path, f"{fact}; update brushgs")
+    check_begin(path, content, "file of marks", MARK, VERSION, cure=CURE, later="update brushgs")
     file = decode(path, content, _File, _CURE)
     found: dict[str, Any] = {}
     for name, kind in _KINDS.items():
@@ -169,9 +151,8 @@ def write_marks(overpaint: Overpaint, path: str | Path) -> None:
     """
     path = Path(path)
     if path.suffix.lower() != MARKS_SUFFIX:
-        raise ValueError(
-            f"marks must be written to a file *{MARKS_SUFFIX}, got {str(path)!r}; change the suffix"
-        )
+        rule = f"marks must be written to a file *{MARKS_SUFFIX}"
+        raise ValueError(f"{rule}, got {str(path)!r}; change the suffix")
     content = content_of(overpaint, path)
     with replacing(path) as temporary:
         temporary.write_bytes(content)
@@ -189,15 +170,7 @@ def content_of(overpaint: Overpaint, path: Path) -> bytes:
         value[name] = {column: pack(getattr(patches, column), "float32") for column in kind.COLUMNS}
         if isinstance(patches, Marks) and patches.images:
             value["atlas"] = _atlas(patches.images, path)
-    content = (laid_out(value) + "\n").encode()
-    if len(content) > MAX_BYTES:
-        rule = f"marks must take at most {MAX_BYTES >> 20} MiB, got {len(content) / 2**20:.1f}"
-        raise ValueError(f"{path}: {rule}; paint over a smaller picture, or keep less in one file")
-    try:
-        marks_of(path, content)
-    except SceneError as error:
-        raise ValueError(f"the marks cannot be written: {error}") from None
-    return content
+    return written_json(path, value, "marks", MAX_BYTES, marks_of, cure=_SMALLER)
 
 
 def _atlas(images: tuple[U8, ...], path: Path) -> dict[str, Any]:
@@ -213,7 +186,7 @@ def _atlas(images: tuple[U8, ...], path: Path) -> dict[str, Any]:
     size = top + shelf, int((places[:, 0] + places[:, 2]).max())
     if size[0] * size[1] > MAX_ATLAS:
         rule = f"tiles must take at most {MAX_ATLAS} pixels, got {size[0] * size[1]}"
-        raise ValueError(f"{path}: {rule}; paint over a smaller picture, or keep less in one file")
+        raise ValueError(f"{path}: {rule}; {_SMALLER}")
     picture = np.zeros((*size, 4), np.uint8)
     for (x, y, w, h), image in zip(places, images, strict=True):
         picture[y : y + h, x : x + w] = image

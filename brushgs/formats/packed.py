@@ -2,6 +2,7 @@
 
 import base64
 import json
+from collections.abc import Callable
 from math import prod
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import scratch_folder
-from brushgs.formats.schema import Numbers, refused
+from brushgs.formats.schema import Numbers, as_count, decode, refused, shown
 from brushgs.values.arrays import F64, U8
 
 DTYPES = {"uint8": "|u1", "int8": "|i1", "float16": "<f2", "float32": "<f4"}
@@ -55,6 +56,39 @@ class Picture(Struct, forbid_unknown_fields=True):
 
     type: Literal["png"]
     data: bytes
+
+
+class _Begin(Struct):
+    brushgs: Any = None
+    version: Any = None
+
+
+def check_begin(
+    path: Path, content: bytes, what: str, mark: str, version: int, *, cure: str, later: str
+) -> None:
+    """Refuse JSON that does not begin with "brushgs": `mark`, or is of a later version than this one.
+
+    Args:
+        path: the file, for messages.
+        content: its bytes.
+        what: it should be, in words, such as "style file".
+        mark: of such files.
+        version: that is read, and all before.
+        cure: of another file.
+        later: what to do about a later version.
+
+    Raises:
+        SceneError: if it is no JSON, another file or of a later version.
+    """
+    begin = decode(path, content, _Begin, cure, has_names=True)
+    if begin.brushgs != mark:
+        raise SceneError(path, f'is no {what} (it does not begin with "brushgs": "{mark}"); {cure}')
+    number = as_count(begin.version, 1_000_000)
+    if not number:
+        raise SceneError(path, f"'version' must be {version}, got {shown(begin.version)}; {cure}")
+    if number > version:
+        fact = f"is of version {number}, and this brushgs reads up to version {version}"
+        raise SceneError(path, f"{fact}; {later}")
 
 
 def array_of(
@@ -126,3 +160,18 @@ def laid_out(value: Any, indent: str = "") -> str:
         return json.dumps(value, ensure_ascii=False)
     begin, end = "{}" if isinstance(value, dict) else "[]"
     return begin + ",".join(f"\n{inner}{row}" for row in rows) + f"\n{indent}{end}"
+
+
+def written_json(
+    path: Path, value: Any, what: str, most: int, read: Callable[[Path, bytes], object], *, cure: str
+) -> bytes:
+    """The bytes of a file of JSON, of at most so many, which can be read again. Raises ValueError."""
+    content = (laid_out(value) + "\n").encode()
+    if len(content) > most:
+        rule = f"{what} must take at most {most / 1e6:.3g} MB, got {len(content) / 1e6:.3g}"
+        raise ValueError(f"{path}: {rule}; {cure}")
+    try:
+        read(path, content)
+    except SceneError as error:
+        raise ValueError(f"{what} cannot be written: {error}") from None
+    return content

@@ -43,9 +43,8 @@ def by_suffix(formats: Iterable[Format], path: str | Path) -> Format | None:
 def find_read(kind: Kind, path: Path, begin: bytes) -> Format | None:
     """The format that a path with these first bytes is of, and that is read; None if there is none."""
     own = next((row for row in _READ[kind] if row.matches(path, begin)), None)
-    return own or next(
-        (row for row in added(kind) if row.read is not None and row.matches(path, begin)), None
-    )
+    others = (row for row in added(kind) if row.read is not None) if own is None else ()
+    return own or next((row for row in others if row.matches(path, begin)), None)
 
 
 def find_written(kind: Kind, path: str | Path) -> Format | None:
@@ -146,18 +145,14 @@ CAMERAS_READ = listed([row.name for row in _READ["camera"]])
 GUIDES_READ = listed([f"{row.name} ({', '.join(row.suffixes)})" for row in _READ["guides"]])
 PICTURES_READ = listed([row.name for row in PICTURE_FORMATS])
 PICTURES_WRITTEN = listed([f"{row.suffixes[0]} ({row.note})" for row in _WRITTEN["picture"]])
-VIDEOS_WRITTEN = listed(
-    [
-        f"{row.suffixes[0]} ({listed([VIDEO_CODECS[name].name for name in row.codecs])})"
-        for row in VIDEO_FORMATS
-    ]
-)
+_CODECS = {row.suffixes[0]: [VIDEO_CODECS[name].name for name in row.codecs] for row in VIDEO_FORMATS}
+VIDEOS_WRITTEN = listed([f"{suffix} ({listed(names)})" for suffix, names in _CODECS.items()])
 
 
 def takes_strips(path: str | Path) -> bool:
     """Whether a picture with this suffix is written a few rows at a time."""
-    found = find_written("picture", path)
-    return found is not None and found.takes_strips
+    row = find_written("picture", path)
+    return row is not None and row.takes_strips
 
 
 def holds_depth(path: str | Path) -> bool:

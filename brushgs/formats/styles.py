@@ -23,16 +23,16 @@ do), and a colour without offsets (it alone).
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain
-from brushgs.formats.packed import PackedArray, Picture, array_of, png_of
-from brushgs.formats.schema import as_count, decode, refused, shown
-from brushgs.values.arrays import F64, U8
+from brushgs.formats.packed import PackedArray, Picture, array_of, check_begin, png_of
+from brushgs.formats.schema import decode, refused
+from brushgs.values.arrays import F32, F64, U8
 from brushgs.values.colors import rgb_of
 from brushgs.values.style import (
     MarkDictionary,
@@ -46,10 +46,6 @@ from brushgs.values.style import (
     StylePalette,
     StyleStage,
 )
-
-if TYPE_CHECKING:
-    from brushgs.values.style import Style
-
 
 MARK, VERSION = "style", 1
 MAX_BYTES = 3_000_000
@@ -141,11 +137,6 @@ class _Edit(Struct, forbid_unknown_fields=True):
     residual: _Residual | None = None
 
 
-class _Begin(Struct):
-    brushgs: Any = None
-    version: Any = None
-
-
 class _File(Struct, forbid_unknown_fields=True):
     brushgs: Any
     version: Any
@@ -168,8 +159,8 @@ def _check_names(place: str, *names: str) -> None:
             )
 
 
-def read_style(path: str | Path) -> Style:
-    """Read a style that `write_style` wrote, or that an artist edited.
+def load_style(path: str | Path) -> Style:
+    """Read a style from a file that `save_style` or `brushgs style learn` wrote, edited by hand or not.
 
     Args:
         path: the file; its content decides, not its name.
@@ -177,6 +168,13 @@ def read_style(path: str | Path) -> Style:
     Raises:
         SceneError: if there is no such regular file, it is larger than 3 MB, no style, of a later version,
             or a field is missing, unknown or wrong; names the field.
+
+    Example:
+        >>> from brushgs.values.style import StyleEdit
+        >>> darker = StyleEdit(0.6 * np.eye(3, 4))
+        >>> bg.save_style(bg.Style("dusk", edit=darker), "dusk.style")
+        >>> bg.load_style("dusk.style")
+        Style('dusk', an edit)
     """
     path = Path(path)
     with open_plain(path, "style file") as file:
@@ -185,39 +183,32 @@ def read_style(path: str | Path) -> Style:
         except OSError as error:
             raise SceneError(path, f"cannot be read ({error.strerror}); check the path") from None
     if content and not content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
-        raise SceneError(
-            path, f"is no style file; where it is a painting, `brushgs style learn {path}` makes one"
-        )
+        cure = f"where it is a painting, `brushgs style learn {path}` makes one"
+        raise SceneError(path, f"is no style file; {cure}")
     if len(content) > MAX_BYTES:
-        raise SceneError(
-            path, f"a style file must have at most {MAX_BYTES // 1_000_000} MB, got more; {CURE}"
-        )
+        rule = f"a style file must have at most {MAX_BYTES // 1_000_000} MB"
+        raise SceneError(path, f"{rule}, got more; {CURE}")
     return style_of(path, content)
 
 
+read_style = load_style  # within the program
+
+
 def style_of(path: Path, content: bytes) -> Style:
-    """The style of the content of a file. Raises as `read_style` does."""
-    begin = decode(path, content, _Begin, CURE, has_names=True)
-    if begin.brushgs != MARK:
-        raise SceneError(path, f'is no style file (it does not begin with "brushgs": "{MARK}"); {CURE}')
-    version = as_count(begin.version, 1_000_000)
-    if not version:
-        raise SceneError(path, f"'version' must be {VERSION}, got {shown(begin.version)}; {CURE}")
-    if version > VERSION:
-        fact = f"is a style of version {version}, and this brushgs reads up to version {VERSION}"
-        raise SceneError(path, f"{fact}; update brushgs, or learn the style again")
+    """The style of the content of a file. Raises as `load_style` does."""
+    later = "update brushgs, or learn the style again"
+    check_begin(path, content, "style file", MARK, VERSION, cure=CURE, later=later)
     file = decode(path, content, _File, _CURE, has_names=True)
     if file.palette is None and file.marks is None and file.edit is None:
         raise SceneError(path, f"holds neither 'palette' nor 'marks' nor 'edit'; {CURE}")
+    lines = file.lines
     return Style(
         file.name,
         None if file.palette is None else _palette(path, file.palette),
         None if file.marks is None else _marks(path, file.marks),
         None if file.edit is None else _edit(path, file.edit),
         None if file.stage is None else _stage(path, file.stage),
-        None
-        if file.lines is None
-        else StyleLines(file.lines.share, file.lines.width, np.array(rgb_of(file.lines.color))),
+        None if lines is None else StyleLines(lines.share, lines.width, np.array(rgb_of(lines.color))),
     )
 
 
@@ -227,35 +218,28 @@ def _palette(path: Path, colors: list[_Named]) -> StylePalette:
         raise SceneError(path, "'palette' must have a colour with a share above 0, got none; raise one")
     named = []
     for index, color in enumerate(colors):
-        offsets = np.zeros((1, 3))
+        place, offsets = f"palette[{index}].offsets", np.zeros((1, 3))
         if color.offsets is not None:
-            offsets = array_of(
-                path, f"palette[{index}].offsets", color.offsets, (None, 3), FARTHEST, cure=_CURE
-            )
+            offsets = array_of(path, place, color.offsets, (None, 3), FARTHEST, cure=_CURE)
         rgb = np.array(rgb_of(color.color))
         named.append(NamedColor(color.name, rgb, color.share / total, offsets.astype(np.float32)))
     return StylePalette(tuple(named))
 
 
 def _marks(path: Path, marks: _Marks) -> StyleMarks:
-    directions = array_of(path, "marks.directions", marks.directions, (None, None, 2), 1.01, cure=_CURE)
+    directions = _directions(path, "marks.directions", marks.directions, (None, None))
     if max(directions.shape) > MAX_TEXELS:
         rule = f"at most {MAX_TEXELS} a side"
         raise refused(path, "marks.directions", rule, list(directions.shape), _CURE)
-    # Rounding to int8 may lengthen a unit vector.
-    lengths = np.linalg.norm(directions, axis=2, keepdims=True)
     return StyleMarks(
         length=marks.length,
         aspect=marks.aspect,
-        directions=(directions / np.maximum(lengths, 1)).astype(np.float32),
+        directions=directions,
         broken_lightness=marks.broken_lightness or 0.0,
         broken_chroma=marks.broken_chroma or 0.0,
         ground=None if marks.ground is None else np.array(rgb_of(marks.ground)),
         relief=marks.relief or 0.0,
-        brushes=tuple(
-            _texels(path, f"marks.brushes[{index}].data", brush.data)
-            for index, brush in enumerate(marks.brushes or [])
-        ),
+        brushes=tuple(_texels(path, i, brush.data) for i, brush in enumerate(marks.brushes or [])),
         coherent=_spectrum(path, "marks.coherent", marks.coherent),
         incoherent=_spectrum(path, "marks.incoherent", marks.incoherent),
         dictionary=None if marks.dictionary is None else _dictionary(path, marks.dictionary),
@@ -269,11 +253,15 @@ def _stage(path: Path, stage: _Stage) -> StyleStage:
         raise refused(path, "stage.colors", rule, list(colors.shape), _CURE)
     if colors.min() < 0:
         raise refused(path, "stage.colors", "0 to 1", float(colors.min()), _CURE)
-    directions = array_of(
-        path, "stage.directions", stage.directions, (*colors.shape[:2], 2), 1.01, cure=_CURE
-    )
+    directions = _directions(path, "stage.directions", stage.directions, colors.shape[:2])
+    return StyleStage(colors.astype(np.float32), directions)
+
+
+def _directions(path: Path, place: str, stored: Any, size: tuple[int | None, ...]) -> F32:
+    """[h, w, 2] of a length of at most 1: rounding to int8 may lengthen a unit vector."""
+    directions = array_of(path, place, stored, (*size, 2), 1.01, cure=_CURE)
     lengths = np.linalg.norm(directions, axis=2, keepdims=True)
-    return StyleStage(colors.astype(np.float32), (directions / np.maximum(lengths, 1)).astype(np.float32))
+    return np.asarray(directions / np.maximum(lengths, 1), np.float32)
 
 
 def _spectrum(path: Path, place: str, stored: _Spectrum | None) -> MarkSpectrum | None:
@@ -321,15 +309,14 @@ def _edit(path: Path, edit: _Edit) -> StyleEdit:
     if weights.shape[1] < 3:
         raise refused(path, "edit.residual.weights", "of 3 outputs or more", list(weights.shape), _CURE)
     slopes = None if stored.slopes is None else part("slopes", len(centers), 3, 3).astype(np.float32)
-    centers32, weights32, offset32, scale32 = (
-        array.astype(np.float32) for array in (centers, weights, offset, scale)
-    )
-    residual = Residual(tuple(stored.features), centers32, stored.width, weights32, offset32, scale32, slopes)
+    at, by, minus, per = (one.astype(np.float32) for one in (centers, weights, offset, scale))
+    residual = Residual(tuple(stored.features), at, stored.width, by, minus, per, slopes)
     return StyleEdit(affine, edit.log_size or 0.0, residual)
 
 
-def _texels(path: Path, place: str, data: bytes) -> U8:
-    """The grey picture [h, w] of a PNG."""
+def _texels(path: Path, index: int, data: bytes) -> U8:
+    """The grey picture [h, w] of a brush."""
+    place = f"marks.brushes[{index}].data"
     rule = f"a PNG of 8 bits of grey and at most {MAX_TEXELS} texels a side"
     texels = png_of(path, place, data, rule, MAX_TEXELS**2, cure=_LEARN)
     height, width, channels = texels.shape
@@ -342,29 +329,16 @@ def _texels(path: Path, place: str, data: bytes) -> U8:
 __all__ = ["load_style", "save_style"]
 
 
-def load_style(path: str | Path) -> "Style":
-    """Read a style from a file that `save_style` or `brushgs style learn` wrote, edited by hand or not.
+def save_style(style: Style, path: str | Path) -> None:
+    """Write a style to a file *.style, which appears when it is complete; equal styles give equal bytes.
 
-    Raises:
-        SceneError: if there is no such regular file, it is larger than 3 MB, no style, of a later version,
-            or a field is missing, unknown or wrong; names the field.
-
-    Example:
-        >>> from brushgs.values.style import StyleEdit
-        >>> darker = StyleEdit(0.6 * np.eye(3, 4))
-        >>> bg.save_style(bg.Style("dusk", edit=darker), "dusk.style")
-        >>> bg.load_style("dusk.style")
-        Style('dusk', an edit)
-    """
-    return read_style(path)
-
-
-def save_style(style: "Style", path: str | Path) -> None:
-    """Write a style to a file *.style, which appears when it is complete.
+    Args:
+        style: has a palette, marks or an edit.
+        path: ends in .style.
 
     Raises:
         ValueError: if the suffix is another one, the style would take more than 3 MB, or a value is out of
-            its range; then nothing is written.
+            the range that `brushgs.values.style` states; then nothing is written.
         SceneError: if the file cannot be written.
 
     Example:

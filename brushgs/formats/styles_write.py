@@ -6,31 +6,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.errors import SceneError
 from brushgs.formats.files import replacing
-from brushgs.formats.packed import laid_out, pack, picture_of
+from brushgs.formats.packed import pack, picture_of, written_json
 from brushgs.formats.styles import ATLAS_COLUMNS, MARK, MAX_BYTES, VERSION, style_of
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.values.style import MarkDictionary, NamedColor, Residual, Style, StyleEdit, StyleMarks
 
 
 def write_style(style: Style, path: str | Path) -> None:
-    """Write a style; the file appears when it is complete, and equal styles give equal bytes.
-
-    Args:
-        style: has a palette, marks or an edit.
-        path: ends in .style.
-
-    Raises:
-        ValueError: if the suffix is another one, the style would take more than 3 MB, or a value is out of
-            the range that `brushgs.values.style` states; then nothing is written.
-        SceneError: if the file cannot be written.
-    """
+    """See `save_style`."""
     path = Path(path)
     if path.suffix.lower() != STYLE_SUFFIX:
-        raise ValueError(
-            f"a style must be written to a file *{STYLE_SUFFIX}, got {str(path)!r}; change the suffix"
-        )
+        rule = f"a style must be written to a file *{STYLE_SUFFIX}"
+        raise ValueError(f"{rule}, got {str(path)!r}; change the suffix")
     content = content_of(style, path)
     with replacing(path) as temporary:
         temporary.write_bytes(content)
@@ -43,31 +31,15 @@ def content_of(style: Style, path: Path) -> bytes:
         value["palette"] = [_color(color) for color in style.palette.colors]
     if style.marks is not None:
         value["marks"] = _marks(style.marks)
-    if style.stage is not None:
-        stage = style.stage
-        value["stage"] = {
-            "colors": pack(stage.colors, "uint8"),
-            "directions": pack(stage.directions, "int8"),
-        }
-    if style.lines is not None:
-        lines = style.lines
-        value["lines"] = {
-            "share": float(lines.share),
-            "width": float(lines.width),
-            "color": _hex(lines.rgb)[0],
-        }
+    if (stage := style.stage) is not None:
+        value["stage"] = {"colors": pack(stage.colors, "uint8"), "directions": pack(stage.directions, "int8")}
+    if (lines := style.lines) is not None:
+        color = _hex(lines.rgb)[0]
+        value["lines"] = {"share": float(lines.share), "width": float(lines.width), "color": color}
     if style.edit is not None:
         value["edit"] = _edit(style.edit)
-    content = (laid_out(value) + "\n").encode()
-    if len(content) > MAX_BYTES:
-        cure = "learn a smaller residual" if style.edit is not None else "keep fewer or smaller brushes"
-        rule = f"a style must take at most {MAX_BYTES // 1_000_000} MB, got {len(content) / 1e6:.1f}"
-        raise ValueError(f"{path}: {rule}; {cure}")
-    try:
-        style_of(path, content)
-    except SceneError as error:
-        raise ValueError(f"the style cannot be written: {error}") from None
-    return content
+    cure = "learn a smaller residual" if style.edit is not None else "keep fewer or smaller brushes"
+    return written_json(path, value, "a style", MAX_BYTES, style_of, cure=cure)
 
 
 def _hex(rgb: NDArray[Any]) -> tuple[str, NDArray[Any]]:
@@ -98,11 +70,8 @@ def _marks(marks: StyleMarks) -> dict[str, Any]:
     }
     for name, spectrum in (("coherent", marks.coherent), ("incoherent", marks.incoherent)):
         if spectrum is not None:
-            value[name] = {
-                "share": spectrum.share,
-                "lengths": list(spectrum.lengths),
-                "widths": list(spectrum.widths),
-            }
+            sizes = {"lengths": list(spectrum.lengths), "widths": list(spectrum.widths)}
+            value[name] = {"share": spectrum.share, **sizes}
     if marks.dictionary is not None:
         value["dictionary"] = _dictionary(marks.dictionary)
     return value

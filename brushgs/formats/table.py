@@ -7,6 +7,7 @@ named as "module:function" of this package, and imported when it is used.
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 from brushgs.formats.format import (
     PICKLE_SUFFIXES,
@@ -143,10 +144,9 @@ _CAMERAS = (
         file="images.bin"),
     Format("a PLY scene predicted from a photograph", "camera", (".ply",), has_suffix(".ply"),
         read="cameras.photograph:read", file="scene.ply"),
-    Format("an Alembic scene", "camera", (".abc",), has_suffix(".abc"), cure=_CAMERA_CURE),
-    Format("a Blender file", "camera", (".blend",), has_suffix(".blend"), cure=_CAMERA_CURE),
-    Format("a Collada scene", "camera", (".dae",), has_suffix(".dae"), cure=_CAMERA_CURE),
-    Format("an FBX scene", "camera", (".fbx",), has_suffix(".fbx"), cure=_CAMERA_CURE),
+    *(Format(name, "camera", (suffix,), has_suffix(suffix), cure=_CAMERA_CURE) for name, suffix in (
+        ("an Alembic scene", ".abc"), ("a Blender file", ".blend"), ("a Collada scene", ".dae"),
+        ("an FBX scene", ".fbx"))),
 )
 _GUIDES = (
     Format("OBJ with lines, as Blender exports them", "guides", (".obj",), read="guides:read_obj"),
@@ -157,35 +157,30 @@ _DRAWINGS = (
         note="strokes as paths, in layers by coat and region"),
 )
 _LAYERED = (
-    Format("OpenRaster", "layered", (".ora",), write="pictures.ora:write_ora",
+    Format("OpenRaster", "layered", (".ora",), write="pictures.layered:write_ora",
         note="8 bit, layers for ground, stage, subject, lines, relief and light"),
-    Format("Photoshop", "layered", (".psd",), write="pictures.psd:write_psd", package="psd_tools",
+    Format("Photoshop", "layered", (".psd",), write="pictures.layered:write_psd", package="psd_tools",
         holds_metadata=False, note="the same layers, by the package psd-tools"),
 )
 VIDEO_CODECS: Mapping[str, VideoCodec] = {
     # One chroma sample for each 2 x 2 pixels, so sides are even; x264 refuses longer ones.
-    "h264": VideoCodec("H.264", "pictures.libav:open_h264", max_side=16384, has_even_sides=True),
+    "h264": VideoCodec("H.264", max_side=16384, has_even_sides=True),
     # x265 refuses shorter sides, and hangs where one is twice as long.
-    "h265": VideoCodec("H.265", "pictures.libav:open_h265", bits=(10, 8), min_side=16, max_side=8192,
-        has_even_sides=True),
+    "h265": VideoCodec("H.265", bits=(10, 8), min_side=16, max_side=8192, has_even_sides=True),
     # libav takes 10 of the 12 bits that the format has.
-    "prores": VideoCodec("ProRes 4444", "pictures.libav:open_prores", bits=(10,), holds_alpha=True),
-    "vp9": VideoCodec("VP9", "pictures.libav:open_vp9", holds_alpha=True),
-    "gif": VideoCodec("GIF", "pictures.gif:open_writer"),
+    "prores": VideoCodec("ProRes 4444", bits=(10,), holds_alpha=True),
+    "vp9": VideoCodec("VP9", holds_alpha=True),
+    "gif": VideoCodec("GIF", "pictures.gif:GifVideo"),
 }
-_VIDEO_WRITER = "pictures.video:save_video"
+def _video(name: str, suffix: str, **more: Any) -> Format:
+    return Format(name, "video", (suffix,), write="pictures.video:save_video", package="av", **more)
 _VIDEOS = (
-    Format("MP4", "video", (".mp4",), write=_VIDEO_WRITER, container="mp4", codecs=("h264", "h265"),
-        package="av"),
-    Format("QuickTime", "video", (".mov",), write=_VIDEO_WRITER, container="mov",
-        codecs=("prores", "h265", "h264"), package="av"),
-    Format("WebM", "video", (".webm",), write=_VIDEO_WRITER, container="webm", codecs=("vp9",),
-        package="av"),
-    Format("Matroska", "video", (".mkv",), write=_VIDEO_WRITER, container="matroska",
-        codecs=("h264", "h265"), package="av"),
+    _video("MP4", ".mp4", container="mp4", codecs=("h264", "h265")),
+    _video("QuickTime", ".mov", container="mov", codecs=("prores", "h265", "h264")),
+    _video("WebM", ".webm", container="webm", codecs=("vp9",)),
+    _video("Matroska", ".mkv", container="matroska", codecs=("h264", "h265")),
     # Delays count in hundredths of a second, and viewers take a delay of 1 for 10.
-    Format("GIF", "video", (".gif",), write=_VIDEO_WRITER, container="gif", codecs=("gif",), max_fps=50,
-        holds_metadata=False, package="av"),
+    _video("GIF", ".gif", container="gif", codecs=("gif",), max_fps=50, holds_metadata=False),
 )
 _STYLES = (
     Format("style", "style", (".style",), read="styles:read_style", write="styles_write:write_style",

@@ -50,6 +50,24 @@ def why_not_read(member: zipfile.ZipInfo) -> str | None:
     return None if member.compress_type in _PACKINGS else "is packed in a way that is not read"
 
 
+def read_member(path: Path, archive: zipfile.ZipFile, name: str, most: int, cure: str) -> bytes:
+    """A file of an archive.
+
+    Raises KeyError if there is none of that name; SceneError if it is damaged or larger than `most` bytes.
+    """
+    member = archive.getinfo(name)
+    fault = why_not_read(member)
+    if fault is None and member.file_size > most:
+        fault = f"is larger than {most >> 20} MiB"
+    try:
+        if fault is None:
+            with archive.open(member) as file:
+                return file.read(most)
+    except ZIP_FAULTS as error:
+        fault = f"is damaged ({error})"
+    raise SceneError(path, f"its {name[:80]} {fault}; {cure}")
+
+
 class _Bounded:
     """A file of which no more than so many bytes are read at a time: the directory of an archive."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from brushgs.errors import SceneError
 from brushgs.formats.marks import MARKS_SUFFIX, write_marks
 from brushgs.formats.pictures.images import read_image
-from brushgs.formats.pictures.layers_read import LAYERED_READ, read_layer, with_alpha
+from brushgs.formats.pictures.layered import LAYERED_READ, read_layer, with_alpha
 from brushgs.formats.pictures.metadata import SIDECAR, camera_of
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneSource

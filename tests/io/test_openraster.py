@@ -12,8 +12,7 @@ from PIL import Image
 
 from brushgs import cli
 from brushgs.formats.pictures.images import write_frame
-from brushgs.formats.pictures.ora import write_ora
-from brushgs.formats.pictures.psd import write_psd
+from brushgs.formats.pictures.layered import write_ora, write_psd
 from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.pipeline import outputs

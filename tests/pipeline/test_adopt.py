@@ -9,7 +9,7 @@ from brushgs.cli import main
 from brushgs.errors import SceneError
 from brushgs.formats.marks import read_marks
 from brushgs.formats.pictures.images import read_image, write_frame
-from brushgs.formats.pictures.layers_read import read_layer
+from brushgs.formats.pictures.layered import read_layer
 from brushgs.outlets.adopt import paint_over
 from brushgs.values.frame import Frame
 from tests.scenes import save_upright, still_life_of

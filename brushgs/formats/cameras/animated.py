@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import Meta
 
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.formats.cameras.read import MAX_DISTANCE, CameraFile, Motion, lens_rule
+from brushgs.formats.cameras.read import MAX_DISTANCE, CameraFile, Motion, camera_of
 from brushgs.formats.gltf_file import SCENE_NODE
 from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.options.sequence import DEFAULT_FPS
@@ -25,57 +25,44 @@ from brushgs.values.camera import Camera
 
 MAX_VIEWS = 50_000  # of a file: half an hour of film; a view takes some 1.2 kB in memory
 MAX_ASPECT = 50.0  # width by height, or height by width
+DEFAULT_ASPECT = DEFAULT_SIZE[0] / DEFAULT_SIZE[1]  # where a file states none
 _UNIFORM = 1e-3  # stretch of a scene that rounding may bring
 _NEAR = 1 - 1e-9  # cosine above which two quaternions are mixed straight: the sine of their angle vanishes
 _CV_FROM_GL = np.diag([1.0, -1.0, -1.0])  # x right, y up, z backward -> x right, y down, z forward
 
 Times = tuple[float, float]
-Coordinate = Annotated[float, Meta(ge=-MAX_DISTANCE, le=MAX_DISTANCE)]  # world units
+_Coordinate = Annotated[float, Meta(ge=-MAX_DISTANCE, le=MAX_DISTANCE)]  # world units
+Point = tuple[_Coordinate, _Coordinate, _Coordinate]
+Quat = tuple[_Coordinate, _Coordinate, _Coordinate, _Coordinate]
 
 
 @dataclass(frozen=True)
 class LensTrack:
-    """A lens at T moments.
+    """A lens at T moments."""
 
-    Attributes:
-        focal: [T] focal length, in heights of the picture.
-        center: [T, 2] where the axis meets the picture, right and down of its middle, in heights.
-        near: [T] units of the file, > 0.
-        aspect: width by height of the picture.
-    """
-
-    focal: F64
-    center: F64
-    near: F64
-    aspect: float
+    focal: F64  # [T] focal length, in heights of the picture
+    center: F64  # [T, 2] where the axis meets the picture, right and down of its middle, in heights
+    near: F64  # [T] units of the file, > 0
+    aspect: float  # width by height of the picture
 
 
 @dataclass(frozen=True)
 class FoundCamera:
-    """A camera of a file.
+    """A camera of a file."""
 
-    Attributes:
-        name: in words, such as "camera 'Shot'".
-        times: start and end of its animation, seconds of the file; None if it stands still.
-        at: its matrices [T, 4, 4], world from camera as the file has them, which may scale, and its lens, at
-            moments [T] in seconds of the file.
-    """
-
-    name: str
-    times: Times | None
+    name: str  # in words, such as "camera 'Shot'"
+    times: Times | None  # start and end of its animation, seconds of the file; None if it stands still
+    # its matrices [T, 4, 4], world from camera as the file has them, which may scale, and its lens, at
+    # moments [T] in seconds of the file
     at: Callable[[F64], tuple[F64, LensTrack]]
 
 
 @dataclass(frozen=True)
 class FoundScene:
-    """Where a file says that the painted scene stands; see `SCENE_NODE`.
+    """Where a file says that the painted scene stands; see `SCENE_NODE`."""
 
-    Attributes:
-        times: start and end of its animation, seconds of the file; None if it stands still.
-        at: its matrices [T, 4, 4], world from scene, at moments [T] in seconds of the file.
-    """
-
-    times: Times | None
+    times: Times | None  # start and end of its animation, seconds of the file; None if it stands still
+    # its matrices [T, 4, 4], world from scene, at moments [T] in seconds of the file
     at: Callable[[F64], F64]
 
 
@@ -100,7 +87,13 @@ def camera_file(
     Raises:
         SceneError: if there is no camera, or a view cannot be drawn or there are too many.
     """
-    _check_found(path, len(cameras), left_out)
+    if not cameras:
+        fact = f"{left_out[0]} must be a perspective one; export it again as such" if left_out else ""
+        raise SceneError(path, fact or "holds no camera; export it with its cameras")
+    if left_out:
+        message = f"{left_out[0]} is no perspective one and was left out"
+        more = f", as were {len(left_out) - 1} more" if len(left_out) > 1 else ""
+        warnings.warn(SceneWarning(f"{path}: {message}{more}"), stacklevel=4)
     moving = [camera for camera in cameras if camera.times is not None]
     chosen = (moving or cameras)[0]
     spans = [some.times for some in (chosen, scene) if some is not None and some.times is not None]
@@ -119,17 +112,6 @@ def camera_file(
     return CameraFile(motion.views(max(round(num_steps), 1) + 1), fps=fps, motion=motion, choice=choice)
 
 
-def _check_found(path: Path, num_cameras: int, left_out: Sequence[str]) -> None:
-    """Refuse a file without a camera that can be read, and warn of those that were left out."""
-    if not num_cameras:
-        fact = f"{left_out[0]} must be a perspective one; export it again as such" if left_out else ""
-        raise SceneError(path, fact or "holds no camera; export it with its cameras")
-    if left_out:
-        message = f"{left_out[0]} is no perspective one and was left out"
-        more = f", as were {len(left_out) - 1} more" if len(left_out) > 1 else ""
-        warnings.warn(SceneWarning(f"{path}: {message}{more}"), stacklevel=5)
-
-
 def _views(path: Path, found: FoundCamera, scene: FoundScene | None, times: F64) -> list[Camera]:
     """A camera at some moments, in the coordinates of the scene."""
     matrices, lens = found.at(times)
@@ -145,18 +127,13 @@ def _views(path: Path, found: FoundCamera, scene: FoundScene | None, times: F64)
     for index, rotation in enumerate(rotations):
         place, focal = matrices[index, :3, 3], lens.focal[index] * height
         cx, cy = np.array([width, height]) / 2 + lens.center[index] * height
-        numbers = [focal, cx, cy, near[index], *place]
-        if not np.isfinite(numbers).all():
+        if not np.isfinite([focal, cx, cy, near[index], *place]).all():
             raise SceneError(path, f"{found.name} has numbers that are not finite; export it again")
-        if broken := lens_rule((focal, focal, cx, cy), (width, height), place):
-            raise SceneError(path, f"{found.name}: {broken}; export it again")
-        viewmat = np.eye(4)
-        viewmat[:3, :3], viewmat[:3, 3] = rotation.T, -rotation.T @ place
-        K = np.array([[focal, 0, cx], [0, focal, cy], [0, 0, 1]])
+        K = focal, focal, cx, cy
         try:
-            views.append(Camera(viewmat, K, width, height, float(near[index])))
+            views.append(camera_of(rotation.T, -rotation.T @ place, K, (width, height), near[index]))
         except ValueError as error:
-            raise SceneError(path, f"{found.name}: {error}") from None
+            raise SceneError(path, f"{found.name}: {error}; export it again") from None
     return views
 
 
@@ -193,6 +170,22 @@ def _picture_size(path: Path, name: str, aspect: float) -> tuple[int, int]:
     longest = max(DEFAULT_SIZE)
     width, height = longest * min(1.0, aspect), longest * min(1.0, 1 / aspect)
     return 2 * round(width / 2), 2 * round(height / 2)
+
+
+def steered(turns: F64, places: F64, focal: F64, scene_from_world: F64) -> tuple[F64, LensTrack]:
+    """What `FoundCamera.at` gives of an editor that knows poses and focal lengths alone.
+
+    Args:
+        turns: [T, 3, 3] world of the editor from camera.
+        places: [T, 3] there.
+        focal: [T] see `LensTrack`.
+        scene_from_world: [3, 3] from the axes of the editor to those of the scene.
+    """
+    matrices = np.tile(np.eye(4), (len(places), 1, 1))
+    matrices[:, :3, :3], matrices[:, :3, 3] = turns, places
+    matrices[:, :3] = scene_from_world @ matrices[:, :3]
+    near = np.full(len(places), Camera.near)
+    return matrices, LensTrack(focal, np.zeros((len(places), 2)), near, DEFAULT_ASPECT)
 
 
 def hermite(start: F64, leave: F64, arrive: F64, end: F64, share: F64) -> F64:

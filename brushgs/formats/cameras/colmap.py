@@ -7,21 +7,21 @@ camera from world. Points are skipped. Formats: colmap.github.io/format.html.
 import math
 import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, TypeVar
+from typing import BinaryIO, NamedTuple, TypeVar
 
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.formats.cameras.read import CameraFile, lens_rule, warn_of_distortion
+from brushgs.formats.cameras.read import CameraFile, camera_of, warn_of_distortion
 from brushgs.formats.files import open_plain
 from brushgs.values.camera import Camera
 from brushgs.values.quats import rotation_matrices
 
 T = TypeVar("T")
+_Entries = Callable[[Path, BinaryIO], Iterator[T]]
 # In the order of their numbers in binary files: name and parameters; None: no pinhole.
 MODELS: list[tuple[str, str | None]] = [
     ("SIMPLE_PINHOLE", "f cx cy"),
@@ -53,21 +53,21 @@ _MAX_LINE = 1 << 17  # bytes of a line of text: an image and its name; lines of 
 _MAX_ENTRIES = 50_000
 
 
-@dataclass(frozen=True, slots=True)
-class _Lens:
+class _Lens(NamedTuple):
+    """A camera of a model; `values` by the names in `MODELS`."""
+
     model: str
-    width: int
-    height: int
-    values: dict[str, float]  # by the names in `MODELS`
+    size: tuple[int, int]
+    values: dict[str, float]
 
-    def matrix(self) -> list[list[float]]:
-        value = self.values
-        fx, fy = value.get("fx", value.get("f", 0.0)), value.get("fy", value.get("f", 0.0))
-        return [[fx, 0, value["cx"]], [0, fy, value["cy"]], [0, 0, 1]]
+    @property
+    def intrinsics(self) -> tuple[float, ...]:
+        """fx, fy, cx, cy, pixels."""
+        focal = self.values.get("f", 0.0)
+        return *(self.values.get(name, focal) for name in ("fx", "fy")), self.values["cx"], self.values["cy"]
 
 
-@dataclass(frozen=True, slots=True)
-class _Image:
+class _Image(NamedTuple):
     name: str
     quat: tuple[float, ...]
     translation: tuple[float, ...]
@@ -78,48 +78,28 @@ def read(path: Path, content: object = None) -> CameraFile:
     """The views of a sparse model, sorted by the name of the image.
 
     Distortion of the models SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV is ignored with one SceneWarning.
+    `path` is a model's folder, one of its files, or a folder with the model in `sparse/0`.
 
-    Args:
-        path: a model's folder, one of its files, or a folder with the model in `sparse/0`.
-        content: unused; it is for formats in JSON.
-
-    Raises:
-        SceneError: if there is no model, it is damaged, or a camera is no pinhole.
+    Raises SceneError if there is no model, it is damaged, or a camera is no pinhole.
     """
-    with _as_scene_error(path):
+    try:
         cameras_file, images_file = _find(path)
-    is_binary = cameras_file.suffix == ".bin"
-    read_lenses, read_images = (_binary_lenses, _binary_images) if is_binary else (_text_lenses, _text_images)
-    with _as_scene_error(cameras_file), open_plain(cameras_file) as file:
-        lenses = dict(_bounded(cameras_file, read_lenses(cameras_file, file)))
-    with _as_scene_error(images_file), open_plain(images_file) as file:
-        images = list(_bounded(images_file, read_images(images_file, file)))
+        lenses = dict(_entries(cameras_file, _binary_lenses, _text_lenses))
+        images = sorted(_entries(images_file, _binary_images, _text_images), key=lambda image: image.name)
+    except OSError as error:
+        place = Path(error.filename or path)
+        raise SceneError(place, f"cannot be read ({error.strerror}); check the path") from None
     if not images:
         raise SceneError(images_file, "holds no images; the reconstruction found none, run it again")
-    images.sort(key=lambda image: image.name)
     cameras = [_camera(images_file, image, lenses) for image in images]
-    _warn(cameras_file, [lenses[number] for number in sorted({image.camera_id for image in images})])
-    return CameraFile(cameras, names=tuple(image.name for image in images))
-
-
-def _bounded(path: Path, entries: Iterator[T]) -> Iterator[T]:
-    """The entries of a file, at most `_MAX_ENTRIES`."""
-    for number, entry in enumerate(entries):
-        if number == _MAX_ENTRIES:
-            raise SceneError(path, f"must hold at most {_MAX_ENTRIES} entries; take a part of the model")
-        yield entry
-
-
-def _warn(path: Path, lenses: list[_Lens]) -> None:
-    """Warn of lens distortion, which is ignored."""
     found: dict[str, tuple[float, str]] = {}
-    for lens in lenses:
+    for lens in (lenses[number] for number in sorted({image.camera_id for image in images})):
         for name, value in lens.values.items():
             if name[0] in "kp" and value:
                 found.setdefault(name, (value, lens.model))
-    if found:
-        model = next(iter(found.values()))[1]
-        warn_of_distortion(path, model, {name: value for name, (value, _) in found.items()})
+    model = next((model for _, model in found.values()), "")
+    warn_of_distortion(cameras_file, model, {name: value for name, (value, _) in found.items()})
+    return CameraFile(cameras, names=tuple(image.name for image in images))
 
 
 def _find(path: Path) -> tuple[Path, Path]:
@@ -142,45 +122,40 @@ def _find(path: Path) -> tuple[Path, Path]:
     raise SceneError(path, f"{what} a COLMAP model (cameras.bin and images.bin, or .txt); check the path")
 
 
-@contextmanager
-def _as_scene_error(path: Path) -> Iterator[None]:
-    """Errors of the file system as a SceneError."""
-    try:
-        yield
-    except OSError as error:
-        raise SceneError(path, f"cannot be read ({error.strerror}); check the path") from None
+def _entries(path: Path, binary: _Entries[T], text: _Entries[T]) -> Iterator[T]:
+    """The entries of a file, at most `_MAX_ENTRIES`, by its suffix."""
+    with open_plain(path) as file:
+        for number, entry in enumerate((binary if path.suffix == ".bin" else text)(path, file)):
+            if number == _MAX_ENTRIES:
+                raise SceneError(path, f"must hold at most {_MAX_ENTRIES} entries; take a part of the model")
+            yield entry
 
 
 def _camera(path: Path, image: _Image, lenses: dict[int, _Lens]) -> Camera:
-    def fail(message: str) -> SceneError:
-        return SceneError(path, f"image {image.name[:80]!r}: {message}")
-
-    lens = lenses.get(image.camera_id)
+    lens, quat = lenses.get(image.camera_id), np.array([image.quat])
     if lens is None:
-        raise fail(f"camera {image.camera_id} is not in the cameras file; copy both files from one model")
-    quat = np.array([image.quat])
-    if not np.isfinite(quat).all() or not quat.any():
-        raise fail(f"the quaternion must be finite and not zero, got {image.quat}; export the model again")
-    if not all(map(math.isfinite, image.translation)):
-        raise fail(f"the translation must be finite, got {image.translation}; export the model again")
-    (fx, _, cx), (_, fy, cy), _ = lens.matrix()
-    if broken := lens_rule((fx, fy, cx, cy), (lens.width, lens.height), image.translation):
-        raise fail(f"{broken}; export the model again")
-    viewmat = np.eye(4)
-    viewmat[:3, :3], viewmat[:3, 3] = rotation_matrices(quat)[0], image.translation
-    return Camera(viewmat, np.array(lens.matrix()), lens.width, lens.height)
+        fault = f"camera {image.camera_id} is not in the cameras file; copy both files from one model"
+    elif not np.isfinite(quat).all() or not quat.any():
+        fault = f"the quaternion must be finite and not zero, got {image.quat}; export the model again"
+    elif not all(map(math.isfinite, image.translation)):
+        fault = f"the translation must be finite, got {image.translation}; export the model again"
+    else:
+        try:
+            return camera_of(rotation_matrices(quat)[0], image.translation, lens.intrinsics, lens.size)
+        except ValueError as error:
+            fault = f"{error}; export the model again"
+    raise SceneError(path, f"image {image.name[:80]!r}: {fault}")
 
 
-def _lens(path: Path, number: int, model: str, width: int, height: int, values: tuple[float, ...]) -> _Lens:
+def _lens(path: Path, number: int, model: str, size: tuple[int, int], values: tuple[float, ...]) -> _Lens:
     """A camera of the model, checked."""
-    lens = _Lens(model, width, height, dict(zip((_PARAMETERS[model] or "").split(), values, strict=True)))
-    K = lens.matrix()
-    if width < 1 or height < 1:
-        fault = f"the size must be at least 1x1, got {width}x{height}"
+    lens = _Lens(model, size, dict(zip((_PARAMETERS[model] or "").split(), values, strict=True)))
+    if min(size) < 1:
+        fault = f"the size must be at least 1x1, got {size[0]}x{size[1]}"
     elif not all(map(math.isfinite, values)):
         fault = f"the parameters must be finite, got {values}"
-    elif K[0][0] <= 0 or K[1][1] <= 0:
-        fault = f"the focal length must be above 0, got {min(K[0][0], K[1][1]):g}"
+    elif min(lens.intrinsics[:2]) <= 0:
+        fault = f"the focal length must be above 0, got {min(lens.intrinsics[:2]):g}"
     else:
         return lens
     raise SceneError(path, f"camera {number}: {fault}; export the model again")
@@ -188,14 +163,16 @@ def _lens(path: Path, number: int, model: str, width: int, height: int, values: 
 
 def _check_model(path: Path, number: int, model: str) -> list[str]:
     """The names of a pinhole model's parameters; refuses other models."""
+    if parameters := _PARAMETERS.get(model):
+        return parameters.split()
     known = ", ".join(name for name, parameters in MODELS if parameters)
     cure = f"a pinhole is needed ({known}): undistort the images with `colmap image_undistorter`"
-    if model not in _PARAMETERS:
-        raise SceneError(path, f"camera {number}: {model[:40]} is not a known camera model; {cure}")
-    parameters = _PARAMETERS[model]
-    if parameters is None:
-        raise SceneError(path, f"camera {number}: camera model {model} is not a pinhole; {cure}")
-    return parameters.split()
+    what = (
+        f"camera model {model} is not a pinhole"
+        if model in _PARAMETERS
+        else f"{model[:40]} is not a known camera model"
+    )
+    raise SceneError(path, f"camera {number}: {what}; {cure}")
 
 
 def _binary_lenses(path: Path, file: BinaryIO) -> Iterator[tuple[int, _Lens]]:
@@ -203,8 +180,8 @@ def _binary_lenses(path: Path, file: BinaryIO) -> Iterator[tuple[int, _Lens]]:
     for _ in range(reader.count("cameras", _MIN_CAMERA_BYTES)):
         number, model_id, width, height = reader.read(_CAMERA)
         model = MODELS[model_id][0] if 0 <= model_id < len(MODELS) else f"number {model_id}"
-        names = _check_model(path, number, model)
-        yield number, _lens(path, number, model, width, height, reader.read(struct.Struct(f"<{len(names)}d")))
+        values = reader.read(struct.Struct(f"<{len(_check_model(path, number, model))}d"))
+        yield number, _lens(path, number, model, (width, height), values)
 
 
 def _binary_images(path: Path, file: BinaryIO) -> Iterator[_Image]:
@@ -212,7 +189,8 @@ def _binary_images(path: Path, file: BinaryIO) -> Iterator[_Image]:
     for _ in range(reader.count("images", _MIN_IMAGE_BYTES)):
         _, *pose, camera_id = reader.read(_IMAGE)
         name = reader.name()
-        reader.skip(reader.count(f"points of image {name[:80]!r}", _POINT_BYTES) * _POINT_BYTES)
+        num_points = reader.count(f"points of image {name[:80]!r}", _POINT_BYTES)
+        file.seek(num_points * _POINT_BYTES, os.SEEK_CUR)
         yield _Image(name, tuple(pose[:4]), tuple(pose[4:]), camera_id)
 
 
@@ -223,27 +201,18 @@ class _Reader:
         self.path, self.file = path, file
         self.size = os.fstat(file.fileno()).st_size
 
-    def num_left(self) -> int:
-        return self.size - self.file.tell()
-
-    def truncated(self) -> SceneError:
-        return SceneError(self.path, f"ends too early, after {self.size:,} bytes; copy or export it again")
-
     def read(self, record: struct.Struct) -> tuple[int, ...]:
         data = self.file.read(record.size)
         if len(data) < record.size:
-            raise self.truncated()
+            raise self._truncated()
         return record.unpack(data)
 
     def count(self, what: str, smallest: int) -> int:
         (number,) = self.read(_COUNT)
-        if number * smallest > self.num_left():
+        if number * smallest > self.size - self.file.tell():
             message = f"claims {number} {what}, for which its {self.size:,} bytes are too few"
             raise SceneError(self.path, f"{message}; copy or export it again")
         return number
-
-    def skip(self, num_bytes: int) -> None:
-        self.file.seek(num_bytes, os.SEEK_CUR)
 
     def name(self) -> str:
         """A zero-terminated text."""
@@ -251,14 +220,15 @@ class _Reader:
         data = self.file.read(256)
         if b"\0" not in data:
             data += self.file.read(_MAX_NAME)
-        end = data.find(b"\0")
-        if end < 0:
-            raise self.truncated() if self.num_left() == 0 else self._no_name(start)
+        if (end := data.find(b"\0")) < 0:
+            if self.file.tell() == self.size:
+                raise self._truncated()
+            raise SceneError(self.path, f"has no image name at byte {start:,}; copy or export it again")
         self.file.seek(start + end + 1)
         return data[:end].decode("utf-8", "replace")
 
-    def _no_name(self, start: int) -> SceneError:
-        return SceneError(self.path, f"has no image name at byte {start:,}; copy or export it again")
+    def _truncated(self) -> SceneError:
+        return SceneError(self.path, f"ends too early, after {self.size:,} bytes; copy or export it again")
 
 
 def _text_lenses(path: Path, file: BinaryIO) -> Iterator[tuple[int, _Lens]]:
@@ -270,7 +240,7 @@ def _text_lenses(path: Path, file: BinaryIO) -> Iterator[tuple[int, _Lens]]:
         if len(values) != num_expected:
             found = f"camera model {model} must have {num_expected} parameters, got {len(values)}"
             raise SceneError(path, f"line {row}: {found}; export the model again")
-        yield number, _lens(path, number, model, width, height, values)
+        yield number, _lens(path, number, model, (width, height), values)
 
 
 def _text_images(path: Path, file: BinaryIO) -> Iterator[_Image]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.formats.cameras.animated import (
+    DEFAULT_ASPECT,
     FoundCamera,
     FoundScene,
     LensTrack,
@@ -41,7 +42,6 @@ from brushgs.formats.gltf_file import (
     node_part,
     placed_nodes,
 )
-from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.values.arrays import F64
 from brushgs.values.quats import rotation_matrices
 
@@ -55,26 +55,20 @@ _MOST = 1e18  # beyond, products of a few would overflow
 Positive = Annotated[float, Meta(gt=0)]
 
 
-class Perspective(Struct, rename="camel"):
-    """A lens."""
-
+class _Perspective(Struct, rename="camel"):
     yfov: Positive
     znear: Positive
     aspect_ratio: Positive | None = None
 
 
-class GltfCamera(Struct):
-    """A camera."""
-
+class _Camera(Struct):
     type: Any = None
     name: Any = None
-    perspective: Perspective | None = None
+    perspective: _Perspective | None = None
 
 
-class _Pointer(Struct):
-    """Of KHR_animation_pointer: a JSON pointer to what a channel changes."""
-
-    pointer: str = ""
+class _Pointer(Struct):  # of KHR_animation_pointer
+    pointer: str = ""  # a JSON pointer to what a channel changes
 
 
 class _Extensions(Struct):
@@ -82,8 +76,6 @@ class _Extensions(Struct):
 
 
 class _Target(Struct):
-    """What a channel moves."""
-
     node: Index | None = None
     path: Any = None
     extensions: _Extensions | None = None
@@ -105,38 +97,29 @@ class _Animation(Struct):
     samplers: list[_Sampler] | None = None
 
 
-class CameraModel(Model):
-    """What of a model cameras need."""
-
-    cameras: list[GltfCamera] | None = None
+class _Model(Model):
+    cameras: list[_Camera] | None = None
     animations: list[_Animation] | None = None
+
+
+_File = GltfFile[_Model]
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One animated part of a node or camera.
+    """One animated part of a node or camera."""
 
-    Attributes:
-        times: [K] of its keys, seconds, ascending.
-        values: [K, width], or [3 K, width] with the tangents of a cubic spline around each.
-        interpolation: between keys.
-        is_rotation: whether values are quaternions x, y, z, w.
-        is_moving: whether values differ from key to key.
-        name: for messages.
-    """
+    times: F64  # [K] of its keys, seconds, ascending
+    values: GltfArray  # [K, width], or [3 K, width] with the tangents of a cubic spline around each
+    interpolation: Interpolation  # between keys
+    is_rotation: bool  # whether values are quaternions x, y, z, w
+    is_moving: bool  # whether values differ from key to key
+    name: str  # for messages
 
-    times: F64
-    values: GltfArray
-    interpolation: Interpolation
-    is_rotation: bool
-    is_moving: bool
-    name: str
-
-    def at(self, file: GltfFile[CameraModel], moments: F64) -> F64:
+    def at(self, file: _File, moments: F64) -> F64:
         """Values [T, width] at moments [T], seconds; before the first key and after the last those of these.
 
-        Raises:
-            SceneError: if they are not finite, or a rotation is zero.
+        Raises SceneError if they are not finite, or a rotation is zero.
         """
         is_spline = self.interpolation == "CUBICSPLINE"
         # One that stands still may have very many keys, and be asked for each camera of many.
@@ -162,7 +145,7 @@ class Channel:
             found = values[before] + share * (values[before + 1] - values[before])
         return self._unit(file, found) if self.is_rotation else found
 
-    def _unit(self, file: GltfFile[CameraModel], quats: F64) -> F64:
+    def _unit(self, file: _File, quats: F64) -> F64:
         lengths = np.linalg.norm(quats, axis=1, keepdims=True)
         if not (lengths > 0).all():
             raise SceneError(file.path, f"{self.name} must not be zero; {CURE}")
@@ -173,15 +156,10 @@ class Channel:
 Channels = dict[tuple[str, int], dict[str, Channel]]
 
 
-def read_channels(file: GltfFile[CameraModel], nodes: Container[int]) -> Channels:
-    """The channels of all animations that place some nodes, or open the lens of a camera.
+def read_channels(file: _File, nodes: Container[int]) -> Channels:
+    """The channels of all animations that place nodes of these numbers, or open the lens of a camera.
 
-    Args:
-        file: the model.
-        nodes: numbers of the nodes that matter.
-
-    Raises:
-        SceneError: if one of them is damaged, or they are far more than a film needs.
+    Raises SceneError if one of them is damaged, or they are far more than a film needs.
     """
     found: Channels = {}
     num_keys = 0
@@ -218,18 +196,13 @@ def _target(target: _Target) -> tuple[str, int, str] | None:
     return ("camera", int(words[2]), _YFOV) if is_lens else None
 
 
-def _channel(
-    file: GltfFile[CameraModel], animation: _Animation, channel: _StoredChannel, part: str, name: str
-) -> Channel:
+def _channel(file: _File, animation: _Animation, channel: _StoredChannel, part: str, name: str) -> Channel:
     samplers = animation.samplers or []
     if channel.sampler >= len(samplers):
         raise SceneError(file.path, f"{name} refers to a sampler that is missing; {CURE}")
     sampler = samplers[channel.sampler]
     interpolation = sampler.interpolation
-    keys, values = (
-        file.array(sampler.input, f"the times of {name}"),
-        file.array(sampler.output, name),
-    )
+    keys, values = (file.array(sampler.input, f"the times of {name}"), file.array(sampler.output, name))
     width = _WIDTHS.get(part, 1)
     if keys.width != 1 or values.width != width:
         rule = f"{name} must have 1 number a time and {width} a value"
@@ -247,11 +220,11 @@ def _channel(
 
 def _differ(values: NDArray[Any], interpolation: str) -> bool:
     """Whether values are not the same throughout; not-a-number differs."""
-    if interpolation == "CUBICSPLINE":
-        tangents = values[0::3], values[2::3]
-        is_moving = any((one != 0).any() for one in tangents)  # `any` of a signaling NaN would warn
-        return bool(is_moving or (values[1::3] != values[1]).any())
-    return bool((values != values[0]).any())
+    if interpolation != "CUBICSPLINE":
+        return bool((values != values[0]).any())
+    tangents = values[0::3], values[2::3]
+    is_moving = any((one != 0).any() for one in tangents)  # `any` of a signaling NaN would warn
+    return bool(is_moving or (values[1::3] != values[1]).any())
 
 
 def _cubic(values: F64, before: NDArray[np.int64], t: F64, length: F64) -> F64:
@@ -261,24 +234,18 @@ def _cubic(values: F64, before: NDArray[np.int64], t: F64, length: F64) -> F64:
 
 
 def read(path: Path, content: object = None) -> CameraFile:
-    """The cameras of a model; see `animated.camera_file`.
+    """The cameras of a model, see `animated.camera_file`.
 
-    Args:
-        path: a .glb or .gltf file.
-        content: unused; it is for formats that are recognised as JSON.
-
-    Raises:
-        SceneError: if it is damaged, or holds no camera that can be drawn.
+    Raises SceneError if it is damaged, or holds no camera that can be drawn.
     """
-    file = GltfFile(path, CameraModel, "camera file")
+    file = GltfFile(path, _Model, "camera file")
     nodes = list(placed_nodes(file))
     cameras = [some for some in nodes if some.node.camera is not None]
     scenes = [some for some in nodes if is_scene_name(some.node.name)][:1]
     channels = read_channels(file, {index for some in cameras + scenes for index in some.chain})
     scene = None
-    if scenes:
-        times = _times(_above(scenes[0], channels))
-        scene = FoundScene(times, partial(_matrices, file, scenes[0], channels))
+    for some in scenes:
+        scene = FoundScene(_times(_above(some, channels)), partial(_matrices, file, some, channels))
     found = [(some, *_lens(file, some)) for some in cameras]
     left_out = [name for _, name, lens in found if lens is None]
     kept = [_camera(file, some, name, lens, channels) for some, name, lens in found if lens is not None]
@@ -287,10 +254,8 @@ def read(path: Path, content: object = None) -> CameraFile:
 
 def _times(channels: list[Channel]) -> Times | None:
     """From the first key to the last of those that move."""
-    moving = [channel.times for channel in channels if channel.is_moving]
-    if not moving:
-        return None
-    return min(float(times[0]) for times in moving), max(float(times[-1]) for times in moving)
+    ends = [(float(one.times[0]), float(one.times[-1])) for one in channels if one.is_moving]
+    return (min(first for first, _ in ends), max(last for _, last in ends)) if ends else None
 
 
 def _above(some: PlacedNode, channels: Channels) -> list[Channel]:
@@ -298,7 +263,7 @@ def _above(some: PlacedNode, channels: Channels) -> list[Channel]:
     return [channel for index in some.chain for channel in channels.get(("node", index), {}).values()]
 
 
-def _lens(file: GltfFile[CameraModel], some: PlacedNode) -> tuple[str, Perspective | None]:
+def _lens(file: _File, some: PlacedNode) -> tuple[str, _Perspective | None]:
     """The name of a camera in words, and its lens; None of one without perspective."""
     index = some.node.camera
     camera = file.item(file.top.cameras, index, "a node refers to cameras")
@@ -307,20 +272,16 @@ def _lens(file: GltfFile[CameraModel], some: PlacedNode) -> tuple[str, Perspecti
     return name, camera.perspective if camera.type == "perspective" else None
 
 
-def _camera(
-    file: GltfFile[CameraModel], some: PlacedNode, name: str, lens: Perspective, channels: Channels
-) -> FoundCamera:
+def _camera(file: _File, some: PlacedNode, name: str, lens: _Perspective, channels: Channels) -> FoundCamera:
     yfov, near = lens.yfov, lens.znear
-    aspect = lens.aspect_ratio or DEFAULT_SIZE[0] / DEFAULT_SIZE[1]
+    aspect = lens.aspect_ratio or DEFAULT_ASPECT
     opening = channels.get(("camera", some.node.camera or 0), {}).get("yfov")
 
     def at(moments: F64) -> tuple[F64, LensTrack]:
         angles = np.full(len(moments), yfov) if opening is None else opening.at(file, moments)[:, 0]
         if not ((angles > _MIN_ANGLE) & (angles < np.pi)).all():
-            fact = f"got {angles.min():g} to {angles.max():g}"
-            raise SceneError(
-                file.path, f"yfov of {name} must be above 0 and below half a turn, {fact}; {CURE}"
-            )
+            rule = f"yfov of {name} must be above 0 and below half a turn"
+            raise SceneError(file.path, f"{rule}, got {angles.min():g} to {angles.max():g}; {CURE}")
         focal = 0.5 / np.tan(angles / 2)
         track = LensTrack(focal, np.zeros((len(moments), 2)), np.full(len(moments), near), aspect)
         return _matrices(file, some, channels, moments), track
@@ -329,7 +290,7 @@ def _camera(
     return FoundCamera(name, _times(movers), at)
 
 
-def _matrices(file: GltfFile[CameraModel], some: PlacedNode, channels: Channels, moments: F64) -> F64:
+def _matrices(file: _File, some: PlacedNode, channels: Channels, moments: F64) -> F64:
     """[T, 4, 4] world from node, at moments [T] in seconds."""
     matrices = np.tile(np.eye(4), (len(moments), 1, 1))
     with np.errstate(over="ignore", invalid="ignore"):
@@ -340,7 +301,7 @@ def _matrices(file: GltfFile[CameraModel], some: PlacedNode, channels: Channels,
     return matrices
 
 
-def _local(file: GltfFile[CameraModel], index: int, channels: Channels, moments: F64) -> F64:
+def _local(file: _File, index: int, channels: Channels, moments: F64) -> F64:
     """[T, 4, 4] or [4, 4] of one node."""
     node = node_at(file, index)
     parts = channels.get(("node", index))

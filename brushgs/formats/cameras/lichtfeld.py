@@ -17,21 +17,25 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
-from brushgs.formats.cameras.animated import Coordinate, FoundCamera, LensTrack, camera_file, hermite, slerp
+from brushgs.formats.cameras.animated import (
+    FoundCamera,
+    LensTrack,
+    Point,
+    Quat,
+    camera_file,
+    hermite,
+    slerp,
+    steered,
+)
 from brushgs.formats.cameras.read import CameraFile
 from brushgs.formats.schema import decode, refused
-from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.values.arrays import F64
-from brushgs.values.camera import Camera
 from brushgs.values.quats import normalized, rotation_matrices
 
 _CURE = "save the timeline again"
 _FILM_HEIGHT = 24.0  # mm
 _SCENE_FROM_WORLD = np.diag([1.0, -1.0, -1.0])
 _LINEAR, _IN, _OUT, _IN_OUT = range(4)
-
-Point = tuple[Coordinate, Coordinate, Coordinate]
-Quat = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
 
 
 class _Key(Struct):
@@ -52,8 +56,7 @@ class _Timeline(Struct):
 def read(path: Path, content: bytes) -> CameraFile:
     """The camera of an object with the field "keyframes".
 
-    Raises:
-        SceneError: if it does not fit, has no key views, or one cannot be drawn.
+    Raises SceneError if it does not fit, has no key views, or one cannot be drawn.
     """
     found = decode(path, content, _Timeline, _CURE).keyframes
     if not found:
@@ -97,15 +100,10 @@ class _Keys:
         before, after = np.maximum(start - 1, 0), np.minimum(end + 1, last)
         leave = 0.5 * (self.places[end] - self.places[before])
         arrive = 0.5 * (self.places[after] - self.places[start])
-        matrices = np.tile(np.eye(4), (len(moments), 1, 1))
-        matrices[:, :3, 3] = hermite(self.places[start], leave, arrive, self.places[end], share)
+        places = hermite(self.places[start], leave, arrive, self.places[end], share)
         turns = rotation_matrices(slerp(self.quats[start], self.quats[end], share))
-        matrices[:, :3, :3] = turns
-        matrices[:, :3] = _SCENE_FROM_WORLD @ matrices[:, :3]
         focal = self.focal[start] + share[:, 0] * (self.focal[end] - self.focal[start])
-        num, aspect = len(moments), DEFAULT_SIZE[0] / DEFAULT_SIZE[1]
-        lens = LensTrack(focal / _FILM_HEIGHT, np.zeros((num, 2)), np.full(num, Camera.near), aspect)
-        return matrices, lens
+        return steered(turns, places, focal / _FILM_HEIGHT, _SCENE_FROM_WORLD)
 
 
 def eased(share: F64, easing: F64) -> F64:

@@ -8,10 +8,11 @@ height), each with one property. Axes are x right, y down, z forward.
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
 
 from brushgs.errors import SceneError
 from brushgs.formats.cameras.read import CameraFile
-from brushgs.formats.cameras.views import rigid_camera
+from brushgs.formats.cameras.views import Entry
 from brushgs.formats.files import open_plain
 from brushgs.formats.scenes.ply_header import Header, check_size, open_rows, parse_header
 from brushgs.values.arrays import F64
@@ -21,11 +22,7 @@ COUNTS = {"extrinsic": 16, "intrinsic": 9, "image_size": 2}
 
 
 def read(path: Path, content: bytes | None) -> CameraFile:
-    """The camera in a scene file.
-
-    Raises:
-        SceneError: if the file is damaged, or has none.
-    """
+    """The camera in a scene file. Raises SceneError if the file is damaged, or has none."""
     with open_plain(path, "PLY file", buffering=0) as file:
         header = parse_header(file, path)
         size = file.seek(0, 2)
@@ -41,8 +38,7 @@ def read(path: Path, content: bytes | None) -> CameraFile:
 def camera_in(path: Path, header: Header, size: int) -> Camera | None:
     """The camera of a PLY file of so many bytes; None where it has no such elements.
 
-    Raises:
-        SceneError: if one of the elements is missing, or they are of no usable camera.
+    Raises SceneError if one of the elements is missing, or they are of no usable camera.
     """
     found = {name: header.find(name) for name in COUNTS}
     missing = [name for name, element in found.items() if element is None]
@@ -60,9 +56,8 @@ def camera_in(path: Path, header: Header, size: int) -> Camera | None:
     rotation = matrix[:3, :3].T
     lens = float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2])
     width, height = float(image_size[0]), float(image_size[1])
-    return rigid_camera(
-        path, "element 'extrinsic'", rotation, -rotation @ matrix[:3, 3], lens, (width, height)
-    )
+    entry = Entry(path, "element 'extrinsic'", Struct())
+    return entry.camera(rotation, -rotation @ matrix[:3, 3], lens, (width, height))
 
 
 def _numbers(path: Path, header: Header, name: str, size: int) -> F64:

@@ -21,15 +21,10 @@ from brushgs.values.camera import Camera
 
 @dataclass(frozen=True)
 class Motion:
-    """A camera that is known at every moment, as an animation is.
+    """A camera that is known at every moment, as an animation is."""
 
-    Attributes:
-        seconds: duration, > 0.
-        at: its views at some moments, [T] seconds from the start, 0 to `seconds`.
-    """
-
-    seconds: float
-    at: Callable[[F64], list[Camera]]
+    seconds: float  # duration, > 0
+    at: Callable[[F64], list[Camera]]  # its views at some moments, [T] seconds from the start, 0 to `seconds`
 
     def views(self, num_frames: int) -> list[Camera]:
         """Views equally far apart in time; the first and the last are the ends, of one it is the first."""
@@ -38,40 +33,54 @@ class Motion:
 
 @dataclass(frozen=True)
 class CameraFile:
-    """What a camera file holds.
+    """What a camera file holds."""
 
-    Attributes:
-        cameras: its views, >= 1, in the order of the file; those of a COLMAP model by the name of the image.
-        keys: the key views that a camera path was made of; may be empty.
-        fps: frames a second, if the file states it.
-        is_loop: whether the file states that the first frame follows the last.
-        names: of the pictures that the cameras took, as the file has them, one a camera; empty, also as a
-            single name, where it has none.
-        motion: of an animated camera, whose frames are `cameras`.
-        choice: which camera of several this is, in words, such as "the animated camera 'Shot' of 3".
-    """
-
+    # its views, >= 1, in the order of the file; those of a COLMAP model by the name of the image
     cameras: list[Camera]
+    # the key views that a camera path was made of; may be empty
     keys: list[Camera] = field(default_factory=list)
-    fps: float | None = None
-    is_loop: bool = False
+    fps: float | None = None  # frames a second, if the file states it
+    is_loop: bool = False  # whether the file states that the first frame follows the last
+    # of the pictures that the cameras took, as the file has them, one a camera; empty, also as a single name,
+    # where it has none
     names: tuple[str, ...] = ()
-    motion: Motion | None = None
-    choice: str = ""
+    motion: Motion | None = None  # of an animated camera, whose frames are `cameras`
+    choice: str = ""  # which camera of several this is, in words, such as "the animated camera 'Shot' of 3"
 
 
 # Pixels and world units far beyond any camera: squares and quotients of larger numbers overflow.
 FOCAL_LENGTHS, MAX_DISTANCE = (1e-3, 1e9), 1e15
 
 
-def lens_rule(K: Sequence[float], size: Sequence[float], place: ArrayLike) -> str | None:
-    """The rule that an unusable camera breaks, in words; None for a usable one.
+def camera_of(
+    rotation: F64,
+    translation: ArrayLike,
+    K: Sequence[float],
+    size: Sequence[float],
+    near: float = Camera.near,
+) -> Camera:
+    """A camera whose numbers a file states.
 
     Args:
+        rotation: [3, 3] camera from world; x right, y down, z forward.
+        translation: [3] likewise, world units.
         K: fx, fy, cx, cy, pixels.
-        size: width and height, pixels.
-        place: its position or translation, world units.
+        size: width and height, pixels; rounded.
+        near: see `Camera`, world units.
+
+    Raises:
+        ValueError: if it cannot be used, with the rule that it breaks.
     """
+    if broken := _lens_rule(K, size, translation):
+        raise ValueError(broken)
+    viewmat = np.eye(4)
+    viewmat[:3, :3], viewmat[:3, 3] = rotation, translation
+    matrix = np.array([[K[0], 0, K[2]], [0, K[1], K[3]], [0, 0, 1]], np.float64)
+    return Camera(viewmat, matrix, round(size[0]), round(size[1]), float(near))
+
+
+def _lens_rule(K: Sequence[float], size: Sequence[float], place: ArrayLike) -> str | None:
+    """The rule that an unusable camera breaks, in words; None for a usable one."""
     if max(size) > 1 << 20:  # first: it may have hundreds of digits, and others follow from it
         return f"the size must be that of a picture, got more than {1 << 20} pixels along a side"
     least, most = FOCAL_LENGTHS
@@ -86,7 +95,9 @@ def lens_rule(K: Sequence[float], size: Sequence[float], place: ArrayLike) -> st
 
 
 def warn_of_distortion(path: Path, model: str, coefficients: dict[str, float]) -> None:
-    """Warn once that the lens distortion of a file is ignored; `coefficients` are those above or below 0."""
+    """Warn once that the lens distortion of a file is ignored, if it has a coefficient that is not 0."""
+    if not coefficients:
+        return
     listed = ", ".join(f"{name} = {value:g}" for name, value in coefficients.items())
     message = f"the distortion of camera model {model} was ignored ({listed}); pictures are a pinhole's"
     warnings.warn(SceneWarning(f"{path}: {message}"), stacklevel=4)
@@ -95,11 +106,9 @@ def warn_of_distortion(path: Path, model: str, coefficients: dict[str, float]) -
 def read_cameras(path: str | Path) -> CameraFile:
     """Read a camera file: its views as `brushgs.load_cameras` returns them, and what else a path states.
 
-    Raises:
-        SceneError: if the file is of no known format, or a field of a frame is missing or unusable.
+    Raises SceneError if the file is of no known format, or a field of a frame is missing or unusable.
     """
-    path = Path(path)
-    camera_format, content = _identify(path)
+    camera_format, content = _identify(path := Path(path))
     file: CameraFile = function_of(camera_format.read)(path, content)
     return file
 
@@ -140,8 +149,7 @@ def find_beside(folders: Iterable[Path]) -> list[Path]:
 def read_beside(path: Path) -> list[Camera]:
     """The cameras of such a file; what they are used for needs no lens, so its distortion is not told.
 
-    Raises:
-        SceneError: if it cannot be read, is too large, or is no camera file.
+    Raises SceneError if it cannot be read, is too large, or is no camera file.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SceneWarning)

@@ -18,27 +18,31 @@ import numpy as np
 from msgspec import Meta, Struct, field
 
 from brushgs.errors import SceneError
-from brushgs.formats.cameras.animated import Coordinate, FoundCamera, LensTrack, camera_file, hermite
+from brushgs.formats.cameras.animated import (
+    DEFAULT_ASPECT,
+    FoundCamera,
+    LensTrack,
+    Point,
+    camera_file,
+    hermite,
+    steered,
+)
 from brushgs.formats.cameras.read import CameraFile
 from brushgs.formats.schema import MAX_BYTES, decode, refused
-from brushgs.formats.zip_file import ZIP_FAULTS, open_zip, why_not_read
-from brushgs.options.painting import DEFAULT_SIZE
+from brushgs.formats.zip_file import open_zip, read_member
 from brushgs.values.arrays import F64
-from brushgs.values.camera import Camera
 
 _DOCUMENT = "document.json"
 _CURE = "save the project again"
 _SCENE_FROM_WORLD = np.diag([-1.0, -1.0, 1.0])
 
-Point = tuple[Coordinate, Coordinate, Coordinate]
 Angle = Annotated[float, Meta(gt=0, lt=180)]
-Frame = Annotated[float, Meta(ge=0)]
 
 
 class _Pose(Struct):
     position: Point
     target: Point
-    frame: Frame | None = None
+    frame: Annotated[float, Meta(ge=0)] | None = None
     fov: Angle | None = None
 
 
@@ -65,12 +69,8 @@ class _Document(Struct, rename={"pose_sets": "poseSets"}):
 def read(path: Path, content: bytes | None) -> CameraFile:
     """The camera of the first set of poses, as the editor takes it; those beyond the timeline are left out.
 
-    Args:
-        path: a .ssproj archive, or its document.
-        content: of the document; None for an archive.
-
-    Raises:
-        SceneError: if it is damaged, has no poses, or one cannot be drawn.
+    `content` is that of the document, None for an archive. Raises SceneError if it is damaged, has no poses,
+    or one cannot be drawn.
     """
     document = decode(path, _unpacked(path) if content is None else content, _Document, _CURE)
     timeline, keys = document.timeline, _Keys.of(path, document)
@@ -84,37 +84,20 @@ def _unpacked(path: Path) -> bytes:
     """The document of a project, at most `MAX_BYTES`."""
     with open_zip(path) as archive:
         try:
-            member = archive.getinfo(_DOCUMENT)
-            if how := why_not_read(member):
-                raise SceneError(path, f"its {_DOCUMENT} {how}; {_CURE}")
-            with archive.open(member) as file:
-                content = file.read(MAX_BYTES + 1)
+            return read_member(path, archive, _DOCUMENT, MAX_BYTES, _CURE)
         except KeyError:
             raise SceneError(path, f"is no SuperSplat project, it has no {_DOCUMENT}; {_CURE}") from None
-        except ZIP_FAULTS as error:
-            raise SceneError(path, f"its {_DOCUMENT} is damaged ({error}); {_CURE}") from None
-    if len(content) > MAX_BYTES:
-        raise SceneError(path, f"its {_DOCUMENT} is larger than {MAX_BYTES >> 20} MiB; remove poses")
-    return content
 
 
 @dataclass(frozen=True, eq=False)
 class _Keys:
-    """K poses, with those of the turn before and after it where there are several.
+    """K poses, with those of the turn before and after it where there are several."""
 
-    Attributes:
-        path: of the file, for messages.
-        fps: frames a second.
-        frames: [K] ascending.
-        values: [K, 7] position, target, field of view in degrees.
-        speeds: [K, 7] a frame.
-    """
-
-    path: Path
-    fps: float
-    frames: F64
-    values: F64
-    speeds: F64
+    path: Path  # of the file, for messages
+    fps: float  # frames a second
+    frames: F64  # [K] ascending
+    values: F64  # [K, 7] position, target, field of view in degrees
+    speeds: F64  # [K, 7] a frame
 
     @classmethod
     def of(cls, path: Path, document: _Document) -> "_Keys":
@@ -133,18 +116,15 @@ class _Keys:
         if (np.diff(times) <= 0).any():
             frame = times[np.flatnonzero(np.diff(times) <= 0)[0]]
             raise SceneError(path, f"poseSets[0] has two poses at frame {frame:g}; remove one, and {_CURE}")
-        values = np.array(
-            [[*poses[i].position, *poses[i].target, poses[i].fov or document.camera.fov] for _, i in kept]
-        )
+        found = [(poses[i], poses[i].fov or document.camera.fov) for _, i in kept]
+        values = np.array([[*pose.position, *pose.target, fov] for pose, fov in found])
+        speeds = np.zeros_like(values)
         if len(kept) > 1:
             length = timeline.frames
             times = np.concatenate([times[-2:] - length, times, times[:2] + length])
             values = np.concatenate([values[-2:], values, values[:2]])
-        speeds = np.zeros_like(values)
-        if len(kept) > 1:
-            speeds[1:-1] = (
-                timeline.smoothness * (values[2:] - values[:-2]) / (times[2:] - times[:-2])[:, None]
-            )
+            slopes = timeline.smoothness * (values[2:] - values[:-2]) / (times[2:] - times[:-2])[:, None]
+            speeds = np.pad(slopes, ((1, 1), (0, 0)))
         return cls(path, timeline.frame_rate, times, values, speeds)
 
     def at(self, moments: F64) -> tuple[F64, LensTrack]:
@@ -157,13 +137,9 @@ class _Keys:
             share = (frames - self.frames[start])[:, None] / length
             leave, arrive = self.speeds[start] * length, self.speeds[start + 1] * length
             values = hermite(self.values[start], leave, arrive, self.values[start + 1], share)
-        matrices = np.tile(np.eye(4), (len(moments), 1, 1))
-        matrices[:, :3, 3] = values[:, :3]
-        matrices[:, :3, :3] = self._turns(values[:, 3:6] - values[:, :3])
-        matrices[:, :3] = _SCENE_FROM_WORLD @ matrices[:, :3]
-        num, aspect = len(moments), DEFAULT_SIZE[0] / DEFAULT_SIZE[1]
-        focal = max(aspect, 1.0) / 2 / np.tan(np.radians(values[:, 6]) / 2)
-        return matrices, LensTrack(focal, np.zeros((num, 2)), np.full(num, Camera.near), aspect)
+        turns = self._turns(values[:, 3:6] - values[:, :3])
+        focal = max(DEFAULT_ASPECT, 1.0) / 2 / np.tan(np.radians(values[:, 6]) / 2)
+        return steered(turns, values[:, :3], focal, _SCENE_FROM_WORLD)
 
     def _turns(self, ahead: F64) -> F64:
         """[T, 3, 3] world from camera of cameras that look along [T, 3] and do not roll."""

@@ -18,15 +18,10 @@ from brushgs.values.arrays import F64
 
 
 def read(path: Path, content: object = None) -> CameraFile:
-    """The cameras of a stage; see `animated.camera_file`.
+    """The cameras of a stage, see `animated.camera_file`.
 
-    Args:
-        path: a .usd, .usda, .usdc or .usdz file.
-        content: unused; it is for formats in JSON.
-
-    Raises:
-        SceneError: if the package usd-core is missing, or the file is damaged or holds no camera that can be
-            drawn.
+    Raises SceneError if the package usd-core is missing, or the file is damaged or holds no camera that can
+    be drawn.
     """
     with reading(path, "cameras") as answer:
         seconds, fps = answer.header["seconds"], answer.header["fps"]

@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
-from brushgs.formats.cameras.read import MAX_DISTANCE, CameraFile, lens_rule, warn_of_distortion
+from brushgs.formats.cameras.read import MAX_DISTANCE, CameraFile, camera_of, warn_of_distortion
 from brushgs.formats.schema import Numbers, decode, missing, refused, shaped, shown
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
@@ -37,9 +37,7 @@ _PINHOLES = (
 Positive = Annotated[float, Meta(gt=0)]
 
 
-class _Trained(Struct):
-    """An entry of `cameras.json`."""
-
+class _Trained(Struct):  # an entry of `cameras.json`
     width: Positive
     height: Positive
     fx: Positive
@@ -102,7 +100,7 @@ def read_trained(path: Path, content: bytes) -> CameraFile:
     entries = decode(path, content, list[_Trained], _CURE, root="cameras")
     cameras = []
     for index, own in enumerate(_filled(path, entries)):
-        entry = _Entry(path, f"cameras[{index}]", own)
+        entry = Entry(path, f"cameras[{index}]", own)
         K = own.fx, own.fy, own.width / 2, own.height / 2
         rotation, position = entry.array("rotation", (3, 3)), entry.array("position", (3,))
         cameras.append(entry.camera(rotation, position, K, (own.width, own.height)))
@@ -113,7 +111,7 @@ def read_transforms(path: Path, content: bytes) -> CameraFile:
     """The cameras of an object with the field "frames". Raises SceneError."""
     file = decode(path, content, _Transforms, _CURE)
     frames = _filled(path, file.frames)
-    cameras = [_of_frame(_Entry(path, f"frames[{i}]", own, file)) for i, own in enumerate(frames)]
+    cameras = [_of_frame(Entry(path, f"frames[{i}]", own, file)) for i, own in enumerate(frames)]
     _warn_of_distortion(path, [file, *frames])
     return CameraFile(cameras, names=_names([frame.file_path for frame in frames]))
 
@@ -122,7 +120,7 @@ def read_path(path: Path, content: bytes) -> CameraFile:
     """The path in an object with the field "camera_path". Raises SceneError."""
     file = decode(path, content, _Path, _CURE)
     cameras, keys = (
-        [_of_view(_Entry(path, f"{name}[{i}]", own, file), matrix) for i, own in enumerate(views)]
+        [_of_view(Entry(path, f"{name}[{i}]", own, file), matrix) for i, own in enumerate(views)]
         for name, matrix, views in (
             ("camera_path", "camera_to_world", _filled(path, file.camera_path)),
             ("keyframes", "matrix", file.keyframes or []),
@@ -147,19 +145,7 @@ def _names(names: list[Any]) -> tuple[str, ...]:
     return tuple(name if isinstance(name, str) else "" for name in names)
 
 
-def rigid_camera(
-    path: Path,
-    place: str,
-    world_from_cam: F64,
-    position: F64,
-    K: tuple[float, ...],
-    size: tuple[float, float],
-) -> Camera:
-    """The camera at a pose, see `_Entry.camera`, for errors at a place in a file. Raises SceneError."""
-    return _Entry(path, place, Struct()).camera(world_from_cam, position, K, size)
-
-
-class _Entry:
+class Entry:
     """One entry of a camera file; fields are looked up in it, then in what all entries share.
 
     Every method raises SceneError with the path, the place and the rule.
@@ -179,8 +165,7 @@ class _Entry:
 
     def number(self, name: str) -> float:
         """A field that must be here or beside all entries."""
-        value = self.find(name)
-        if value is None:
+        if (value := self.find(name)) is None:
             raise missing(self.path, f"{self.place}.{name}", "a number", _CURE)
         return float(value)
 
@@ -199,8 +184,7 @@ class _Entry:
         rule = " or ".join("x".join(map(str, shape)) for shape in shapes) + " numbers"
         if value is None:
             raise missing(self.path, f"{self.place}.{name}", rule, _CURE)
-        array = shaped(value, *shapes)
-        if array is None:
+        if (array := shaped(value, *shapes)) is None:
             raise refused(self.path, f"{self.place}.{name}", rule, value, _CURE)
         return array
 
@@ -212,25 +196,14 @@ class _Entry:
         size: tuple[float, float],
         near: float = Camera.near,
     ) -> Camera:
-        """The camera at a pose, its rotation cleaned of rounding errors.
-
-        Args:
-            world_from_cam: [3, 3] rotation; x right, y down, z forward.
-            position: [3] world units.
-            K: fx, fy, cx, cy, pixels.
-            size: width and height, pixels.
-            near: see `Camera`, world units.
+        """The camera at a pose: [3, 3], which is cleaned of rounding errors, with x right, y down, z forward,
+        and [3] in world units; see `camera_of`.
         """
-        if broken := lens_rule(K, size, position):
-            raise self.fail(broken)
-        rotation = self._rigid(world_from_cam)
-        viewmat = np.eye(4)
-        viewmat[:3, :3] = rotation.T
-        viewmat[:3, 3] = -rotation.T @ position
-        fx, fy, cx, cy = K
-        matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+        rotation = self._rigid(world_from_cam).T
+        with np.errstate(all="ignore"):
+            translation = -rotation @ position
         try:
-            return Camera(viewmat, matrix, round(size[0]), round(size[1]), near)
+            return camera_of(rotation, translation, K, size, near)
         except ValueError as error:
             raise self.fail(str(error)) from None
 
@@ -255,7 +228,7 @@ class _Entry:
         return nearest
 
 
-def _of_frame(frame: _Entry) -> Camera:
+def _of_frame(frame: Entry) -> Camera:
     model = frame.find("camera_model")
     if model is not None and model not in _PINHOLES:
         raise frame.fail(f"camera_model must be a pinhole model such as OPENCV, got {shown(model)}")
@@ -280,12 +253,11 @@ def _warn_of_distortion(path: Path, sources: list[_Frame]) -> None:
             value = getattr(source, name)
             if value and isinstance(value, int | float):
                 found.setdefault(name, value)
-    if found:
-        model = next((some.camera_model for some in sources if some.camera_model in _PINHOLES), "OPENCV")
-        warn_of_distortion(path, model, {name: found[name] for name in _DISTORTION if name in found})
+    model = next((some.camera_model for some in sources if some.camera_model in _PINHOLES), "OPENCV")
+    warn_of_distortion(path, model, {name: found[name] for name in _DISTORTION if name in found})
 
 
-def _of_view(view: _Entry, matrix_name: str) -> Camera:
+def _of_view(view: Entry, matrix_name: str) -> Camera:
     """A view with its camera-to-world matrix in the field `matrix_name`."""
     projection = view.find("camera_type")
     if projection not in (None, "perspective"):
@@ -300,5 +272,5 @@ def _of_view(view: _Entry, matrix_name: str) -> Camera:
             stored = None
         if stored is None:
             raise refused(view.path, f"{view.place}.{matrix_name}", "4x4 numbers", text, _CURE)
-        view = _Entry(view.path, view.place, msgspec.structs.replace(view.own, matrix=stored.T), view.shared)
+        view = Entry(view.path, view.place, msgspec.structs.replace(view.own, matrix=stored.T), view.shared)
     return view.opengl_camera(matrix_name, (focal, focal, width / 2, height / 2), (width, height))

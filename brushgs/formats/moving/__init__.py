@@ -49,8 +49,7 @@ def load_moving(scene: "SceneFiles", *, moments_per_second: float | None = None)
 def open_moving(scene: "SceneFiles") -> "MovingScene | None":
     """As `load_moving`, but None for a still scene.
 
-    Raises:
-        SceneError: see `load_moving`; not for what only the reader of still scenes can judge.
+    Raises SceneError, see `load_moving`; not for what only the reader of still scenes can judge.
     """
     from brushgs.formats.moving.frames import open_frames
     from brushgs.formats.moving.moment import open_formula

@@ -50,28 +50,17 @@ _CURE = "save it again with numpy.savez"
 
 @dataclass(frozen=True, eq=False)
 class StoredArray:
-    """An array of floats that lies in a file.
+    """An array of floats that lies in a file."""
 
-    Attributes:
-        path: of the archive, for messages.
-        shape: of the array.
-        dtype: of its numbers.
-        start: its first byte in the file.
-        unpacked: the numbers in a temporary file, which goes with them; None for those in the archive itself.
-    """
-
-    path: Path
-    shape: tuple[int, ...]
-    dtype: np.dtype[Any]
-    start: int
+    path: Path  # of the archive, for messages
+    shape: tuple[int, ...]  # of the array
+    dtype: np.dtype[Any]  # of its numbers
+    start: int  # its first byte in the file
+    # the numbers in a temporary file, which goes with them; None for those in the archive itself
     unpacked: NDArray[np.floating[Any]] | None = None
 
     def read(self, index: int | None = None) -> F32:
-        """All of it, or one entry of its first axis.
-
-        Raises:
-            SceneError: if the file became shorter.
-        """
+        """All of it, or one entry of its first axis. Raises SceneError if the file became shorter."""
         if self.unpacked is not None:
             return _float32(self.unpacked if index is None else self.unpacked[index])
         values = np.empty(self.shape if index is None else self.shape[1:], self.dtype)
@@ -89,18 +78,15 @@ def _float32(values: NDArray[np.floating[Any]]) -> F32:
 def open_npz(path: Path, names: Iterable[str]) -> tuple[dict[str, StoredArray], tuple[str, ...]]:
     """The arrays of these names, and the names of the other members.
 
-    Raises:
-        SceneError: if the archive is damaged, a name is missing, or an array holds other than floats:
-            objects, which only a pickle could give, are refused.
+    Raises SceneError if the archive is damaged, a name is missing, or an array holds other than floats:
+    objects, which only a pickle could give, are refused.
     """
     with open_zip(path) as archive:
         found = {member.filename.removesuffix(".npy"): member for member in archive.infolist()}
         for name in names:
             if name not in found:
-                listed = list(found)
-                shown = ", ".join(repr(other[:40]) for other in listed[:_MOST_NAMES]) or "none"
-                more = ", ..." if len(listed) > _MOST_NAMES else ""
-                fact = f"has no array {name!r} among: {shown}{more}"
+                shown = ", ".join(repr(other[:40]) for other in list(found)[:_MOST_NAMES]) or "none"
+                fact = f"has no array {name!r} among: {shown}{', ...' if len(found) > _MOST_NAMES else ''}"
                 raise SceneError(path, f"{fact}; it should be a params.npz of Dynamic3DGaussians")
         arrays = {name: _open_member(path, archive, found[name], name) for name in names}
     return arrays, tuple(name for name in found if name not in arrays)
@@ -125,8 +111,7 @@ def _open_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo, 
     except ZIP_FAULTS as error:
         fact = f"its array {name!r} is damaged ({str(error) or 'it is cut off'})"
         raise SceneError(path, f"{fact}; download or copy it again") from None
-    start = _start_of(path, member, name)
-    return StoredArray(path, shape, dtype, start + header)
+    return StoredArray(path, shape, dtype, _start_of(path, member, name) + header)
 
 
 def _read_header(path: Path, file: Any, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
@@ -213,11 +198,7 @@ class Params:
         return self._moments.at(nearest if abs(position - nearest) < 1e-6 else position)
 
     def _check_shapes(self) -> int:
-        """The number of Gaussians.
-
-        Raises:
-            SceneError: if shapes do not fit each other.
-        """
+        """The number of Gaussians. Raises SceneError if shapes do not fit each other."""
         means = self._arrays["means3D"]
         num_rows = means.shape[-2] if len(means.shape) in (2, 3) else 0
         count = self._count(means) if len(means.shape) == 3 else 1
@@ -266,8 +247,7 @@ class Params:
 def open_moving(path: Path) -> MovingScene:
     """Open a params.npz.
 
-    Raises:
-        SceneError: if it is damaged, or arrays are missing or do not fit each other.
+    Raises SceneError if it is damaged, or arrays are missing or do not fit each other.
     """
     params = Params(path)
     count = params.num_moments

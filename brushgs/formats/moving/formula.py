@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import nextafter
+from typing import Any
 
 import numpy as np
 
@@ -31,26 +32,18 @@ _LARGEST = float(np.finfo(np.float32).max)
 
 @dataclass(frozen=True, eq=False)
 class Formula:
-    """N Gaussians as formulas of a clock, which may run in seconds or from 0 to 1.
+    """N Gaussians as formulas of a clock, which may run in seconds or from 0 to 1."""
 
-    Attributes:
-        still: [N] each at its own moment, at its full opacity.
-        centers: [N] these moments, float64, finite.
-        widths: [N] how long rows are seen, float64, >= 0: the time in which opacity falls to 1/e;
-            infinite for a row that never fades.
-        motion: [N, p, 3] coefficients of d, d^2, ... in world units, finite.
-        spin: [N, 4] change of the quaternion per unit of time, finite; None for none.
-        windows: [N, 2] from when, and until before when, each row is there at all; None for always.
-        cutoff: a row that has faded below this share of its opacity is not there.
-    """
-
-    still: Gaussians
-    centers: F64
+    still: Gaussians  # [N] each at its own moment, at its full opacity
+    centers: F64  # [N] these moments, float64, finite
+    # [N] how long rows are seen, float64, >= 0: the time in which opacity falls to 1/e; infinite for a row
+    # that never fades
     widths: F64
-    motion: F32
-    spin: F32 | None = None
+    motion: F32  # [N, p, 3] coefficients of d, d^2, ... in world units, finite
+    spin: F32 | None = None  # [N, 4] change of the quaternion per unit of time, finite; None for none
+    # [N, 2] from when, and until before when, each row is there at all; None for always
     windows: F64 | None = None
-    cutoff: float = 0.0
+    cutoff: float = 0.0  # a row that has faded below this share of its opacity is not there
 
     def at(self, clock: float) -> Gaussians:
         """The Gaussians of one moment; computed in float64, rounded once."""
@@ -85,8 +78,7 @@ class Formula:
         with np.errstate(over="ignore", under="ignore"):
             shares = since * self._rates
             np.multiply(shares, shares, out=shares)
-            np.negative(shares, out=shares)
-            np.exp(shares, out=shares)
+            np.exp(np.negative(shares, out=shares), out=shares)
         if self.cutoff > 0:
             shares[shares < self.cutoff] = 0
         if self.windows is not None and clock is not None:
@@ -118,29 +110,6 @@ class Formula:
 def reach(centers: F64, start: float, end: float) -> F64:
     """[N] the most that a clock that runs from `start` to `end` is away from moments."""
     return np.maximum(np.abs(start - centers), np.abs(end - centers))
-
-
-def path_faults(
-    means: F32, quats: F32, centers: F64, motion: F32, spin: F32 | None, clock: tuple[float, float]
-) -> Faults:
-    """Rows that leave the numbers which float32 holds while a clock runs, for `find_faults`.
-
-    Args:
-        means: [N, 3] see `Formula.still`.
-        quats: [N, 4] likewise.
-        centers: [N] see `Formula`; not yet known to be finite, like the next two.
-        motion: [N, p, 3].
-        spin: [N, 4] or None.
-        clock: from when to when it runs.
-    """
-    most = reach(centers, *clock)[:, None]
-    powers = np.arange(1, motion.shape[1] + 1)
-    farthest = np.abs(means) + np.einsum("npc,np->nc", np.abs(motion), most**powers)
-    for index, name in enumerate("xyz"):
-        yield f"{name} over time", farthest[:, index], ~(farthest[:, index] < _LARGEST)
-    if spin is not None:
-        largest = (np.abs(quats) + np.abs(spin) * most).max(axis=1)
-        yield "rotation over time", largest, ~(largest < _LARGEST)
 
 
 def _blocks(rows: Rows) -> Iterator[tuple[slice, Rows | slice]]:
@@ -180,55 +149,42 @@ NOMINAL_DURATION = NOMINAL_FRAMES / NOMINAL_RATE  # seconds
 
 @dataclass(frozen=True)
 class RawRows:
-    """All rows of a file, not yet checked.
+    """All rows of a file, not yet checked."""
 
-    Attributes:
-        columns: log-scales, and logits or opacities.
-        stored: name of each column of the formula -> its values as stored: all must be finite.
-        centers: [N] see `Formula`.
-        widths: [N] see `Formula`; NaN is a fault of the row.
-        width_name: of the column of widths.
-        motion: [N, p, 3] see `Formula`.
-        spin: [N, 4] see `Formula`.
-        scales: [N, 3] world units, where the file holds them as such: a logarithm would lose digits.
-        is_logit: whether opacities are logits.
-        windows: [N, 2] see `Formula`.
-    """
-
-    columns: Columns
-    stored: dict[str, F32]
-    centers: F32
-    widths: F64
-    width_name: str
-    motion: F32
-    spin: F32 | None = None
+    columns: Columns  # log-scales, and logits or opacities
+    stored: dict[str, F32]  # name of each column of the formula -> its values as stored: all must be finite
+    centers: F32  # [N] see `Formula`
+    widths: F64  # [N] see `Formula`; NaN is a fault of the row
+    width_name: str  # of the column of widths
+    motion: F32  # [N, p, 3] see `Formula`
+    spin: F32 | None = None  # [N, 4] see `Formula`
+    # [N, 3] world units, where the file holds them as such: a logarithm would lose digits
     scales: F32 | None = None
-    is_logit: bool = True
-    windows: F64 | None = None
+    is_logit: bool = True  # whether opacities are logits
+    windows: F64 | None = None  # [N, 2] see `Formula`
 
     def faults(self, clock: tuple[float, float]) -> Faults:
-        """Rows whose formula cannot be computed."""
+        """Rows whose formula cannot be computed, or leaves what float32 holds while a clock runs."""
         yield from ((name, values, ~np.isfinite(values)) for name, values in self.stored.items())
         yield self.width_name, self.widths, np.isnan(self.widths)
-        columns = self.columns
-        centers = self.centers.astype(np.float64)
-        yield from path_faults(columns.means, columns.quats, centers, self.motion, self.spin, clock)
+        most = reach(self.centers.astype(np.float64), *clock)[:, None]
+        powers = np.arange(1, self.motion.shape[1] + 1)
+        farthest = np.abs(self.columns.means)
+        farthest = farthest + np.einsum("npc,np->nc", np.abs(self.motion), most**powers)
+        for index, name in enumerate("xyz"):
+            yield f"{name} over time", farthest[:, index], ~(farthest[:, index] < _LARGEST)
+        if self.spin is not None:
+            largest = (np.abs(self.columns.quats) + np.abs(self.spin) * most).max(axis=1)
+            yield "rotation over time", largest, ~(largest < _LARGEST)
 
     def take(self, keep: Mask) -> "RawRows":
         """The rows of a mask; the columns are moved in place."""
         self.columns.move(keep, 0)
-        return RawRows(
-            self.columns.part(0, int(np.count_nonzero(keep))),
-            {},
-            self.centers[keep],
-            self.widths[keep],
-            self.width_name,
-            self.motion[keep],
-            None if self.spin is None else self.spin[keep],
-            None if self.scales is None else self.scales[keep],
-            self.is_logit,
-            None if self.windows is None else self.windows[keep],
-        )
+        names = ("centers", "widths", "motion", "spin", "scales", "windows")
+        kept: dict[str, Any] = {
+            name: column[keep] for name in names if (column := getattr(self, name)) is not None
+        }
+        return replace(self, columns=self.columns.part(0, int(np.count_nonzero(keep))), stored={}, **kept)
 
 
 def clip_of(

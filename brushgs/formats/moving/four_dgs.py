@@ -30,9 +30,8 @@ _DAMAGED = (ValueError, LookupError, TypeError, ArithmeticError, EOFError, struc
 def open_moving(path: Path) -> MovingScene:
     """Read a .4dgs file.
 
-    Raises:
-        SceneError: if the package is missing, the file is damaged or has another model of time, or no row of
-            it can be drawn.
+    Raises SceneError if the package is missing, the file is damaged or has another model of time, or no row
+    of it can be drawn.
     """
     scene = _read(path)
     duration, cutoff = float(scene.duration_sec), float(scene.header.cutoff)

@@ -17,7 +17,7 @@ moments around it.
 
 import re
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -51,14 +51,14 @@ from brushgs.values.notes import LoadNotes
 # Last words before the number. The first are said of nothing but moments; the second of other things that one
 # finds numbered: parts of one scene, its levels of detail, versions, and states of training.
 _OF_MOMENTS = {
-    *("frame", "frames", "time", "times", "timestep", "timesteps", "timestamp", "moment", "moments"),
+    *("frame", "frames", "time", "times", "timestep", "timesteps", "timestamp", "moment", "moments")
 }
 _OF_OTHERS = {
     *("tile", "tiles", "chunk", "part", "piece", "block", "cell", "region", "section", "segment", "submap"),
     *("room", "floor", "layer", "object", "obj", "cluster", "lod", "level", "degree", "sh"),
     *("v", "ver", "version", "iter", "iteration", "iterations", "step", "steps", "epoch", "checkpoint"),
 }
-_SUFFIXES = {suffix for suffix in suffixes_of(formats_of("scene")) if suffix != ".json"}
+_SUFFIXES = set(suffixes_of(formats_of("scene"))) - {".json"}
 _MOST_DIGITS = 15  # of a number, so that it is exact
 # Numbers count moments where at least half of those between the first and the last are there.
 _LEAST_FILLED = 0.5
@@ -67,20 +67,14 @@ Kind = Literal["moments", "unsure", "others"]
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Files with one beginning and different numbers, in the order of these.
+    """Files with one beginning and different numbers, in the order of these."""
 
-    Attributes:
-        paths: [F] the files or folders.
-        slots: [F] their places among the moments, ascending from 0. Places without a file are moments that
-            are missing.
-        kind: what the word before the number says that they are.
-        is_regular: whether no number is missing: 3, 4, 5 or 10, 20, 30.
-    """
-
-    paths: tuple[Path, ...]
+    paths: tuple[Path, ...]  # [F] the files or folders
+    # [F] their places among the moments, ascending from 0. Places without a file are moments that are
+    # missing.
     slots: NDArray[np.int64]
-    kind: Kind
-    is_regular: bool
+    kind: Kind  # what the word before the number says that they are
+    is_regular: bool  # whether no number is missing: 3, 4, 5 or 10, 20, 30
 
     @property
     def num_missing(self) -> int:
@@ -100,8 +94,7 @@ def find_series(paths: Sequence[Path]) -> Series | None:
     frame_3/point_cloud.ply. Numbers by twos or tens count like 0, 1, 2. Where fewer than half of the numbers
     between the first and the last are there, they do not count moments, and only their order is taken.
 
-    Raises:
-        SceneError: if two files with a word for moments bear the same number.
+    Raises SceneError if two files with a word for moments bear the same number.
     """
     if len(paths) < 2:
         return None
@@ -117,11 +110,10 @@ def find_series(paths: Sequence[Path]) -> Series | None:
             if kind != "moments":
                 return None
             twice = f"bears the same number as {_shown(paths[after])}, so that one moment is there twice"
+            suffix = paths[row].name[len(_stem(paths[row].name)) :]
+            cure = f"name one kind, by a pattern such as '{paths[row].parent / '*'}{suffix}'"
             is_one_folder = paths[row].parent == paths[after].parent
-            pattern = f"by a pattern such as '{paths[row].parent / '*'}{_suffix(paths[row])}'"
-            raise SceneError(
-                paths[row], f"{twice}; name one {f'kind, {pattern}' if is_one_folder else 'folder'}"
-            )
+            raise SceneError(paths[row], f"{twice}; {cure if is_one_folder else 'name one folder'}")
     slots, is_regular = _slots_of([numbers[row] for row in order])
     return Series(tuple(paths[row] for row in order), slots, kind, is_regular)
 
@@ -129,12 +121,11 @@ def find_series(paths: Sequence[Path]) -> Series | None:
 def _labels(paths: Sequence[Path]) -> list[str]:
     """What names the paths apart, without suffixes."""
     parts = [path.parts for path in paths]
-    level = 1
     shortest = min(map(len, parts))
-    while level < shortest and len({names[-level] for names in parts}) == 1:
-        level += 1
     if not shortest:  # the current folder
         return [path.name for path in paths]
+    is_apart = (level for level in range(1, shortest) if len({names[-level] for names in parts}) > 1)
+    level = next(is_apart, shortest)
     return [_stem(names[-level]) if level == 1 else names[-level] for names in parts]
 
 
@@ -144,10 +135,6 @@ def _stem(name: str) -> str:
     if point and f".{suffix.lower()}" in _SUFFIXES:
         name = stem
     return name[: -len(".compressed")] if name.lower().endswith(".compressed") else name
-
-
-def _suffix(path: Path) -> str:
-    return path.name[len(_stem(path.name)) :]
 
 
 def _kind_of(beginning: str) -> Kind:
@@ -180,19 +167,12 @@ _EXACT = 1e-6  # of a moment: nearer than this to one, it is that one
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Files of moments, of which at most two are in memory.
+    """Files of moments, of which at most two are in memory."""
 
-    Attributes:
-        series: the files.
-        lod: level of detail; None for the default of the format.
-        encoding: what numbers of formats without a fixed encoding mean.
-        rate: moments a second, > 0; those whose numbers are missing count.
-    """
-
-    series: Series
-    lod: int | None = None
-    encoding: Encoding = STANDARD
-    rate: float = MOMENTS_PER_SECOND
+    series: Series  # the files
+    lod: int | None = None  # level of detail; None for the default of the format
+    encoding: Encoding = STANDARD  # what numbers of formats without a fixed encoding mean
+    rate: float = MOMENTS_PER_SECOND  # moments a second, > 0; those whose numbers are missing count
     _told: set[str] = field(default_factory=set, repr=False)
 
     @cached_property
@@ -227,8 +207,7 @@ class Frames:
     def file(self, index: int) -> SceneFile | None:
         """The header of one moment; None for one without Gaussians.
 
-        Raises:
-            SceneError: if it is not there, is no scene, or is damaged.
+        Raises SceneError if it is not there, is no scene, or is damaged.
         """
         try:
             return open_file(self.paths[index], self.lod)
@@ -282,8 +261,7 @@ class Frames:
     def _head(self) -> tuple[int, SceneFile]:
         """The first moment with Gaussians, and its header.
 
-        Raises:
-            SceneError: if there is none, or one before it cannot be read.
+        Raises SceneError if there is none, or one before it cannot be read.
         """
         for index in range(len(self.paths)):
             if file := self.file(index):
@@ -362,9 +340,8 @@ def open_frames(source: SceneSource) -> MovingScene | None:
     Its rows correspond if they do in three pairs of moments, see `Frames.has_rows`. Which rows rest is not
     known, as all moments would have to be read.
 
-    Raises:
-        SceneError: if a folder holds no scene, the first moment is no scene or is damaged, or two files are
-            of one moment.
+    Raises SceneError if a folder holds no scene, the first moment is no scene or is damaged, or two files are
+    of one moment.
     """
     clip = find_frames(source)
     return None if clip is None else clip.scene()
@@ -377,13 +354,18 @@ def find_frames(source: SceneSource, encoding: Encoding = STANDARD) -> Frames | 
     series = find_series(find_parts(source.paths))
     if series is None or (series.kind == "others" and source.time is None):
         return None
-    if len(source.paths) > 1:  # typed, so that each should be there; what a folder lists was asked
-        _check_all(source.paths)
+    for path in source.paths if len(source.paths) > 1 else ():
+        # Typed, so that each should be there, before hours of work; what a folder lists was asked.
+        if not is_dir(path):
+            check_plain(path, "scene file")
     clip = Frames(series, source.lod, encoding, source.moments_per_second or MOMENTS_PER_SECOND)
     if series.kind == "unsure" and source.time is None and not _looks_like_moments(clip):
         return None
     if series.num_missing:
-        _warn_of_missing(series)
+        after = series.paths[int(np.argmax(np.diff(series.slots) > 1))].name
+        what = f"{series.num_missing:,} of {int(series.slots[-1]) + 1:,} moments are missing by their numbers"
+        message = f"{what}, first after {after}; what is seen then is made of the moments around it"
+        warnings.warn(SceneWarning(f"{series.paths[0].parent}: {message}"), stacklevel=2)
     return clip
 
 
@@ -401,21 +383,6 @@ def _looks_like_moments(clip: Frames) -> bool:
     what = f"{series.span} lie in one place and are taken for moments of a moving scene"
     warnings.warn(SceneWarning(f"{what}; if they are parts of one scene, add --time all"), stacklevel=2)
     return True
-
-
-def _check_all(paths: Iterable[Path]) -> None:
-    """Refuse what is not there before hours of work, not when its moment comes."""
-    for path in paths:
-        if not is_dir(path):
-            check_plain(path, "scene file")
-
-
-def _warn_of_missing(series: Series) -> None:
-    gap = int(np.argmax(np.diff(series.slots) > 1))
-    where = f"first after {series.paths[gap].name}"
-    what = f"{series.num_missing:,} of {int(series.slots[-1]) + 1:,} moments are missing by their numbers"
-    message = f"{what}, {where}; what is seen then is made of the moments around it"
-    warnings.warn(SceneWarning(f"{series.paths[0].parent}: {message}"), stacklevel=3)
 
 
 def _spread(count: int) -> Sequence[int]:

@@ -18,28 +18,20 @@ from brushgs.values.quats import normalized
 
 
 def between(first: Gaussians, second: Gaussians, share: float) -> Gaussians:
-    """The Gaussians at a share of the way from one moment to another, whose rows correspond.
+    """The Gaussians at a share of the way, 0 to 1, from one moment to another, whose rows correspond.
 
     Centres, scales, opacities and colours lie on a straight line, rotations on the shorter arc (as normalised
     linear mixtures of quaternions). Brushes are those of the first.
-
-    Args:
-        first: N Gaussians.
-        second: the same N Gaussians, later.
-        share: 0 is the first, 1 the second.
     """
     num_terms = max(first.sh.shape[1], second.sh.shape[1])
     second_quats = normalized(second.quats)
     first_quats = normalized(first.quats)
     second_quats *= np.where(np.sum(first_quats * second_quats, axis=1) < 0, -1.0, 1.0)[:, None]
-    return replace(
-        first,
-        means=_line(first.means, second.means, share),
-        quats=_line(first_quats, second_quats, share),
-        scales=_line(first.scales, second.scales, share),
-        opacities=_line(first.opacities, second.opacities, share),
-        sh=_line(_padded(first.sh, num_terms), _padded(second.sh, num_terms), share),
-    )
+    pairs = {name: (getattr(first, name), getattr(second, name)) for name in ("means", "scales", "opacities")}
+    pairs |= {"quats": (first_quats, second_quats)}
+    pairs |= {"sh": (_padded(first.sh, num_terms), _padded(second.sh, num_terms))}
+    lines: dict[str, Any] = {name: _line(*pair, share) for name, pair in pairs.items()}
+    return replace(first, **lines)
 
 
 def _line(first: Array, second: Array, share: float) -> F32:
@@ -147,15 +139,11 @@ def unmoved(first: Gaussians, second: Gaussians) -> Mask:
 
 @dataclass(frozen=True, eq=False)
 class Kept:
-    """All rows of a moment.
+    """All rows of a moment."""
 
-    Attributes:
-        gaussians: [N]; those that cannot be drawn have no opacity, and lie in the middle of the others.
-        is_broken: [N] which these are; None for none.
-    """
-
+    # [N]; those that cannot be drawn have no opacity, and lie in the middle of the others
     gaussians: Gaussians
-    is_broken: Mask | None = None
+    is_broken: Mask | None = None  # [N] which these are; None for none
 
     @property
     def is_whole(self) -> bool:
@@ -176,30 +164,20 @@ class Kept:
             return replace(other, opacities=np.zeros_like(other.opacities))
         if self.is_broken is None or len(other) != len(self.gaussians):
             return self.gaussians
-        means, quats, scales = (
-            np.where(self.is_broken[:, None], theirs, ours)
-            for ours, theirs in (
-                (self.gaussians.means, other.means),
-                (self.gaussians.quats, other.quats),
-                (self.gaussians.scales, other.scales),
-            )
-        )
-        return replace(self.gaussians, means=means, quats=quats, scales=scales)
+        placed: dict[str, Any] = {
+            name: np.where(self.is_broken[:, None], getattr(other, name), getattr(self.gaussians, name))
+            for name in ("means", "quats", "scales")
+        }
+        return replace(self.gaussians, **placed)
 
 
 NO_ROWS = Kept(Columns.empty(0, 1).gaussians())
 
 
 def keep_rows(rows: Columns, encoding: Encoding, *, antialiased: bool) -> tuple[Kept, Dropped]:
-    """Decode raw rows, all of them.
+    """All rows of a moment, and those of them that cannot be drawn.
 
-    Args:
-        rows: as `read_columns` gives them with `is_raw`; overwritten.
-        encoding: what their numbers mean.
-        antialiased: see `Gaussians`.
-
-    Returns:
-        The rows, and those of them that cannot be drawn.
+    `rows` are raw as `read_columns` gives them, and are overwritten; `antialiased` as in `Gaussians`.
     """
     with np.errstate(all="ignore"):
         rows.standardize(encoding)
@@ -236,14 +214,11 @@ class Moments:
         return self._kept[index]
 
     def at(self, position: float, first: int = 0) -> Gaussians:
-        """All rows at a moment or between two, where rows correspond.
+        """All rows at a moment or between two, where rows correspond: 2.5 is halfway from the third to the
+        fourth.
 
         Those that cannot be drawn, and those of a moment without Gaussians, have no opacity, and lie where
-        they do in the other moment, or in the first.
-
-        Args:
-            position: number of the moment; 2.5 is halfway from the third to the fourth.
-            first: a moment with Gaussians.
+        they do in the other moment, or in `first`, a moment with Gaussians.
         """
         before = int(position)
         if position == before:

@@ -25,33 +25,27 @@ _NUM_INSPECTED = 16  # of many paths: a clip of 100,000 files is not opened file
 
 def open_formula(source: SceneSource) -> MovingScene | None:
     """A scene in one file that moves by itself; None for still scenes and those in a file a moment."""
-    found = _find(source.paths)
-    if found is None:
+    seen = ((path, find_moving(path)) for path in source.paths[:_NUM_INSPECTED])
+    path, row = next((pair for pair in seen if pair[1] is not None), (source.paths[0], None))
+    if row is None:
         _warn_of_networks(source.paths)
         return None
-    path, row = found
+    fault = None
     if row.read is None:
-        raise SceneError(path, f"is a {row.name}, {row.cure}")
-    if len(source.paths) > 1:
-        raise SceneError(path, f"is a {row.name}, which moves by itself; name it alone")
-    if source.lod is not None:
-        raise SceneError(path, f"is a {row.name}, which has no levels of detail; omit the level (lod)")
-    if source.moments_per_second is not None:
-        what = f"is a {row.name}, one file that moves, not numbered moments"
-        raise SceneError(path, f"{what}; omit their rate (--moments-per-second)")
+        fault = row.cure
+    elif len(source.paths) > 1:
+        fault = "which moves by itself; name it alone"
+    elif source.lod is not None:
+        fault = "which has no levels of detail; omit the level (lod)"
+    elif source.moments_per_second is not None:
+        fault = "one file that moves, not numbered moments; omit their rate (--moments-per-second)"
+    if fault is not None:
+        raise SceneError(path, f"is a {row.name}, {fault}")
     open_moving = function_of(row.read)
     # Values beyond float32 become infinite and NaN stays NaN: the readers drop both.
     with np.errstate(all="ignore"):
         moving: MovingScene = open_moving(path)
     return moving
-
-
-def _find(paths: Sequence[Path]) -> tuple[Path, Format] | None:
-    """The first path that is a moving scene of itself."""
-    for path in paths[:_NUM_INSPECTED]:
-        if (row := find_moving(path)) is not None:
-            return path, row
-    return None
 
 
 def find_moving(path: Path) -> Format | None:

@@ -11,7 +11,7 @@ al. 2025, FreeTimeGS, equations 1 and 4; version 1 of the layout of FreeTimeGsVa
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import inf, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -31,19 +31,12 @@ _BLOCK_BYTES = 1 << 21
 
 @dataclass(frozen=True)
 class TimedPly:
-    """All rows of a PLY file, not yet checked.
+    """All rows of a PLY file, not yet checked."""
 
-    Attributes:
-        file: what its header states.
-        columns: of the still layout, as stored.
-        more: the other columns that were asked for, [N] each, by name.
-        comments: of its header, first word -> the others.
-    """
-
-    file: SceneFile
-    columns: Columns
-    more: dict[str, F32]
-    comments: dict[str, str]
+    file: SceneFile  # what its header states
+    columns: Columns  # of the still layout, as stored
+    more: dict[str, F32]  # the other columns that were asked for, [N] each, by name
+    comments: dict[str, str]  # of its header, first word -> the others
 
     def stack(self, *names: str) -> F32:
         """[N, number of names] some of the other columns."""
@@ -51,15 +44,9 @@ class TimedPly:
 
 
 def read_timed(path: Path, what: str, names: Sequence[str]) -> TimedPly:
-    """Read a PLY file that has columns for time.
+    """Read a PLY file that has columns of these names for time, beside those of a still scene.
 
-    Args:
-        path: the file.
-        what: name of its format, for messages and notes.
-        names: of the columns beside the still ones; those that it does not have are refused.
-
-    Raises:
-        SceneError: if the file is damaged or lacks a column.
+    `what` is the name of its format. Raises SceneError if the file is damaged or lacks a column.
     """
     file = ply.open_scene(path)
     with open_plain(path, "PLY file", buffering=0) as opened:
@@ -79,16 +66,17 @@ def read_timed(path: Path, what: str, names: Sequence[str]) -> TimedPly:
             block = rows.read(start, stop)
             for index, name in enumerate(names):
                 more[index, start:stop] = block[name]
-    layout = file.format.removeprefix("PLY, ")
+    unknown = tuple(name for name in file.unknown if name not in names)
+    layout = f"{what}, {file.format.removeprefix('PLY, ')}"
     source = SceneFile(
-        path=path,
-        format=f"{what}, {layout}",
-        num_rows=file.num_rows,
-        num_terms=file.num_terms,
-        open_rows=file.open_rows,
+        path,
+        layout,
+        file.num_rows,
+        file.num_terms,
+        file.open_rows,
         up=file.up,
         training=file.training,
-        unknown=tuple(name for name in file.unknown if name not in names),
+        unknown=unknown,
     )
     comments = dict(line.partition(" ")[::2] for line in header.comments)
     return TimedPly(source, columns, dict(zip(names, more, strict=True)), comments)
@@ -101,8 +89,7 @@ _SPIN = tuple(f"omega_{index}" for index in range(4))
 def open_spacetime(path: Path) -> MovingScene:
     """Read a SpaceTimeGaussian lite PLY.
 
-    Raises:
-        SceneError: if it is damaged, lacks a column, or no row of it can be drawn.
+    Raises SceneError if it is damaged, lacks a column, or no row of it can be drawn.
     """
     rows = read_timed(path, "SpaceTimeGaussian PLY", ("trbf_center", "trbf_scale", *_MOTION, *_SPIN))
     widths = np.exp(rows.more["trbf_scale"].astype(np.float64))  # infinite: a row that never fades
@@ -122,9 +109,8 @@ _MAX_FRAMES = 10_000_000  # 90 hours
 def open_freetime(path: Path) -> MovingScene:
     """Read a FreeTimeGS PLY.
 
-    Raises:
-        SceneError: if it is damaged, lacks a column, counts time in other units, or no row of it can be
-            drawn.
+    Raises SceneError if it is damaged, lacks a column, counts time in other units, or no row of it can be
+    drawn.
     """
     rows = read_timed(path, "FreeTimeGS PLY", ("time", "log_duration", *_VELOCITY))
     units = rows.comments.get("time_units", "normalized")
@@ -137,8 +123,7 @@ def open_freetime(path: Path) -> MovingScene:
     if rows.comments.get("use_velocity") == "0":
         motion = np.zeros_like(motion)
     stored = {name: rows.more[name] for name in ("time", *_VELOCITY)}
-    # Its bell is exp(-(d / duration)^2 / 2).
-    widths = sqrt(2) * durations
+    widths = sqrt(2) * durations  # its bell is exp(-(d / duration)^2 / 2)
     raw = RawRows(rows.columns, stored, rows.more["time"], widths, "log_duration", motion)
     frames = _number(rows, "n_frames", 0.0)
     if frames > _MAX_FRAMES or frames != int(frames):
@@ -149,14 +134,12 @@ def open_freetime(path: Path) -> MovingScene:
 
 def _number(rows: TimedPly, name: str, otherwise: float) -> float:
     """A number >= 0 that a comment states; `otherwise` if none does."""
-    text = rows.comments.get(name)
-    if text is None:
-        return otherwise
+    text = rows.comments.get(name, str(otherwise))
     try:
         number = float(text)
     except ValueError:
         number = -1.0
-    if not (isfinite(number) and number >= 0):
+    if not 0 <= number < inf:
         rule = f"its header says '{name} {text[:40]}', which must be a number of 0 or more"
         raise SceneError(rows.file.path, f"{rule}; export it again")
     return number

@@ -45,11 +45,7 @@ class _Chunk(Struct):
 
 
 def open_moving(path: Path) -> MovingScene:
-    """Read a .splatv file.
-
-    Raises:
-        SceneError: if it is damaged or cut off, or no row of it can be drawn.
-    """
+    """Read a .splatv file. Raises SceneError if it is damaged or cut off, or no row of it can be drawn."""
     with open_plain(path, "scene file", buffering=0) as file:
         rows = _read_rows(path, file)
     rows = rows[: _count_filled(rows)]
@@ -67,17 +63,7 @@ def open_moving(path: Path) -> MovingScene:
     stored = {f"motion_{index}": motion[:, index // 3, index % 3] for index in range(9)}
     stored |= {f"omega_{index}": spin[:, index] for index in range(4)} | {"trbf_center": centers}
     source = SceneFile(path, "splaTV", len(rows), 1, open_nothing)
-    raw = RawRows(
-        columns,
-        stored,
-        centers,
-        widths,
-        "trbf_scale",
-        motion,
-        spin,
-        scales=scales,
-        is_logit=False,
-    )
+    raw = RawRows(columns, stored, centers, widths, "trbf_scale", motion, spin, scales=scales, is_logit=False)
     return clip_of(source, raw)
 
 

@@ -4,15 +4,15 @@ Rows correspond: row i of every file is the same stroke. A folder changes only w
 """
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import filling, is_dir, is_plain
 from brushgs.formats.registry import SCENE_SUFFIXES
 from brushgs.formats.scenes.ply_header import STROKES
 from brushgs.formats.scenes.write import write_scene
-from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 
 NAME = "moment_%05d" + SCENE_SUFFIXES[0]  # the word says to readers that these are moments
@@ -25,8 +25,7 @@ def check_moments_folder(folder: Path) -> None:
 
     Earlier moments of strokes, and hidden files, may be there: the former are replaced.
 
-    Raises:
-        SceneError: if it is a file, cannot be read, or holds anything else.
+    Raises SceneError if it is a file, cannot be read, or holds anything else.
     """
     if not is_dir(folder):
         if folder.exists():
@@ -39,39 +38,24 @@ def check_moments_folder(folder: Path) -> None:
     others = [name for name in others if not name.startswith(".")]
     if others:
         more = f" and {len(others) - 1:,} more" if len(others) > 1 else ""
-        raise SceneError(
-            folder, f"holds {others[0]}{more}, which brushgs did not write as moments; choose a new folder"
-        )
+        fact = f"holds {others[0]}{more}, which brushgs did not write as moments"
+        raise SceneError(folder, f"{fact}; choose a new folder")
 
 
-def write_moments(
-    moments: Iterable[Gaussians],
-    folder: Path,
-    *,
-    scene: str | None = None,
-    first_view: FirstView | None = None,
-    brushes: Sequence[str] = (),
-) -> int:
+def write_moments(moments: Iterable[Gaussians], folder: Path, **about: Any) -> int:
     """Write strokes at the moments of a clip, completely or not at all; earlier moments go.
 
     Args:
         moments: the strokes at each moment, in order; made as they are written.
         folder: made if it is missing; see `check_moments_folder`.
-        scene: see `write_scene`, like the others.
-        first_view: of that scene.
-        brushes: that strokes have rows of.
+        about: what `write_scene` is told of them. Raises as that does.
 
     Returns:
         Bytes of all files.
-
-    Raises:
-        ValueError: see `write_scene`.
-        SceneError: if a file cannot be written.
     """
     with filling(folder, _may_go) as temporary:
         for index, strokes in enumerate(moments):
-            path = temporary / (NAME % index)
-            write_scene(strokes, path, is_strokes=True, scene=scene, first_view=first_view, brushes=brushes)
+            write_scene(strokes, temporary / (NAME % index), is_strokes=True, **about)
         return sum(path.stat().st_size for path in temporary.iterdir())
 
 

@@ -27,36 +27,28 @@ def frame_rate(fps: float) -> Fraction:
 
 @dataclass(frozen=True)
 class Encoding:
-    """How the pixels of a file are stored.
+    """How the pixels of a file are stored."""
 
-    Attributes:
-        bits: of each channel.
-        has_alpha: whether transparency is stored.
-    """
-
-    bits: int
-    has_alpha: bool
+    bits: int  # of each channel
+    has_alpha: bool  # whether transparency is stored
 
 
 def check_encoder(path: str | Path, row: Format) -> None:
     """Refuse a video or an AVIF picture without the package that encodes it, before any work.
 
-    Raises:
-        ValueError: if it is not installed.
+    Raises ValueError if it is not installed.
     """
-    if not row.package or find_spec(row.package) is not None:
-        return
-    what, instead = (
-        ("films", "numbered frames, such as %04d.png") if row.kind == "video" else ("AVIF pictures", "a .png")
-    )
-    raise ValueError(f"{Path(path).name}: {what} need PyAV; {INSTALL_PYAV}, or write {instead}")
+    if row.package and find_spec(row.package) is None:
+        is_film = row.kind == "video"
+        instead = "numbered frames, such as %04d.png" if is_film else "a .png"
+        what = "films" if is_film else "AVIF pictures"
+        raise ValueError(f"{Path(path).name}: {what} need PyAV; {INSTALL_PYAV}, or write {instead}")
 
 
 def check_bits(path: str | Path, bits: int | None) -> int:
     """The number of bits a channel in a picture file: what is asked for, or the usual one of the format.
 
-    Raises:
-        ValueError: if the format does not offer so many, or its encoder is not installed.
+    Raises ValueError if the format does not offer so many, or its encoder is not installed.
     """
     picture_format = find_written("picture", path)
     assert picture_format is not None, "the suffix was checked"
@@ -67,10 +59,10 @@ def check_bits(path: str | Path, bits: int | None) -> int:
 def choose_encoding(
     path: str | Path, *, codec: str | None = None, bits: int | None = None, transparent: bool = False
 ) -> Encoding:
-    """How a picture or video is to be stored.
+    """How a picture or video is to be stored; the suffix decides the format.
 
     Args:
-        path: the suffix decides the format.
+        path: the file.
         codec: a name in `VIDEO_CODECS`; None for the usual one of the format.
         bits: of each channel; None for the usual number.
         transparent: whether what is painted has no background.
@@ -84,10 +76,11 @@ def choose_encoding(
         raise ValueError(f"codec must be omitted for {_suffix(path)}, which is no video, got {codec!r}")
     offer = codec_of(path, codec) if picture_format is None else picture_format
     if transparent and not offer.holds_alpha:
-        raise ValueError(
-            f"background must not be transparent in {Path(path).name}, whose format holds no transparency; "
-            f"choose a colour, or write {listed(_with_alpha(Path(path), is_video=picture_format is None))}"
-        )
+        films = [row.suffixes[0] for row in VIDEO_FORMATS if VIDEO_CODECS[row.codecs[0]].holds_alpha]
+        suffixes = films if picture_format is None else [".png"]
+        others = listed([Path(path).with_suffix(suffix).name for suffix in suffixes])
+        fact = f"background must not be transparent in {Path(path).name}, whose format holds no transparency"
+        raise ValueError(f"{fact}; choose a colour, or write {others}")
     return Encoding(_bits(path, offer, bits), transparent)
 
 
@@ -104,14 +97,10 @@ def codec_of(path: str | Path, codec: str | None = None) -> VideoCodec:
     offered = video_format_of(path).codecs
     if codec is not None and codec not in offered:
         rule = "be omitted for" if offered == ("gif",) else f"be {listed(offered)} for"
-        raise ValueError(f"codec must {rule} {_suffix(path)}, got {codec!r}{_elsewhere(codec)}")
+        others = [row.suffixes[0] for row in VIDEO_FORMATS if codec in row.codecs]
+        cure = f"; {listed(others)} takes that" if others else ""
+        raise ValueError(f"codec must {rule} {_suffix(path)}, got {codec!r}{cure}")
     return VIDEO_CODECS[codec or offered[0]]
-
-
-def _elsewhere(codec: str) -> str:
-    """Which suffixes take a codec, as a cure."""
-    suffixes = [row.suffixes[0] for row in VIDEO_FORMATS if codec in row.codecs]
-    return f"; {listed(suffixes)} takes that" if suffixes else ""
 
 
 def _bits(path: str | Path, offer: Format | VideoCodec, bits: int | None) -> int:
@@ -120,17 +109,6 @@ def _bits(path: str | Path, offer: Format | VideoCodec, bits: int | None) -> int
         name = "" if isinstance(offer, Format) else f" with {offer.name}"
         raise ValueError(f"bits must be {known} for {_suffix(path)}{name}, got {bits}")
     return bits or offer.bits[0]
-
-
-def _with_alpha(path: Path, *, is_video: bool) -> list[str]:
-    """Names of files of the same kind that hold transparency."""
-    if not is_video:
-        return [path.with_suffix(".png").name]
-    return [
-        path.with_suffix(row.suffixes[0]).name
-        for row in VIDEO_FORMATS
-        if VIDEO_CODECS[row.codecs[0]].holds_alpha
-    ]
 
 
 def _suffix(path: str | Path) -> str:

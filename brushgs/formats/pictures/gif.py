@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.formats.pictures.libav import Film, VideoWriter, open_container, video_frame
+from brushgs.formats.pictures.libav import Film, VideoWriter, video_frame
 from brushgs.formats.pictures.oiio import Pixels
 
 _BITS = 5  # of each channel; colours that agree in them are merged before the palette is chosen
@@ -52,7 +52,8 @@ def _centers(
 ) -> NDArray[np.float64]:
     """[n, 3] cluster centres: the widest group is split until there are enough, then Lloyd steps follow.
 
-    There is no chance in it, as in the start of library k-means: equal frames have equal palettes.
+    There is no chance in it, as in the start of library k-means: equal frames have equal palettes. libav's
+    palettegen errs 1.2 to 1.4 times as much on six paintings, and 1.5 to 2 times where it errs most.
     """
     from scipy.spatial import KDTree
 
@@ -90,45 +91,30 @@ _DITHER = "dither=bayer:bayer_scale=4"
 _NUM_COLORS = 255  # and one for "as in the last frame"
 
 
-def open_writer(stack: contextlib.ExitStack, film: Film) -> VideoWriter:
-    """See `open_video`."""
-    return _Gif(stack, film)
+class GifVideo(VideoWriter):
+    """A GIF, whose frames wait in a temporary file until its palette is known."""
 
-
-class _Gif:
     def __init__(self, stack: contextlib.ExitStack, film: Film) -> None:
-        self._shape = film.size[1], film.size[0], 3
-        self._rate, self._count, self._is_finished = film.rate, 0, False
+        super().__init__(stack, film, {"loop": "0" if film.loops else "-1"})
         # Beside the video: memory or a small /tmp may have no room for all frames.
         self._spool = stack.enter_context(tempfile.TemporaryFile(dir=film.path.parent))  # noqa: SIM115
         self._colors = ColorCounts()
-        self._container = open_container(stack, film, {"loop": "0" if film.loops else "-1"})
 
-    def describe(self, text: str) -> None:
-        """Nothing: libav writes no comment."""
-
-    def add(self, pixels: Pixels) -> None:
-        """Store a frame, and count its colours."""
+    def _add(self, pixels: Pixels) -> None:
         self._spool.write(pixels.tobytes())
         self._colors.add(pixels.astype(np.uint8, copy=False))
-        self._count += 1
 
-    def finish(self) -> None:
-        """Find the palette and write all frames with it."""
-        if self._is_finished:
-            return
-        self._is_finished = True
-        height, width, _ = self._shape
-        graph, frames = _palette_graph(width, height, self._rate, self._colors.palette(_NUM_COLORS))
-        stream = self._container.add_stream("gif", rate=self._rate)
+    def _flush(self) -> None:
+        (width, height), rate = self._film.size, self._film.rate
+        graph, frames = _palette_graph(width, height, rate, self._colors.palette(_NUM_COLORS))
+        stream = self._container.add_stream("gif", rate=rate)
         stream.width, stream.height, stream.pix_fmt = width, height, "pal8"
         self._spool.seek(0)
         for index in range(self._count):
-            pixels = np.frombuffer(self._spool.read(height * width * 3), np.uint8).reshape(self._shape)
-            frames.push(video_frame(pixels, index, self._rate))
+            pixels = np.frombuffer(self._spool.read(height * width * 3), np.uint8)
+            frames.push(video_frame(pixels.reshape(height, width, 3), index, rate))
             self._container.mux(stream.encode(graph.pull()))
         self._container.mux(stream.encode(None))
-        self._container.close()
 
 
 def _palette_graph(width: int, height: int, rate: Fraction, colors: NDArray[np.uint8]) -> tuple[Any, Any]:

@@ -46,9 +46,8 @@ def check_pixels(path: Path, width: int, height: int, max_pixels: int) -> None:
 def find_format(path: Path, max_pixels: int) -> Format:
     """The format of a picture, checked as far as is needed before a decoder opens it.
 
-    Raises:
-        SceneError: if there is no such plain file, it is of no known format, or would take too much memory
-            or time.
+    Raises SceneError if there is no such plain file, it is of no known format, or would take too much memory
+    or time.
     """
     with open_plain(path, "picture") as file:
         begin = file.read(NUM_FIRST_BYTES)
@@ -105,17 +104,9 @@ def read_image(path: str | Path, *, max_pixels: int | None = None) -> F32:
 
 
 def read_bytes(path: Path, max_pixels: int) -> NDArray[np.uint8]:
-    """The pixels of a picture of 8 bits a channel as they are stored: for pictures that hold other numbers.
+    """The pixels [H, W, C] of a picture of 8 bits a channel as stored, for such as hold other numbers.
 
-    Args:
-        path: the file.
-        max_pixels: a larger picture is refused by its header.
-
-    Returns:
-        [H, W, C] with straight alpha.
-
-    Raises:
-        SceneError: as `read_image` does; or if the picture is of more bits.
+    Alpha is straight. Raises SceneError as `read_image` does, or if the picture is of more bits.
     """
     import OpenImageIO
 
@@ -281,10 +272,8 @@ def write_frame(
     """
     picture_format = find_written("picture", path)
     if picture_format is None:
-        suffixes = ", ".join(PICTURE_SUFFIXES)
-        raise ValueError(
-            f"write_frame: path must end in one of {suffixes}, got {str(path)!r}; change the suffix"
-        )
+        rule = f"path must end in one of {', '.join(PICTURE_SUFFIXES)}"
+        raise ValueError(f"write_frame: {rule}, got {str(path)!r}; change the suffix")
     bits = check_bits(path, bits)
     options: dict[str, Any] = {"bits": bits} if len(picture_format.bits) > 1 else {}
     if picture_format.holds_metadata:
@@ -294,33 +283,15 @@ def write_frame(
     function_of(picture_format.write)(frame, path, background, **options)
 
 
-def encode_frame(
-    frame: Frame,
-    suffix: str,
-    background: Background = None,
-    *,
-    bits: int | None = None,
-    colorspace: FileSpace | None = None,
-    shot: Shot | None = None,
-) -> bytes:
-    """The bytes of the file that `write_frame` would write.
+def encode_frame(frame: Frame, suffix: str, background: Background = None, **options: Any) -> bytes:
+    """The bytes of the file that `write_frame` would write, with one of `PICTURE_SUFFIXES`.
 
-    Args:
-        frame: the picture.
-        suffix: one of `PICTURE_SUFFIXES`.
-        background: see `write_frame`.
-        bits: see `write_frame`.
-        colorspace: see `write_frame`.
-        shot: see `write_frame`.
-
-    Raises:
-        ValueError: see `write_frame`.
-        SceneError: if the folder for temporary files is full.
+    Raises ValueError as that does, and SceneError if the folder for temporary files is full.
     """
     # OpenImageIO writes to named files only.
     with scratch_folder() as folder:
         path = folder / f"frame{suffix}"
-        write_frame(frame, path, background=background, bits=bits, colorspace=colorspace, shot=shot)
+        write_frame(frame, path, background, **options)
         return path.read_bytes()
 
 
@@ -334,16 +305,13 @@ def resize(picture: Array, width: int, height: int, *, edges: Edges = "mirror") 
     those of scikit-image's `transform.resize`, which is made of the same functions of SciPy, bit for bit.
 
     Args:
-        picture: [H, W, C] finite, H, W and C >= 1.
+        picture: [H, W, C] finite, H, W and C >= 1; else ValueError is raised.
         width: pixels, >= 1.
         height: pixels, >= 1.
         edges: "mirror": the picture reflected about its outermost pixels; "nearest": these pixels again.
 
     Returns:
         [height, width, C] in the dtype and within the range of the picture.
-
-    Raises:
-        ValueError: if the shape is not [H, W, C].
     """
     from scipy.ndimage import gaussian_filter, zoom
 

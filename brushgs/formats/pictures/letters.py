@@ -12,23 +12,14 @@ BOLD, PLAIN = "DroidSans-Bold", "DroidSans"
 
 @dataclass(frozen=True)
 class Words:
-    """One line of text.
+    """One line of text."""
 
-    Attributes:
-        text: the line.
-        x: left end, pixels.
-        y: baseline, pixels.
-        size: height of the letters, pixels.
-        color: RGB, display-encoded, 0 to 1.
-        font: `BOLD` or `PLAIN`.
-    """
-
-    text: str
-    x: int
-    y: int
-    size: int
-    color: tuple[float, float, float]
-    font: str = PLAIN
+    text: str  # the line
+    x: int  # left end, pixels
+    y: int  # baseline, pixels
+    size: int  # height of the letters, pixels
+    color: tuple[float, float, float]  # RGB, display-encoded, 0 to 1
+    font: str = PLAIN  # `BOLD` or `PLAIN`
 
 
 def with_words(picture: F32, words: Sequence[Words]) -> F32 | None:

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -79,127 +79,167 @@ _INDEX_FIRST = _NOTHING_RANDOM | {"movflags": "+faststart"}
 OF_QUICKTIME = ("mp4", "mov")  # containers, as libav calls them
 
 
-class VideoWriter(Protocol):
-    """A video that is being written."""
+class Encoder(NamedTuple):
+    """How libav is to encode a video."""
+
+    name: str  # in libav
+    pixels: str  # how it takes them: a name of libav
+    options: Mapping[str, str]  # for it
+    tag: str | None = None  # of the codec in .mp4 and .mov, four letters; None for the usual one
+    # frames by which decoding is ahead of showing, where the encoder does not say so reliably
+    delay: int | None = None
+
+
+def _encoder(codec: str, encoding: Encoding) -> Encoder:
+    """The encoder of a codec: a name in `VIDEO_CODECS`, or "avif"."""
+    luma_and_chroma = "yuv420p" if encoding.bits == 8 else "yuv420p10le"
+    match codec:
+        case "h264":
+            # The error of the preset "medium" at a crf of 18, which is considered visually lossless, in 0.45
+            # of its time and 1.11 of its bytes. x264's macroblock tree reads uninitialised memory: bytes
+            # differed in 39 of 600 runs, and with MALLOC_PERTURB_. Without it files are 8 % larger, but
+            # repeatable.
+            options = {"crf": "17", "preset": "veryfast", "x264-params": "no-mbtree=1"}
+            return Encoder("libx264", luma_and_chroma, options)
+        case "h265":
+            # Half a decibel below x264 here, in 52 % of the bytes (10 bit). Worker threads and frames in
+            # flight by number, for x265 takes as many as the machine has; it writes its version and options
+            # into the stream unless it is told not to, and its progress to the terminal.
+            parameters = "log-level=none:info=0:pools=4:frame-threads=2"
+            options = {"crf": "18", "preset": "medium", "x265-params": parameters}
+            # QuickTime and Safari play no other tag. x265 knows the delay from the third frame on: time
+            # stamps of shorter films were arbitrary.
+            return Encoder("libx265", luma_and_chroma, options, tag="hvc1", delay=2)
+        case "prores":
+            pixels = "yuva444p10le" if encoding.has_alpha else "yuv444p10le"
+            # Some programs open only what says it is Apple's.
+            return Encoder("prores_ks", pixels, {"profile": "4444", "vendor": "apl0"})
+        case "vp9":
+            # The scale of crf is not that of H.264: 24 gives about the same error as 17 there.
+            options = {"crf": "24", "b": "0", "deadline": "good", "cpu-used": "4"}
+            options |= {"row-mt": "1", "tile-columns": "2"}
+            if not encoding.has_alpha:
+                return Encoder("libvpx-vp9", "yuv420p", options)
+            # Frames that are not shown would have no picture of alpha beside them, and are refused.
+            return Encoder("libvpx-vp9", "yuva420p", options | {"auto-alt-ref": "0"})
+    # crf: the error of a JPEG of quality 95, in a third of its bytes; lp: threads, fixed as of videos.
+    return Encoder("libsvtav1", luma_and_chroma, {"crf": "16", "preset": "6", "svtav1-params": "lp=1"})
+
+
+@dataclass(frozen=True)
+class Film:
+    """What is known of a video before its first frame."""
+
+    path: Path  # the file
+    codec: str  # as `_encoder` takes it
+    container: str  # its name in libav
+    # width and height of the video, pixels; smaller frames are padded at their right and lower edge
+    size: tuple[int, int]
+    rate: Fraction  # frames a second
+    encoding: Encoding  # bits of a channel, and whether there is transparency
+    loops: bool = False  # whether it starts over at its end, where the format can say so
+    eyes: str | None = None  # arrangement of two eyes, see `Panorama`; None for one
+
+
+class VideoWriter:
+    """A video that is being written; this much all kinds share. The stack closes the file."""
+
+    def __init__(self, stack: contextlib.ExitStack, film: Film, options: Mapping[str, str]) -> None:
+        import av
+
+        self._film, self._count, self._is_finished = film, 0, False
+        self._container: Any = av.open(str(film.path), "w", format=film.container, options=dict(options))
+
+        def close() -> None:
+            # After an error the rest cannot be written either; that error is the one to report.
+            with contextlib.suppress(av.FFmpegError):
+                self._container.close()
+
+        stack.callback(close)
 
     def describe(self, text: str) -> None:
         """Set the comment of the file, before the first frame; a GIF has none."""
 
     def add(self, pixels: Pixels) -> None:
         """Add the next frame, see `video_pixels`."""
+        self._add(pixels)
+        self._count += 1
 
     def finish(self) -> None:
-        """Write what is still buffered; no frame may follow. Further calls do nothing."""
+        """Write what is still buffered, and the index; no frame may follow. Further calls do nothing."""
+        if not self._is_finished:
+            self._is_finished = True
+            self._flush()
+            self._container.close()
+
+    def _add(self, pixels: Pixels) -> None:
+        raise NotImplementedError
+
+    def _flush(self) -> None:
+        raise NotImplementedError
 
 
-@dataclass(frozen=True)
-class Film:
-    """What is known of a video before its first frame.
+class EncodedVideo(VideoWriter):
+    """A video whose colours are converted by BT.709 and tagged so."""
 
-    Attributes:
-        path: the file.
-        container: its name in libav.
-        size: width and height of the video, pixels; smaller frames are padded at their right and lower edge.
-        rate: frames a second.
-        encoding: bits of a channel, and whether there is transparency.
-        loops: whether it starts over at its end, where the format can say so.
-        eyes: arrangement of two eyes, see `Panorama`; None for one.
-    """
-
-    path: Path
-    container: str
-    size: tuple[int, int]
-    rate: Fraction
-    encoding: Encoding
-    loops: bool = False
-    eyes: str | None = None
-
-
-@dataclass(frozen=True)
-class Encoder:
-    """How libav is to encode a video.
-
-    Attributes:
-        name: in libav.
-        pixels: how it takes them: a name of libav.
-        options: for it.
-        tag: of the codec in .mp4 and .mov, four letters; None for the usual one.
-        delay: frames by which decoding is ahead of showing, where the encoder does not say so reliably.
-    """
-
-    name: str
-    pixels: str
-    options: Mapping[str, str]
-    tag: str | None = None
-    delay: int | None = None
-
-
-class EncodedVideo:
-    """A video whose colours are converted by BT.709 and tagged so.
-
-    Args:
-        stack: closes the file.
-        film: what is known of it.
-        encoder: how to encode.
-    """
-
-    def __init__(self, stack: contextlib.ExitStack, film: Film, encoder: Encoder) -> None:
-        self._size, self._rate = film.size, film.rate
-        self._container = open_container(stack, film)
-        self._stream = stream = self._container.add_stream(
-            encoder.name, rate=film.rate, options=dict(encoder.options)
-        )
+    def __init__(self, stack: contextlib.ExitStack, film: Film) -> None:
+        is_quicktime = film.container in OF_QUICKTIME
+        super().__init__(stack, film, _INDEX_FIRST if is_quicktime else _NOTHING_RANDOM)
+        self._encoder = encoder = _encoder(film.codec, film.encoding)
+        stream = self._container.add_stream(encoder.name, rate=film.rate, options=dict(encoder.options))
+        self._stream, self._num_packets = stream, 0
         stream.width, stream.height = film.size
         stream.pix_fmt = encoder.pixels
-        if film.eyes is not None and film.container not in OF_QUICKTIME:
+        if film.eyes is not None and not is_quicktime:
             stream.metadata["stereo_mode"] = MATROSKA_MODES[film.eyes]
         context = stream.codec_context
         context.thread_count = _NUM_THREADS
         context.color_primaries = context.color_trc = context.colorspace = _BT709
         context.color_range = _TV_RANGE
-        if encoder.tag is not None and film.container in OF_QUICKTIME:
+        if encoder.tag is not None and is_quicktime:
             context.codec_tag = encoder.tag
-        self._bits, self._encoder = film.encoding.bits, encoder
-        if self._bits == 8:
-            source = _FORMATS[4 if film.encoding.has_alpha else 3]
-            filters = ("scale", _TO_BT709), ("format", encoder.pixels)
-            self._graph = filter_graph(*film.size, film.rate, *filters, source=source)
-        self._count, self._num_packets, self._is_finished = 0, 0, False
+        self._graph = _graph(film, encoder.pixels) if film.encoding.bits == 8 else None
 
     def describe(self, text: str) -> None:
         """Set the comment of the file."""
         self._container.metadata["comment"] = text
 
-    def add(self, pixels: Pixels) -> None:
-        """Convert, encode and write one frame, see `video_pixels`."""
-        width, height = self._size
+    def _add(self, pixels: Pixels) -> None:
+        (width, height), rate = self._film.size, self._film.rate
         right, below = width - pixels.shape[1], height - pixels.shape[0]
         if right or below:
             pixels = np.pad(pixels, ((0, below), (0, right), (0, 0)), mode="edge")  # type: ignore[assignment]
-        if self._bits == 8:
-            self._graph.push(video_frame(pixels, self._count, self._rate))
+        if self._graph is not None:
+            self._graph.push(video_frame(pixels, self._count, rate))
             frame = self._graph.pull()
         else:
-            frame = _deep_frame(pixels, self._encoder.pixels, self._bits)
-            frame.pts, frame.time_base = self._count, 1 / self._rate
+            frame = _deep_frame(pixels, self._encoder.pixels, self._film.encoding.bits)
+            frame.pts, frame.time_base = self._count, 1 / rate
         self._mux(self._stream.encode(frame))
-        self._count += 1
 
-    def finish(self) -> None:
-        """Write the frames that the encoder has buffered, and the index."""
-        if self._is_finished:
-            return
-        self._is_finished = True
+    def _flush(self) -> None:
         self._mux(self._stream.encode(None))
-        self._container.close()
 
     def _mux(self, packets: Sequence[Any]) -> None:
         for packet in packets:
             if self._encoder.delay is not None:
-                frames = Fraction(self._num_packets - self._encoder.delay) / self._rate
+                frames = Fraction(self._num_packets - self._encoder.delay) / self._film.rate
                 packet.dts = int(frames / packet.time_base)
             self._container.mux(packet)
             self._num_packets += 1
+
+
+def _graph(film: Film, pixels: str) -> Any:
+    """Filters from frames of 8 bits to the pixels that an encoder takes."""
+    import av
+
+    graph = av.filter.Graph()
+    source = av.VideoFormat(_FORMATS[4 if film.encoding.has_alpha else 3])
+    width, height = film.size
+    nodes = [graph.add_buffer(width=width, height=height, format=source, time_base=1 / film.rate)]
+    nodes += [graph.add(*one) for one in (("scale", _TO_BT709), ("format", pixels), ("buffersink",))]
+    graph.link_nodes(*nodes).configure()
+    return graph
 
 
 @contextlib.contextmanager
@@ -211,41 +251,6 @@ def as_scene_error(path: Path) -> Iterator[None]:
         yield
     except av.FFmpegError as error:
         raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from None
-
-
-def open_container(stack: contextlib.ExitStack, film: Film, options: Mapping[str, str] | None = None) -> Any:
-    """A container that is closed with the stack; options of its own replace those of its kind."""
-    import av
-
-    if options is None:
-        options = _INDEX_FIRST if film.container in OF_QUICKTIME else _NOTHING_RANDOM
-    container = av.open(str(film.path), "w", format=film.container, options=dict(options))
-
-    def close() -> None:
-        # After an error the rest cannot be written either; that error is the one to report.
-        with contextlib.suppress(av.FFmpegError):
-            container.close()
-
-    stack.callback(close)
-    return container
-
-
-def filter_graph(
-    width: int, height: int, rate: Fraction, *filters: tuple[str, str], source: str = "rgb24"
-) -> Any:
-    """A chain of filters for frames in a format of libav, given as pairs of name and options."""
-    import av
-
-    graph = av.filter.Graph()
-    last = graph.add_buffer(
-        width=width, height=height, format=av.VideoFormat(source), time_base=1 / rate, name="frames"
-    )
-    for name, options in (*filters, ("buffersink", "")):
-        following = graph.add(name, options)
-        last.link_to(following)
-        last = following
-    graph.configure()
-    return graph
 
 
 def _deep_frame(pixels: Pixels, name: str, bits: int) -> Any:
@@ -272,83 +277,7 @@ def video_frame(pixels: Pixels, index: int, rate: Fraction) -> Any:
     return frame
 
 
-_ENCODER = Encoder(
-    "libx264",
-    "yuv420p",
-    # The error of the preset "medium" at a crf of 18, which is considered visually lossless, in 0.45 of its
-    # time and 1.11 of its bytes. x264's macroblock tree reads uninitialised memory: bytes differed in 39 of
-    # 600 runs, and with MALLOC_PERTURB_. Without it files are 8 % larger, but repeatable.
-    {"crf": "17", "preset": "veryfast", "x264-params": "no-mbtree=1"},
-)
-
-
-def open_h264(stack: contextlib.ExitStack, film: Film) -> VideoWriter:
-    """See `open_video`."""
-    return EncodedVideo(stack, film, _ENCODER)
-
-
-_H265_PIXELS = {8: "yuv420p", 10: "yuv420p10le"}
-# Worker threads and frames in flight by number, for x265 takes as many as the machine has; it writes its
-# version and options into the stream unless it is told not to, and its progress to the terminal.
-_PARAMETERS = "log-level=none:info=0:pools=4:frame-threads=2"
-
-
-def open_h265(stack: contextlib.ExitStack, film: Film) -> VideoWriter:
-    """See `open_video`."""
-    return EncodedVideo(
-        stack,
-        film,
-        Encoder(
-            "libx265",
-            _H265_PIXELS[film.encoding.bits],
-            # Half a decibel below x264 here, in 52 % of the bytes (10 bit).
-            {"crf": "18", "preset": "medium", "x265-params": _PARAMETERS},
-            tag="hvc1",  # QuickTime and Safari play no other
-            delay=2,  # x265 knows it from the third frame on: time stamps of shorter films were arbitrary
-        ),
-    )
-
-
-_PRORES_OPTIONS = {"profile": "4444", "vendor": "apl0"}  # some programs open only what says it is Apple's
-
-
-def open_prores(stack: contextlib.ExitStack, film: Film) -> VideoWriter:
-    """See `open_video`."""
-    return EncodedVideo(
-        stack,
-        film,
-        Encoder("prores_ks", "yuva444p10le" if film.encoding.has_alpha else "yuv444p10le", _PRORES_OPTIONS),
-    )
-
-
-# The scale of crf is not that of H.264: 24 gives about the same error as 17 there.
-_VP9_OPTIONS = {
-    "crf": "24",
-    "b": "0",
-    "deadline": "good",
-    "cpu-used": "4",
-    "row-mt": "1",
-    "tile-columns": "2",
-}
-# Frames that are not shown would have no picture of alpha beside them, and the encoder refuses them.
-_VP9_ALPHA = _VP9_OPTIONS | {"auto-alt-ref": "0"}
-
-
-def open_vp9(stack: contextlib.ExitStack, film: Film) -> VideoWriter:
-    """See `open_video`."""
-    return EncodedVideo(stack, film, _encoder(has_alpha=film.encoding.has_alpha))
-
-
-def _encoder(*, has_alpha: bool) -> Encoder:
-    if has_alpha:
-        return Encoder("libvpx-vp9", "yuva420p", _VP9_ALPHA)
-    return Encoder("libvpx-vp9", "yuv420p", _VP9_OPTIONS)
-
-
 AVIF_MIN_SIDE = 16  # the encoder refuses smaller pictures
-_AVIF_PIXELS = {8: "yuv420p", 10: "yuv420p10le"}
-# crf: the error of a JPEG of quality 95, in a third of its bytes; lp: threads, fixed as those of videos are.
-_AVIF_OPTIONS = {"crf": "16", "preset": "6", "svtav1-params": "lp=1"}
 
 
 def write_avif(frame: Frame, path: str | Path, background: Background, *, bits: int = 8) -> None:
@@ -362,7 +291,6 @@ def write_avif(frame: Frame, path: str | Path, background: Background, *, bits: 
     if bits > 8 and (height % 2 or width % 2):
         raise ValueError(f"an AVIF of {bits} bits must have even sides, got {width}x{height}; use 8 bits")
     os.environ.setdefault("SVT_LOG", "1")  # errors only: it describes itself on the terminal
-    encoder = Encoder("libsvtav1", _AVIF_PIXELS[bits], _AVIF_OPTIONS)
     with (
         defer_stop(),
         replacing(path) as temporary,
@@ -370,8 +298,8 @@ def write_avif(frame: Frame, path: str | Path, background: Background, *, bits: 
         _scheduling_kept(),
         contextlib.ExitStack() as stack,
     ):
-        film = Film(temporary, "avif", (width, height), Fraction(1), Encoding(bits, has_alpha=False))
-        writer = EncodedVideo(stack, film, encoder)
+        film = Film(temporary, "avif", "avif", (width, height), Fraction(1), Encoding(bits, has_alpha=False))
+        writer = EncodedVideo(stack, film)
         writer.add(video_pixels(frame, background, bits))
         writer.finish()
 

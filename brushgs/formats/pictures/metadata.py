@@ -17,8 +17,7 @@ from brushgs.formats.files import check_plain, exists, read_whole, replacing, sc
 from brushgs.formats.pictures.encoding import INSTALL_PYAV
 from brushgs.formats.pictures.images import MAX_PIXELS, find_format, suffixed
 from brushgs.formats.pictures.shot import Origin, Shot
-from brushgs.formats.registry import VIDEO_FORMATS, find_written, is_drawing
-from brushgs.formats.registry import by_suffix as by_suffix
+from brushgs.formats.registry import VIDEO_FORMATS, by_suffix, find_written, is_drawing
 from brushgs.values.camera import Camera
 from brushgs.version import __version__
 
@@ -39,19 +38,12 @@ class CameraMetadata(msgspec.Struct, frozen=True):
 
 
 class Metadata(msgspec.Struct, frozen=True):
-    """What a picture says of itself.
+    """What a picture says of itself."""
 
-    Attributes:
-        brushgs: version of the program.
-        command: see `Origin`, like `inputs`.
-        inputs: their digest.
-        camera: None where the file shows no single view.
-    """
-
-    brushgs: str
-    command: str
-    inputs: str = ""
-    camera: CameraMetadata | None = None
+    brushgs: str  # version of the program
+    command: str  # see `Origin`, like `inputs`
+    inputs: str = ""  # their digest
+    camera: CameraMetadata | None = None  # None where the file shows no single view
 
     def is_of(self, origin: Origin) -> bool:
         """Whether this version would paint the same picture again."""
@@ -80,8 +72,7 @@ def described(shot: Shot | None) -> dict[str, Any]:
 def read_metadata(path: Path) -> Metadata | None:
     """The metadata of a picture or video; None if it has none.
 
-    Raises:
-        SceneError: if there is no such file, or it is no picture or video that can be read.
+    Raises SceneError if there is no such file, or it is no picture or video that can be read.
     """
     if is_drawing(path):
         from brushgs.formats.pictures.svg import read_description
@@ -90,13 +81,14 @@ def read_metadata(path: Path) -> Metadata | None:
     elif (layered := find_written("layered", path)) is not None:
         if not layered.holds_metadata:
             return None
-        from brushgs.formats.pictures.ora import merged_picture
+        from brushgs.formats.pictures.layered import merged_picture
 
         with scratch_folder() as folder:
             (folder / "merged.png").write_bytes(merged_picture(path))
             text = _description(folder / "merged.png")
     else:
-        text = _comment(path) if by_suffix(VIDEO_FORMATS, path) else _description(path)
+        film = by_suffix(VIDEO_FORMATS, path)
+        text = _description(path) if film is None else _comment(path, film.container)
     try:
         return msgspec.json.decode(text, type=Metadata)
     except (msgspec.DecodeError, RecursionError):
@@ -106,8 +98,7 @@ def read_metadata(path: Path) -> Metadata | None:
 def metadata_of(path: Path) -> Metadata | None:
     """The metadata of a picture with its camera, or the file of `write_sidecar` beside it; or None.
 
-    Raises:
-        SceneError: if there is no such picture, or the file beside it is damaged.
+    Raises SceneError if there is no such picture, or the file beside it is damaged.
     """
     found = read_metadata(path)
     beside = sidecar_of(path)
@@ -123,8 +114,7 @@ def metadata_of(path: Path) -> Metadata | None:
 def camera_of(path: Path) -> Camera | None:
     """The camera that a picture states, or the file of `write_sidecar` beside it; None if none does.
 
-    Raises:
-        SceneError: if there is no such picture, or the file beside it is damaged.
+    Raises SceneError if there is no such picture, or the file beside it is damaged.
     """
     found = metadata_of(path)
     if found is None or (camera := found.camera) is None:
@@ -144,8 +134,7 @@ def sidecar_of(path: Path) -> Path:
 def write_sidecar(path: Path, shot: Shot) -> Path:
     """Write the metadata of a picture beside it, for programs that drop what is in it; returns the file.
 
-    Raises:
-        SceneError: if it cannot be written.
+    Raises SceneError if it cannot be written.
     """
     beside = sidecar_of(path)
     with replacing(beside) as temporary:
@@ -163,24 +152,20 @@ def is_painted_by(path: Path, origin: Origin) -> bool:
 
 
 def _camera(camera: Camera) -> CameraMetadata:
-    K, viewmat = (
-        [float(f"{number:.9g}") for number in matrix.ravel()] for matrix in (camera.K, camera.viewmat)
-    )
+    K, viewmat = ([float(f"{one:.9g}") for one in matrix.ravel()] for matrix in (camera.K, camera.viewmat))
     return CameraMetadata(camera.width, camera.height, K, viewmat, float(camera.near))
 
 
-def _comment(path: Path) -> str:
+def _comment(path: Path, container: str) -> str:
     try:
         import av
     except ImportError:
         raise SceneError(path, f"is a film, which PyAV reads; {INSTALL_PYAV}") from None
 
-    video_format = by_suffix(VIDEO_FORMATS, path)
-    assert video_format is not None, "the suffix was checked"
     check_plain(path, "video")
     try:
-        with av.open(str(path), format=video_format.container) as container:
-            found = {name.lower(): value for name, value in container.metadata.items()}
+        with av.open(str(path), format=container) as opened:
+            found = {name.lower(): value for name, value in opened.metadata.items()}
     except (av.FFmpegError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or "a text in it is not UTF-8"
         raise SceneError(path, f"cannot be read as a video ({why}); get it again") from None

@@ -21,36 +21,31 @@ DEFAULT_NAME = "%05d.png"
 
 @dataclass(frozen=True)
 class NumberedFiles:
-    """The files of a sequence: a folder, and a name with a placeholder for the number of the frame.
+    """The files of a sequence: a folder, and a name with a placeholder for the number of the frame."""
 
-    Attributes:
-        folder: where they are.
-        name: such as "%05d.png".
-    """
-
-    folder: Path
-    name: str
+    folder: Path  # where they are
+    name: str  # such as "%05d.png"
 
     @classmethod
     def of(cls, path: Path, suffixes: tuple[str, ...]) -> "NumberedFiles":
         """The files that a pattern such as frames/%05d.png stands for.
 
-        Raises:
-            ValueError: if the name does not hold one placeholder, the folder does, or the suffix is none of
-                `suffixes`.
+        Raises ValueError if the name does not hold one placeholder, the folder does, or the suffix is none of
+        `suffixes`.
         """
-        known = ", ".join(suffixes)
+        rule, cure = "", ""
         if "%" in str(path.parent):
-            raise ValueError(f"the number must be in the name of the file, not of its folder, got '{path}'")
-        if path.suffix.lower() not in suffixes:
-            raise ValueError(
-                f"numbered frames must end in {known}, got '{path}'; the suffix decides the format"
+            rule = "the number must be in the name of the file, not of its folder"
+        elif path.suffix.lower() not in suffixes:
+            rule, cure = (
+                f"numbered frames must end in {', '.join(suffixes)}",
+                "; the suffix decides the format",
             )
-        if len(_NUMBER.findall(path.name)) != 1 or path.name.count("%") != 1:
-            raise ValueError(
-                f"a name of numbered frames must hold one number such as %05d, got '{path}'; "
-                f"write {path.parent / DEFAULT_NAME}"
-            )
+        elif len(_NUMBER.findall(path.name)) != 1 or path.name.count("%") != 1:
+            rule = "a name of numbered frames must hold one number such as %05d"
+            cure = f"; write {path.parent / DEFAULT_NAME}"
+        if rule:
+            raise ValueError(f"{rule}, got '{path}'{cure}")
         return cls(path.parent, path.name)
 
     @property
@@ -86,24 +81,17 @@ class NumberedFiles:
 
 @dataclass
 class Manifest:
-    """What is recorded of the frames of a sequence.
+    """What is recorded of the frames of a sequence."""
 
-    Attributes:
-        files: the frames.
-        painting: all that they depend on: name -> number, text or None, ready for JSON.
-        sizes: bytes of each finished frame, by number.
-    """
-
-    files: NumberedFiles
-    painting: Mapping[str, Any]
-    sizes: dict[int, int] = field(default_factory=dict)
+    files: NumberedFiles  # the frames
+    painting: Mapping[str, Any]  # all that they depend on: name -> number, text or None, ready for JSON
+    sizes: dict[int, int] = field(default_factory=dict)  # bytes of each finished frame, by number
 
     @classmethod
     def read(cls, files: NumberedFiles) -> "Manifest | None":
         """The manifest beside the frames; None if there is none.
 
-        Raises:
-            SceneError: if it cannot be read, or is something else.
+        Raises SceneError if it cannot be read, or is something else.
         """
         fault = "is no manifest of frames; remove it, or omit --resume to paint all frames again"
         found = read_record(files.manifest, "painting", fault)
@@ -117,11 +105,7 @@ class Manifest:
             return False
 
     def begin(self) -> None:
-        """Start or resume the frames: rewrite the manifest.
-
-        Raises:
-            SceneError: if the folder or the manifest cannot be written.
-        """
+        """Start or resume the frames: rewrite the manifest. Raises SceneError if it cannot be written."""
         entries = [_entry(index, size) for index, size in sorted(self.sizes.items())]
         begin_record(self.files.manifest, {"painting": self.painting}, entries)
         note_written(*(self.files.path(index) for index in self.sizes))
@@ -129,8 +113,7 @@ class Manifest:
     def add(self, index: int, content: bytes) -> None:
         """Write a frame, completely or not at all, then its line of the manifest.
 
-        Raises:
-            SceneError: if either cannot be written.
+        Raises SceneError if either cannot be written.
         """
         with defer_stop():
             with replacing(self.files.path(index)) as temporary:

@@ -26,14 +26,9 @@ NO_DATE = "1970:01:01 00:00:00"
 Background = Sequence[float] | Array | None  # one RGB colour or [H, W, 3], display-encoded; None for none
 
 
-def with_alpha(frame: Frame) -> Array:
+def _with_alpha(frame: Frame) -> Array:
     """[H, W, 4] straight colour and alpha."""
     return np.concatenate([frame.straight_colors(), frame.alpha[..., None]], axis=-1)
-
-
-def straight_colors(frame: Frame) -> Array:
-    """[H, W, 3], see `Frame.straight_colors`."""
-    return frame.straight_colors()
 
 
 def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.unsignedinteger[Any]]:
@@ -43,24 +38,15 @@ def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.
 
 @dataclass(frozen=True, eq=False)
 class Strips:
-    """A frame in strips from the top, none of which is kept.
+    """A frame in strips from the top, none of which is kept."""
 
-    Attributes:
-        height: of the picture, pixels.
-        width: pixels.
-        frames: the strips; all are painted anew each time.
-    """
-
-    height: int
-    width: int
-    frames: Callable[[], Iterator[Frame]]
+    height: int  # of the picture, pixels
+    width: int  # pixels
+    frames: Callable[[], Iterator[Frame]]  # the strips; all are painted anew each time
 
 
-def strips_of(frame: Frame | Strips, background: Background) -> Iterator[tuple[Frame, Background]]:
+def _strips_of(frame: Strips, background: Background) -> Iterator[tuple[Frame, Background]]:
     """The strips of a picture with what lies behind each."""
-    if isinstance(frame, Frame):
-        yield frame, background
-        return
     is_image, row = background is not None and np.ndim(background) == 3, 0
     for strip in frame.frames():
         rows = slice(row, row + len(strip.alpha))
@@ -71,7 +57,7 @@ def strips_of(frame: Frame | Strips, background: Background) -> Iterator[tuple[F
 def bytes_of(frame: Frame, background: Background) -> NDArray[np.uint8]:
     """[H, W, 4] straight colour and alpha in 8 bits; on a background [H, W, 3]."""
     if background is None:
-        return quantise(with_alpha(frame), np.uint8).astype(np.uint8, copy=False)
+        return quantise(_with_alpha(frame), np.uint8).astype(np.uint8, copy=False)
     return frame.bytes_over(background)
 
 
@@ -79,7 +65,7 @@ def pixels_of(frame: Frame, background: Background, bits: int) -> NDArray[np.uin
     """The same in 8 bits, else in 16, rounded once."""
     if bits == 8:
         return bytes_of(frame, background)
-    values = with_alpha(frame) if background is None else frame.over(background)
+    values = _with_alpha(frame) if background is None else frame.over(background)
     return quantise(values, np.uint16).astype(np.uint16, copy=False)
 
 
@@ -97,9 +83,10 @@ def write_frame_as(
     if isinstance(frame, Frame):
         write_pixels(path, format_name, pixels_of(frame, background, bits), names, attributes, finish)
         return
-    shape, dtype = (frame.height, frame.width), f"uint{bits}"
-    rows = (pixels_of(strip, behind, bits) for strip, behind in strips_of(frame, background))
-    _write_rows(path, format_name, rows, (*shape, dtype), names, attributes, finish)
+    rows = (pixels_of(strip, behind, bits) for strip, behind in _strips_of(frame, background))
+    _write_rows(
+        path, format_name, rows, (frame.height, frame.width, f"uint{bits}"), names, attributes, finish
+    )
 
 
 def write_pixels(
@@ -110,7 +97,7 @@ def write_pixels(
     attributes: Mapping[str, Any],
     finish: Callable[[Path], bool] = lambda path: True,
 ) -> None:
-    """Write pixels as they are; the file appears when it is complete.
+    """Write pixels as they are; the file appears when it is complete. Raises SceneError if it cannot.
 
     Args:
         path: the name of the file.
@@ -120,9 +107,6 @@ def write_pixels(
         attributes: of OpenImageIO, by name.
         finish: completes the written file, and says whether it is whole: some writers report success on a
             full disk.
-
-    Raises:
-        SceneError: if the file cannot be written.
     """
     shape = pixels.shape[0], pixels.shape[1], pixels.dtype.name.replace("float32", "float")
     _write_rows(path, format_name, iter([pixels]), shape, names, attributes, finish)
@@ -177,16 +161,9 @@ Pixels: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16]  # [H, W, 3 or 4]
 
 
 def video_pixels(frame: Frame, background: Background, bits: int) -> Pixels:
-    """The pixels of one frame of a video.
+    """The pixels of one frame of a video: uint8 for `bits` of 8, else uint16 over its full range.
 
-    Args:
-        frame: the picture.
-        background: as `write_frame` takes it; None keeps the transparency.
-        bits: of a channel in the file.
-
-    Returns:
-        uint8 for 8 bits, else uint16 over its full range; [H, W, 3], without a background [H, W, 4] with
-        straight alpha.
+    [H, W, 3]; without a background, see `write_frame`, [H, W, 4] with straight alpha.
     """
     if background is not None:
         return pixels_of(frame, background, bits)
@@ -200,7 +177,7 @@ def spread_colors(frame: Frame) -> Array:
     Codecs mix the colours of neighbours, seen or not: black ones beside the paint would darken its edge. A
     pixel without paint takes the mean of the smallest block of 2, 4, 8 ... pixels a side that has some.
     """
-    colors = straight_colors(frame)
+    colors = frame.straight_colors()
     is_bare = frame.alpha <= 0
     if is_bare.any() and not is_bare.all():
         colors[is_bare] = _means_of_blocks(frame.rgb, frame.alpha)[is_bare]

@@ -46,10 +46,10 @@ class Panorama:
         """The tags of a picture, as attributes of OpenImageIO; none if they cannot say what it is."""
         if not self.is_photo_sphere:
             return {}
-        sizes = {"CroppedAreaImageWidthPixels": width, "CroppedAreaImageHeightPixels": height}
-        sizes |= {"FullPanoWidthPixels": width, "FullPanoHeightPixels": height}
-        sizes |= {"CroppedAreaLeftPixels": 0, "CroppedAreaTopPixels": 0}
-        named = {"ProjectionType": "equirectangular", "UsePanoramaViewer": "True", **sizes}
+        named: dict[str, Any] = {"ProjectionType": "equirectangular", "UsePanoramaViewer": "True"}
+        named |= {"CroppedAreaImageWidthPixels": width, "CroppedAreaImageHeightPixels": height}
+        named |= {"FullPanoWidthPixels": width, "FullPanoHeightPixels": height}
+        named |= {"CroppedAreaLeftPixels": 0, "CroppedAreaTopPixels": 0}
         return {f"GPano:{name}": value for name, value in named.items()}
 
     def boxes(self) -> bytes:
@@ -67,9 +67,8 @@ class Panorama:
 
 
 def tag_png(path: Path, panorama: Panorama, width: int, height: int) -> None:
-    """Add the tags to a PNG, as the text chunk that XMP asks for."""
-    tags = panorama.tags(width, height)
-    if not tags:
+    """Add the tags to a PNG, if there are any, as the text chunk that XMP asks for."""
+    if not (tags := panorama.tags(width, height)):
         return
     words = " ".join(f'{name}="{value}"' for name, value in tags.items())
     packet = (
@@ -86,8 +85,9 @@ def tag_png(path: Path, panorama: Panorama, width: int, height: int) -> None:
 def mark_video(path: Path, panorama: Panorama) -> None:
     """Insert the boxes into an MP4 or QuickTime file; offsets of what follows are corrected.
 
-    Raises:
-        ValueError: if the file has no video, or its index is damaged.
+    libav would write them of side data, which PyAV does not set.
+
+    Raises ValueError if the file has no video, or its index is damaged.
     """
     boxes = panorama.boxes()
     with path.open("rb") as file:
@@ -145,8 +145,7 @@ def _children(content: bytes | bytearray, start: int, end: int) -> Iterator[tupl
 def _with_boxes(index: bytes, boxes: bytes, start: int) -> bytes:
     """The box "moov", found at `start` of a file, with boxes in the entry of its video codec."""
     content = bytearray(index)
-    path = _way_to_entry(content, 0, len(content))
-    if path is None:
+    if (path := _way_to_entry(content, 0, len(content))) is None:
         raise ValueError("mark_video: the file must have a video, got none")
     _shift_offsets(content, 8, len(index), len(boxes), start)
     for at in path:

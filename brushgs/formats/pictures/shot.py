@@ -21,45 +21,33 @@ def without_folders(word: str) -> str:
 
 @dataclass(frozen=True)
 class Origin:
-    """How a picture came about.
+    """How a picture came about."""
 
-    Attributes:
-        command: that painted it, such as "brushgs render truck.splat --look ink": options that are not the
-            usual ones, files by their names, without folders.
-        inputs: a digest of the files that it names.
-    """
-
+    # that painted it, such as "brushgs render truck.splat --look ink": options that are not the usual ones,
+    # files by their names, without folders
     command: str
-    inputs: str = ""
+    inputs: str = ""  # a digest of the files that it names
 
 
 @dataclass(frozen=True, eq=False)
 class Shot:
     """Where a picture stands in a film, and how it was seen. What is None is not known and not written.
 
-    Attributes:
-        camera: that sees the picture.
-        number: of the frame, as in the name of its file.
-        fps: frames a second.
-        manifest: the file with the names of the strokes of all frames (`write_manifest`), as it is named
-            from the folder of the picture; None where the names stand in the picture itself.
-        origin: how it was painted, which its metadata say; see `brushgs.formats.pictures.metadata`.
-        dpi: pixels per inch on paper.
-        part: the part of the view of the camera that the picture is.
-        panorama: of a sphere or of two eyes.
-
     Raises:
         ValueError: if `fps` is not above 0.
     """
 
-    camera: Camera | None = None
-    number: int | None = None
-    fps: float | None = None
+    camera: Camera | None = None  # that sees the picture
+    number: int | None = None  # of the frame, as in the name of its file
+    fps: float | None = None  # frames a second
+    # the file with the names of the strokes of all frames (`write_manifest`), as it is named from the folder
+    # of the picture; None where the names stand in the picture itself
     manifest: PurePath | None = None
+    # how it was painted, which its metadata say; see `brushgs.formats.pictures.metadata`
     origin: Origin | None = None
-    dpi: float | None = None
-    part: Part | None = None
-    panorama: "Panorama | None" = None
+    dpi: float | None = None  # pixels per inch on paper
+    part: Part | None = None  # the part of the view of the camera that the picture is
+    panorama: "Panorama | None" = None  # of a sphere or of two eyes
 
     def __post_init__(self) -> None:
         if self.fps is not None and not 0 < self.fps < float("inf"):

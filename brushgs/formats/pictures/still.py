@@ -18,14 +18,8 @@ from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, scratch_folder
 from brushgs.formats.pictures.images import check_pixels
 from brushgs.formats.pictures.metadata import described, metadata_text
-from brushgs.formats.pictures.oiio import (
-    NO_DATE,
-    Background,
-    Strips,
-    bytes_of,
-    write_frame_as,
-    write_pixels,
-)
+from brushgs.formats.pictures.oiio import NO_DATE, Background, Strips, bytes_of, write_frame_as, write_pixels
+from brushgs.formats.pictures.panorama import tag_png
 from brushgs.formats.pictures.shot import Shot
 from brushgs.values.frame import Frame
 
@@ -36,32 +30,22 @@ _PNG_END = b"\0\0\0\0IEND\xaeB`\x82"  # the chunk that closes every PNG
 
 
 def write_png(
-    frame: Frame | Strips,
-    path: str | Path,
-    background: Background,
-    *,
-    bits: int = 8,
-    shot: Shot | None = None,
+    frame: Frame | Strips, path: str | Path, background: Background, *, bits: int, shot: Shot | None = None
 ) -> None:
     """See `write_frame`."""
 
     def finish(written: Path) -> bool:
-        if shot is None or shot.panorama is None or not _is_complete(written):
-            return _is_complete(written)
-        from brushgs.formats.pictures.panorama import tag_png
-
-        tag_png(written, shot.panorama, *_size(frame))
-        return True
+        is_complete = _is_complete(written)
+        if is_complete and shot is not None and shot.panorama is not None:
+            tag_png(written, shot.panorama, *_size(frame))
+        return is_complete
 
     write_frame_as(path, "png", frame, background, bits, _PNG | described(shot), finish)
 
 
 def _size(frame: Frame | Strips) -> tuple[int, int]:
     """Width and height, pixels."""
-    if isinstance(frame, Strips):
-        return frame.width, frame.height
-    height, width = frame.alpha.shape
-    return width, height
+    return (frame.width, frame.height) if isinstance(frame, Strips) else frame.alpha.shape[::-1]
 
 
 def _is_complete(path: Path) -> bool:
@@ -75,12 +59,7 @@ _TIFF = {"oiio:UnassociatedAlpha": 1, "DateTime": NO_DATE, "tiff:zipquality": 2}
 
 
 def write_tiff(
-    frame: Frame | Strips,
-    path: str | Path,
-    background: Background,
-    *,
-    bits: int = 16,
-    shot: Shot | None = None,
+    frame: Frame | Strips, path: str | Path, background: Background, *, bits: int, shot: Shot | None = None
 ) -> None:
     """See `write_frame`."""
     write_frame_as(path, "tiff", frame, background, bits, _TIFF | described(shot))
@@ -113,8 +92,7 @@ def write_jpeg(
 def encode_jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:
     """The bytes of a picture [H, W, 3] of a quality of 1 to 100, with a chroma sample for four pixels.
 
-    Raises:
-        SceneError: if the folder for temporary files is full.
+    Raises SceneError if the folder for temporary files is full.
     """
     attributes = {"Compression": f"jpeg:{quality}", "jpeg:subsampling": "4:2:0"}
     with scratch_folder() as folder:  # OpenImageIO writes to named files only
@@ -141,8 +119,7 @@ def _jpeg_size(path: Path, file: BinaryIO) -> tuple[int, int]:
 
     Source: ITU T.81, annex B. Bytes between two segments are skipped, as decoders do.
 
-    Raises:
-        SceneError: if there are more than `_MAX_SEGMENTS` segments before it.
+    Raises SceneError if there are more than `_MAX_SEGMENTS` segments before it.
     """
     file.seek(2)
     for _ in range(_MAX_SEGMENTS):

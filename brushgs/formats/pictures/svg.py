@@ -12,7 +12,6 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, replacing
 from brushgs.formats.pictures.metadata import metadata_text
 from brushgs.formats.pictures.shot import Shot
@@ -27,22 +26,13 @@ _MOST_TEXT = 1 << 17  # bytes at the start of a file in which its metadata stand
 
 
 def write_svg(paths: Paths, path: str | Path, *, shot: Shot | None = None) -> None:
-    """Write paths to a file; equal paths give equal bytes.
+    """Write paths, with the metadata of a shot, to a file that appears when it is complete.
 
-    Args:
-        paths: the strokes.
-        path: the name of the file; it appears when it is complete.
-        shot: for its metadata; None for none.
-
-    Raises:
-        SceneError: if the file cannot be written.
+    Equal paths give equal bytes. Raises SceneError if the file cannot be written.
     """
     text = "".join(_lines_of(paths, metadata_text(shot)))
     with replacing(path) as temporary:
-        try:
-            temporary.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise SceneError(path, f"cannot be written ({error.strerror})") from None
+        temporary.write_text(text, encoding="utf-8")
 
 
 def read_description(path: Path) -> str:
@@ -111,10 +101,8 @@ def _code(path: Path2D, steps: int = 255) -> str:
 
 def _shape(path: Path2D, steps: int) -> str:
     """The element of a path; `steps` of the colours of soft ellipses."""
-    code, opacity = (
-        _code(path, steps if path.kind == "soft" else 255),
-        f"{path.opacity:.2f}".rstrip("0").rstrip(".") or "0",
-    )
+    code = _code(path, steps if path.kind == "soft" else 255)
+    opacity = f"{path.opacity:.2f}".rstrip("0").rstrip(".") or "0"
     if path.kind == "line":
         seen = "" if path.opacity > 0.995 else f' stroke-opacity="{opacity}"'
         width = f"{max(path.width, 0.01):.2f}"

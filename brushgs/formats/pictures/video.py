@@ -8,11 +8,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 from brushgs.formats.files import replacing
 from brushgs.formats.pictures.encoding import choose_encoding, codec_of, frame_rate, video_format_of
 from brushgs.formats.pictures.libav import OF_QUICKTIME, Film, VideoWriter, as_scene_error
-from brushgs.formats.pictures.oiio import video_pixels
+from brushgs.formats.pictures.oiio import Background, video_pixels
 from brushgs.formats.pictures.panorama import Panorama, mark_video
 from brushgs.formats.registry import VIDEO_SUFFIXES, function_of
 from brushgs.values.arrays import Array
@@ -23,8 +24,7 @@ from brushgs.values.frame import Frame
 def check_rate(path: Path, fps: float) -> None:
     """Refuse a frame rate that the video format cannot hold.
 
-    Raises:
-        ValueError: if it is not in (0, 1000], or above 50 for a GIF.
+    Raises ValueError if it is not in (0, 1000], or above 50 for a GIF.
     """
     most = video_format_of(path).max_fps
     if not 0 < fps <= most:
@@ -34,20 +34,17 @@ def check_rate(path: Path, fps: float) -> None:
 def check_size(path: Path, width: int, height: int, codec: str | None = None) -> None:
     """Refuse frames that the codec, None for the usual one of the suffix, cannot hold.
 
-    Raises:
-        ValueError: if a side is above 16384 pixels for H.264, or below 16 or above 8192 for H.265.
+    Raises ValueError if a side is above 16384 pixels for H.264, or below 16 or above 8192 for H.265.
     """
     offer = codec_of(path, codec)
+    rule = ""
     if min(width, height) < offer.min_side:
-        raise ValueError(
-            f"pictures in {path.suffix} with {offer.name} must be at least {offer.min_side} pixels wide and "
-            f"high, got {width}x{height}; use .webm or numbered frames"
-        )
-    if offer.max_side is not None and max(width, height) > offer.max_side:
-        raise ValueError(
-            f"pictures in {path.suffix} with {offer.name} must be at most {offer.max_side} pixels wide and "
-            f"high, got {width}x{height}; use .webm or numbered frames"
-        )
+        rule = f"at least {offer.min_side}"
+    elif offer.max_side is not None and max(width, height) > offer.max_side:
+        rule = f"at most {offer.max_side}"
+    if rule:
+        fact = f"pictures in {path.suffix} with {offer.name} must be {rule} pixels wide and high"
+        raise ValueError(f"{fact}, got {width}x{height}; use .webm or numbered frames")
 
 
 def padded_size(path: Path, width: int, height: int, codec: str | None = None) -> tuple[int, int]:
@@ -97,35 +94,22 @@ def save_video(
     path, rest = Path(path), iter(frames)
     if path.suffix.lower() not in VIDEO_SUFFIXES:
         raise ValueError(f"save_video: path must end in {', '.join(VIDEO_SUFFIXES)}, got {str(path)!r}")
-    behind = None if background is None else _behind(background)
+    behind: Background = None if isinstance(background, str) else background
+    if isinstance(background, str):
+        behind = None if background.lower() == "transparent" else rgb_of(background)
     transparent = behind is None
     encoding = choose_encoding(path, codec=codec, bits=bits, transparent=transparent)
     first = next(rest, None)
     if first is None:
         raise ValueError("save_video: frames must hold at least one, got none")
     height, width = first.alpha.shape
-    with open_video(
-        path,
-        width=width,
-        height=height,
-        fps=fps,
-        loops=loops,
-        codec=codec,
-        bits=bits,
-        transparent=transparent,
-    ) as video:
+    options: dict[str, Any] = {"loops": loops, "codec": codec, "bits": bits, "transparent": transparent}
+    with open_video(path, width=width, height=height, fps=fps, **options) as video:
         for frame in chain([first], rest):
             if frame.alpha.shape != (height, width):
                 size = f"{frame.alpha.shape[1]}x{frame.alpha.shape[0]}"
                 raise ValueError(f"save_video: frames must have one size, got {width}x{height} and {size}")
             video.add(video_pixels(frame, behind, encoding.bits))
-
-
-def _behind(background: Sequence[float] | Array | str) -> Sequence[float] | Array | None:
-    """The colour that a name stands for; None for "transparent"."""
-    if not isinstance(background, str):
-        return background
-    return None if background.lower() == "transparent" else rgb_of(background)
 
 
 @contextmanager
@@ -148,11 +132,11 @@ def open_video(
     all frames, found when all are there, and an ordered dither, which is still where the picture is.
 
     Args:
-        path: the suffix decides the format.
+        path: see `save_video`, as `fps`, `loops`, `codec` and `bits`.
         width: of the frames, pixels; see `padded_size`.
         height: of the frames, pixels.
-        fps: frames a second, above 0; at most 50 for a GIF, whose delays are rounded to 1/100 s.
-        loops: whether a GIF starts over at its end; players decide for the other formats.
+        fps: at most 50 for a GIF, whose delays are rounded to 1/100 s.
+        loops: players decide for formats other than GIF.
         codec: one of those of the suffix; None for the usual one.
         bits: of each channel; None for the usual number of the codec.
         transparent: whether frames have alpha. Frames are as `video_pixels` gives them.
@@ -170,7 +154,8 @@ def open_video(
     rate, size = frame_rate(fps), padded_size(path, width, height, codec)
     with replacing(path) as temporary, as_scene_error(path), contextlib.ExitStack() as stack:
         eyes = None if panorama is None else panorama.eyes
-        film = Film(temporary, video_format_of(path).container, size, rate, encoding, loops, eyes)
+        row = video_format_of(path)
+        film = Film(temporary, codec or row.codecs[0], row.container, size, rate, encoding, loops, eyes)
         writer: VideoWriter = open_writer(stack, film)
         yield writer
         writer.finish()

@@ -109,7 +109,7 @@ def _set(*keys):
 
 BAD = [
     (_set("brushgs", "scene"), "is no style file"),
-    (_set("version", 2), "is a style of version 2, and this brushgs reads up to version 1; update brushgs"),
+    (_set("version", 2), "is of version 2, and this brushgs reads up to version 1; update brushgs"),
     (_set("version", "1"), "'version' must be 1"),
     (_set("name", "a\x1b[31m"), "name must be text of 1 to 80 printable characters"),
     (_set("palette", 0, "offsets", [[0, 0, 9]]), "must be finite numbers of at most 2, got 9"),

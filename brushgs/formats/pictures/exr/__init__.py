@@ -9,7 +9,7 @@ from Python, which takes ten times as long as writing them here. Source: OpenEXR
 
 import struct
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,36 +46,22 @@ _FORMATS = {"int": "i", "float": "f", "rational": "iI", "chromaticities": "8f", 
 _FORMATS |= {"box2i": "4i", "v2f": "2f", "compression": "B", "lineOrder": "B"}
 
 
-def deep_header(
-    width: int,
-    height: int,
-    most_samples: int,
-    channels: Mapping[str, int],
-    attributes: Mapping[str, Attribute],
-    *,
-    corner: tuple[int, int] = (0, 0),
-    whole: tuple[int, int] | None = None,
-) -> bytes:
-    """The file up to the table of the offsets of its scan lines.
+def _window(shot: Shot, width: int, height: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Column and row of the upper left pixel in the whole picture, and the size of that."""
+    if shot.part is None or shot.camera is None:
+        return (0, 0), (width, height)
+    return (shot.part.left, shot.part.top), (shot.camera.width, shot.camera.height)
 
-    Args:
-        width: pixels.
-        height: pixels.
-        most_samples: of a pixel.
-        channels: name -> type, as above.
-        attributes: beside those that every file has.
-        corner: column and row of the upper left pixel in the whole picture.
-        whole: width and height of that; None for those of the file.
-    """
-    left, top = corner
-    window = (left, top, left + width - 1, top + height - 1)
-    display_width, display_height = whole or (width, height)
+
+def _deep_header(deep: DeepSamples, most_samples: int, shot: Shot, attributes: dict[str, Attribute]) -> bytes:
+    """The file up to the table of the offsets of its lines, with attributes beside those of every file."""
+    (left, top), (width, height) = _window(shot, deep.width, deep.height)
     values: dict[str, tuple[str, Any]] = {
-        "channels": ("chlist", channels),
-        "chunkCount": ("int", height),
+        "channels": ("chlist", _CHANNELS),
+        "chunkCount": ("int", deep.height),
         "compression": ("compression", _ZIPS),
-        "dataWindow": ("box2i", window),
-        "displayWindow": ("box2i", (0, 0, display_width - 1, display_height - 1)),
+        "dataWindow": ("box2i", (left, top, left + deep.width - 1, top + deep.height - 1)),
+        "displayWindow": ("box2i", (0, 0, width - 1, height - 1)),
         "lineOrder": ("lineOrder", 0),  # from the top
         "maxSamplesPerPixel": ("int", most_samples),
         "pixelAspectRatio": ("float", 1.0),
@@ -84,9 +70,7 @@ def deep_header(
         "type": ("string", "deepscanline"),
         "version": ("int", 1),
     }
-    encoded = (
-        _encoded(name, kind, value) for name, (kind, value) in sorted({**values, **attributes}.items())
-    )
+    encoded = (_encoded(name, *value) for name, value in sorted({**values, **attributes}.items()))
     return struct.pack("<iI", _MAGIC, _VERSION | _IS_DEEP) + b"".join(encoded) + b"\0"
 
 
@@ -123,12 +107,8 @@ def write_deep(deep: DeepSamples, path: str | Path, shot: Shot) -> None:
     counts = np.diff(deep.starts)
     names = {} if shot.manifest is None else {"names": _NAMES.format(shot.manifest.as_posix())}
     attributes = attributes_of(shot, _DEEP_NOTES | names, "srgb")
-    top, window = 0, dict[str, Any]()
-    if shot.part is not None and shot.camera is not None:
-        top, size = shot.part.top, (shot.camera.width, shot.camera.height)
-        window = {"corner": (shot.part.left, top), "whole": size}
-    most = int(counts.max(initial=0))
-    header = deep_header(deep.width, deep.height, most, _CHANNELS, attributes, **window)
+    (_, top), _ = _window(shot, deep.width, deep.height)
+    header = _deep_header(deep, int(counts.max(initial=0)), shot, attributes)
     offsets = np.empty(deep.height, "<u8")
     with replacing(path) as temporary, temporary.open("wb") as file:
         file.write(header)
@@ -186,9 +166,7 @@ def write_flat(frame: Frame, path: str | Path, background: Background, shot: Sho
     spec.channelformats = tuple(plane.kind for plane in planes)
     spec.alpha_channel = spec.channelnames.index("A")
     spec.z_channel = spec.channelnames.index("Z") if "Z" in spec.channelnames else -1
-    if shot.part is not None and shot.camera is not None:  # the data window, in that of the whole picture
-        spec.x, spec.y = shot.part.left, shot.part.top
-        spec.full_width, spec.full_height = shot.camera.width, shot.camera.height
+    (spec.x, spec.y), (spec.full_width, spec.full_height) = _window(shot, width, height)
     spec.attribute("DateTime", NO_DATE)
     spec.attribute("compression", "zip")
     for name, (kind, value) in attributes.items():

@@ -58,8 +58,7 @@ def write_manifest(path: str | Path, names: Sequence[str]) -> None:
     Whoever starts the film writes it once, before any picture: workers only refer to it. Equal names give
     equal bytes, and it appears when it is complete.
 
-    Raises:
-        SceneError: if the file cannot be written.
+    Raises SceneError if the file cannot be written.
     """
     with replacing(path) as temporary:
         temporary.write_text(manifest_of([*names, OTHER]) + "\n", encoding="utf-8", newline="\n")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from brushgs.formats.pictures.encoding import frame_rate
 from brushgs.formats.pictures.exr.spaces import SPACES, colors_in
 from brushgs.formats.pictures.metadata import metadata_text
-from brushgs.formats.pictures.oiio import Background, straight_colors
+from brushgs.formats.pictures.oiio import Background
 from brushgs.formats.pictures.shot import Shot
 from brushgs.options.choices import FileSpace
 from brushgs.values.arrays import F32, Array
@@ -29,15 +29,10 @@ Kind = Literal["string", "int", "float", "rational", "chromaticities", "m44f"]
 
 
 class Attribute(NamedTuple):
-    """A value of the header.
+    """A value of the header."""
 
-    Attributes:
-        kind: its type, as OpenEXR names it.
-        value: a str, a number, or a tuple of numbers.
-    """
-
-    kind: Kind
-    value: Any
+    kind: Kind  # its type, as OpenEXR names it
+    value: Any  # a str, a number, or a tuple of numbers
 
 
 # OpenImageIO writes no attribute of the type "envmap"; a text of one letter is as long in the file.
@@ -51,13 +46,7 @@ def mark_latlong(header: bytes) -> bytes:
 
 
 def attributes_of(shot: Shot, notes: Mapping[str, str], space: FileSpace) -> dict[str, Attribute]:
-    """The attributes of a file by name.
-
-    Args:
-        shot: what is known of the picture.
-        notes: layer -> what its numbers mean.
-        space: of the colours.
-    """
+    """The attributes of a file by name; `notes` say what the numbers of each layer mean."""
     found = {
         "Software": Attribute("string", f"brushgs {__version__}"),
         "chromaticities": Attribute("chromaticities", SPACES[space].chromaticities),
@@ -132,17 +121,11 @@ Rows = Callable[[slice], Array]  # takes a slice of rows and gives the values th
 
 
 class Plane(NamedTuple):
-    """One channel.
+    """One channel."""
 
-    Attributes:
-        name: in the file.
-        kind: "half" where 11 bits are enough.
-        rows: gives [rows, W], or what spreads to that: large ones are made as they are written.
-    """
-
-    name: str
-    kind: Literal["half", "float"]
-    rows: Rows
+    name: str  # in the file
+    kind: Literal["half", "float"]  # "half" where 11 bits are enough
+    rows: Rows  # gives [rows, W], or what spreads to that: large ones are made as they are written
 
     @property
     def layer(self) -> str:
@@ -151,13 +134,7 @@ class Plane(NamedTuple):
 
 
 def planes_of(frame: Frame, background: Background, space: FileSpace) -> list[Plane]:
-    """The channels of a frame but for its mattes, the picture first.
-
-    Args:
-        frame: the picture.
-        background: that it stands on; see `write_frame`.
-        space: of the colours.
-    """
+    """The channels of a frame on a background, see `write_frame`, but for its mattes; the picture first."""
     planes = _planes("{}", "RGBA", "half", _colors(frame, background, space))
     depth = _values(frame, "depth") if frame.depth is None else frame.depth
     if depth is not None:
@@ -192,7 +169,7 @@ def _colors(frame: Frame, background: Background, space: FileSpace) -> F32:
         colors = colors_in(frame.over(background), space)
         return np.concatenate([colors, np.ones_like(colors[..., :1])], axis=-1, dtype=np.float32)
     alpha = frame.alpha[..., None]
-    straight = colors_in(straight_colors(frame), space)
+    straight = colors_in(frame.straight_colors(), space)
     return np.concatenate([straight * alpha, alpha], axis=-1, dtype=np.float32)
 
 

@@ -17,46 +17,26 @@ from brushgs.values.colors import linear_from_srgb
 
 _CONFIG = "ocio://default"
 _D65, _D60 = (0.3127, 0.329), (0.32168, 0.33767)
-_REC709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06)
+_REC709, _REC2020 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06), (0.708, 0.292, 0.17, 0.797, 0.131, 0.046)
+_AP1, _AP0 = (0.713, 0.293, 0.165, 0.83, 0.128, 0.044), (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077)
+_P3 = (0.68, 0.32, 0.265, 0.69, 0.15, 0.06)
 
 
 class Space(NamedTuple):
-    """A colour space as a file states it.
+    """A colour space as a file states it."""
 
-    Attributes:
-        words: for the note in the header.
-        interop_id: its name of the Color Interop Forum, which OpenImageIO knows too.
-        chromaticities: x and y of red, green, blue and white.
-    """
-
-    words: str
-    interop_id: str
-    chromaticities: tuple[float, ...]
+    words: str  # for the note in the header
+    interop_id: str  # its name of the Color Interop Forum, which OpenImageIO knows too
+    chromaticities: tuple[float, ...]  # x and y of red, green, blue and white
 
 
 SPACES: Mapping[FileSpace, Space] = {
     "lin_srgb": Space("linear light, Rec. 709 primaries", "lin_rec709_scene", (*_REC709, *_D65)),
     "srgb": Space("display-encoded (sRGB)", "srgb_rec709_scene", (*_REC709, *_D65)),
-    "acescg": Space(
-        "linear light, ACEScg (AP1 primaries)",
-        "lin_ap1_scene",
-        (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, *_D60),
-    ),
-    "aces2065_1": Space(
-        "linear light, ACES2065-1 (AP0 primaries)",
-        "lin_ap0_scene",
-        (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, *_D60),
-    ),
-    "lin_rec2020": Space(
-        "linear light, Rec. 2020 primaries",
-        "lin_rec2020_scene",
-        (0.708, 0.292, 0.17, 0.797, 0.131, 0.046, *_D65),
-    ),
-    "lin_p3d65": Space(
-        "linear light, P3 primaries, D65",
-        "lin_p3d65_scene",
-        (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, *_D65),
-    ),
+    "acescg": Space("linear light, ACEScg (AP1 primaries)", "lin_ap1_scene", (*_AP1, *_D60)),
+    "aces2065_1": Space("linear light, ACES2065-1 (AP0 primaries)", "lin_ap0_scene", (*_AP0, *_D60)),
+    "lin_rec2020": Space("linear light, Rec. 2020 primaries", "lin_rec2020_scene", (*_REC2020, *_D65)),
+    "lin_p3d65": Space("linear light, P3 primaries, D65", "lin_p3d65_scene", (*_P3, *_D65)),
 }
 DEFAULT: FileSpace = "lin_srgb"
 
