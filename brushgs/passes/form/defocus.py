@@ -81,7 +81,7 @@ class Lens:
             nearest_share = np.minimum(nearest_share, share * np.maximum(distances, camera.near))
         lengths = 2 * NUM_SIGMAS * strokes.scales.max(axis=1).astype(np.float64)
         endless = np.full(len(strokes), np.inf)  # of strokes without a size
-        return np.divide(LONGEST * nearest_share, lengths, out=endless, where=lengths > 0)
+        return np.asarray(np.divide(LONGEST * nearest_share, lengths, out=endless, where=lengths > 0))
 
     def around(self, points: Array) -> F64:
         """[n, 3] mean colours around points [n, 3]; there must be known colours."""
