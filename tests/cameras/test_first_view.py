@@ -10,14 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brushgs.cameras.first_view import flags_of, framed_camera, framed_orbit, sayable, up_text
-from brushgs.cameras.framing import (
-    AXES,
-    MARGIN,
-    NEAR_SHARE,
-    frame_scene,
-    plain_first_view,
-    with_up,
-)
+from brushgs.cameras.framing import AXES, MARGIN, NEAR_SHARE, frame_scene, plain_first_view, with_up
 from brushgs.cameras.orbit import orbit
 from brushgs.cli import flags
 from brushgs.cli.parser import _joined

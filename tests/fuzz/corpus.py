@@ -649,15 +649,7 @@ STYLE = (
     ),
 )
 TIFF = tuple(bytes((tag & 255, tag >> 8)) for tag in (256, 257, 258, 259, 277, 278, 284, 317, 322, 323, 338))
-EXR = (
-    b"compression\0",
-    b"dataWindow\0box2i\0",
-    b"tiles\0tiledesc\0",
-    b"chlist\0",
-    b"A\0",
-    b"Z\0",
-    b"type\0",
-)
+EXR = (b"compression\0", b"dataWindow\0box2i\0", b"tiles\0tiledesc\0", b"chlist\0", b"A\0", b"Z\0", b"type\0")
 
 NPZ_NAMES = ("means3D", "unnorm_rotations", "log_scales", "logit_opacities", "rgb_colors")
 NPZ = (

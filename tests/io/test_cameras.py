@@ -64,7 +64,7 @@ def changed(content: Any, **fields: object) -> Any:
 
 
 @pytest.mark.parametrize("kind", FILES)
-def test_every_kind_of_file_gives_the_same_pose(tmp_path: Path, kind: str) -> None:
+def test_every_kind_of_file_gives_the_same_pose(tmp_path, kind):
     camera = load_one(tmp_path, FILES[kind])
     np.testing.assert_allclose(camera.position, POSITION, atol=1e-12)
     np.testing.assert_allclose(camera.viewmat[:3, :3], [RIGHT, -UP, FORWARD], atol=1e-12)
@@ -79,21 +79,19 @@ def test_every_kind_of_file_gives_the_same_pose(tmp_path: Path, kind: str) -> No
         ("camera_path", (240, 240, 320, 240), (640, 480)),
     ],
 )
-def test_every_kind_of_file_gives_its_intrinsics(
-    tmp_path: Path, kind: str, K: tuple[float, ...], size: tuple[int, int]
-) -> None:
+def test_every_kind_of_file_gives_its_intrinsics(tmp_path, kind, K, size):
     camera = load_one(tmp_path, FILES[kind])
     assert (camera.K[0, 0], camera.K[1, 1], camera.K[0, 2], camera.K[1, 2]) == pytest.approx(K)
     assert (camera.width, camera.height) == size
 
 
-def test_cameras_keep_the_order_of_the_file(tmp_path: Path) -> None:
+def test_cameras_keep_the_order_of_the_file(tmp_path):
     content = [INRIA | {"id": 9 - i, "img_name": str(9 - i), "position": [i, 0, 0]} for i in range(5)]
     positions = [camera.position[0] for camera in load_cameras(write(tmp_path, content))]
     assert positions == pytest.approx([0, 1, 2, 3, 4])
 
 
-def test_rounded_rotations_become_rotations(tmp_path: Path) -> None:
+def test_rounded_rotations_become_rotations(tmp_path):
     turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
     camera = load_one(tmp_path, changed([INRIA], rotation=np.round(turn, 3).tolist()))
@@ -103,7 +101,7 @@ def test_rounded_rotations_become_rotations(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("model", "name"), [("OPENCV", "OPENCV"), ("OPENCV_FISHEYE", "OPENCV_FISHEYE")])
-def test_distortion_is_ignored_with_one_warning(tmp_path: Path, model: str, name: str) -> None:
+def test_distortion_is_ignored_with_one_warning(tmp_path, model, name):
     content = NERFSTUDIO | {"camera_model": model, "k1": 0.1, "k2": 0.0, "p2": -0.02}
     what = rf"cameras\.json: the distortion of camera model {name} was ignored \(k1 = 0\.1, p2 = -0\.02\)"
     with pytest.warns(SceneWarning, match=what) as caught:
@@ -111,13 +109,13 @@ def test_distortion_is_ignored_with_one_warning(tmp_path: Path, model: str, name
     assert len(caught) == 1
 
 
-def test_a_folder(tmp_path: Path) -> None:
+def test_a_folder(tmp_path):
     with pytest.raises(SceneError, match="is a folder without a COLMAP model"):
         load_cameras(tmp_path)
 
 
 @pytest.mark.parametrize("content", [b"{", b"\xff\xfe", b"[" * 100_000])
-def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
+def test_a_file_that_is_not_json(tmp_path, content):
     path = tmp_path / "cameras.json"
     path.write_bytes(content)
     with pytest.raises(
@@ -161,7 +159,7 @@ def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
         ),
     ],
 )
-def test_a_field_at_fault_is_named_with_its_frame(tmp_path: Path, content: object, sentence: str) -> None:
+def test_a_field_at_fault_is_named_with_its_frame(tmp_path, content, sentence):
     path = write(tmp_path, content)
     with pytest.raises(SceneError, match=sentence) as caught:
         load_cameras(path)
@@ -172,13 +170,13 @@ def read_path(tmp_path: Path, **fields: object) -> Any:
     return read_cameras(write(tmp_path, CAMERA_PATH | fields))
 
 
-def test_a_camera_path_may_say_nothing_but_its_poses(tmp_path: Path) -> None:
+def test_a_camera_path_may_say_nothing_but_its_poses(tmp_path):
     file = read_path(tmp_path)
     assert (file.fps, file.is_loop, file.keys) == (None, False, [])
     assert read_path(tmp_path, seconds=0.5).fps == 2
 
 
-def test_key_views_as_text_have_their_columns_first(tmp_path: Path) -> None:
+def test_key_views_as_text_have_their_columns_first(tmp_path):
     text = KEYFRAME | {"matrix": json.dumps(GL_MATRIX.T.ravel().tolist())}
     (key,) = read_path(tmp_path, keyframes=[text]).keys
     np.testing.assert_allclose(key.position, POSITION, atol=1e-12)
@@ -195,14 +193,12 @@ def test_key_views_as_text_have_their_columns_first(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_field_of_a_camera_path_at_fault_is_named(
-    tmp_path: Path, fields: dict[str, object], sentence: str
-) -> None:
+def test_a_field_of_a_camera_path_at_fault_is_named(tmp_path, fields, sentence):
     with pytest.raises(SceneError, match=sentence):
         read_path(tmp_path, **fields)
 
 
-def test_every_format_of_the_table_has_its_module() -> None:
+def test_every_format_of_the_table_has_its_module():
     for row in formats_of("camera", is_read=True):
         assert callable(function_of(row.read))
         assert row.name in CAMERAS_READ

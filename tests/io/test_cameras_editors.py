@@ -93,7 +93,7 @@ def film_height(camera: Camera) -> float:
     return float(camera.K[1, 1] / camera.height)
 
 
-def test_a_timeline_has_its_positions_and_lenses_at_its_keys(tmp_path: Path) -> None:
+def test_a_timeline_has_its_positions_and_lenses_at_its_keys(tmp_path):
     file = read(tmp_path, TIMELINE)
     assert file.motion is not None
     assert file.motion.seconds == 4
@@ -105,7 +105,7 @@ def test_a_timeline_has_its_positions_and_lenses_at_its_keys(tmp_path: Path) -> 
     assert 2 * np.degrees(np.arctan(0.5 / film_height(at(file, 0)))) == pytest.approx(53.13, abs=0.01)
 
 
-def test_a_lichtfeld_camera_looks_along_minus_z_with_y_up_in_a_world_of_y_up(tmp_path: Path) -> None:
+def test_a_lichtfeld_camera_looks_along_minus_z_with_y_up_in_a_world_of_y_up(tmp_path):
     (camera,) = read(tmp_path, {"version": 4, "keyframes": [key(0, [0, 0, 4])]}).cameras
     # In the viewer: right of the axis, above it, 4 in front; scenes have y down and z forward there.
     right_above = SCENE_FROM_LICHTFELD @ [1, 2, 0]
@@ -117,7 +117,7 @@ def test_a_lichtfeld_camera_looks_along_minus_z_with_y_up_in_a_world_of_y_up(tmp
 
 
 @pytest.mark.parametrize(("easing", "share"), [(0, 0.25), (1, 0.25**3), (2, 1 - 0.75**3), (3, 4 * 0.25**3)])
-def test_easing_moves_place_turn_and_lens_alike(tmp_path: Path, easing: int, share: float) -> None:
+def test_easing_moves_place_turn_and_lens_alike(tmp_path, easing, share):
     keys = [key(0, [0, 0, 4], 0, 24, easing), key(2, [4, 0, 4], 80, 48)]
     camera = at(read(tmp_path, {"keyframes": keys}), 0.5)
     rotation = Rotation.from_euler("y", 80 * share, degrees=True).as_matrix()
@@ -139,7 +139,7 @@ def spline(name: str, width: int) -> CubicHermiteSpline:
     return CubicHermiteSpline(frames[1:-1], values[1:-1], speeds)
 
 
-def test_a_project_follows_its_closed_spline(tmp_path: Path) -> None:
+def test_a_project_follows_its_closed_spline(tmp_path):
     file = read(tmp_path, PROJECT)
     assert file.is_loop
     assert file.fps == 24
@@ -160,7 +160,7 @@ def test_a_project_follows_its_closed_spline(tmp_path: Path) -> None:
         assert up[1] < 0
 
 
-def test_a_supersplat_camera_in_front_sees_the_scene_upright(tmp_path: Path) -> None:
+def test_a_supersplat_camera_in_front_sees_the_scene_upright(tmp_path):
     pose = {"frame": 0, "position": [0, 0, 4], "target": [0, 0, 0], "fov": 90}
     (camera,) = read(tmp_path, {"poseSets": [{"poses": [pose]}]}).cameras
     # A scene with y down stands upright in the editor: half a turn about z.
@@ -170,7 +170,7 @@ def test_a_supersplat_camera_in_front_sees_the_scene_upright(tmp_path: Path) -> 
     assert camera.K[0, 0] == pytest.approx(camera.width / 2)
 
 
-def test_an_archive_is_read_as_its_document(tmp_path: Path) -> None:
+def test_an_archive_is_read_as_its_document(tmp_path):
     packed = pack(tmp_path, {"document.json": json.dumps(PROJECT).encode(), "splat_0.ply": b"ply\n"})
     found, plain = read_cameras(packed), read(tmp_path, PROJECT)
     assert len(found.cameras) == 121
@@ -179,7 +179,7 @@ def test_an_archive_is_read_as_its_document(tmp_path: Path) -> None:
         assert np.array_equal(one.K, other.K)
 
 
-def test_paths_have_the_frames_and_the_pace_of_the_file(tmp_path: Path) -> None:
+def test_paths_have_the_frames_and_the_pace_of_the_file(tmp_path):
     view = ViewConfig(size=(64, 48))
     project = write(tmp_path, PROJECT)
     path = plan_path(None, view, PathConfig(file=project))
@@ -220,22 +220,20 @@ def changed(content: Any, place: str, value: object) -> Any:
         ("supersplat", "poseSets.0.poses.1.frame", 30, "two poses at frame 30; remove one"),
     ],
 )
-def test_what_does_not_fit_is_one_sentence(
-    tmp_path: Path, name: str, place: str, value: object, sentence: str
-) -> None:
+def test_what_does_not_fit_is_one_sentence(tmp_path, name, place, value, sentence):
     with pytest.raises(SceneError, match=sentence) as error:
         read(tmp_path, changed(FILES[name], place, value))
     assert "\n" not in str(error.value)
 
 
-def test_a_camera_that_meets_its_target_is_refused(tmp_path: Path) -> None:
+def test_a_camera_that_meets_its_target_is_refused(tmp_path):
     content = changed(PROJECT, "poseSets.0.poses.0", {"frame": 0, "position": [0, 0, 1], "target": [0, 0, 0]})
     content["poseSets"][0]["poses"][1:] = [{"frame": 60, "position": [0, 0, 0], "target": [0, 0, 1]}]
     with pytest.raises(SceneError, match="between two poses the camera meets its target; move a pose"):
         read(tmp_path, content)
 
 
-def test_a_damaged_project_is_one_sentence(tmp_path: Path) -> None:
+def test_a_damaged_project_is_one_sentence(tmp_path):
     with pytest.raises(SceneError, match=r"is no SuperSplat project, it has no document.json"):
         read_cameras(pack(tmp_path, {"splat_0.ply": b"ply\n"}))
     path = pack(tmp_path, {"document.json": json.dumps(PROJECT).encode()})

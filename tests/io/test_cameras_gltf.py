@@ -1,6 +1,5 @@
 """Cameras of glTF models, against the formulas of the specification and SciPy's rotations."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -37,7 +36,7 @@ def check_pose(camera: Any, position: Any, rotation: Rotation, atol: float = 2e-
     np.testing.assert_allclose(found_rotation, rotation.as_matrix(), atol=atol)
 
 
-def test_a_camera_without_a_transform_looks_along_minus_z_with_y_up(tmp_path: Path) -> None:
+def test_a_camera_without_a_transform_looks_along_minus_z_with_y_up(tmp_path):
     model = CameraModel()
     model.camera("Camera")
     (camera,) = load_cameras(write(model, tmp_path))
@@ -46,7 +45,7 @@ def test_a_camera_without_a_transform_looks_along_minus_z_with_y_up(tmp_path: Pa
     assert (x, y, z) == (0.5, -0.25, 2)
 
 
-def test_the_lens_is_its_vertical_angle_and_the_size_follows_the_aspect(tmp_path: Path) -> None:
+def test_the_lens_is_its_vertical_angle_and_the_size_follows_the_aspect(tmp_path):
     model = CameraModel()
     model.camera("Wide", {"yfov": 0.8, "aspectRatio": 16 / 9, "znear": 0.25, "zfar": 100})
     model.camera("Tall", {"yfov": 0.8, "aspectRatio": 0.5, "znear": 0.1})
@@ -60,7 +59,7 @@ def test_the_lens_is_its_vertical_angle_and_the_size_follows_the_aspect(tmp_path
     assert (wide.near, tall.near) == (0.25, 0.1)
 
 
-def test_cameras_hang_on_nodes_that_turn_move_and_scale(tmp_path: Path) -> None:
+def test_cameras_hang_on_nodes_that_turn_move_and_scale(tmp_path):
     turns = Rotation.random(3, random_state=1)
     model = CameraModel()
     camera = model.camera("Camera", translation=[1, 2, 3], rotation=turns[0].as_quat().tolist())
@@ -73,9 +72,7 @@ def test_cameras_hang_on_nodes_that_turn_move_and_scale(tmp_path: Path) -> None:
     check_pose(found, 3 * turns[2].apply(inner), turns[2] * turns[1] * turns[0])
 
 
-def test_the_frames_of_an_animated_camera_on_an_animated_arm_in_the_coordinates_of_the_scene(
-    tmp_path: Path,
-) -> None:
+def test_the_frames_of_an_animated_camera_on_an_animated_arm_in_the_coordinates_of_the_scene(tmp_path):
     file = read_cameras(write(moving_model(), tmp_path))
     assert file.choice == "the animated camera 'Shot' of 2"
     assert len(file.cameras) == 2 * 24 + 1
@@ -90,7 +87,7 @@ def test_the_frames_of_an_animated_camera_on_an_animated_arm_in_the_coordinates_
         assert camera.near == pytest.approx(0.1 / 3)
 
 
-def test_another_rate_takes_other_moments_of_the_same_motion(tmp_path: Path) -> None:
+def test_another_rate_takes_other_moments_of_the_same_motion(tmp_path):
     path = write(moving_model(), tmp_path)
     usual = plan_path(None, ViewConfig(), PathConfig(file=path))
     assert (len(usual.cameras), usual.fps) == (49, 24)
@@ -120,7 +117,7 @@ def spline(keys: Any, times: Any, time: float) -> np.ndarray:
     )
 
 
-def test_cubic_splines_have_tangents(tmp_path: Path) -> None:
+def test_cubic_splines_have_tangents(tmp_path):
     rng, times = np.random.default_rng(5), [0.0, 0.5, 2.0]
     places, quats = rng.normal(size=(9, 3)), rng.normal(size=(9, 4))
     quats[1::3] /= np.linalg.norm(quats[1::3], axis=1, keepdims=True)
@@ -133,7 +130,7 @@ def test_cubic_splines_have_tangents(tmp_path: Path) -> None:
         check_pose(found, spline(places, times, time), Rotation.from_quat(spline(quats, times, time)), 2e-5)
 
 
-def test_steps_hold_their_value_until_the_next_key(tmp_path: Path) -> None:
+def test_steps_hold_their_value_until_the_next_key(tmp_path):
     model = CameraModel()
     camera = model.camera("Camera")
     model.animate(camera, "translation", [0, 1, 1.5], [[1, 0, 0], [2, 0, 0], [3, 0, 0]], "STEP")
@@ -141,7 +138,7 @@ def test_steps_hold_their_value_until_the_next_key(tmp_path: Path) -> None:
     assert places == [1] * 24 + [2] * 12 + [3]
 
 
-def test_a_lens_that_zooms(tmp_path: Path) -> None:
+def test_a_lens_that_zooms(tmp_path):
     model = CameraModel()
     camera = model.camera("Camera")
     pointer = {"KHR_animation_pointer": {"pointer": "/cameras/0/perspective/yfov"}}
@@ -151,7 +148,7 @@ def test_a_lens_that_zooms(tmp_path: Path) -> None:
     np.testing.assert_allclose(angles, np.linspace(0.8, 0.4, 25), rtol=1e-6)
 
 
-def test_keys_that_are_all_equal_are_no_animation(tmp_path: Path) -> None:
+def test_keys_that_are_all_equal_are_no_animation(tmp_path):
     model = CameraModel()
     for x in (1, 2):
         camera = model.camera("Camera")
@@ -226,10 +223,7 @@ BROKEN: dict[str, tuple[CameraModel, str]] = {
     "order": (break_animation(with_times(0, 2, 1)), "the times of .* must be finite and ascend"),
     "nan": (break_animation(with_values(np.full((3, 3), np.nan))), "must be finite, with values below 1e18"),
     "zero": (break_animation(with_values(np.zeros((3, 4))), "rotation", 4), "must not be zero"),
-    "long": (
-        break_animation(with_times(0, 1, 1e6)),
-        "moves for 1,000,000 s, which is more than 50,000",
-    ),
+    "long": (break_animation(with_times(0, 1, 1e6)), "moves for 1,000,000 s, which is more than 50,000"),
     "sparse": (
         break_animation(lambda a, m: m.top["accessors"][-1].update(sparse={"count": 1})),
         "translation of node 0 in animation 0 is a sparse accessor, which is not read",
@@ -254,7 +248,7 @@ BROKEN: dict[str, tuple[CameraModel, str]] = {
 
 
 @pytest.mark.parametrize("what", BROKEN)
-def test_what_is_broken_is_named(tmp_path: Path, what: str) -> None:
+def test_what_is_broken_is_named(tmp_path, what):
     model, sentence = BROKEN[what]
     path = write(model, tmp_path)
     with pytest.raises(SceneError, match=sentence) as caught:
@@ -263,7 +257,7 @@ def test_what_is_broken_is_named(tmp_path: Path, what: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_orthographic_cameras_are_left_out_or_refused(tmp_path: Path) -> None:
+def test_orthographic_cameras_are_left_out_or_refused(tmp_path):
     model = CameraModel()
     model.camera("Plan")
     model.top["cameras"][0] = {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1}}
@@ -274,7 +268,7 @@ def test_orthographic_cameras_are_left_out_or_refused(tmp_path: Path) -> None:
         assert len(load_cameras(write(model, tmp_path))) == 1
 
 
-def test_a_camera_around_an_exported_scene_comes_back_in_its_coordinates(tmp_path: Path) -> None:
+def test_a_camera_around_an_exported_scene_comes_back_in_its_coordinates(tmp_path):
     up = np.array([0.6, -0.8, 0.0])
     path, first_view = tmp_path / "scene.glb", FirstView(np.eye(3), up, 0.0, 0.0)
     write_scene(make(10), path, first_view=first_view)
@@ -289,7 +283,7 @@ def test_a_camera_around_an_exported_scene_comes_back_in_its_coordinates(tmp_pat
     np.testing.assert_allclose(rotation[:, 1], up, atol=1e-6)
 
 
-def test_nodes_in_a_ring_end(tmp_path: Path) -> None:
+def test_nodes_in_a_ring_end(tmp_path):
     model = CameraModel()
     camera = model.camera("Camera")
     first = model.node("First", children=[camera])
@@ -300,7 +294,7 @@ def test_nodes_in_a_ring_end(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("content", "sentence"), [(b"", "is empty"), (b"glTF\2", "is damaged|version")])
-def test_a_file_that_is_no_model(tmp_path: Path, content: bytes, sentence: str) -> None:
+def test_a_file_that_is_no_model(tmp_path, content, sentence):
     path = tmp_path / "a.glb"
     path.write_bytes(content)
     with pytest.raises(SceneError, match=sentence):
@@ -308,15 +302,13 @@ def test_a_file_that_is_no_model(tmp_path: Path, content: bytes, sentence: str) 
 
 
 @pytest.mark.parametrize(("name", "what"), [("a.abc", "an Alembic scene"), ("a.FBX", "an FBX scene")])
-def test_formats_of_3d_programs_that_are_not_read_name_those_that_are(
-    tmp_path: Path, name: str, what: str
-) -> None:
+def test_formats_of_3d_programs_that_are_not_read_name_those_that_are(tmp_path, name, what):
     (tmp_path / name).write_bytes(b"Ogawa")
     with pytest.raises(SceneError, match=f"is {what}, which is not read; export its cameras as glTF"):
         load_cameras(tmp_path / name)
 
 
-def test_a_path_of_an_exported_animation_is_painted(tmp_path: Path) -> None:
+def test_a_path_of_an_exported_animation_is_painted(tmp_path):
     rng = np.random.default_rng(2)
     scene = bg.Gaussians(
         means=rng.normal(scale=0.3, size=(60, 3)).astype(np.float32),

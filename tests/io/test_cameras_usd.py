@@ -74,7 +74,7 @@ def moving_stage(path: Path) -> Any:
 
 
 @pytest.mark.parametrize("suffix", [".usd", ".usda", ".usdc", ".usdz"])
-def test_a_camera_sees_what_usd_says_it_sees(tmp_path: Path, suffix: str) -> None:
+def test_a_camera_sees_what_usd_says_it_sees(tmp_path, suffix):
     path = tmp_path / f"a{suffix if suffix != '.usdz' else '.usdc'}"
     stage = new_stage(path)
     camera = add_camera(stage, "/Camera", horizontalApertureOffset=4.0, verticalApertureOffset=3.0)
@@ -95,7 +95,7 @@ def test_a_camera_sees_what_usd_says_it_sees(tmp_path: Path, suffix: str) -> Non
     np.testing.assert_allclose(seen(found, POINTS), expected, atol=1e-3)
 
 
-def test_the_frames_of_an_animated_camera_are_those_of_the_stage(tmp_path: Path) -> None:
+def test_the_frames_of_an_animated_camera_are_those_of_the_stage(tmp_path):
     stage = moving_stage(tmp_path / "move.usda")
     file = read_cameras(tmp_path / "move.usda")
     assert (len(file.cameras), file.fps) == (61, 30)
@@ -106,7 +106,7 @@ def test_the_frames_of_an_animated_camera_are_those_of_the_stage(tmp_path: Path)
         np.testing.assert_allclose(seen(camera, POINTS), expected, rtol=1e-5, atol=1e-3)
 
 
-def test_another_rate_lies_between_the_frames(tmp_path: Path) -> None:
+def test_another_rate_lies_between_the_frames(tmp_path):
     stage = moving_stage(tmp_path / "move.usda")
     path = plan_path(None, ViewConfig(), PathConfig(file=tmp_path / "move.usda", fps=60))
     assert (len(path.cameras), path.fps) == (121, 60)
@@ -114,7 +114,7 @@ def test_another_rate_lies_between_the_frames(tmp_path: Path) -> None:
     np.testing.assert_allclose(seen(path.cameras[19], POINTS)[:, 2], expected[:, 2], atol=2e-3)
 
 
-def test_views_are_those_of_the_scene_where_the_stage_has_it(tmp_path: Path) -> None:
+def test_views_are_those_of_the_scene_where_the_stage_has_it(tmp_path):
     stage = moving_stage(tmp_path / "move.usda")
     scene = UsdGeom.Xform.Define(stage, "/root/brushgs_scene_001")
     scene.AddTranslateOp().Set(Gf.Vec3d(0.5, 0, 1))
@@ -130,7 +130,7 @@ def test_views_are_those_of_the_scene_where_the_stage_has_it(tmp_path: Path) -> 
     assert camera.near == pytest.approx(0.25 / 3)
 
 
-def test_a_layer_beside_the_file_is_read_and_one_elsewhere_is_not(tmp_path: Path) -> None:
+def test_a_layer_beside_the_file_is_read_and_one_elsewhere_is_not(tmp_path):
     (tmp_path / "shots").mkdir()
     stage = new_stage(tmp_path / "shots" / "shot.usda")
     add_camera(stage, "/Camera")
@@ -162,7 +162,7 @@ def without_lens(stage: Any) -> None:
         (without_lens, "camera 'Camera' must have a focal length, apertures and a near clipping plane"),
     ],
 )
-def test_what_cannot_be_used_is_named(tmp_path: Path, change: Any, sentence: str) -> None:
+def test_what_cannot_be_used_is_named(tmp_path, change, sentence):
     path = tmp_path / "a.usda"
     stage = new_stage(path)
     change(stage)
@@ -177,22 +177,20 @@ NESTED = b"#usda 1.0\n" + b'def "a" {\n' * 100_000
 
 
 @pytest.mark.parametrize("content", [NESTED, b"#usda 1.0\ndef {", b"PXR-USDC" + b"\xff" * 99])
-def test_a_damaged_file_gives_a_sentence_even_where_it_ends_the_process_that_reads_it(
-    tmp_path: Path, content: bytes
-) -> None:
+def test_a_damaged_file_gives_a_sentence_even_where_it_ends_the_process_that_reads_it(tmp_path, content):
     path = tmp_path / "a.usd"
     path.write_bytes(content)
     with pytest.raises(SceneError, match="is damaged, or no USD file; export it again"):
         load_cameras(path)
 
 
-def test_an_empty_file(tmp_path: Path) -> None:
+def test_an_empty_file(tmp_path):
     (tmp_path / "a.usdc").touch()
     with pytest.raises(SceneError, match="is empty"):
         load_cameras(tmp_path / "a.usdc")
 
 
-def test_what_takes_too_long_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_takes_too_long_ends(tmp_path, monkeypatch):
     moving_stage(tmp_path / "a.usda")
     monkeypatch.setattr(process, "_MIN_SECONDS", 0)
     with pytest.raises(SceneError, match="was not read within 0 s; export only what is needed of it"):

@@ -91,9 +91,7 @@ def encode(
 
 @pytest.mark.parametrize("num_rows", [1, 256, 257, 5000])
 @pytest.mark.parametrize("color_ranges", [True, False])
-def test_what_is_encoded_is_decoded_within_the_steps_of_the_format(
-    tmp_path: Path, num_rows: int, color_ranges: bool
-) -> None:
+def test_what_is_encoded_is_decoded_within_the_steps_of_the_format(tmp_path, num_rows, color_ranges):
     scene = make(num_rows)
     gaussians, notes = read_scene(encode(tmp_path / "a.ply", scene, color_ranges=color_ranges))
     chunk = np.arange(num_rows) // 256
@@ -117,7 +115,7 @@ def test_what_is_encoded_is_decoded_within_the_steps_of_the_format(
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3])
-def test_spherical_harmonics_come_from_their_own_element(tmp_path: Path, degree: int) -> None:
+def test_spherical_harmonics_come_from_their_own_element(tmp_path, degree):
     scene = make(700, degree)
     gaussians, notes = read_scene(encode(tmp_path / "a.ply", scene))
     num_rest = (degree + 1) ** 2 - 1
@@ -126,7 +124,7 @@ def test_spherical_harmonics_come_from_their_own_element(tmp_path: Path, degree:
     assert (notes.sh_degree_stored, notes.sh_degree_used) == (degree, degree)
 
 
-def test_the_ends_of_the_range_of_spherical_harmonics_are_exact(tmp_path: Path) -> None:
+def test_the_ends_of_the_range_of_spherical_harmonics_are_exact(tmp_path):
     scene = make(2, degree=1)
     scene["rest"][:] = [[-4], [4]]
     assert load(encode(tmp_path / "a.ply", scene)).sh[:, 1:].reshape(2, 9).tolist() == [[-4] * 9, [4] * 9]
@@ -160,7 +158,7 @@ def cut(path: Path, old: bytes, new: bytes) -> Path:
         ),
     ],
 )
-def test_a_damaged_file_is_refused(tmp_path: Path, old: bytes, new: bytes, sentence: str) -> None:
+def test_a_damaged_file_is_refused(tmp_path, old, new, sentence):
     path = cut(encode(tmp_path / "a.ply", make(600, degree=1)), old, new)
     with pytest.raises(SceneError, match=sentence):
         load(path)

@@ -72,7 +72,7 @@ def camera() -> Camera:
 # ---- the picture
 
 
-def test_the_picture_is_premultiplied_linear_light_in_half_floats(tmp_path: Path) -> None:
+def test_the_picture_is_premultiplied_linear_light_in_half_floats(tmp_path):
     frame = make_frame()
     write_frame(frame, tmp_path / "a.exr")
     channels = stored(tmp_path / "a.exr")
@@ -88,14 +88,14 @@ def test_the_picture_is_premultiplied_linear_light_in_half_floats(tmp_path: Path
     assert header.value("dataWindow") == header.value("displayWindow") == (0, 0, WIDTH - 1, HEIGHT - 1)
 
 
-def test_the_depth_is_exact(tmp_path: Path) -> None:
+def test_the_depth_is_exact(tmp_path):
     frame = make_frame(depth=True)
     write_frame(frame, tmp_path / "a.exr")
     np.testing.assert_array_equal(stored(tmp_path / "a.exr")["Z"], frame.depth)
     assert read_header(tmp_path / "a.exr").channels == dict.fromkeys("ABGR", "half") | {"Z": "float"}
 
 
-def test_it_reads_back_as_display_encoded_straight_colour(tmp_path: Path) -> None:
+def test_it_reads_back_as_display_encoded_straight_colour(tmp_path):
     frame = make_frame(depth=True, layers=make_layers())
     write_frame(frame, tmp_path / "a.exr")
     pixels = read_image(tmp_path / "a.exr")
@@ -105,7 +105,7 @@ def test_it_reads_back_as_display_encoded_straight_colour(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("kind", ["colour", "picture"])
-def test_on_a_background_alpha_is_1_and_layers_tell_how_much_is_painted(tmp_path: Path, kind: str) -> None:
+def test_on_a_background_alpha_is_1_and_layers_tell_how_much_is_painted(tmp_path, kind):
     ground = np.random.default_rng(1).random((HEIGHT, WIDTH, 3)).astype(np.float32)
     background = (1.0, 0.5, 0.0) if kind == "colour" else ground
     frame = make_frame(depth=True)
@@ -131,7 +131,7 @@ def test_on_a_background_alpha_is_1_and_layers_tell_how_much_is_painted(tmp_path
 # ---- layers
 
 
-def test_every_layer_stands_under_its_name_with_the_axes_of_compositors(tmp_path: Path) -> None:
+def test_every_layer_stands_under_its_name_with_the_axes_of_compositors(tmp_path):
     layers = make_layers()
     frame = make_frame(layers=layers)
     write_frame(frame, tmp_path / "a.exr")
@@ -150,7 +150,7 @@ def test_every_layer_stands_under_its_name_with_the_axes_of_compositors(tmp_path
     np.testing.assert_allclose(channels["unlit.A"], unlit[..., 3], rtol=HALF)
 
 
-def test_a_picture_with_many_layers_is_read_though_it_is_large(tmp_path: Path) -> None:
+def test_a_picture_with_many_layers_is_read_though_it_is_large(tmp_path):
     rows = np.zeros((300, 200, 24), np.int32)
     matte = Matte(("a",), rows, np.full(rows.shape, 0.04, np.float32))
     frame = Frame(
@@ -165,7 +165,7 @@ def test_a_picture_with_many_layers_is_read_though_it_is_large(tmp_path: Path) -
 # ---- the header
 
 
-def test_matrices_stand_in_rows_and_lead_to_the_pixel(tmp_path: Path) -> None:
+def test_matrices_stand_in_rows_and_lead_to_the_pixel(tmp_path):
     seen = camera()
     write_frame(make_frame(), tmp_path / "a.exr", shot=Shot(seen))
     header = read_header(tmp_path / "a.exr")
@@ -199,14 +199,14 @@ def test_matrices_stand_in_rows_and_lead_to_the_pixel(tmp_path: Path) -> None:
         (0.5, (1, 2)),
     ],
 )
-def test_rates_are_fractions(tmp_path: Path, fps: float, rate: tuple[int, int]) -> None:
+def test_rates_are_fractions(tmp_path, fps, rate):
     write_frame(make_frame(), tmp_path / "a.exr", shot=Shot(fps=fps, number=7))
     header = read_header(tmp_path / "a.exr")
     assert header.attributes["framesPerSecond"] == ("rational", rate)
     assert header.attributes["imageCounter"] == ("int", 7)
 
 
-def test_colours_and_conventions_are_stated(tmp_path: Path) -> None:
+def test_colours_and_conventions_are_stated(tmp_path):
     write_frame(make_frame(layers=make_layers()), tmp_path / "a.exr", (1.0, 1.0, 1.0))
     header = read_header(tmp_path / "a.exr")
     kind, primaries = header.attributes["chromaticities"]
@@ -222,12 +222,12 @@ def test_colours_and_conventions_are_stated(tmp_path: Path) -> None:
     assert "u right, v up" in header.value("brushgs/forward")
 
 
-def test_a_rate_must_be_positive() -> None:
+def test_a_rate_must_be_positive():
     with pytest.raises(ValueError, match="Shot: fps must be > 0, got 0"):
         Shot(fps=0)
 
 
-def test_equal_frames_give_equal_bytes_and_no_time_of_day(tmp_path: Path) -> None:
+def test_equal_frames_give_equal_bytes_and_no_time_of_day(tmp_path):
     shot = Shot(camera(), 3, 24, PurePath("a.json"))
     first, second = (encode_frame(make_frame(layers=make_layers()), ".exr", shot=shot) for _ in range(2))
     assert first == second

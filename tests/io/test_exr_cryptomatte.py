@@ -142,18 +142,18 @@ def frame_of(**mattes: Matte) -> Frame:
         (b"The quick brown fox jumps over the lazy dog", 0x2E4FF723),
     ],
 )
-def test_the_hash_is_murmur3(key: bytes, expected: int) -> None:
+def test_the_hash_is_murmur3(key, expected):
     assert murmur3([key]).tolist() == [expected] == [decoded_hash(key)]
 
 
 @pytest.mark.parametrize(
     ("name", "code"), [("bunny", "13851a76"), ("default", "42c9679f"), ("bunny_porcelain_mat", "b24b26d4")]
 )
-def test_ids_are_those_of_the_examples_in_the_specification(name: str, code: str) -> None:
+def test_ids_are_those_of_the_examples_in_the_specification(name, code):
     assert json.loads(manifest_of([name])) == {name: code}
 
 
-def test_no_id_is_infinite_nan_or_denormal(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_id_is_infinite_nan_or_denormal(monkeypatch):
     hashes = {0x00000001: 0x00800001, 0x80000001: 0x80800001, 0x7F800000: 0x7F000000, 0xFFFFFFFF: 0xFF7FFFFF}
     hashes |= {bits: bits for bits in (0x00800000, 0x7F7FFFFF, 0x3F800000, 0xBF800000)}
     monkeypatch.setattr(cryptomatte, "murmur3", lambda keys: np.array(list(hashes), np.uint32))
@@ -164,7 +164,7 @@ def test_no_id_is_infinite_nan_or_denormal(monkeypatch: pytest.MonkeyPatch) -> N
 
 @given(st.text(max_size=30))
 @settings(max_examples=200)
-def test_ids_of_any_name_are_those_of_the_specification(name: str) -> None:
+def test_ids_of_any_name_are_those_of_the_specification(name):
     value = ids_of([name]).view(np.float32)[0]
     assert value == np.float32(decoded_id(name))
     assert np.isfinite(value)
@@ -175,7 +175,7 @@ def test_ids_of_any_name_are_those_of_the_specification(name: str) -> None:
 
 
 @pytest.mark.parametrize("num_ranks", [1, 2, 5, 8])
-def test_mattes_come_back_by_name_and_sum_to_alpha(tmp_path: Path, num_ranks: int) -> None:
+def test_mattes_come_back_by_name_and_sum_to_alpha(tmp_path, num_ranks):
     matte = make_matte(tuple(f"coat_{row}" for row in range(20)), num_ranks)
     frame = frame_of(stroke=matte)
     write_frame(frame, tmp_path / "a.exr")
@@ -191,7 +191,7 @@ def test_mattes_come_back_by_name_and_sum_to_alpha(tmp_path: Path, num_ranks: in
     assert not (decoder.pairs("CryptoStroke")[-1][0][matte.rows[..., -1] < 0]).any()  # nothing is id 0
 
 
-def test_a_file_holds_several_mattes_each_under_the_key_of_its_name(tmp_path: Path) -> None:
+def test_a_file_holds_several_mattes_each_under_the_key_of_its_name(tmp_path):
     mattes = {
         "stroke": make_matte(("a_0", "a_1"), 2),
         "brush": make_matte(("flat",), 1, 1),
@@ -214,7 +214,7 @@ def test_a_file_holds_several_mattes_each_under_the_key_of_its_name(tmp_path: Pa
     assert len(set(decoder.keys.values())) == 4
 
 
-def test_odd_names_come_back(tmp_path: Path) -> None:
+def test_odd_names_come_back(tmp_path):
     matte = make_matte(ODD_NAMES, 4)
     write_frame(frame_of(region=matte), tmp_path / "a.exr")
     decoder = Decoder(tmp_path / "a.exr")
@@ -231,9 +231,7 @@ def test_odd_names_come_back(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("name", "most"), [("stroke", 24), ("brush", 8)])
-def test_what_is_too_much_for_decoders_is_one_more_thing_in_the_last_rank(
-    tmp_path: Path, name: str, most: int
-) -> None:
+def test_what_is_too_much_for_decoders_is_one_more_thing_in_the_last_rank(tmp_path, name, most):
     matte = make_matte(tuple(f"coat_{row}" for row in range(60)), most + 5)
     assert (matte.rows[..., most] >= 0).any()
     write_frame(frame_of(**{name: matte}), tmp_path / "a.exr")
@@ -253,7 +251,7 @@ def test_what_is_too_much_for_decoders_is_one_more_thing_in_the_last_rank(
     np.testing.assert_allclose(decoder.matte(title, "other")[~is_whole], cut, rtol=1e-6)
 
 
-def test_all_pictures_of_a_film_have_the_same_channels(tmp_path: Path) -> None:
+def test_all_pictures_of_a_film_have_the_same_channels(tmp_path):
     for number, num_ranks in enumerate((1, 5, 30)):
         mattes = {name: make_matte(tuple("abcdef"), num_ranks) for name in ("stroke", "layer")}
         write_frame(frame_of(**mattes), tmp_path / f"{number}.exr", shot=Shot(number=number))
@@ -269,7 +267,7 @@ def test_all_pictures_of_a_film_have_the_same_channels(tmp_path: Path) -> None:
 # ---- manifests
 
 
-def test_many_names_stand_beside_the_pictures(tmp_path: Path) -> None:
+def test_many_names_stand_beside_the_pictures(tmp_path):
     names = tuple(f"coat_{row}" for row in range(50_000))
     assert is_long(names)
     assert not is_long(names[:100])
@@ -287,7 +285,7 @@ def test_many_names_stand_beside_the_pictures(tmp_path: Path) -> None:
     np.testing.assert_array_equal(decoder.matte("CryptoStroke", names[row]), expected)
 
 
-def test_equal_names_give_equal_manifests_and_a_bad_folder_is_refused(tmp_path: Path) -> None:
+def test_equal_names_give_equal_manifests_and_a_bad_folder_is_refused(tmp_path):
     for path in ("a.json", "b.json"):
         write_manifest(tmp_path / path, ODD_NAMES)
     assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()

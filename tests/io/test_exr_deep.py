@@ -66,7 +66,7 @@ def sample_values(spec: OpenImageIO.ImageSpec, data: OpenImageIO.DeepData) -> di
 @settings(max_examples=25, deadline=None)
 @example(1, 1, 0, True)
 @example(3, 30, 40, True)  # equal samples: compressed
-def test_samples_of_any_shape_read_back(height: int, width: int, most: int, is_even: bool) -> None:
+def test_samples_of_any_shape_read_back(height, width, most, is_even):
     frame = make_frame(height, width, most)
     deep = frame.deep
     if is_even:
@@ -81,7 +81,7 @@ def test_samples_of_any_shape_read_back(height: int, width: int, most: int, is_e
     np.testing.assert_array_equal(values["A"], deep.alphas.astype(np.float16))
 
 
-def test_samples_laid_over_each_other_in_order_are_the_picture(tmp_path: Path) -> None:
+def test_samples_laid_over_each_other_in_order_are_the_picture(tmp_path):
     frame = make_frame()
     write_frame(frame, tmp_path / "a.exr")
     spec, data = stored(tmp_path / "a.exr")
@@ -96,7 +96,7 @@ def test_samples_laid_over_each_other_in_order_are_the_picture(tmp_path: Path) -
         assert alpha == pytest.approx(frame.alpha[y, x], abs=1e-3)
 
 
-def test_the_header_says_what_it_is(tmp_path: Path) -> None:
+def test_the_header_says_what_it_is(tmp_path):
     seen = Camera.look_at((0, 0, -3), (0, 0, 0), width=13, height=9)
     write_frame(make_frame(), tmp_path / "a.exr", shot=Shot(seen, 12, 25.0))
     header = read_header(tmp_path / "a.exr")
@@ -117,13 +117,13 @@ def test_the_header_says_what_it_is(tmp_path: Path) -> None:
     assert spec.getattribute("framesPerSecond") == (25, 1)
 
 
-def test_deep_files_are_not_read_as_pictures(tmp_path: Path) -> None:
+def test_deep_files_are_not_read_as_pictures(tmp_path):
     write_frame(make_frame(), tmp_path / "a.exr")
     with pytest.raises(SceneError, match="holds a volume or deep pixels; save it as a flat picture"):
         read_image(tmp_path / "a.exr")
 
 
-def test_a_failed_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_write_leaves_nothing(tmp_path, monkeypatch):
     def full(data: bytes, level: int) -> bytes:
         raise OSError(28, "No space left on device")
 

@@ -57,7 +57,7 @@ def palette_chunk(colors: bytes) -> bytes:
 
 
 @pytest.mark.parametrize(("suffix", "largest"), [(".png", 255), (".tif", 65535), (".tiff", 65535)])
-def test_a_frame_keeps_its_straight_colours_and_alpha(tmp_path: Path, suffix: str, largest: int) -> None:
+def test_a_frame_keeps_its_straight_colours_and_alpha(tmp_path, suffix, largest):
     frame = make_frame()
     write_frame(frame, tmp_path / f"a{suffix}")
     pixels = read_image(tmp_path / f"a{suffix}")
@@ -68,9 +68,7 @@ def test_a_frame_keeps_its_straight_colours_and_alpha(tmp_path: Path, suffix: st
 
 @pytest.mark.parametrize("suffix", [".png", ".tif"])
 @pytest.mark.parametrize("background", [None, (0.2, 0.4, 0.6)])
-def test_sixteen_bits_are_rounded_once_from_float(
-    tmp_path: Path, suffix: str, background: tuple[float, ...] | None
-) -> None:
+def test_sixteen_bits_are_rounded_once_from_float(tmp_path, suffix, background):
     values = np.linspace(0.3, 0.31, 5 * 7 * 3, dtype=np.float32).reshape(5, 7, 3)  # 3 levels of 8 bits
     frame = Frame(values, np.ones((5, 7), np.float32))
     path = tmp_path / f"a{suffix}"
@@ -85,9 +83,7 @@ def test_sixteen_bits_are_rounded_once_from_float(
 @pytest.mark.parametrize(
     ("suffix", "bits", "offered"), [(".jpg", 16, "8"), (".webp", 10, "8"), (".png", 10, "8 or 16")]
 )
-def test_bits_that_a_format_does_not_have_are_refused(
-    tmp_path: Path, suffix: str, bits: int, offered: str
-) -> None:
+def test_bits_that_a_format_does_not_have_are_refused(tmp_path, suffix, bits, offered):
     frame = Frame(np.zeros((2, 2, 3), np.float32), np.ones((2, 2), np.float32))
     with pytest.raises(ValueError, match=rf"bits must be {offered} for \{suffix}, got {bits}"):
         write_frame(frame, tmp_path / f"a{suffix}", (1, 1, 1), bits=bits)
@@ -95,7 +91,7 @@ def test_bits_that_a_format_does_not_have_are_refused(
 
 
 @pytest.mark.parametrize("suffix", [".png", ".tif", ".webp"])
-def test_a_frame_on_a_background_has_no_alpha(tmp_path: Path, suffix: str) -> None:
+def test_a_frame_on_a_background_has_no_alpha(tmp_path, suffix):
     frame = make_frame(depth=True)
     ground = np.random.default_rng(1).random((5, 7, 3)).astype(np.float32)
     for background in ((1.0, 0.5, 0.0), ground):
@@ -105,7 +101,7 @@ def test_a_frame_on_a_background_has_no_alpha(tmp_path: Path, suffix: str) -> No
         np.testing.assert_allclose(pixels, frame.over(background), atol=0.5001 / 255)
 
 
-def test_colours_beyond_white_survive_in_exr_and_are_clipped_elsewhere(tmp_path: Path) -> None:
+def test_colours_beyond_white_survive_in_exr_and_are_clipped_elsewhere(tmp_path):
     frame = Frame(np.full((2, 2, 3), 1.5, np.float32), np.ones((2, 2), np.float32))
     write_frame(frame, tmp_path / "a.png")
     assert read_image(tmp_path / "a.png").max() == 1
@@ -118,9 +114,7 @@ def test_colours_beyond_white_survive_in_exr_and_are_clipped_elsewhere(tmp_path:
 
 
 @pytest.mark.parametrize(("suffix", "num_dates"), [(".png", 0), (".tif", 2), (".exr", 1), (".webp", 0)])
-def test_equal_frames_give_equal_bytes_and_no_file_holds_the_time_of_day(
-    tmp_path: Path, suffix: str, num_dates: int
-) -> None:
+def test_equal_frames_give_equal_bytes_and_no_file_holds_the_time_of_day(tmp_path, suffix, num_dates):
     for name in ("a", "b"):
         write_frame(make_frame(depth=True), tmp_path / f"{name}{suffix}")
     content = (tmp_path / f"a{suffix}").read_bytes()
@@ -129,7 +123,7 @@ def test_equal_frames_give_equal_bytes_and_no_file_holds_the_time_of_day(
     assert dates == [b"1970:01:01 00:00:00"] * num_dates
 
 
-def test_a_jpeg_holds_the_picture_on_its_background_with_full_colour_resolution(tmp_path: Path) -> None:
+def test_a_jpeg_holds_the_picture_on_its_background_with_full_colour_resolution(tmp_path):
     height, width = 48, 64
     y, x = np.mgrid[:height, :width] / height
     rgb = np.stack([0.5 + 0.4 * np.sin(9 * x), 0.5 + 0.4 * np.cos(7 * y), x * y / 2], -1).astype(np.float32)
@@ -149,7 +143,7 @@ def test_a_jpeg_holds_the_picture_on_its_background_with_full_colour_resolution(
     assert np.sqrt(np.mean((shown - frame.over((0.0, 0.0, 1.0))) ** 2)) < 2.5 / 255
 
 
-def test_a_jpeg_needs_a_background_and_is_saved_on_white(tmp_path: Path) -> None:
+def test_a_jpeg_needs_a_background_and_is_saved_on_white(tmp_path):
     frame = Frame(np.zeros((8, 8, 3), np.float32), np.zeros((8, 8), np.float32))
     with pytest.raises(ValueError, match=r"a JPEG holds no transparency, got '.*a\.jpg'; give a background"):
         write_frame(frame, tmp_path / "a.jpg")
@@ -157,7 +151,7 @@ def test_a_jpeg_needs_a_background_and_is_saved_on_white(tmp_path: Path) -> None
     assert read_image(tmp_path / "a.jpg").min() == 1
 
 
-def test_an_unknown_suffix_is_refused_with_those_known(tmp_path: Path) -> None:
+def test_an_unknown_suffix_is_refused_with_those_known(tmp_path):
     with pytest.raises(
         ValueError,
         match=r"must end in one of \.png, \.jpg, .*, \.exr, \.webp, \.avif, got '.*a\.bmp'; change",
@@ -165,16 +159,14 @@ def test_an_unknown_suffix_is_refused_with_those_known(tmp_path: Path) -> None:
         write_frame(make_frame(), tmp_path / "a.bmp")
 
 
-def test_a_background_of_another_size_is_refused(tmp_path: Path) -> None:
+def test_a_background_of_another_size_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"background must have shape \[3\] or \[5, 7, 3\], got \[2, 2, 3\]"):
         write_frame(make_frame(), tmp_path / "a.png", background=np.zeros((2, 2, 3)))
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(("suffix", "is_opened"), [("png", False), ("exr", True)])
-def test_a_failed_write_is_reported_and_leaves_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, is_opened: bool
-) -> None:
+def test_a_failed_write_is_reported_and_leaves_nothing(tmp_path, monkeypatch, suffix, is_opened):
     class Broken:
         def open(self, *args: object) -> bool:
             return is_opened
@@ -197,7 +189,7 @@ def test_a_failed_write_is_reported_and_leaves_nothing(
 # ---- reading
 
 
-def test_save_puts_a_frame_on_a_background(tmp_path: Path) -> None:
+def test_save_puts_a_frame_on_a_background(tmp_path):
     frame = make_frame()
     bg.save(frame, tmp_path / "a.png", background="#336699")
     write_frame(frame, tmp_path / "b.png", background=(0.2, 0.4, 0.6))
@@ -208,7 +200,7 @@ def test_save_puts_a_frame_on_a_background(tmp_path: Path) -> None:
         bg.save(frame, tmp_path / "d.png", background="mauvish")
 
 
-def test_straight_colours_are_read_to_the_bit_even_where_alpha_is_zero(tmp_path: Path) -> None:
+def test_straight_colours_are_read_to_the_bit_even_where_alpha_is_zero(tmp_path):
     rgba = np.random.default_rng(2).integers(0, 256, (4, 4, 4), dtype=np.uint8)
     rgba[0, :, 3] = 0
     rows = b"".join(b"\0" + row.tobytes() for row in rgba)
@@ -223,9 +215,7 @@ def test_straight_colours_are_read_to_the_bit_even_where_alpha_is_zero(tmp_path:
     [(0, 1, "grey"), (4, 2, "grey and alpha"), (2, 3, "RGB"), (6, 4, "RGBA")],
 )
 @pytest.mark.parametrize("depth", [8, 16])
-def test_png_of_every_kind_and_depth(
-    tmp_path: Path, kind: int, num_channels: int, channels: str, depth: int
-) -> None:
+def test_png_of_every_kind_and_depth(tmp_path, kind, num_channels, channels, depth):
     largest = 2**depth - 1
     values = np.random.default_rng(3).integers(0, largest + 1, (3, 5, num_channels))
     rows = b"".join(b"\0" + row.astype(">u2" if depth == 16 else "u1").tobytes() for row in values)
@@ -248,7 +238,7 @@ def write_raw(path: Path, pixels: np.ndarray, **attributes: object) -> Path:
     return path
 
 
-def test_jpeg_is_read_and_turned_upright(tmp_path: Path) -> None:
+def test_jpeg_is_read_and_turned_upright(tmp_path):
     pixels = np.zeros((16, 32, 3), np.uint8)
     pixels[:, :16] = 255  # the left half is white
     upright = {
@@ -269,14 +259,14 @@ def test_jpeg_is_read_and_turned_upright(tmp_path: Path) -> None:
         assert image.mean() < 0.55
 
 
-def test_associated_alpha_is_taken_out(tmp_path: Path) -> None:
+def test_associated_alpha_is_taken_out(tmp_path):
     pixels = np.full((2, 2, 4), 0.25, np.float32)
     pixels[..., 3] = 0.5
     image = read_image(write_raw(tmp_path / "a.tif", pixels))
     np.testing.assert_allclose(image[0, 0], [0.5, 0.5, 0.5, 0.5], atol=1e-6)
 
 
-def test_a_damaged_picture(tmp_path: Path) -> None:
+def test_a_damaged_picture(tmp_path):
     noise = np.random.default_rng(4).integers(0, 256, (64, 64, 3), dtype=np.uint8)
     content = write_raw(tmp_path / "a.png", noise).read_bytes()
     (tmp_path / "a.png").write_bytes(content[: len(content) // 2])
@@ -284,13 +274,13 @@ def test_a_damaged_picture(tmp_path: Path) -> None:
         read_image(tmp_path / "a.png")
 
 
-def test_a_picture_with_nan(tmp_path: Path) -> None:
+def test_a_picture_with_nan(tmp_path):
     path = write_raw(tmp_path / "a.exr", np.full((2, 2, 3), np.nan, np.float32))
     with pytest.raises(SceneError, match="holds NaN or infinity; write it again with finite values"):
         read_image(path)
 
 
-def test_a_huge_picture_is_refused_by_its_header(tmp_path: Path) -> None:
+def test_a_huge_picture_is_refused_by_its_header(tmp_path):
     (tmp_path / "a.png").write_bytes(png(10_000, 10_000, 8, 6, b"\0"))
     with pytest.raises(SceneError, match="must have at most 33554432 pixels, got 10000x10000; scale it down"):
         read_image(tmp_path / "a.png")
@@ -300,9 +290,7 @@ def test_a_huge_picture_is_refused_by_its_header(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("origin", "tile"), [((0, 0), 0), ((5, 200), 0), ((-3, -7), 0), ((0, 0), 16)])
-def test_a_picture_is_whole_wherever_its_pixels_begin(
-    tmp_path: Path, origin: tuple[int, int], tile: int
-) -> None:
+def test_a_picture_is_whole_wherever_its_pixels_begin(tmp_path, origin, tile):
     pixels = np.random.default_rng(3).random((150, 40, 3)).astype(np.float32)
     spec = OpenImageIO.ImageSpec(40, 150, 3, "float")
     spec.x, spec.y = origin
@@ -314,9 +302,7 @@ def test_a_picture_is_whole_wherever_its_pixels_begin(
     np.testing.assert_allclose(read_image(tmp_path / "a.exr"), srgb_from_linear(pixels), atol=1e-6)
 
 
-def test_a_line_in_the_table_is_enough_to_read_a_format(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_line_in_the_table_is_enough_to_read_a_format(tmp_path, monkeypatch):
     (tmp_path / "a.png").write_bytes(b"P6 2 1 255\n" + bytes([255, 0, 0, 0, 255, 0]))
     with pytest.raises(SceneError, match=r"it is not PNG, .* or Radiance HDR\); convert it to PNG"):
         read_image(tmp_path / "a.png")
@@ -325,7 +311,7 @@ def test_a_line_in_the_table_is_enough_to_read_a_format(
     assert read_image(tmp_path / "a.png").tolist() == [[[1, 0, 0], [0, 1, 0]]]
 
 
-def test_every_format_of_the_tables_has_its_modules() -> None:
+def test_every_format_of_the_tables_has_its_modules():
     for row in FORMATS:
         for reference in (row.read, row.write):
             assert not reference or callable(function_of(reference))

@@ -43,7 +43,7 @@ def write(path: Path, shot: Shot | None) -> Path:
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
-def test_a_file_says_how_it_was_painted_and_stays_the_same(tmp_path: Path, suffix: str) -> None:
+def test_a_file_says_how_it_was_painted_and_stays_the_same(tmp_path, suffix):
     path, again = write(tmp_path / f"a{suffix}", SHOT), write(tmp_path / f"b{suffix}", SHOT)
     plain = write(tmp_path / f"c{suffix}", replace(SHOT, origin=None))
     assert path.read_bytes() == again.read_bytes()
@@ -66,7 +66,7 @@ def test_a_file_says_how_it_was_painted_and_stays_the_same(tmp_path: Path, suffi
 
 
 @pytest.mark.parametrize("name", ["missing.mp4", "words.png", "words.mp4"])
-def test_what_is_no_picture_is_refused_and_never_the_same_painting(tmp_path: Path, name: str) -> None:
+def test_what_is_no_picture_is_refused_and_never_the_same_painting(tmp_path, name):
     (tmp_path / "words.png").write_text("words")
     (tmp_path / "words.mp4").write_text("words")
     with pytest.raises(SceneError, match=name):

@@ -74,7 +74,7 @@ def turned() -> np.ndarray:
 
 
 @pytest.mark.parametrize("encoding", ["binary_little_endian", "ascii"])
-def test_gaussians_project_to_the_pixels_that_they_were_made_of(tmp_path: Path, encoding) -> None:
+def test_gaussians_project_to_the_pixels_that_they_were_made_of(tmp_path, encoding):
     path = photographed(tmp_path / "a.ply", encoding=encoding, rotation=turned())
     camera = read_cameras(path).cameras[0]
     assert (camera.width, camera.height) == (WIDTH, HEIGHT)
@@ -85,7 +85,7 @@ def test_gaussians_project_to_the_pixels_that_they_were_made_of(tmp_path: Path, 
     assert np.abs(pixels - expected).max() < 0.01
 
 
-def test_the_first_view_and_its_size_are_those_of_the_photograph(tmp_path: Path) -> None:
+def test_the_first_view_and_its_size_are_those_of_the_photograph(tmp_path):
     path = photographed(tmp_path / "a.ply", rotation=turned())
     gaussians, notes = read_scene(path)
     view = choose_first_view(gaussians, ViewConfig(), notes, Report())
@@ -100,7 +100,7 @@ def test_the_first_view_and_its_size_are_those_of_the_photograph(tmp_path: Path)
     assert zoomed.K[1, 1] == pytest.approx(1.5 * FOCAL)
 
 
-def test_every_element_is_named(tmp_path: Path, capsys) -> None:
+def test_every_element_is_named(tmp_path, capsys):
     path = photographed(tmp_path / "a.ply")
     run("info", path, "--json")
     told = json.loads(capsys.readouterr().out)
@@ -118,7 +118,7 @@ def test_every_element_is_named(tmp_path: Path, capsys) -> None:
         ({"without": ("image_size",)}, "no element 'image_size'"),
     ],
 )
-def test_a_camera_that_cannot_be_used_is_told_and_the_scene_is_read(tmp_path, changes, sentence) -> None:
+def test_a_camera_that_cannot_be_used_is_told_and_the_scene_is_read(tmp_path, changes, sentence):
     path = photographed(tmp_path / "a.ply", **changes)
     with pytest.raises(bg.SceneError, match=sentence):
         read_cameras(path)
@@ -127,7 +127,7 @@ def test_a_camera_that_cannot_be_used_is_told_and_the_scene_is_read(tmp_path, ch
     assert (len(gaussians), notes.photograph) == (WIDTH * HEIGHT, None)
 
 
-def test_a_scene_without_a_photograph_is_no_file_of_cameras(tmp_path: Path) -> None:
+def test_a_scene_without_a_photograph_is_no_file_of_cameras(tmp_path):
     path = photographed(tmp_path / "a.ply", without=("extrinsic", "intrinsic"))
     with pytest.raises(
         bg.SceneError, match=r"no camera of a photograph among its elements \(vertex, image_size"
@@ -135,7 +135,7 @@ def test_a_scene_without_a_photograph_is_no_file_of_cameras(tmp_path: Path) -> N
         read_cameras(path)
 
 
-def test_what_lies_behind_is_painted_over_wherever_the_camera_sways(tmp_path: Path) -> None:
+def test_what_lies_behind_is_painted_over_wherever_the_camera_sways(tmp_path):
     gaussians, notes = read_scene(photographed(tmp_path / "a.ply", rotation=turned()))
     view = choose_first_view(gaussians, ViewConfig(), notes, Report())
     angle = np.radians(10)
@@ -153,7 +153,7 @@ def test_what_lies_behind_is_painted_over_wherever_the_camera_sways(tmp_path: Pa
     assert np.abs(own.over("white") - other.over("white")).mean() < 0.01  # the photograph stays what it was
 
 
-def test_any_scene_can_sway() -> None:
+def test_any_scene_can_sway():
     from tests.scenes import still_life_of
 
     view = choose_first_view(still_life_of(2000), ViewConfig(), None, Report())
@@ -164,7 +164,7 @@ def test_any_scene_can_sway() -> None:
     assert "17.2 degrees to each side" in path.source
 
 
-def test_a_sway_is_about_what_the_camera_looks_at() -> None:
+def test_a_sway_is_about_what_the_camera_looks_at():
     from tests.scenes import still_life_of
 
     view = choose_first_view(still_life_of(2000), ViewConfig(), None, Report())
@@ -185,7 +185,7 @@ def picture(path: Path, alpha: bool = False) -> Path:
     return path
 
 
-def test_a_photograph_is_a_scene_of_one_layer(tmp_path: Path) -> None:
+def test_a_photograph_is_a_scene_of_one_layer(tmp_path):
     gaussians, notes = read_scene(picture(tmp_path / "a.png"))
     camera = notes.photograph
     assert (camera.width, camera.height) == (64, 48)
@@ -199,7 +199,7 @@ def test_a_photograph_is_a_scene_of_one_layer(tmp_path: Path) -> None:
     assert (abs(at[:, 0] / at[:, 2] - 30) < 20).all()
 
 
-def test_a_photograph_is_painted_and_sways_with_the_command(tmp_path: Path) -> None:
+def test_a_photograph_is_painted_and_sways_with_the_command(tmp_path):
     picture(tmp_path / "a.png")
     run("render", tmp_path / "a.png", "--strokes", 60, "-o", tmp_path / "b.png", "--quiet")
     assert read_image(tmp_path / "b.png").shape[:2] == (48, 64)

@@ -1,5 +1,3 @@
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -24,7 +22,7 @@ def assert_is(gaussians: Gaussians, expected: dict[str, np.ndarray]) -> None:
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 3])
 @pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian", "binary_big_endian"])
-def test_a_scene_reads_as_it_is_defined(tmp_path: Path, degree: int, encoding: str) -> None:
+def test_a_scene_reads_as_it_is_defined(tmp_path, degree, encoding):
     columns = scene_columns(50, degree)
     gaussians, notes = read_scene(write_scene(tmp_path / "a.ply", columns, encoding))
     assert_is(gaussians, decoded(columns))
@@ -32,7 +30,7 @@ def test_a_scene_reads_as_it_is_defined(tmp_path: Path, degree: int, encoding: s
     assert (notes.sh_degree_stored, notes.sh_degree_used) == (degree, degree)
 
 
-def test_f_rest_is_stored_channel_by_channel(tmp_path: Path) -> None:
+def test_f_rest_is_stored_channel_by_channel(tmp_path):
     columns = scene_columns(2, degree=1)
     for index in range(9):
         columns[f"f_rest_{index}"][:] = index + 1
@@ -41,7 +39,7 @@ def test_f_rest_is_stored_channel_by_channel(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("order", ["alphabetical", "reversed", "shuffled"])
-def test_properties_are_found_by_name_in_any_order(tmp_path: Path, order: str) -> None:
+def test_properties_are_found_by_name_in_any_order(tmp_path, order):
     columns = scene_columns(50, degree=3)
     names = {
         "alphabetical": sorted(columns),
@@ -52,7 +50,7 @@ def test_properties_are_found_by_name_in_any_order(tmp_path: Path, order: str) -
     assert_is(load(path), decoded(columns))
 
 
-def test_normals_may_be_missing_and_extra_properties_of_any_type_are_skipped(tmp_path: Path) -> None:
+def test_normals_may_be_missing_and_extra_properties_of_any_type_are_skipped(tmp_path):
     columns = scene_columns(20, degree=1)
     expected = decoded(columns)
     kinds = ["char", "uchar", "short", "ushort", "int", "uint", "double"]
@@ -65,7 +63,7 @@ def test_normals_may_be_missing_and_extra_properties_of_any_type_are_skipped(tmp
     assert_is(load(write_scene(tmp_path / "a.ply", mixed, types=types)), expected)
 
 
-def test_blank_lines_in_ascii_are_skipped(tmp_path: Path) -> None:
+def test_blank_lines_in_ascii_are_skipped(tmp_path):
     columns = scene_columns(5)
     header, data = element_bytes("vertex", columns, "ascii")
     path = write_ply_file(tmp_path / "a.ply", [(header, b"\n" + data.replace(b"\n", b" \n\n"))], "ascii")
@@ -82,7 +80,7 @@ def test_blank_lines_in_ascii_are_skipped(tmp_path: Path) -> None:
         ("comment Vertical axis: +y", "+y"),
     ],
 )
-def test_a_comment_may_state_the_axis_that_points_up(tmp_path: Path, comment: str, up: str | None) -> None:
+def test_a_comment_may_state_the_axis_that_points_up(tmp_path, comment, up):
     assert read_scene(write_scene(tmp_path / "a.ply", scene_columns(3), comments=[comment]))[1].up == up
 
 
@@ -99,7 +97,7 @@ def test_a_comment_may_state_the_axis_that_points_up(tmp_path: Path, comment: st
         ("f_dc_1", np.nan),
     ],
 )
-def test_a_row_that_cannot_be_drawn_is_dropped_and_named(tmp_path: Path, name: str, value: float) -> None:
+def test_a_row_that_cannot_be_drawn_is_dropped_and_named(tmp_path, name, value):
     columns = scene_columns(50, degree=3)
     columns[name][[7, 31]] = value
     path = write_scene(tmp_path / "a.ply", columns)
@@ -111,9 +109,7 @@ def test_a_row_that_cannot_be_drawn_is_dropped_and_named(tmp_path: Path, name: s
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_a_broken_view_dependent_coefficient_counts_as_zero_and_costs_no_row(
-    tmp_path: Path, value: float
-) -> None:
+def test_a_broken_view_dependent_coefficient_counts_as_zero_and_costs_no_row(tmp_path, value):
     columns = scene_columns(50, degree=3)
     sound = {name: column.copy() for name, column in columns.items()}
     for row, name in ((7, "f_rest_40"), (31, "f_rest_0"), (31, "f_rest_44")):
@@ -128,7 +124,7 @@ def test_a_broken_view_dependent_coefficient_counts_as_zero_and_costs_no_row(
     assert (finding.severity, finding.count, finding.facts["column"]) == ("odd", 2, "f_rest_40")
 
 
-def test_padding_rows_are_dropped_and_counted_apart_from_broken_ones(tmp_path: Path) -> None:
+def test_padding_rows_are_dropped_and_counted_apart_from_broken_ones(tmp_path):
     columns = scene_columns(50)
     for values in columns.values():
         values[20:40] = 0
@@ -139,7 +135,7 @@ def test_padding_rows_are_dropped_and_counted_apart_from_broken_ones(tmp_path: P
         assert len(load(path)) == 29
 
 
-def test_a_scene_without_one_good_row_is_refused(tmp_path: Path) -> None:
+def test_a_scene_without_one_good_row_is_refused(tmp_path):
     columns = scene_columns(5)
     columns["scale_0"][:] = np.nan
     path = write_scene(tmp_path / "a.ply", columns)
@@ -150,9 +146,7 @@ def test_a_scene_without_one_good_row_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("num_threads", [1, 2, 4])
-def test_blocks_and_threads_do_not_change_what_is_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, num_threads: int
-) -> None:
+def test_blocks_and_threads_do_not_change_what_is_read(tmp_path, monkeypatch, num_threads):
     columns = scene_columns(1000, degree=2)
     bad = np.sort(np.random.default_rng(1).permutation(1000)[:300])
     columns["x"][bad[:100]] = np.nan
@@ -167,7 +161,7 @@ def test_blocks_and_threads_do_not_change_what_is_read(
     assert_is(gaussians, {k: np.delete(v, bad, axis=0) for k, v in decoded(columns).items()})
 
 
-def test_scales_and_opacities_stored_without_log_and_logit_are_reported(tmp_path: Path) -> None:
+def test_scales_and_opacities_stored_without_log_and_logit_are_reported(tmp_path):
     columns = scene_columns(50)
     for index in range(3):
         columns[f"scale_{index}"] = np.exp(columns[f"scale_{index}"])
@@ -182,7 +176,7 @@ def test_scales_and_opacities_stored_without_log_and_logit_are_reported(tmp_path
     load(write_scene(tmp_path / "b.ply", columns))  # one logit above 1 proves them to be logits
 
 
-def test_bytes_after_the_last_row_are_ignored_with_a_warning(tmp_path: Path) -> None:
+def test_bytes_after_the_last_row_are_ignored_with_a_warning(tmp_path):
     columns = scene_columns(5)
     path = write_scene(tmp_path / "a.ply", columns)
     path.write_bytes(path.read_bytes() + b"12345")

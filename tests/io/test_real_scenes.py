@@ -23,7 +23,7 @@ SCENES = [
 
 
 @pytest.mark.parametrize(("name", "num_rows", "stored", "used"), SCENES)
-def test_a_real_scene_has_its_known_rows_and_degree(name: str, num_rows: int, stored: int, used: int) -> None:
+def test_a_real_scene_has_its_known_rows_and_degree(name, num_rows, stored, used):
     gaussians, notes = read_scene(real_scene(name))
     assert len(gaussians) == notes.rows_read == num_rows
     assert notes.rows_dropped == 0
@@ -31,7 +31,7 @@ def test_a_real_scene_has_its_known_rows_and_degree(name: str, num_rows: int, st
 
 
 @pytest.mark.parametrize("name", ["koala.ply", "derived/skull_sh3.ply", "derived/campsite.ply"])
-def test_a_real_scene_equals_a_decode_row_by_row_of_the_format(name: str) -> None:
+def test_a_real_scene_equals_a_decode_row_by_row_of_the_format(name):
     header, data = real_scene(name).read_bytes().split(b"end_header\n", 1)
     names = [line.split()[2] for line in header.decode().splitlines() if line.startswith("property")]
     table = dict(
@@ -60,7 +60,7 @@ def test_a_real_scene_equals_a_decode_row_by_row_of_the_format(name: str) -> Non
         ("train_cameras.json", "train_first1000.ply", 0.7),
     ],
 )
-def test_real_cameras_see_their_scene(cameras: str, scene: str, share: float) -> None:
+def test_real_cameras_see_their_scene(cameras, scene, share):
     """Wrong handedness or a transposed rotation turns cameras away: then next to nothing is in view.
 
     Measured over all views: 0.782, 0.995, 0.995, 0.732 of the Gaussians.

@@ -49,7 +49,7 @@ def toy(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("toy")
-def test_a_format_of_the_table_is_written_and_read_by_content(tmp_path: Path) -> None:
+def test_a_format_of_the_table_is_written_and_read_by_content(tmp_path):
     bg.save(still_life_of(1000), tmp_path / "a.toy")
     (tmp_path / "a.toy").rename(tmp_path / "a.ply")
     with pytest.warns(bg.SceneWarning, match=r"a\.ply: 1 of \d+ rows were dropped: .*row 0, y = nan"):
@@ -58,26 +58,26 @@ def test_a_format_of_the_table_is_written_and_read_by_content(tmp_path: Path) ->
 
 
 @pytest.mark.usefixtures("toy")
-def test_an_encoding_is_refused_where_the_format_fixes_it(tmp_path: Path) -> None:
+def test_an_encoding_is_refused_where_the_format_fixes_it(tmp_path):
     (tmp_path / "toy").write_bytes(b"TOY...")
     with pytest.raises(bg.SceneError, match="is a toy, whose encoding is fixed; omit the encoding"):
         bg.load(tmp_path, Encoding(scales="linear"))
 
 
-def test_a_format_is_recognised_by_first_bytes_or_by_suffix() -> None:
+def test_a_format_is_recognised_by_first_bytes_or_by_suffix():
     assert begins_with(b"ab", b"cd")(Path("x"), b"cde")
     assert not begins_with(b"ab", b"cd")(Path("x.ab"), b"")
     assert has_suffix(".splat")(Path("a.SPLAT"), b"anything")
 
 
-def test_the_table_loads_nothing_heavy() -> None:
+def test_the_table_loads_nothing_heavy():
     """Help texts read it before anything else is loaded."""
     code = "import brushgs.formats.registry, sys; print(*sys.modules)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert not {"numpy", "dataclasses", "OpenImageIO", "av", "hashlib"} & set(found.split())
 
 
-def test_the_readme_names_every_format_of_scenes() -> None:
+def test_the_readme_names_every_format_of_scenes():
     readme = (Path(__file__).parents[2] / "README.md").read_text()
     for row in (*registry.SCENE_FORMATS, *registry.MOVING_FORMATS):
         own = [suffix for suffix in row.suffixes if suffix not in (".json", ".ftgs.ply")]

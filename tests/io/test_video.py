@@ -89,7 +89,7 @@ LEAST = {"h264": 33.5, "h265": 33, "vp9": 33.5, "prores": 45, "gif": 31}
 
 
 @pytest.mark.parametrize(("suffix", "codec", "bits"), OFFERED)
-def test_a_video_gives_its_frames_back(tmp_path: Path, suffix: str, codec: str, bits: int) -> None:
+def test_a_video_gives_its_frames_back(tmp_path, suffix, codec, bits):
     frames, least = moving_picture(), LEAST[codec]
     decoded, stored, rate = read(film(tmp_path / f"a{suffix}", frames, fps=25, codec=codec, bits=bits))
     name = stored.format.name
@@ -105,14 +105,14 @@ def test_a_video_gives_its_frames_back(tmp_path: Path, suffix: str, codec: str, 
 
 
 @pytest.mark.parametrize(("suffix", "codec", "bits"), OFFERED)
-def test_equal_frames_give_equal_bytes(tmp_path: Path, suffix: str, codec: str, bits: int) -> None:
+def test_equal_frames_give_equal_bytes(tmp_path, suffix, codec, bits):
     first, second = (
         film(tmp_path / f"{name}{suffix}", moving_picture(), codec=codec, bits=bits) for name in "ab"
     )
     assert first.read_bytes() == second.read_bytes()
 
 
-def test_bytes_do_not_depend_on_what_lay_in_memory(tmp_path: Path) -> None:
+def test_bytes_do_not_depend_on_what_lay_in_memory(tmp_path):
     code = (
         "import hashlib, pathlib, sys\n"
         "from tests.io.test_video import OFFERED, film, moving_picture, seen_through\n"
@@ -134,9 +134,7 @@ def test_bytes_do_not_depend_on_what_lay_in_memory(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("suffix", "codec", "bits"), [row for row in OFFERED if row[0] != ".gif"])
-def test_colours_are_converted_by_bt709_and_tagged_so(
-    tmp_path: Path, suffix: str, codec: str, bits: int
-) -> None:
+def test_colours_are_converted_by_bt709_and_tagged_so(tmp_path, suffix, codec, bits):
     colors = np.array([(255, 0, 0), (0, 255, 0), (0, 0, 255), (200, 120, 40)])
     pixels = np.repeat(np.repeat(colors[None].astype(np.uint8), 32, axis=0), 16, axis=1)
     _, stored, _ = read(film(tmp_path / f"a{suffix}", [pixels] * 3, codec=codec, bits=bits))
@@ -148,7 +146,7 @@ def test_colours_are_converted_by_bt709_and_tagged_so(
 
 
 @pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)
-def test_odd_sides_lose_nothing(tmp_path: Path, suffix: str) -> None:
+def test_odd_sides_lose_nothing(tmp_path, suffix):
     frames = moving_picture(41, 33)
     decoded, _, _ = read(film(tmp_path / f"a{suffix}", frames))
     is_even = suffix in (".mp4", ".mkv")
@@ -162,7 +160,7 @@ def test_odd_sides_lose_nothing(tmp_path: Path, suffix: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["a.mp4", "a.mov"])
-def test_the_index_comes_first(tmp_path: Path, name: str) -> None:
+def test_the_index_comes_first(tmp_path, name):
     content = film(tmp_path / name, moving_picture()).read_bytes()
     assert 0 < content.index(b"moov") < content.index(b"mdat")
 
@@ -174,18 +172,14 @@ def test_the_index_comes_first(tmp_path: Path, name: str) -> None:
         (119.88, Fraction(120000, 1001)), (30, 30), (12.5, Fraction(25, 2)),
     ],
 )  # fmt: skip
-def test_the_frame_rate_is_kept_and_those_of_television_are_fractions(
-    tmp_path: Path, fps: float, rate: Fraction
-) -> None:
+def test_the_frame_rate_is_kept_and_those_of_television_are_fractions(tmp_path, fps, rate):
     assert read(film(tmp_path / "a.mp4", moving_picture(), fps))[2] == rate
 
 
 @pytest.mark.parametrize(
     ("name", "fps", "most"), [("a.gif", 60, 50), ("a.mp4", 0, 1000), ("a.webm", 1001, 1000)]
 )
-def test_a_rate_that_the_format_cannot_hold_is_refused(
-    tmp_path: Path, name: str, fps: float, most: int
-) -> None:
+def test_a_rate_that_the_format_cannot_hold_is_refused(tmp_path, name, fps, most):
     with pytest.raises(ValueError, match=rf"fps must be above 0 and at most {most} for \.\w+, got {fps}"):
         film(tmp_path / name, moving_picture(), fps)
     assert list(tmp_path.iterdir()) == []
@@ -193,9 +187,7 @@ def test_a_rate_that_the_format_cannot_hold_is_refused(
 
 @pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
-def test_a_video_that_is_not_finished_leaves_what_was_there(
-    tmp_path: Path, suffix: str, error: type[BaseException]
-) -> None:
+def test_a_video_that_is_not_finished_leaves_what_was_there(tmp_path, suffix, error):
     path = tmp_path / f"a{suffix}"
     path.write_text("old")
 
@@ -211,7 +203,7 @@ def test_a_video_that_is_not_finished_leaves_what_was_there(
 
 
 @pytest.mark.parametrize(("size", "rule"), [((8194, 16), "at most 8192"), ((40, 15), "at least 16")])
-def test_a_size_that_h265_cannot_hold_is_refused(tmp_path: Path, size: tuple[int, int], rule: str) -> None:
+def test_a_size_that_h265_cannot_hold_is_refused(tmp_path, size, rule):
     frames = [np.zeros((size[1], size[0], 3), np.uint8)]
     with pytest.raises(ValueError, match=rf"in \.mp4 with H\.265 must be {rule} pixels wide and high, got"):
         film(tmp_path / "a.mp4", frames, codec="h265")
@@ -229,9 +221,7 @@ def test_a_size_that_h265_cannot_hold_is_refused(tmp_path: Path, size: tuple[int
         ("a.gif", {"background": "transparent"}, r"background must not be transparent in a\.gif, whose"),
     ],
 )
-def test_what_a_format_does_not_offer_is_refused_before_any_frame_is_taken(
-    tmp_path: Path, name: str, options: dict, sentence: str
-) -> None:
+def test_what_a_format_does_not_offer_is_refused_before_any_frame_is_taken(tmp_path, name, options, sentence):
     taken = iter([bg.Frame(np.zeros((4, 6, 3), np.float32), np.zeros((4, 6), np.float32))])
     with pytest.raises(ValueError, match=sentence):
         bg.save_video(taken, tmp_path / name, **options)
@@ -249,7 +239,7 @@ def levels_of_luma(path: Path) -> int:
 
 
 @pytest.mark.parametrize(("name", "codec"), [("a.mov", "prores"), ("a.mp4", "h265"), ("a.mkv", "h265")])
-def test_ten_bits_hold_what_eight_cannot(tmp_path: Path, name: str, codec: str) -> None:
+def test_ten_bits_hold_what_eight_cannot(tmp_path, name, codec):
     """A ramp over 11 levels of 8 bits in 41 steps, each on a strip 32 wide, so that codecs keep its steps."""
     steps = np.linspace(0.4, 0.45, 41, dtype=np.float32)
     ramp = np.broadcast_to(np.repeat(steps, 32)[None, :, None], (64, 41 * 32, 3))
@@ -297,9 +287,7 @@ def with_alpha(path: Path) -> list[av.VideoFrame]:
 
 @pytest.mark.parametrize("size", [(96, 64), (97, 63)])
 @pytest.mark.parametrize(("suffix", "close"), [(".mov", 0.004), (".webm", 0.03)])
-def test_transparent_frames_keep_their_alpha_and_their_straight_colours(
-    tmp_path: Path, suffix: str, close: float, size: tuple[int, int]
-) -> None:
+def test_transparent_frames_keep_their_alpha_and_their_straight_colours(tmp_path, suffix, close, size):
     frame = soft_frame(*size)
     bg.save_video([frame] * 3, tmp_path / f"a{suffix}", background=None)
     decoded = with_alpha(tmp_path / f"a{suffix}")
@@ -318,7 +306,7 @@ def test_transparent_frames_keep_their_alpha_and_their_straight_colours(
         assert errors.mean() < close / 2, errors.mean()
 
 
-def test_colours_go_on_where_nothing_is_painted() -> None:
+def test_colours_go_on_where_nothing_is_painted():
     frame = soft_frame(37, 22)
     colors = spread_colors(frame)
     painted = frame.alpha > 0
@@ -332,7 +320,7 @@ def test_colours_go_on_where_nothing_is_painted() -> None:
 # ---- the colours of a GIF
 
 
-def test_colours_of_all_pictures_count() -> None:
+def test_colours_of_all_pictures_count():
     counts = ColorCounts()
     for color in ((255, 0, 0), (0, 0, 255)):
         counts.add(np.full((4, 4, 3), color, np.uint8))

@@ -1,5 +1,3 @@
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings
@@ -37,13 +35,13 @@ def assert_same(read: Gaussians, written: Gaussians) -> None:
 
 
 @pytest.mark.parametrize("num_terms", [1, 4, 9, 16])
-def test_what_is_written_reads_back(tmp_path: Path, num_terms: int) -> None:
+def test_what_is_written_reads_back(tmp_path, num_terms):
     gaussians = make(1000, num_terms)
     bg.save(gaussians, tmp_path / "a.ply")
     assert_same(bg.load(tmp_path / "a.ply"), gaussians)
 
 
-def test_a_file_in_the_usual_layout_survives_load_and_save_nearly_to_the_bit(tmp_path: Path) -> None:
+def test_a_file_in_the_usual_layout_survives_load_and_save_nearly_to_the_bit(tmp_path):
     columns = scene_columns(200, degree=2)
     path = write_scene(tmp_path / "a.ply", columns)
     bg.save(bg.load(path), tmp_path / "b.ply")
@@ -68,7 +66,7 @@ TINIEST = float(np.finfo(np.float32).smallest_subnormal)
 @example([((0, 0, 0), (0, 0, 0, TINIEST), (LARGEST, 0, TINIEST), 1.0)])
 @example([((0, 0, 0), (1, 0, 0, 0), (1, 1, 1), float(np.nextafter(np.float32(1), 0)))])
 @example([((0, 0, 0), (0, 0, 0, 1), (1, 1, 1), 0.5)])  # is no file of decoded values
-def test_any_scene_reads_back_and_no_infinity_is_written(tmp_path: Path, scene: list[tuple]) -> None:
+def test_any_scene_reads_back_and_no_infinity_is_written(tmp_path, scene):
     columns = [np.array(column, dtype=np.float32) for column in zip(*scene, strict=True)]
     gaussians = Gaussians(*columns, np.zeros((len(scene), 1, 3), np.float32))
     bg.save(gaussians, tmp_path / "a.ply")
@@ -84,7 +82,7 @@ def test_any_scene_reads_back_and_no_infinity_is_written(tmp_path: Path, scene: 
     assert_same(with_ones, Gaussians(*columns[:2], huge, columns[3], gaussians.sh))
 
 
-def test_opacity_0_and_1_and_scale_0_read_back_as_they_are(tmp_path: Path) -> None:
+def test_opacity_0_and_1_and_scale_0_read_back_as_they_are(tmp_path):
     base = make(2)
     scales = base.scales.copy()
     scales[0] = 0
@@ -95,7 +93,7 @@ def test_opacity_0_and_1_and_scale_0_read_back_as_they_are(tmp_path: Path) -> No
     assert read.scales[0].tolist() == [0, 0, 0]
 
 
-def test_values_that_do_not_fit_float32_are_refused_by_name(tmp_path: Path) -> None:
+def test_values_that_do_not_fit_float32_are_refused_by_name(tmp_path):
     gaussians = make(2, dtype=np.float64)
     big = Gaussians(
         gaussians.means * 1e60, *(getattr(gaussians, n) for n in ("quats", "scales", "opacities", "sh"))
@@ -107,13 +105,13 @@ def test_values_that_do_not_fit_float32_are_refused_by_name(tmp_path: Path) -> N
     assert list(tmp_path.iterdir()) == []
 
 
-def test_another_suffix_is_refused_and_those_that_are_written_are_named(tmp_path: Path) -> None:
+def test_another_suffix_is_refused_and_those_that_are_written_are_named(tmp_path):
     with pytest.raises(
         ValueError, match=r"save: Gaussians must go to a \.ply, .*file, got '.*a\.ksplat'; change the suffix"
     ):
         bg.save(make(2), tmp_path / "a.ksplat")
 
 
-def test_only_gaussians_and_frames_can_be_saved(tmp_path: Path) -> None:
+def test_only_gaussians_and_frames_can_be_saved(tmp_path):
     with pytest.raises(TypeError, match="save: value must be Gaussians or a Frame, got int"):
         bg.save(3, tmp_path / "a.ply")  # type: ignore[arg-type]

@@ -33,7 +33,7 @@ def meaning(arrays: dict, moment: int) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("packed", [False, True])
-def test_every_moment_is_what_its_arrays_say(tmp_path: Path, packed: bool) -> None:
+def test_every_moment_is_what_its_arrays_say(tmp_path, packed):
     arrays = params(12, 40)
     moving = load_moving(write(tmp_path / "params.npz", arrays, packed=packed))
     assert (moving.duration, moving.has_rows, moving.resting) == (11 / 30, True, None)
@@ -52,7 +52,7 @@ def test_every_moment_is_what_its_arrays_say(tmp_path: Path, packed: bool) -> No
     assert (moving.notes.format, moving.notes.unknown) == ("Dynamic3DGaussians, 12 moments", ())
 
 
-def test_colours_and_sizes_may_be_of_all_moments_or_of_each(tmp_path: Path) -> None:
+def test_colours_and_sizes_may_be_of_all_moments_or_of_each(tmp_path):
     arrays = params(4, 10)
     arrays["rgb_colors"] = arrays["rgb_colors"][:1]
     arrays["log_scales"] = np.stack([arrays["log_scales"] + moment for moment in range(4)])
@@ -61,7 +61,7 @@ def test_colours_and_sizes_may_be_of_all_moments_or_of_each(tmp_path: Path) -> N
     np.testing.assert_array_equal(moving.at(0.1).sh, moving.at(0).sh)
 
 
-def test_a_file_of_splatam_is_a_scene_at_rest(tmp_path: Path) -> None:
+def test_a_file_of_splatam_is_a_scene_at_rest(tmp_path):
     arrays = {
         name: values[0] if name in ("means3D", "unnorm_rotations", "rgb_colors") else values
         for name, values in params(1, 10).items()
@@ -75,7 +75,7 @@ def test_a_file_of_splatam_is_a_scene_at_rest(tmp_path: Path) -> None:
     np.testing.assert_allclose(scales, np.exp(arrays["log_scales"]).repeat(3, axis=1), rtol=1e-6)
 
 
-def test_rows_that_cannot_be_drawn_are_unseen_and_told_once(tmp_path: Path) -> None:
+def test_rows_that_cannot_be_drawn_are_unseen_and_told_once(tmp_path):
     arrays = params(5, 20)
     arrays["means3D"][2, 3, 1] = np.inf
     arrays["unnorm_rotations"][3, 4] = 0
@@ -90,7 +90,7 @@ def test_rows_that_cannot_be_drawn_are_unseen_and_told_once(tmp_path: Path) -> N
     np.testing.assert_array_equal(found[2].means[3], found[0].means[3])
 
 
-def test_a_clip_crosses_processes(tmp_path: Path) -> None:
+def test_a_clip_crosses_processes(tmp_path):
     moving = load_moving(write(tmp_path / "a.npz", params(3, 10), packed=True))
     other = pickle.loads(pickle.dumps(moving))
     np.testing.assert_array_equal(other.at(0.05).means, moving.at(0.05).means)
@@ -106,7 +106,7 @@ class Trap:
         return exec, ("raise AssertionError('unpickled')",)
 
 
-def test_an_array_of_objects_is_refused_by_name_and_never_unpickled(tmp_path: Path) -> None:
+def test_an_array_of_objects_is_refused_by_name_and_never_unpickled(tmp_path):
     objects = np.empty(2, object)
     objects[:] = Trap()
     for name in ("means3D", "logit_opacities"):
@@ -151,7 +151,7 @@ CHANGES = {
 
 @pytest.mark.parametrize("packed", [False, True])
 @pytest.mark.parametrize("change", CHANGES)
-def test_arrays_that_do_not_fit_are_refused_by_name(tmp_path: Path, change: str, packed: bool) -> None:
+def test_arrays_that_do_not_fit_are_refused_by_name(tmp_path, change, packed):
     alter, match = CHANGES[change]
     arrays = params(3, 6)
     alter(arrays)
@@ -161,7 +161,7 @@ def test_arrays_that_do_not_fit_are_refused_by_name(tmp_path: Path, change: str,
 
 
 @pytest.mark.parametrize("packed", [False, True])
-def test_a_file_that_is_cut_off_or_damaged_is_refused(tmp_path: Path, packed: bool) -> None:
+def test_a_file_that_is_cut_off_or_damaged_is_refused(tmp_path, packed):
     whole = write(tmp_path / "params.npz", params(3, 6), packed=packed)
     content = whole.read_bytes()
     for length in (30, len(content) // 2, len(content) - 30):
@@ -185,7 +185,7 @@ def rewrite(path: Path, content: bytes, change) -> None:
             archive.writestr(name, member)
 
 
-def test_a_header_that_claims_more_than_there_is_is_refused(tmp_path: Path) -> None:
+def test_a_header_that_claims_more_than_there_is_is_refused(tmp_path):
     path = tmp_path / "params.npz"
     write(path, params(3, 6))
     content = path.read_bytes()
@@ -201,7 +201,7 @@ def test_a_header_that_claims_more_than_there_is_is_refused(tmp_path: Path) -> N
             load_moving(path)
 
 
-def test_an_archive_that_would_grow_without_end_is_refused(tmp_path: Path, monkeypatch) -> None:
+def test_an_archive_that_would_grow_without_end_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(npz, "_SMALL", 0)
     path = write(
         tmp_path / "a.npz", params(3, 6) | {"means3D": np.zeros((3, 6000, 3), np.float32)}, packed=True
@@ -210,7 +210,7 @@ def test_an_archive_that_would_grow_without_end_is_refused(tmp_path: Path, monke
         load_moving(path)
 
 
-def test_encrypted_and_oddly_packed_members_are_refused(tmp_path: Path) -> None:
+def test_encrypted_and_oddly_packed_members_are_refused(tmp_path):
     path = tmp_path / "params.npz"
     write(path, params(3, 6))
     with zipfile.ZipFile(path) as archive:
@@ -229,7 +229,7 @@ def test_encrypted_and_oddly_packed_members_are_refused(tmp_path: Path) -> None:
         load_moving(path)
 
 
-def test_a_file_that_becomes_shorter_is_told(tmp_path: Path) -> None:
+def test_a_file_that_becomes_shorter_is_told(tmp_path):
     path = write(tmp_path / "params.npz", params(30, 60))
     moving = load_moving(path)
     path.write_bytes(path.read_bytes()[:1000])

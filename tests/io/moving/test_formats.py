@@ -73,9 +73,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_needs_a_network_or_a_pickle_is_refused_with_the_export_that_works(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_needs_a_network_or_a_pickle_is_refused_with_the_export_that_works(name, tmp_path, monkeypatch):
     def never(*args: object) -> None:
         raise AssertionError("a pickle was opened")
 
@@ -88,7 +86,7 @@ def test_what_needs_a_network_or_a_pickle_is_refused_with_the_export_that_works(
     assert str(path) in str(error.value)
 
 
-def test_a_still_scene_is_none_and_loads_as_a_clip_of_no_length(tmp_path: Path) -> None:
+def test_a_still_scene_is_none_and_loads_as_a_clip_of_no_length(tmp_path):
     path = write_scene(tmp_path / "a.ply", scene_columns(9, 1))
     assert open_moving(path) is None
     scene = bg.load_moving(path)
@@ -99,7 +97,7 @@ def test_a_still_scene_is_none_and_loads_as_a_clip_of_no_length(tmp_path: Path) 
     assert np.array_equal(scene.at(3).sh, bg.load(path).sh)
 
 
-def test_a_clip_must_be_named_alone(tmp_path: Path) -> None:
+def test_a_clip_must_be_named_alone(tmp_path):
     clip = write_scene(tmp_path / "a.ply", clips.spacetime_columns(9))
     still = write_scene(tmp_path / "b.ply", scene_columns(9))
     for paths in ([clip, still], [still, clip], [clip, clip]):
@@ -107,7 +105,7 @@ def test_a_clip_must_be_named_alone(tmp_path: Path) -> None:
             open_moving(paths)
 
 
-def test_a_clip_has_no_levels(tmp_path: Path) -> None:
+def test_a_clip_has_no_levels(tmp_path):
     from brushgs.options.scene_source import SceneSource
 
     clip = write_scene(tmp_path / "a.ply", clips.spacetime_columns(9))
@@ -115,13 +113,13 @@ def test_a_clip_has_no_levels(tmp_path: Path) -> None:
         open_moving(SceneSource((clip,), lod=1))
 
 
-def test_gaussians_beside_their_network_are_read_with_a_warning(tmp_path: Path) -> None:
+def test_gaussians_beside_their_network_are_read_with_a_warning(tmp_path):
     path = model(tmp_path, "point_cloud.ply", "deformation.pth") / "point_cloud.ply"
     with pytest.warns(SceneWarning, match=r"moved by the network beside them.*; name the folder"):
         assert len(load_moving(path).at(0)) == 4
 
 
-def test_a_ply_header_is_searched_to_its_end_and_no_further(tmp_path: Path) -> None:
+def test_a_ply_header_is_searched_to_its_end_and_no_further(tmp_path):
     columns = clips.spacetime_columns(5)
     long = write_scene(tmp_path / "a.ply", columns, comments=[f"comment {'x' * 500}"] * 100)
     assert open_moving(long) is not None

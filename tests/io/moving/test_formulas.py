@@ -54,7 +54,7 @@ def assert_equal(gaussians: bg.Gaussians, expected: clips.Moment) -> None:
 
 
 @pytest.mark.parametrize("name", FORMS)
-def test_moments_equal_float64_arithmetic_to_one_in_a_million(name: str, tmp_path: Path) -> None:
+def test_moments_equal_float64_arithmetic_to_one_in_a_million(name, tmp_path):
     write, columns, at = FORMS[name]
     scene = opened(write(tmp_path, columns))
     assert scene.has_rows
@@ -69,14 +69,14 @@ def test_moments_equal_float64_arithmetic_to_one_in_a_million(name: str, tmp_pat
 
 
 @pytest.mark.parametrize("name", FORMS)
-def test_times_outside_the_clip_are_its_ends(name: str, tmp_path: Path) -> None:
+def test_times_outside_the_clip_are_its_ends(name, tmp_path):
     write, columns, _ = FORMS[name]
     scene = opened(write(tmp_path, columns))
     for outside, end in ((-1, 0), (scene.duration + 1, scene.duration)):
         assert np.array_equal(scene.at(outside).means, scene.at(end).means)
 
 
-def test_comments_of_freetimegs_are_heeded(tmp_path: Path) -> None:
+def test_comments_of_freetimegs_are_heeded(tmp_path):
     columns = clips.freetime_columns(200)
     still = opened(clips.write_freetime(tmp_path / "a.ply", columns, ["comment use_velocity 0"]))
     expected = np.stack([columns[axis] for axis in "xyz"], 1)
@@ -98,7 +98,7 @@ FAULTY_COMMENTS = {
 
 
 @pytest.mark.parametrize("comment", FAULTY_COMMENTS)
-def test_comments_that_make_no_sense_are_refused(comment: str, tmp_path: Path) -> None:
+def test_comments_that_make_no_sense_are_refused(comment, tmp_path):
     path = clips.write_freetime(tmp_path / "a.ply", clips.freetime_columns(9), [f"comment {comment}"])
     with pytest.raises(SceneError, match=FAULTY_COMMENTS[comment]):
         open_moving(path)
@@ -114,7 +114,7 @@ def rest(columns: Columns, rows: slice) -> None:
 
 
 @pytest.mark.parametrize("name", FORMS)
-def test_rows_that_rest_are_known_and_stay(name: str, tmp_path: Path) -> None:
+def test_rows_that_rest_are_known_and_stay(name, tmp_path):
     write, columns, _ = FORMS[name]
     columns = {key: values.copy() for key, values in columns.items()}
     rest(columns, slice(0, 100))
@@ -127,7 +127,7 @@ def test_rows_that_rest_are_known_and_stay(name: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(first.opacities[:100], later.opacities[:100], atol=1e-3)
 
 
-def test_a_row_that_does_not_move_but_fades_does_not_rest(tmp_path: Path) -> None:
+def test_a_row_that_does_not_move_but_fades_does_not_rest(tmp_path):
     columns = clips.spacetime_columns(40)
     rest(columns, slice(0, 40))
     columns["opacity"][:] = 2
@@ -150,7 +150,7 @@ FAULTS: dict[str, tuple[str, list[tuple[str, float]]]] = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_rows_that_cannot_be_drawn_are_dropped_and_counted(name: str, tmp_path: Path) -> None:
+def test_rows_that_cannot_be_drawn_are_dropped_and_counted(name, tmp_path):
     write, columns, at = FORMS[name]
     columns = {key: values.copy() for key, values in columns.items()}
     width, faults = FAULTS[name]
@@ -173,7 +173,7 @@ def test_rows_that_cannot_be_drawn_are_dropped_and_counted(name: str, tmp_path: 
     assert len(scene.resting) == len(keep)
 
 
-def test_a_file_without_a_row_that_can_be_drawn_is_refused(tmp_path: Path) -> None:
+def test_a_file_without_a_row_that_can_be_drawn_is_refused(tmp_path):
     for write, columns, _ in FORMS.values():
         columns = {key: values.copy() for key, values in columns.items()}
         columns["x"][:] = np.nan
@@ -182,14 +182,14 @@ def test_a_file_without_a_row_that_can_be_drawn_is_refused(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("name", ["omega_2", "motion_8"])
-def test_a_column_that_is_missing_is_named(name: str, tmp_path: Path) -> None:
+def test_a_column_that_is_missing_is_named(name, tmp_path):
     columns = clips.spacetime_columns(9)
     del columns[name]
     with pytest.raises(SceneError, match=f"no property '{name}' among .* SpaceTimeGaussian PLY has; export"):
         open_moving(_spacetime(tmp_path, columns))
 
 
-def test_a_ply_file_that_is_cut_off_is_refused(tmp_path: Path) -> None:
+def test_a_ply_file_that_is_cut_off_is_refused(tmp_path):
     for write, columns, _ in (FORMS["spacetime"], FORMS["freetime"]):
         path = write(tmp_path, columns)
         path.write_bytes(path.read_bytes()[:-100])

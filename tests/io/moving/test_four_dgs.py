@@ -51,7 +51,7 @@ def opened(path: Path) -> MovingScene:
 
 
 @pytest.mark.parametrize("degree", [0, 1, 3])
-def test_moments_are_those_that_the_package_states(degree: int, tmp_path: Path) -> None:
+def test_moments_are_those_that_the_package_states(degree, tmp_path):
     more: dict[str, Any] = {}
     if degree:
         codes = np.random.default_rng(1).integers(0, 256, (NUM_ROWS, 3 * ((degree + 1) ** 2 - 1)))
@@ -81,7 +81,7 @@ def test_moments_are_those_that_the_package_states(degree: int, tmp_path: Path) 
         np.testing.assert_allclose(scene.at(0).sh[:, 3, 0], decoded, rtol=1e-6)
 
 
-def test_things_move_on_their_tracks(tmp_path: Path) -> None:
+def test_things_move_on_their_tracks(tmp_path):
     fourdgs = pytest.importorskip("fourdgs", reason="the package fourdgs is not installed")
     half = math.sqrt(0.5)
     track = fourdgs.ObjectTrack(
@@ -106,7 +106,7 @@ def test_things_move_on_their_tracks(tmp_path: Path) -> None:
     assert not scene.resting[tracked].any()
 
 
-def test_a_clip_of_keyframes_is_refused_by_name(tmp_path: Path) -> None:
+def test_a_clip_of_keyframes_is_refused_by_name(tmp_path):
     scene = gaussians(width=1.0)
     from fourdgs.keyframe_delta_file import write_sequence
     from fourdgs.keyframe_delta_writer import Sample
@@ -118,7 +118,7 @@ def test_a_clip_of_keyframes_is_refused_by_name(tmp_path: Path) -> None:
         open_moving(path)
 
 
-def test_a_file_that_is_cut_off_or_damaged_is_refused_in_a_sentence(tmp_path: Path) -> None:
+def test_a_file_that_is_cut_off_or_damaged_is_refused_in_a_sentence(tmp_path):
     data = write(tmp_path / "a.4dgs", gaussians()).read_bytes()
     path = tmp_path / "b.4dgs"
     for length in (8, 9, 60, len(data) // 2, len(data) - 1):
@@ -131,9 +131,7 @@ def test_a_file_that_is_cut_off_or_damaged_is_refused_in_a_sentence(tmp_path: Pa
         open_moving(path)
 
 
-def test_without_the_package_the_sentence_says_how_to_install_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_the_package_the_sentence_says_how_to_install_it(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "fourdgs", None)
     path = tmp_path / "a.4dgs"
     path.write_bytes(b"\x894DGS1\r\n" + bytes(99))

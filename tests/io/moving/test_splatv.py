@@ -17,7 +17,7 @@ def write(path: Path, data: bytes) -> Path:
     return path
 
 
-def test_every_cut_is_refused_in_a_sentence(tmp_path: Path) -> None:
+def test_every_cut_is_refused_in_a_sentence(tmp_path):
     """Each length that misses a Gaussian, but for the last row of the texture, whose end is not known."""
     data = clips.encode_splatv(clips.spacetime_columns(9))  # four a row of the texture: three rows
     least = len(data) - 64
@@ -39,20 +39,20 @@ FAULTY = {
 
 
 @pytest.mark.parametrize("field", FAULTY)
-def test_a_header_that_makes_no_sense_is_refused(field: str, tmp_path: Path) -> None:
+def test_a_header_that_makes_no_sense_is_refused(field, tmp_path):
     value, message = FAULTY[field]
     path = write(tmp_path / "a.splatv", clips.encode_splatv(clips.spacetime_columns(5), **{field: value}))
     with pytest.raises(SceneError, match=message):
         open_moving(path)
 
 
-def test_a_file_of_padding_only_is_refused(tmp_path: Path) -> None:
+def test_a_file_of_padding_only_is_refused(tmp_path):
     data = clips.encode_splatv(clips.spacetime_columns(8))
     with pytest.raises(SceneError, match="holds no Gaussians; export it again"):
         open_moving(write(tmp_path / "a.splatv", data[: -8 * 64] + bytes(8 * 64)))
 
 
-def test_the_real_clip_has_its_known_rows_and_equals_a_decode_of_the_format() -> None:
+def test_the_real_clip_has_its_known_rows_and_equals_a_decode_of_the_format():
     path = real_scene("moving/cook_spinach.splatv")
     scene = bg.load_moving(path)
     assert scene.notes is not None

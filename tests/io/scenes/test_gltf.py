@@ -1,7 +1,6 @@
 """glTF with KHR_gaussian_splatting: copied attributes, placed meshes, and what is refused."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -39,7 +38,7 @@ def assert_copied(gaussians: bg.Gaussians, attributes: Attributes) -> None:
 
 @pytest.mark.parametrize("degree", range(4))
 @pytest.mark.parametrize("name", ["a.glb", "a.gltf", "no_suffix"])
-def test_attributes_are_copied(tmp_path: Path, degree: int, name: str) -> None:
+def test_attributes_are_copied(tmp_path, degree, name):
     attributes = make(70, degree)
     gaussians, notes = read_scene(model_of(attributes).write(tmp_path / name))
     assert_copied(gaussians, attributes)
@@ -49,7 +48,7 @@ def test_attributes_are_copied(tmp_path: Path, degree: int, name: str) -> None:
     assert notes.unknown == ()
 
 
-def test_interleaved_attributes_and_a_file_beside_are_read(tmp_path: Path) -> None:
+def test_interleaved_attributes_and_a_file_beside_are_read(tmp_path):
     attributes = make(70, 1)
     model = Model()
     model.interleaved(attributes)
@@ -60,7 +59,7 @@ def test_interleaved_attributes_and_a_file_beside_are_read(tmp_path: Path) -> No
         assert_copied(bg.load(tmp_path / "a.gltf"), attributes)
 
 
-def test_normalized_integers_are_fractions(tmp_path: Path) -> None:
+def test_normalized_integers_are_fractions(tmp_path):
     attributes = make(9)
     attributes[f"{PREFIX}ROTATION"] = np.tile(np.array([[0, -128, 127, 1]], np.int8), (9, 1))
     attributes[f"{PREFIX}OPACITY"] = np.arange(0, 65536, 8191, dtype=np.uint16)[:9, None]
@@ -72,7 +71,7 @@ def test_normalized_integers_are_fractions(tmp_path: Path) -> None:
     np.testing.assert_allclose(gaussians.opacities, np.arange(0, 65536, 8191)[:9] / 65535, atol=2e-7)
 
 
-def test_names_and_colours_of_the_first_draft_are_read(tmp_path: Path) -> None:
+def test_names_and_colours_of_the_first_draft_are_read(tmp_path):
     attributes = make(20)
     rgba = np.random.default_rng(0).integers(0, 256, (20, 4), dtype=np.uint8)
     stored = {
@@ -121,7 +120,7 @@ TRANSLATION = [0.5, -2.0, 1.25]
 
 
 @pytest.mark.parametrize("stretch", [(2.0, 0.5, 1.0), (-1.0, 1.0, 1.0), (3.0, 3.0, -0.1)])
-def test_an_unevenly_scaled_mesh_has_the_covariances_of_its_image(tmp_path: Path, stretch: tuple) -> None:
+def test_an_unevenly_scaled_mesh_has_the_covariances_of_its_image(tmp_path, stretch):
     attributes = make(60, 2)
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = TURN.as_matrix() @ np.diag(stretch), TRANSLATION
@@ -132,7 +131,7 @@ def test_an_unevenly_scaled_mesh_has_the_covariances_of_its_image(tmp_path: Path
     assert_placed(placed, plain, matrix, TURN.as_matrix() @ np.diag(np.sign(stretch)))
 
 
-def test_meshes_of_a_tree_of_nodes_follow_each_other(tmp_path: Path) -> None:
+def test_meshes_of_a_tree_of_nodes_follow_each_other(tmp_path):
     first, second = make(30, 1, seed=1), make(20, 0, seed=2)
     model = Model()
     model.mesh(first)
@@ -159,7 +158,7 @@ def test_meshes_of_a_tree_of_nodes_follow_each_other(tmp_path: Path) -> None:
 # ---- what is not read, is refused, or is damaged
 
 
-def test_a_model_without_splats_is_refused(tmp_path: Path) -> None:
+def test_a_model_without_splats_is_refused(tmp_path):
     model = model_of(make(9))
     del model.top["meshes"][0]["primitives"][0]["extensions"]
     for name in ("a.glb", "a.gltf"):
@@ -197,7 +196,7 @@ def packed_model(content: bytes, extensions: dict) -> Model:
 
 @pytest.mark.parametrize("form", range(3))
 @pytest.mark.parametrize("degree", [0, 3])
-def test_splats_packed_as_spz_are_those_of_the_spz_file(tmp_path: Path, form: int, degree: int) -> None:
+def test_splats_packed_as_spz_are_those_of_the_spz_file(tmp_path, form, degree):
     content = spz_format.encode(spz_format.make(50, degree), 2, flags=1)
     (tmp_path / "a.spz").write_bytes(content)
     plain, plain_notes = read_scene(tmp_path / "a.spz")
@@ -220,7 +219,7 @@ def test_splats_packed_as_spz_are_those_of_the_spz_file(tmp_path: Path, form: in
     np.testing.assert_array_equal(both.means[50:], plain.means)
 
 
-def test_packed_splats_at_fault_are_refused(tmp_path: Path) -> None:
+def test_packed_splats_at_fault_are_refused(tmp_path):
     content = spz_format.encode(spz_format.make(50, 0), 2)
     refuse(
         packed_model(content[:-30], PACKED[0](0)).write(tmp_path / "a.glb"),
@@ -238,7 +237,7 @@ def test_packed_splats_at_fault_are_refused(tmp_path: Path) -> None:
     refuse(packed_model(content, extension).write(tmp_path / "a.glb"), "must be an object, got 3")
 
 
-def test_other_compression_is_refused_by_name(tmp_path: Path) -> None:
+def test_other_compression_is_refused_by_name(tmp_path):
     model = model_of(make(9))
     inner = {"EXT_compression_of_something": {"bufferView": 0}}
     model.top["meshes"][0]["primitives"][0]["extensions"] = {"KHR_gaussian_splatting": {"extensions": inner}}
@@ -246,14 +245,14 @@ def test_other_compression_is_refused_by_name(tmp_path: Path) -> None:
     refuse(model.write(tmp_path / "a.glb"), sentence)
 
 
-def test_other_kernels_and_extensions_are_named(tmp_path: Path) -> None:
+def test_other_kernels_and_extensions_are_named(tmp_path):
     model = model_of(make(9), kernel="box")
     model.top["meshes"][0]["primitives"][0]["extensions"]["EXT_something"] = {}
     _, notes = read_scene(model.write(tmp_path / "a.glb"))
     assert notes.unknown == ("EXT_something", "kernel box")
 
 
-def test_linear_colours_are_warned_of(tmp_path: Path) -> None:
+def test_linear_colours_are_warned_of(tmp_path):
     path = model_of(make(9), colorSpace="lin_rec709_display").write(tmp_path / "a.glb")
     with pytest.warns(bg.SceneWarning, match=r"trained in linear colours .*, which are painted too dark"):
         bg.load(path)
@@ -289,17 +288,9 @@ FAULTS = [
     ("accessors/0/type", "MAT3", "attribute POSITION must be a scalar or vector of numbers"),
     ("accessors/0/count", 31, "attribute POSITION lacks 12 bytes of its buffer view"),
     ("accessors/0/count", 29, "attributes of splats must all have 29 rows, like POSITION, got 30"),
-    (
-        "accessors/0/count",
-        1e18,
-        r"accessors.0.\.count must be a whole number 0 to 10{12}, got 1e\+18",
-    ),
+    ("accessors/0/count", 1e18, r"accessors.0.\.count must be a whole number 0 to 10{12}, got 1e\+18"),
     ("accessors/0/count", 1e12, "attribute POSITION lacks .* bytes of its buffer view"),
-    (
-        "accessors/0/byteOffset",
-        -4,
-        r"accessors.0.\.byteOffset must be a whole number 0 to 10{12}, got -4",
-    ),
+    ("accessors/0/byteOffset", -4, r"accessors.0.\.byteOffset must be a whole number 0 to 10{12}, got -4"),
     ("accessors/0/bufferView", None, "attribute POSITION refers to bufferViews null, which is missing"),
     ("bufferViews/0/byteStride", 4, "attribute POSITION has a stride of 4"),
     ("bufferViews/0/byteLength", 1e6, "buffer view 0 lacks .* bytes of its buffer"),
@@ -327,7 +318,7 @@ FAULTS = [
 
 
 @pytest.mark.parametrize(("place", "value", "sentence"), FAULTS)
-def test_a_field_at_fault_is_named(tmp_path: Path, place: str, value: object, sentence: str) -> None:
+def test_a_field_at_fault_is_named(tmp_path, place, value, sentence):
     model = model_of(make(30, 1))
     if place == "scenes":
         model.top["nodes"] = [{"mesh": 0}]
@@ -337,14 +328,14 @@ def test_a_field_at_fault_is_named(tmp_path: Path, place: str, value: object, se
     refuse(refuse_path, sentence)
 
 
-def test_nodes_that_scale_beyond_all_numbers_are_refused(tmp_path: Path) -> None:
+def test_nodes_that_scale_beyond_all_numbers_are_refused(tmp_path):
     model = model_of(make(9))
     nodes = [{"scale": [1e17] * 3, "children": [index + 1]} for index in range(50)]
     model.top |= {"nodes": [*nodes, {"mesh": 0}], "scenes": [{"nodes": [0]}]}
     refuse(model.write(tmp_path / "a.glb"), "its nodes scale beyond all numbers")
 
 
-def test_a_damaged_file_is_refused(tmp_path: Path) -> None:
+def test_a_damaged_file_is_refused(tmp_path):
     content = model_of(make(30)).glb()
     path = tmp_path / "a.glb"
     path.write_bytes(content[:-100])
@@ -361,7 +352,7 @@ def test_a_damaged_file_is_refused(tmp_path: Path) -> None:
     refuse(tmp_path / "b.gltf", "must be a JSON object, got")
 
 
-def test_few_bytes_shared_by_very_many_splats_are_refused_before_memory_is_asked_for(tmp_path: Path) -> None:
+def test_few_bytes_shared_by_very_many_splats_are_refused_before_memory_is_asked_for(tmp_path):
     model = model_of(make(9000))
     model.top["nodes"] = [{"mesh": 0} for _ in range(9000)]
     refuse(

@@ -80,7 +80,7 @@ def rotation(quat: list[float]) -> np.ndarray:
     )
 
 
-def test_attributes_hold_what_the_extension_says(tmp_path: Path) -> None:
+def test_attributes_hold_what_the_extension_says(tmp_path):
     scene = make(100, 16)
     bg.save(scene, tmp_path / "a.glb")
     found = attributes_of(tmp_path / "a.glb")
@@ -99,7 +99,7 @@ def test_attributes_hold_what_the_extension_says(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("up", [UP, np.array([0.0, -1, 0]), np.array([0.0, 1, 0]), np.array([0.0, 0, 1])])
-def test_viewers_see_a_scene_upright_and_its_numbers_stay(tmp_path: Path, up: np.ndarray) -> None:
+def test_viewers_see_a_scene_upright_and_its_numbers_stay(tmp_path, up):
     scene = make(100)
     write_scene(scene, tmp_path / "a.glb", first_view=view_of(up))
     model, _ = chunks_of(tmp_path / "a.glb")
@@ -110,7 +110,7 @@ def test_viewers_see_a_scene_upright_and_its_numbers_stay(tmp_path: Path, up: np
     assert notes.first_view is not None
 
 
-def test_a_node_that_was_moved_afterwards_counts(tmp_path: Path) -> None:
+def test_a_node_that_was_moved_afterwards_counts(tmp_path):
     scene = replace(make(100), brushes=np.zeros(100, np.uint8))
     path = tmp_path / "a.glb"
     write_scene(scene, path, is_strokes=True, first_view=view_of(UP), brushes=["flat"])
@@ -124,7 +124,7 @@ def test_a_node_that_was_moved_afterwards_counts(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("turn", [None, "x", [0, 0, 0, 0], [0, 0, 1], [1e9, 0, 0, 1], [True, 0, 0, 0]])
-def test_damaged_notes_are_as_none(tmp_path: Path, turn: object) -> None:
+def test_damaged_notes_are_as_none(tmp_path, turn):
     path = tmp_path / "a.glb"
     write_scene(make(10), path, is_strokes=True)
     model, binary = chunks_of(path)

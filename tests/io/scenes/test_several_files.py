@@ -33,7 +33,7 @@ def assert_joined(whole: bg.Gaussians, *parts: bg.Gaussians) -> None:
 # Joining
 
 
-def test_files_are_joined_in_the_order_given(tmp_path: Path) -> None:
+def test_files_are_joined_in_the_order_given(tmp_path):
     a, b, c = (make(tmp_path / f"{n}.ply", 5 + n, degree, seed=n) for n, degree in enumerate((1, 0, 3)))
     parts = [bg.load(path) for path in (b, c, a)]
     whole, notes = read_scene([b, str(c), a])
@@ -44,7 +44,7 @@ def test_files_are_joined_in_the_order_given(tmp_path: Path) -> None:
     assert notes.files[0] == "1.ply: 6 rows, PLY, binary little-endian"
 
 
-def test_nothing_is_no_scene() -> None:
+def test_nothing_is_no_scene():
     with pytest.raises(ValueError, match="scene must name at least one file, got none"):
         bg.load([])
 
@@ -55,7 +55,7 @@ def test_nothing_is_no_scene() -> None:
 UP = "comment up axis: "
 
 
-def test_different_up_axes_are_told_and_none_is_taken(tmp_path: Path) -> None:
+def test_different_up_axes_are_told_and_none_is_taken(tmp_path):
     paths = [make(tmp_path / f"{axis}.ply", 3, 0, UP + axis) for axis in ("+z", "-y")]
     with pytest.warns(bg.SceneWarning, match=r"different axes as up, \+z \(\+z\.ply\) and -y \(-y\.ply\)"):
         assert read_scene(paths)[1].up is None
@@ -65,9 +65,7 @@ MIP = "comment SplatRenderMode: mip"
 
 
 @pytest.mark.parametrize(("rows", "antialiased"), [((20, 10), True), ((10, 20), False)])
-def test_different_training_is_told_and_that_of_most_gaussians_taken(
-    tmp_path: Path, rows: tuple[int, int], antialiased: bool
-) -> None:
+def test_different_training_is_told_and_that_of_most_gaussians_taken(tmp_path, rows, antialiased):
     paths = make(tmp_path / "a.ply", rows[0], 0, MIP), make(tmp_path / "b.ply", rows[1])
     with pytest.warns(
         bg.SceneWarning, match="trained differently, antialiased .* and default .*; all are drawn as"
@@ -75,7 +73,7 @@ def test_different_training_is_told_and_that_of_most_gaussians_taken(
         assert bg.load(paths).antialiased is antialiased
 
 
-def test_strokes_beside_a_scene_are_a_scene(tmp_path: Path) -> None:
+def test_strokes_beside_a_scene_are_a_scene(tmp_path):
     from brushgs.formats.scenes.write import write_scene as save
 
     for name, is_strokes in (("a", True), ("b", True), ("c", False)):
@@ -88,7 +86,7 @@ def test_strokes_beside_a_scene_are_a_scene(tmp_path: Path) -> None:
 # Folders
 
 
-def test_a_folder_is_its_scenes_by_name_and_number(tmp_path: Path) -> None:
+def test_a_folder_is_its_scenes_by_name_and_number(tmp_path):
     folder = tmp_path / "tiles"
     paths = [make(folder / f"tile_{n}.ply", 3 + n, seed=n) for n in (1, 2, 9, 10)]
     make(folder / ".hidden.ply")
@@ -98,7 +96,7 @@ def test_a_folder_is_its_scenes_by_name_and_number(tmp_path: Path) -> None:
     assert_joined(bg.load(folder), *map(bg.load, paths))
 
 
-def test_a_folder_without_a_scene_says_what_was_looked_for(tmp_path: Path) -> None:
+def test_a_folder_without_a_scene_says_what_was_looked_for(tmp_path):
     with pytest.raises(
         bg.SceneError, match=r"is an empty folder: it should hold \.ply.*; name the scene file$"
     ):
@@ -110,7 +108,7 @@ def test_a_folder_without_a_scene_says_what_was_looked_for(tmp_path: Path) -> No
         bg.load(tmp_path)
 
 
-def test_the_scene_that_a_trainer_nested_is_named(tmp_path: Path) -> None:
+def test_the_scene_that_a_trainer_nested_is_named(tmp_path):
     (tmp_path / "cfg_args").write_text("")
     for steps in (7000, 30000):
         make(tmp_path / "point_cloud" / f"iteration_{steps}" / "point_cloud.ply")
@@ -119,7 +117,7 @@ def test_the_scene_that_a_trainer_nested_is_named(tmp_path: Path) -> None:
         bg.load(tmp_path)
 
 
-def test_real_scenes_of_two_formats_mix() -> None:
+def test_real_scenes_of_two_formats_mix():
     paths = [real_scene("biker.spz"), real_scene("biker.compressed.ply"), real_scene("derived/skull_sh3.ply")]
     whole, notes = read_scene(paths)
     assert_joined(whole, *map(bg.load, paths))
@@ -132,14 +130,14 @@ def test_real_scenes_of_two_formats_mix() -> None:
 # Other readers of scenes
 
 
-def test_info_describes_all_files(tmp_path: Path) -> None:
+def test_info_describes_all_files(tmp_path):
     a, b = make(tmp_path / "t" / "a.ply", 4), make(tmp_path / "t" / "b.ply", 5, label=np.zeros(5))
     facts = describe([a, b])
     assert (facts["gaussians"], facts["not_read"]) == (9, "label")
     assert facts["bytes"] == describe(tmp_path / "t")["bytes"] == a.stat().st_size + b.stat().st_size
 
 
-def test_the_doctor_cures_all_files_into_one(tmp_path: Path) -> None:
+def test_the_doctor_cures_all_files_into_one(tmp_path):
     scene = still_life_of(3000)
     for name, rows in (("a", slice(0, 1500)), ("b", slice(1500, None))):
         bg.save(scene.take(rows), tmp_path / f"{name}.ply")
@@ -163,7 +161,7 @@ def linear(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     }
 
 
-def test_the_doctor_refuses_files_in_different_encodings(tmp_path: Path) -> None:
+def test_the_doctor_refuses_files_in_different_encodings(tmp_path):
     columns = scene_columns(500)
     a = make(tmp_path / "a.ply", 500)
     b = make(tmp_path / "b.ply", 500, **linear(columns))
@@ -176,7 +174,7 @@ def test_the_doctor_refuses_files_in_different_encodings(tmp_path: Path) -> None
 # The value that stands for a scene
 
 
-def test_a_folder_gives_its_whole_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_gives_its_whole_name(tmp_path, monkeypatch):
     (tmp_path / "scan.v2" / "inner").mkdir(parents=True)
     assert SceneSource.of(f"{tmp_path}/scan.v2/").name == "scan.v2"
     monkeypatch.chdir(tmp_path / "scan.v2")
@@ -185,7 +183,7 @@ def test_a_folder_gives_its_whole_name(tmp_path: Path, monkeypatch: pytest.Monke
     assert SceneSource.of("inner/..").name == "scan.v2"
 
 
-def test_a_source_keeps_its_level_and_takes_another(tmp_path: Path) -> None:
+def test_a_source_keeps_its_level_and_takes_another(tmp_path):
     source = SceneSource.of("a.ply", lod=2)
     assert SceneSource.of(source) == source
     assert SceneSource.of(source, lod=1).lod == 1
@@ -193,7 +191,7 @@ def test_a_source_keeps_its_level_and_takes_another(tmp_path: Path) -> None:
         SceneSource.of("a.ply", lod=-1)
 
 
-def test_a_level_of_a_scene_without_levels_is_refused(tmp_path: Path) -> None:
+def test_a_level_of_a_scene_without_levels_is_refused(tmp_path):
     path = make(tmp_path / "a.ply")
     for call in (lambda: bg.load(path, lod=0), lambda: bg.load(SceneSource.of(path, lod=0))):
         with pytest.raises(
@@ -202,7 +200,7 @@ def test_a_level_of_a_scene_without_levels_is_refused(tmp_path: Path) -> None:
             call()
 
 
-def test_what_must_not_be_replaced_lies_in_folders_too(tmp_path: Path) -> None:
+def test_what_must_not_be_replaced_lies_in_folders_too(tmp_path):
     inside = make(tmp_path / "t" / "a.ply")
     assert inside in SceneSource.of(tmp_path / "t").files()
     assert SceneSource.of("no/such.ply").files() == (Path("no/such.ply"),)

@@ -3,7 +3,6 @@
 import json
 import struct
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,7 +26,7 @@ def assert_decoded(gaussians: bg.Gaussians, scene: dict, rows: range) -> None:
 
 
 @pytest.mark.parametrize(("version", "degree"), CASES)
-def test_a_scene_equals_a_decode_row_by_row(tmp_path: Path, version: int, degree: int) -> None:
+def test_a_scene_equals_a_decode_row_by_row(tmp_path, version, degree):
     scene = make(250, degree, version)
     gaussians, notes = read_scene(write_bundle(tmp_path / "a.sog", scene))
     assert_decoded(gaussians, scene, range(250))
@@ -37,7 +36,7 @@ def test_a_scene_equals_a_decode_row_by_row(tmp_path: Path, version: int, degree
 
 
 @pytest.mark.parametrize("version", [1, 2])
-def test_folder_meta_and_archive_are_one_scene(tmp_path: Path, version: int) -> None:
+def test_folder_meta_and_archive_are_one_scene(tmp_path, version):
     scene = make(40, 1, version)
     folder = write_folder(tmp_path / "scene", scene)
     nested = {f"top/{name}": content for name, content in files_of(scene).items()}
@@ -53,7 +52,7 @@ def test_folder_meta_and_archive_are_one_scene(tmp_path: Path, version: int) -> 
             np.testing.assert_array_equal(getattr(other, name), getattr(first, name))
 
 
-def test_a_codebook_that_begins_with_null_is_extrapolated_as_the_engine_does(tmp_path: Path) -> None:
+def test_a_codebook_that_begins_with_null_is_extrapolated_as_the_engine_does(tmp_path):
     scene = make(64)
     codebook = scene["meta"]["sh0"]["codebook"]
     expected = codebook[1] + (codebook[1] - codebook[255]) / 255
@@ -67,7 +66,7 @@ def test_a_codebook_that_begins_with_null_is_extrapolated_as_the_engine_does(tmp
 
 
 @pytest.mark.parametrize("source", ["made 1", "made 2", "made 3", "skull.sog"])
-def test_a_second_library_reads_the_same(tmp_path: Path, source: str) -> None:
+def test_a_second_library_reads_the_same(tmp_path, source):
     """`gaussforge` decodes SOG 2 on its own; it stores logits, so ends of the opacities are cut off.
 
     It takes e^|x| - 1 in float32, whose rounding is 1.2e-7 times e^|x|: up to 2 for the skull, 4.5 for the
@@ -126,7 +125,7 @@ META_FAULTS = [
 
 @pytest.mark.parametrize("form", ["folder", "archive"])
 @pytest.mark.parametrize(("keys", "sentence"), META_FAULTS, ids=[fault[1][:30] for fault in META_FAULTS])
-def test_a_field_at_fault_is_named(tmp_path: Path, form: str, keys: dict, sentence: str) -> None:
+def test_a_field_at_fault_is_named(tmp_path, form, keys, sentence):
     scene = make(50)
     scene["meta"] |= keys
     if form == "folder":
@@ -136,7 +135,7 @@ def test_a_field_at_fault_is_named(tmp_path: Path, form: str, keys: dict, senten
 
 
 @pytest.mark.parametrize("name", ["../a.webp", "/etc/passwd", "x/../../a.webp", "C:\\a.webp", ""])
-def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path: Path, name: str) -> None:
+def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path, name):
     (tmp_path / "a.webp").write_bytes(webp(np.zeros((8, 8, 4), np.uint8)))
     scene = make(50)
     scene["meta"]["quats"]["files"] = [name]
@@ -173,7 +172,7 @@ FILE_FAULTS = {
 
 @pytest.mark.parametrize("form", ["folder", "archive"])
 @pytest.mark.parametrize("fault", FILE_FAULTS)
-def test_a_file_at_fault_is_named(tmp_path: Path, form: str, fault: str) -> None:
+def test_a_file_at_fault_is_named(tmp_path, form, fault):
     name, content, sentence = FILE_FAULTS[fault]
     files = damage(files_of(make(50)), name, content)
     if form == "archive":
@@ -193,13 +192,13 @@ def huge_webp(width: int, height: int) -> bytes:
     return b"RIFF" + struct.pack("<I", len(body) + 4) + b"WEBP" + body
 
 
-def test_a_picture_with_far_more_pixels_than_gaussians_is_not_decoded(tmp_path: Path, monkeypatch) -> None:
+def test_a_picture_with_far_more_pixels_than_gaussians_is_not_decoded(tmp_path, monkeypatch):
     monkeypatch.setattr("OpenImageIO.ImageInput.open", lambda *_: pytest.fail("a decoder saw it"))
     (tmp_path / "a.sog").write_bytes(zipped(files_of(make(50)) | {"sh0.webp": huge_webp(9000, 9000)}))
     refuse(tmp_path / "a.sog", "picture 'sh0.webp' must have 50 to 65736 pixels, .*, got 9000x9000")
 
 
-def test_few_bytes_that_claim_many_gaussians_are_refused_before_memory_is_asked_for(tmp_path: Path) -> None:
+def test_few_bytes_that_claim_many_gaussians_are_refused_before_memory_is_asked_for(tmp_path):
     scene = make(50)
     scene["meta"]["count"] = 16_000_000
     files = files_of(scene) | {
@@ -217,7 +216,7 @@ def test_few_bytes_that_claim_many_gaussians_are_refused_before_memory_is_asked_
         ((3, 64 * 3), {"count": 100}, r"'shN_labels.webp' must hold labels below 100, got 1[0-4]\d"),
     ],
 )
-def test_a_palette_that_does_not_fit_is_refused(tmp_path: Path, pixels, keys: dict, sentence: str) -> None:
+def test_a_palette_that_does_not_fit_is_refused(tmp_path, pixels, keys, sentence):
     scene = make(500, 1)
     scene["shN_centroids"] = np.zeros((*pixels, 3), np.uint8)
     scene["meta"]["shN"] |= keys
@@ -227,7 +226,7 @@ def test_a_palette_that_does_not_fit_is_refused(tmp_path: Path, pixels, keys: di
 # ---- archives
 
 
-def test_an_archive_without_a_scene_says_what_it_holds(tmp_path: Path) -> None:
+def test_an_archive_without_a_scene_says_what_it_holds(tmp_path):
     (tmp_path / "a.zip").write_bytes(zipped({"x/garden.ply": b"ply", **{f"{i}.jpg": b"" for i in range(9)}}))
     refuse(
         tmp_path / "a.zip",
@@ -245,7 +244,7 @@ def test_an_archive_without_a_scene_says_what_it_holds(tmp_path: Path) -> None:
     refuse(tmp_path / "e.zip", "zip archive of 2 SOG scenes in folders of their own; unpack")
 
 
-def test_a_damaged_archive_is_refused(tmp_path: Path) -> None:
+def test_a_damaged_archive_is_refused(tmp_path):
     content = write_bundle(tmp_path / "whole", make(50)).read_bytes()
     path = tmp_path / "a.sog"
     path.write_bytes(content[: len(content) // 2])
@@ -257,12 +256,12 @@ def test_a_damaged_archive_is_refused(tmp_path: Path) -> None:
     refuse(path, "its member 'means_l.webp' is damaged .*CRC")
 
 
-def test_a_huge_directory_of_an_archive_is_not_read(tmp_path: Path) -> None:
+def test_a_huge_directory_of_an_archive_is_not_read(tmp_path):
     (tmp_path / "a.sog").write_bytes(zipped({f"{i:0100d}": b"" for i in range(10_000)}))
     refuse(tmp_path / "a.sog", "its directory is larger than 1 MiB")
 
 
-def test_a_member_that_unpacks_to_far_more_than_its_picture_needs_is_refused(tmp_path: Path) -> None:
+def test_a_member_that_unpacks_to_far_more_than_its_picture_needs_is_refused(tmp_path):
     files = files_of(make(50))
     files["sh0.webp"] += bytes(1 << 22)
     (tmp_path / "a.sog").write_bytes(zipped(files, zipfile.ZIP_DEFLATED))
@@ -272,7 +271,7 @@ def test_a_member_that_unpacks_to_far_more_than_its_picture_needs_is_refused(tmp
     refuse(tmp_path / "a.sog", "its member 'meta.json' must have at most 32.0 MiB, got more")
 
 
-def test_packings_that_take_much_memory_and_encryption_are_refused(tmp_path: Path) -> None:
+def test_packings_that_take_much_memory_and_encryption_are_refused(tmp_path):
     path = write_bundle(tmp_path / "a.sog", make(50), packing=zipfile.ZIP_LZMA)
     refuse(path, "its member 'meta.json' is packed in a way that is not read; unpack it")
     content = bytearray(write_bundle(path, make(50)).read_bytes())
@@ -281,7 +280,7 @@ def test_packings_that_take_much_memory_and_encryption_are_refused(tmp_path: Pat
     refuse(path, "its member 'meta.json' is encrypted; unpack it")
 
 
-def test_nothing_of_an_archive_stays_on_the_disk(tmp_path: Path, monkeypatch) -> None:
+def test_nothing_of_an_archive_stays_on_the_disk(tmp_path, monkeypatch):
     (tmp_path / "temporary").mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
     bg.load(write_bundle(tmp_path / "a.sog", make(50, 1)))

@@ -67,9 +67,7 @@ def assert_rows(gaussians: bg.Gaussians, rows: list[dict]) -> None:
         assert not sh[len(row["sh"]) :].any()
 
 
-def test_a_level_is_the_rows_of_its_files_with_harmonics_of_the_highest_degree(
-    index: Path, scenes: dict
-) -> None:
+def test_a_level_is_the_rows_of_its_files_with_harmonics_of_the_highest_degree(index, scenes):
     gaussians, notes = read_scene(index, lod=0)
     rows = [decode_row(scenes["0_0"], row) for row in range(120)]
     assert_rows(gaussians, rows + [decode_row(scenes["0_1"], row) for row in range(80)])
@@ -79,14 +77,14 @@ def test_a_level_is_the_rows_of_its_files_with_harmonics_of_the_highest_degree(
     assert_rows(bg.load(index, lod=2), [decode_row(scenes["2_0"], row) for row in range(9)])
 
 
-def test_the_default_is_the_finest_level_that_is_not_too_large(index: Path, monkeypatch) -> None:
+def test_the_default_is_the_finest_level_that_is_not_too_large(index, monkeypatch):
     assert streamed.DEFAULT_MOST == 2_000_000
     for most, expected in ((200, 200), (199, 60), (60, 60), (10, 9), (3, 9)):
         monkeypatch.setattr(streamed, "DEFAULT_MOST", most)
         assert len(bg.load(index)) == expected
 
 
-def test_only_the_rows_that_a_leaf_names_are_read(tmp_path: Path) -> None:
+def test_only_the_rows_that_a_leaf_names_are_read(tmp_path):
     scene = make(100, 1)
     tree = node(leaf({0: (0, 90, 10)}), leaf({0: (0, 20, 30)}))
     index = write_set(tmp_path, {"x/y": scene}, tree, 1)
@@ -98,7 +96,7 @@ def test_only_the_rows_that_a_leaf_names_are_read(tmp_path: Path) -> None:
 # ---- damaged input
 
 
-def test_a_level_that_is_not_there_is_refused(index: Path) -> None:
+def test_a_level_that_is_not_there_is_refused(index):
     for lod in (3, 10**30):
         refuse(index, r"has levels of detail 0 \(the finest\) to 2, got", lod=lod)
 
@@ -126,12 +124,12 @@ def test_a_level_that_is_not_there_is_refused(index: Path) -> None:
         ),
     ],
 )
-def test_a_field_at_fault_is_named(tmp_path: Path, keys: dict, sentence: str) -> None:
+def test_a_field_at_fault_is_named(tmp_path, keys, sentence):
     tree = {"tree": leaf({0: (0, 0, 30)})}
     refuse(write_set(tmp_path / "set", {"0_0": make(30)}, **({"num_levels": 1} | tree | keys)), sentence)
 
 
-def test_an_empty_level_and_a_damaged_index_are_refused(tmp_path: Path) -> None:
+def test_an_empty_level_and_a_damaged_index_are_refused(tmp_path):
     index = write_set(tmp_path, {"0_0": make(30)}, leaf({0: (0, 0, 30), 1: (0, 0, 0)}), 2)
     refuse(index, "holds no Gaussians in level 1; choose another level", lod=1)
     index.write_text(index.read_text()[:-20])
@@ -140,7 +138,7 @@ def test_an_empty_level_and_a_damaged_index_are_refused(tmp_path: Path) -> None:
     refuse(index, "would take .* MiB of memory")
 
 
-def test_a_damaged_scene_of_a_level_is_named_and_other_levels_still_open(index: Path) -> None:
+def test_a_damaged_scene_of_a_level_is_named_and_other_levels_still_open(index):
     (index.parent / "0_1" / "meta.json").write_text("{}")
     with pytest.raises(bg.SceneError, match=r"0_1/meta\.json: means is missing, it must be an object"):
         bg.load(index, lod=0)

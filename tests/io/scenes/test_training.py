@@ -1,7 +1,5 @@
 """How a scene was trained: what PLY files say of it, and what it does to the Gaussians."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -29,7 +27,7 @@ FRONT = bg.Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)
         (["comment not antialiased 1", "comment antialiased 10", "comment SplatRenderMode: new"], "default"),
     ],
 )
-def test_comments_state_the_training(tmp_path: Path, comments: list[str], training: str) -> None:
+def test_comments_state_the_training(tmp_path, comments, training):
     path = write_scene(tmp_path / "a.ply", scene_columns(20), comments=comments)
     gaussians, notes = read_scene(path)
     assert notes.training == training
@@ -49,7 +47,7 @@ def filtered(columns: dict[str, np.ndarray], widths: np.ndarray) -> dict[str, np
 
 
 @pytest.mark.parametrize("encoding", ["binary_little_endian", "ascii"])
-def test_the_3d_filter_is_applied(tmp_path: Path, encoding: str) -> None:
+def test_the_3d_filter_is_applied(tmp_path, encoding):
     columns = scene_columns(200, degree=1)
     widths = np.exp(np.random.default_rng(3).normal(-4, 2, 200)).astype(np.float32)
     path = write_scene(tmp_path / "a.ply", columns | {"filter_3D": widths}, encoding)
@@ -60,7 +58,7 @@ def test_the_3d_filter_is_applied(tmp_path: Path, encoding: str) -> None:
     assert (notes.training, notes.unknown) == ("antialiased", ())
 
 
-def test_a_broken_filter_drops_its_row(tmp_path: Path) -> None:
+def test_a_broken_filter_drops_its_row(tmp_path):
     widths = np.full(5, 0.1, np.float32)
     widths[[1, 3]] = np.nan, np.inf
     path = write_scene(tmp_path / "a.ply", scene_columns(5) | {"filter_3D": widths})
@@ -76,7 +74,7 @@ def two_scales(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("encoding", ["binary_little_endian", "binary_big_endian", "ascii"])
-def test_two_scales_make_flat_discs(tmp_path: Path, encoding: str) -> None:
+def test_two_scales_make_flat_discs(tmp_path, encoding):
     columns = scene_columns(50, degree=2)
     gaussians, notes = read_scene(write_scene(tmp_path / "a.ply", two_scales(columns), encoding))
     expected = decoded(columns)
@@ -86,7 +84,7 @@ def test_two_scales_make_flat_discs(tmp_path: Path, encoding: str) -> None:
     assert (notes.training, notes.rows_dropped, gaussians.antialiased) == ("2dgs", 0, False)
 
 
-def test_compressed_discs_are_flat(tmp_path: Path) -> None:
+def test_compressed_discs_are_flat(tmp_path):
     path = test_compressed_ply.encode(tmp_path / "a.ply", test_compressed_ply.make(300))
     gaussians, notes = read_scene(path)
     assert gaussians.scales[:, 2].all()
@@ -97,7 +95,7 @@ def test_compressed_discs_are_flat(tmp_path: Path) -> None:
     assert not gaussians.scales[:, 2].any()
 
 
-def test_discs_are_painted_clustered_examined_and_written(tmp_path: Path) -> None:
+def test_discs_are_painted_clustered_examined_and_written(tmp_path):
     """A disc seen from the front is round, from the side as thin as the low-pass."""
     columns = {name: np.zeros(1, np.float32) for name in two_scales(scene_columns(1))}
     columns |= {"scale_0": np.log([0.5]), "scale_1": np.log([0.5]), "rot_0": np.ones(1)}

@@ -34,7 +34,7 @@ def opened(path: Path) -> tuple[Any, Any]:
 
 @pytest.mark.parametrize("num_terms", [1, 16])
 @pytest.mark.parametrize("suffix", [".usd", ".usda", ".usdc", ".usdz"])
-def test_usd_finds_what_the_schema_asks_for(tmp_path: Path, suffix: str, num_terms: int) -> None:
+def test_usd_finds_what_the_schema_asks_for(tmp_path, suffix, num_terms):
     written = make(50, num_terms)
     bg.save(written, tmp_path / f"a{suffix}")
     _stage, prim = opened(tmp_path / f"a{suffix}")
@@ -61,7 +61,7 @@ def test_usd_finds_what_the_schema_asks_for(tmp_path: Path, suffix: str, num_ter
             )
 
 
-def test_the_prim_turns_the_scene_upright_and_the_reader_turns_nothing(tmp_path: Path) -> None:
+def test_the_prim_turns_the_scene_upright_and_the_reader_turns_nothing(tmp_path):
     written = make(30, 9)
     write_scene(written, tmp_path / "a.usdc", first_view=VIEW)
     _stage, prim = opened(tmp_path / "a.usdc")
@@ -73,7 +73,7 @@ def test_the_prim_turns_the_scene_upright_and_the_reader_turns_nothing(tmp_path:
     np.testing.assert_array_equal(notes.first_view.up, UP)
 
 
-def test_a_camera_around_the_turned_prim_comes_back_in_the_coordinates_of_the_scene(tmp_path: Path) -> None:
+def test_a_camera_around_the_turned_prim_comes_back_in_the_coordinates_of_the_scene(tmp_path):
     write_scene(make(30), tmp_path / "a.usda", first_view=VIEW)
     stage = Usd.Stage.Open(str(tmp_path / "a.usda"))
     UsdGeom.Camera.Define(stage, "/Camera").AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
@@ -121,7 +121,7 @@ def stage_of_others(path: Path, *, half: bool = False, terms: int = 4) -> tuple[
 
 
 @pytest.mark.parametrize("half", [False, True])
-def test_a_stage_of_others_is_read_with_its_numbers_of_either_size(tmp_path: Path, half: bool) -> None:
+def test_a_stage_of_others_is_read_with_its_numbers_of_either_size(tmp_path, half):
     _, columns = stage_of_others(tmp_path / "a.usdc", half=half)
     found, notes = read_scene(tmp_path / "a.usdc")
     rtol = 1e-3 if half else 1e-6
@@ -133,7 +133,7 @@ def test_a_stage_of_others_is_read_with_its_numbers_of_either_size(tmp_path: Pat
     assert (notes.up, notes.is_strokes, notes.scene) == ("+z", False, None)
 
 
-def test_a_prim_that_is_placed_is_read_where_it_is(tmp_path: Path) -> None:
+def test_a_prim_that_is_placed_is_read_where_it_is(tmp_path):
     stage, columns = stage_of_others(tmp_path / "a.usda", terms=1)
     world = UsdGeom.Xform.Define(stage, "/World")
     world.AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
@@ -165,7 +165,7 @@ def set_on(prim: str, value: Any) -> Any:
         (lambda stage: stage.RemovePrim("/World/Splats"), "is a USD stage without Gaussian splats"),
     ],
 )
-def test_what_cannot_be_used_is_named(tmp_path: Path, change: Any, sentence: str) -> None:
+def test_what_cannot_be_used_is_named(tmp_path, change, sentence):
     path = tmp_path / "a.usda"
     stage, _ = stage_of_others(path)
     change(stage)
@@ -176,9 +176,7 @@ def test_what_cannot_be_used_is_named(tmp_path: Path, change: Any, sentence: str
 
 
 @pytest.mark.parametrize("notes", ["{", "[" * 9999, "3", json.dumps({"turn": [0, 0, 0, 1], "scene": 3})])
-def test_notes_that_are_damaged_are_left_out(
-    tmp_path: Path, notes: str, recwarn: pytest.WarningsRecorder
-) -> None:
+def test_notes_that_are_damaged_are_left_out(tmp_path, notes, recwarn):
     stage, _ = stage_of_others(tmp_path / "a.usda")
     stage.GetPrimAtPath("/World/Splats").SetCustomDataByKey("brushgs", notes)
     stage.Save()
@@ -186,9 +184,7 @@ def test_notes_that_are_damaged_are_left_out(
     assert (found.scene, found.first_view) == (None, None)
 
 
-def test_without_the_package_a_sentence_says_how_to_install_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_the_package_a_sentence_says_how_to_install_it(tmp_path, monkeypatch):
     stage_of_others(tmp_path / "a.usda")
     monkeypatch.setattr(process, "PACKAGE", "no_such_package")
     with pytest.raises(SceneError, match=r"usd-core reads; install it with pip install 'brushgs\[usd\]'"):

@@ -91,9 +91,7 @@ def assert_close(found: Gaussians, written: Gaussians, suffix: str) -> None:
 @pytest.mark.filterwarnings("ignore:.*a .splat file does not hold")
 @pytest.mark.parametrize("num_terms", [1, 9])
 @pytest.mark.parametrize("suffix", BOUNDS)
-def test_what_is_written_reads_back_to_the_error_of_its_rounding(
-    tmp_path: Path, suffix: str, num_terms: int
-) -> None:
+def test_what_is_written_reads_back_to_the_error_of_its_rounding(tmp_path, suffix, num_terms):
     written = make(1000, num_terms)
     bg.save(written, tmp_path / f"a{suffix}")
     found = bg.load(tmp_path / f"a{suffix}")
@@ -104,7 +102,7 @@ def test_what_is_written_reads_back_to_the_error_of_its_rounding(
 @pytest.mark.filterwarnings("ignore:.*a .splat file does not hold")
 @pytest.mark.parametrize("num_terms", [4, 16])
 @pytest.mark.parametrize("suffix", WITNESSED)
-def test_an_outside_reader_finds_the_same(tmp_path: Path, suffix: str, num_terms: int) -> None:
+def test_an_outside_reader_finds_the_same(tmp_path, suffix, num_terms):
     written = make(1000, num_terms)
     bg.save(written, tmp_path / f"a{suffix}")
     data = (tmp_path / f"a{suffix}").read_bytes()
@@ -113,23 +111,21 @@ def test_an_outside_reader_finds_the_same(tmp_path: Path, suffix: str, num_terms
 
 
 @pytest.mark.parametrize("suffix", EACH)
-def test_equal_scenes_give_equal_bytes(tmp_path: Path, suffix: str) -> None:
+def test_equal_scenes_give_equal_bytes(tmp_path, suffix):
     for name in "ab":
         bg.save(make(700), tmp_path / f"{name}{suffix}")
     assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
 
 
 @pytest.mark.parametrize("suffix", EACH)
-def test_no_gaussians_are_refused_and_nothing_is_left(tmp_path: Path, suffix: str) -> None:
+def test_no_gaussians_are_refused_and_nothing_is_left(tmp_path, suffix):
     with pytest.raises(ValueError, match="save: gaussians must have at least one row, got 0"):
         bg.save(make(2).take(slice(0, 0)), tmp_path / f"a{suffix}")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("suffix", EACH)
-def test_a_file_is_as_before_where_writing_fails(
-    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_is_as_before_where_writing_fails(tmp_path, suffix, monkeypatch):
     path = tmp_path / f"a{suffix}"
     path.write_bytes(b"earlier")
     replace = Path.replace
@@ -164,7 +160,7 @@ HUGE = (LARGEST, 1e20, 1e-44)
 @example([(ORIGIN, (0, 0, 0, 1e-45), HUGE, 1.0, ORIGIN)])
 @example([(ORIGIN, (-1, 0, 0, 0), ORIGIN, 0.0, (90.0, -90.0, 0.0))])
 @example([((1e6, 0, 0), (0, -3, 0, 0), (1, 1, 1), 0.5, ORIGIN), ((-1e6,) * 3, (1,) * 4, ORIGIN, 1, ORIGIN)])
-def test_any_scene_is_read_back_with_all_of_its_rows(tmp_path: Path, suffix: str, scene: list[tuple]) -> None:
+def test_any_scene_is_read_back_with_all_of_its_rows(tmp_path, suffix, scene):
     means, rotations, sizes, alphas, colors = (
         np.array(column, np.float32) for column in zip(*scene, strict=True)
     )
@@ -183,7 +179,7 @@ RECORDING = [suffix for suffix in EACH if suffix != ".splat"]
 
 @pytest.mark.parametrize("num_rows", [1, 700])
 @pytest.mark.parametrize("suffix", RECORDING)
-def test_strokes_keep_what_is_recorded_of_them(tmp_path: Path, suffix: str, num_rows: int) -> None:
+def test_strokes_keep_what_is_recorded_of_them(tmp_path, suffix, num_rows):
     brushes = np.random.default_rng(0).integers(0, 3, num_rows).astype(np.uint8)
     brushes[brushes == 1] = 2  # one has none
     strokes = replace(make(num_rows), brushes=brushes, antialiased=True)
@@ -202,7 +198,7 @@ def test_strokes_keep_what_is_recorded_of_them(tmp_path: Path, suffix: str, num_
     assert notes.unknown == ()
 
 
-def test_a_centre_too_far_for_spz_is_refused_and_others_get_the_bits_that_fit(tmp_path: Path) -> None:
+def test_a_centre_too_far_for_spz_is_refused_and_others_get_the_bits_that_fit(tmp_path):
     near = make(50)
     means = near.means.copy()
     means[0] = 5000
@@ -215,7 +211,7 @@ def test_a_centre_too_far_for_spz_is_refused_and_others_get_the_bits_that_fit(tm
 
 
 @pytest.mark.parametrize("suffix", [suffix for suffix in BOUNDS if not suffix.startswith((".glb", ".usd"))])
-def test_the_report_tells_what_rounding_changed(tmp_path: Path, suffix: str) -> None:
+def test_the_report_tells_what_rounding_changed(tmp_path, suffix):
     scene = make(500)
     report = Report()
     write_reported(scene, tmp_path / f"a{suffix}", report)

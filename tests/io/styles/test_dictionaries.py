@@ -101,9 +101,7 @@ CASES = {
     ),
     "too many texels": (
         lambda m: m["dictionary"].update(
-            size=[128, 128],
-            colors=pack(np.zeros((500, 3)), "float16"),
-            shares=pack(np.zeros(500), "float16"),
+            size=[128, 128], colors=pack(np.zeros((500, 3)), "float16"), shares=pack(np.zeros(500), "float16")
         ),
         "4000000 pixels",
     ),
