@@ -18,6 +18,7 @@ from brushgs.formats.scenes.rows import read_blocks, sample_rows
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import ksplat_format
+from tests.kit.for_each import for_each
 
 NUM = 700
 NAMES = ("means", "quats", "scales", "opacities", "sh")
@@ -60,8 +61,8 @@ def joined(path: Path, block_rows: int) -> tuple[Columns, Dropped]:
     return Columns.joined(parts), dropped
 
 
-@pytest.mark.parametrize("block_rows", [77, 256, 1000])
-@pytest.mark.parametrize("name", FILES)
+@for_each("block_rows", [77, 256, 1000])
+@for_each("name", FILES)
 def test_blocks_are_the_rows_of_the_file(tmp_path, name, block_rows):
     path = FILES[name](tmp_path / name)
     whole, (blocks, dropped) = bg.load(path), joined(path, block_rows)
