@@ -107,15 +107,6 @@ def test_twice_as_many_frames_hold_the_same_views_at_even_places(loop):
         assert_same(one, other, atol=1e-13)
 
 
-def test_a_loop_closes_and_does_not_repeat_its_first_view():
-    keys = wild_keys(5)
-    frames = through(keys, 900, center=CENTER, reach=REACH, loop=True)
-    assert_same(frames[0], keys[0])
-    steps = steps_of([*frames, frames[0]])
-    assert len(steps) == 900
-    np.testing.assert_allclose(steps, np.mean(steps), rtol=0.02)
-
-
 @settings(max_examples=20, deadline=None)
 @given(st.lists(st.floats(0.05, 1.5), min_size=3, max_size=8), st.floats(0, 1))
 def test_keys_of_an_orbit_give_that_orbit_whatever_their_spacing(gaps, share):

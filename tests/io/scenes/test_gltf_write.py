@@ -109,7 +109,7 @@ def test_a_node_that_was_moved_afterwards_counts(tmp_path):
     model["nodes"][0]["translation"] = [1, 2, 3]
     write_chunks(path, model, binary)
     found, notes = read_scene(path)
-    upright = Rotation.from_quat(model["nodes"][0]["rotation"]).apply(scene.means) + [1, 2, 3]
+    upright = Rotation.from_quat(model["nodes"][0]["rotation"]).apply(scene.means) + np.array([1, 2, 3])
     np.testing.assert_allclose(found.means, upright, atol=1e-5)
     assert (notes.up, notes.first_view, notes.is_strokes) == ("+y", None, True)
 
