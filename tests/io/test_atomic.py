@@ -1,11 +1,11 @@
 import os
-import stat
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
 from brushgs import SceneError
 from brushgs.formats.files import filling, noting_written, replacing
+from tests.kit.for_each import for_each
 
 
 def test_the_file_appears_whole_and_nothing_else_is_left(tmp_path):
@@ -18,7 +18,7 @@ def test_the_file_appears_whole_and_nothing_else_is_left(tmp_path):
     assert list(tmp_path.iterdir()) == [target]
 
 
-@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+@for_each("error", [ValueError, KeyboardInterrupt])
 def test_after_a_failure_the_old_file_stands_and_nothing_else(tmp_path, error):
     target = tmp_path / "a.png"
     target.write_text("old")
@@ -32,14 +32,6 @@ def test_after_a_failure_the_old_file_stands_and_nothing_else(tmp_path, error):
         fail()
     assert target.read_text() == "old"
     assert list(tmp_path.iterdir()) == [target]
-
-
-def test_a_new_file_has_the_usual_rights(tmp_path):
-    (tmp_path / "plain").write_text("")
-    with replacing(tmp_path / "a.png"):
-        pass
-    rights = [stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("plain", "a.png")]
-    assert rights[0] == rights[1]
 
 
 def test_a_link_stays_a_link(tmp_path):

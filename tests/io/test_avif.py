@@ -7,6 +7,7 @@ from PIL import Image, features
 import brushgs as bg
 from brushgs.formats.pictures.images import write_frame
 from brushgs.values.frame import Frame
+from tests.kit.for_each import for_each
 
 pytestmark = pytest.mark.skipif(not features.check("avif"), reason="this Pillow was built without AVIF")
 
@@ -20,9 +21,7 @@ def smooth_frame(height: int, width: int) -> Frame:
     return Frame(rgb * alpha[..., None], alpha)
 
 
-@pytest.mark.parametrize(
-    ("height", "width", "bits"), [(48, 64, None), (48, 64, 8), (48, 64, 10), (33, 41, 8)]
-)
+@for_each(("height", "width", "bits"), [(48, 64, None), (48, 64, 8), (48, 64, 10), (33, 41, 8)])
 def test_an_avif_shows_the_frame_on_its_background(tmp_path, height, width, bits):
     frame = smooth_frame(height, width)
     for name in ("a", "b"):

@@ -16,6 +16,7 @@ from brushgs.formats.cameras.read import CameraFile, read_cameras
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.values.camera import Camera
+from tests.kit.for_each import for_each
 
 SCENE_FROM_LICHTFELD = np.diag([1.0, -1.0, -1.0])  # y up, z backward -> y down, z forward
 SCENE_FROM_SUPERSPLAT = np.diag([-1.0, -1.0, 1.0])  # half a turn about z
@@ -116,7 +117,7 @@ def test_a_lichtfeld_camera_looks_along_minus_z_with_y_up_in_a_world_of_y_up(tmp
     np.testing.assert_allclose(camera.viewmat @ [*ahead, 1], [0, 0, 3, 1], atol=1e-12)
 
 
-@pytest.mark.parametrize(("easing", "share"), [(0, 0.25), (1, 0.25**3), (2, 1 - 0.75**3), (3, 4 * 0.25**3)])
+@for_each(("easing", "share"), [(0, 0.25), (1, 0.25**3), (2, 1 - 0.75**3), (3, 4 * 0.25**3)])
 def test_easing_moves_place_turn_and_lens_alike(tmp_path, easing, share):
     keys = [key(0, [0, 0, 4], 0, 24, easing), key(2, [4, 0, 4], 80, 48)]
     camera = at(read(tmp_path, {"keyframes": keys}), 0.5)
@@ -160,16 +161,6 @@ def test_a_project_follows_its_closed_spline(tmp_path):
         assert up[1] < 0
 
 
-def test_a_supersplat_camera_in_front_sees_the_scene_upright(tmp_path):
-    pose = {"frame": 0, "position": [0, 0, 4], "target": [0, 0, 0], "fov": 90}
-    (camera,) = read(tmp_path, {"poseSets": [{"poses": [pose]}]}).cameras
-    # A scene with y down stands upright in the editor: half a turn about z.
-    np.testing.assert_allclose(camera.viewmat @ [0, 0, 0, 1], [0, 0, 4, 1], atol=1e-15)
-    above_right = SCENE_FROM_SUPERSPLAT @ [1, 2, 0]
-    np.testing.assert_allclose(camera.viewmat @ [*above_right, 1], [1, -2, 4, 1], atol=1e-12)
-    assert camera.K[0, 0] == pytest.approx(camera.width / 2)
-
-
 def test_an_archive_is_read_as_its_document(tmp_path):
     packed = pack(tmp_path, {"document.json": json.dumps(PROJECT).encode(), "splat_0.ply": b"ply\n"})
     found, plain = read_cameras(packed), read(tmp_path, PROJECT)
@@ -209,7 +200,7 @@ def changed(content: Any, place: str, value: object) -> Any:
     return content
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("name", "place", "value", "sentence"),
     [
         ("lichtfeld", "keyframes", [], "has no keyframes; add some to the timeline"),

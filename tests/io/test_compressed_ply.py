@@ -6,6 +6,7 @@ import pytest
 from brushgs import SceneError
 from brushgs.formats import load, read_scene
 from tests.io.ply_maker import element_bytes, write_ply_file
+from tests.kit.for_each import for_each
 
 SH_C0 = 0.5 / np.sqrt(np.pi)
 PACKED = dict.fromkeys(("packed_position", "packed_rotation", "packed_scale", "packed_color"), "uint")
@@ -89,8 +90,8 @@ def encode(
     return write_ply_file(path, elements, encoding)
 
 
-@pytest.mark.parametrize("num_rows", [1, 256, 257, 5000])
-@pytest.mark.parametrize("color_ranges", [True, False])
+@for_each("num_rows", [1, 256, 257, 5000])
+@for_each("color_ranges", [True, False])
 def test_what_is_encoded_is_decoded_within_the_steps_of_the_format(tmp_path, num_rows, color_ranges):
     scene = make(num_rows)
     gaussians, notes = read_scene(encode(tmp_path / "a.ply", scene, color_ranges=color_ranges))
@@ -114,7 +115,7 @@ def test_what_is_encoded_is_decoded_within_the_steps_of_the_format(tmp_path, num
     assert (notes.format, notes.rows_read) == ("compressed PLY, binary little-endian", num_rows)
 
 
-@pytest.mark.parametrize("degree", [1, 2, 3])
+@for_each("degree", [1, 2, 3])
 def test_spherical_harmonics_come_from_their_own_element(tmp_path, degree):
     scene = make(700, degree)
     gaussians, notes = read_scene(encode(tmp_path / "a.ply", scene))
@@ -137,7 +138,7 @@ def cut(path: Path, old: bytes, new: bytes) -> Path:
     return path
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("old", "new", "sentence"),
     [
         (

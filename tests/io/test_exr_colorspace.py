@@ -8,6 +8,8 @@ from brushgs import Frame, cli
 from brushgs.formats.pictures.exr.spaces import SPACES, colors_in
 from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.values.colors import linear_from_srgb
+from tests.io.exr_reader import channels_of
+from tests.kit.for_each import for_each
 from tests.outlets.page.paintings import some_strokes
 from tests.scenes import save_upright
 
@@ -41,18 +43,16 @@ RED_OF_AP1 = (0.713, 0.293)
 @pytest.fixture(autouse=True)
 def _elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("OCIO", "/no/such/config.ocio")  # what a studio sets there changes nothing
 
 
 def stored(path):
-    source = OpenImageIO.ImageInput.open(path)
-    pixels = source.read_image(0, 0, 0, 4, OpenImageIO.FLOAT)
-    source.close()
-    return pixels
+    channels = channels_of(path)
+    return np.stack([channels[name] for name in "RGBA"], axis=-1)
 
 
-@pytest.mark.parametrize("space", MATRICES)
-def test_patches_have_the_values_of_the_reference(space, monkeypatch):
-    monkeypatch.setenv("OCIO", "/no/such/config.ocio")  # what a studio sets there changes nothing
+@for_each("space", MATRICES)
+def test_patches_have_the_values_of_the_reference(space):
     wanted = linear_from_srgb(PATCHES) @ np.transpose(MATRICES[space])
     assert np.abs(colors_in(PATCHES, space) - wanted).max() < 1e-4
     alpha = np.full(PATCHES.shape[:2], 0.5, np.float32)
@@ -62,7 +62,7 @@ def test_patches_have_the_values_of_the_reference(space, monkeypatch):
     assert np.abs(pixels[..., :3] - wanted * 0.5).max() < 1e-4 + HALF
 
 
-@pytest.mark.parametrize("space", SPACES)
+@for_each("space", SPACES)
 def test_a_file_names_its_space_and_is_read_in_it(space):
     alpha = np.ones(PATCHES.shape[:2], np.float32)
     write_frame(Frame(PATCHES, alpha), "a.exr", colorspace=space)

@@ -7,6 +7,7 @@ import pytest
 from brushgs import SceneError
 from brushgs.formats.guides import MAX_LINE, read_guides
 from brushgs.formats.registry import GUIDES_READ
+from tests.kit.for_each import for_each
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 1 2 0\n"
 
@@ -24,7 +25,7 @@ def corners(guides):
 BOTH = [(0, 0, 0, 1, 0, 0), (1, 0, 0, 1, 2, 0)]
 
 
-@pytest.mark.parametrize(
+@for_each(
     "lines",
     [
         "l 1 2\nl 2 3\n",  # one edge a line, as Blender writes them

@@ -10,6 +10,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.marks import read_marks, write_marks
 from brushgs.values.marks import Overpaint
 from tests.io.marks_maker import example
+from tests.kit.for_each import for_each
 
 
 def columns(found: Overpaint) -> dict[str, np.ndarray]:
@@ -63,7 +64,7 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("name", WRONG)
+@for_each("name", WRONG)
 def test_wrong_files_are_refused(name, tmp_path):
     change, sentence = WRONG[name]
     path = tmp_path / "a.marks"

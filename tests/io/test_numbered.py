@@ -5,6 +5,7 @@ import pytest
 
 from brushgs import SceneError
 from brushgs.formats.pictures.numbered import Manifest, NumberedFiles
+from tests.kit.for_each import for_each
 
 SUFFIXES = (".png", ".exr")
 
@@ -19,7 +20,7 @@ def started(folder: Path, painting: dict[str, object] | None = None) -> Manifest
     return manifest
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("name", "first"),
     [("%05d.png", "00007.png"), ("frame-%04d.exr", "frame-0007.exr"), ("a%d.PNG", "a7.PNG")],
 )
@@ -30,7 +31,7 @@ def test_the_number_takes_its_place(tmp_path, name, first):
     assert found.number(tmp_path / f"x{first}") is None
 
 
-@pytest.mark.parametrize(
+@for_each(
     "name",
     ["a.png", "%d-%d.png", "%5d.png", "%s.png", "%f.png", "100%%-%d.png", "%.png", "%-5d.png", "%00d.png"],
 )
@@ -39,7 +40,7 @@ def test_a_name_without_one_number_is_refused(tmp_path, name):
         files(tmp_path, name)
 
 
-@pytest.mark.parametrize("name", ["%05d.jpg", "%05d", "frame-%04d.ply"])
+@for_each("name", ["%05d.jpg", "%05d", "frame-%04d.ply"])
 def test_a_suffix_that_is_no_picture_is_refused(tmp_path, name):
     with pytest.raises(ValueError, match=r"numbered frames must end in \.png, \.exr, got"):
         files(tmp_path, name)
@@ -98,7 +99,7 @@ def test_two_sequences_in_one_folder_have_their_own_manifests(tmp_path):
     assert Manifest.read(files(tmp_path, "other-%03d.png")) is None
 
 
-@pytest.mark.parametrize("content", ["", "{", "[]\n", '{"painting": 3}\n', json.dumps({"a": 1}), "\xff\n"])
+@for_each("content", ["", "{", "[]\n", '{"painting": 3}\n', json.dumps({"a": 1}), "\xff\n"])
 def test_another_file_in_the_place_of_a_manifest_is_reported(tmp_path, content):
     files(tmp_path).manifest.write_bytes(content.encode("latin-1"))
     with pytest.raises(SceneError, match=r"\.%05d\.png\.json: is no manifest of frames; remove it, or omit"):

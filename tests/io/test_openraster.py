@@ -1,7 +1,6 @@
 """OpenRaster files: their layers, laid on each other by another reader, are the picture."""
 
 import io
-import json
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -145,17 +144,6 @@ def test_a_transparent_painting_is_its_layers_too():
     assert not any(name.startswith("relief") for name, *_ in layers)  # the coats are lit
 
 
-def test_a_painting_without_lamp_lines_and_stage_has_no_such_layers():
-    coat = some_coat(some_strokes(20))
-    frame = Painting((coat,)).frame(CAMERA, wanted=SHEETS)
-    most, layers = difference(frame)
-    assert [name for name, *_ in layers] == ["subject"]
-    assert most <= MOST
-    most, layers = difference(frame, (0.2, 0.5, 0.9))
-    assert [name for name, *_ in layers] == ["background", "subject"]
-    assert most <= MOST
-
-
 def test_paint_brighter_than_white_is_not_lost_below_other_paint():
     bright = some_strokes(30)
     sh = np.full_like(bright.sh, 2.5)  # 1.2 in each channel
@@ -177,16 +165,6 @@ def test_files_hold_what_programs_ask_for(still_life):
         assert np.abs(picture_in(archive, "mergedimage.png")[..., :3] * 255 - np.asarray(picture)).max() == 0
         thumbnail = Image.open(io.BytesIO(archive.read("Thumbnails/thumbnail.png")))
         assert thumbnail.size == (256, 171)
-
-
-def test_a_file_says_how_it_was_painted(still_life, capsys):
-    save_upright(still_life, "pears.ply")
-    words = ["pears.ply", "--strokes", "150", "--size", "96x64", "--see", "off", "-o", "a.ora", "--json"]
-    assert cli.main(["render", *words]) == 0
-    write = json.loads(capsys.readouterr().out)["stages"][-1]
-    assert write["counts"]["layers"] == len(layers_of("a.ora"))
-    assert cli.main(["info", "a.ora", "--json"]) == 0
-    assert "brushgs render pears.ply" in json.loads(capsys.readouterr().out)["painted"]["command"]
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import brushgs.formats.scenes.rows
 from brushgs import Gaussians, SceneError, SceneWarning
 from brushgs.formats import load, read_scene
 from tests.io.ply_maker import decoded, element_bytes, scene_columns, write_ply_file, write_scene
+from tests.kit.for_each import for_each
 
 # exp and the logistic function in float32: a few units in the last place.
 RTOL = 4 * np.finfo(np.float32).eps
@@ -20,8 +21,8 @@ def assert_is(gaussians: Gaussians, expected: dict[str, np.ndarray]) -> None:
         np.testing.assert_allclose(actual, values, rtol=rtol, atol=0, err_msg=name)
 
 
-@pytest.mark.parametrize("degree", [0, 1, 2, 3])
-@pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian", "binary_big_endian"])
+@for_each("degree", [0, 1, 2, 3])
+@for_each("encoding", ["ascii", "binary_little_endian", "binary_big_endian"])
 def test_a_scene_reads_as_it_is_defined(tmp_path, degree, encoding):
     columns = scene_columns(50, degree)
     gaussians, notes = read_scene(write_scene(tmp_path / "a.ply", columns, encoding))
@@ -38,7 +39,7 @@ def test_f_rest_is_stored_channel_by_channel(tmp_path):
     np.testing.assert_array_equal(sh[0, 1:], [[1, 4, 7], [2, 5, 8], [3, 6, 9]])
 
 
-@pytest.mark.parametrize("order", ["alphabetical", "reversed", "shuffled"])
+@for_each("order", ["alphabetical", "reversed", "shuffled"])
 def test_properties_are_found_by_name_in_any_order(tmp_path, order):
     columns = scene_columns(50, degree=3)
     names = {
@@ -70,7 +71,7 @@ def test_blank_lines_in_ascii_are_skipped(tmp_path):
     assert_is(load(path), decoded(columns))
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("comment", "up"),
     [
         ("comment Vertical Axis: z", "+z"),
@@ -84,7 +85,7 @@ def test_a_comment_may_state_the_axis_that_points_up(tmp_path, comment, up):
     assert read_scene(write_scene(tmp_path / "a.ply", scene_columns(3), comments=[comment]))[1].up == up
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("name", "value"),
     [
         ("y", np.nan),
@@ -108,7 +109,7 @@ def test_a_row_that_cannot_be_drawn_is_dropped_and_named(tmp_path, name, value):
     assert_is(gaussians, {k: np.delete(v, [7, 31], axis=0) for k, v in decoded(columns).items()})
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@for_each("value", [np.nan, np.inf, -np.inf])
 def test_a_broken_view_dependent_coefficient_counts_as_zero_and_costs_no_row(tmp_path, value):
     columns = scene_columns(50, degree=3)
     sound = {name: column.copy() for name, column in columns.items()}

@@ -11,6 +11,7 @@ from brushgs.formats import read_scene
 from brushgs.formats.scenes.read import read_raw_parts
 from brushgs.formats.scenes.write import write_scene
 from tests.io.test_write_ply import assert_same, make
+from tests.kit.for_each import for_each
 
 NAMES = ("flat", "flat_2", "/brushes/Käfer, \N{KOALA}.png")
 
@@ -20,8 +21,8 @@ def strokes_of(num=300, *, terms=4, count=3, dtype=np.float32):
     return replace(make(num, terms, dtype=dtype), brushes=brushes)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("num", [1, 300, 40_000])  # the last in several blocks
+@for_each("dtype", [np.float32, np.float64])
+@for_each("num", [1, 300, 40_000])  # the last in several blocks
 def test_brushes_and_their_names_read_back(tmp_path, num, dtype):
     strokes = strokes_of(num, dtype=dtype)
     write_scene(strokes, tmp_path / "a.ply", is_strokes=True, scene="koala", brushes=NAMES)

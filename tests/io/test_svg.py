@@ -10,7 +10,6 @@ from PIL import Image
 
 import brushgs as bg
 from brushgs.cli import main
-from brushgs.errors import SceneWarning
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.pictures.metadata import read_metadata
 from brushgs.formats.pictures.shot import Origin
@@ -126,13 +125,6 @@ def test_kinds_of_paths_and_an_empty_drawing(tmp_path):
     write_svg(Paths(8, 6, (1, 1, 1), ()), tmp_path / "b.svg")
     assert [one.tag for one in ElementTree.parse(tmp_path / "b.svg").getroot()] == [f"{SVG}rect"]
     assert read_metadata(tmp_path / "b.svg") is None
-
-
-def test_a_scene_out_of_sight_is_an_empty_page(scene, tmp_path):
-    away = bg.Camera.look_at((0, 0, -50), (0, 0, -90), width=80, height=60)
-    with pytest.warns(SceneWarning, match="no stroke"):
-        paint_file(scene, tmp_path / "no.svg", config_of("ink"), camera=away)
-    assert "<path" not in (tmp_path / "no.svg").read_text()
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 import brushgs as bg
 from brushgs import Gaussians
 from tests.io.ply_maker import scene_columns, write_scene
+from tests.kit.for_each import for_each
 
 EPS = np.finfo(np.float32).eps
 
@@ -34,7 +35,7 @@ def assert_same(read: Gaussians, written: Gaussians) -> None:
     np.testing.assert_allclose(read.opacities, written.opacities, rtol=0, atol=2 * EPS)
 
 
-@pytest.mark.parametrize("num_terms", [1, 4, 9, 16])
+@for_each("num_terms", [1, 4, 9, 16])
 def test_what_is_written_reads_back(tmp_path, num_terms):
     gaussians = make(1000, num_terms)
     bg.save(gaussians, tmp_path / "a.ply")

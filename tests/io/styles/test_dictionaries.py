@@ -15,6 +15,7 @@ from brushgs.formats.styles import read_style
 from brushgs.formats.styles_write import write_style
 from brushgs.values.style import MarkDictionary, MarkSpectrum
 from tests.io.styles import example
+from tests.kit.for_each import for_each
 
 
 def with_dictionary(num=21, height=6, width=10):
@@ -114,7 +115,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@for_each("case", CASES)
 def test_hostile_ones_are_refused_by_name(path, case):
     change, words = CASES[case]
     hostile = edited(path, change)

@@ -13,6 +13,7 @@ from brushgs.formats.styles import MAX_BYTES, read_style
 from brushgs.formats.styles_write import write_style
 from brushgs.values.style import Style, StyleStage
 from tests.io.styles import example
+from tests.kit.for_each import for_each
 
 HALF = 2.0**-11  # relative rounding of float16
 
@@ -80,18 +81,6 @@ def test_an_artist_who_edits_a_hex_moves_all_colours_around_it(path):
     np.testing.assert_allclose(after.samples[20:], before.samples[20:], atol=1e-4)
 
 
-def test_shares_are_scaled_and_a_colour_needs_no_offsets(path):
-    def change(value):
-        value["palette"][0]["share"] = 2
-        value["palette"].append({"name": "new", "color": "#FF0000", "share": 1.5})
-
-    palette = read_style(edited(path, change)).palette
-    assert sum(color.share for color in palette.colors) == pytest.approx(1)
-    assert palette.colors[0].share == pytest.approx(0.5)
-    np.testing.assert_allclose(palette.samples[-1], [1, 0, 0])
-    assert palette.weights.sum() == pytest.approx(1)
-
-
 def _set(*keys):
     """A change of the value at some keys; the last is the new value."""
     *places, last, new = keys
@@ -125,7 +114,7 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("change", "sentence"), BAD, ids=[sentence[:40] for _, sentence in BAD])
+@for_each(("change", "sentence"), BAD, ids=[sentence[:40] for _, sentence in BAD])
 def test_a_wrong_field_is_named(path, change, sentence):
     with pytest.raises(SceneError, match=sentence) as raised:
         read_style(edited(path, change))
@@ -142,7 +131,7 @@ BAD_EDITS = [
 ]
 
 
-@pytest.mark.parametrize(("change", "sentence"), BAD_EDITS, ids=[sentence[:40] for _, sentence in BAD_EDITS])
+@for_each(("change", "sentence"), BAD_EDITS, ids=[sentence[:40] for _, sentence in BAD_EDITS])
 def test_a_wrong_field_of_an_edit_is_named(path, change, sentence):
     with pytest.raises(SceneError, match=sentence):
         read_style(edited(path, change, example.edit()))
