@@ -144,18 +144,6 @@ def test_a_transparent_painting_is_its_layers_too():
     assert not any(name.startswith("relief") for name, *_ in layers)  # the coats are lit
 
 
-def test_paint_brighter_than_white_is_not_lost_below_other_paint():
-    bright = some_strokes(30)
-    sh = np.full_like(bright.sh, 2.5)  # 1.2 in each channel
-    below = some_coat(replace(bright, sh=sh, opacities=np.ones_like(bright.opacities)))
-    above = some_coat(some_strokes(30, seed=1), name="accents")
-    ink = some_coat(some_strokes(30, seed=2), name="touches", blend="glaze")
-    surface = flat((0.4, 0.5, 0.6), height=CAMERA.height, width=CAMERA.width)
-    for coats in ((below, above), (below, ink), (below,)):
-        frame = Painting(coats, surface).frame(CAMERA, wanted=SHEETS)
-        assert difference(frame)[0] <= MOST
-
-
 def test_files_hold_what_programs_ask_for(still_life):
     save_upright(still_life, "pears.ply")
     words = ["render", "pears.ply", "--strokes", "150", "--size", "300x200", "--see", "off", "--quiet"]

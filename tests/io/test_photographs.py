@@ -1,6 +1,5 @@
 """Scenes that were predicted from one photograph, and photographs as scenes."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -101,15 +100,6 @@ def test_the_first_view_and_its_size_are_those_of_the_photograph(tmp_path):
     assert zoomed.K[1, 1] == pytest.approx(1.5 * FOCAL)
 
 
-def test_every_element_is_named(tmp_path, capsys):
-    path = photographed(tmp_path / "a.ply")
-    run("info", path, "--json")
-    told = json.loads(capsys.readouterr().out)
-    text = f"{told['photograph']} {told['not_read']}"
-    names = ("extrinsic", "intrinsic", "image_size", "frame", "disparity", "color_space", "version")
-    assert all(name in text for name in names)
-
-
 @for_each(
     ("changes", "sentence"),
     [
@@ -128,14 +118,6 @@ def test_a_camera_that_cannot_be_used_is_told_and_the_scene_is_read(tmp_path, ch
     assert (len(gaussians), notes.photograph) == (WIDTH * HEIGHT, None)
 
 
-def test_a_scene_without_a_photograph_is_no_file_of_cameras(tmp_path):
-    path = photographed(tmp_path / "a.ply", without=("extrinsic", "intrinsic"))
-    with pytest.raises(
-        bg.SceneError, match=r"no camera of a photograph among its elements \(vertex, image_size"
-    ):
-        read_cameras(path)
-
-
 def test_what_lies_behind_is_painted_over_wherever_the_camera_sways(tmp_path):
     gaussians, notes = read_scene(photographed(tmp_path / "a.ply", rotation=turned()))
     view = choose_first_view(gaussians, ViewConfig(), notes, Report())
@@ -152,17 +134,6 @@ def test_what_lies_behind_is_painted_over_wherever_the_camera_sways(tmp_path):
     assert holes(filled) <= 0.005
     own, other = (plain_views(scene, path.cameras[:1]).frames[0] for scene in (gaussians, filled))
     assert np.abs(own.over("white") - other.over("white")).mean() < 0.01  # the photograph stays what it was
-
-
-def test_a_sway_is_about_what_the_camera_looks_at():
-    from tests.scenes import still_life_of
-
-    view = choose_first_view(still_life_of(2000), ViewConfig(), None, Report())
-    point = view.points.min(axis=0)  # a corner of the subject, off its middle
-    config = ViewConfig(size=(64, 48), look_at=tuple(point))
-    for camera in plan_path(view, config, PathConfig(orbit=8, sway=0.3)).cameras:
-        ahead = camera.viewmat[:3, :3] @ point + camera.viewmat[:3, 3]
-        assert np.abs(ahead[:2]).max() < 1e-9 * ahead[2]
 
 
 def picture(path: Path, alpha: bool = False) -> Path:

@@ -8,10 +8,8 @@ import pytest
 import brushgs as bg
 from brushgs.errors import SceneWarning
 from brushgs.formats import read_scene
-from brushgs.formats.scenes.read import read_raw_parts
 from brushgs.formats.scenes.write import write_scene
-from tests.io.test_write_ply import assert_same, make
-from tests.kit.for_each import for_each
+from tests.io.test_write_ply import make
 
 NAMES = ("flat", "flat_2", "/brushes/Käfer, \N{KOALA}.png")
 
@@ -19,20 +17,6 @@ NAMES = ("flat", "flat_2", "/brushes/Käfer, \N{KOALA}.png")
 def strokes_of(num=300, *, terms=4, count=3, dtype=np.float32):
     brushes = np.random.default_rng(num).integers(0, count, num).astype(np.uint8)
     return replace(make(num, terms, dtype=dtype), brushes=brushes)
-
-
-@for_each("dtype", [np.float32, np.float64])
-@for_each("num", [1, 300, 40_000])  # the last in several blocks
-def test_brushes_and_their_names_read_back(tmp_path, num, dtype):
-    strokes = strokes_of(num, dtype=dtype)
-    write_scene(strokes, tmp_path / "a.ply", is_strokes=True, scene="koala", brushes=NAMES)
-    read, notes = read_scene(tmp_path / "a.ply")
-    np.testing.assert_array_equal(read.brushes, strokes.brushes)
-    if dtype == np.float32:
-        assert_same(read, strokes)
-    assert (notes.brushes, notes.scene, notes.unknown) == (NAMES, "koala", ())
-    ((raw, _),) = read_raw_parts(tmp_path / "a.ply")
-    np.testing.assert_array_equal(raw.brushes, strokes.brushes)
 
 
 def test_rows_that_are_dropped_take_their_brushes_with_them(tmp_path):
@@ -60,12 +44,3 @@ def test_brushes_that_the_header_does_not_name_are_dropped_and_told(tmp_path):
     with pytest.raises(ValueError, match=r"^save: names of brushes must take at most 65,536 characters"):
         write_scene(strokes_of(), tmp_path / "b.ply", brushes=["a" * 30_000] * 3)
     assert not (tmp_path / "b.ply").exists()
-
-
-def test_several_files_are_painted_with_one_set_of_brushes(tmp_path):
-    paths = [tmp_path / "a.ply", tmp_path / "b.ply"]
-    for path in paths:
-        write_scene(strokes_of(), path, is_strokes=True, brushes=NAMES)
-    with pytest.warns(SceneWarning, match=r"a\.ply: the brushes of its strokes are dropped"):
-        read, notes = read_scene(paths)
-    assert (len(read), read.brushes, notes.brushes) == (600, None, ())

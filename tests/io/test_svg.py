@@ -9,7 +9,6 @@ import pytest
 from PIL import Image
 
 import brushgs as bg
-from brushgs.cli import main
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.pictures.metadata import read_metadata
 from brushgs.formats.pictures.shot import Origin
@@ -90,24 +89,6 @@ def test_layers_are_coats_in_painting_order_and_regions(scene, tmp_path):
     assert (tmp_path / "a.svg").stat().st_size < 5e6
 
 
-def test_hidden_lines_are_cut(scene, tmp_path):
-    """The tighter the depth test, the less of the lines lies before it."""
-    lengths = []
-    for behind in (10.0, 0.8):
-        paint_file(scene, tmp_path / "a.svg", config_of("ink", black=0.0, behind=behind))
-        lengths.append(length_of(tmp_path / "a.svg"))
-    assert lengths[0] > lengths[1] > 0
-
-
-def length_of(path):
-    total = 0.0
-    for line in ElementTree.parse(path).getroot().iter(f"{SVG}path"):
-        if line.get("fill") == "none":
-            steps = line.get("d").split("l")[1].replace(",", " ").split()
-            total += np.hypot(*np.reshape(np.array(steps, float), (-1, 2)).T).sum()
-    return total
-
-
 def test_kinds_of_paths_and_an_empty_drawing(tmp_path):
     line = Path2D("line", np.array([[1.04, 2.0], [3.26, 2.0], [5, 5]]), 0.5, (0, 0, 0), 1.0)
     area = Path2D(
@@ -125,22 +106,3 @@ def test_kinds_of_paths_and_an_empty_drawing(tmp_path):
     write_svg(Paths(8, 6, (1, 1, 1), ()), tmp_path / "b.svg")
     assert [one.tag for one in ElementTree.parse(tmp_path / "b.svg").getroot()] == [f"{SVG}rect"]
     assert read_metadata(tmp_path / "b.svg") is None
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (["-o", "a.svg", "--bits", "16"], "bits must be omitted for a.svg"),
-        (["-o", "a.svg", "--layers", "depth"], "layers must be omitted for a.svg"),
-        (["-o", "a.svg", "--orbit", "90"], "svg"),
-    ],
-)
-def test_what_paths_cannot_hold_is_refused_in_a_sentence(
-    scene, tmp_path, monkeypatch, capsys, words, sentence
-):
-    monkeypatch.chdir(tmp_path)
-    code = main(["render", str(scene), *words])
-    err = capsys.readouterr().err
-    assert code == 2
-    assert sentence in err
-    assert not list(tmp_path.glob("**/*.svg"))
