@@ -1,6 +1,7 @@
 """OpenRaster files: their layers, laid on each other by another reader, are the picture."""
 
 import io
+import json
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +26,7 @@ from brushgs.rendering.surface import flat
 from brushgs.rendering.wanted import Wanted
 from brushgs.still_life import still_life_camera
 from tests.io.openraster import composite, layers_of, picture_in
+from tests.kit.for_each import for_each
 from tests.outlets.page.paintings import CAMERA, some_coat, some_strokes
 from tests.scenes import save_upright, still_life_of
 
@@ -90,9 +92,8 @@ def test_a_photoshop_file_has_the_same_layers(still_life):
         "COLOR_DODGE": "color-dodge",
         "LINEAR_DODGE": "plus",
     }
-    for layer, (name, operation, pixels) in zip(
-        psd_tools.PSDImage.open("a.psd"), layers_of("a.ora"), strict=True
-    ):
+    layers = psd_tools.PSDImage.open("a.psd")
+    for layer, (name, operation, pixels) in zip(layers, layers_of("a.ora"), strict=True):
         assert (layer.name, f"svg:{modes[layer.blend_mode.name]}") == (name, operation)
         left, top, right, bottom = layer.bbox
         np.testing.assert_allclose(layer.numpy(), pixels[top:bottom, left:right], atol=1e-6)
@@ -144,23 +145,31 @@ def test_a_transparent_painting_is_its_layers_too():
     assert not any(name.startswith("relief") for name, *_ in layers)  # the coats are lit
 
 
-def test_files_hold_what_programs_ask_for(still_life):
+def test_files_hold_what_programs_ask_for_and_how_they_were_painted(still_life, capsys):
     save_upright(still_life, "pears.ply")
-    words = ["render", "pears.ply", "--strokes", "150", "--size", "300x200", "--see", "off", "--quiet"]
-    for name in ("a.ora", "a.png"):
+    words = ["render", "pears.ply", "--strokes", "150", "--size", "300x200", "--see", "off", "--json"]
+    for name in ("a.png", "a.ora"):
         assert cli.main([*words, "-o", name]) == 0
+        told = json.loads(capsys.readouterr().out)
+    assert told["stages"][-1]["counts"]["layers"] == len(layers_of("a.ora"))
     with zipfile.ZipFile("a.ora") as archive, Image.open("a.png") as picture:
         assert np.abs(picture_in(archive, "mergedimage.png")[..., :3] * 255 - np.asarray(picture)).max() == 0
         thumbnail = Image.open(io.BytesIO(archive.read("Thumbnails/thumbnail.png")))
         assert thumbnail.size == (256, 171)
+    assert cli.main(["info", "a.ora", "--json"]) == 0
+    assert "brushgs render pears.ply" in json.loads(capsys.readouterr().out)["painted"]["command"]
+    with zipfile.ZipFile("a.ora", "w") as archive:
+        archive.writestr("mimetype", "image/openraster")
+    assert cli.main(["info", "a.ora"]) == 2
+    assert "a.ora: is no OpenRaster file, or damaged; get it again" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
+@for_each(
+    "words, said",
     [
         (
             ["--bits", "16"],
-            "bits must be omitted for a.ora, which holds its own layers, of 8 bits; write a.png",
+            "bits must be omitted for a.ora, which holds its own layers, of 8 bits; write a.p",
         ),
         (["--layers", "depth"], "layers must be omitted for a.ora"),
         (["--orbit", "4"], "output of a path must be a folder or end in one of"),
@@ -172,10 +181,3 @@ def test_what_a_file_does_not_hold_is_refused(words, said, still_life, capsys):
     error = capsys.readouterr().err
     assert said in error
     assert error.count("\n") == 1
-
-
-def test_other_zip_files_are_refused_in_a_sentence(capsys):
-    with zipfile.ZipFile("a.ora", "w") as archive:
-        archive.writestr("mimetype", "image/openraster")
-    assert cli.main(["info", "a.ora"]) == 2
-    assert "a.ora: is no OpenRaster file, or damaged; get it again" in capsys.readouterr().err

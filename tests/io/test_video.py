@@ -162,20 +162,13 @@ def test_the_frame_rate_is_kept_and_those_of_television_are_fractions(tmp_path, 
     assert read(film(tmp_path / "a.mp4", moving_picture(), fps))[2] == rate
 
 
-@for_each(("name", "fps", "most"), [("a.gif", 60, 50), ("a.mp4", 0, 1000), ("a.webm", 1001, 1000)])
-def test_a_rate_that_the_format_cannot_hold_is_refused(tmp_path, name, fps, most):
-    with pytest.raises(ValueError, match=rf"fps must be above 0 and at most {most} for \.\w+, got {fps}"):
-        film(tmp_path / name, moving_picture(), fps)
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)
-@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
+@for_each("suffix", VIDEO_SUFFIXES)
+@for_each("error", [KeyboardInterrupt, ValueError])
 def test_a_video_that_is_not_finished_leaves_what_was_there(tmp_path, suffix, error):
     path = tmp_path / f"a{suffix}"
     path.write_text("old")
 
-    def stop() -> None:
+    def stop():
         with open_video(path, width=WIDTH, height=HEIGHT, fps=24) as reel:
             reel.add(moving_picture()[0])
             raise error
@@ -184,32 +177,40 @@ def test_a_video_that_is_not_finished_leaves_what_was_there(tmp_path, suffix, er
         stop()
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
-
-
-@for_each(("size", "rule"), [((8194, 16), "at most 8192"), ((40, 15), "at least 16")])
-def test_a_size_that_h265_cannot_hold_is_refused(tmp_path, size, rule):
-    frames = [np.zeros((size[1], size[0], 3), np.uint8)]
-    with pytest.raises(ValueError, match=rf"in \.mp4 with H\.265 must be {rule} pixels wide and high, got"):
-        film(tmp_path / "a.mp4", frames, codec="h265")
-    assert list(tmp_path.iterdir()) == []
+    path.unlink()
 
 
 # ---- what a format offers
 
 
+PLAIN, SMALL = [(HEIGHT, WIDTH)], [(4, 6)]
+
+
 @for_each(
-    ("name", "options", "sentence"),
+    "sizes, name, options, sentence",
     [
-        ("a.mp4", {"codec": "vp9"}, r"codec must be h264 or h265 for \.mp4, got 'vp9'; \.webm takes that"),
-        ("a.webm", {"codec": "h264"}, r"codec must be vp9 for \.webm, got 'h264'; \.mp4, \.mov or \.mkv"),
-        ("a.gif", {"background": "transparent"}, r"background must not be transparent in a\.gif, whose"),
+        (PLAIN, "a.gif", {"fps": 60}, r"fps must be above 0 and at most 50 for \.\w+, got 60"),
+        (PLAIN, "a.mp4", {"fps": 0}, r"fps must be above 0 and at most 1000 for \.\w+, got 0"),
+        (PLAIN, "a.webm", {"fps": 1001}, r"fps must be above 0 and at most 1000 for \.\w+, got 1001"),
+        ([(16, 8194)], "a.mp4", {"codec": "h265"}, r"in \.mp4 with H\.265 must be at most 8192 pixels wide"),
+        ([(15, 40)], "a.mp4", {"codec": "h265"}, r"in \.mp4 with H\.265 must be at least 16 pixels wide"),
+        (SMALL, "a.mp4", {"codec": "vp9"}, r"codec must be h264 or h265 for \.mp4, got 'vp9'; \.webm takes"),
+        (SMALL, "a.webm", {"codec": "h264"}, r"codec must be vp9 for \.webm, got 'h264'; \.mp4, \.mov or"),
+        (
+            SMALL,
+            "a.gif",
+            {"background": "transparent"},
+            r"background must not be transparent in a\.gif, whose",
+        ),
+        (SMALL, "a.avi", {}, r"path must end in .*, got '.*a.avi'"),
+        ([], "a.mp4", {}, "frames must hold at least one, got none"),
+        ([(4, 6), (6, 4)], "a.gif", {}, "frames must have one size, got 6x4 and 4x6"),
     ],
 )
-def test_what_a_format_does_not_offer_is_refused_before_any_frame_is_taken(tmp_path, name, options, sentence):
-    taken = iter([bg.Frame(np.zeros((4, 6, 3), np.float32), np.zeros((4, 6), np.float32))])
+def test_what_makes_no_video_is_refused_and_nothing_is_left(tmp_path, sizes, name, options, sentence):
+    frames = [bg.Frame(np.zeros((*size, 3), np.float32), np.zeros(size, np.float32)) for size in sizes]
     with pytest.raises(ValueError, match=sentence):
-        bg.save_video(taken, tmp_path / name, **options)
-    assert len(list(taken)) == 1
+        bg.save_video(iter(frames), tmp_path / name, **options)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -290,21 +291,3 @@ def test_colours_go_on_where_nothing_is_painted():
     assert np.abs(colors[~painted] - (0.8, 0.5, 0.2)).max() < 0.3
     bare = bg.Frame(np.zeros((3, 5, 3), np.float32), np.zeros((3, 5), np.float32))
     assert not spread_colors(bare).any()
-
-
-# ---- the colours of a GIF
-
-
-@for_each(
-    ("sizes", "name", "words"),
-    [
-        ([], "a.mp4", "frames must hold at least one, got none"),
-        ([(4, 6), (6, 4)], "a.gif", "frames must have one size, got 6x4 and 4x6"),
-        ([(4, 6)], "a.avi", "path must end in .*, got '.*a.avi'"),
-    ],
-)
-def test_frames_that_make_no_video_are_refused_and_nothing_is_left(tmp_path, sizes, name, words):
-    frames = [bg.Frame(np.zeros((*size, 3), np.float32), np.zeros(size, np.float32)) for size in sizes]
-    with pytest.raises(ValueError, match=words):
-        bg.save_video(frames, tmp_path / name)
-    assert list(tmp_path.iterdir()) == []
