@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgs import SceneError
 from brushgs.formats import load_cameras
 from brushgs.formats.cameras.read import read_cameras
 from brushgs.formats.usd import process
 from tests.kit.for_each import for_each
+from tests.kit.refused import refuse, refuse_bytes
 
 pytest.importorskip("pxr")
 from pxr import Gf, Sdf, Usd, UsdGeom
@@ -73,7 +73,7 @@ def moving_stage(path: Path) -> Any:
 
 @for_each("suffix", [".usd", ".usda", ".usdc", ".usdz"])
 def test_a_camera_sees_what_usd_says_it_sees(tmp_path, suffix):
-    path = tmp_path / f"a{suffix if suffix != '.usdz' else '.usdc'}"
+    path = tmp_path / f"{suffix[1:]}{suffix if suffix != '.usdz' else '.usdc'}"
     stage = new_stage(path)
     camera = add_camera(stage, "/Camera", horizontalApertureOffset=4.0, verticalApertureOffset=3.0)
     camera.AddTranslateOp().Set(Gf.Vec3d(1, 2, 8))
@@ -83,7 +83,7 @@ def test_a_camera_sees_what_usd_says_it_sees(tmp_path, suffix):
         from pxr import UsdUtils
 
         path = tmp_path / "a.usdz"
-        assert UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(tmp_path / "a.usdc")), str(path))
+        assert UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(tmp_path / "usdz.usdc")), str(path))
     (found,) = load_cameras(path)
     assert (found.width, found.height, found.near) == (1280, 854, 0.25)
     # 36 x 24 is 1280 x 853.3: the principal point is as far off the middle in heights.
@@ -132,50 +132,42 @@ def test_a_layer_beside_the_file_is_read_and_one_elsewhere_is_not(tmp_path):
     inner = Sdf.Layer.CreateNew(str(tmp_path / "shots" / "inner.usda"))
     inner.subLayerPaths.append("../top.usda")
     inner.Save()
-    with pytest.raises(SceneError, match=r"names the file '\.\./top\.usda', which lies outside its folder"):
-        load_cameras(tmp_path / "shots" / "inner.usda")
+    sentence = r"names the file '\.\./top\.usda', which lies outside its folder"
+    refuse(tmp_path / "shots" / "inner.usda", sentence, load_cameras)
 
 
-def orthographic(stage: Any) -> None:
-    add_camera(stage, "/Plan", projection="orthographic")
-
-
-def without_lens(stage: Any) -> None:
-    add_camera(stage, "/Camera", focalLength=0.0)
-
-
-@pytest.mark.parametrize(
-    ("change", "sentence"),
+@for_each(
+    "cameras, sentence",
     [
-        (lambda stage: None, "holds no camera; export it with its cameras"),
-        (orthographic, "camera 'Plan' must be a perspective one; export it again as such"),
-        (without_lens, "camera 'Camera' must have a focal length, apertures and a near clipping plane"),
+        ({}, "holds no camera; export it with its cameras"),
+        (
+            {"/Plan": {"projection": "orthographic"}},
+            "camera 'Plan' must be a perspective one; export it again",
+        ),
+        (
+            {"/A": {"focalLength": 0.0}},
+            "camera 'A' must have a focal length, apertures and a near clipping plane",
+        ),
     ],
 )
-def test_what_cannot_be_used_is_named(tmp_path, change, sentence):
-    path = tmp_path / "a.usda"
+def test_what_cannot_be_used_is_named(tmp_path, cameras, sentence):
+    path = tmp_path / f"{len(sentence)}.usda"
     stage = new_stage(path)
-    change(stage)
+    for prim, attributes in cameras.items():
+        add_camera(stage, prim, **attributes)
     stage.Save()
-    with pytest.raises(SceneError, match=sentence) as caught:
-        load_cameras(path)
-    assert str(caught.value).startswith(f"{path}: ")
+    refuse(path, sentence, load_cameras)
 
 
 # The first makes usd-core call itself until the process dies.
 NESTED = b"#usda 1.0\n" + b'def "a" {\n' * 100_000
 
 
-@for_each("content", [NESTED, b"#usda 1.0\ndef {", b"PXR-USDC" + b"\xff" * 99])
-def test_a_damaged_file_gives_a_sentence_even_where_it_ends_the_process_that_reads_it(tmp_path, content):
-    path = tmp_path / "a.usd"
-    path.write_bytes(content)
-    with pytest.raises(SceneError, match="is damaged, or no USD file; export it again"):
-        load_cameras(path)
-
-
-def test_what_takes_too_long_ends(tmp_path, monkeypatch):
+def test_a_damaged_file_gives_a_sentence_even_where_it_ends_the_process_that_reads_it(tmp_path, monkeypatch):
+    damaged = "is damaged, or no USD file; export it again"
+    for content, sentence in ((NESTED, damaged), (b"PXR-USDC" + b"\xff" * 99, damaged), (b"", "is empty")):
+        refuse_bytes(tmp_path / "a.usd", content, sentence, load_cameras)
     moving_stage(tmp_path / "a.usda")
     monkeypatch.setattr(process, "_MIN_SECONDS", 0)
-    with pytest.raises(SceneError, match="was not read within 0 s; export only what is needed of it"):
-        load_cameras(tmp_path / "a.usda")
+    sentence = "was not read within 0 s; export only what is needed of it"
+    refuse(tmp_path / "a.usda", sentence, load_cameras)
