@@ -68,6 +68,15 @@ def test_azimuth_zero_looks_at_the_front(up, front):
     np.testing.assert_allclose(camera.position / np.linalg.norm(camera.position), front, atol=0.03)
 
 
+def test_azimuth_grows_to_the_right_of_the_viewer_and_elevation_upward():
+    scene = cloud(box((1, 1, 1)))
+    front = frame_scene(scene, width=64, height=64, azimuth=0, elevation=0)
+    moved = frame_scene(scene, width=64, height=64, azimuth=0.3, elevation=0.3)
+    right, down, _ = front.viewmat[:3, :3]
+    assert (moved.position - front.position) @ right > 0.1
+    assert (moved.position - front.position) @ down < -0.1
+
+
 def test_a_subject_in_wide_surroundings_is_framed_without_them():
     rng = np.random.default_rng(0)
     around = rng.standard_cauchy((1500, 3)) * 4

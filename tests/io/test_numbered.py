@@ -40,6 +40,13 @@ def test_a_name_without_one_number_is_refused(tmp_path, name):
         files(tmp_path, name)
 
 
+def test_other_suffixes_and_a_number_in_the_folder_are_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"numbered frames must end in \.png, \.exr, got"):
+        files(tmp_path, "%05d.jpg")
+    with pytest.raises(ValueError, match="the number must be in the name of the file, not of its folder"):
+        files(tmp_path / "take%02d", "a.png")
+
+
 def test_a_manifest_reads_back_what_was_written_and_knows_what_is_done(tmp_path):
     manifest = started(tmp_path / "new")
     for index, content in ((0, b"abc"), (5, b"abcde"), (6, b"abc")):

@@ -21,6 +21,7 @@ from brushgs.rendering.plain import plain_views
 from tests.io.ply_maker import element_bytes, write_ply_file
 from tests.kit.for_each import for_each
 from tests.kit.refused import refuse
+from tests.scenes import still_life_of
 
 WIDTH, HEIGHT, FOCAL = 96, 64, 80.0
 NEAR, FAR = 1.0, 3.0
@@ -139,6 +140,18 @@ def test_what_lies_behind_is_painted_over_wherever_the_camera_sways(tmp_path):
     assert holes(filled) <= 0.005
     own, other = (plain_views(scene, path.cameras[:1]).frames[0] for scene in (gaussians, filled))
     assert np.abs(own.over("white") - other.over("white")).mean() < 0.01  # the photograph stays what it was
+
+
+def test_any_scene_can_sway_about_what_the_camera_looks_at():
+    view = choose_first_view(still_life_of(1000), ViewConfig(), None, Report())
+    point = view.points.min(axis=0)  # a corner of the subject, off its middle
+    config = ViewConfig(size=(64, 48), look_at=tuple(point))
+    path = plan_path(view, config, PathConfig(orbit=12, sway=0.3))
+    assert "17.2 degrees to each side" in path.source
+    for camera in path.cameras:
+        assert np.arccos(min(camera.viewmat[2, :3] @ path.cameras[0].viewmat[2, :3], 1)) < 0.3 + 1e-9
+        ahead = camera.viewmat[:3, :3] @ point + camera.viewmat[:3, 3]
+        assert np.abs(ahead[:2]).max() < 1e-9 * ahead[2]
 
 
 def picture(path: Path, alpha: bool = False) -> Path:

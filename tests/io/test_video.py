@@ -99,6 +99,9 @@ def test_a_video_gives_its_frames_back(tmp_path, suffix, codec, bits):
     for actual, expected in zip(decoded, frames, strict=True):
         assert actual.shape == expected.shape
         assert psnr(actual, expected) > least
+    if suffix in (".mp4", ".mov"):  # the index comes first
+        content = (tmp_path / f"a{suffix}").read_bytes()
+        assert 0 < content.index(b"moov") < content.index(b"mdat")
     # Each is nearest to the frame it was: none is shown twice, none is late.
     errors = np.array([[psnr(actual, expected) for expected in frames] for actual in decoded])
     assert errors.argmax(axis=1).tolist() == list(range(NUM_FRAMES))
@@ -291,3 +294,14 @@ def test_colours_go_on_where_nothing_is_painted():
     assert np.abs(colors[~painted] - (0.8, 0.5, 0.2)).max() < 0.3
     bare = bg.Frame(np.zeros((3, 5, 3), np.float32), np.zeros((3, 5), np.float32))
     assert not spread_colors(bare).any()
+
+
+def test_frames_become_a_video_on_their_background(tmp_path):
+    grey = [np.full((48, 64, 3), 0.1 * k, np.float32) for k in range(5)]
+    frames = (bg.Frame(rgb, np.full((48, 64), 0.5, np.float32)) for rgb in grey)
+    bg.save_video(frames, tmp_path / "a.mp4", fps=12, background=(0, 0, 1))
+    pictures, _, rate = read(tmp_path / "a.mp4")
+    assert (len(pictures), rate) == (5, 12)
+    for k, picture in enumerate(pictures):
+        expected = 255 * np.clip([0.1 * k, 0.1 * k, 0.1 * k + 0.5], 0, 1)
+        np.testing.assert_allclose(picture.mean(axis=(0, 1)), expected, atol=4)
