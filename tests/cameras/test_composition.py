@@ -136,6 +136,14 @@ def test_what_fills_its_picture_or_is_placed_is_framed_as_ever(view, config):
     assert_same(picture(view, config, LEFT_LAMP), framed_camera(view, replace(config, size=DEFAULT_SIZE)))
 
 
+def test_flat_land_gets_a_format_and_is_as_large_as_fits():
+    land = standing(1, 0.05, 1.6, elevation=radians(40))
+    found = composed(land, ViewConfig(), LEFT_LAMP)
+    assert found.look_at is None
+    assert found.size != DEFAULT_SIZE
+    assert_same(framed_camera(land, found), framed_camera(land, ViewConfig(size=found.size)))
+
+
 @for_each("name", OBJECTS)
 def test_real_objects_fill_their_pictures_by_their_paint(name):
     scene = bg.clean(bg.load(real_scene(name)))

@@ -77,6 +77,20 @@ def test_a_point_is_seen_from_the_distance_that_is_given():
             assert camera.near == NEAR_SHARE * distance
 
 
+@for_each(
+    "options, sentence",
+    [
+        ({"side": "left", "azimuth": 1.0}, "azimuth cannot be combined with side 'left'"),
+        ({"side": "top", "elevation": 1.0}, "elevation cannot be combined with side 'top'"),
+        ({"pan": (0, 11.0)}, "pan must be -10 to 10, got 11"),
+        ({"look_at": (0, np.inf, 0)}, "look-at must be finite"),
+    ],
+)
+def test_options_that_describe_no_view_are_refused(options, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        ViewConfig(**options)
+
+
 def test_a_distance_needs_a_point():
     for look_at in (None, "subject", "part"):
         with pytest.raises(ValueError, match="distance is that to a point: give the point too"):

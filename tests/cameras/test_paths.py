@@ -183,6 +183,11 @@ def assert_same_views(found, expected, atol=1e-12):
         assert (one.width, one.height) == (other.width, other.height)
 
 
+def test_a_camera_file_beside_a_path_is_refused():
+    with pytest.raises(ValueError, match="camera-file cannot be combined with a camera path"):
+        plan(view=ViewConfig(camera_file=Path("a.json")), orbit=3)
+
+
 def test_the_views_of_a_training_are_the_frames(tmp_path):
     cameras = views(5)
     path = plan(write_inria(tmp_path, cameras))

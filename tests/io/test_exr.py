@@ -182,6 +182,11 @@ def test_rates_are_fractions(tmp_path, fps, rate):
     assert header.attributes["imageCounter"] == ("int", 7)
 
 
+def test_a_rate_must_be_positive():
+    with pytest.raises(ValueError, match="Shot: fps must be > 0, got 0"):
+        Shot(fps=0)
+
+
 def test_colours_and_conventions_are_stated(tmp_path):
     write_frame(make_frame(layers=make_layers()), tmp_path / "a.exr", (1.0, 1.0, 1.0))
     header = read_header(tmp_path / "a.exr")

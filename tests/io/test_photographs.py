@@ -9,6 +9,7 @@ from PIL import Image
 import brushgs as bg
 from brushgs.cameras.paths import plan_path
 from brushgs.cli import main
+from brushgs.doctor.describe import describe
 from brushgs.formats import read_scene
 from brushgs.formats.cameras.read import read_cameras
 from brushgs.formats.pictures.images import read_image
@@ -85,6 +86,13 @@ def test_gaussians_project_to_the_pixels_that_they_were_made_of(tmp_path, encodi
     pixels = (seen @ camera.K.T)[:, :2] / seen[:, 2:]
     expected = (np.mgrid[:HEIGHT, :WIDTH] + 0.5).reshape(2, -1)[::-1].T
     assert np.abs(pixels - expected).max() < 0.01
+
+
+def test_every_element_is_named(tmp_path):
+    told = describe(photographed(tmp_path / "a.ply"))
+    text = f"{told['photograph']} {told['not_read']}"
+    for name in ("extrinsic", "intrinsic", "image_size", "frame", "disparity", "color_space", "version"):
+        assert name in text
 
 
 def test_the_first_view_and_its_size_are_those_of_the_photograph(tmp_path):

@@ -107,6 +107,17 @@ def test_a_broken_view_dependent_coefficient_counts_as_zero_and_costs_no_row(tmp
     assert (finding.severity, finding.count, finding.facts["column"]) == ("odd", 2, "f_rest_40")
 
 
+def test_padding_rows_are_dropped_and_counted_apart_from_broken_ones(tmp_path):
+    columns = scene_columns(50)
+    for values in columns.values():
+        values[20:40] = 0
+    columns["x"][3] = np.nan
+    path = write_scene(tmp_path / "a.ply", columns)
+    what = r"21 of 50 rows .*: 1 hold .* and 20 have an all-zero rotation, .* \(first: row 20\)"
+    with pytest.warns(SceneWarning, match=what):
+        assert len(load(path)) == 29
+
+
 def test_a_scene_without_one_good_row_is_refused(tmp_path):
     columns = scene_columns(5)
     columns["scale_0"][:] = np.nan

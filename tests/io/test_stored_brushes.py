@@ -44,3 +44,12 @@ def test_brushes_that_the_header_does_not_name_are_dropped_and_told(tmp_path):
     with pytest.raises(ValueError, match=r"^save: names of brushes must take at most 65,536 characters"):
         write_scene(strokes_of(), tmp_path / "b.ply", brushes=["a" * 30_000] * 3)
     assert not (tmp_path / "b.ply").exists()
+
+
+def test_several_files_are_painted_with_one_set_of_brushes(tmp_path):
+    paths = [tmp_path / "a.ply", tmp_path / "b.ply"]
+    for path in paths:
+        write_scene(strokes_of(), path, is_strokes=True, brushes=NAMES)
+    with pytest.warns(SceneWarning, match=r"a\.ply: the brushes of its strokes are dropped"):
+        read, notes = read_scene(paths)
+    assert (len(read), read.brushes, notes.brushes) == (600, None, ())

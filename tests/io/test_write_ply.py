@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings
@@ -5,6 +7,8 @@ from hypothesis import strategies as st
 
 import brushgs as bg
 from brushgs import Gaussians
+from brushgs.formats.scenes.write import write_scene
+from tests.kit.for_each import for_each
 
 EPS = np.finfo(np.float32).eps
 
@@ -31,6 +35,18 @@ def assert_same(read: Gaussians, written: Gaussians) -> None:
     assert (error <= 2 * EPS * logs * written.scales + np.finfo(np.float32).smallest_subnormal).all()
     # d opacity = opacity (1 - opacity) d logit <= 0.25 x ulp(logit): below 0.23 x logit x eps near 0.5.
     np.testing.assert_allclose(read.opacities, written.opacities, rtol=0, atol=2 * EPS)
+
+
+@for_each("num_rows, num_terms", [(1000, 4), (300, 9), (40_000, 16)])  # the last in several blocks
+@for_each("dtype", [np.float32, np.float64])
+def test_what_is_written_reads_back(tmp_path, num_rows, num_terms, dtype):
+    brushes = np.random.default_rng(num_rows).integers(0, 3, num_rows).astype(np.uint8)
+    strokes = replace(make(num_rows, num_terms, dtype=dtype), brushes=brushes)
+    write_scene(strokes, tmp_path / "a.ply", brushes=("a", "b", "c"))
+    read = bg.load(tmp_path / "a.ply")
+    np.testing.assert_array_equal(read.brushes, brushes)
+    if dtype == np.float32:
+        assert_same(read, strokes)
 
 
 values = st.floats(-1e6, 1e6, width=32)
