@@ -17,7 +17,7 @@ from brushgs.options.sequence import MAX_FRAMES, PathConfig
 from brushgs.values.camera import Camera
 from tests.cameras.test_framing import box, cloud, pixels
 from tests.kit.for_each import for_each
-from tests.scenes import real_scene, still_life_of
+from tests.scenes import still_life_of
 
 SIZE = {"width": 64, "height": 48}
 
@@ -284,23 +284,6 @@ def test_a_senseless_duration_is_refused(tmp_path, seconds, fps):
 def test_senseless_paths_are_refused(options, sentence):
     with pytest.raises(ValueError, match=sentence):
         PathConfig(**options)
-
-
-@pytest.mark.parametrize(
-    ("name", "num_views", "size"),
-    [("nerfstudio_camera_path.json", 60, (1920, 1080)), ("colmap_sparse", 64, (1917, 1073))],
-)
-def test_real_files_are_paths(name, num_views, size):
-    file = real_scene(name)
-    as_is, curve = plan(file), plan(file, frames=50, view=ViewConfig(size=(64, 64)))
-    assert len(as_is.cameras) == num_views
-    assert {(c.width, c.height) for c in as_is.cameras} == {size}
-    assert as_is.fps == (30 if "path" in name else 24)
-    assert len(curve.cameras) == 50
-    if "path" in name:  # from its two key frames: nerfstudio's own way has the same ends
-        for index in (0, -1):
-            step = view_change(curve.cameras[index], as_is.cameras[index].resized(64, 64), 1.0)
-            assert step < 0.05
 
 
 @for_each("up", [(0, -1, 0), (1, 2, -3)])

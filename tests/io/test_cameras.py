@@ -121,6 +121,10 @@ SPHERE = "EQUIRECTANGULAR"
         (BLENDER | {"camera_model": SPHERE}, "camera_model must be a pinhole model such as OPENCV"),
         (changed(CAMERA_PATH, fov=180), r"\.fov must be above 1e-06 and below half a turn, 180, got 180"),
         (CAMERA_PATH | {"camera_type": "sphere"}, r"camera_path\[0\]: camera_type must be perspective, got"),
+        (
+            {"camera_path": CAMERA_PATH["camera_path"]},
+            r"camera_path\[0\]\.render_width is missing, it must be",
+        ),
         (CAMERA_PATH | {"fps": -1}, "fps must be a number above 0, got -1"),
         (CAMERA_PATH | {"fps": "fast"}, 'fps must be a number above 0, got "fast"'),
         (

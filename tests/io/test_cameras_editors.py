@@ -153,6 +153,14 @@ def test_a_project_follows_its_closed_spline(tmp_path):
         assert up[1] < 0
 
 
+def test_a_project_of_one_pose_is_a_view_with_the_scene_upright(tmp_path):
+    pose = {"frame": 0, "position": [0, 0, 4], "target": [0, 0, 0], "fov": 90}
+    (camera,) = read(tmp_path, {"poseSets": [{"poses": [pose]}]}).cameras
+    above_right = SCENE_FROM_SUPERSPLAT @ [1, 2, 0]
+    np.testing.assert_allclose(camera.viewmat @ [*above_right, 1], [1, -2, 4, 1], atol=1e-12)
+    assert camera.K[0, 0] == pytest.approx(camera.width / 2)
+
+
 def test_an_archive_is_read_as_its_document(tmp_path):
     packed = pack(tmp_path, {"document.json": json.dumps(PROJECT).encode(), "splat_0.ply": b"ply\n"})
     found, plain = read_cameras(packed), read(tmp_path, PROJECT)

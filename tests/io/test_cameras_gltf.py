@@ -7,12 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from brushgs import SceneError, SceneWarning
-from brushgs.cameras.paths import plan_path
 from brushgs.formats import load_cameras
 from brushgs.formats.cameras.read import read_cameras
 from brushgs.formats.scenes.write import write_scene
-from brushgs.options.painting import ViewConfig
-from brushgs.options.sequence import PathConfig
 from brushgs.values.camera import FirstView
 from tests.io.camera_models import LENS, CameraModel, moving_model, write
 from tests.io.scenes.test_gltf_write import chunks_of, write_chunks
@@ -79,21 +76,6 @@ def test_the_frames_of_an_animated_camera_on_an_animated_arm_in_the_coordinates_
         world = arm(time).apply(2 * np.array(place))
         check_pose(camera, scene.inv().apply(world) / 3, scene.inv() * arm(time) * own)
         assert camera.near == pytest.approx(0.1 / 3)
-
-
-def test_another_rate_takes_other_moments_of_the_same_motion(tmp_path):
-    path = write(moving_model(), tmp_path)
-    usual = plan_path(None, ViewConfig(), PathConfig(file=path))
-    assert (len(usual.cameras), usual.fps) == (49, 24)
-    assert usual.source == "49 views of move.glb, the animated camera 'Shot' of 2"
-    for options, count in (({"fps": 48}, 97), ({"seconds": 4}, 97), ({"frames": 97}, 97), ({"fps": 12}, 25)):
-        other = plan_path(None, ViewConfig(), PathConfig(file=path, **options))
-        assert len(other.cameras) == count
-        step = (count - 1) / 48
-        for index in (0, 12, 48):
-            np.testing.assert_allclose(
-                other.cameras[round(index * step)].viewmat, usual.cameras[index].viewmat, atol=1e-12
-            )
 
 
 def spline(keys: Any, times: Any, time: float) -> np.ndarray:

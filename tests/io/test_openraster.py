@@ -26,7 +26,6 @@ from brushgs.rendering.surface import flat
 from brushgs.rendering.wanted import Wanted
 from brushgs.still_life import still_life_camera
 from tests.io.openraster import composite, layers_of, picture_in
-from tests.kit.for_each import for_each
 from tests.outlets.page.paintings import CAMERA, some_coat, some_strokes
 from tests.scenes import save_upright, still_life_of
 
@@ -145,6 +144,14 @@ def test_a_transparent_painting_is_its_layers_too():
     assert not any(name.startswith("relief") for name, *_ in layers)  # the coats are lit
 
 
+def test_a_painting_without_lamp_lines_and_stage_has_no_such_layers():
+    frame = Painting((some_coat(some_strokes(20)),)).frame(CAMERA, wanted=SHEETS)
+    for background, names in ((None, ["subject"]), ((0.2, 0.5, 0.9), ["background", "subject"])):
+        most, layers = difference(frame, background)
+        assert most <= MOST
+        assert [name for name, *_ in layers] == names
+
+
 def test_files_hold_what_programs_ask_for_and_how_they_were_painted(still_life, capsys):
     save_upright(still_life, "pears.ply")
     words = ["render", "pears.ply", "--strokes", "150", "--size", "300x200", "--see", "off", "--json"]
@@ -162,22 +169,3 @@ def test_files_hold_what_programs_ask_for_and_how_they_were_painted(still_life, 
         archive.writestr("mimetype", "image/openraster")
     assert cli.main(["info", "a.ora"]) == 2
     assert "a.ora: is no OpenRaster file, or damaged; get it again" in capsys.readouterr().err
-
-
-@for_each(
-    "words, said",
-    [
-        (
-            ["--bits", "16"],
-            "bits must be omitted for a.ora, which holds its own layers, of 8 bits; write a.p",
-        ),
-        (["--layers", "depth"], "layers must be omitted for a.ora"),
-        (["--orbit", "4"], "output of a path must be a folder or end in one of"),
-    ],
-)
-def test_what_a_file_does_not_hold_is_refused(words, said, still_life, capsys):
-    save_upright(still_life, "pears.ply")
-    assert cli.main(["render", "pears.ply", "-o", "a.ora", *words]) == 2
-    error = capsys.readouterr().err
-    assert said in error
-    assert error.count("\n") == 1

@@ -11,6 +11,7 @@ from scipy.ndimage import gaussian_filter
 
 import brushgs as bg
 from brushgs.formats.pictures.encoding import codec_of
+from brushgs.formats.pictures.gif import ColorCounts
 from brushgs.formats.pictures.oiio import spread_colors
 from brushgs.formats.pictures.video import open_video, padded_size
 from brushgs.formats.registry import VIDEO_FORMATS, VIDEO_SUFFIXES
@@ -294,6 +295,13 @@ def test_colours_go_on_where_nothing_is_painted():
     assert np.abs(colors[~painted] - (0.8, 0.5, 0.2)).max() < 0.3
     bare = bg.Frame(np.zeros((3, 5, 3), np.float32), np.zeros((3, 5), np.float32))
     assert not spread_colors(bare).any()
+
+
+def test_colours_of_all_pictures_of_a_gif_count():
+    counts = ColorCounts()
+    for color in ((255, 0, 0), (0, 0, 255)):
+        counts.add(np.full((4, 4, 3), color, np.uint8))
+    assert counts.palette(255).tolist() == [[0, 0, 255], [255, 0, 0]]
 
 
 def test_frames_become_a_video_on_their_background(tmp_path):

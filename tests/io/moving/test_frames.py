@@ -336,14 +336,3 @@ def test_moments_that_are_not_there_are_refused(tmp_path):
     fails(r"lasts 0\.1667 s, and 2 s is after its end; choose another moment", load, tmp_path, 2)
     nothing(paths[3])
     fails(r"frame_003\.ply: holds no Gaussians; choose another moment", load, tmp_path, 1.0, True)
-
-
-def test_the_doctor_examines_a_moment(tmp_path):
-    paths = write_frames(tmp_path, range(3))
-    columns = columns_at(1)
-    columns["x"][3] = np.inf
-    write_scene(paths[1], columns)
-    names = [f.name for f in bg.examine(SceneSource((tmp_path,), time=Moment(1 / 24)))]
-    assert names == [f.name for f in bg.examine(paths[1])]
-    with pytest.warns(bg.SceneWarning, match="were dropped"):
-        bg.examine(SceneSource((tmp_path,), time=Moment(0.05)))

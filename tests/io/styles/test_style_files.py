@@ -82,6 +82,17 @@ def test_an_artist_who_edits_a_hex_moves_all_colours_around_it(path):
     np.testing.assert_allclose(after.samples[20:], before.samples[20:], atol=1e-4)
 
 
+def test_shares_are_scaled_and_a_colour_needs_no_offsets(path):
+    def change(value):
+        value["palette"][0]["share"] = 2
+        value["palette"].append({"name": "new", "color": "#FF0000", "share": 1.5})
+
+    palette = read_style(edited(path, change)).palette
+    assert palette.colors[0].share == pytest.approx(0.5)
+    assert sum(color.share for color in palette.colors) == palette.weights.sum() == pytest.approx(1)
+    np.testing.assert_allclose(palette.samples[-1], [1, 0, 0])
+
+
 def _set(*keys):
     """A change of the value at some keys; the last is the new value."""
     *places, last, new = keys
