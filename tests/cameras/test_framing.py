@@ -3,11 +3,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-import brushgs as bg
 from brushgs.cameras.framing import AXES, MARGIN, frame_scene, subject, up_vector
 from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
-from tests.scenes import real_scene
 
 
 def cloud(points, opacity=0.9):
@@ -37,7 +35,7 @@ def pixels(camera, points):
 angle = st.floats(-3.2, 3.2)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     azimuth=angle,
     elevation=st.floats(-1.55, 1.55),
@@ -77,22 +75,6 @@ def test_azimuth_grows_to_the_right_of_the_viewer_and_elevation_upward():
     assert (moved.position - front.position) @ down < -0.1
 
 
-def test_a_few_floaters_far_away_change_the_frame_little():
-    points = box((1, 1, 1))
-    far = np.concatenate([points, [[2e7, 0, 0], [0, -2e7, 3e6], [500, 500, -2e7]]])
-    cameras = [frame_scene(cloud(p), width=64, height=64) for p in (points, far)]
-    distance = np.linalg.norm(cameras[0].position)
-    assert np.linalg.norm(cameras[0].position - cameras[1].position) < 0.05 * distance
-
-
-@pytest.mark.parametrize("unit", [1e-4, 1e4])
-def test_the_unit_of_the_scene_does_not_matter(unit):
-    camera = frame_scene(cloud(box()), width=64, height=48)
-    other = frame_scene(cloud(box() * unit), width=64, height=48)
-    np.testing.assert_allclose(other.position, camera.position * unit, rtol=1e-3, atol=1e-4 * unit)
-    assert other.near == pytest.approx(camera.near * unit, rel=1e-3)
-
-
 def test_a_subject_in_wide_surroundings_is_framed_without_them():
     rng = np.random.default_rng(0)
     around = rng.standard_cauchy((1500, 3)) * 4
@@ -101,13 +83,6 @@ def test_a_subject_in_wide_surroundings_is_framed_without_them():
     assert has_surroundings
     assert np.ptp(points, axis=0).max() < 3
     assert not subject(cloud(box()))[1]
-
-
-def test_zoom_magnifies_about_the_middle():
-    scene = cloud(box())
-    near, far = (frame_scene(scene, width=64, height=64, zoom=zoom) for zoom in (2.0, 1.0))
-    np.testing.assert_array_equal(near.position, far.position)
-    np.testing.assert_allclose(pixels(near, scene.means)[0], 2 * pixels(far, scene.means)[0], atol=1e-9)
 
 
 @for_each("points", [[[0, 0, 0]], [[7, -2, 1e6]], np.zeros((5, 3)), [[0, 0, 0], [1, 0, 0]]])
@@ -151,29 +126,3 @@ def test_up_vector_refuses_the_rest(text):
 def test_frame_scene_refuses_what_makes_no_view(options, sentence):
     with pytest.raises(ValueError, match=sentence):
         frame_scene(cloud(box()), width=64, height=64, **options)
-
-
-@for_each(
-    ("name", "up"),
-    [
-        ("koala.ply", "-y"),
-        ("derived/truck.ply", "-y"),
-        ("derived/chair.ply", "+z"),
-        ("derived/skull_sh3.ply", "-y"),
-        ("derived/campsite.ply", "-y"),
-        ("derived/playbot_sh2.ply", "-y"),
-        ("biker.compressed.ply", "-y"),
-        ("sunflower_tile.ply", "+z"),
-        ("rubber_toy_cloud.ply", "+y"),
-    ],
-)
-def test_the_subject_of_a_real_scene_is_in_the_middle_and_large(name, up):
-    scene = bg.load(real_scene(name))
-    camera = frame_scene(scene, width=96, height=72, up=up_vector(up))
-    alpha = bg.render(scene, camera, bg.StrokeTexture.open("gaussian")).alpha
-    assert 0.05 < alpha.mean() < 0.9
-    rows, columns = np.indices(alpha.shape)
-    assert 0.3 < (alpha * rows).sum() / alpha.sum() / 72 < 0.7
-    assert 0.3 < (alpha * columns).sum() / alpha.sum() / 96 < 0.7
-    solid = alpha > 0.5
-    assert max(solid.any(axis=0).mean(), solid.any(axis=1).mean()) > 0.75

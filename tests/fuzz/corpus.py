@@ -9,10 +9,10 @@ import io
 import json
 import struct
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from PIL import Image
@@ -56,34 +56,32 @@ class Seeds(NamedTuple):
 
     reader: str
     make: Callable[[Path], list[bytes]]
-    tokens: tuple[bytes, ...] = ()
+    tokens: Sequence[bytes] = ()
     file: str | None = None
     others: tuple[str, ...] = ()
 
 
 def scenes(folder: Path) -> list[bytes]:
     """Binary scenes of every degree and byte order, with odd types, comments and newlines."""
-    path, found = folder / "a.ply", []
-    for degree in range(4):
-        for encoding in ENCODINGS:
-            found.append(write_scene(path, scene_columns(9, degree), encoding).read_bytes())
-    doubles = dict.fromkeys(scene_columns(1), "double")
-    found.append(write_scene(path, scene_columns(9), types=doubles).read_bytes())
-    found.append(
-        write_scene(path, scene_columns(9), comments=["comment up axis: y"], newline="\r\n").read_bytes()
-    )
-    widths = {"filter_3D": np.full(9, 0.1, np.float32), "label": np.arange(9, dtype=np.float32)}
-    found.append(
-        write_scene(path, scene_columns(9, 1) | widths, comments=["comment antialiased 1"]).read_bytes()
-    )
-    discs = {name: values for name, values in scene_columns(9).items() if name != "scale_2"}
-    found.append(write_scene(path, discs, comments=["comment SplatRenderMode: 2dgs"]).read_bytes())
+    path, columns = folder / "a.ply", scene_columns(9)
+
+    def made(*arguments: Any, **options: Any) -> bytes:
+        return write_scene(path, *arguments, **options).read_bytes()
+
     first_view = FirstView(np.eye(3), np.array([0.0, -1, 0]), 0.5, 0.2, ups=(("-y", 0.5),))
-    view = comment_lines(Stored("koala", first_view))
-    found.append(write_scene(path, scene_columns(9), comments=view).read_bytes())
+    widths = {"filter_3D": np.full(9, 0.1, np.float32), "label": np.arange(9, dtype=np.float32)}
+    discs = {name: values for name, values in columns.items() if name != "scale_2"}
     camera = element_bytes("camera", {"a": np.arange(3.0)})
-    found.append(write_ply_file(path, [camera, element_bytes("vertex", scene_columns(9))]).read_bytes())
-    return [*found, *header_traps()]
+    return [
+        *(made(scene_columns(9, degree), encoding) for degree in range(4) for encoding in ENCODINGS),
+        made(columns, types=dict.fromkeys(columns, "double")),
+        made(columns, comments=["comment up axis: y"], newline="\r\n"),
+        made(scene_columns(9, 1) | widths, comments=["comment antialiased 1"]),
+        made(discs, comments=["comment SplatRenderMode: 2dgs"]),
+        made(columns, comments=comment_lines(Stored("koala", first_view))),
+        write_ply_file(path, [camera, element_bytes("vertex", columns)]).read_bytes(),
+        *header_traps(),
+    ]
 
 
 def photographed(folder: Path) -> list[bytes]:
@@ -252,30 +250,16 @@ def gltf_cameras(folder: Path, suffix: str) -> list[bytes]:
     return [model.write(folder / f"a{suffix}").read_bytes() for model in models]
 
 
-def usd_cameras(folder: Path) -> list[bytes]:
-    """Stages with cameras, as text and binary; where usd-core is not installed, files that are none."""
-    if not is_usd_here():
-        return [b"#usda 1.0\n", b"PXR-USDC"]
-    from tests.io.test_cameras_usd import moving_stage
-
-    found = []
-    for name in ("a.usda", "a.usdc"):
-        moving_stage(folder / name)
-        found.append((folder / name).read_bytes())
-    return found
-
-
-def usd_scenes(folder: Path) -> list[bytes]:
-    """Stages with splats, as text and binary; where usd-core is not installed, files that are none."""
+def usd_stages(folder: Path, *, cameras: bool) -> list[bytes]:
+    """Stages as text and binary; where usd-core is not installed, files that are none."""
     if not is_usd_here():
         return [b"#usda 1.0\n", b"PXR-USDC"]
     from tests.io.scenes.test_usd import stage_of_others
+    from tests.io.test_cameras_usd import moving_stage
 
-    found = []
     for name, half in (("a.usda", False), ("b.usdc", False), ("c.usdc", True)):
-        stage_of_others(folder / name, half=half)
-        found.append((folder / name).read_bytes())
-    return found
+        _ = moving_stage(folder / name) if cameras else stage_of_others(folder / name, half=half)
+    return [path.read_bytes() for path in sorted(folder.glob("?.usd?"))]
 
 
 def spacetime_clips(folder: Path) -> list[bytes]:
@@ -520,16 +504,10 @@ def tiffs(folder: Path) -> list[bytes]:
 def many_directories(count: int) -> bytes:
     """A TIFF whose directories form a long chain."""
     data = bytearray(struct.pack("<2sHI", b"II", 42, 8))
+    tags = (256, 4, 1), (257, 4, 1), (258, 3, 8), (262, 3, 1), (273, 4, 8), (279, 4, 1)
     for index in range(count):
-        entries = (
-            (256, 4, 1, 1),
-            (257, 4, 1, 1),
-            (258, 3, 1, 8),
-            (262, 3, 1, 1),
-            (273, 4, 1, 8),
-            (279, 4, 1, 1),
-        )
-        data += struct.pack("<H", len(entries)) + b"".join(struct.pack("<HHII", *entry) for entry in entries)
+        data += struct.pack("<H", len(tags))
+        data += b"".join(struct.pack("<HHII", tag, kind, 1, value) for tag, kind, value in tags)
         data += struct.pack("<I", 0 if index == count - 1 else len(data) + 4)
     return bytes(data)
 
@@ -574,90 +552,47 @@ PLY = (
     *(b"property float filter_3D\n", b"comment SplatRenderMode: 2dgs\n", b"comment antialiased 1\n"),
     *(b"property float rot_0\n", b"property float f_rest_0\n", b"comment up axis: -y\n", b"obj_info ", b"\0"),
 )
-JSON = (
-    *(b"[", b"]", b"{", b"}", b",", b":", b'"', b"null", b"NaN", b"1e400", b'"camera_path":[', b'"frames":['),
-    *(b'"keyframes":[', b'"matrix":', b'"fov":', b'"fps":0,', b'"seconds":1e-320,', b'"k1":1,', b"[[[[[[[["),
-    *(
-        b'"poseSets":[{"poses":[',
-        b'"target":[0,0,0],',
-        b'"smoothness":1,',
-        b'"frameRate":1e-9,',
-        b'"frame":0,',
-    ),
-    *(b'"easing":3,', b'"time":1e300,', b'"focal_length_mm":1,', b'"rotation":[0,0,0,0],', b'"version":4,'),
-    *(b'"camera_angle_x":1e-323', b'"w":1e99', b'"fl_x":1e-320', b'"camera_model":"OPENCV"', b"\\u0000"),
-)
+JSON = rb"""
+    [ ] { } , : " null NaN 1e400 "camera_path":[ "frames":[ "keyframes":[ "matrix": "fov": "fps":0,
+    "seconds":1e-320, "k1":1, [[[[[[[[ "poseSets":[{"poses":[ "target":[0,0,0], "smoothness":1,
+    "frameRate":1e-9, "frame":0, "easing":3, "time":1e300, "focal_length_mm":1, "rotation":[0,0,0,0],
+    "version":4, "camera_angle_x":1e-323 "w":1e99 "fl_x":1e-320 "camera_model":"OPENCV" \u0000
+""".split()
 SOG = (
-    *(
-        SEPARATOR,
-        b'"version":2,',
-        b'"count":20,',
-        b'"files":["',
-        b'"mins":[',
-        b'"maxs":[',
-        b'"shape":[',
-        b"PK\5\6",
-    ),
-    *(
-        b'"codebook":[',
-        b'"bands":3,',
-        b'"lods":{"0":',
-        b'"children":[',
-        b"meta.json",
-        b"VP8L",
-        b"VP8X",
-        b"null",
-    ),
+    *rb"""
+    "version":2, "count":20, "files":[" "mins":[ "maxs":[ "shape":[ "codebook":[ "bands":3, "lods":{"0":
+    "children":[ meta.json VP8L VP8X null
+""".split(),
+    SEPARATOR,
+    b"PK\5\6",
 )
-SOG_PICTURES = tuple(
-    f"{name}.webp" for name in ("means_l", "means_u", "scales", "quats", "sh0", "shN_centroids", "shN_labels")
-)
-GLTF = (
-    *(
-        b'"count":9,',
-        b'"byteStride":16,',
-        b'"byteOffset":4,',
-        b'"sparse":{},',
-        b'"normalized":true,',
-        b'"mesh":0,',
-    ),
-    *(b'"componentType":5121,', b'"type":"VEC3",', b'"uri":"a.bin",', b'"matrix":[', b'"scale":[0,0,0],'),
-    *(b'"children":[0],', b'"rotation":[', b'"kernel":"box",', b"COLOR_0", b"lin_rec709_display", b"1e17"),
-)
+SOG_NAMES = ("means_l", "means_u", "scales", "quats", "sh0", "shN_centroids", "shN_labels")
+SOG_PICTURES = tuple(f"{name}.webp" for name in SOG_NAMES)
+GLTF = rb"""
+    "count":9, "byteStride":16, "byteOffset":4, "sparse":{}, "normalized":true, "mesh":0,
+    "componentType":5121, "type":"VEC3", "uri":"a.bin", "matrix":[ "scale":[0,0,0], "children":[0],
+    "rotation":[ "kernel":"box", COLOR_0 lin_rec709_display 1e17
+""".split()
 GLTF_CAMERAS = (
-    *(b'"interpolation":"CUBICSPLINE",', b'"interpolation":"STEP",', b'"path":"rotation",', b'"camera":0,'),
-    *(b'"name":"brushgs_scene",', b'"node":0,', b'"sampler":0,', b'"yfov":1e-9,', b'"aspectRatio":49,'),
-    *(b'"children":[0],', b'"matrix":[', b'"scale":[0,0,0],', b'"count":2,', b"\0\0\x80\x7f"),
+    *rb"""
+    "interpolation":"CUBICSPLINE", "interpolation":"STEP", "path":"rotation", "camera":0,
+    "name":"brushgs_scene", "node":0, "sampler":0, "yfov":1e-9, "aspectRatio":49, "children":[0], "matrix":[
+    "scale":[0,0,0], "count":2,
+""".split(),
+    b"\0\0\x80\x7f",
 )
 USD = (
     *(b"#usda 1.0\n", b"PXR-USDC", b'def "a" {\n', b"}", b"double3 xformOp:translate = (1, 2, 3)\n", b"nan"),
     *(b".timeSamples = {\n1: 5,\n}\n", b"startTimeCode = 1e9\n", b"references = @./a.usda@\n", b"inf"),
 )
 COLMAP = (SEPARATOR, b"SIMPLE_RADIAL", b"OPENCV", b"FULL_OPENCV", b"#", b"\n", b"\0", b"\xff" * 8, b"a.jpg")
-STYLE = (
-    *(b'"brushgs": "style"', b'"version": 1,', b'"palette": [', b'"color": "#ff0000"', b'"share": 0,'),
-    *(b'"offsets": {', b'"type": "int8"', b'"shape": [1, 3]', b'"data": "AAAA"', b'"marks": {', b'"edit": {'),
-    *(
-        b'"residual": {',
-        b'"affine": [[',
-        b'"features": ["a"]',
-        b"1e999",
-        b"NaN",
-        b"null",
-        b"\\ud800",
-        b"[[[[",
-    ),
-)
+STYLE = rb"""
+    "brushgs":"style" "version":1, "palette":[ "color":"#ff0000" "share":0, "offsets":{ "type":"int8"
+    "shape":[1,3] "data":"AAAA" "marks":{ "edit":{ "residual":{ "affine":[[ "features":["a"] 1e999 NaN null
+    \ud800 [[[[
+""".split()
 TIFF = tuple(bytes((tag & 255, tag >> 8)) for tag in (256, 257, 258, 259, 277, 278, 284, 317, 322, 323, 338))
-EXR = (
-    b"compression\0",
-    b"dataWindow\0box2i\0",
-    b"tiles\0tiledesc\0",
-    b"chlist\0",
-    b"A\0",
-    b"Z\0",
-    b"type\0",
-)
+EXR = (b"compression\0", b"dataWindow\0box2i\0", b"tiles\0tiledesc\0", b"chlist\0", b"A\0", b"Z\0", b"type\0")
 
 NPZ_NAMES = ("means3D", "unnorm_rotations", "log_scales", "logit_opacities", "rgb_colors")
 NPZ = (
@@ -695,7 +630,7 @@ SCENES = {
         Seeds("gltf", lambda folder: gltf_models(folder, ".gltf"), GLTF, "scene.gltf"),
     ),
 }
-SCENES["USD stage"] = (Seeds("usd", usd_scenes, USD),)
+SCENES["USD stage"] = (Seeds("usd", lambda folder: usd_stages(folder, cameras=False), USD),)
 MOVING = {
     "splaTV clip": (
         Seeds("splatv", splatv_clips, (b"Kg\0\0", b'"size":', b'"type":"splat"', b"[{", b"\0\x7c")),
@@ -732,7 +667,7 @@ CAMERAS = {
         Seeds("gltf-cameras", lambda folder: gltf_cameras(folder, ".gltf"), GLTF_CAMERAS, "cameras.gltf"),
     ),
     "USD (.usd, .usda, .usdc, .usdz; needs the package usd-core)": (
-        Seeds("usd-cameras", usd_cameras, USD, "cameras.usd"),
+        Seeds("usd-cameras", lambda folder: usd_stages(folder, cameras=True), USD, "cameras.usd"),
     ),
     "a PLY scene predicted from a photograph": (Seeds("ply-camera", photographed, PLY, "scene.ply"),),
     "a COLMAP sparse model": (

@@ -10,21 +10,12 @@ MAX_LENGTH = 1 << 16  # bytes of an input: enough for every structure, small eno
 PNG_START = b"\x89PNG\r\n\x1a\n"
 _NUMBER = re.compile(rb"-?[0-9]+(?:\.[0-9]*)?(?:[eE][-+]?[0-9]+)?")
 _NUMBERS = (
-    *(b"0", b"-0", b"1", b"-1", b"255", b"256", b"65536", b"2147483647", b"4294967295", b"9" * 19, b"9" * 40),
-    *(b"1e400", b"-1e400", b"1e-400", b"1e38", b"3.5e38", b"1e308", b"5e-324", b"nan", b"NaN", b"inf"),
-    *(
-        b"Infinity",
-        b"-Infinity",
-        b"1,5",
-        b"1_0",
-        b"0x10",
-        b"null",
-        b"true",
-        b"[]",
-        b"{}",
-        b'"1"',
-        b"\xc2\xb2",
-    ),
+    *rb"""
+    0 -0 1 -1 255 256 65536 2147483647 4294967295 9999999999999999999 9999999999999999999999999999999999999999
+    1e400 -1e400 1e-400 1e38 3.5e38 1e308 5e-324 nan NaN inf Infinity -Infinity 1,5 1_0 0x10 null true []
+    {} "1"
+""".split(),
+    b"\xc2\xb2",
 )
 _INTEGERS = (0, 1, 2, 127, 128, 255, 256, 32767, 65535, 1 << 20, (1 << 31) - 1, 1 << 31, (1 << 32) - 1)
 

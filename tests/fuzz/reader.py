@@ -1,6 +1,6 @@
 """What the fuzzer must know of one reader."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
@@ -25,7 +25,7 @@ class Reader:
     file: str
     seeds: Callable[[Path], list[bytes]]
     read: Callable[[Path], object]
-    tokens: tuple[bytes, ...] = ()
+    tokens: Sequence[bytes] = ()
     others: tuple[str, ...] = ()
 
     def joined(self, other: "Reader") -> "Reader":
@@ -34,7 +34,7 @@ class Reader:
         def seeds(folder: Path) -> list[bytes]:
             return self.seeds(folder) + other.seeds(folder)
 
-        return replace(self, seeds=seeds, tokens=tuple(dict.fromkeys(self.tokens + other.tokens)))
+        return replace(self, seeds=seeds, tokens=tuple(dict.fromkeys([*self.tokens, *other.tokens])))
 
     def write(self, data: bytes, folder: Path) -> Path:
         """Write an input to where `read` expects it."""

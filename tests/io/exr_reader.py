@@ -5,6 +5,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import OpenImageIO
+
 PIXEL_TYPES = ("uint", "half", "float")
 NUMBERS = {"int": "i", "float": "f", "rational": "iI", "chromaticities": "8f", "m44f": "16f", "v2f": "2f"}
 NUMBERS |= {"box2i": "4i", "compression": "B", "lineOrder": "B"}
@@ -63,3 +66,12 @@ def read_header(path: Path) -> Header:
         assert name in header.attributes, f"{name} is required"
     assert {"screenWindowCenter", "screenWindowWidth"} <= set(header.attributes)
     return header
+
+
+def channels_of(path: Path) -> dict[str, np.ndarray]:
+    """The channels of a flat file by name, as OpenImageIO reads them."""
+    source = OpenImageIO.ImageInput.open(str(path))
+    names = source.spec().channelnames
+    pixels = source.read_image(0, 0, 0, len(names), OpenImageIO.FLOAT)
+    source.close()
+    return dict(zip(names, np.moveaxis(pixels, -1, 0), strict=True))

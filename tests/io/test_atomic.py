@@ -9,58 +9,30 @@ from brushgs import SceneError
 from brushgs.formats.files import filling, noting_written, replacing
 
 
-def test_the_file_appears_whole_and_nothing_else_is_left(tmp_path: Path) -> None:
+def test_the_file_appears_whole_and_nothing_else_is_left(tmp_path):
     target = tmp_path / "a.png"
     with replacing(target) as temporary:
         temporary.write_text("new")
         assert not target.exists()
         assert (temporary.parent, temporary.suffix) == (tmp_path, ".png")
-    assert target.read_text() == "new"
-    assert list(tmp_path.iterdir()) == [target]
-
-
-@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
-def test_after_a_failure_the_old_file_stands_and_nothing_else(
-    tmp_path: Path, error: type[BaseException]
-) -> None:
-    target = tmp_path / "a.png"
-    target.write_text("old")
-
-    def fail() -> None:
-        with replacing(target) as temporary:
-            temporary.write_text("half")
-            raise error
-
-    with pytest.raises(error):
-        fail()
-    assert target.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [target]
-
-
-def test_a_new_file_has_the_usual_rights(tmp_path: Path) -> None:
     (tmp_path / "plain").write_text("")
-    with replacing(tmp_path / "a.png"):
-        pass
-    rights = [stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("plain", "a.png")]
+    rights = [stat.S_IMODE(path.stat().st_mode) for path in (target, tmp_path / "plain")]
     assert rights[0] == rights[1]
-
-
-def test_a_link_stays_a_link(tmp_path: Path) -> None:
-    (tmp_path / "real.png").write_text("old")
-    (tmp_path / "link.png").symlink_to(tmp_path / "real.png")
+    for error in (ValueError, KeyboardInterrupt):
+        with pytest.raises(error), replacing(target):
+            raise error
+    (tmp_path / "link.png").symlink_to(target)
     with replacing(tmp_path / "link.png") as temporary:
-        temporary.write_text("new")
-    assert (tmp_path / "link.png").is_symlink()
-    assert (tmp_path / "real.png").read_text() == "new"
+        temporary.write_text("newer")
+    assert target.read_text() == "newer"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "link.png", "plain"]
+    for path in (tmp_path, Path(os.devnull)):
+        sentence = "is not a regular file and cannot be replaced; choose another name"
+        with pytest.raises(SceneError, match=sentence):
+            replacing(path).__enter__()
 
 
-@pytest.mark.parametrize("name", [".", os.devnull])
-def test_folders_and_devices_are_not_replaced(tmp_path: Path, name: str) -> None:
-    with pytest.raises(SceneError, match="is not a regular file and cannot be replaced; choose another name"):
-        replacing(tmp_path / name).__enter__()
-
-
-def test_missing_folders_are_made_with_the_first_file_and_go_with_it(tmp_path: Path) -> None:
+def test_missing_folders_are_made_with_the_first_file_and_go_with_it(tmp_path):
     path = tmp_path / "a" / "b" / "c.png"
     with pytest.raises(RuntimeError), replacing(path):
         raise RuntimeError("painting failed")
@@ -83,7 +55,7 @@ def test_ctrl_c_while_the_file_is_made_leaves_nothing(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_is_written_whole_is_noted_in_every_thread_and_what_fails_is_not(tmp_path: Path) -> None:
+def test_what_is_written_whole_is_noted_in_every_thread_and_what_fails_is_not(tmp_path):
     def write(name: str) -> None:
         with replacing(tmp_path / name) as temporary:
             temporary.write_text("new")

@@ -1,7 +1,5 @@
 """AVIF, decoded by Pillow: another decoder (libavif) than the encoder's."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from PIL import Image, features
@@ -9,6 +7,7 @@ from PIL import Image, features
 import brushgs as bg
 from brushgs.formats.pictures.images import write_frame
 from brushgs.values.frame import Frame
+from tests.kit.for_each import for_each
 
 pytestmark = pytest.mark.skipif(not features.check("avif"), reason="this Pillow was built without AVIF")
 
@@ -22,12 +21,8 @@ def smooth_frame(height: int, width: int) -> Frame:
     return Frame(rgb * alpha[..., None], alpha)
 
 
-@pytest.mark.parametrize(
-    ("height", "width", "bits"), [(48, 64, None), (48, 64, 8), (48, 64, 10), (33, 41, 8)]
-)
-def test_an_avif_shows_the_frame_on_its_background(
-    tmp_path: Path, height: int, width: int, bits: int | None
-) -> None:
+@for_each(("height", "width", "bits"), [(48, 64, None), (48, 64, 8), (48, 64, 10), (33, 41, 8)])
+def test_an_avif_shows_the_frame_on_its_background(tmp_path, height, width, bits):
     frame = smooth_frame(height, width)
     for name in ("a", "b"):
         write_frame(frame, tmp_path / f"{name}.avif", background=(0.9, 0.9, 0.8), bits=bits)
@@ -38,7 +33,7 @@ def test_an_avif_shows_the_frame_on_its_background(
     assert np.sqrt(np.mean((shown - frame.over((0.9, 0.9, 0.8))) ** 2)) < 3 / 255
 
 
-def test_an_avif_needs_a_background_and_sixteen_pixels(tmp_path: Path) -> None:
+def test_an_avif_needs_a_background_and_sixteen_pixels(tmp_path):
     with pytest.raises(ValueError, match=r"an AVIF holds no transparency, got '.*a\.avif'"):
         write_frame(smooth_frame(16, 16), tmp_path / "a.avif")
     with pytest.raises(ValueError, match=r"an AVIF must be at least 16 pixels wide and high, got 15x16"):

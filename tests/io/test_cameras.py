@@ -5,10 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgs import Camera, SceneError, SceneWarning
+from brushgs import SceneError, SceneWarning
 from brushgs.formats import load_cameras
 from brushgs.formats.cameras.read import read_cameras
 from brushgs.formats.registry import CAMERAS_READ, formats_of, function_of
+from tests.kit.for_each import for_each
+from tests.kit.refused import refuse, refuse_bytes
 
 # A camera at (1, 2, 3) that looks along world +x; its picture has world +z up.
 FORWARD, RIGHT, UP = np.array([1.0, 0, 0]), np.array([0, -1.0, 0]), np.array([0, 0, 1.0])
@@ -46,32 +48,16 @@ def write(tmp_path: Path, content: object) -> Path:
     return path
 
 
-def load_one(tmp_path: Path, content: object) -> Camera:
-    (camera,) = load_cameras(write(tmp_path, content))
-    return camera
-
-
 def changed(content: Any, **fields: object) -> Any:
     """A copy of the content of a file with other fields in its only frame."""
     content = json.loads(json.dumps(content))
-    frame = (
-        content[0]
-        if isinstance(content, list)
-        else content[next(k for k in content if k in ("frames", "camera_path"))][0]
-    )
-    frame.update(fields)
+    frames = content if isinstance(content, list) else content.get("frames") or content["camera_path"]
+    frames[0].update(fields)
     return content
 
 
-@pytest.mark.parametrize("kind", FILES)
-def test_every_kind_of_file_gives_the_same_pose(tmp_path: Path, kind: str) -> None:
-    camera = load_one(tmp_path, FILES[kind])
-    np.testing.assert_allclose(camera.position, POSITION, atol=1e-12)
-    np.testing.assert_allclose(camera.viewmat[:3, :3], [RIGHT, -UP, FORWARD], atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("kind", "K", "size"),
+@for_each(
+    "kind, K, size",
     [
         ("inria", (500, 510, 320, 240), (640, 480)),
         ("blender", (800, 800, 400, 400), (800, 800)),
@@ -79,55 +65,49 @@ def test_every_kind_of_file_gives_the_same_pose(tmp_path: Path, kind: str) -> No
         ("camera_path", (240, 240, 320, 240), (640, 480)),
     ],
 )
-def test_every_kind_of_file_gives_its_intrinsics(
-    tmp_path: Path, kind: str, K: tuple[float, ...], size: tuple[int, int]
-) -> None:
-    camera = load_one(tmp_path, FILES[kind])
+def test_every_kind_of_file_gives_the_same_pose_and_its_intrinsics(tmp_path, kind, K, size):
+    (camera,) = load_cameras(write(tmp_path, FILES[kind]))
+    np.testing.assert_allclose(camera.position, POSITION, atol=1e-12)
+    np.testing.assert_allclose(camera.viewmat[:3, :3], [RIGHT, -UP, FORWARD], atol=1e-12)
     assert (camera.K[0, 0], camera.K[1, 1], camera.K[0, 2], camera.K[1, 2]) == pytest.approx(K)
     assert (camera.width, camera.height) == size
 
 
-def test_cameras_keep_the_order_of_the_file(tmp_path: Path) -> None:
-    content = [INRIA | {"id": 9 - i, "img_name": str(9 - i), "position": [i, 0, 0]} for i in range(5)]
-    positions = [camera.position[0] for camera in load_cameras(write(tmp_path, content))]
-    assert positions == pytest.approx([0, 1, 2, 3, 4])
-
-
-def test_rounded_rotations_become_rotations(tmp_path: Path) -> None:
+def test_cameras_keep_the_order_of_the_file_and_rounded_rotations_become_rotations(tmp_path):
     turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
-    camera = load_one(tmp_path, changed([INRIA], rotation=np.round(turn, 3).tolist()))
-    rotation = camera.viewmat[:3, :3]
+    rounded = INRIA | {"rotation": np.round(turn, 3).tolist()}
+    content = [rounded | {"id": 9 - i, "img_name": str(9 - i), "position": [i, 0, 0]} for i in range(5)]
+    cameras = load_cameras(write(tmp_path, content))
+    assert [camera.position[0] for camera in cameras] == pytest.approx([0, 1, 2, 3, 4])
+    rotation = cameras[0].viewmat[:3, :3]
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
     np.testing.assert_allclose(rotation.T, turn, atol=2e-3)
 
 
-@pytest.mark.parametrize(("model", "name"), [("OPENCV", "OPENCV"), ("OPENCV_FISHEYE", "OPENCV_FISHEYE")])
-def test_distortion_is_ignored_with_one_warning(tmp_path: Path, model: str, name: str) -> None:
+@for_each("model", ["OPENCV", "OPENCV_FISHEYE"])
+def test_distortion_is_ignored_with_one_warning(tmp_path, model):
     content = NERFSTUDIO | {"camera_model": model, "k1": 0.1, "k2": 0.0, "p2": -0.02}
-    what = rf"cameras\.json: the distortion of camera model {name} was ignored \(k1 = 0\.1, p2 = -0\.02\)"
+    what = rf"cameras\.json: the distortion of camera model {model} was ignored \(k1 = 0\.1, p2 = -0\.02\)"
     with pytest.warns(SceneWarning, match=what) as caught:
         load_cameras(write(tmp_path, content))
     assert len(caught) == 1
 
 
-def test_a_folder(tmp_path: Path) -> None:
+def test_what_is_no_file_of_cameras_is_refused(tmp_path):
     with pytest.raises(SceneError, match="is a folder without a COLMAP model"):
         load_cameras(tmp_path)
+    for content in (b"{", b"\xff\xfe", b"[" * 100_000):
+        sentence = r"is not JSON .*; give cameras\.json .* a COLMAP sparse model or a PLY scene"
+        refuse_bytes(tmp_path / "cameras.json", content, sentence, load_cameras)
 
 
-@pytest.mark.parametrize("content", [b"{", b"\xff\xfe", b"[" * 100_000])
-def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
-    path = tmp_path / "cameras.json"
-    path.write_bytes(content)
-    with pytest.raises(
-        SceneError, match=r"is not JSON .*; give cameras\.json .* a COLMAP sparse model or a PLY scene"
-    ):
-        load_cameras(path)
+NO_LENS = {"frames": [{"transform_matrix": GL_MATRIX.tolist()}]}
+SPHERE = "EQUIRECTANGULAR"
 
 
-@pytest.mark.parametrize(
-    ("content", "sentence"),
+@for_each(
+    "content, sentence",
     [
         (3, "is no camera file of a known format, got 3; give cameras.json of"),
         ([], "holds no cameras; export it again"),
@@ -135,74 +115,40 @@ def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
         ([INRIA | {"width": 0.4}], r"cameras\[0\]: Camera: size must be at least 1x1, got 0x480"),
         ([INRIA | {"position": [1, 2]}], r"cameras\[0\]\.position must be 3 numbers, got \[1, 2\]"),
         ([INRIA | {"rotation": (2 * np.eye(3)).tolist()}], "must not scale or mirror, got axes 2, 2, 2 long"),
+        (NO_LENS, r"frames\[0\]: neither 'fl_x' nor 'camera_angle_x'"),
+        (BLENDER | {"frames": [{}]}, r"frames\[0\]\.transform_matrix is missing, it must be 4x4 or 3x4"),
+        (changed(BLENDER, transform_matrix=[1, 2]), r"matrix must be 4x4 or 3x4 numbers, got \[1, 2\]"),
+        (BLENDER | {"camera_model": SPHERE}, "camera_model must be a pinhole model such as OPENCV"),
+        (changed(CAMERA_PATH, fov=180), r"\.fov must be above 1e-06 and below half a turn, 180, got 180"),
+        (CAMERA_PATH | {"camera_type": "sphere"}, r"camera_path\[0\]: camera_type must be perspective, got"),
         (
-            {"frames": [{"transform_matrix": GL_MATRIX.tolist()}]},
-            r"frames\[0\]: neither 'fl_x' nor 'camera_angle_x'",
+            {"camera_path": CAMERA_PATH["camera_path"]},
+            r"camera_path\[0\]\.render_width is missing, it must be",
         ),
+        (CAMERA_PATH | {"fps": -1}, "fps must be a number above 0, got -1"),
+        (CAMERA_PATH | {"fps": "fast"}, 'fps must be a number above 0, got "fast"'),
         (
-            BLENDER | {"frames": [{}]},
-            r"frames\[0\]\.transform_matrix is missing, it must be 4x4 or 3x4 numbers",
-        ),
-        (
-            changed(BLENDER, transform_matrix=[1, 2]),
-            r"transform_matrix must be 4x4 or 3x4 numbers, got \[1, 2\]",
-        ),
-        (
-            BLENDER | {"camera_model": "EQUIRECTANGULAR"},
-            "camera_model must be a pinhole model such as OPENCV",
-        ),
-        (
-            changed(CAMERA_PATH, fov=180),
-            r"camera_path\[0\]\.fov must be above 1e-06 and below half a turn, 180, got 180",
-        ),
-        (
-            CAMERA_PATH | {"camera_type": "equirectangular"},
-            r"camera_path\[0\]: camera_type must be perspective, got",
+            CAMERA_PATH | {"keyframes": [KEYFRAME, {}]},
+            r"keyframes\[1\]\.fov is missing, it must be a number; ",
         ),
     ],
 )
-def test_a_field_at_fault_is_named_with_its_frame(tmp_path: Path, content: object, sentence: str) -> None:
-    path = write(tmp_path, content)
-    with pytest.raises(SceneError, match=sentence) as caught:
-        load_cameras(path)
-    assert str(caught.value).startswith(f"{path}: ")
+def test_a_field_at_fault_is_named_with_its_frame(tmp_path, content, sentence):
+    refuse(write(tmp_path, content), sentence, load_cameras)
 
 
-def read_path(tmp_path: Path, **fields: object) -> Any:
-    return read_cameras(write(tmp_path, CAMERA_PATH | fields))
-
-
-def test_a_camera_path_may_say_nothing_but_its_poses(tmp_path: Path) -> None:
-    file = read_path(tmp_path)
+def test_a_camera_path_may_say_more_than_its_poses(tmp_path):
+    file = read_cameras(write(tmp_path, CAMERA_PATH))
     assert (file.fps, file.is_loop, file.keys) == (None, False, [])
-    assert read_path(tmp_path, seconds=0.5).fps == 2
+    assert read_cameras(write(tmp_path, CAMERA_PATH | {"seconds": 0.5})).fps == 2
+    text = json.dumps(GL_MATRIX.T.ravel().tolist())  # its columns first
+    for matrix in (text, GL_MATRIX.ravel().tolist()):
+        content = CAMERA_PATH | {"keyframes": [KEYFRAME | {"matrix": matrix}]}
+        (key,) = read_cameras(write(tmp_path, content)).keys
+        np.testing.assert_allclose(key.position, POSITION, atol=1e-12)
 
 
-def test_key_views_as_text_have_their_columns_first(tmp_path: Path) -> None:
-    text = KEYFRAME | {"matrix": json.dumps(GL_MATRIX.T.ravel().tolist())}
-    (key,) = read_path(tmp_path, keyframes=[text]).keys
-    np.testing.assert_allclose(key.position, POSITION, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("fields", "sentence"),
-    [
-        ({"fps": -1}, "fps must be a number above 0, got -1"),
-        ({"fps": "fast"}, 'fps must be a number above 0, got "fast"'),
-        (
-            {"keyframes": [KEYFRAME, {}]},
-            r"keyframes\[1\]\.fov is missing, it must be a number; export the cameras again",
-        ),
-    ],
-)
-def test_a_field_of_a_camera_path_at_fault_is_named(
-    tmp_path: Path, fields: dict[str, object], sentence: str
-) -> None:
-    with pytest.raises(SceneError, match=sentence):
-        read_path(tmp_path, **fields)
-
-
-def test_every_format_of_the_table_has_its_module() -> None:
+def test_every_format_of_the_table_has_its_module():
     for row in formats_of("camera", is_read=True):
         assert callable(function_of(row.read))
         assert row.name in CAMERAS_READ

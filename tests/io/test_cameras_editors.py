@@ -10,12 +10,13 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
-from brushgs import SceneError
 from brushgs.cameras.paths import plan_path
 from brushgs.formats.cameras.read import CameraFile, read_cameras
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.values.camera import Camera
+from tests.kit.for_each import for_each
+from tests.kit.refused import refuse, refuse_bytes
 
 SCENE_FROM_LICHTFELD = np.diag([1.0, -1.0, -1.0])  # y up, z backward -> y down, z forward
 SCENE_FROM_SUPERSPLAT = np.diag([-1.0, -1.0, 1.0])  # half a turn about z
@@ -60,7 +61,6 @@ PROJECT = {
     ],
     "splats": [],
 }
-FILES = {"lichtfeld": TIMELINE, "supersplat": PROJECT}
 
 
 def write(folder: Path, content: Any) -> Path:
@@ -83,7 +83,6 @@ def read(folder: Path, content: Any) -> CameraFile:
 
 def at(file: CameraFile, seconds: float) -> Camera:
     """The view so many seconds after the start."""
-    assert file.motion is not None
     return file.motion.at(np.array([seconds]))[0]
 
 
@@ -93,19 +92,16 @@ def film_height(camera: Camera) -> float:
     return float(camera.K[1, 1] / camera.height)
 
 
-def test_a_timeline_has_its_positions_and_lenses_at_its_keys(tmp_path: Path) -> None:
+def test_a_timeline_has_its_positions_and_lenses_at_its_keys(tmp_path):
     file = read(tmp_path, TIMELINE)
-    assert file.motion is not None
-    assert file.motion.seconds == 4
-    assert file.fps is None
-    for one in TIMELINE["keyframes"]:  # type: ignore[attr-defined]
+    assert (file.motion.seconds, file.fps) == (4, None)
+    for one in TIMELINE["keyframes"]:
         camera = at(file, one["time"] - 1)
         np.testing.assert_allclose(camera.position, SCENE_FROM_LICHTFELD @ one["position"], atol=1e-12)
         assert film_height(camera) == pytest.approx(one["focal_length_mm"] / 24)
-    assert 2 * np.degrees(np.arctan(0.5 / film_height(at(file, 0)))) == pytest.approx(53.13, abs=0.01)
 
 
-def test_a_lichtfeld_camera_looks_along_minus_z_with_y_up_in_a_world_of_y_up(tmp_path: Path) -> None:
+def test_a_lichtfeld_camera_looks_along_minus_z_with_y_up_in_a_world_of_y_up(tmp_path):
     (camera,) = read(tmp_path, {"version": 4, "keyframes": [key(0, [0, 0, 4])]}).cameras
     # In the viewer: right of the axis, above it, 4 in front; scenes have y down and z forward there.
     right_above = SCENE_FROM_LICHTFELD @ [1, 2, 0]
@@ -116,8 +112,8 @@ def test_a_lichtfeld_camera_looks_along_minus_z_with_y_up_in_a_world_of_y_up(tmp
     np.testing.assert_allclose(camera.viewmat @ [*ahead, 1], [0, 0, 3, 1], atol=1e-12)
 
 
-@pytest.mark.parametrize(("easing", "share"), [(0, 0.25), (1, 0.25**3), (2, 1 - 0.75**3), (3, 4 * 0.25**3)])
-def test_easing_moves_place_turn_and_lens_alike(tmp_path: Path, easing: int, share: float) -> None:
+@for_each(("easing", "share"), [(0, 0.25), (1, 0.25**3), (2, 1 - 0.75**3), (3, 4 * 0.25**3)])
+def test_easing_moves_place_turn_and_lens_alike(tmp_path, easing, share):
     keys = [key(0, [0, 0, 4], 0, 24, easing), key(2, [4, 0, 4], 80, 48)]
     camera = at(read(tmp_path, {"keyframes": keys}), 0.5)
     rotation = Rotation.from_euler("y", 80 * share, degrees=True).as_matrix()
@@ -139,12 +135,9 @@ def spline(name: str, width: int) -> CubicHermiteSpline:
     return CubicHermiteSpline(frames[1:-1], values[1:-1], speeds)
 
 
-def test_a_project_follows_its_closed_spline(tmp_path: Path) -> None:
+def test_a_project_follows_its_closed_spline(tmp_path):
     file = read(tmp_path, PROJECT)
-    assert file.is_loop
-    assert file.fps == 24
-    assert file.motion is not None
-    assert file.motion.seconds == 5
+    assert (file.is_loop, file.fps, file.motion.seconds) == (True, 24, 5)
     for frame in (0, 10, 30, 61.5, 90, 100, 119):
         camera = at(file, frame / 24)
         place, target = spline("position", 3)(frame), spline("target", 3)(frame)
@@ -160,17 +153,15 @@ def test_a_project_follows_its_closed_spline(tmp_path: Path) -> None:
         assert up[1] < 0
 
 
-def test_a_supersplat_camera_in_front_sees_the_scene_upright(tmp_path: Path) -> None:
+def test_a_project_of_one_pose_is_a_view_with_the_scene_upright(tmp_path):
     pose = {"frame": 0, "position": [0, 0, 4], "target": [0, 0, 0], "fov": 90}
     (camera,) = read(tmp_path, {"poseSets": [{"poses": [pose]}]}).cameras
-    # A scene with y down stands upright in the editor: half a turn about z.
-    np.testing.assert_allclose(camera.viewmat @ [0, 0, 0, 1], [0, 0, 4, 1], atol=1e-15)
     above_right = SCENE_FROM_SUPERSPLAT @ [1, 2, 0]
     np.testing.assert_allclose(camera.viewmat @ [*above_right, 1], [1, -2, 4, 1], atol=1e-12)
     assert camera.K[0, 0] == pytest.approx(camera.width / 2)
 
 
-def test_an_archive_is_read_as_its_document(tmp_path: Path) -> None:
+def test_an_archive_is_read_as_its_document(tmp_path):
     packed = pack(tmp_path, {"document.json": json.dumps(PROJECT).encode(), "splat_0.ply": b"ply\n"})
     found, plain = read_cameras(packed), read(tmp_path, PROJECT)
     assert len(found.cameras) == 121
@@ -179,20 +170,17 @@ def test_an_archive_is_read_as_its_document(tmp_path: Path) -> None:
         assert np.array_equal(one.K, other.K)
 
 
-def test_paths_have_the_frames_and_the_pace_of_the_file(tmp_path: Path) -> None:
-    view = ViewConfig(size=(64, 48))
-    project = write(tmp_path, PROJECT)
+def test_paths_have_the_frames_and_the_pace_of_the_file(tmp_path):
+    view, project = ViewConfig(size=(64, 48)), write(tmp_path, PROJECT)
     path = plan_path(None, view, PathConfig(file=project))
     assert (len(path.cameras), path.fps, path.is_loop) == (120, 24, True)
-    np.testing.assert_allclose(
-        path.cameras[61].position, SCENE_FROM_SUPERSPLAT @ spline("position", 3)(61), atol=1e-12
-    )
+    expected = SCENE_FROM_SUPERSPLAT @ spline("position", 3)(61)
+    np.testing.assert_allclose(path.cameras[61].position, expected, atol=1e-12)
     few = plan_path(None, view, PathConfig(file=project, frames=12))
     assert len(few.cameras) == 12
     np.testing.assert_allclose(few.cameras[3].position, path.cameras[30].position, atol=1e-12)
     timeline = plan_path(None, view, PathConfig(file=write(tmp_path, TIMELINE), fps=10))
     assert (len(timeline.cameras), timeline.fps, timeline.is_loop) == (41, 10, False)
-    np.testing.assert_allclose(timeline.cameras[10].position, SCENE_FROM_LICHTFELD @ [2, 1, 4], atol=1e-12)
 
 
 def changed(content: Any, place: str, value: object) -> Any:
@@ -209,41 +197,33 @@ def changed(content: Any, place: str, value: object) -> Any:
     return content
 
 
-@pytest.mark.parametrize(
-    ("name", "place", "value", "sentence"),
+POSES = "poseSets.0.poses"
+MEETING = [
+    {"frame": 0, "position": [0, 0, 1], "target": [0, 0, 0]},
+    {"frame": 60, "position": [0, 0, 0], "target": [0, 0, 1]},
+]
+
+
+@for_each(
+    "content, place, value, sentence",
     [
-        ("lichtfeld", "keyframes", [], "has no keyframes; add some to the timeline"),
-        ("lichtfeld", "keyframes.1.position", None, r"keyframes\[1\].position is missing"),
-        ("lichtfeld", "keyframes.2.rotation", [0, 0, 0, 0], r"keyframes\[2\].rotation must be a rotation"),
-        ("supersplat", "poseSets", [], "has no camera poses before frame 120"),
-        ("supersplat", "poseSets.0.poses.0.target", [0, 0, 4], "target must be another point than"),
-        ("supersplat", "poseSets.0.poses.1.frame", 30, "two poses at frame 30; remove one"),
+        (TIMELINE, "keyframes", [], "has no keyframes; add some to the timeline"),
+        (TIMELINE, "keyframes.1.position", None, r"keyframes\[1\].position is missing"),
+        (TIMELINE, "keyframes.2.rotation", [0, 0, 0, 0], r"keyframes\[2\].rotation must be a rotation"),
+        (PROJECT, "poseSets", [], "has no camera poses before frame 120"),
+        (PROJECT, f"{POSES}.0.target", [0, 0, 4], "target must be another point than"),
+        (PROJECT, f"{POSES}.1.frame", 30, "two poses at frame 30; remove one"),
+        (PROJECT, POSES, MEETING, "between two poses the camera meets its target; move a pose"),
     ],
 )
-def test_what_does_not_fit_is_one_sentence(
-    tmp_path: Path, name: str, place: str, value: object, sentence: str
-) -> None:
-    with pytest.raises(SceneError, match=sentence) as error:
-        read(tmp_path, changed(FILES[name], place, value))
-    assert "\n" not in str(error.value)
+def test_what_does_not_fit_is_one_sentence(tmp_path, content, place, value, sentence):
+    refuse(write(tmp_path, changed(content, place, value)), sentence, read_cameras)
 
 
-def test_a_camera_that_meets_its_target_is_refused(tmp_path: Path) -> None:
-    content = changed(PROJECT, "poseSets.0.poses.0", {"frame": 0, "position": [0, 0, 1], "target": [0, 0, 0]})
-    content["poseSets"][0]["poses"][1:] = [{"frame": 60, "position": [0, 0, 0], "target": [0, 0, 1]}]
-    with pytest.raises(SceneError, match="between two poses the camera meets its target; move a pose"):
-        read(tmp_path, content)
-
-
-def test_a_damaged_project_is_one_sentence(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"is no SuperSplat project, it has no document.json"):
-        read_cameras(pack(tmp_path, {"splat_0.ply": b"ply\n"}))
-    path = pack(tmp_path, {"document.json": json.dumps(PROJECT).encode()})
-    content = bytearray(path.read_bytes())
-    content[60:70] = bytes(10)
-    path.write_bytes(content)
-    with pytest.raises(SceneError, match=r"its document.json is damaged"):
-        read_cameras(path)
-    path.write_bytes(b"PK\x03\x04")
-    with pytest.raises(SceneError, match="is a damaged zip archive"):
-        read_cameras(path)
+def test_a_damaged_project_is_one_sentence(tmp_path):
+    path = pack(tmp_path, {"splat_0.ply": b"ply\n"})
+    refuse(path, "is no SuperSplat project, it has no document.json", read_cameras)
+    content = pack(tmp_path, {"document.json": json.dumps(PROJECT).encode()}).read_bytes()
+    damaged = content[:60] + bytes(10) + content[70:]
+    refuse_bytes(path, damaged, "its document.json is damaged", read_cameras)
+    refuse_bytes(path, b"PK\x03\x04", "is a damaged zip archive", read_cameras)

@@ -1,26 +1,21 @@
 """Cameras of glTF models, against the formulas of the specification and SciPy's rotations."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-import brushgs as bg
 from brushgs import SceneError, SceneWarning
-from brushgs.cameras.paths import plan_path
-from brushgs.cli import main
 from brushgs.formats import load_cameras
 from brushgs.formats.cameras.read import read_cameras
-from brushgs.formats.pictures.images import read_image
 from brushgs.formats.scenes.write import write_scene
-from brushgs.options.painting import ViewConfig
-from brushgs.options.sequence import PathConfig
 from brushgs.values.camera import FirstView
 from tests.io.camera_models import LENS, CameraModel, moving_model, write
 from tests.io.scenes.test_gltf_write import chunks_of, write_chunks
 from tests.io.scenes.test_written import make
+from tests.kit.for_each import for_each
+from tests.kit.refused import refuse, refuse_bytes
 
 FLIP = np.diag([1.0, -1.0, -1.0])  # from axes x right, y up, z backward to x right, y down, z forward
 
@@ -37,30 +32,25 @@ def check_pose(camera: Any, position: Any, rotation: Rotation, atol: float = 2e-
     np.testing.assert_allclose(found_rotation, rotation.as_matrix(), atol=atol)
 
 
-def test_a_camera_without_a_transform_looks_along_minus_z_with_y_up(tmp_path: Path) -> None:
-    model = CameraModel()
-    model.camera("Camera")
-    (camera,) = load_cameras(write(model, tmp_path))
-    np.testing.assert_allclose(camera.viewmat, np.diag([1.0, -1, -1, 1]))
-    x, y, z = camera.viewmat[:3, :3] @ [0.5, 0.25, -2]  # right of the axis, above it, in front
-    assert (x, y, z) == (0.5, -0.25, 2)
-
-
-def test_the_lens_is_its_vertical_angle_and_the_size_follows_the_aspect(tmp_path: Path) -> None:
+def test_a_camera_looks_along_minus_z_with_y_up_and_its_lens_is_its_vertical_angle(tmp_path):
     model = CameraModel()
     model.camera("Wide", {"yfov": 0.8, "aspectRatio": 16 / 9, "znear": 0.25, "zfar": 100})
     model.camera("Tall", {"yfov": 0.8, "aspectRatio": 0.5, "znear": 0.1})
     model.camera("Any", {"yfov": 0.8, "znear": 0.1})
-    wide, tall, anyhow = load_cameras(write(model, tmp_path))
-    assert [(c.width, c.height) for c in (wide, tall, anyhow)] == [(1280, 720), (640, 1280), (1280, 720)]
-    for camera in (wide, tall, anyhow):
+    cameras = load_cameras(write(model, tmp_path))
+    assert [(c.width, c.height, c.near) for c in cameras] == [
+        (1280, 720, 0.25),
+        (640, 1280, 0.1),
+        (1280, 720, 0.1),
+    ]
+    for camera in cameras:
+        np.testing.assert_allclose(camera.viewmat, np.diag([1.0, -1, -1, 1]))
         assert 2 * np.arctan(camera.height / 2 / camera.K[1, 1]) == pytest.approx(0.8)
         assert camera.K[0, 0] == camera.K[1, 1]
         assert (camera.K[0, 2], camera.K[1, 2]) == (camera.width / 2, camera.height / 2)
-    assert (wide.near, tall.near) == (0.25, 0.1)
 
 
-def test_cameras_hang_on_nodes_that_turn_move_and_scale(tmp_path: Path) -> None:
+def test_cameras_hang_on_nodes_that_turn_move_and_scale(tmp_path):
     turns = Rotation.random(3, random_state=1)
     model = CameraModel()
     camera = model.camera("Camera", translation=[1, 2, 3], rotation=turns[0].as_quat().tolist())
@@ -73,9 +63,7 @@ def test_cameras_hang_on_nodes_that_turn_move_and_scale(tmp_path: Path) -> None:
     check_pose(found, 3 * turns[2].apply(inner), turns[2] * turns[1] * turns[0])
 
 
-def test_the_frames_of_an_animated_camera_on_an_animated_arm_in_the_coordinates_of_the_scene(
-    tmp_path: Path,
-) -> None:
+def test_the_frames_of_an_animated_camera_on_an_animated_arm_in_the_coordinates_of_the_scene(tmp_path):
     file = read_cameras(write(moving_model(), tmp_path))
     assert file.choice == "the animated camera 'Shot' of 2"
     assert len(file.cameras) == 2 * 24 + 1
@@ -88,21 +76,6 @@ def test_the_frames_of_an_animated_camera_on_an_animated_arm_in_the_coordinates_
         world = arm(time).apply(2 * np.array(place))
         check_pose(camera, scene.inv().apply(world) / 3, scene.inv() * arm(time) * own)
         assert camera.near == pytest.approx(0.1 / 3)
-
-
-def test_another_rate_takes_other_moments_of_the_same_motion(tmp_path: Path) -> None:
-    path = write(moving_model(), tmp_path)
-    usual = plan_path(None, ViewConfig(), PathConfig(file=path))
-    assert (len(usual.cameras), usual.fps) == (49, 24)
-    assert usual.source == "49 views of move.glb, the animated camera 'Shot' of 2"
-    for options, count in (({"fps": 48}, 97), ({"seconds": 4}, 97), ({"frames": 97}, 97), ({"fps": 12}, 25)):
-        other = plan_path(None, ViewConfig(), PathConfig(file=path, **options))
-        assert len(other.cameras) == count
-        step = (count - 1) / 48
-        for index in (0, 12, 48):
-            np.testing.assert_allclose(
-                other.cameras[round(index * step)].viewmat, usual.cameras[index].viewmat, atol=1e-12
-            )
 
 
 def spline(keys: Any, times: Any, time: float) -> np.ndarray:
@@ -120,7 +93,7 @@ def spline(keys: Any, times: Any, time: float) -> np.ndarray:
     )
 
 
-def test_cubic_splines_have_tangents(tmp_path: Path) -> None:
+def test_cubic_splines_have_tangents(tmp_path):
     rng, times = np.random.default_rng(5), [0.0, 0.5, 2.0]
     places, quats = rng.normal(size=(9, 3)), rng.normal(size=(9, 4))
     quats[1::3] /= np.linalg.norm(quats[1::3], axis=1, keepdims=True)
@@ -133,25 +106,17 @@ def test_cubic_splines_have_tangents(tmp_path: Path) -> None:
         check_pose(found, spline(places, times, time), Rotation.from_quat(spline(quats, times, time)), 2e-5)
 
 
-def test_steps_hold_their_value_until_the_next_key(tmp_path: Path) -> None:
+def test_steps_hold_their_value_lenses_zoom_and_keys_that_are_all_equal_are_no_animation(tmp_path):
     model = CameraModel()
     camera = model.camera("Camera")
     model.animate(camera, "translation", [0, 1, 1.5], [[1, 0, 0], [2, 0, 0], [3, 0, 0]], "STEP")
     places = [pose(found)[0][0] for found in load_cameras(write(model, tmp_path))]
     assert places == [1] * 24 + [2] * 12 + [3]
-
-
-def test_a_lens_that_zooms(tmp_path: Path) -> None:
     model = CameraModel()
-    camera = model.camera("Camera")
     pointer = {"KHR_animation_pointer": {"pointer": "/cameras/0/perspective/yfov"}}
-    model.animate(camera, "pointer", [0, 1], [[0.8], [0.4]], extensions=pointer)
-    found = load_cameras(write(model, tmp_path))
-    angles = [2 * np.arctan(c.height / 2 / c.K[1, 1]) for c in found]
+    model.animate(model.camera("Camera"), "pointer", [0, 1], [[0.8], [0.4]], extensions=pointer)
+    angles = [2 * np.arctan(c.height / 2 / c.K[1, 1]) for c in load_cameras(write(model, tmp_path))]
     np.testing.assert_allclose(angles, np.linspace(0.8, 0.4, 25), rtol=1e-6)
-
-
-def test_keys_that_are_all_equal_are_no_animation(tmp_path: Path) -> None:
     model = CameraModel()
     for x in (1, 2):
         camera = model.camera("Camera")
@@ -160,110 +125,99 @@ def test_keys_that_are_all_equal_are_no_animation(tmp_path: Path) -> None:
     assert [pose(camera)[0][0] for camera in load_cameras(write(model, tmp_path))] == [1, 2]
 
 
-def break_lens(**fields: object) -> CameraModel:
+# ---- what is refused
+
+
+def lens(**fields):
     model = CameraModel()
     model.camera("Camera", LENS | fields)
     return model
 
 
-def break_animation(change: Any, part: str = "translation", width: int = 3) -> CameraModel:
+def animated(part="translation", width=3, times=None, values=None, **changes):
+    """An animation; `changes` are of its channel, sampler, or the accessor of its values."""
     model = CameraModel()
     camera = model.camera("Camera")
-    model.animate(camera, part, [0, 1, 2], np.arange(1, 1 + 3 * width).reshape(3, width))
-    change(model.top["animations"][0], model)
+    plain = np.arange(1, 1 + 3 * width).reshape(3, width)
+    animation = model.animate(camera, part, [0, 1, 2], plain)
+    if times is not None:
+        animation["samplers"][0]["input"] = model.accessor(np.array(times, np.float32)[:, None])
+    if values is not None:
+        animation["samplers"][0]["output"] = model.accessor(np.array(values, np.float32))
+    places = {"channel": animation["channels"][0], "sampler": animation["samplers"][0]}
+    places |= {"accessor": model.top["accessors"][-1], "buffer": model.top["buffers"][0]}
+    places |= {"node": model.top["nodes"][0], "top": model.top}
+    for place, fields in changes.items():
+        places[place].update(fields)
     return model
 
 
-def with_values(values: Any) -> Any:
-    def change(animation: dict[str, Any], model: CameraModel) -> None:
-        animation["samplers"][0]["output"] = model.accessor(np.array(values, np.float32))
-
-    return change
-
-
-def with_times(*times: float) -> Any:
-    def change(animation: dict[str, Any], model: CameraModel) -> None:
-        animation["samplers"][0]["input"] = model.accessor(np.array(times, np.float32)[:, None])
-
-    return change
-
-
-def nodes(*fields: dict[str, Any]) -> CameraModel:
+def nodes(first, *others):
     model = CameraModel()
-    model.camera("Camera", **fields[0])
-    for node in fields[1:]:
+    model.camera("Camera", **first)
+    for node in others:
         model.node(**{"name": "Node", **node})
     return model
 
 
-BROKEN: dict[str, tuple[CameraModel, str]] = {
-    "no camera": (CameraModel(), "holds no camera; export it with its cameras"),
-    "yfov": (break_lens(yfov=0), r"cameras\[0\]\.perspective\.yfov must be a number above 0, got 0"),
-    "wide": (break_lens(yfov=4), "yfov of camera 'Camera' must be above 0 and below half a turn, got 4 to 4"),
-    "near": (break_lens(znear="x"), r'cameras\[0\]\.perspective\.znear must be a number above 0, got "x"'),
-    "aspect": (break_lens(aspectRatio=1000), "aspect ratio must be 0.02 to 50, got 1000"),
-    "flat": (nodes({"scale": [1, 0, 1]}), "'Camera' is scaled to nothing or beyond all numbers"),
-    "mirrored": (nodes({"scale": [1, -1, 1]}), "'Camera' is mirrored by what it hangs on"),
-    "stretched": (
-        nodes({}, {"name": "brushgs_scene", "scale": [1, 2, 1]}),
-        "node 'brushgs_scene' must be scaled equally along all axes",
-    ),
-    "far": (nodes({"translation": [1e17, 0, 0]}), "the position must lie within 1e\\+15 of the origin"),
-    "sampler": (
-        break_animation(lambda a, m: a["channels"][0].update(sampler=7)),
-        "translation of node 0 in animation 0 refers to a sampler that is missing",
-    ),
-    "target": (
-        break_animation(lambda a, m: a["channels"][0].pop("target")),
-        r"animations\[0\]\.channels\[0\]\.target is missing",
-    ),
-    "kind": (
-        break_animation(lambda a, m: a["samplers"][0].update(interpolation="BEZIER")),
-        r'interpolation must be "CUBICSPLINE", "LINEAR" or "STEP", got "BEZIER"',
-    ),
-    "width": (break_animation(lambda a, m: None, width=1), "1 number a time and 3 a value, got 1 and 1"),
-    "few": (break_animation(with_values(np.ones((2, 3)))), "got 3 times and 2 values"),
-    "order": (break_animation(with_times(0, 2, 1)), "the times of .* must be finite and ascend"),
-    "nan": (break_animation(with_values(np.full((3, 3), np.nan))), "must be finite, with values below 1e18"),
-    "zero": (break_animation(with_values(np.zeros((3, 4))), "rotation", 4), "must not be zero"),
-    "long": (
-        break_animation(with_times(0, 1, 1e6)),
-        "moves for 1,000,000 s, which is more than 50,000",
-    ),
-    "sparse": (
-        break_animation(lambda a, m: m.top["accessors"][-1].update(sparse={"count": 1})),
-        "translation of node 0 in animation 0 is a sparse accessor, which is not read",
-    ),
-    "outside": (
-        break_animation(lambda a, m: m.top["buffers"][0].update(uri="../other.bin")),
+def ring():
+    model = nodes({}, {"name": "First", "children": [0]})
+    model.top["nodes"][0]["children"] = [1]
+    model.top["scenes"] = [{"nodes": [1]}]
+    return model
+
+
+IDENTITY, STRETCHED = np.eye(4).ravel().tolist(), {"name": "brushgs_scene", "scale": [1, 2, 1]}
+BROKEN = [
+    (CameraModel(), "holds no camera; export it with its cameras"),
+    (lens(yfov=0), r"cameras\[0\]\.perspective\.yfov must be a number above 0, got 0"),
+    (lens(yfov=4), "yfov of camera 'Camera' must be above 0 and below half a turn, got 4 to 4"),
+    (lens(znear="x"), r'cameras\[0\]\.perspective\.znear must be a number above 0, got "x"'),
+    (lens(aspectRatio=1000), "aspect ratio must be 0.02 to 50, got 1000"),
+    (nodes({"scale": [1, 0, 1]}), "'Camera' is scaled to nothing or beyond all numbers"),
+    (nodes({"scale": [1, -1, 1]}), "'Camera' is mirrored by what it hangs on"),
+    (nodes({}, STRETCHED), "node 'brushgs_scene' must be scaled equally along all axes"),
+    (nodes({"translation": [1e17, 0, 0]}), "the position must lie within 1e\\+15 of the origin"),
+    (ring(), "its nodes form a ring"),
+    (animated(channel={"sampler": 7}), "translation of node 0 in animation 0 refers to a sampler that is"),
+    (animated(channel={"target": None}), r"animations\[0\]\.channels\[0\]\.target must be an object"),
+    (animated(sampler={"interpolation": "BEZIER"}), 'must be "CUBICSPLINE", "LINEAR" or "STEP", got "BEZ'),
+    (animated(width=1), "1 number a time and 3 a value, got 1 and 1"),
+    (animated(values=np.ones((2, 3))), "got 3 times and 2 values"),
+    (animated(times=[0, 2, 1]), "the times of .* must be finite and ascend"),
+    (animated(values=np.full((3, 3), np.nan)), "must be finite, with values below 1e18"),
+    (animated("rotation", 4, values=np.zeros((3, 4))), "must not be zero"),
+    (animated(times=[0, 1, 1e6]), "moves for 1,000,000 s, which is more than 50,000"),
+    (animated(accessor={"sparse": {"count": 1}}), "node 0 in animation 0 is a sparse accessor, which is not"),
+    (
+        animated(buffer={"uri": "../other.bin"}),
         "names the file '../other.bin', which lies outside its folder",
     ),
-    "beyond": (
-        break_animation(lambda a, m: m.top["accessors"][-1].update(count=99)),
-        "lacks .* bytes of its buffer view",
-    ),
-    "matrix": (
-        break_animation(lambda a, m: m.top["nodes"][0].update(matrix=np.eye(4).ravel().tolist())),
-        "node 0 has a matrix, so it cannot be animated",
-    ),
-    "list": (
-        break_animation(lambda a, m: m.top.update(animations=[3])),
-        r"animations\[0\] must be an object, got 3",
-    ),
-}
+    (animated(accessor={"count": 99}), "lacks .* bytes of its buffer view"),
+    (animated(node={"matrix": IDENTITY}), "node 0 has a matrix, so it cannot be animated"),
+    (animated(top={"animations": [3]}), r"animations\[0\] must be an object, got 3"),
+]
 
 
-@pytest.mark.parametrize("what", BROKEN)
-def test_what_is_broken_is_named(tmp_path: Path, what: str) -> None:
-    model, sentence = BROKEN[what]
-    path = write(model, tmp_path)
-    with pytest.raises(SceneError, match=sentence) as caught:
-        load_cameras(path)
-    assert str(caught.value).startswith(f"{path}: ")
-    assert "\n" not in str(caught.value)
+@for_each("model, sentence", BROKEN)
+def test_what_is_broken_is_named(tmp_path, model, sentence):
+    refuse(write(model, tmp_path), sentence, load_cameras)
 
 
-def test_orthographic_cameras_are_left_out_or_refused(tmp_path: Path) -> None:
+@for_each(
+    "name, content, sentence",
+    [
+        ("a.glb", b"", "is empty"),
+        ("a.glb", b"glTF\2", "is damaged|version"),
+        ("a.abc", b"Ogawa", "is an Alembic scene, which is not read; export its cameras as glTF"),
+        ("a.FBX", b"Ogawa", "is an FBX scene, which is not read; export its cameras as glTF"),
+    ],
+)
+def test_a_file_that_is_no_model(tmp_path, name, content, sentence):
+    refuse_bytes(tmp_path / name, content, sentence, load_cameras)
+
+
+def test_orthographic_cameras_are_left_out_or_refused(tmp_path):
     model = CameraModel()
     model.camera("Plan")
     model.top["cameras"][0] = {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1}}
@@ -274,7 +228,7 @@ def test_orthographic_cameras_are_left_out_or_refused(tmp_path: Path) -> None:
         assert len(load_cameras(write(model, tmp_path))) == 1
 
 
-def test_a_camera_around_an_exported_scene_comes_back_in_its_coordinates(tmp_path: Path) -> None:
+def test_a_camera_around_an_exported_scene_comes_back_in_its_coordinates(tmp_path):
     up = np.array([0.6, -0.8, 0.0])
     path, first_view = tmp_path / "scene.glb", FirstView(np.eye(3), up, 0.0, 0.0)
     write_scene(make(10), path, first_view=first_view)
@@ -287,54 +241,3 @@ def test_a_camera_around_an_exported_scene_comes_back_in_its_coordinates(tmp_pat
     position, rotation = pose(camera)
     assert (np.linalg.norm(position), position @ up) == pytest.approx((14**0.5, 2))
     np.testing.assert_allclose(rotation[:, 1], up, atol=1e-6)
-
-
-def test_nodes_in_a_ring_end(tmp_path: Path) -> None:
-    model = CameraModel()
-    camera = model.camera("Camera")
-    first = model.node("First", children=[camera])
-    model.top["nodes"][camera]["children"] = [first]
-    model.top["scenes"] = [{"nodes": [first]}]
-    with pytest.raises(SceneError, match="its nodes form a ring"):
-        load_cameras(write(model, tmp_path))
-
-
-@pytest.mark.parametrize(("content", "sentence"), [(b"", "is empty"), (b"glTF\2", "is damaged|version")])
-def test_a_file_that_is_no_model(tmp_path: Path, content: bytes, sentence: str) -> None:
-    path = tmp_path / "a.glb"
-    path.write_bytes(content)
-    with pytest.raises(SceneError, match=sentence):
-        load_cameras(path)
-
-
-@pytest.mark.parametrize(("name", "what"), [("a.abc", "an Alembic scene"), ("a.FBX", "an FBX scene")])
-def test_formats_of_3d_programs_that_are_not_read_name_those_that_are(
-    tmp_path: Path, name: str, what: str
-) -> None:
-    (tmp_path / name).write_bytes(b"Ogawa")
-    with pytest.raises(SceneError, match=f"is {what}, which is not read; export its cameras as glTF"):
-        load_cameras(tmp_path / name)
-
-
-def test_a_path_of_an_exported_animation_is_painted(tmp_path: Path) -> None:
-    rng = np.random.default_rng(2)
-    scene = bg.Gaussians(
-        means=rng.normal(scale=0.3, size=(60, 3)).astype(np.float32),
-        quats=np.tile(np.float32([1, 0, 0, 0]), (60, 1)),
-        scales=np.full((60, 3), 0.1, np.float32),
-        opacities=np.full(60, 0.9, np.float32),
-        sh=rng.normal(size=(60, 1, 3)).astype(np.float32),
-    )
-    bg.save(scene, tmp_path / "scene.ply")
-    model = CameraModel()
-    camera = model.camera("Camera", translation=[0, 0, 3])
-    model.animate(camera, "translation", [0, 0.5], [[0, 0, 3], [2, 0, 3]])
-    path = write(model, tmp_path)
-    options = f"--look plain --size 48x32 --fps 4 --path {path} -o {tmp_path}/frames/"
-    assert main(["render", str(tmp_path / "scene.ply"), *options.split()]) == 0
-    frames = [read_image(file)[..., :3] for file in sorted((tmp_path / "frames").glob("*.png"))]
-    assert len(frames) == 3
-    middle = [np.abs(frame - frame[0, 0]).sum(axis=(0, 2)) @ np.arange(48) for frame in frames]
-    weight = [np.abs(frame - frame[0, 0]).sum() for frame in frames]
-    places = np.divide(middle, weight)
-    assert places[0] > places[1] > places[2]  # the camera moves to the right, the scene to the left

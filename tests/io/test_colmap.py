@@ -1,7 +1,6 @@
 """COLMAP sparse models that the tests write, in both forms, whole and damaged."""
 
 import struct
-import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,10 +9,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from brushgs import SceneError, SceneWarning
+from brushgs import SceneWarning
 from brushgs.formats import load_cameras
 from brushgs.formats.cameras.colmap import MODELS
 from brushgs.values.quats import rotation_matrices
+from tests.kit.for_each import for_each
+from tests.kit.refused import refuse
 
 NUMBER_OF = {name: number for number, (name, _) in enumerate(MODELS)}
 PINHOLE = (1, "PINHOLE", 640, 480, (500.0, 510.0, 300.5, 250.25))
@@ -34,6 +35,9 @@ IMAGE = Image()
 
 def write(folder: Path, form: str, cameras=(PINHOLE,), images=(IMAGE,)) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
+    for other in FORMS:
+        for stem in ("cameras", "images"):
+            (folder / f"{stem}.{other}").unlink(missing_ok=True)
     if form == "bin":
         data = struct.pack("<Q", len(cameras))
         for number, model, width, height, values in cameras:
@@ -60,43 +64,41 @@ def write(folder: Path, form: str, cameras=(PINHOLE,), images=(IMAGE,)) -> Path:
     return folder
 
 
-def load_one(folder: Path, form: str, **content):
-    (camera,) = load_cameras(write(folder, form, **content))
-    return camera
-
-
 quats = st.tuples(*[st.floats(-2, 2)] * 4).filter(lambda q: max(map(abs, q)) > 0.1)
 
 
 @settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(quats, st.tuples(*[st.floats(-1e3, 1e3)] * 3), st.sampled_from(FORMS))
 def test_the_pose_is_camera_from_world(tmp_path, quat, translation, form):
-    camera = load_one(tmp_path / form, form, images=[Image(quat=quat, translation=translation)])
+    images = [Image(quat=quat, translation=translation)]
+    (camera,) = load_cameras(write(tmp_path / form, form, images=images))
     np.testing.assert_allclose(camera.viewmat[:3, :3], rotation_matrices(np.array([quat]))[0], atol=1e-14)
     np.testing.assert_array_equal(camera.viewmat[:3, 3], translation)
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize(
-    ("model", "values", "K"),
+@for_each("form", FORMS)
+@for_each(
+    "model, num_focal, num_more",
     [
-        ("SIMPLE_PINHOLE", (500.0, 300.0, 250.0), (500, 500, 300, 250)),
-        ("PINHOLE", (500.0, 510.0, 300.0, 250.0), (500, 510, 300, 250)),
-        ("SIMPLE_RADIAL", (500.0, 300.0, 250.0, 0.0), (500, 500, 300, 250)),
-        ("RADIAL", (500.0, 300.0, 250.0, 0.0, 0.0), (500, 500, 300, 250)),
-        ("OPENCV", (500.0, 510.0, 300.0, 250.0, *[0.0] * 4), (500, 510, 300, 250)),
-        ("FULL_OPENCV", (500.0, 510.0, 300.0, 250.0, *[0.0] * 8), (500, 510, 300, 250)),
+        ("SIMPLE_PINHOLE", 1, 0),
+        ("PINHOLE", 2, 0),
+        ("SIMPLE_RADIAL", 1, 1),
+        ("RADIAL", 1, 2),
+        ("OPENCV", 2, 4),
+        ("FULL_OPENCV", 2, 8),
     ],
 )
-def test_every_pinhole_model_gives_its_intrinsics_and_size(tmp_path, form, model, values, K):
-    camera = load_one(tmp_path, form, cameras=[(1, model, 640, 480, values)])
-    assert (camera.K[0, 0], camera.K[1, 1], camera.K[0, 2], camera.K[1, 2]) == K
+def test_every_pinhole_model_gives_its_intrinsics_and_size(tmp_path, form, model, num_focal, num_more):
+    values = (500.0, 510.0)[:num_focal] + (300.0, 250.0) + (0.0,) * num_more
+    (camera,) = load_cameras(write(tmp_path, form, [(1, model, 640, 480, values)]))
+    focal = (500, 510) if num_focal == 2 else (500, 500)
+    assert (camera.K[0, 0], camera.K[1, 1], camera.K[0, 2], camera.K[1, 2]) == (*focal, 300, 250)
     assert (camera.width, camera.height, camera.near) == (640, 480, 0.01)
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize(
-    ("model", "values", "listed"),
+@for_each("form", FORMS)
+@for_each(
+    "model, values, listed",
     [
         ("SIMPLE_RADIAL", (500.0, 3.0, 2.0, 0.1), r"k1 = 0\.1"),
         ("RADIAL", (500.0, 3.0, 2.0, 0.0, -0.2), r"k2 = -0\.2"),
@@ -106,13 +108,12 @@ def test_every_pinhole_model_gives_its_intrinsics_and_size(tmp_path, form, model
 )
 def test_distortion_is_ignored_with_one_warning(tmp_path, form, model, values, listed):
     what = rf"cameras\.{form}: the distortion of camera model {model} was ignored \({listed}\); pictures are"
-    images = [Image("a"), Image("b")]
     with pytest.warns(SceneWarning, match=what) as caught:
-        load_cameras(write(tmp_path, form, [(1, model, 640, 480, values)], images))
+        load_cameras(write(tmp_path, form, [(1, model, 640, 480, values)], [Image("a"), Image("b")]))
     assert len(caught) == 1
 
 
-@pytest.mark.parametrize("form", FORMS)
+@for_each("form", FORMS)
 def test_cameras_are_sorted_by_the_name_of_their_image(tmp_path, form):
     other = (7, "SIMPLE_PINHOLE", 100, 50, (80.0, 50.0, 25.0))
     points = [(1.5, 2.5, -1), (3.0, 4.0, 12)]
@@ -131,127 +132,73 @@ def test_cameras_are_sorted_by_the_name_of_their_image(tmp_path, form):
 
 
 def fails(path, sentence):
-    with pytest.raises(SceneError, match=sentence):
-        load_cameras(path)
+    refuse(path, sentence, load_cameras)
 
 
 def test_half_a_model(tmp_path):
-    write(tmp_path, "txt")
-    (tmp_path / "images.txt").unlink()
-    fails(tmp_path, r"images\.txt: there is no such file, but a sparse model needs it; copy it too")
-    fails(tmp_path / "images.txt", r"images\.txt: there is no such file; check the path")
+    folder = write(tmp_path / "model", "txt")
+    (folder / "images.txt").unlink()
+    fails(folder, r"images\.txt: there is no such file, but a sparse model needs it; copy it too")
+    fails(folder / "images.txt", r"images\.txt: there is no such file; check the path")
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize(
-    "model", ["OPENCV_FISHEYE", "FOV", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE", "THIN_PRISM_FISHEYE"]
-)
-def test_a_lens_that_is_no_pinhole_is_refused_by_name(tmp_path, form, model):
-    write(tmp_path, form, [(3, model, 640, 480, (1.0,) * 8)])
-    fails(
-        tmp_path,
-        rf"camera 3: camera model {model} is not a pinhole; a pinhole is needed \(SIMPLE_PINHOLE, .*undist",
-    )
+NO_PINHOLE = r"is not a pinhole; a pinhole is needed \(SIMPLE_PINHOLE, .*undist"
+LENSES = [
+    *(((4, model, 64, 48, (1.0,) * 8), f"{model} {NO_PINHOLE}") for model in ("OPENCV_FISHEYE", "FOV")),
+    ((4, "PERISCOPE", 64, 48, (1.0,) * 8), "(PERISCOPE|number 99) is not a known camera model; a pinhole is"),
+    ((4, "PINHOLE", 0, 480, (1.0, 1.0, 1.0, 1.0)), "the size must be at least 1x1, got 0x480"),
+    ((4, "PINHOLE", 64, 48, (0.0, 1.0, 1.0, 1.0)), "the focal length must be above 0, got 0"),
+    ((4, "SIMPLE_PINHOLE", 64, 48, (-2.0, 1.0, 1.0)), "the focal length must be above 0, got -2"),
+    ((4, "PINHOLE", 64, 48, (1.0, 1.0, float("nan"), 1.0)), "the parameters must be finite, got "),
+]
+IMAGES = [
+    (Image(quat=(0.0,) * 4), r"image 'a\.jpg': the quaternion must be finite and not zero, got \(0\.0"),
+    (Image(quat=(float("nan"), 0.0, 0.0, 1.0)), "the quaternion must be finite and not zero"),
+    (Image(translation=(0.0, float("inf"), 0.0)), "the translation must be finite"),
+    (Image(camera_id=7), "camera 7 is not in the cameras file; copy both files from one model"),
+]
 
 
-def test_an_unknown_model_is_refused_by_name(tmp_path):
-    write(tmp_path, "txt", [(3, "PERISCOPE", 640, 480, (1.0,) * 8)])
-    fails(tmp_path, r"cameras\.txt: camera 3: PERISCOPE is not a known camera model; a pinhole is needed")
-    write(tmp_path, "bin", [(3, "PERISCOPE", 640, 480, (1.0,) * 8)])
-    fails(tmp_path, r"cameras\.bin: camera 3: number 99 is not a known camera model; a pinhole is needed")
-
-
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize(
-    ("image", "sentence"),
-    [
-        (
-            Image(quat=(0.0, 0.0, 0.0, 0.0)),
-            r"image 'a\.jpg': the quaternion must be finite and not zero, got \(0\.0",
-        ),
-        (Image(quat=(float("nan"), 0.0, 0.0, 1.0)), "the quaternion must be finite and not zero"),
-        (Image(translation=(0.0, float("inf"), 0.0)), "the translation must be finite"),
-        (Image(camera_id=7), "camera 7 is not in the cameras file; copy both files from one model"),
-    ],
-)
-def test_an_image_without_use_is_named(tmp_path, form, image, sentence):
-    write(tmp_path, form, images=[image])
-    fails(tmp_path, rf"images\.{form}: .*{sentence}")
-
-
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize(
-    ("camera", "sentence"),
-    [
-        ((4, "PINHOLE", 0, 480, (1.0, 1.0, 1.0, 1.0)), "camera 4: the size must be at least 1x1, got 0x480"),
-        ((4, "PINHOLE", 64, 48, (0.0, 1.0, 1.0, 1.0)), "camera 4: the focal length must be above 0, got 0"),
-        ((4, "SIMPLE_PINHOLE", 64, 48, (-2.0, 1.0, 1.0)), "the focal length must be above 0, got -2"),
-        ((4, "PINHOLE", 64, 48, (1.0, 1.0, float("nan"), 1.0)), "the parameters must be finite, got "),
-    ],
-)
+@for_each("form", FORMS)
+@for_each("camera, sentence", LENSES)
 def test_a_camera_without_use_is_named(tmp_path, form, camera, sentence):
-    write(tmp_path, form, [camera])
-    fails(tmp_path, rf"cameras\.{form}: .*{sentence}")
+    fails(write(tmp_path / "model", form, [camera]), rf"cameras\.{form}: camera 4: .*{sentence}")
 
 
-@pytest.mark.parametrize("name", ["cameras.bin", "images.bin"])
-@pytest.mark.parametrize("count", [2, 10**6, 2**64 - 1])
-def test_a_count_that_the_file_cannot_hold_is_refused_before_memory_is_allocated(tmp_path, name, count):
-    path = write(tmp_path, "bin") / name
-    path.write_bytes(struct.pack("<Q", count) + path.read_bytes()[8:])
-    fails(tmp_path, rf"{name}: claims {count} \w+, for which its [0-9,]+ bytes are too few; copy or export")
+@for_each("form", FORMS)
+@for_each("image, sentence", IMAGES)
+def test_an_image_without_use_is_named(tmp_path, form, image, sentence):
+    fails(write(tmp_path / "model", form, images=[image]), rf"images\.{form}: .*{sentence}")
 
 
-@pytest.mark.parametrize("name", ["cameras.bin", "images.bin"])
-def test_a_file_cut_short_anywhere_is_refused(tmp_path, name):
+@for_each("name", ["cameras.bin", "images.bin"])
+def test_counts_that_a_file_cannot_hold_and_cuts_are_refused(tmp_path, name):
     images = [Image("a.jpg", points=[(1.0, 2.0, 3)]), Image("b.jpg")]
-    path = write(tmp_path, "bin", images=images) / name
+    path = write(tmp_path / "model", "bin", images=images) / name
     whole = path.read_bytes()
-    for length in range(len(whole)):
+    for count in (20, 10**6, 2**64 - 1):
+        path.write_bytes(struct.pack("<Q", count) + whole[8:])
+        fails(path, rf"{name}: claims {count} \w+, for which its [0-9,]+ bytes are too few; copy or export")
+    for length in range(0, len(whole), 3):
         path.write_bytes(whole[:length])
-        fails(tmp_path, rf"{name}: (ends too early, after {length} bytes|claims|holds no images)")
+        fails(path, rf"{name}: (ends too early, after {length} bytes|claims|holds no images)")
 
 
 def test_an_image_name_without_end(tmp_path):
-    path = write(tmp_path, "bin") / "images.bin"
+    path = write(tmp_path / "model", "bin") / "images.bin"
     path.write_bytes(path.read_bytes()[:72] + b"x" * 200_000)
-    fails(tmp_path, r"images\.bin: has no image name at byte 72; copy or export it again")
+    fails(path, r"images\.bin: has no image name at byte 72; copy or export it again")
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.data(), st.sampled_from(["cameras.bin", "images.bin", "cameras.txt", "images.txt"]))
-def test_random_bytes_give_cameras_or_a_sentence(tmp_path, data, name):
-    images = [Image("a.jpg", points=[(1.0, 2.0, 3)]), Image("b.jpg")]
-    path = write(tmp_path, name[-3:], images=images) / name
-    content = bytearray(path.read_bytes())
-    if data.draw(st.booleans()):
-        content = bytearray(data.draw(st.binary(max_size=300)))
-    else:
-        for place in data.draw(st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=6)):
-            content[place] = data.draw(st.integers(0, 255))
-    path.write_bytes(content)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        try:
-            cameras = load_cameras(path)
-        except SceneError as error:
-            assert str(error).startswith(str(tmp_path))  # noqa: PT017
-        else:
-            assert all(np.isfinite(camera.viewmat).all() for camera in cameras)
-
-
-@pytest.mark.parametrize(
-    ("name", "line", "sentence"),
+@for_each(
+    "name, line, sentence",
     [
-        ("cameras.txt", "1 PINHOLE", "line 1: must hold CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS; export"),
-        (
-            "cameras.txt",
-            "1 PINHOLE 64 48 1 1 1",
-            "line 1: camera model PINHOLE must have 4 parameters, got 3",
-        ),
-        ("images.txt", "1 1 0 0 0 1 2 3 1", "line 1: must hold IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"),
+        ("cameras.txt", "1 PINHOLE", "must hold CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS; export"),
+        ("cameras.txt", "1 PINHOLE 64 48 1 1 1", "camera model PINHOLE must have 4 parameters, got 3"),
+        ("images.txt", "1 1 0 0 0 1 2 3 1", "must hold IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"),
     ],
 )
 def test_a_line_at_fault_is_named(tmp_path, name, line, sentence):
-    (write(tmp_path, "txt") / name).write_text(line + "\n")
-    fails(tmp_path, rf"{name}: {sentence}")
+    folder = write(tmp_path / "model", "txt")
+    (folder / name).write_text(line + "\n")
+    fails(folder, rf"{name}: line 1: {sentence}")

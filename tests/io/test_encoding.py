@@ -1,7 +1,5 @@
 """Files with plain scales, another order of quaternions or RGB load correctly if the encoding is given."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -9,9 +7,10 @@ import brushgs as bg
 from brushgs.formats.scenes.columns import Encoding
 from tests.doctor import plant
 from tests.doctor.scenes import ball
+from tests.kit.for_each import for_each
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("way", "encoding", "atol"),
     [
         (plant.linear_scales, Encoding(scales="linear"), 1e-6),
@@ -20,24 +19,22 @@ from tests.doctor.scenes import ball
         (plant.xyzw, Encoding(quats="xyzw"), 1e-6),
     ],
 )
-def test_another_encoding_is_read_if_given(way, encoding: Encoding, atol: float, tmp_path: Path) -> None:
+def test_another_encoding_is_read_if_given(way, encoding, atol, tmp_path):
     path = plant.write(way(plant.columns_of(ball(), tmp_path)), tmp_path / "a.ply")
     gaussians, sound = bg.load(path, encoding), bg.load(tmp_path / "sound.ply")
     for name in ("means", "quats", "scales", "opacities", "sh"):
         np.testing.assert_allclose(getattr(gaussians, name), getattr(sound, name), rtol=0, atol=atol)
 
 
-@pytest.mark.parametrize(
-    ("way", "colors", "step"), [(plant.linear_colors, "rgb", 0), (plant.byte_colors, "byte", 0.5)]
-)
-def test_rgb_is_read_if_given(way, colors: str, step: float, tmp_path: Path) -> None:
+@for_each(("way", "colors", "step"), [(plant.linear_colors, "rgb", 0), (plant.byte_colors, "byte", 0.5)])
+def test_rgb_is_read_if_given(way, colors, step, tmp_path):
     path = plant.write(way(plant.columns_of(ball(), tmp_path)), tmp_path / "a.ply")
     found = 0.5 + plant.C0 * bg.load(path, Encoding(colors=colors)).sh[:, 0]
     expected = np.clip(0.5 + plant.C0 * bg.load(tmp_path / "sound.ply").sh[:, 0], 0, 1)
     np.testing.assert_allclose(found, expected, rtol=0, atol=step / 255 + 1e-6)
 
 
-@pytest.mark.parametrize("name", ["scales", "opacities", "quats"])
-def test_an_unknown_encoding_is_refused(name: str) -> None:
+@for_each("name", ["scales", "opacities", "quats"])
+def test_an_unknown_encoding_is_refused(name):
     with pytest.raises(ValueError, match=f"Encoding: {name} must be one of .*, got 'odd'"):
         Encoding(**{name: "odd"})

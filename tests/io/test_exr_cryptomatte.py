@@ -5,7 +5,6 @@ import struct
 from pathlib import Path, PurePath
 
 import numpy as np
-import OpenImageIO
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,7 +15,8 @@ from brushgs.formats.pictures.exr.cryptomatte import ids_of, is_long, manifest_o
 from brushgs.formats.pictures.images import write_frame
 from brushgs.formats.pictures.shot import Shot
 from brushgs.values.layers import Matte
-from tests.io.exr_reader import read_header
+from tests.io.exr_reader import channels_of, read_header
+from tests.kit.for_each import for_each
 
 HEIGHT, WIDTH = 12, 16
 ODD_NAMES = (
@@ -27,7 +27,6 @@ ODD_NAMES = (
     "равнина",
     "筆",
     "new\nline",
-    "tab\t",
     "{}",
     "",
     " ",
@@ -78,11 +77,7 @@ class Decoder:
                 _, key, part = attribute.split("/")
                 assert len(key) <= 7
                 found.setdefault(key, {})[part] = value
-        source = OpenImageIO.ImageInput.open(str(path))
-        names = source.spec().channelnames
-        pixels = source.read_image(0, 0, 0, len(names), OpenImageIO.FLOAT)
-        source.close()
-        self.channels = dict(zip(names, np.moveaxis(pixels, -1, 0), strict=True))
+        self.channels = channels_of(path)
         self.keys = {parts["name"]: key for key, parts in found.items()}
         self.manifests: dict[str, dict[str, float]] = {}
         for parts in found.values():
@@ -125,6 +120,10 @@ def make_matte(names: tuple[str, ...], num_ranks: int, seed: int = 0) -> Matte:
     return Matte(names, rows, coverage)
 
 
+def coverage_of(matte: Matte, row: int) -> np.ndarray:
+    return np.where(matte.rows == row, matte.coverage, 0).sum(-1)
+
+
 def frame_of(**mattes: Matte) -> Frame:
     alpha = next(iter(mattes.values())).coverage.sum(-1)
     return Frame(np.repeat(alpha[..., None] / 2, 3, axis=2), alpha, layers=mattes)
@@ -133,27 +132,15 @@ def frame_of(**mattes: Matte) -> Frame:
 # ---- hashes
 
 
-@pytest.mark.parametrize(
-    ("key", "expected"),
-    [  # published with the reference implementation and its ports
-        (b"", 0),
-        (b"test", 0xBA6BD213),
-        (b"Hello, world!", 0xC0363E43),
-        (b"The quick brown fox jumps over the lazy dog", 0x2E4FF723),
-    ],
-)
-def test_the_hash_is_murmur3(key: bytes, expected: int) -> None:
-    assert murmur3([key]).tolist() == [expected] == [decoded_hash(key)]
+def test_hashes_and_ids_are_those_published_with_the_reference_implementation():
+    fox = b"The quick brown fox jumps over the lazy dog"
+    published = {b"": 0, b"test": 0xBA6BD213, b"Hello, world!": 0xC0363E43, fox: 0x2E4FF723}
+    assert murmur3(list(published)).tolist() == list(published.values()) == list(map(decoded_hash, published))
+    codes = {"bunny": "13851a76", "default": "42c9679f", "bunny_porcelain_mat": "b24b26d4"}
+    assert json.loads(manifest_of(list(codes))) == codes
 
 
-@pytest.mark.parametrize(
-    ("name", "code"), [("bunny", "13851a76"), ("default", "42c9679f"), ("bunny_porcelain_mat", "b24b26d4")]
-)
-def test_ids_are_those_of_the_examples_in_the_specification(name: str, code: str) -> None:
-    assert json.loads(manifest_of([name])) == {name: code}
-
-
-def test_no_id_is_infinite_nan_or_denormal(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_id_is_infinite_nan_or_denormal(monkeypatch):
     hashes = {0x00000001: 0x00800001, 0x80000001: 0x80800001, 0x7F800000: 0x7F000000, 0xFFFFFFFF: 0xFF7FFFFF}
     hashes |= {bits: bits for bits in (0x00800000, 0x7F7FFFFF, 0x3F800000, 0xBF800000)}
     monkeypatch.setattr(cryptomatte, "murmur3", lambda keys: np.array(list(hashes), np.uint32))
@@ -163,8 +150,8 @@ def test_no_id_is_infinite_nan_or_denormal(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @given(st.text(max_size=30))
-@settings(max_examples=200)
-def test_ids_of_any_name_are_those_of_the_specification(name: str) -> None:
+@settings(max_examples=100)
+def test_ids_of_any_name_are_those_of_the_specification(name):
     value = ids_of([name]).view(np.float32)[0]
     assert value == np.float32(decoded_id(name))
     assert np.isfinite(value)
@@ -174,8 +161,8 @@ def test_ids_of_any_name_are_those_of_the_specification(name: str) -> None:
 # ---- files
 
 
-@pytest.mark.parametrize("num_ranks", [1, 2, 5, 8])
-def test_mattes_come_back_by_name_and_sum_to_alpha(tmp_path: Path, num_ranks: int) -> None:
+@for_each("num_ranks", [1, 2, 5, 8])
+def test_mattes_come_back_by_name_and_sum_to_alpha(tmp_path, num_ranks):
     matte = make_matte(tuple(f"coat_{row}" for row in range(20)), num_ranks)
     frame = frame_of(stroke=matte)
     write_frame(frame, tmp_path / "a.exr")
@@ -183,57 +170,39 @@ def test_mattes_come_back_by_name_and_sum_to_alpha(tmp_path: Path, num_ranks: in
     assert list(decoder.manifests) == ["CryptoStroke"]
     total = np.zeros((HEIGHT, WIDTH))
     for row, name in enumerate(matte.names):
-        expected = np.where(matte.rows == row, matte.coverage, 0).sum(-1)
-        np.testing.assert_array_equal(decoder.matte("CryptoStroke", name), expected)
+        np.testing.assert_array_equal(decoder.matte("CryptoStroke", name), coverage_of(matte, row))
         total += decoder.matte("CryptoStroke", name)
     np.testing.assert_allclose(total, decoder.channels["A"], atol=1 / 255)
     assert len(decoder.pairs("CryptoStroke")) == num_ranks + num_ranks % 2
     assert not (decoder.pairs("CryptoStroke")[-1][0][matte.rows[..., -1] < 0]).any()  # nothing is id 0
 
 
-def test_a_file_holds_several_mattes_each_under_the_key_of_its_name(tmp_path: Path) -> None:
+def test_a_file_holds_several_mattes_each_under_the_key_of_its_name(tmp_path):
     mattes = {
         "stroke": make_matte(("a_0", "a_1"), 2),
         "brush": make_matte(("flat",), 1, 1),
-        "region": make_matte(("elsewhere", "sky"), 2, 2),
+        "region": make_matte(ODD_NAMES, 4, 2),
         "layer": make_matte(("a", "ground"), 2, 3),
     }
     write_frame(frame_of(**mattes), tmp_path / "a.exr")
     decoder = Decoder(tmp_path / "a.exr")
-    titles = {
-        "CryptoStroke": "stroke",
-        "CryptoBrush": "brush",
-        "CryptoRegion": "region",
-        "CryptoLayer": "layer",
-    }
-    for title, name in titles.items():
+    for name, matte in mattes.items():
+        title = f"Crypto{name.capitalize()}"
         assert decoder.keys[title] == struct.pack(">f", decoded_id(title)).hex()[:7]
-        for row, thing in enumerate(mattes[name].names):
-            expected = np.where(mattes[name].rows == row, mattes[name].coverage, 0).sum(-1)
-            np.testing.assert_array_equal(decoder.matte(title, thing), expected)
+        assert list(decoder.manifests[title]) == list(matte.names)
+        for row, thing in enumerate(matte.names):
+            assert decoder.manifests[title][thing] == np.float32(decoded_id(thing))
+            np.testing.assert_array_equal(decoder.matte(title, thing), coverage_of(matte, row))
     assert len(set(decoder.keys.values())) == 4
-
-
-def test_odd_names_come_back(tmp_path: Path) -> None:
-    matte = make_matte(ODD_NAMES, 4)
-    write_frame(frame_of(region=matte), tmp_path / "a.exr")
-    decoder = Decoder(tmp_path / "a.exr")
-    assert list(decoder.manifests["CryptoRegion"]) == list(ODD_NAMES)
-    for row, name in enumerate(ODD_NAMES):
-        assert decoder.manifests["CryptoRegion"][name] == np.float32(decoded_id(name))
-        expected = np.where(matte.rows == row, matte.coverage, 0).sum(-1)
-        np.testing.assert_array_equal(decoder.matte("CryptoRegion", name), expected)
     # Decoders that take names as they stand in the file find those of other alphabets.
-    (text,) = (
-        value for name, (_, value) in read_header(tmp_path / "a.exr").attributes.items() if "manifest" in name
-    )
-    assert '"筆":"' in text
+    texts = [
+        value for name, (_, value) in read_header(tmp_path / "a.exr").attributes.items() if "manif" in name
+    ]
+    assert any('"筆":"' in text for text in texts)
 
 
-@pytest.mark.parametrize(("name", "most"), [("stroke", 24), ("brush", 8)])
-def test_what_is_too_much_for_decoders_is_one_more_thing_in_the_last_rank(
-    tmp_path: Path, name: str, most: int
-) -> None:
+@for_each(("name", "most"), [("stroke", 24), ("brush", 8)])
+def test_what_is_too_much_for_decoders_is_one_more_thing_in_the_last_rank(tmp_path, name, most):
     matte = make_matte(tuple(f"coat_{row}" for row in range(60)), most + 5)
     assert (matte.rows[..., most] >= 0).any()
     write_frame(frame_of(**{name: matte}), tmp_path / "a.exr")
@@ -246,14 +215,14 @@ def test_what_is_too_much_for_decoders_is_one_more_thing_in_the_last_rank(
     np.testing.assert_allclose(total, matte.coverage.sum(-1), rtol=1e-6)
     is_whole = matte.rows[..., most] < 0  # pixels whose things all fit are as they were
     for row, thing in enumerate(matte.names):
-        expected = np.where(matte.rows == row, matte.coverage, 0).sum(-1)
+        expected = coverage_of(matte, row)
         np.testing.assert_array_equal(decoder.matte(title, thing)[is_whole], expected[is_whole])
     assert not decoder.matte(title, "other")[is_whole].any()
     cut = matte.coverage[..., most - 1 :].sum(-1)[~is_whole]
     np.testing.assert_allclose(decoder.matte(title, "other")[~is_whole], cut, rtol=1e-6)
 
 
-def test_all_pictures_of_a_film_have_the_same_channels(tmp_path: Path) -> None:
+def test_all_pictures_of_a_film_have_the_same_channels(tmp_path):
     for number, num_ranks in enumerate((1, 5, 30)):
         mattes = {name: make_matte(tuple("abcdef"), num_ranks) for name in ("stroke", "layer")}
         write_frame(frame_of(**mattes), tmp_path / f"{number}.exr", shot=Shot(number=number))
@@ -269,8 +238,8 @@ def test_all_pictures_of_a_film_have_the_same_channels(tmp_path: Path) -> None:
 # ---- manifests
 
 
-def test_many_names_stand_beside_the_pictures(tmp_path: Path) -> None:
-    names = tuple(f"coat_{row}" for row in range(50_000))
+def test_many_names_stand_beside_the_pictures(tmp_path):
+    names = tuple(f"coat_{row}" for row in range(20_000))
     assert is_long(names)
     assert not is_long(names[:100])
     stroke, layer = make_matte(names, 4), make_matte(("coat",), 1)
@@ -280,14 +249,14 @@ def test_many_names_stand_beside_the_pictures(tmp_path: Path) -> None:
     header = read_header(tmp_path / "a.exr")
     assert header.size < 4000
     decoder = Decoder(tmp_path / "a.exr")
-    assert len(decoder.manifests["CryptoStroke"]) == 50_001  # and "other"
+    assert len(decoder.manifests["CryptoStroke"]) == 20_001  # and "other"
     assert list(decoder.manifests["CryptoLayer"]) == ["coat"]
     row = int(stroke.rows[..., 0].max())
-    expected = np.where(stroke.rows == row, stroke.coverage, 0).sum(-1)
-    np.testing.assert_array_equal(decoder.matte("CryptoStroke", names[row]), expected)
+    found = decoder.matte("CryptoStroke", names[row])
+    np.testing.assert_array_equal(found, coverage_of(stroke, row))
 
 
-def test_equal_names_give_equal_manifests_and_a_bad_folder_is_refused(tmp_path: Path) -> None:
+def test_equal_names_give_equal_manifests_and_a_bad_folder_is_refused(tmp_path):
     for path in ("a.json", "b.json"):
         write_manifest(tmp_path / path, ODD_NAMES)
     assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()

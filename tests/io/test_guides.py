@@ -2,11 +2,10 @@
 
 import json
 
-import pytest
-
-from brushgs import SceneError
 from brushgs.formats.guides import MAX_LINE, read_guides
 from brushgs.formats.registry import GUIDES_READ
+from tests.kit.for_each import for_each
+from tests.kit.refused import refuse, refuse_bytes
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 1 2 0\n"
 
@@ -24,7 +23,7 @@ def corners(guides):
 BOTH = [(0, 0, 0, 1, 0, 0), (1, 0, 0, 1, 2, 0)]
 
 
-@pytest.mark.parametrize(
+@for_each(
     "lines",
     [
         "l 1 2\nl 2 3\n",  # one edge a line, as Blender writes them
@@ -87,30 +86,19 @@ BAD = [(text, ".obj", rule) for text, rule in BAD_OBJ.items()]
 BAD += [(text, ".json", rule) for text, rule in BAD_JSON.items()]
 
 
-@pytest.mark.parametrize(("text", "suffix", "message"), BAD, ids=range(len(BAD)))
+@for_each("text, suffix, message", BAD)
 def test_bad_files_are_refused_in_a_sentence_with_the_cure(tmp_path, text, suffix, message):
-    with pytest.raises(SceneError, match=message) as caught:
-        read(tmp_path, text, suffix)
-    sentence = str(caught.value)
-    assert sentence.startswith(f"{tmp_path}/guides{suffix}: ")
-    assert sentence.isprintable()
-    assert "; " in sentence
+    assert "; " in refuse_bytes(tmp_path / f"guides{suffix}", text.encode(), message, read_guides)
 
 
-def test_files_of_other_formats_missing_ones_and_folders_are_refused(tmp_path):
-    with pytest.raises(SceneError, match="is no file of guides of a known format; give OBJ"):
-        read_guides(tmp_path / "guides.ply")
-    with pytest.raises(SceneError, match="there is no such file"):
-        read_guides(tmp_path / "guides.obj")
+def test_other_files_folders_and_too_many_points_are_refused(tmp_path, monkeypatch):
+    refuse(tmp_path / "guides.ply", "is no file of guides of a known format; give OBJ", read_guides)
+    refuse(tmp_path / "guides.obj", "there is no such file", read_guides)
     (tmp_path / "a.obj").mkdir()
-    with pytest.raises(SceneError, match="is a folder"):
-        read_guides(tmp_path / "a.obj")
+    refuse(tmp_path / "a.obj", "is a folder", read_guides)
     assert ".obj" in GUIDES_READ
     assert ".json" in GUIDES_READ
-
-
-def test_too_many_points_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("brushgs.formats.guides.MAX_POINTS", 1000)
     for content in (b"v 0 0 0\n" * 1001, b"v 0 0 0\nv 1 0 0\n" + b"l 1 2 1 2\n" * 1000):
-        with pytest.raises(SceneError, match="holds more than 1000 points; simplify the lines"):
-            read(tmp_path, content)
+        sentence = "holds more than 1000 points; simplify the lines"
+        refuse_bytes(tmp_path / "b.obj", content, sentence, read_guides)

@@ -6,10 +6,12 @@ import json
 import numpy as np
 import pytest
 
-from brushgs.errors import SceneError
 from brushgs.formats.marks import read_marks, write_marks
 from brushgs.values.marks import Overpaint
 from tests.io.marks_maker import example
+from tests.io.test_images import png
+from tests.kit.for_each import for_each
+from tests.kit.refused import refuse_bytes
 
 
 def columns(found: Overpaint) -> dict[str, np.ndarray]:
@@ -38,60 +40,35 @@ def test_marks_of_several_files_add_up():
         np.testing.assert_array_equal(image, example().marks.images[row % 2])
 
 
-def changed(field: str, value: object):
-    def change(content: dict) -> None:
-        *path, last = field.split(".")
-        for step in path:
-            content = content[step]
-        content[last] = value
-
-    return change
+HUGE = base64.b64encode(png(1 << 15, 1 << 15, 8, 6, b"\0" * 99)).decode()
 
 
-WRONG = {
-    "no marks": (changed("brushgs", "style"), "marks"),
-    "a later version": (changed("version", 2), "version"),
-    "a wrong count": (changed("marks.lengths", [1.0]), r"marks\.lengths"),
-    "no width": (changed("marks.widths", [1.0, 0.0]), r"marks\.widths"),
-    "a long normal": (changed("erased.normals", [[0, 0, 2], [0, 0, 1]]), r"erased\.normals"),
-    "no right angle": (changed("marks.normals", [[1, 0, 0]] * 2), "perpendicular"),
-    "a tile outside": (changed("atlas.places", [[0, 0, 4, 5], [4000, 1, 6, 3]]), "atlas"),
-    "a tile that is not there": (changed("marks.tiles", [0, 7]), "tiles"),
-    "a factor": (changed("density.factors", [1.0, 1e9]), r"density\.factors"),
-    "no picture": (changed("atlas.picture", {"type": "png", "data": "AAAA"}), "atlas"),
-    "an unknown field": (changed("marks.colour", [1.0]), "colour"),
-}
-
-
-@pytest.mark.parametrize("name", WRONG)
-def test_wrong_files_are_refused(name, tmp_path):
-    change, sentence = WRONG[name]
+@for_each(
+    "part, field, value, sentence",
+    [
+        (None, "brushgs", "style", "marks"),
+        (None, "version", 2, "version"),
+        ("marks", "lengths", [1.0], r"marks\.lengths"),
+        ("marks", "widths", [1.0, 0.0], r"marks\.widths"),
+        ("erased", "normals", [[0, 0, 2], [0, 0, 1]], r"erased\.normals"),
+        ("marks", "normals", [[1, 0, 0]] * 2, "perpendicular"),
+        ("atlas", "places", [[0, 0, 4, 5], [4000, 1, 6, 3]], "atlas"),
+        ("marks", "tiles", [0, 7], "tiles"),
+        ("density", "factors", [1.0, 1e9], r"density\.factors"),
+        ("atlas", "picture", {"type": "png", "data": "AAAA"}, "atlas"),
+        ("atlas", "picture", {"type": "png", "data": HUGE}, "atlas"),
+        ("marks", "colour", [1.0], "colour"),
+    ],
+)
+def test_wrong_files_are_refused(part, field, value, sentence, tmp_path):
     path = tmp_path / "a.marks"
     write_marks(example(), path)
     content = json.loads(path.read_text())
-    change(content)
-    path.write_text(json.dumps(content))
-    with pytest.raises(SceneError, match=sentence):
-        read_marks(path)
+    (content[part] if part else content)[field] = value
+    refuse_bytes(path, json.dumps(content).encode(), sentence, read_marks)
 
 
-def test_a_huge_atlas_is_refused_by_its_header(tmp_path):
-    path = tmp_path / "a.marks"
-    write_marks(example(), path)
-    content = json.loads(path.read_text())
-    png = bytearray(base64.b64decode(content["atlas"]["picture"]["data"]))
-    png[16:24] = (1 << 15).to_bytes(4, "big") * 2
-    content["atlas"]["picture"]["data"] = base64.b64encode(bytes(png)).decode()
-    path.write_text(json.dumps(content))
-    with pytest.raises(SceneError, match="atlas"):
-        read_marks(path)
-
-
-def test_a_file_keeps_its_content_if_another_cannot_be_written(tmp_path):
-    path = tmp_path / "a.marks"
-    write_marks(example(), path)
-    before = path.read_bytes()
+def test_marks_go_to_files_of_their_own_suffix(tmp_path):
     with pytest.raises(ValueError, match=r"marks"):
         write_marks(example(), tmp_path / "a.json")
-    assert path.read_bytes() == before
-    assert [one.name for one in tmp_path.iterdir()] == ["a.marks"]
+    assert list(tmp_path.iterdir()) == []

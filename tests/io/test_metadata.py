@@ -1,5 +1,6 @@
 """The metadata of a picture, in every format that is written."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from brushgs.version import __version__
 ORIGIN = Origin("brushgs render 'größe 1.ply' --look ink", "digest 0a")
 CAMERA = bg.Camera(np.eye(4), np.array([[20.0, 0, 16], [0, 20, 12], [0, 0, 1]]), 32, 24)
 SHOT = Shot(CAMERA, origin=ORIGIN)
+EPOCH = b"1970:01:01 00:00:00"  # no file holds the time of day
 FORMATS = [*PICTURE_SUFFIXES, *VIDEO_SUFFIXES]
 
 
@@ -43,10 +45,11 @@ def write(path: Path, shot: Shot | None) -> Path:
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
-def test_a_file_says_how_it_was_painted_and_stays_the_same(tmp_path: Path, suffix: str) -> None:
+def test_a_file_says_how_it_was_painted_and_stays_the_same(tmp_path, suffix):
     path, again = write(tmp_path / f"a{suffix}", SHOT), write(tmp_path / f"b{suffix}", SHOT)
     plain = write(tmp_path / f"c{suffix}", replace(SHOT, origin=None))
     assert path.read_bytes() == again.read_bytes()
+    assert set(re.findall(rb"\d{4}[:-]\d\d[:-]\d\d[ T]\d\d:\d\d:\d\d", path.read_bytes())) <= {EPOCH}
     row = find_written("picture", path) or find_written("video", path)
     assert row is not None
     assert b"brushgs render" not in plain.read_bytes()
@@ -66,7 +69,7 @@ def test_a_file_says_how_it_was_painted_and_stays_the_same(tmp_path: Path, suffi
 
 
 @pytest.mark.parametrize("name", ["missing.mp4", "words.png", "words.mp4"])
-def test_what_is_no_picture_is_refused_and_never_the_same_painting(tmp_path: Path, name: str) -> None:
+def test_what_is_no_picture_is_refused_and_never_the_same_painting(tmp_path, name):
     (tmp_path / "words.png").write_text("words")
     (tmp_path / "words.mp4").write_text("words")
     with pytest.raises(SceneError, match=name):

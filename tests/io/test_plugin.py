@@ -49,7 +49,7 @@ def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("example")
-def test_a_format_of_another_package_is_written_and_read(tmp_path: Path) -> None:
+def test_a_format_of_another_package_is_written_and_read(tmp_path):
     scene = still_life_of(1000)
     bg.save(scene, "a.csv")
     (tmp_path / "a.csv").rename("b")
@@ -64,7 +64,7 @@ def test_a_format_of_another_package_is_written_and_read(tmp_path: Path) -> None
 
 
 @pytest.mark.usefixtures("example")
-def test_commands_take_it_and_list_it(capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands_take_it_and_list_it(capsys):
     bg.save(still_life_of(1000), "a.ply")
     assert main(["prune", "a.ply", "-o", "a.csv", "--quiet"]) == 0
     assert main(["info", "a.csv"]) == 0
@@ -76,7 +76,7 @@ def test_commands_take_it_and_list_it(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 @pytest.mark.usefixtures("example")
-def test_a_look_of_another_package_has_a_name(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_look_of_another_package_has_a_name(capsys):
     assert bg.Look.open("dusk").config.light.lamp is not None
     assert main(["looks"]) == 0
     assert "dusk" in capsys.readouterr().out
@@ -94,9 +94,7 @@ def test_a_look_of_another_package_has_a_name(capsys: pytest.CaptureFixture[str]
         ("os:sep", "must be a Format"),
     ],
 )
-def test_what_cannot_be_used_is_named_and_passed_over(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, value: str, why: str
-) -> None:
+def test_what_cannot_be_used_is_named_and_passed_over(tmp_path, monkeypatch, value, why):
     install(tmp_path / "site", {"brushgs.formats": {"bad": value}})
     monkeypatch.syspath_prepend(tmp_path / "site")
     (tmp_path / "a").write_bytes(b"nothing of any format")

@@ -8,9 +8,8 @@ import pytest
 import brushgs as bg
 from brushgs.errors import SceneWarning
 from brushgs.formats import read_scene
-from brushgs.formats.scenes.read import read_raw_parts
 from brushgs.formats.scenes.write import write_scene
-from tests.io.test_write_ply import assert_same, make
+from tests.io.test_write_ply import make
 
 NAMES = ("flat", "flat_2", "/brushes/Käfer, \N{KOALA}.png")
 
@@ -18,20 +17,6 @@ NAMES = ("flat", "flat_2", "/brushes/Käfer, \N{KOALA}.png")
 def strokes_of(num=300, *, terms=4, count=3, dtype=np.float32):
     brushes = np.random.default_rng(num).integers(0, count, num).astype(np.uint8)
     return replace(make(num, terms, dtype=dtype), brushes=brushes)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("num", [1, 300, 40_000])  # the last in several blocks
-def test_brushes_and_their_names_read_back(tmp_path, num, dtype):
-    strokes = strokes_of(num, dtype=dtype)
-    write_scene(strokes, tmp_path / "a.ply", is_strokes=True, scene="koala", brushes=NAMES)
-    read, notes = read_scene(tmp_path / "a.ply")
-    np.testing.assert_array_equal(read.brushes, strokes.brushes)
-    if dtype == np.float32:
-        assert_same(read, strokes)
-    assert (notes.brushes, notes.scene, notes.unknown) == (NAMES, "koala", ())
-    ((raw, _),) = read_raw_parts(tmp_path / "a.ply")
-    np.testing.assert_array_equal(raw.brushes, strokes.brushes)
 
 
 def test_rows_that_are_dropped_take_their_brushes_with_them(tmp_path):

@@ -16,6 +16,7 @@ from brushgs.formats.scenes.stored import Stored, parse_text
 from brushgs.formats.scenes.write import write_scene
 from brushgs.values.camera import Camera, FirstView, Photograph
 from tests.io.test_write_ply import make
+from tests.kit.for_each import for_each
 
 EVERY_FIELD = FirstView(
     points=np.array([[0.1, -2e30, 1 / 3], [-0.0, 5e-324, 7]]),
@@ -51,8 +52,8 @@ def assert_same(one, other):
         assert (a.tobytes(), a.shape) == (b.tobytes(), b.shape) if isinstance(a, np.ndarray) else a == b
 
 
-@pytest.mark.parametrize("view", [EVERY_FIELD, FEWEST_FIELDS])
-@pytest.mark.parametrize("name", ["koala", "Käfer \N{KOALA}", 'a "b" \\c', None])
+@for_each("view", [EVERY_FIELD, FEWEST_FIELDS])
+@for_each("name", ["koala", "Käfer \N{KOALA}", 'a "b" \\c', None])
 def test_what_is_written_reads_back_to_the_last_bit(tmp_path, view, name):
     write_scene(make(100), tmp_path / "a.ply", is_strokes=True, scene=name, first_view=view)
     _, notes = read_scene(tmp_path / "a.ply")
@@ -67,7 +68,7 @@ def damaged(**changed):
     return json.dumps(content)
 
 
-@pytest.mark.parametrize(
+@for_each(
     "text",
     [
         '{"scene":"a\\u0000"}',

@@ -9,8 +9,6 @@ import pytest
 from PIL import Image
 
 import brushgs as bg
-from brushgs.cli import main
-from brushgs.errors import SceneWarning
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.pictures.metadata import read_metadata
 from brushgs.formats.pictures.shot import Origin
@@ -21,6 +19,7 @@ from brushgs.options.rules import Rule, Rules
 from brushgs.options.where import Where
 from brushgs.pipeline.still import paint_file
 from brushgs.values.paths import Path2D, PathGroup, Paths
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 SIZE = 320, 240
@@ -35,16 +34,13 @@ def scene(tmp_path_factory):
     return path
 
 
-def config_of(look, **media):
+def config_of(look):
     config = Look.open(look).config
     return replace(
         config,
         strokes=replace(config.strokes, see="off", focus=None),
         cluster=replace(config.cluster, strokes=600),
         view=ViewConfig(size=SIZE),
-        media=type(config.media)(
-            **{**{f: getattr(config.media, f) for f in config.media.__struct_fields__}, **media}
-        ),
     )
 
 
@@ -54,22 +50,16 @@ def rendered(path):
     return np.asarray(Image.open(io.BytesIO(content)).convert("RGB")) / 255
 
 
-def psnr_of(scene, folder, config):
-    drawing, picture = folder / "a.svg", folder / "a.png"
-    for path in (drawing, picture):
-        paint_file(scene, path, config)
-    return -10 * np.log10(np.mean((rendered(drawing) - read_image(picture)[..., :3]) ** 2))
-
-
-@pytest.mark.parametrize(
-    ("look", "media", "least"), [("ink", {}, 30), ("stippling", {}, 30), ("oil", {}, 23.5)]
-)
-def test_another_renderer_shows_the_picture(scene, tmp_path, look, media, least):
+@for_each("look, least", [("ink", 30), ("stippling", 30), ("oil", 23.5)])
+def test_another_renderer_shows_the_picture(scene, tmp_path, look, least):
     """In small pictures, where edges are most of it."""
-    config = config_of(look, **media)
+    config = config_of(look)
     if look == "oil":
         config = replace(config, light=replace(config.light, relief=0.0, canvas="none"))
-    assert psnr_of(scene, tmp_path, config) >= least
+    drawing, picture = tmp_path / "a.svg", tmp_path / "a.png"
+    for path in (drawing, picture):
+        paint_file(scene, path, config)
+    assert -10 * np.log10(np.mean((rendered(drawing) - read_image(picture)[..., :3]) ** 2)) >= least
 
 
 def test_layers_are_coats_in_painting_order_and_regions(scene, tmp_path):
@@ -91,24 +81,6 @@ def test_layers_are_coats_in_painting_order_and_regions(scene, tmp_path):
     assert (tmp_path / "a.svg").stat().st_size < 5e6
 
 
-def test_hidden_lines_are_cut(scene, tmp_path):
-    """The tighter the depth test, the less of the lines lies before it."""
-    lengths = []
-    for behind in (10.0, 0.8):
-        paint_file(scene, tmp_path / "a.svg", config_of("ink", black=0.0, behind=behind))
-        lengths.append(length_of(tmp_path / "a.svg"))
-    assert lengths[0] > lengths[1] > 0
-
-
-def length_of(path):
-    total = 0.0
-    for line in ElementTree.parse(path).getroot().iter(f"{SVG}path"):
-        if line.get("fill") == "none":
-            steps = line.get("d").split("l")[1].replace(",", " ").split()
-            total += np.hypot(*np.reshape(np.array(steps, float), (-1, 2)).T).sum()
-    return total
-
-
 def test_kinds_of_paths_and_an_empty_drawing(tmp_path):
     line = Path2D("line", np.array([[1.04, 2.0], [3.26, 2.0], [5, 5]]), 0.5, (0, 0, 0), 1.0)
     area = Path2D(
@@ -126,29 +98,3 @@ def test_kinds_of_paths_and_an_empty_drawing(tmp_path):
     write_svg(Paths(8, 6, (1, 1, 1), ()), tmp_path / "b.svg")
     assert [one.tag for one in ElementTree.parse(tmp_path / "b.svg").getroot()] == [f"{SVG}rect"]
     assert read_metadata(tmp_path / "b.svg") is None
-
-
-def test_a_scene_out_of_sight_is_an_empty_page(scene, tmp_path):
-    away = bg.Camera.look_at((0, 0, -50), (0, 0, -90), width=80, height=60)
-    with pytest.warns(SceneWarning, match="no stroke"):
-        paint_file(scene, tmp_path / "no.svg", config_of("ink"), camera=away)
-    assert "<path" not in (tmp_path / "no.svg").read_text()
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (["-o", "a.svg", "--bits", "16"], "bits must be omitted for a.svg"),
-        (["-o", "a.svg", "--layers", "depth"], "layers must be omitted for a.svg"),
-        (["-o", "a.svg", "--orbit", "90"], "svg"),
-    ],
-)
-def test_what_paths_cannot_hold_is_refused_in_a_sentence(
-    scene, tmp_path, monkeypatch, capsys, words, sentence
-):
-    monkeypatch.chdir(tmp_path)
-    code = main(["render", str(scene), *words])
-    err = capsys.readouterr().err
-    assert code == 2
-    assert sentence in err
-    assert not list(tmp_path.glob("**/*.svg"))

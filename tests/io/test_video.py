@@ -16,6 +16,7 @@ from brushgs.formats.pictures.oiio import spread_colors
 from brushgs.formats.pictures.video import open_video, padded_size
 from brushgs.formats.registry import VIDEO_FORMATS, VIDEO_SUFFIXES
 from brushgs.formats.table import VIDEO_CODECS
+from tests.kit.for_each import for_each
 
 ROOT = Path(__file__).resolve().parents[2]
 WIDTH, HEIGHT, NUM_FRAMES = 72, 50, 7
@@ -88,8 +89,8 @@ def psnr(actual: np.ndarray, expected: np.ndarray) -> float:
 LEAST = {"h264": 33.5, "h265": 33, "vp9": 33.5, "prores": 45, "gif": 31}
 
 
-@pytest.mark.parametrize(("suffix", "codec", "bits"), OFFERED)
-def test_a_video_gives_its_frames_back(tmp_path: Path, suffix: str, codec: str, bits: int) -> None:
+@for_each(("suffix", "codec", "bits"), OFFERED)
+def test_a_video_gives_its_frames_back(tmp_path, suffix, codec, bits):
     frames, least = moving_picture(), LEAST[codec]
     decoded, stored, rate = read(film(tmp_path / f"a{suffix}", frames, fps=25, codec=codec, bits=bits))
     name = stored.format.name
@@ -99,20 +100,15 @@ def test_a_video_gives_its_frames_back(tmp_path: Path, suffix: str, codec: str, 
     for actual, expected in zip(decoded, frames, strict=True):
         assert actual.shape == expected.shape
         assert psnr(actual, expected) > least
+    if suffix in (".mp4", ".mov"):  # the index comes first
+        content = (tmp_path / f"a{suffix}").read_bytes()
+        assert 0 < content.index(b"moov") < content.index(b"mdat")
     # Each is nearest to the frame it was: none is shown twice, none is late.
     errors = np.array([[psnr(actual, expected) for expected in frames] for actual in decoded])
     assert errors.argmax(axis=1).tolist() == list(range(NUM_FRAMES))
 
 
-@pytest.mark.parametrize(("suffix", "codec", "bits"), OFFERED)
-def test_equal_frames_give_equal_bytes(tmp_path: Path, suffix: str, codec: str, bits: int) -> None:
-    first, second = (
-        film(tmp_path / f"{name}{suffix}", moving_picture(), codec=codec, bits=bits) for name in "ab"
-    )
-    assert first.read_bytes() == second.read_bytes()
-
-
-def test_bytes_do_not_depend_on_what_lay_in_memory(tmp_path: Path) -> None:
+def test_bytes_do_not_depend_on_what_lay_in_memory(tmp_path):
     code = (
         "import hashlib, pathlib, sys\n"
         "from tests.io.test_video import OFFERED, film, moving_picture, seen_through\n"
@@ -133,10 +129,8 @@ def test_bytes_do_not_depend_on_what_lay_in_memory(tmp_path: Path) -> None:
     assert first == second
 
 
-@pytest.mark.parametrize(("suffix", "codec", "bits"), [row for row in OFFERED if row[0] != ".gif"])
-def test_colours_are_converted_by_bt709_and_tagged_so(
-    tmp_path: Path, suffix: str, codec: str, bits: int
-) -> None:
+@for_each(("suffix", "codec", "bits"), [row for row in OFFERED if row[0] != ".gif"])
+def test_colours_are_converted_by_bt709_and_tagged_so(tmp_path, suffix, codec, bits):
     colors = np.array([(255, 0, 0), (0, 255, 0), (0, 0, 255), (200, 120, 40)])
     pixels = np.repeat(np.repeat(colors[None].astype(np.uint8), 32, axis=0), 16, axis=1)
     _, stored, _ = read(film(tmp_path / f"a{suffix}", [pixels] * 3, codec=codec, bits=bits))
@@ -147,8 +141,8 @@ def test_colours_are_converted_by_bt709_and_tagged_so(
     np.testing.assert_allclose(luma, expected, atol=1.5)  # BT.601 is off by 16 in green
 
 
-@pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)
-def test_odd_sides_lose_nothing(tmp_path: Path, suffix: str) -> None:
+@for_each("suffix", VIDEO_SUFFIXES)
+def test_odd_sides_lose_nothing(tmp_path, suffix):
     frames = moving_picture(41, 33)
     decoded, _, _ = read(film(tmp_path / f"a{suffix}", frames))
     is_even = suffix in (".mp4", ".mkv")
@@ -161,45 +155,24 @@ def test_odd_sides_lose_nothing(tmp_path: Path, suffix: str) -> None:
         np.testing.assert_allclose(decoded[3][:, 41].astype(int), decoded[3][:, 40], atol=5)
 
 
-@pytest.mark.parametrize("name", ["a.mp4", "a.mov"])
-def test_the_index_comes_first(tmp_path: Path, name: str) -> None:
-    content = film(tmp_path / name, moving_picture()).read_bytes()
-    assert 0 < content.index(b"moov") < content.index(b"mdat")
-
-
-@pytest.mark.parametrize(
+@for_each(
     ("fps", "rate"),
     [
         (23.976, Fraction(24000, 1001)), (29.97, Fraction(30000, 1001)), (59.94, Fraction(60000, 1001)),
         (119.88, Fraction(120000, 1001)), (30, 30), (12.5, Fraction(25, 2)),
     ],
 )  # fmt: skip
-def test_the_frame_rate_is_kept_and_those_of_television_are_fractions(
-    tmp_path: Path, fps: float, rate: Fraction
-) -> None:
+def test_the_frame_rate_is_kept_and_those_of_television_are_fractions(tmp_path, fps, rate):
     assert read(film(tmp_path / "a.mp4", moving_picture(), fps))[2] == rate
 
 
-@pytest.mark.parametrize(
-    ("name", "fps", "most"), [("a.gif", 60, 50), ("a.mp4", 0, 1000), ("a.webm", 1001, 1000)]
-)
-def test_a_rate_that_the_format_cannot_hold_is_refused(
-    tmp_path: Path, name: str, fps: float, most: int
-) -> None:
-    with pytest.raises(ValueError, match=rf"fps must be above 0 and at most {most} for \.\w+, got {fps}"):
-        film(tmp_path / name, moving_picture(), fps)
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)
-@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
-def test_a_video_that_is_not_finished_leaves_what_was_there(
-    tmp_path: Path, suffix: str, error: type[BaseException]
-) -> None:
+@for_each("suffix", VIDEO_SUFFIXES)
+@for_each("error", [KeyboardInterrupt, ValueError])
+def test_a_video_that_is_not_finished_leaves_what_was_there(tmp_path, suffix, error):
     path = tmp_path / f"a{suffix}"
     path.write_text("old")
 
-    def stop() -> None:
+    def stop():
         with open_video(path, width=WIDTH, height=HEIGHT, fps=24) as reel:
             reel.add(moving_picture()[0])
             raise error
@@ -208,48 +181,48 @@ def test_a_video_that_is_not_finished_leaves_what_was_there(
         stop()
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
-
-
-@pytest.mark.parametrize(("size", "rule"), [((8194, 16), "at most 8192"), ((40, 15), "at least 16")])
-def test_a_size_that_h265_cannot_hold_is_refused(tmp_path: Path, size: tuple[int, int], rule: str) -> None:
-    frames = [np.zeros((size[1], size[0], 3), np.uint8)]
-    with pytest.raises(ValueError, match=rf"in \.mp4 with H\.265 must be {rule} pixels wide and high, got"):
-        film(tmp_path / "a.mp4", frames, codec="h265")
-    assert list(tmp_path.iterdir()) == []
+    path.unlink()
 
 
 # ---- what a format offers
 
 
-@pytest.mark.parametrize(
-    ("name", "options", "sentence"),
+PLAIN, SMALL = [(HEIGHT, WIDTH)], [(4, 6)]
+
+
+@for_each(
+    "sizes, name, options, sentence",
     [
-        ("a.mp4", {"codec": "vp9"}, r"codec must be h264 or h265 for \.mp4, got 'vp9'; \.webm takes that"),
-        ("a.webm", {"codec": "h264"}, r"codec must be vp9 for \.webm, got 'h264'; \.mp4, \.mov or \.mkv"),
-        ("a.gif", {"background": "transparent"}, r"background must not be transparent in a\.gif, whose"),
+        (PLAIN, "a.gif", {"fps": 60}, r"fps must be above 0 and at most 50 for \.\w+, got 60"),
+        (PLAIN, "a.mp4", {"fps": 0}, r"fps must be above 0 and at most 1000 for \.\w+, got 0"),
+        (PLAIN, "a.webm", {"fps": 1001}, r"fps must be above 0 and at most 1000 for \.\w+, got 1001"),
+        ([(16, 8194)], "a.mp4", {"codec": "h265"}, r"in \.mp4 with H\.265 must be at most 8192 pixels wide"),
+        ([(15, 40)], "a.mp4", {"codec": "h265"}, r"in \.mp4 with H\.265 must be at least 16 pixels wide"),
+        (SMALL, "a.mp4", {"codec": "vp9"}, r"codec must be h264 or h265 for \.mp4, got 'vp9'; \.webm takes"),
+        (SMALL, "a.webm", {"codec": "h264"}, r"codec must be vp9 for \.webm, got 'h264'; \.mp4, \.mov or"),
+        (
+            SMALL,
+            "a.gif",
+            {"background": "transparent"},
+            r"background must not be transparent in a\.gif, whose",
+        ),
+        (SMALL, "a.avi", {}, r"path must end in .*, got '.*a.avi'"),
+        ([], "a.mp4", {}, "frames must hold at least one, got none"),
+        ([(4, 6), (6, 4)], "a.gif", {}, "frames must have one size, got 6x4 and 4x6"),
     ],
 )
-def test_what_a_format_does_not_offer_is_refused_before_any_frame_is_taken(
-    tmp_path: Path, name: str, options: dict, sentence: str
-) -> None:
-    taken = iter([bg.Frame(np.zeros((4, 6, 3), np.float32), np.zeros((4, 6), np.float32))])
+def test_what_makes_no_video_is_refused_and_nothing_is_left(tmp_path, sizes, name, options, sentence):
+    frames = [bg.Frame(np.zeros((*size, 3), np.float32), np.zeros(size, np.float32)) for size in sizes]
     with pytest.raises(ValueError, match=sentence):
-        bg.save_video(taken, tmp_path / name, **options)
-    assert len(list(taken)) == 1
+        bg.save_video(iter(frames), tmp_path / name, **options)
     assert list(tmp_path.iterdir()) == []
 
 
 # ---- bits
 
 
-def levels_of_luma(path: Path) -> int:
-    with av.open(str(path)) as container:
-        stored = next(container.decode(video=0))
-    return len(np.unique(plane(stored, 0)[8:-8]))
-
-
-@pytest.mark.parametrize(("name", "codec"), [("a.mov", "prores"), ("a.mp4", "h265"), ("a.mkv", "h265")])
-def test_ten_bits_hold_what_eight_cannot(tmp_path: Path, name: str, codec: str) -> None:
+@for_each(("name", "codec"), [("a.mov", "prores"), ("a.mp4", "h265"), ("a.mkv", "h265")])
+def test_ten_bits_hold_what_eight_cannot(tmp_path, name, codec):
     """A ramp over 11 levels of 8 bits in 41 steps, each on a strip 32 wide, so that codecs keep its steps."""
     steps = np.linspace(0.4, 0.45, 41, dtype=np.float32)
     ramp = np.broadcast_to(np.repeat(steps, 32)[None, :, None], (64, 41 * 32, 3))
@@ -262,9 +235,6 @@ def test_ten_bits_hold_what_eight_cannot(tmp_path: Path, name: str, codec: str) 
     # Within a step of 10 bits; those of 8 would be off by up to 2.
     np.testing.assert_allclose(4 * luma, 4 * (16 + 219 * steps), atol=1)
     assert np.diff(luma).min() > 0
-    if codec == "h265":
-        bg.save_video([frame], tmp_path / name, codec=codec, bits=8)
-        assert levels_of_luma(tmp_path / name) <= 14
 
 
 # ---- transparency
@@ -295,11 +265,9 @@ def with_alpha(path: Path) -> list[av.VideoFrame]:
         return [frame for packet in [*packets, None] for frame in decoder.decode(packet)]
 
 
-@pytest.mark.parametrize("size", [(96, 64), (97, 63)])
-@pytest.mark.parametrize(("suffix", "close"), [(".mov", 0.004), (".webm", 0.03)])
-def test_transparent_frames_keep_their_alpha_and_their_straight_colours(
-    tmp_path: Path, suffix: str, close: float, size: tuple[int, int]
-) -> None:
+@for_each("size", [(96, 64), (97, 63)])
+@for_each(("suffix", "close"), [(".mov", 0.004), (".webm", 0.03)])
+def test_transparent_frames_keep_their_alpha_and_their_straight_colours(tmp_path, suffix, close, size):
     frame = soft_frame(*size)
     bg.save_video([frame] * 3, tmp_path / f"a{suffix}", background=None)
     decoded = with_alpha(tmp_path / f"a{suffix}")
@@ -318,7 +286,7 @@ def test_transparent_frames_keep_their_alpha_and_their_straight_colours(
         assert errors.mean() < close / 2, errors.mean()
 
 
-def test_colours_go_on_where_nothing_is_painted() -> None:
+def test_colours_go_on_where_nothing_is_painted():
     frame = soft_frame(37, 22)
     colors = spread_colors(frame)
     painted = frame.alpha > 0
@@ -329,41 +297,19 @@ def test_colours_go_on_where_nothing_is_painted() -> None:
     assert not spread_colors(bare).any()
 
 
-# ---- the colours of a GIF
-
-
-def test_colours_of_all_pictures_count() -> None:
+def test_colours_of_all_pictures_of_a_gif_count():
     counts = ColorCounts()
     for color in ((255, 0, 0), (0, 0, 255)):
         counts.add(np.full((4, 4, 3), color, np.uint8))
     assert counts.palette(255).tolist() == [[0, 0, 255], [255, 0, 0]]
 
 
-def test_frames_of_a_sequence_become_a_video(tmp_path):
-    frames = [
-        bg.Frame(np.full((48, 64, 3), 0.1 * k, np.float32), np.full((48, 64), 0.5, np.float32))
-        for k in range(5)
-    ]
-    bg.save_video(iter(frames), tmp_path / "a.mp4", fps=12, background=(0, 0, 1))
-    with av.open(tmp_path / "a.mp4") as video:
-        assert video.streams.video[0].average_rate == 12
-        pictures = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
-    assert len(pictures) == 5
+def test_frames_become_a_video_on_their_background(tmp_path):
+    grey = [np.full((48, 64, 3), 0.1 * k, np.float32) for k in range(5)]
+    frames = (bg.Frame(rgb, np.full((48, 64), 0.5, np.float32)) for rgb in grey)
+    bg.save_video(frames, tmp_path / "a.mp4", fps=12, background=(0, 0, 1))
+    pictures, _, rate = read(tmp_path / "a.mp4")
+    assert (len(pictures), rate) == (5, 12)
     for k, picture in enumerate(pictures):
         expected = 255 * np.clip([0.1 * k, 0.1 * k, 0.1 * k + 0.5], 0, 1)
         np.testing.assert_allclose(picture.mean(axis=(0, 1)), expected, atol=4)
-
-
-@pytest.mark.parametrize(
-    ("sizes", "name", "words"),
-    [
-        ([], "a.mp4", "frames must hold at least one, got none"),
-        ([(4, 6), (6, 4)], "a.gif", "frames must have one size, got 6x4 and 4x6"),
-        ([(4, 6)], "a.avi", "path must end in .*, got '.*a.avi'"),
-    ],
-)
-def test_frames_that_make_no_video_are_refused_and_nothing_is_left(tmp_path, sizes, name, words):
-    frames = [bg.Frame(np.zeros((*size, 3), np.float32), np.zeros(size, np.float32)) for size in sizes]
-    with pytest.raises(ValueError, match=words):
-        bg.save_video(frames, tmp_path / name)
-    assert list(tmp_path.iterdir()) == []

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgs import SceneError
 from brushgs.formats.moving import open_moving
-from brushgs.values.moving import MovingScene
+from tests.kit.for_each import for_each
+from tests.kit.refused import refuse, refuse_bytes
 
 C0 = 0.5 / math.sqrt(math.pi)
 NUM_ROWS = 300
@@ -44,21 +44,14 @@ def write(path: Path, scene: Any, **options: Any) -> Path:
     return path
 
 
-def opened(path: Path) -> MovingScene:
-    scene = open_moving(path)
-    assert scene is not None
-    return scene
-
-
-@pytest.mark.parametrize("degree", [0, 1, 3])
-def test_moments_are_those_that_the_package_states(degree: int, tmp_path: Path) -> None:
+@for_each("degree", [0, 1, 3])
+def test_moments_are_those_that_the_package_states(degree, tmp_path):
     more: dict[str, Any] = {}
     if degree:
         codes = np.random.default_rng(1).integers(0, 256, (NUM_ROWS, 3 * ((degree + 1) ** 2 - 1)))
         more = {"sh": codes.astype(np.uint8), "sh_degree": degree}
     path = write(tmp_path / "a.4dgs", gaussians(**more))
-    scene = opened(path)
-    assert scene.notes is not None
+    scene = open_moving(path)
     assert (scene.duration, scene.has_rows, scene.notes.is_timed) == (2.0, True, True)
     assert (scene.notes.format, scene.notes.rows_read, scene.notes.sh_degree_used) == ("4dgs", 300, degree)
     import fourdgs
@@ -81,7 +74,7 @@ def test_moments_are_those_that_the_package_states(degree: int, tmp_path: Path) 
         np.testing.assert_allclose(scene.at(0).sh[:, 3, 0], decoded, rtol=1e-6)
 
 
-def test_things_move_on_their_tracks(tmp_path: Path) -> None:
+def test_things_move_on_their_tracks(tmp_path):
     fourdgs = pytest.importorskip("fourdgs", reason="the package fourdgs is not installed")
     half = math.sqrt(0.5)
     track = fourdgs.ObjectTrack(
@@ -94,19 +87,18 @@ def test_things_move_on_their_tracks(tmp_path: Path) -> None:
     ids[:40] = 7
     layer = fourdgs.ObjectLayer(tracks=[track])
     path = write(tmp_path / "a.4dgs", gaussians(object_id=ids), objects=layer)
-    scene, stated = opened(path), fourdgs.read(path)
+    scene, stated = open_moving(path), fourdgs.read(path)
     for time in (0.0, 0.8, 1.6):
         at = stated.state_at(time)
         moment = scene.at(time)
         np.testing.assert_allclose(moment.means[at["indices"]], at["centers"], rtol=1e-5, atol=1e-6)
         turned = moment.quats[at["indices"]][:, [1, 2, 3, 0]]
         np.testing.assert_allclose(turned, at["orientations"], rtol=1e-5, atol=1e-6)
-    assert scene.resting is not None
     tracked = stated.gaussians.object_id == 7
     assert not scene.resting[tracked].any()
 
 
-def test_a_clip_of_keyframes_is_refused_by_name(tmp_path: Path) -> None:
+def test_a_clip_of_keyframes_is_refused_by_name(tmp_path):
     scene = gaussians(width=1.0)
     from fourdgs.keyframe_delta_file import write_sequence
     from fourdgs.keyframe_delta_writer import Sample
@@ -114,30 +106,17 @@ def test_a_clip_of_keyframes_is_refused_by_name(tmp_path: Path) -> None:
     samples = [Sample(float(t0), np.arange(NUM_ROWS), scene) for t0 in (0, 1)]
     path = tmp_path / "a.4dgs"
     path.write_bytes(write_sequence(samples, 2.0))
-    with pytest.raises(SceneError, match=r"keyframe-delta.*; name the scene files of its moments"):
-        open_moving(path)
+    refuse(path, r"keyframe-delta.*; name the scene files of its moments", open_moving)
 
 
-def test_a_file_that_is_cut_off_or_damaged_is_refused_in_a_sentence(tmp_path: Path) -> None:
+def test_a_file_that_is_cut_off_or_damaged_is_refused_in_a_sentence(tmp_path):
     data = write(tmp_path / "a.4dgs", gaussians()).read_bytes()
-    path = tmp_path / "b.4dgs"
-    for length in (8, 9, 60, len(data) // 2, len(data) - 1):
-        path.write_bytes(data[:length])
-        with pytest.raises(SceneError, match=r"is cut off|is damaged") as error:
-            open_moving(path)
-        assert str(path) in str(error.value)
-    path.write_bytes(data[:8] + bytes(len(data) - 8))
-    with pytest.raises(SceneError, match=r"is cut off|is damaged"):
-        open_moving(path)
+    cuts = [data[:length] for length in (8, 9, 60, len(data) // 2, len(data) - 1)]
+    for content in (*cuts, data[:8] + bytes(len(data) - 8)):
+        refuse_bytes(tmp_path / "b.4dgs", content, r"is cut off|is damaged", open_moving)
 
 
-def test_without_the_package_the_sentence_says_how_to_install_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_the_package_the_sentence_says_how_to_install_it(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "fourdgs", None)
-    path = tmp_path / "a.4dgs"
-    path.write_bytes(b"\x894DGS1\r\n" + bytes(99))
-    with pytest.raises(
-        SceneError, match=r"package fourdgs reads; install it with pip install 'brushgs\[4dgs\]'"
-    ):
-        open_moving(path)
+    sentence = r"package fourdgs reads; install it with pip install 'brushgs\[4dgs\]'"
+    refuse_bytes(tmp_path / "a.4dgs", b"\x894DGS1\r\n" + bytes(99), sentence, open_moving)

@@ -6,13 +6,14 @@ import pytest
 
 import brushgs as bg
 from brushgs.formats.moving.frames import find_series
+from tests.kit.for_each import for_each
 
 
 def series(*names: str):
     return find_series([Path(name) for name in names])
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("names", "kind"),
     [
         (["frame_000.ply", "frame_001.ply"], "moments"),
@@ -30,14 +31,13 @@ def series(*names: str):
         (["a/1/b/point_cloud.ply", "a/2/b/point_cloud.ply"], "unsure"),
     ],
 )
-def test_the_word_before_the_number_says_what_files_are(names: list[str], kind: str) -> None:
+def test_the_word_before_the_number_says_what_files_are(names, kind):
     found = series(*names)
-    assert found is not None
     assert (found.kind, found.is_regular) == (kind, True)
     assert [str(path) for path in found.paths] == names
 
 
-@pytest.mark.parametrize(
+@for_each(
     "names",
     [
         [],
@@ -49,17 +49,21 @@ def test_the_word_before_the_number_says_what_files_are(names: list[str], kind: 
         ["1" * 20 + ".ply", "2" * 20 + ".ply"],
     ],
 )
-def test_other_names_are_no_series(names: list[str]) -> None:
+def test_other_names_are_no_series(names):
     assert series(*names) is None
 
 
-def test_files_are_in_order_of_their_numbers_however_they_are_named_or_listed() -> None:
-    found = series("frame_10.ply", "frame_9.spz", "frame_011.ply")
-    assert found is not None
-    assert [path.name for path in found.paths] == ["frame_9.spz", "frame_10.ply", "frame_011.ply"]
+def test_files_are_in_order_of_their_numbers_however_they_are_named_or_listed():
+    for names, order in (
+        (["frame_10.ply", "frame_9.spz", "frame_011.ply"], [1, 0, 2]),
+        (["time_0.5.ply", "time_0.25.ply", "time_1.0.ply"], [1, 0, 2]),
+    ):
+        found = series(*names)
+        assert [path.name for path in found.paths] == [names[place] for place in order]
+        assert found.slots.tolist() == [0, 1, 2]
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("numbers", "slots", "is_regular"),
     [
         ([5, 6, 7], [0, 1, 2], True),
@@ -70,21 +74,13 @@ def test_files_are_in_order_of_their_numbers_however_they_are_named_or_listed() 
         ([1699999999, 1700000133, 1700000140], [0, 1, 2], False),
     ],
 )
-def test_missing_numbers_keep_their_places(numbers: list[int], slots: list[int], is_regular: bool) -> None:
+def test_missing_numbers_keep_their_places(numbers, slots, is_regular):
     found = series(*(f"frame_{number}.ply" for number in numbers))
-    assert found is not None
     assert (found.slots.tolist(), found.is_regular) == (slots, is_regular)
     assert found.num_missing == slots[-1] + 1 - len(slots)
 
 
-def test_numbers_with_a_point_are_in_order() -> None:
-    found = series("time_0.5.ply", "time_0.25.ply", "time_1.0.ply")
-    assert found is not None
-    assert [path.name for path in found.paths] == ["time_0.25.ply", "time_0.5.ply", "time_1.0.ply"]
-    assert found.slots.tolist() == [0, 1, 2]
-
-
-def test_a_moment_that_is_there_twice_is_refused() -> None:
+def test_a_moment_that_is_there_twice_is_refused():
     with pytest.raises(bg.SceneError, match=r"frame_0\.\w+: bears the same .*name one kind, by .*c/\*\."):
         series("c/frame_0.ply", "c/frame_0.spz", "c/frame_1.ply", "c/frame_1.spz")
     with pytest.raises(bg.SceneError, match=r"bears the same number as frame_0\.ply.*; name one folder"):

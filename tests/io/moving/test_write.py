@@ -8,6 +8,7 @@ from brushgs.formats.moving import load_moving
 from brushgs.formats.moving.write import NAME, check_moments_folder, write_moments
 from brushgs.formats.scenes.write import write_scene
 from brushgs.values.gaussians import Gaussians
+from tests.kit.refused import refuse
 from tests.passes.scenes import random_gaussians
 
 
@@ -69,21 +70,13 @@ def test_what_fails_midway_leaves_the_folder_as_it_was(tmp_path, is_new):
     assert folder.exists() is not is_new
 
 
-@pytest.mark.parametrize("name", ["notes.txt", "moment_00000.txt", "00000.ply"])
-def test_a_folder_with_anything_else_is_refused(tmp_path, name):
-    if name.endswith("/"):
-        (tmp_path / name).mkdir()
-    elif name.endswith(".ply"):  # a scene that someone trained
-        write_scene(next(moments(1)), tmp_path / name)
-    else:
-        (tmp_path / name).write_text("mine")
-    with pytest.raises(SceneError, match=rf"holds {name.strip('/')}, which brushgs did not write"):
-        check_moments_folder(tmp_path)
-
-
-def test_a_file_is_no_folder_and_missing_folders_are_made(tmp_path):
-    (tmp_path / "file").write_text("mine")
-    with pytest.raises(SceneError, match="is a file, not a folder; choose another name"):
-        check_moments_folder(tmp_path / "file")
+def test_a_folder_with_anything_else_is_refused_and_missing_folders_are_made(tmp_path):
+    write_scene(next(moments(1)), tmp_path / "00000.ply")  # a scene that someone trained
+    for name in ("00000.ply", "notes.txt", "moment_00000.txt"):
+        folder = tmp_path / "folders" / name
+        folder.mkdir(parents=True)
+        (folder / name).write_bytes((tmp_path / "00000.ply").read_bytes())
+        refuse(folder, f"holds {name}, which brushgs did not write", check_moments_folder)
+    refuse(tmp_path / "00000.ply", "is a file, not a folder; choose another name", check_moments_folder)
     write_moments(moments(1), tmp_path / "none" / "strokes")
-    assert [path.name for path in (tmp_path / "none" / "strokes").iterdir()] == [NAME % 0]
+    assert names(tmp_path / "none" / "strokes") == [NAME % 0]

@@ -25,7 +25,7 @@ def make(num_rows: int, degree: int = 0, seed: int = 0) -> Scene:
         "scales": np.exp(rng.normal(-4, 1, size=(num_rows, 3))),
         "quats": quats / np.linalg.norm(quats, axis=1, keepdims=True),
         "colors": rng.random((num_rows, 3)),
-        "opacities": rng.random(num_rows),
+        "opacities": np.r_[0.0, 1.0, rng.random(num_rows)][:num_rows],
         "rest": rng.uniform(*LIMITS, size=(num_rows, 3, NUM_REST[degree])),  # channel by channel
     }
 

@@ -18,7 +18,7 @@ def make(num_rows: int, seed: int = 0) -> Scene:
         "means": rng.normal(size=(num_rows, 3)) * 3,
         "scales": np.exp(rng.normal(-4, 1, size=(num_rows, 3))),
         "colors": rng.random((num_rows, 3)),
-        "opacities": rng.random(num_rows),
+        "opacities": np.r_[0.0, 1.0, rng.random(num_rows)][:num_rows],
         "quats": quats / np.linalg.norm(quats, axis=1, keepdims=True),
     }
 

@@ -25,7 +25,7 @@ def make(num_rows: int, degree: int = 0, seed: int = 0) -> Scene:
         "means": rng.normal(size=(num_rows, 3)) * 3,
         "log_scales": rng.uniform(-9.9, 5.8, size=(num_rows, 3)),
         "quats": quats / np.linalg.norm(quats, axis=1, keepdims=True),
-        "opacities": rng.random(num_rows),
+        "opacities": np.r_[0.0, 1.0, rng.random(num_rows)][:num_rows],
         "sh0": rng.uniform(-3.2, 3.2, size=(num_rows, 3)),
         "rest": rng.uniform(-0.99, 0.98, size=(num_rows, NUM_REST[degree], 3)),
     }
@@ -119,8 +119,8 @@ def streams(data: bytes) -> list[bytes]:
     return found
 
 
-def decode(data: bytes, most: int | None = None) -> Scene:
-    """Values of a file, or of its first Gaussians, as lists of one entry each."""
+def decode(data: bytes, most: int | None = None) -> dict[str, np.ndarray]:
+    """Columns of a file, or of its first Gaussians, as the reader returns them."""
     content = gzip.decompress(data) if data[:2] == b"\x1f\x8b" else data
     _, version, count, degree, bits = struct.unpack_from("<4sIIBB", content)
     per_row = [6 if version == 1 else 9, 1, 3, 3, 3 if version < 3 else 4, 3 * NUM_REST[degree]]
@@ -149,7 +149,9 @@ def decode(data: bytes, most: int | None = None) -> Scene:
         scene["log_scales"].append([byte / 16 - 10 for byte in scale])
         scene["quats"].append(_decode_rotation(rotation))
         scene["rest"].append([[(rest[i + c] - 128) / 128 for c in range(3)] for i in range(0, len(rest), 3)])
-    return scene
+    sh = [[color, *rest] for color, rest in zip(scene.pop("sh0"), scene.pop("rest"), strict=True)]
+    scene["scales"] = np.exp(scene.pop("log_scales"))
+    return {name: np.array(values) for name, values in (scene | {"sh": sh}).items()}
 
 
 def _decode_rotation(packed: bytes) -> list[float]:

@@ -17,6 +17,7 @@ from brushgs.formats.scenes.rows import read_blocks, sample_rows
 from tests.io import test_compressed_ply
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import ksplat_format
+from tests.kit.for_each import for_each
 
 NUM = 700
 NAMES = ("means", "quats", "scales", "opacities", "sh")
@@ -59,9 +60,9 @@ def joined(path: Path, block_rows: int) -> tuple[Columns, Dropped]:
     return Columns.joined(parts), dropped
 
 
-@pytest.mark.parametrize("block_rows", [77, 256, 1000])
-@pytest.mark.parametrize("name", FILES)
-def test_blocks_are_the_rows_of_the_file(tmp_path: Path, name: str, block_rows: int) -> None:
+@for_each("block_rows", [77, 256, 1000])
+@for_each("name", FILES)
+def test_blocks_are_the_rows_of_the_file(tmp_path, name, block_rows):
     path = FILES[name](tmp_path / name)
     whole, (blocks, dropped) = bg.load(path), joined(path, block_rows)
     assert dropped.num_rows == 0
@@ -74,7 +75,7 @@ def test_blocks_are_the_rows_of_the_file(tmp_path: Path, name: str, block_rows: 
         np.testing.assert_allclose(actual, expected, rtol=1e-5, atol=1e-7, err_msg=column)
 
 
-def test_a_file_that_is_cut_off_is_refused_before_the_first_block(tmp_path: Path) -> None:
+def test_a_file_that_is_cut_off_is_refused_before_the_first_block(tmp_path):
     path = write_scene(tmp_path / "a.ply", scene_columns(NUM))
     file = open_file(path, None)
     path.write_bytes(path.read_bytes()[:-100])
@@ -84,7 +85,7 @@ def test_a_file_that_is_cut_off_is_refused_before_the_first_block(tmp_path: Path
         list(read_blocks(file.open_rows(), 0, NUM))
 
 
-def test_a_sample_is_spread_over_the_whole_file(tmp_path: Path) -> None:
+def test_a_sample_is_spread_over_the_whole_file(tmp_path):
     columns = scene_columns(20_000)
     columns["x"][:] = np.arange(20_000)
     rows = open_file(write_scene(tmp_path / "a.ply", columns), None).open_rows()
@@ -95,9 +96,7 @@ def test_a_sample_is_spread_over_the_whole_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", [*FILES, "scene.glb"])
-def test_raw_rows_are_log_scales_and_logits_of_what_any_number_of_threads_reads(
-    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_raw_rows_are_log_scales_and_logits_of_what_any_number_of_threads_reads(tmp_path, name, monkeypatch):
     monkeypatch.setitem(globals(), "NUM", 5000)  # more than a block of any decoder
     path = FILES.get(name, saved)(tmp_path / name)
     read = []

@@ -1,7 +1,6 @@
 """glTF with KHR_gaussian_splatting: copied attributes, placed meshes, and what is refused."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,8 @@ from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0, sh_basis
 from tests.io.scenes import spz_format
 from tests.io.scenes.gltf_maker import PREFIX, Attributes, Model, make
-from tests.kit.refused import refuse
+from tests.kit.for_each import for_each
+from tests.kit.refused import refuse, refuse_bytes
 
 
 def model_of(attributes: Attributes, **options: object) -> Model:
@@ -37,9 +37,9 @@ def assert_copied(gaussians: bg.Gaussians, attributes: Attributes) -> None:
     np.testing.assert_array_equal(gaussians.sh, coefficients(attributes))
 
 
-@pytest.mark.parametrize("degree", range(4))
-@pytest.mark.parametrize("name", ["a.glb", "a.gltf", "no_suffix"])
-def test_attributes_are_copied(tmp_path: Path, degree: int, name: str) -> None:
+@for_each("degree", range(4))
+@for_each("name", ["a.glb", "a.gltf", "no_suffix"])
+def test_attributes_are_copied(tmp_path, degree, name):
     attributes = make(70, degree)
     gaussians, notes = read_scene(model_of(attributes).write(tmp_path / name))
     assert_copied(gaussians, attributes)
@@ -49,7 +49,7 @@ def test_attributes_are_copied(tmp_path: Path, degree: int, name: str) -> None:
     assert notes.unknown == ()
 
 
-def test_interleaved_attributes_and_a_file_beside_are_read(tmp_path: Path) -> None:
+def test_interleaved_attributes_and_a_file_beside_are_read(tmp_path):
     attributes = make(70, 1)
     model = Model()
     model.interleaved(attributes)
@@ -60,7 +60,7 @@ def test_interleaved_attributes_and_a_file_beside_are_read(tmp_path: Path) -> No
         assert_copied(bg.load(tmp_path / "a.gltf"), attributes)
 
 
-def test_normalized_integers_are_fractions(tmp_path: Path) -> None:
+def test_normalized_integers_are_fractions(tmp_path):
     attributes = make(9)
     attributes[f"{PREFIX}ROTATION"] = np.tile(np.array([[0, -128, 127, 1]], np.int8), (9, 1))
     attributes[f"{PREFIX}OPACITY"] = np.arange(0, 65536, 8191, dtype=np.uint16)[:9, None]
@@ -72,7 +72,7 @@ def test_normalized_integers_are_fractions(tmp_path: Path) -> None:
     np.testing.assert_allclose(gaussians.opacities, np.arange(0, 65536, 8191)[:9] / 65535, atol=2e-7)
 
 
-def test_names_and_colours_of_the_first_draft_are_read(tmp_path: Path) -> None:
+def test_names_and_colours_of_the_first_draft_are_read(tmp_path):
     attributes = make(20)
     rgba = np.random.default_rng(0).integers(0, 256, (20, 4), dtype=np.uint8)
     stored = {
@@ -120,8 +120,8 @@ TURN = Rotation.from_euler("xyz", [0.4, -1.1, 2.3])
 TRANSLATION = [0.5, -2.0, 1.25]
 
 
-@pytest.mark.parametrize("stretch", [(2.0, 0.5, 1.0), (-1.0, 1.0, 1.0), (3.0, 3.0, -0.1)])
-def test_an_unevenly_scaled_mesh_has_the_covariances_of_its_image(tmp_path: Path, stretch: tuple) -> None:
+@for_each("stretch", [(2.0, 0.5, 1.0), (-1.0, 1.0, 1.0), (3.0, 3.0, -0.1)])
+def test_an_unevenly_scaled_mesh_has_the_covariances_of_its_image(tmp_path, stretch):
     attributes = make(60, 2)
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = TURN.as_matrix() @ np.diag(stretch), TRANSLATION
@@ -132,7 +132,7 @@ def test_an_unevenly_scaled_mesh_has_the_covariances_of_its_image(tmp_path: Path
     assert_placed(placed, plain, matrix, TURN.as_matrix() @ np.diag(np.sign(stretch)))
 
 
-def test_meshes_of_a_tree_of_nodes_follow_each_other(tmp_path: Path) -> None:
+def test_meshes_of_a_tree_of_nodes_follow_each_other(tmp_path):
     first, second = make(30, 1, seed=1), make(20, 0, seed=2)
     model = Model()
     model.mesh(first)
@@ -159,60 +159,39 @@ def test_meshes_of_a_tree_of_nodes_follow_each_other(tmp_path: Path) -> None:
 # ---- what is not read, is refused, or is damaged
 
 
-def test_a_model_without_splats_is_refused(tmp_path: Path) -> None:
-    model = model_of(make(9))
-    del model.top["meshes"][0]["primitives"][0]["extensions"]
-    for name in ("a.glb", "a.gltf"):
-        refuse(
-            model.write(tmp_path / name),
-            r"is a glTF model without Gaussian splats; export the splats as \.ply",
-        )
-
-
-PACKED = [
-    lambda view: {
-        "KHR_gaussian_splatting": {
-            "extensions": {"KHR_gaussian_splatting_compression_spz_2": {"bufferView": view}}
-        }
-    },
-    lambda view: {
-        "KHR_gaussian_splatting": {
-            "extensions": {"KHR_gaussian_splatting_compression_spz": {"bufferView": view}}
-        }
-    },
-    lambda view: {"KHR_spz_gaussian_splats_compression": {"bufferView": view}},
-]
-
-
-def packed_model(content: bytes, extensions: dict) -> Model:
+def packed_model(content, kind, view):
     """A model as Cesium writes it: accessors without data, and a buffer view with the SPZ file."""
     model = Model()
     model.data = bytes(4) + content
     model.top["bufferViews"] = [{"buffer": 0, "byteOffset": 4, "byteLength": len(content)}]
     model.top["accessors"] = [{"componentType": 5126, "count": 50, "type": "VEC3"}]
+    extensions = {kind: view}
+    if kind.startswith("KHR_gaussian_splatting"):
+        extensions = {"KHR_gaussian_splatting": {"extensions": extensions}}
     primitive = {"attributes": {"POSITION": 0, "COLOR_0": 0}, "mode": 0, "extensions": extensions}
     model.top["meshes"] = [{"primitives": [primitive]}]
     return model
 
 
-@pytest.mark.parametrize("form", range(3))
-@pytest.mark.parametrize("degree", [0, 3])
-def test_splats_packed_as_spz_are_those_of_the_spz_file(tmp_path: Path, form: int, degree: int) -> None:
+SPZ = "KHR_gaussian_splatting_compression_spz"
+CESIUM = "KHR_spz_gaussian_splats_compression"
+
+
+@for_each("kind", [f"{SPZ}_2", SPZ, CESIUM])
+@for_each("degree", [0, 3])
+def test_splats_packed_as_spz_are_those_of_the_spz_file(tmp_path, kind, degree):
     content = spz_format.encode(spz_format.make(50, degree), 2, flags=1)
     (tmp_path / "a.spz").write_bytes(content)
     plain, plain_notes = read_scene(tmp_path / "a.spz")
-    model = packed_model(content, PACKED[form](0))
+    model = packed_model(content, kind, {"bufferView": 0})
     packed, notes = read_scene(model.write(tmp_path / "a.glb"))
     assert (notes.training, plain_notes.training) == ("antialiased", "antialiased")
     assert notes.format == "glTF with KHR_gaussian_splatting, packed as SPZ"
-    np.testing.assert_array_equal(packed.means, plain.means)
-    np.testing.assert_array_equal(packed.quats, plain.quats)
-    np.testing.assert_array_equal(packed.sh, plain.sh)
+    for name in ("means", "quats", "sh"):
+        np.testing.assert_array_equal(getattr(packed, name), getattr(plain, name))
     np.testing.assert_allclose(packed.opacities, plain.opacities, atol=1e-7)
-    model.top["nodes"] = [
-        {"mesh": 0, "rotation": TURN.as_quat().tolist(), "translation": TRANSLATION},
-        {"mesh": 0},
-    ]
+    placed = {"mesh": 0, "rotation": TURN.as_quat().tolist(), "translation": TRANSLATION}
+    model.top["nodes"] = [placed, {"mesh": 0}]
     both = bg.load(model.write(tmp_path / "b.glb"))
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = TURN.as_matrix(), TRANSLATION
@@ -220,40 +199,37 @@ def test_splats_packed_as_spz_are_those_of_the_spz_file(tmp_path: Path, form: in
     np.testing.assert_array_equal(both.means[50:], plain.means)
 
 
-def test_packed_splats_at_fault_are_refused(tmp_path: Path) -> None:
-    content = spz_format.encode(spz_format.make(50, 0), 2)
-    refuse(
-        packed_model(content[:-30], PACKED[0](0)).write(tmp_path / "a.glb"),
-        "is cut off|cannot be decompressed",
-    )
-    refuse(packed_model(b"hello" * 9, PACKED[0](0)).write(tmp_path / "a.glb"), "no SPZ scene|hold")
-    refuse(
-        packed_model(content, PACKED[0]("x")).write(tmp_path / "a.glb"), 'refers to bufferViews "x", which is'
-    )
-    refuse(
-        packed_model(content, PACKED[0]([])).write(tmp_path / "a.glb"), "refers to bufferViews .*, which is"
-    )
-    refuse(packed_model(content, PACKED[0](7)).write(tmp_path / "a.glb"), "refers to bufferViews 7, which is")
-    extension = {"KHR_spz_gaussian_splats_compression": 3}
-    refuse(packed_model(content, extension).write(tmp_path / "a.glb"), "must be an object, got 3")
+WHOLE = spz_format.encode(spz_format.make(50, 0), 2)
 
 
-def test_other_compression_is_refused_by_name(tmp_path: Path) -> None:
-    model = model_of(make(9))
+@for_each(
+    "content, kind, view, sentence",
+    [
+        (WHOLE[:-30], SPZ, {"bufferView": 0}, "is cut off|cannot be decompressed"),
+        (b"hello" * 9, SPZ, {"bufferView": 0}, "no SPZ scene|hold"),
+        (WHOLE, SPZ, {"bufferView": "x"}, 'refers to bufferViews "x", which is'),
+        (WHOLE, SPZ, {"bufferView": []}, "refers to bufferViews .*, which is"),
+        (WHOLE, SPZ, {"bufferView": 7}, "refers to bufferViews 7, which is"),
+        (WHOLE, CESIUM, 3, "must be an object, got 3"),
+    ],
+)
+def test_packed_splats_at_fault_are_refused(tmp_path, content, kind, view, sentence):
+    refuse(packed_model(content, kind, view).write(tmp_path / "a.glb"), sentence)
+
+
+def test_models_without_splats_and_with_others_are_told(tmp_path):
+    model = model_of(make(9), kernel="box")
+    extensions = model.top["meshes"][0]["primitives"][0]["extensions"]
+    extensions["EXT_something"] = {}
+    assert read_scene(model.write(tmp_path / "a.glb"))[1].unknown == ("EXT_something", "kernel box")
     inner = {"EXT_compression_of_something": {"bufferView": 0}}
-    model.top["meshes"][0]["primitives"][0]["extensions"] = {"KHR_gaussian_splatting": {"extensions": inner}}
+    extensions["KHR_gaussian_splatting"] = {"extensions": inner}
     sentence = "holds splats compressed by EXT_compression_of_something, which is not read; export it without"
     refuse(model.write(tmp_path / "a.glb"), sentence)
-
-
-def test_other_kernels_and_extensions_are_named(tmp_path: Path) -> None:
-    model = model_of(make(9), kernel="box")
-    model.top["meshes"][0]["primitives"][0]["extensions"]["EXT_something"] = {}
-    _, notes = read_scene(model.write(tmp_path / "a.glb"))
-    assert notes.unknown == ("EXT_something", "kernel box")
-
-
-def test_linear_colours_are_warned_of(tmp_path: Path) -> None:
+    extensions.clear()
+    for name in ("a.glb", "a.gltf"):
+        sentence = r"is a glTF model without Gaussian splats; export the splats as \.ply"
+        refuse(model.write(tmp_path / name), sentence)
     path = model_of(make(9), colorSpace="lin_rec709_display").write(tmp_path / "a.glb")
     with pytest.warns(bg.SceneWarning, match=r"trained in linear colours .*, which are painted too dark"):
         bg.load(path)
@@ -289,17 +265,9 @@ FAULTS = [
     ("accessors/0/type", "MAT3", "attribute POSITION must be a scalar or vector of numbers"),
     ("accessors/0/count", 31, "attribute POSITION lacks 12 bytes of its buffer view"),
     ("accessors/0/count", 29, "attributes of splats must all have 29 rows, like POSITION, got 30"),
-    (
-        "accessors/0/count",
-        1e18,
-        r"accessors.0.\.count must be a whole number 0 to 10{12}, got 1e\+18",
-    ),
+    ("accessors/0/count", 1e18, r"accessors.0.\.count must be a whole number 0 to 10{12}, got 1e\+18"),
     ("accessors/0/count", 1e12, "attribute POSITION lacks .* bytes of its buffer view"),
-    (
-        "accessors/0/byteOffset",
-        -4,
-        r"accessors.0.\.byteOffset must be a whole number 0 to 10{12}, got -4",
-    ),
+    ("accessors/0/byteOffset", -4, r"accessors.0.\.byteOffset must be a whole number 0 to 10{12}, got -4"),
     ("accessors/0/bufferView", None, "attribute POSITION refers to bufferViews null, which is missing"),
     ("bufferViews/0/byteStride", 4, "attribute POSITION has a stride of 4"),
     ("bufferViews/0/byteLength", 1e6, "buffer view 0 lacks .* bytes of its buffer"),
@@ -320,52 +288,41 @@ FAULTS = [
     (
         "nodes",
         [{"mesh": 0, "translation": [1e300, 0, 0]}],
-        r"nodes\[0\]\.translation\[0\] must be a number below 1e18, got 1e\+300",
+        r"translation\[0\] must be a number below 1e18, got",
     ),
     ("scenes", [{"nodes": [7]}], "a scene or node refers to nodes"),
 ]
 
 
-@pytest.mark.parametrize(("place", "value", "sentence"), FAULTS)
-def test_a_field_at_fault_is_named(tmp_path: Path, place: str, value: object, sentence: str) -> None:
+@for_each("place, value, sentence", FAULTS)
+def test_a_field_at_fault_is_named(tmp_path, place, value, sentence):
     model = model_of(make(30, 1))
     if place == "scenes":
         model.top["nodes"] = [{"mesh": 0}]
     change(model, place, value)
-    refuse_path = tmp_path / "a.glb"
-    refuse_path.write_bytes(model.glb())
-    refuse(refuse_path, sentence)
+    refuse_bytes(tmp_path / "a.glb", model.glb(), sentence)
 
 
-def test_nodes_that_scale_beyond_all_numbers_are_refused(tmp_path: Path) -> None:
-    model = model_of(make(9))
+def test_nodes_beyond_all_measure_are_refused(tmp_path):
+    model = model_of(make(9000))
     nodes = [{"scale": [1e17] * 3, "children": [index + 1]} for index in range(50)]
     model.top |= {"nodes": [*nodes, {"mesh": 0}], "scenes": [{"nodes": [0]}]}
     refuse(model.write(tmp_path / "a.glb"), "its nodes scale beyond all numbers")
-
-
-def test_a_damaged_file_is_refused(tmp_path: Path) -> None:
-    content = model_of(make(30)).glb()
-    path = tmp_path / "a.glb"
-    path.write_bytes(content[:-100])
-    refuse(path, f"is cut off: 100 of {len(content)} bytes are missing; download or copy it again")
-    path.write_bytes(content[:4] + b"\1\0\0\0" + content[8:])
-    refuse(path, "must be glTF of version 2, got version 1")
-    path.write_bytes(content[:12] + b"\xff\xff\xff\x0f" + content[16:])
-    refuse(path, "is damaged: a chunk is longer than the file")
-    path.write_bytes(content.replace(b'"asset"', b'"asset '))
-    refuse(path, "is not JSON .*; export it again")
-    path.write_bytes(b'{"asset" "meshes"' + b"[" * (1 << 21))
-    refuse(path, "would take .* MiB of memory")
-    (tmp_path / "b.gltf").write_text(json.dumps([1]))
-    refuse(tmp_path / "b.gltf", "must be a JSON object, got")
-
-
-def test_few_bytes_shared_by_very_many_splats_are_refused_before_memory_is_asked_for(tmp_path: Path) -> None:
-    model = model_of(make(9000))
-    model.top["nodes"] = [{"mesh": 0} for _ in range(9000)]
-    refuse(
-        model.write(tmp_path / "a.glb"), "81000000 Gaussians take 4325 MiB in memory and 0 MiB in the file"
-    )
-    model.top["nodes"] = [{"mesh": 0} for _ in range(20_000)]
+    model.top |= {"nodes": [{"mesh": 0}] * 9000, "scenes": [{"nodes": list(range(9000))}]}
+    sentence = "81000000 Gaussians take 4325 MiB in memory and 0 MiB in the file"
+    refuse(model.write(tmp_path / "a.glb"), sentence)
+    model.top |= {"nodes": [{"mesh": 0}] * 20_000, "scenes": [{"nodes": list(range(20_000))}]}
     refuse(model.write(tmp_path / "a.glb"), "its nodes form a ring, or there are too many")
+
+
+def test_a_damaged_file_is_refused(tmp_path):
+    content, path = model_of(make(30)).glb(), tmp_path / "a.glb"
+    for damaged, sentence in (
+        (content[:-100], f"is cut off: 100 of {len(content)} bytes are missing; download or copy it again"),
+        (content[:4] + b"\1\0\0\0" + content[8:], "must be glTF of version 2, got version 1"),
+        (content[:12] + b"\xff\xff\xff\x0f" + content[16:], "is damaged: a chunk is longer than the file"),
+        (content.replace(b'"asset"', b'"asset '), "is not JSON .*; export it again"),
+        (b'{"asset" "meshes"' + b"[" * (1 << 21), "would take .* MiB of memory"),
+    ):
+        refuse_bytes(path, damaged, sentence)
+    refuse_bytes(tmp_path / "b.gltf", json.dumps([1]).encode(), "must be a JSON object, got")

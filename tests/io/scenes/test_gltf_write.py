@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
+from scipy.spatial.transform import Rotation
 
 import brushgs as bg
 from brushgs.formats import read_scene
 from brushgs.formats.scenes.write import write_scene
 from brushgs.values.camera import FirstView
 from tests.io.scenes.test_written import degrees_between, make
+from tests.kit.for_each import for_each
 
 UP = np.array([0.6, -0.64, 0.48])
 
@@ -68,19 +69,7 @@ def attributes_of(path: Path) -> dict[str, np.ndarray]:
     return found
 
 
-def rotation(quat: list[float]) -> np.ndarray:
-    """[3, 3] of x, y, z, w by the formula of the standard."""
-    x, y, z, w = quat
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def test_attributes_hold_what_the_extension_says(tmp_path: Path) -> None:
+def test_attributes_hold_what_the_extension_says(tmp_path):
     scene = make(100, 16)
     bg.save(scene, tmp_path / "a.glb")
     found = attributes_of(tmp_path / "a.glb")
@@ -98,19 +87,21 @@ def test_attributes_hold_what_the_extension_says(tmp_path: Path) -> None:
     assert len(own) == 4 + len(terms)
 
 
-@pytest.mark.parametrize("up", [UP, np.array([0.0, -1, 0]), np.array([0.0, 1, 0]), np.array([0.0, 0, 1])])
-def test_viewers_see_a_scene_upright_and_its_numbers_stay(tmp_path: Path, up: np.ndarray) -> None:
+@for_each("up", [UP, *(np.array(up, float) for up in ((0, -1, 0), (0, 1, 0), (0, 0, 1)))])
+def test_viewers_see_a_scene_upright_and_its_numbers_stay(tmp_path, up):
     scene = make(100)
     write_scene(scene, tmp_path / "a.glb", first_view=view_of(up))
     model, _ = chunks_of(tmp_path / "a.glb")
-    np.testing.assert_allclose(rotation(model["nodes"][0]["rotation"]) @ up, [0, 1, 0], atol=1e-12)
+    np.testing.assert_allclose(
+        Rotation.from_quat(model["nodes"][0]["rotation"]).apply(up), [0, 1, 0], atol=1e-12
+    )
     found, notes = read_scene(tmp_path / "a.glb")
     np.testing.assert_array_equal(found.means, scene.means)
     assert notes.up is None
     assert notes.first_view is not None
 
 
-def test_a_node_that_was_moved_afterwards_counts(tmp_path: Path) -> None:
+def test_a_node_that_was_moved_afterwards_counts(tmp_path):
     scene = replace(make(100), brushes=np.zeros(100, np.uint8))
     path = tmp_path / "a.glb"
     write_scene(scene, path, is_strokes=True, first_view=view_of(UP), brushes=["flat"])
@@ -118,13 +109,13 @@ def test_a_node_that_was_moved_afterwards_counts(tmp_path: Path) -> None:
     model["nodes"][0]["translation"] = [1, 2, 3]
     write_chunks(path, model, binary)
     found, notes = read_scene(path)
-    upright = scene.means @ rotation(model["nodes"][0]["rotation"]).T + [1, 2, 3]
+    upright = Rotation.from_quat(model["nodes"][0]["rotation"]).apply(scene.means) + np.array([1, 2, 3])
     np.testing.assert_allclose(found.means, upright, atol=1e-5)
     assert (notes.up, notes.first_view, notes.is_strokes) == ("+y", None, True)
 
 
-@pytest.mark.parametrize("turn", [None, "x", [0, 0, 0, 0], [0, 0, 1], [1e9, 0, 0, 1], [True, 0, 0, 0]])
-def test_damaged_notes_are_as_none(tmp_path: Path, turn: object) -> None:
+@for_each("turn", [None, "x", [0, 0, 0, 0], [0, 0, 1], [1e9, 0, 0, 1], [True, 0, 0, 0]])
+def test_damaged_notes_are_as_none(tmp_path, turn):
     path = tmp_path / "a.glb"
     write_scene(make(10), path, is_strokes=True)
     model, binary = chunks_of(path)
