@@ -27,6 +27,7 @@ from brushgs.refine.variables import Rates, Variables  # noqa: E402
 from brushgs.refine.views import views_over_time  # noqa: E402
 from brushgs.values.quats import quat_products  # noqa: E402
 from tests.clips import clip_of, moving_scene, save_clip  # noqa: E402
+from tests.kit.for_each import for_each  # noqa: E402
 from tests.refine.stops import stopping_after  # noqa: E402
 
 SIZE = {"width": 64, "height": 48}
@@ -112,25 +113,6 @@ def test_a_view_of_the_last_moment_teaches_strokes_at_their_reference_moment(pre
     assert mean_psnr(after, first, drawing) > mean_psnr(wrong, first, drawing) + 0.5
 
 
-def test_targets_are_the_scene_at_their_moments_and_each_moment_is_made_once(prepared):
-    asked, scene = [], moving_scene()
-
-    def at(time):
-        asked.append(time)
-        return scene.at(time)
-
-    moving = replace(prepared.moving, scene=replace(scene, sample=at))
-    timed = views_over_time(prepared.known_view, 10, 5, **SIZE)
-    targets = draw_targets(timed, scene_over_time(moving, prepared.whole_scene))
-    assert len(asked) == len({view.moment for view in timed}) >= 4
-    for view, target in zip(timed, targets, strict=True):
-        assert (target.camera, target.moment) == (view.camera, view.moment)
-        rows = prepared.whole_scene.ids
-        whole = scene.at(view.moment / 24).take(rows)
-        expected = bg.render(whole, view.camera, bg.StrokeTexture.open("gaussian"), depth=False)
-        np.testing.assert_array_equal(target.rgb, expected.rgb)
-
-
 def run(capsys, *words):
     """Exit code, stdout and stderr of one command."""
     code = cli.main(["refine", *map(str, words)])
@@ -194,19 +176,11 @@ def test_strokes_of_the_files_move_as_they_did_before(folder, tmp_path, monkeypa
             np.testing.assert_allclose(first, second, atol=2e-5)
 
 
-@pytest.fixture
-def stopped(folder, tmp_path, monkeypatch, capsys):
-    """What is said where Ctrl-C stops a run after its sixth step."""
+def test_a_run_that_was_stopped_resumes_to_the_same_files(folder, refined, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     with stopping_after(monkeypatch, 6):
-        code, out, err = run(capsys, folder, *SMALL)
-    assert (code, out) == (130, "")
-    return err
-
-
-def test_a_run_that_was_stopped_resumes_to_the_same_files(stopped, folder, refined, capsys):
-    assert stopped == "brushgs: stopped: --resume continues from step 6: dance-refined.checkpoint\n"
-    assert [path.name for path in Path().iterdir()] == ["dance-refined.checkpoint"]
+        said = run(capsys, folder, *SMALL)
+    assert said == (130, "", "brushgs: stopped: --resume continues from step 6: dance-refined.checkpoint\n")
     code, out, err = run(capsys, folder, *SMALL, "--resume")
     assert (code, out) == (0, "dance-refined/\n")
     assert "resumed from step 6" in " ".join(err.split())
@@ -214,7 +188,7 @@ def test_a_run_that_was_stopped_resumes_to_the_same_files(stopped, folder, refin
     assert [path.name for path in Path().iterdir()] == ["dance-refined"]
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "sentence"),
     [
         (["-o", "a.ply"], r"a.ply is one scene, and .*dance moves; write a folder, a/, or add --time"),
@@ -227,15 +201,12 @@ def test_a_run_that_was_stopped_resumes_to_the_same_files(stopped, folder, refin
 )
 def test_a_bad_flag_gets_one_sentence(folder, tmp_path, monkeypatch, capsys, words, sentence):
     monkeypatch.chdir(tmp_path)
-    Path("mine").mkdir()
-    Path("mine/notes.txt").write_text("mine")
-    Path("mine/plan.txt").write_text("mine")
     Path("file").write_text("mine")
     before = contents(folder)
     code, out, err = run(capsys, folder, *SMALL, *(word.format(folder=folder) for word in words))
     assert (code, out, err.count("\n")) == (2, "", 1), err
     assert re.search(sentence, err), err
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "mine"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file"]
     assert contents(folder) == before
 
 
@@ -269,19 +240,3 @@ def test_strokes_that_are_born_later_learn_too(tmp_path, monkeypatch):
     assert comes.sum() > 3
     np.testing.assert_array_equal(after.at(0).opacities[comes], 0)
     assert after.at(11 / 24).opacities[comes].max() > 0.3
-
-
-def test_a_clip_is_refined_toward_a_style(folder, tmp_path, monkeypatch, capsys):
-    pytest.importorskip("kornia", reason="needs the extra [refine]")
-    monkeypatch.chdir(tmp_path)
-    g = np.random.default_rng(0)
-    stripes = np.where(np.arange(64)[:, None, None] // 4 % 2, (0.1, 0.2, 0.6), (0.9, 0.8, 0.3))
-    rgb = (np.broadcast_to(stripes, (64, 80, 3)) + g.normal(0, 0.02, (64, 80, 3))).clip(0, 1)
-    flat = np.ones((64, 80), np.float32)
-    bg.save(bg.Frame(rgb.astype(np.float32), flat, flat), "style.png")
-    code, out, err = run(capsys, folder, *SMALL, "--style", "style.png", "--json")
-    assert (code, err) == (0, "")
-    stages = {stage["name"]: stage["counts"] for stage in json.loads(out)["stages"]}
-    scores = stages["refine"]["curve_scores"]
-    assert max(scores) > scores[0]
-    assert len(list(Path("dance-refined").iterdir())) == 5

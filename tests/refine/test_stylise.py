@@ -10,7 +10,6 @@ torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
 from brushgs.passes.color.recolor import Palette, recolor  # noqa: E402
-from brushgs.refine import nnfm  # noqa: E402
 from brushgs.refine.filter_bank import FilterBank  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.nnfm import NearestStyle  # noqa: E402
@@ -19,6 +18,7 @@ from brushgs.refine.targets import TargetView  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.vgg import Vgg  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
+from tests.kit.for_each import for_each  # noqa: E402
 from tests.kit.paintings import paint  # noqa: E402
 from tests.refine.style_distances import distances, save_random_vgg  # noqa: E402
 from tests.scenes import still_life_of  # noqa: E402
@@ -142,24 +142,6 @@ def test_only_colours_move_where_nothing_else_may(styled, strokes):
     assert max(curve.scores) > curve.scores[0]
 
 
-def test_the_same_style_twice_is_the_same_fit(styled):
-    first, second = styled(steps=4)[0], styled(steps=4)[0]
-    assert np.array_equal(first.quats, second.quats)
-    assert np.array_equal(first.sh, second.sh)
-
-
-def test_without_gradients_the_losses_are_the_same(painting):
-    pixels = torch.from_numpy(painting).permute(2, 0, 1).contiguous()
-    style = NearestStyle(FilterBank(pixels), pixels)
-    picture = torch.rand(3, 40, 48, generator=torch.Generator().manual_seed(0))
-    with_gradient = nnfm.style_gradient(picture, style, pixels[:, :40, :48], 0.5)
-    with torch.no_grad():
-        without = nnfm.style_gradient(picture, style, pixels[:, :40, :48], 0.5)
-    assert without[:2] == with_gradient[:2]
-    assert not without[2].any()
-    assert with_gradient[2].any()
-
-
 def test_the_loss_falls_with_the_features_of_a_network_too(styled, vgg_file):
     curve = styled(steps=2, features=lambda pixels: Vgg(vgg_file))[1]
     losses = 10 ** (-np.array(curve.scores) / 10)
@@ -175,7 +157,7 @@ def test_a_file_of_vgg_is_used_from_the_command_line(files, tmp_path, capsys, vg
     assert not np.array_equal(vgg.sh, bank.sh)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("options", "style", "sentence"),
     [
         ((), "none.png", "none.png"),

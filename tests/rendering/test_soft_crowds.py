@@ -1,15 +1,11 @@
 """Crowds: where more than 160 fragments of a block wait in soft order, their weights are interpolated."""
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from brushgs import _core
 from brushgs.rendering import reference
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.rasterize import rasterize
@@ -146,31 +142,3 @@ def test_threads_and_the_tiles_before_change_no_bit():
         threaded = rasterize(boxes, bristles(), num_threads=num_threads, **how)
         np.testing.assert_array_equal(threaded.rgb, one.rgb)
         np.testing.assert_array_equal(threaded.depth, one.depth)
-
-
-_PAINT = """
-import sys
-import numpy as np
-from tests.rendering.strokes import relieved, set_back
-from tests.rendering.test_soft_crowds import LOOKS, crowd, painted
-planes = {}
-for dtype in (np.float32, np.float64):
-    for look, options in LOOKS.items():
-        boxes = crowd(300, opacities=(0.01, 0.4), softness=(0.1, 1), dtype=dtype)
-        frame = painted(relieved(set_back(boxes, 0.5)), **options)
-        for name in ("rgb", "alpha", "depth"):
-            planes[f"{look} {name} {dtype.__name__}"] = getattr(frame, name)
-np.savez(sys.argv[1], **planes)
-"""
-
-
-def test_every_instruction_set_gives_the_same_bits(tmp_path):
-    planes = {}
-    for isa in ("baseline", "avx2", "avx512"):
-        environment = {**os.environ, "BRUSHGS_ISA": isa, "PYTHONPATH": os.pathsep.join(sys.path)}
-        subprocess.run([sys.executable, "-c", _PAINT, tmp_path / f"{isa}.npz"], env=environment, check=True)
-        planes[isa] = np.load(tmp_path / f"{isa}.npz")
-    assert _core.isa() in planes
-    for isa in ("avx2", "avx512"):
-        for name in planes["baseline"].files:
-            np.testing.assert_array_equal(planes[isa][name], planes["baseline"][name], err_msg=name)
