@@ -231,12 +231,6 @@ def test_the_report_lists_what_was_skipped(scene):
     for words in ("strokes outside the picture", "strokes with an opacity under 1/255"):
         assert any(words in line for line in project.skipped), words
     assert stage(report, "rasterise").details == ["no texture filter: a kernel is computed, not sampled"]
-    report = Report()
-    paint(
-        flat, PaintConfig(view=ViewConfig(size=(64, 48)), cluster=ClusterConfig(strokes=200)), report=report
-    )
-    assert any("mip levels" in line for line in stage(report, "rasterise").details)
-    assert not any("lock" in line for line in stage(report, "project").details)
 
 
 @pytest.fixture

@@ -236,8 +236,7 @@ def test_losing_all_workers_and_then_the_scheduler_is_reported(clusters, monkeyp
     timer = threading.Timer(0.3, os.killpg, (running["scheduler-frail"].pid, signal.SIGKILL))
     timer.start()
     with pytest.raises(
-        ConnectionError,
-        match=f"{address}: (the connection to the|no) Dask scheduler (was lost|answers)",
+        ConnectionError, match=f"{address}: (the connection to the|no) Dask scheduler (was lost|answers)"
     ):
         list(parallel_map(work.square, [1], scheduler=address))
     timer.join()

@@ -23,9 +23,8 @@ from brushgs.refine.distil import distil, mean_psnr  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.run import refine_file  # noqa: E402
 from brushgs.refine.targets import draw_targets, scene_over_time  # noqa: E402
-from brushgs.refine.variables import Rates, Variables  # noqa: E402
+from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.views import views_over_time  # noqa: E402
-from brushgs.values.quats import quat_products  # noqa: E402
 from tests.clips import clip_of, moving_scene, save_clip  # noqa: E402
 from tests.kit.for_each import for_each  # noqa: E402
 from tests.refine.stops import stopping_after  # noqa: E402
@@ -93,26 +92,6 @@ def test_strokes_come_nearer_to_the_clip_in_views_they_were_not_fitted_to(prepar
     assert motion_digest(prepared.moving) == before[1]
 
 
-def test_a_view_of_the_last_moment_teaches_strokes_at_their_reference_moment(prepared, drawing):
-    """The body is painted grey; a fit of colours at the last moment alone must find its own again."""
-    grey, body = prepared.strokes.sh.copy(), np.isin(prepared.strokes.ids, prepared.moving.motion.ids)
-    assert 5 < body.sum() < len(body)
-    grey[body] = 0
-    strokes = replace(prepared.strokes, sh=grey)
-    at = scene_over_time(prepared.moving, prepared.whole_scene)
-    timed = views_over_time(prepared.known_view, 8, 5, **SIZE)
-    last = draw_targets([view._replace(moment=4) for view in timed], at)
-    first = draw_targets([view._replace(moment=0) for view in timed], at)
-    schedule = FitSchedule(steps=60, rates=Rates(sh_base=0.05))
-    after, _ = distil(Variables(strokes, "color"), last, last, drawing, schedule)
-    # At the first moment too, since the same strokes are there: measured 22.9 to 23.8 dB.
-    assert mean_psnr(after, first, drawing) > mean_psnr(strokes, first, drawing) + 0.7
-    # Without the motion they would be where the body was, and learn nothing of it.
-    at_rest = Drawing.of(drawing.texture, drawing.options)
-    wrong, _ = distil(Variables(strokes, "color"), last, last, at_rest, schedule)
-    assert mean_psnr(after, first, drawing) > mean_psnr(wrong, first, drawing) + 0.5
-
-
 def run(capsys, *words):
     """Exit code, stdout and stderr of one command."""
     code = cli.main(["refine", *map(str, words)])
@@ -151,29 +130,6 @@ def test_the_command_writes_a_folder_of_moments_and_tells_the_gain(
     assert clip.notes.scene == "dance"
     assert clip.notes.first_view is not None
     assert len(clip.at(0)) == stages["write"]["gaussians"]
-
-
-def test_strokes_of_the_files_move_as_they_did_before(folder, tmp_path, monkeypatch, capsys):
-    """Turns, sizes, opacities and changes of colour since the first moment are those of `cluster`."""
-    monkeypatch.chdir(tmp_path)
-    words = [folder, *SMALL[:2], "--up", "-y", "--quiet"]
-    assert cli.main(["cluster", *map(str, words), "-o", "strokes/"]) == 0
-    more = ["--steps", "30", "--keep", "1", "--params", "free", "--quiet"]
-    assert run(capsys, folder, *SMALL, *more)[0] == 0
-    before, after = (bg.load_moving(name) for name in ("strokes", "dance-refined"))
-    starts = before.at(0), after.at(0)
-    for name in ("means", "quats", "scales", "sh"):
-        assert not np.allclose(getattr(starts[0], name), getattr(starts[1], name), atol=1e-3)
-    conjugate = np.array([1, -1, -1, -1])
-    for index in range(1, 5):
-        changes = []
-        for scene, start in zip((before, after), starts, strict=True):
-            now = scene.at(index / 24)
-            turns = quat_products(now.quats, conjugate * start.quats)
-            unit = turns / np.linalg.norm(turns, axis=1, keepdims=True)
-            changes.append((unit, now.scales / start.scales, now.opacities, now.sh - start.sh))
-        for first, second in zip(*changes, strict=True):
-            np.testing.assert_allclose(first, second, atol=2e-5)
 
 
 def test_a_run_that_was_stopped_resumes_to_the_same_files(folder, refined, tmp_path, monkeypatch, capsys):

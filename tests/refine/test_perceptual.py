@@ -12,30 +12,17 @@ pytest.importorskip("transformers", reason="needs the extra [text]")
 import brushgs as bg  # noqa: E402
 from brushgs.cli import main  # noqa: E402
 from brushgs.refine.perceptual import LPIPS_FILE, NETWORKS, ClipPictures, Dino, Dists, Lpips  # noqa: E402
-from brushgs.refine.vgg import CONVOLUTIONS, WIDTHS  # noqa: E402
+from brushgs.refine.vgg import WIDTHS  # noqa: E402
 from tests.kit.for_each import for_each  # noqa: E402
 from tests.passes.where.tiny_clip import SIDE, save_tiny_clip  # noqa: E402
+from tests.refine.weights import random_vgg  # noqa: E402
 
 NUM_DISTS = 3 + sum(WIDTHS)
 
 
-def random_vgg_16():
-    """The convolutions of torchvision's VGG-16 with its numbering, random (He et al. 2015)."""
-    layers, channels = [], 3
-    for width, number in zip(WIDTHS, CONVOLUTIONS[16], strict=True):
-        for _ in range(number):
-            convolution = torch.nn.Conv2d(channels, width, 3, padding=1)
-            torch.nn.init.kaiming_normal_(convolution.weight, nonlinearity="relu")
-            layers += [convolution, torch.nn.ReLU()]
-            channels = width
-        layers.append(torch.nn.MaxPool2d(2))
-    return torch.nn.Sequential(*layers)
-
-
 @pytest.fixture(scope="module")
 def network():
-    torch.manual_seed(0)
-    return random_vgg_16()
+    return random_vgg()
 
 
 @pytest.fixture(scope="module")

@@ -127,10 +127,7 @@ def test_resume_without_a_checkpoint_says_so_and_starts(scene, made, capsys):
     ("words", "differing"),
     [
         (["--stroke", "swirl"], r"stroke flat, now swirl"),
-        (
-            ["--stroke", "gaussian"],
-            r"stroke flat, now gaussian; .*keep 0\.7, now 1\.0.*; .*",
-        ),
+        (["--stroke", "gaussian"], r"stroke flat, now gaussian; .*keep 0\.7, now 1\.0.*; .*"),
         (["--see", "views"], r"see off, now views"),
         (["--steps", "12"], r"steps 10, now 12"),
         (["--seed", "4"], r"seed 0, now 4"),

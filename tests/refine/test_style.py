@@ -10,11 +10,7 @@ from brushgs.refine import nnfm  # noqa: E402
 from brushgs.refine.filter_bank import _KINDS, FilterBank  # noqa: E402
 from brushgs.refine.vgg import Vgg  # noqa: E402
 from tests.kit.for_each import for_each  # noqa: E402
-
-WIDTHS = {
-    16: (64, 64, 0, 128, 128, 0, 256, 256, 256, 0, 512, 512, 512, 0, 512, 512, 512),
-    19: (64, 64, 0, 128, 128, 0, 256, 256, 256, 256, 0, 512, 512, 512, 512, 0, 512, 512, 512, 512),
-}
+from tests.refine.weights import save_vgg  # noqa: E402
 
 
 def stripes(angle, height=96, width=128, period=6.0):
@@ -30,23 +26,9 @@ def noise(height=96, width=128, seed=0):
 
 @pytest.fixture(scope="module")
 def vgg_file(tmp_path_factory):
-    """A file of torchvision's layout with random weights, as far as the layers that are read."""
-    torch.manual_seed(0)
-
-    def make(depth):
-        path, state, place, channels = tmp_path_factory.mktemp("vgg") / "w.pth", {}, 0, 3
-        for width in WIDTHS[depth]:
-            if width == 0:
-                place += 1
-                continue
-            used = width if width < 512 else 1  # what lies deeper is not read: it need not be large
-            state[f"features.{place}.weight"] = 0.1 * torch.randn(used, channels, 3, 3)
-            state[f"features.{place}.bias"] = 0.1 * torch.randn(used)
-            place, channels = place + 2, used
-        torch.save(state, path)
-        return path
-
-    return make
+    """Gives a file of torchvision's layout with random weights."""
+    folder = tmp_path_factory.mktemp("vgg")
+    return lambda depth: save_vgg(folder / "w.pth", depth)
 
 
 @for_each("angle", [0.0, np.pi / 8, np.pi / 2, -np.pi / 4])

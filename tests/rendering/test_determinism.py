@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from functools import lru_cache
 from itertools import cycle
 
@@ -12,18 +11,9 @@ import numpy as np
 import pytest
 
 from brushgs import _core
-from brushgs.rendering.rasterize import rasterize
 from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
-from tests.rendering.strokes import (
-    IMAGES,
-    LOOKS,
-    PATHS,
-    assert_identical,
-    painting_of,
-    random_boxes,
-    texture_of,
-)
+from tests.rendering.strokes import IMAGES, LOOKS, PATHS, assert_identical, painting_of
 
 SIZE = {"width": 201, "height": 97}
 HOW = [f"{soft}{look}" for soft in ("", "soft=0.2 ") for look in LOOKS]
@@ -75,16 +65,6 @@ def test_a_frame_stays_as_it_is_when_the_next_is_painted():
     del frame
     frame_of("ellipse", np.float32)
     np.testing.assert_array_equal(rgb, kept.rgb[10:20])
-
-
-def test_boxes_in_front_decide_alone_where_they_are_opaque():
-    """Boxes behind a finished picture change no bit, however many."""
-    boxes = random_boxes(5000, **SIZE, seed=6, sizes=(5, 40))
-    boxes = replace(boxes, opacities=np.where(np.arange(5000) < 4000, 0.999, 0.5))
-    texture = texture_of("ellipse")
-    all_of_them = rasterize(boxes, texture, **SIZE)
-    assert all_of_them.alpha.min() > 1 - 1e-3
-    assert_identical(rasterize(boxes.take(np.s_[:4000]), texture, **SIZE), all_of_them)
 
 
 # Instruction sets: chosen once per process, so each paints, projects and follows in a process of its own.

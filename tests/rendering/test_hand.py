@@ -65,14 +65,10 @@ def paired(boxes, others):
     return np.intersect1d(boxes.ids, others.ids, return_indices=True)[1:]
 
 
-def test_steady_paces_change_nothing(coat, seen):
-    film = hand(coat, Pace(), Pace())
-    assert all(film.boxes(index, seen) is seen(index).boxes for index in range(5))
-
-
 @for_each("hold", [2, 3])
 def test_held_strokes_keep_their_drawing_and_move_with_the_scene(coat, seen, hold):
-    film = hand(coat, Pace(hold), Pace(hold))
+    film, steady = hand(coat, Pace(hold), Pace(hold)), hand(coat, Pace(), Pace())
+    assert all(steady.boxes(index, seen) is seen(index).boxes for index in range(5))
     for index in range(hold):
         held, now = film.boxes(index, seen), seen(index).boxes
         first, i = paired(seen(0).boxes, held)

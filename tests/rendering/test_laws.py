@@ -3,14 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render
-from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
@@ -30,20 +28,6 @@ def assert_close(actual: Frame, expected: Frame, tolerance: float, share: float 
     for name in ("rgb", "alpha"):
         difference = np.abs(getattr(actual, name) - getattr(expected, name))
         assert np.mean(difference > tolerance) <= share, (name, difference.max())
-
-
-@settings(max_examples=25, deadline=None)
-@given(seed=SEEDS, dtype=st.sampled_from([np.float32, np.float64]))
-def test_a_solid_front_stroke_hides_all_but_a_hundredth_of_the_rest(seed, dtype):
-    boxes = random_boxes(50, 80, 40, seed=seed, sizes=(3, 30), dtype=dtype)
-    columns = {name: getattr(boxes, name) for name in Boxes.__dataclass_fields__}
-    first = {"centers": (40, 20), "half_extents": 200, "angles": 0.3, "opacities": 1, "depths": 0.1}
-    for name, value in (first | {"colors": (0.2, 0.4, 0.6)}).items():
-        columns[name] = columns[name].copy()
-        columns[name][0] = value
-    frame = rasterize(Boxes(**columns), StrokeTexture.open("ellipse"), width=80, height=40)
-    assert frame.alpha.min() >= 0.99 - 1e-6
-    assert np.abs(frame.rgb - 0.99 * np.array((0.2, 0.4, 0.6))).max() <= 0.01
 
 
 @settings(max_examples=25, deadline=None)
@@ -107,16 +91,6 @@ def test_tripling_the_picture_triples_every_length(seed, path):
     large = rasterize(larger, texture_of(kind), width=150, height=90, filter=filter)
     middles = Frame(large.rgb[1::3, 1::3], large.alpha[1::3, 1::3])
     assert_close(middles, small, 1e-10, share=1e-3)
-
-
-@settings(max_examples=15, deadline=None)
-@given(seed=SEEDS)
-@example(seed=0)
-def test_rendering_at_three_times_the_size_shows_the_same_thing(seed):
-    scene, large = scene_of(seed), CAMERA.resized(180, 120)
-    boxes = painted(scene, CAMERA, "bilinear", low_pass=0.0)
-    larger = painted(scene, large, "bilinear", low_pass=0.0)
-    assert_close(Frame(larger.rgb[1::3, 1::3], larger.alpha[1::3, 1::3]), boxes, 1e-9, share=1e-3)
 
 
 @settings(max_examples=20, deadline=None)

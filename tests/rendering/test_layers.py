@@ -25,7 +25,6 @@ from brushgs.values.quats import quat_products
 from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 from tests.scenes import still_life_of
-from tests.stiff.scenes import SCENES as STIFF
 
 CAMERA = bg.Camera.look_at((0.3, -0.8, -6), (0, 0, 0), width=96, height=72)
 FLAT = StrokeTexture.open("flat")
@@ -90,24 +89,6 @@ def test_mattes_of_each_medium_sum_to_what_is_painted(look):
             np.testing.assert_allclose(frame.layers[name].coverage.sum(axis=2), alpha, atol=1 / 255)
     if painting.surface is not None:
         assert "ground" in frame.layers["layer"].names
-
-
-@for_each("scene", STIFF)
-def test_mattes_of_stiff_scenes_sum_to_alpha(scene):
-    stiff = STIFF[scene]
-    layers = ("stroke", "normal", "uv", "motion")
-    frame = bg.render(
-        stiff.scene,
-        stiff.cameras[0],
-        "flat",
-        order="soft",
-        underpaint=True,
-        layers=layers,
-        next_camera=stiff.cameras[1],
-    )
-    total = frame.layers["stroke"].coverage.sum(axis=2)
-    np.testing.assert_allclose(total, frame.alpha, atol=1 / 255)
-    assert all(np.isfinite(frame.layers[name]).all() for name in layers[1:])
 
 
 def test_a_matte_says_which_stroke_covers_a_pixel():

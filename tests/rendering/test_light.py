@@ -71,16 +71,6 @@ def test_shade_is_that_of_the_normals_of_a_known_height():
     assert angles[1:-1, 1:-1].max() < 1
 
 
-def test_paint_is_lightest_where_it_faces_the_lamp():
-    y, x = np.mgrid[-20:21, -20:21]
-    dome = 6 * np.exp(-(x**2 + y**2) / 100)
-    lit = light(np.full((41, 41, 3), 0.5), dome, Lamp(gloss=0))[..., 0]
-    assert lit[13, 13] > lit[13, 27] > lit[27, 27]
-    assert lit[13, 13] > 0.55
-    assert lit[27, 27] < 0.45
-    np.testing.assert_allclose(lit[0, 0], 0.5, atol=0.01)
-
-
 def test_highlights_are_those_of_the_mirrored_lamp():
     """A plane that mirrors the lamp into the eye shines most, by gloss times what a flat one lacks."""
     lamp = Lamp(strength=0, gloss=0.5, exponent=20)

@@ -5,8 +5,6 @@ from math import factorial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.polynomial import legendre
 from scipy.spatial.transform import Rotation
 
@@ -149,10 +147,6 @@ def test_definition_keeps_the_principal_frame_of_the_projected_covariance():
 # Antialiased scenes
 
 
-def made_antialiased(scene: Gaussians) -> Gaussians:
-    return replace(scene, antialiased=True)
-
-
 @for_each("dtype", [np.float32, np.float64])
 @for_each("aspect", [1.0, 1e2, 1e4, 1e8])
 def test_an_antialiased_needle_keeps_the_share_of_its_scales(aspect, dtype):
@@ -164,20 +158,10 @@ def test_an_antialiased_needle_keeps_the_share_of_its_scales(aspect, dtype):
     length = aspect * 0.05 / pixels
     for angle in np.linspace(-1.5, 1.5, 31):
         needle = single(quat=turned(angle), scale=(length, length / aspect, length / aspect), dtype=dtype)
-        boxes = project(made_antialiased(needle), FRONT)
+        boxes = project(replace(needle, antialiased=True), FRONT)
         long, short = (pixels * length) ** 2, (pixels * length / aspect) ** 2
         expected = np.sqrt(long / (long + 0.3) * short / (short + 0.3))
         assert boxes.opacities[0] == pytest.approx(expected, rel=1e-14 if dtype == np.float64 else 1e-6)
-
-
-def test_antialiasing_keeps_the_paint_of_what_is_smaller_than_a_pixel():
-    """Opacity x area of the box is that without the low-pass: a wire is as dark from afar as it is near."""
-    for scale in (1e-3, 3e-3, 1e-2, 1.0):
-        wire = made_antialiased(single(scale=(1, scale, scale)))
-        bare = project(wire, FRONT, low_pass=0.0)
-        drawn = project(wire, FRONT)
-        paint = drawn.opacities[0] * drawn.half_extents[0].prod()
-        assert paint == pytest.approx(bare.opacities[0] * bare.half_extents[0].prod(), rel=1e-12)
 
 
 # Shapes that are hard
@@ -264,60 +248,18 @@ def test_what_lies_at_the_near_plane_is_left_out_and_beyond_it_stays():
         assert counts == ProjectCounts(behind_near=1 - is_kept, not_finite=0, faint=0, outside=0)
 
 
-@settings(max_examples=25, deadline=None)
-@given(exponent=st.integers(-1000, 1000))
-def test_the_length_of_a_quaternion_does_not_matter(exponent):
-    scene = random_scene(20)
-    longer = replace(scene, quats=np.ldexp(scene.quats, exponent))
-    assert_same_boxes(project(longer, FRONT), project(scene, FRONT), rtol=1e-12, atol=1e-12)
-
-
-@settings(max_examples=25, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1))
-def test_moving_camera_and_scene_together_changes_nothing(seed):
-    g = np.random.default_rng(seed)
-    turn, shift = Rotation.random(rng=g), g.normal(size=3) * 10
-    scene = random_scene(100, degree=0)  # harmonics stay with the world, so only their constant may move
-    moved = replace(
-        scene,
-        means=turn.apply(np.array(scene.means)) + shift,
-        quats=(turn * Rotation.from_quat(scene.quats[:, [1, 2, 3, 0]])).as_quat()[:, [3, 0, 1, 2]],
-    )
-    viewmat = np.eye(4)
-    viewmat[:3, :3] = FRONT.viewmat[:3, :3] @ turn.as_matrix().T
-    viewmat[:3, 3] = FRONT.viewmat[:3, 3] - viewmat[:3, :3] @ shift
-    camera = replace(FRONT, viewmat=viewmat)
-    assert_same_boxes(project(moved, camera), project(scene, FRONT), rtol=1e-9, atol=1e-8)
-
-
 # Laws
-
-
-def test_ties_in_depth_keep_the_order_of_the_rows():
-    scene = random_scene(20_000)
-    z = np.random.default_rng(5).integers(0, 4, 20_000)
-    scene = replace(scene, means=np.column_stack([scene.means[:, :2] * 0.1, z]))
-    boxes = project(scene, FRONT)
-    np.testing.assert_array_equal(boxes.ids, boxes.ids[np.lexsort((boxes.ids, boxes.depths))])
-    assert len(np.unique(boxes.depths)) == 4
 
 
 @for_each("dtype", [np.float32, np.float64])
 def test_boxes_come_by_depth_over_the_whole_range(dtype):
     depth = np.exp(np.random.default_rng(6).uniform(np.log(0.011), np.log(1e30), 5000))
+    depth[::5] = 2  # ties keep the order of the rows
     means = np.stack([0 * depth, 0 * depth, depth], axis=1)
     scene = random_scene(5000)
     scene = replace(scene, means=means, opacities=np.ones(5000)).astype(dtype)
     boxes = project(scene, Camera(np.eye(4), FRONT.K, **SIZE))
     np.testing.assert_array_equal(boxes.ids, np.argsort(scene.means[:, 2], kind="stable"))
-
-
-@for_each("n", [0, 1])
-def test_scenes_of_no_and_of_one_gaussian(n):
-    boxes, counts = project_by(random_scene(10, seed=3).take(slice(0, n)), FRONT, ProjectOptions())
-    assert len(boxes) + counts.total == n
-    assert boxes.centers.shape[1:] == (2,)
-    assert boxes.ids.dtype == np.int32
 
 
 # Determinism
@@ -364,12 +306,6 @@ def test_every_harmonic_is_the_real_spherical_harmonic_of_its_place(dtype):
         boxes = project(Gaussians(*(column.astype(dtype) for column in columns)), FRONT)
         shade = 0.5 + expected[boxes.ids, term, None] * (0.3, -0.2, 0.1)
         np.testing.assert_allclose(boxes.colors, shade, atol=2e-7 if dtype is np.float32 else 1e-14)
-
-
-def test_colours_are_cut_at_zero_but_not_at_one():
-    for value, color in ((-10.0, 0.0), (10.0, 0.5 + 10 * 0.28209479177387814)):
-        scene = replace(single(), sh=np.full((1, 1, 3), value))
-        np.testing.assert_allclose(project(scene, FRONT).colors, color)
 
 
 # What is culled
@@ -419,3 +355,9 @@ def test_a_box_is_outside_only_if_its_upright_rectangle_is(side, axis, gap, num_
     needle = single(mean=mean, quat=turned(0.5), scale=(10 / pixels, 3 / pixels, 0))
     assert len(project(needle, FRONT, low_pass=0.0)) == num_boxes
     assert len(reference.project(needle, FRONT, low_pass=0.0)) == num_boxes
+
+
+def test_colours_are_cut_at_zero_but_not_at_one():
+    for value, color in ((-10.0, 0.0), (10.0, 0.5 + 10 * 0.28209479177387814)):
+        scene = replace(single(), sh=np.full((1, 1, 3), value))
+        np.testing.assert_allclose(project(scene, FRONT).colors, color)

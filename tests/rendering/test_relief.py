@@ -88,13 +88,9 @@ def test_reliefs_scale_with_the_picture_and_with_the_root_of_the_size():
     sizes = np.repeat([0.1, 0.4, 1.0, 1.0, 2.5, 9.0], n // 6 + 1)[:n]  # the median is 1
     g = np.random.default_rng(3)
     means = g.uniform((-0.4, -0.4, 2.6), (0.4, 0.4, 3.4), (n, 3))
-    scene = Gaussians(
-        means,
-        np.tile([1.0, 0, 0, 0], (n, 1)),
-        0.01 * np.stack([sizes, sizes, sizes / 9], 1),
-        np.ones(n),
-        np.zeros((n, 1, 3)),
-    )
+    scales = 0.01 * np.stack([sizes, sizes, sizes / 9], 1)
+    columns = np.tile([1.0, 0, 0, 0], (n, 1)), scales, np.ones(n), np.zeros((n, 1, 3))
+    scene = Gaussians(means, *columns)
     camera = replace(CAMERA, viewmat=np.eye(4))
     reliefs = project(scene, camera, relief=Relief(2.0, 3.0))
     scale = np.sqrt(160 * 120 / 750_000)
@@ -125,10 +121,8 @@ def greys(lightness):
     """The still life, its strokes of one size and solid, in greys of OKLab L."""
     strokes = SCENE.take(np.s_[: len(lightness)])
     grey = rgb_of_oklab(np.stack([lightness, 0 * lightness, 0 * lightness], axis=1))
-    solid = replace(
-        strokes, scales=np.full_like(strokes.scales, 0.02), opacities=np.ones_like(strokes.opacities)
-    )
-    return in_colors(solid, grey)
+    scales, opacities = np.full_like(strokes.scales, 0.02), np.ones_like(strokes.opacities)
+    return in_colors(replace(strokes, scales=scales, opacities=opacities), grey)
 
 
 def factors_of(strokes, **how):
@@ -149,19 +143,11 @@ def test_lights_are_thick_and_darks_thin_by_their_place_between_those_of_the_pai
 
 
 @for_each(
-    "columns",
-    [
-        {"scales": 0.0},
-        {"scales": 1e20},
-        {"opacities": 0.0},
-        {"sh": 1e6},
-        {"sh": -1e6},
-    ],
-    ids=lambda columns: "{} {:g}".format(*next(iter(columns.items()))),
+    ("name", "value"), [("scales", 0.0), ("scales", 1e20), ("opacities", 0.0), ("sh", 1e6), ("sh", -1e6)]
 )
-def test_strokes_of_any_size_and_colour_have_a_relief_by_light(columns):
+def test_strokes_of_any_size_and_colour_have_a_relief_by_light(name, value):
     strokes = SCENE.take(np.s_[:50])
-    strokes = replace(strokes, **{k: np.full_like(getattr(strokes, k), v) for k, v in columns.items()})
+    strokes = replace(strokes, **{name: np.full_like(getattr(strokes, name), value)})
     for some in (strokes, strokes.take(np.s_[:1]), strokes.take(np.s_[:0])):
         found = Relief(1, 1, by_light=1).of_strokes(some)
         assert found.shape == (len(some), 2)

@@ -80,8 +80,9 @@ def test_a_solid_stroke_beyond_the_softness_hides_all_but_a_hundredth(seed, path
     assert boxes.depths[0] > 0.36
     names = [name for name in Boxes.__dataclass_fields__ if getattr(boxes, name) is not None]
     both = Boxes(**{name: np.concatenate([getattr(b, name) for b in (front, boxes)]) for name in names})
-    frame = rasterize(both, SOLID, width=40, height=30, filter=PATHS[path][1])
-    assert np.abs(frame.rgb - 0.99 * np.array((0.2, 0.4, 0.6))).max() <= 0.0101
+    for boxes in (both, replace(both, softness=None)):
+        frame = rasterize(boxes, SOLID, width=40, height=30, filter=PATHS[path][1])
+        assert np.abs(frame.rgb - 0.99 * np.array((0.2, 0.4, 0.6))).max() <= 0.0101
 
 
 # Rest

@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brushgs.rendering import reference
-from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
@@ -15,7 +14,6 @@ from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.rendering.strokes import boxes_of, bristles, ridges
-from tests.rendering.test_fragments import found_in
 
 ERROR = 0.5 / 255  # of a crowd, as `rasterize` states it
 MOST_WAITING = 160
@@ -119,16 +117,6 @@ def test_strokes_that_move_through_a_crowd_never_jump():
             jumps.append(np.abs((actual - previous[0]) - (expected - previous[1])).max())
         previous = actual, expected
     assert max(jumps) < 2 * ERROR <= 1 / 255
-
-
-def test_fragments_make_up_the_picture_of_a_crowd_within_its_error():
-    boxes = crowd(300, opacities=(0.01, 0.1), softness=(0.3, 1.0))
-    fragments = found_in(boxes, bristles(), **SIZE)
-    frame = rasterize(boxes, bristles(), **SIZE)
-    sums = fragments.sums(np.column_stack([boxes.colors, np.ones(len(boxes))])).reshape(6, 9, 4)
-    assert RenderOptions(num_sigmas=2.0).min_transmittance < ERROR
-    np.testing.assert_allclose(sums[..., :3], frame.rgb, atol=ERROR)
-    np.testing.assert_allclose(sums[..., 3], frame.alpha, atol=ERROR)
 
 
 def test_threads_and_the_tiles_before_change_no_bit():
