@@ -165,12 +165,6 @@ def test_astype_changes_every_column_and_copies_none_in_vain(make):
 # Camera
 
 
-def mirrored(axis: int) -> np.ndarray:
-    matrix = np.eye(4)
-    matrix[axis, axis] = -1
-    return matrix
-
-
 RIGID = "viewmat must be a rotation and a translation; remove scale and mir"
 PINHOLE = "K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got"
 
@@ -211,16 +205,6 @@ def test_cameras_that_are_none_are_refused(change, message):
 def test_look_at_refuses_what_gives_no_view(change, message):
     with refused(ValueError, f"Camera: {message}"):
         Camera.look_at(**{"eye": (1, 2, 3), "target": (0, 0, 0), "width": 8, "height": 6} | change)
-
-
-def test_matrices_are_copied_and_read_only():
-    viewmat = np.eye(4)
-    value = camera(viewmat=viewmat)
-    viewmat[0, 3] = 7
-    assert value.viewmat[0, 3] == 0
-    assert value.K.dtype == np.float64
-    with pytest.raises(ValueError, match="read-only"):
-        value.K[0, 0] = 1
 
 
 def pixel_of(value: Camera, point) -> np.ndarray:

@@ -16,11 +16,6 @@ def boxes_at(x: float, y: float, n: int = 4000, dtype=np.float64):
     return boxes_of(np.full((n, 2), (x, y)), 5.0, depths=np.ones(n), opacities=0.8, dtype=dtype)
 
 
-def share_at(x: float, y: float, **options) -> float:
-    boxes = boxes_at(x, y)
-    return float((thin_to_border(boxes, CAMERA, **options).opacities / boxes.opacities).mean())
-
-
 def test_inside_nothing_changes_and_far_outside_nothing_is_left():
     border = WIDTH * 300
     for place in ((200, 150), (border, 150), (400 - border, 150), (200, border), (200, 300 - border)):

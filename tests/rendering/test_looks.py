@@ -20,7 +20,6 @@ from tests.kit.for_each import for_each
 from tests.rendering.strokes import (
     BRUSHES,
     CAMERA,
-    LOOKS,
     SOLID,
     UNDERPAINT,
     assert_identical,
@@ -189,13 +188,6 @@ def test_very_many_dark_glazes_are_black_and_finite(dtype):
     assert (frame.alpha == 1).all()
 
 
-def test_alpha_is_that_of_paint_that_covers():
-    boxes = random_boxes(60, 40, 30)
-    covered = rasterize(boxes, "flat", width=40, height=30, min_transmittance=0)
-    glaze = rasterize(boxes, "flat", width=40, height=30, blend="glaze")
-    np.testing.assert_allclose(glaze.alpha, covered.alpha, rtol=1e-12, atol=1e-14)
-
-
 # Brushes
 
 
@@ -233,15 +225,6 @@ def test_a_stroke_keeps_its_brush_along_a_path_and_is_painted_with_it():
 
 
 # The depth test
-
-
-@for_each("look", LOOKS)
-@for_each("order", ["", "soft=0.5"])
-def test_a_limit_behind_all_boxes_changes_no_bit(order, look):
-    painting = painting_of(f"mip {order} {look}", 150, 41, 23)
-    for limit in (np.inf, 10.0):
-        far = DepthTest(np.full((23, 41), limit), np.full(150, 0.5))
-        assert_identical(painting.frame(in_front_of=far), painting.frame())
 
 
 def test_a_box_fades_over_the_outer_half_of_its_tolerance():

@@ -31,7 +31,7 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import in_colors
 from tests.kit.for_each import for_each
 from tests.rendering.moving_strokes import motion_of, with_ids
-from tests.rendering.strokes import SOLID, boxes_of
+from tests.rendering.strokes import boxes_of
 from tests.scenes import still_life_of
 
 
@@ -46,17 +46,6 @@ def test_two_strokes_add_their_heights_by_the_weights_of_their_colours(softness)
     low = np.rint(0.25 * 255) / 255 - 0.5  # heights are sampled at 8 bits
     expected = 2 * frame.rgb[5, 5, 0] + (3 + 8 * low) * frame.rgb[5, 5, 1]
     np.testing.assert_allclose(frame.height[5, 5], expected, rtol=1e-9)
-
-
-def test_heights_are_continuous_where_strokes_pass_one_another_in_soft_order():
-    heights = []
-    for gap in np.linspace(-1.5, 1.5, 301):
-        boxes = boxes_of([[5.5, 5.5]] * 2, 5, opacities=0.9, depths=sorted([2.0, 2.0 + gap]))
-        reliefs = np.array([[1.0, 0.0], [4.0, 0.0]])[:: 1 if gap >= 0 else -1]
-        boxes = replace(boxes, reliefs=np.ascontiguousarray(reliefs), softness=np.full(2, 0.7))
-        heights.append(rasterize(boxes, SOLID, width=11, height=11, relief=True).height[5, 5])
-    assert np.ptp(heights) > 2
-    assert np.abs(np.diff(heights)).max() < 0.05
 
 
 # Levels

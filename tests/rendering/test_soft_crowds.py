@@ -20,7 +20,7 @@ MOST_WAITING = 160
 SIZE = {"width": 9, "height": 6}
 SEEDS = st.integers(0, 2**32 - 1)
 SPREADS = [0.05, 2.0]  # between the nearest and the farthest, world units
-NUMBERS = [(200, np.float64), (500, np.float64), (260, np.float32)]  # of strokes
+NUMBERS = [(200, np.float64), (300, np.float64), (260, np.float32)]  # of strokes
 # Ranges of opacities, and of softness in world units.
 OPACITIES = {"faint": (0.004, 0.01), "light": (0.02, 0.05), "half": (0.1, 0.6), "full": (0.9, 1.0)}
 SOFTNESS = {"one": (1.0, 1.0), "twice": (0.5, 1.0), "wide": (0.02, 1.0), "giants": (0.05, 50.0)}
@@ -106,7 +106,7 @@ def test_strokes_that_move_through_a_crowd_never_jump():
     still = replace(still, colors=np.where(np.arange(300)[:, None] % 2, 1.0, 0.0) * np.ones(3))
     speed = g.normal(size=300)
     previous, jumps = None, []
-    for step in np.linspace(0, 0.1, 12):
+    for step in np.linspace(0, 0.05, 6):
         depths = still.depths + step * speed
         order = np.argsort(depths, kind="stable")
         names = ("centers", "half_extents", "angles", "colors", "opacities", "softness")

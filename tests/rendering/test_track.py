@@ -1,19 +1,15 @@
 """The lock: directions of strokes that are continuous in one view, and along a whole path."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 import brushgs as bg
 from brushgs.cameras.orbit import orbit
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
 from brushgs.rendering import reference
 from brushgs.rendering.canonical import fit_canonical
-from brushgs.rendering.knots import KNOT_SPACING
 from brushgs.rendering.project import Directions, project
 from brushgs.rendering.track import Track, track_directions
 from brushgs.rendering.visibility import visible_areas
@@ -160,27 +156,6 @@ def test_a_box_covers_its_ellipse_in_any_direction(seed, kind):
         smallest = ellipses.half_extents.prod(axis=1)[np.argsort(ellipses.ids)]
         areas = boxes.half_extents.prod(axis=1)[rows]
         assert (areas >= smallest * area_scales[boxes.ids[rows]] * (1 - 1e-9)).all()
-
-
-@given(st.integers(0, 2**31))
-@settings(max_examples=20, deadline=None)
-def test_moving_scene_and_camera_together_changes_no_anchored_direction(seed):
-    g = np.random.default_rng(seed)
-    turn, shift = Rotation.random(random_state=g), g.normal(size=3)
-    scene = strokes(40, seed=seed, dtype=np.float64)
-    quats = (turn * Rotation.from_quat(scene.quats.copy(), scalar_first=True)).as_quat(scalar_first=True)
-    moved = replace(
-        scene, means=turn.apply(scene.means.copy()) + shift, quats=quats * g.choice((-2.0, 1.0), (40, 1))
-    )
-    viewmat = FRONT.viewmat.copy()
-    viewmat[:3, :3] = FRONT.viewmat[:3, :3] @ turn.as_matrix().T
-    viewmat[:3, 3] = FRONT.viewmat[:3, 3] - viewmat[:3, :3] @ shift
-    before, after = (
-        project(scene, FRONT, lock="anchor"),
-        project(moved, replace(FRONT, viewmat=viewmat), lock="anchor"),
-    )
-    np.testing.assert_array_equal(before.ids, after.ids)
-    assert difference(before.angles, after.angles).max() < 1e-6
 
 
 # Fading
@@ -391,20 +366,6 @@ def test_a_frame_of_a_sequence_is_the_frame_painted_alone():
 def test_what_makes_no_sense_is_refused_by_name(call, words):
     with pytest.raises((ValueError, TypeError, IndexError), match=words):
         call(strokes(5))
-
-
-def test_knots_lie_evenly_however_the_frames_do_or_are_frames_that_are_far_apart():
-    path = track_directions(strokes(5), turntable(10, step=2 * KNOT_SPACING))
-    assert len(path.turns) == 19
-    np.testing.assert_allclose(path.positions, np.arange(10) * 2, atol=1e-6)
-    cameras = turntable(10, step=8 * KNOT_SPACING)
-    path = track_directions(strokes(200), cameras)
-    assert len(path.turns) == 10
-    np.testing.assert_array_equal(path.positions, np.arange(10))
-    # Strokes rest where the camera does.
-    rested = track_directions(strokes(200), [*cameras[:4], cameras[3], cameras[3], *cameras[4:]])
-    np.testing.assert_array_equal(rested.turns, path.turns)
-    np.testing.assert_array_equal(rested.positions, [0, 1, 2, 3, 3, 3, 4, 5, 6, 7, 8, 9])
 
 
 # Degrees a frame, where tracking changes at 3.5 and 12.4 -> largest share of slender strokes off their axis.

@@ -191,25 +191,6 @@ class Part:
         return self.path.directions(self.first + frame)
 
 
-def test_what_nobody_sees_turns_as_it_likes():
-    """A stroke that fades out, is turned round while it is invisible, and comes back."""
-    opacities = np.ones((NUM_FRAMES, NUM))
-    opacities[20:40] = 0
-    quarter = turn_about((0, 1, 0), np.radians(60) * np.ones(NUM))  # out of the picture: nothing is carried
-    turns = np.zeros((NUM_FRAMES, NUM, 4))
-    turns[..., 0] = 1
-    turns[20:40] = quarter
-    seen, hidden = (
-        track_moving(scene(), STILL, motion_of(scene(), turns, opacities=o), EVERY, fps=30)
-        for o in (np.ones_like(opacities), opacities)
-    )
-    away = {
-        name: np.degrees(np.ptp(np.unwrap(relative(path)[[*range(15, 20), *range(40, 45)]], axis=0), axis=0))
-        for name, path in (("seen", seen), ("hidden", hidden))
-    }
-    assert (away["hidden"] > 1).sum() < 0.5 * (away["seen"] > 1).sum()
-
-
 # Time
 
 
