@@ -40,17 +40,16 @@ WORDS = pairs_of(IMAGES, BRUSHES, ORDERS, LOOKS, ENDS)
 WORDS += pairs_of(("gaussian", "ellipse"), ("", "raised", "glazed"), ENDS)
 
 
-@pytest.mark.parametrize("row", range(0, len(WORDS), 8))
-def test_the_kernel_is_the_definition_in_float64(row):
+@for_each(("words", "size"), zip(WORDS, cycle(SIZES), strict=False))
+def test_the_kernel_is_the_definition_in_float64(words, size):
     """Few strokes: with their underpaint no more than 160 wait in soft order, see test_soft_crowds.py."""
-    for words, size in zip(WORDS[row : row + 8], cycle(SIZES), strict=False):
-        painting = painting_of(" ".join(words), 75, *size, sizes=(0.3, 60))
-        actual, expected = painting.frame(), painting.defined()
-        assert_same(actual, expected)
-        assert actual.rgb.dtype == actual.alpha.dtype == np.float64
-        if actual.height is not None:  # which changes no bit of the rest
-            assert_identical(replace(actual, height=None), painting.frame(relief=False))
-        assert expected.alpha.any(), words
+    painting = painting_of(" ".join(words), 75, *size, sizes=(0.3, 60))
+    actual, expected = painting.frame(), painting.defined()
+    assert_same(actual, expected)
+    assert actual.rgb.dtype == actual.alpha.dtype == np.float64
+    assert expected.alpha.any()
+    if actual.height is not None:  # which changes no bit of the rest
+        assert_identical(replace(actual, height=None), painting.frame(relief=False))
 
 
 @for_each(
