@@ -271,6 +271,10 @@ def test_a_frame_lies_over_a_colour_or_a_picture():
     np.testing.assert_allclose(over[0], [[1, 1, 0], [0.8, 0.85, 0.2], [0.2, 0.4, 0.8]])
     ground = np.random.default_rng(0).uniform(0, 1, (1, 3, 3))
     np.testing.assert_allclose(frame.over(ground), frame.rgb + (1 - alpha[..., None]) * ground)
+    np.testing.assert_array_equal(frame.over("#ff0080"), frame.over((1, 0, 128 / 255)))
+    np.testing.assert_array_equal(frame.bytes_over("white"), frame.bytes_over((1, 1, 1)))
+    with refused(ValueError, "a colour must be '#rrggbb' or one of white, black"):
+        frame.over("redish")
     single = Frame(frame.rgb.astype(np.float32), alpha.astype(np.float32))
     assert single.over((0, 0, 0)).dtype == np.float32
 

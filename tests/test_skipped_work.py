@@ -19,8 +19,6 @@ from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,
     PaintConfig,
-    PruneConfig,
-    StrokesConfig,
     ViewConfig,
 )
 from brushgs.options.sequence import PathConfig
@@ -31,13 +29,10 @@ from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.passes.reduce.morton import morton_order
 from brushgs.passes.reduce.prune import highest
 from brushgs.pipeline import sequence as sequence_stages
-from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
-from brushgs.pipeline.still import paint
 from brushgs.rendering import texture_levels
 from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
 from brushgs.values.boxes import Boxes
-from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
@@ -206,31 +201,6 @@ def test_filters_are_those_of_scipy(num_source, level):
     result = np.empty((len(expected), 21))
     made.apply(texels=texels, result=result)
     np.testing.assert_allclose(result, made.weights() @ texels, rtol=0, atol=1e-13)
-
-
-def test_the_report_lists_what_was_skipped(scene):
-    report, flat = Report(), scene.sh.copy()
-    flat[:, 4:] = 0
-    flat = Gaussians(scene.means, scene.quats, scene.scales, scene.opacities, flat)
-    config = PaintConfig(
-        prune=PruneConfig(keep=1.0),
-        cluster=ClusterConfig(strokes=None),
-        draw=DrawConfig(stroke="gaussian"),
-        view=ViewConfig(size=(64, 48), zoom=4.0),
-        strokes=StrokesConfig.off(),
-    )
-    paint(flat, config, report=report)
-    assert stage(report, "prune").skipped == ["pruning: keep = 1"]
-    assert stage(report, "cluster").skipped == [
-        "clustering: every Gaussian is a stroke",
-        "solid, direction, repaint, broken colour: they are switched off",
-    ]
-    project = stage(report, "project")
-    assert "no lock, fading or soft order: a kernel fills the ellipse itself" in project.details
-    assert "SH degrees 2 to 3 skipped: zero in every row" in project.details
-    for words in ("strokes outside the picture", "strokes with an opacity under 1/255"):
-        assert any(words in line for line in project.skipped), words
-    assert stage(report, "rasterise").details == ["no texture filter: a kernel is computed, not sampled"]
 
 
 @pytest.fixture

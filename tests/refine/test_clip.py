@@ -196,3 +196,19 @@ def test_strokes_that_are_born_later_learn_too(tmp_path, monkeypatch):
     assert comes.sum() > 3
     np.testing.assert_array_equal(after.at(0).opacities[comes], 0)
     assert after.at(11 / 24).opacities[comes].max() > 0.3
+
+
+def test_a_clip_is_refined_toward_a_style(folder, tmp_path, monkeypatch, capsys):
+    pytest.importorskip("kornia", reason="needs the extra [refine]")
+    monkeypatch.chdir(tmp_path)
+    g = np.random.default_rng(0)
+    stripes = np.where(np.arange(64)[:, None, None] // 4 % 2, (0.1, 0.2, 0.6), (0.9, 0.8, 0.3))
+    rgb = (np.broadcast_to(stripes, (64, 80, 3)) + g.normal(0, 0.02, (64, 80, 3))).clip(0, 1)
+    flat = np.ones((64, 80), np.float32)
+    bg.save(bg.Frame(rgb.astype(np.float32), flat, flat), "style.png")
+    code, out, err = run(capsys, folder, *SMALL, "--style", "style.png", "--json")
+    assert (code, err) == (0, "")
+    stages = {stage["name"]: stage["counts"] for stage in json.loads(out)["stages"]}
+    scores = stages["refine"]["curve_scores"]
+    assert max(scores) > scores[0]
+    assert len(list(Path("dance-refined").iterdir())) == 5
