@@ -38,12 +38,8 @@ def scene(tmp_path_factory):
             ["--look", "plain", "--stroke-size", "24px", "--adjust", "contrast=1.3"],
         ),
         (
-            {"preset": "paper", "solid": True, "first": "40%"},
-            ["--preset", "paper", "--solid", "on", "--first", "0.4"],
-        ),
-        (
-            {"stroke": "gaussian", "strokes": None, "look_at": "part"},
-            ["--stroke", "gaussian", "--look-at", "part"],
+            {"preset": "paper", "stroke": "gaussian", "strokes": None, "first": "40%"},
+            ["--preset", "paper", "--stroke", "gaussian", "--first", "0.4"],
         ),
     ],
 )
@@ -56,15 +52,9 @@ def test_paint_is_what_render_writes(scene, tmp_path, options, words):
     assert frame.alpha.min() == 1
 
 
-def test_gaussians_are_painted_with_the_same_options(scene):
-    gaussians = bg.load(scene)
-    frame = bg.paint(gaussians, "gouache", up="-y", see="off", **SMALL)
-    assert frame.rgb.shape == (48, 64, 3)
-    again = bg.paint(gaussians, bg.Look.open("gouache"), up="-y", see="off", **SMALL)
-    np.testing.assert_array_equal(frame.rgb, again.rgb)
-
-
-def test_a_camera_takes_the_place_of_the_view(scene):
+def test_gaussians_and_looks_are_taken_and_a_camera_takes_the_place_of_the_view(scene):
+    again = bg.paint(bg.load(scene), bg.Look.open("gouache"), up="-y", see="off", **SMALL)
+    np.testing.assert_array_equal(bg.paint(scene, "gouache", see="off", **SMALL).rgb, again.rgb)
     camera, report = bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=40, height=30), Report()
     frame = bg.paint(scene, camera=camera, strokes=100, report=report)
     assert frame.rgb.shape == (30, 40, 3)

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import av
+import pytest
 
 import brushgs as bg
 import brushgs.outlets.demo
@@ -53,52 +54,55 @@ def is_a_picture(path, width, height):
     return pixels.shape[:2] == (height, width) and float(pixels[..., :3].std()) > 0.02
 
 
+RUN = {  # name -> words, without the folder to write to; what is written there, and how large
+    "ten_lines.py": ([], {"swirl.png": (800, 600)}),
+    "paint_still_life.py": (
+        ["flat", "ink", "--strokes", 300, "--size", 96, 72, "-o"],
+        {"flat.png": (96, 72), "ink.png": (96, 72)},
+    ),
+    "paint_over.py": ([], {"paint_over.jpg": (720, 540)}),
+    "contact_sheet.py": (
+        ["--width", 64, "--counts", 50, 200, "--strokes", "ellipse", "dab", "-o"],
+        {"sheet.png": (128, 96)},
+    ),
+    "plain_3dgs.py": (
+        ["--frames", 2, "--size", 80, 60, "-o"],
+        {"plain_0.png": (80, 60), "plain_1.png": (80, 60)},
+    ),
+    "make_pictures.py": (
+        ["--frames", 3, "--quick", "-o"],
+        {
+            "still_life.jpg": (250, 187),
+            "looks.jpg": (326, 156),
+            "strokes.jpg": (318, 430),
+            "options.jpg": (312, 222),
+            "styles.jpg": (418, 222),
+            "layers.jpg": (372, 252),
+            **dict.fromkeys(("grow.webp", "sway.webp", "film.webp"), (120, 90)),
+            **dict.fromkeys(("hold.webp", "boil.webp", "redraw.webp"), (80, 60)),
+        },
+    ),
+}
+APART = {
+    "moving_still_life.py",
+    "film.py",
+    "page_screenshots.py",
+    "blender_addon.py",
+}  # by tests of their own
+
+
 def test_every_example_is_run_by_this_file():
-    tested = {
-        "ten_lines.py",
-        "paint_still_life.py",
-        "contact_sheet.py",
-        "plain_3dgs.py",
-        "moving_still_life.py",
-        "film.py",
-        "make_pictures.py",
-        "page_screenshots.py",
-        "blender_addon.py",
-        "paint_over.py",
-    }
-    assert {path.name for path in EXAMPLES.glob("[!_]*.py")} == tested
+    assert {path.name for path in EXAMPLES.glob("[!_]*.py")} == RUN.keys() | APART
 
 
-def test_ten_lines(tmp_path, monkeypatch):
-    run("ten_lines.py", tmp_path, monkeypatch=monkeypatch)
-    assert is_a_picture(tmp_path / "swirl.png", 800, 600)
-    assert (tmp_path / "strokes.ply").is_file()
-
-
-def test_paint_still_life(tmp_path, monkeypatch, capsys):
-    words = "flat", "ink", "-o", tmp_path / "new", "--strokes", 300, "--size", 96, 72
-    run("paint_still_life.py", *words, monkeypatch=monkeypatch)
-    assert is_a_picture(tmp_path / "new" / "flat.png", 96, 72)
-    assert is_a_picture(tmp_path / "new" / "ink.png", 96, 72)
-    assert capsys.readouterr().out.startswith("writes 2 pictures")
-
-
-def test_paint_over(tmp_path, monkeypatch):
-    run("paint_over.py", tmp_path, monkeypatch=monkeypatch)
-    assert is_a_picture(tmp_path / "paint_over.jpg", 720, 540)
-
-
-def test_contact_sheet(tmp_path, monkeypatch):
-    words = "-o", tmp_path / "sheet.png", "--width", 64, "--counts", 50, 200, "--strokes", "ellipse", "dab"
-    run("contact_sheet.py", *words, monkeypatch=monkeypatch)
-    assert is_a_picture(tmp_path / "sheet.png", 128, 96)
-
-
-def test_plain_3dgs(tmp_path, monkeypatch, capsys):
-    run("plain_3dgs.py", "-o", tmp_path, "--frames", 2, "--size", 80, 60, monkeypatch=monkeypatch)
-    assert is_a_picture(tmp_path / "plain_0.png", 80, 60)
-    assert is_a_picture(tmp_path / "plain_1.png", 80, 60)
-    assert capsys.readouterr().out.count(" ms") == 2
+@pytest.mark.parametrize("name", RUN)
+def test_an_example_writes_its_pictures(name, tmp_path, monkeypatch, capfd):
+    words, pictures = RUN[name]
+    target = tmp_path / "sheet.png" if name == "contact_sheet.py" else tmp_path
+    run(name, *words, target, monkeypatch=monkeypatch, num_gaussians=1000 if "make" in name else 4000)
+    for picture, size in pictures.items():
+        assert is_a_picture(tmp_path / picture, *size), picture
+    assert capfd.readouterr().err == ""  # no progress bar in a pipe
 
 
 def test_moving_still_life(tmp_path, monkeypatch):
@@ -116,26 +120,6 @@ def test_film(tmp_path, monkeypatch, capsys):
     with av.open(tmp_path / "a.mp4") as video:
         assert sum(1 for _ in video.decode(video=0)) == 3
     assert "73% rest" in capsys.readouterr().out
-
-
-def test_make_pictures(tmp_path, monkeypatch, capfd):
-    words = "-o", tmp_path, "--frames", 3, "--quick"
-    run("make_pictures.py", *words, monkeypatch=monkeypatch, num_gaussians=1000)
-    assert is_a_picture(tmp_path / "still_life.jpg", 250, 187)
-    assert is_a_picture(tmp_path / "looks.jpg", 326, 156)
-    assert is_a_picture(tmp_path / "grow.webp", 120, 90)
-    assert is_a_picture(tmp_path / "strokes.jpg", 318, 430)
-    assert is_a_picture(tmp_path / "options.jpg", 312, 222)
-    assert is_a_picture(tmp_path / "styles.jpg", 418, 222)
-    assert is_a_picture(tmp_path / "layers.jpg", 372, 252)
-    assert is_a_picture(tmp_path / "sway.webp", 120, 90)
-    assert is_a_picture(tmp_path / "film.webp", 120, 90)
-    assert is_a_picture(tmp_path / "hold.webp", 80, 60)
-    assert is_a_picture(tmp_path / "boil.webp", 80, 60)
-    assert is_a_picture(tmp_path / "redraw.webp", 80, 60)
-    printed = capfd.readouterr()
-    assert printed.out.count("\n") == 13
-    assert printed.err == ""  # no progress bar in a pipe
 
 
 def test_page_screenshots(tmp_path, browser):

@@ -20,50 +20,20 @@ from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 from tests.test_examples import COMMANDS, ROOT
 
+
 # What a page names and the test has; a command with other files is only read.
-SCENES = (
-    "scene.ply",
-    "scene.spz",
-    "still_life.ply",
-    "left.ply",
-    "right.spz",
-    "a.ply",
-    "predicted.ply",
-    "styled.ply",
-)
-PAINTINGS = ("painting.jpg", "monet.jpg", "starry.jpg", "photo.jpg")
-FILES = {*SCENES, *PAINTINGS, "truck.splat", "a_edited.ply", "my_brush.png", "mask.png", "lines.obj"}
-FILES |= {
-    "monet.style",
-    "dusk.style",
-    "styled.style",
-    "mine.toml",
-    "parts.toml",
-    "cameras.json",
-    "camera_path.json",
-}
-FILES |= {"clip.splatv"}
-WRITTEN = {"both.png", "turn.mov", "looks.jpg", "strokes.ply", "strokes.exr", "painting.exr", "strokes.glb"}
-WRITTEN |= {
-    "strokes.sog",
-    "shot.%04d.exr",
-    "draft.mp4",
-    "still_life.html",
-    "small.html",
-    "clip.mp4",
-    "clip.webm",
-}
-WRITTEN |= {"frames/%05d.exr", "//example.org/still_life.html"}
-LONG = {
-    "view",
-    "bench",
-    "stability",
-    "refine",
-    "compare",
-    "batch",
-    "completion",
-    "demo",
-}  # whose own tests run them
+def named(text):
+    return set(text.split())
+
+
+SCENES = named("scene.ply scene.spz still_life.ply left.ply right.spz a.ply predicted.ply styled.ply")
+PAINTINGS = named("painting.jpg monet.jpg starry.jpg photo.jpg")
+FILES = SCENES | PAINTINGS | named("truck.splat a_edited.ply my_brush.png mask.png lines.obj monet.style")
+FILES |= named("dusk.style styled.style mine.toml parts.toml cameras.json camera_path.json clip.splatv")
+WRITTEN = named("both.png turn.mov looks.jpg strokes.ply strokes.exr painting.exr strokes.glb strokes.sog")
+WRITTEN |= named("shot.%04d.exr draft.mp4 still_life.html small.html clip.mp4 clip.webm frames/%05d.exr")
+WRITTEN.add("//example.org/still_life.html")
+LONG = named("view bench stability refine compare batch completion demo")  # whose own tests run them
 # What makes a command small; of a flag that is given twice the last counts.
 SIZES = {"render": "48x36", "export": "48x36", "views": "32x24"}
 SHAPES = {"equirect": "64x32", "vr180": "36x36"}
@@ -105,7 +75,7 @@ RUN = some_for_all([line for line in COMMANDS if is_run(line)])
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("guides")
     scene = still_life_of(1000)
-    for name in SCENES:
+    for name in sorted(SCENES):
         save_upright(scene, path / name)
     with pytest.warns(bg.SceneWarning, match="does not hold colours that change with the view"):
         bg.save(scene, path / "truck.splat")
@@ -152,11 +122,12 @@ def test_a_command_of_the_guides_runs(line, folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     line = PART.sub("9,8,20,10", line.partition(" > ")[0])
     line = FRAMES.sub("3", line).replace("0,1.6,0,0.4", "0,-0.2,0,1")  # a place in this scene
-    line = (
-        line.replace("-o frames/", "-o painted/")
-        .replace("--jobs 8", "--jobs 2")
-        .replace("--start 1 ", "--start 10% ")
-    )
+    for word, other in (
+        ("-o frames/", "-o painted/"),
+        ("--jobs 8", "--jobs 2"),
+        ("--start 1 ", "--start 10% "),
+    ):
+        line = line.replace(word, other)
     words = shlex.split(line, comments=True)[1:]
     shape = next((size for word, size in SHAPES.items() if word in words), None)
     if words[0] in SIZES:

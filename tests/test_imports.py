@@ -78,11 +78,7 @@ def loaded_by(code):
     """Names of the top-level modules that a fresh interpreter holds after some code."""
     tail = "\nimport sys; print(' '.join(sorted({m.split('.')[0] for m in sys.modules})), file=sys.stderr)"
     run = subprocess.run(
-        [sys.executable, "-c", code + tail],
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=PACKAGE.parent,
+        [sys.executable, "-c", code + tail], capture_output=True, text=True, check=True, cwd=PACKAGE.parent
     )
     return set(run.stderr.split())
 
@@ -105,26 +101,25 @@ def test_a_bad_flag_is_refused_before_anything_heavy_is_loaded():
     assert not loaded_by(code) & HEAVY
 
 
-def test_painting_loads_no_torch_and_no_table_library_when_quiet(tmp_path):
-    code = (
-        "import brushgs.cli\nfrom brushgs.still_life import still_life\nimport brushgs as bg\n"
-        f"bg.save(still_life(2000), {str(tmp_path / 'a.ply')!r})\n"
-        f"words = ['render', {str(tmp_path / 'a.ply')!r}, '-o', {str(tmp_path / 'a.png')!r}]\n"
-        "words += ['--stroke', 'swirl', '--strokes', '100', '--size', '32x24', '--quiet']\n"
-        "assert brushgs.cli.main(words) == 0"
-    )
-    loaded = loaded_by(code)
+PAINT = """
+import brushgs.cli, brushgs as bg, os, sys
+from brushgs.still_life import still_life
+os.chdir(FOLDER)
+bg.save(still_life(1000), "a.ply")
+words = "render a.ply -o a.png --stroke swirl --strokes 100 --size 32x24 --quiet"
+assert brushgs.cli.main(words.split()) == 0
+layers = [f"brushgs.rendering.{name}" for name in ("layers", "fragments", "mattes", "deep")]
+assert not set(layers) & set(sys.modules)
+assert not {m.split(".")[0] for m in sys.modules} & {"scipy", "sklearn"}  # longer than what they would do
+words = ["prune", "a.ply", "-o", "b.ply", "--where", "height:10%.. or half:1,0,0,0"]
+words += ["--text-model", "nowhere"]
+assert brushgs.cli.main([*words, "--quiet"]) == 0
+"""
+
+
+def test_painting_loads_no_torch_no_layers_and_no_table_library_when_quiet(tmp_path):
+    """Nor does a part that is named without words."""
+    loaded = loaded_by(f"FOLDER = {str(tmp_path)!r}\n{PAINT}")
     assert "numpy" in loaded
     assert not loaded & {"torch", "kornia", "open3d", "trimesh", "dask", "rich", "av", "skimage"}
-    assert not loaded & {"scipy", "sklearn"}  # their imports take longer than the work they would do here
-
-
-def test_a_part_without_words_loads_no_torch_and_no_transformers(tmp_path):
-    code = (
-        "import brushgs.cli\nfrom brushgs.still_life import still_life\nimport brushgs as bg\n"
-        f"bg.save(still_life(1000), {str(tmp_path / 'a.ply')!r})\n"
-        f"words = ['prune', {str(tmp_path / 'a.ply')!r}, '-o', {str(tmp_path / 'b.ply')!r}]\n"
-        "words += ['--where', 'height:10%.. or half:1,0,0,0', '--text-model', 'nowhere', '--quiet']\n"
-        "assert brushgs.cli.main(words) == 0"
-    )
-    assert not loaded_by(code) & {"torch", "transformers", "safetensors", "tokenizers"}
+    assert not loaded & {"transformers", "safetensors", "tokenizers"}

@@ -4,13 +4,13 @@ from io import BytesIO
 
 import numpy as np
 import OpenImageIO
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from PIL import Image
 
 from brushgs.values.png import png_bytes
+from tests.kit.for_each import for_each
 
 
 @settings(max_examples=40, deadline=None)
@@ -22,7 +22,7 @@ def test_pixels_come_back_bit_for_bit(pixels):
         np.testing.assert_array_equal(np.asarray(picture), pixels)
 
 
-@pytest.mark.parametrize("channels", [3, 4])
+@for_each("channels", [3, 4])
 def test_openimageio_reads_the_same(channels, tmp_path):
     pixels = np.random.default_rng(0).integers(0, 256, (7, 5, channels), dtype=np.uint8)
     (tmp_path / "a.png").write_bytes(png_bytes(pixels))

@@ -73,68 +73,51 @@ def test_columns_are_read_only_views_without_a_copy(make, dtype):
     for name, column in columns.items():
         assert np.shares_memory(getattr(value, name), column)
         assert column.flags.writeable  # the caller's own array stays as it was
+        strided = np.repeat(column, 2, axis=0)[::2]
+        assert getattr(replace(value, **{name: strided}), name).flags.c_contiguous
         with pytest.raises(ValueError, match="read-only"):
             getattr(value, name)[0] = 0
     with pytest.raises(FrozenInstanceError):
         setattr(value, next(iter(columns)), None)
 
 
-def test_a_strided_column_becomes_contiguous():
-    source = gaussians()
-    wide = np.zeros((N, 6), np.float32)
-    wide[:, ::2] = source.means
-    value = replace(source, means=wide[:, ::2])
-    assert value.means.flags.c_contiguous
-    np.testing.assert_array_equal(value.means, source.means)
-
-
 @for_each(
     ("name", "shape", "message"),
     [
-        ("means", (N, 2), "Gaussians: means must have shape [N=6, 3], got [6, 2]"),
-        ("quats", (N, 3), "Gaussians: quats must have shape [N=6, 4], got [6, 3]"),
-        ("scales", (N - 1, 3), "Gaussians: scales must have shape [N=6, 3], got [5, 3]"),
-        ("opacities", (N, 1), "Gaussians: opacities must have shape [N=6], got [6, 1]"),
-        ("sh", (N, 3), "Gaussians: sh must have shape [N=6, k=3, 3], got [6, 3]"),
-        ("sh", (N, 5, 3), "Gaussians: sh must have 1, 4, 9 or 16 terms, got 5"),
-        ("sh", (N, 0, 3), "Gaussians: sh must have 1, 4, 9 or 16 terms, got 0"),
+        ("means", (N, 2), "means must have shape [N=6, 3], got [6, 2]"),
+        ("quats", (N, 3), "quats must have shape [N=6, 4], got [6, 3]"),
+        ("scales", (N - 1, 3), "scales must have shape [N=6, 3], got [5, 3]"),
+        ("opacities", (N, 1), "opacities must have shape [N=6], got [6, 1]"),
+        ("sh", (N, 3), "sh must have shape [N=6, k=3, 3], got [6, 3]"),
+        ("sh", (N, 5, 3), "sh must have 1, 4, 9 or 16 terms, got 5"),
+        ("sh", (N, 0, 3), "sh must have 1, 4, 9 or 16 terms, got 0"),
     ],
 )
 def test_gaussians_of_a_wrong_shape_are_refused(name, shape, message):
-    with refused(ValueError, message):
+    with refused(ValueError, f"Gaussians: {message}"):
         replace(gaussians(), **{name: np.zeros(shape, np.float32)})
 
 
 @for_each(
     ("name", "row", "value", "message"),
     [
-        ("scales", 2, -0.1, "Gaussians: scales must be >= 0, got 1 other rows, first at 2"),
-        ("opacities", 3, 1.5, "Gaussians: opacities must lie in 0 to 1 (decoded, not logits), got 1 other"),
-        (
-            "opacities",
-            slice(2, 5),
-            -1,
-            "Gaussians: opacities must lie in 0 to 1 (decoded, not logits), got 3",
-        ),
-        ("quats", 5, 0, "Gaussians: quats must have a length above zero, got 1 other rows, first at 5"),
-        ("means", 1, np.nan, "Gaussians: means must be finite, got 1 other rows, first at 1"),
-        ("sh", 4, np.inf, "Gaussians: sh must be finite, got 1 other rows, first at 4"),
+        ("scales", 2, -0.1, "scales must be >= 0, got 1 other rows, first at 2"),
+        ("opacities", 3, 1.5, "opacities must lie in 0 to 1 (decoded, not logits), got 1 other"),
+        ("opacities", slice(2, 5), -1, "opacities must lie in 0 to 1 (decoded, not logits), got 3"),
+        ("quats", 5, 0, "quats must have a length above zero, got 1 other rows, first at 5"),
     ],
 )
 def test_values_out_of_range_are_refused_by_column_and_row(name, row, value, message):
     source = gaussians()
-    with refused(ValueError, message):
+    with refused(ValueError, f"Gaussians: {message}"):
         replace(source, **{name: changed(getattr(source, name), row, value)})
 
 
-def test_a_sum_that_overflows_is_no_reason_to_refuse_finite_values():
+def test_extremes_are_legitimate():
+    """Sums that overflow, half turns, scales of zero, opacities of zero and one."""
     source = gaussians()
     replace(source, means=np.full((N, 3), 3e38, np.float32))
     replace(source, means=np.array([3e38, -3e38] * 9, np.float32).reshape(N, 3))
-
-
-def test_half_turns_scale_zero_and_opacities_zero_and_one_are_legitimate():
-    source = gaussians()
     replace(source, quats=changed(source.quats, slice(None), (0, 0, 1, 0)))
     replace(source, scales=0 * source.scales, opacities=np.array([0, 1] * 3, np.float32))
 
@@ -142,35 +125,21 @@ def test_half_turns_scale_zero_and_opacities_zero_and_one_are_legitimate():
 @for_each(
     ("make", "name", "value", "message"),
     [
-        (
-            gaussians,
-            "means",
-            [[0, 0, 0], [0, 0]],
-            "Gaussians: means must be an array or a list of numbers, in",
-        ),
-        (gaussians, "opacities", ["1"] * N, "Gaussians: opacities must be an array or a list of numbers, in"),
-        (boxes, "ids", [0.0] * N, "Boxes: ids must be an array or a list of whole numbers"),
-        (gaussians, "means", np.zeros((N, 3), bool), "Gaussians: means must be float32 or float64, got bool"),
-        (boxes, "colors", np.zeros((N, 3), np.uint8), "Boxes: colors must be float32 or float64, got uint8"),
-        (gaussians, "sh", np.zeros((N, 4, 3)), "Gaussians: sh must be float32 like means, got float64"),
-        (
-            gaussians,
-            "scales",
-            np.ones((N, 3), np.float16),
-            "Gaussians: scales must be float32 like means, got",
-        ),
-        (boxes, "angles", None, "Boxes: angles must be a NumPy array, got NoneType"),
-        (
-            boxes,
-            "depths",
-            np.arange(N, dtype=float),
-            "Boxes: depths must be float32 like centers, got float64",
-        ),
-        (boxes, "ids", np.arange(N, dtype=float), "Boxes: ids must be int32, got float64"),
+        (gaussians, "means", [[0, 0, 0], [0, 0]], "must be an array or a list of numbers, in"),
+        (gaussians, "opacities", ["1"] * N, "must be an array or a list of numbers, in"),
+        (gaussians, "means", np.zeros((N, 3), bool), "must be float32 or float64, got bool"),
+        (gaussians, "sh", np.zeros((N, 4, 3)), "must be float32 like means, got float64"),
+        (gaussians, "scales", np.ones((N, 3), np.float16), "must be float32 like means, got"),
+        (gaussians, "brushes", np.zeros(N), "must be uint8, got float64"),
+        (boxes, "ids", [0.0] * N, "must be an array or a list of whole numbers"),
+        (boxes, "colors", np.zeros((N, 3), np.uint8), "must be float32 or float64, got uint8"),
+        (boxes, "angles", None, "must be a NumPy array, got NoneType"),
+        (boxes, "depths", np.arange(N, dtype=float), "must be float32 like centers, got float64"),
+        (boxes, "ids", np.arange(N, dtype=float), "must be int32, got float64"),
     ],
 )
 def test_columns_of_another_type_are_refused(make, name, value, message):
-    with refused(TypeError, message):
+    with refused(TypeError, f"{type(make()).__name__}: {name} {message}"):
         replace(make(), **{name: value})
 
 
@@ -181,14 +150,7 @@ def test_boxes_must_come_nearest_first():
     replace(source, depths=np.full(N, 2, np.float32))  # equal depths are in order
 
 
-def test_whether_a_scene_is_antialiased_stays_with_it():
-    scene = replace(gaussians(), antialiased=True)
-    assert scene.take(slice(0, 1)).antialiased
-    assert scene.astype(np.float64).antialiased
-    assert not gaussians().take(slice(0, 1)).antialiased
-
-
-@pytest.mark.parametrize("make", [gaussians, boxes])
+@for_each("make", [gaussians, boxes])
 def test_astype_changes_every_column_and_copies_none_in_vain(make):
     source = make(np.float32)
     double = source.astype(np.float64)
@@ -203,70 +165,46 @@ def test_astype_changes_every_column_and_copies_none_in_vain(make):
 # Camera
 
 
-def mirrored(axis: int) -> np.ndarray:
-    matrix = np.eye(4)
-    matrix[axis, axis] = -1
-    return matrix
+RIGID = "viewmat must be a rotation and a translation; remove scale and mir"
+PINHOLE = "K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got"
 
 
 @for_each(
     ("change", "message"),
     [
-        ({"viewmat": np.eye(3)}, "Camera: viewmat must have shape [4, 4], got [3, 3]"),
-        ({"K": np.eye(4)}, "Camera: K must have shape [3, 3], got [4, 4]"),
-        ({"viewmat": np.eye(4) * np.nan}, "Camera: viewmat must be finite, got [[nan"),
-        ({"K": np.diag([np.inf, 1, 1])}, "Camera: K must be finite, got [[inf"),
-        (
-            {"viewmat": np.diag([2.0, 2, 2, 1])},
-            "Camera: viewmat must be a rotation and a translation; remove",
-        ),
-        (
-            {"viewmat": mirrored(0)},
-            "Camera: viewmat must be a rotation and a translation; remove scale and mir",
-        ),
-        ({"viewmat": mirrored(3)}, "Camera: viewmat must be a rotation and a translation"),
-        ({"K": np.diag([-1.0, 1, 1])}, "Camera: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got"),
-        (
-            {"K": [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]},
-            "Camera: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]",
-        ),
-        ({"K": np.diag([1.0, 1, 2])}, "Camera: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got"),
-        ({"width": 0}, "Camera: size must be at least 1x1, got 0x60"),
-        ({"height": -5}, "Camera: size must be at least 1x1, got 80x-5"),
-        ({"near": 0.0}, "Camera: near must be > 0, got 0.0"),
-        ({"near": np.nan}, "Camera: near must be > 0, got nan"),
+        ({"viewmat": np.eye(3)}, "viewmat must have shape [4, 4], got [3, 3]"),
+        ({"K": np.eye(4)}, "K must have shape [3, 3], got [4, 4]"),
+        ({"viewmat": np.eye(4) * np.nan}, "viewmat must be finite, got [[nan"),
+        ({"K": np.diag([np.inf, 1, 1])}, "K must be finite, got [[inf"),
+        ({"viewmat": np.diag([2.0, 2, 2, 1])}, RIGID),
+        ({"viewmat": np.diag([-1.0, 1, 1, 1])}, RIGID),
+        ({"viewmat": np.diag([1.0, 1, 1, -1])}, RIGID),
+        ({"K": np.diag([-1.0, 1, 1])}, PINHOLE),
+        ({"K": [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]}, PINHOLE),
+        ({"K": np.diag([1.0, 1, 2])}, PINHOLE),
+        ({"width": 0}, "size must be at least 1x1, got 0x60"),
+        ({"height": -5}, "size must be at least 1x1, got 80x-5"),
+        ({"near": 0.0}, "near must be > 0, got 0.0"),
+        ({"near": np.nan}, "near must be > 0, got nan"),
     ],
 )
 def test_cameras_that_are_none_are_refused(change, message):
-    with refused(ValueError, message):
+    with refused(ValueError, f"Camera: {message}"):
         camera(**change)
 
 
 @for_each(
     ("change", "message"),
     [
-        (
-            {"target": (1, 2, 3)},
-            "Camera: eye and target must differ, got [1.0, 2.0, 3.0] and [1.0, 2.0, 3.0]",
-        ),
-        ({"target": (np.nan, 0, 0)}, "Camera: eye and target must differ"),
-        ({"fov_y": 0.0}, "Camera: fov_y must be in (0, pi) radians, got 0.0"),
-        ({"fov_y": 50}, "Camera: fov_y must be in (0, pi) radians, got 50"),
+        ({"target": (1, 2, 3)}, "eye and target must differ, got [1.0, 2.0, 3.0] and [1.0, 2.0, 3.0]"),
+        ({"target": (np.nan, 0, 0)}, "eye and target must differ"),
+        ({"fov_y": 0.0}, "fov_y must be in (0, pi) radians, got 0.0"),
+        ({"fov_y": 50}, "fov_y must be in (0, pi) radians, got 50"),
     ],
 )
 def test_look_at_refuses_what_gives_no_view(change, message):
-    with refused(ValueError, message):
+    with refused(ValueError, f"Camera: {message}"):
         Camera.look_at(**{"eye": (1, 2, 3), "target": (0, 0, 0), "width": 8, "height": 6} | change)
-
-
-def test_matrices_are_copied_and_read_only():
-    viewmat = np.eye(4)
-    value = camera(viewmat=viewmat)
-    viewmat[0, 3] = 7
-    assert value.viewmat[0, 3] == 0
-    assert value.K.dtype == np.float64
-    with pytest.raises(ValueError, match="read-only"):
-        value.K[0, 0] = 1
 
 
 def pixel_of(value: Camera, point) -> np.ndarray:
@@ -307,12 +245,9 @@ def test_look_at_is_a_rotation_whatever_the_direction(seed, lean, unit):
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-7)
     assert np.linalg.det(rotation) > 0
     np.testing.assert_allclose(rotation[2], forward / np.linalg.norm(forward), atol=1e-8)
-
-
-@for_each("axis", np.vstack([np.eye(3), -np.eye(3)]))
-def test_looking_along_up_still_gives_a_view(axis):
-    value = Camera.look_at(-5 * axis, (0, 0, 0), up=axis, width=40, height=30)
-    np.testing.assert_allclose(pixel_of(value, np.zeros(3)), (20, 15, 5), atol=1e-12)
+    axis = np.sign(forward[0]) * np.eye(3)[seed % 3]
+    along = Camera.look_at(-5 * axis, (0, 0, 0), up=axis, width=40, height=30)
+    np.testing.assert_allclose(pixel_of(along, np.zeros(3)), (20, 15, 5), atol=1e-12)
 
 
 def test_resizing_keeps_the_vertical_field_of_view_and_the_middle():
@@ -336,17 +271,12 @@ def test_a_frame_lies_over_a_colour_or_a_picture():
     np.testing.assert_allclose(over[0], [[1, 1, 0], [0.8, 0.85, 0.2], [0.2, 0.4, 0.8]])
     ground = np.random.default_rng(0).uniform(0, 1, (1, 3, 3))
     np.testing.assert_allclose(frame.over(ground), frame.rgb + (1 - alpha[..., None]) * ground)
-    single = Frame(frame.rgb.astype(np.float32), alpha.astype(np.float32))
-    assert single.over((0, 0, 0)).dtype == np.float32
-
-
-@pytest.mark.parametrize(("name", "rgb"), [("white", (1, 1, 1)), ("#ff0080", (1, 0, 128 / 255))])
-def test_a_frame_lies_over_a_colour_by_name(name, rgb):
-    frame = Frame(np.full((2, 3, 3), 0.1, np.float32), np.full((2, 3), 0.25, np.float32))
-    np.testing.assert_array_equal(frame.over(name), frame.over(rgb))
-    np.testing.assert_array_equal(frame.bytes_over(name), frame.bytes_over(rgb))
+    np.testing.assert_array_equal(frame.over("#ff0080"), frame.over((1, 0, 128 / 255)))
+    np.testing.assert_array_equal(frame.bytes_over("white"), frame.bytes_over((1, 1, 1)))
     with refused(ValueError, "a colour must be '#rrggbb' or one of white, black"):
         frame.over("redish")
+    single = Frame(frame.rgb.astype(np.float32), alpha.astype(np.float32))
+    assert single.over((0, 0, 0)).dtype == np.float32
 
 
 @for_each("dtype", [np.float32, np.float64])
@@ -362,7 +292,7 @@ def test_bytes_are_rounded_the_same_by_any_number_of_threads(num_threads, dtype)
             np.testing.assert_array_equal(frame.bytes_over(background), expected)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("dtype", [np.float32, np.float64])
 def test_lists_become_arrays_in_the_dtype_beside_them(dtype):
     for source in (gaussians(dtype), boxes(dtype)):
         columns = {f.name: getattr(source, f.name) for f in fields(source) if f.type is not bool}
@@ -385,15 +315,12 @@ def test_whole_numbers_are_taken_where_numbers_are_meant():
     np.testing.assert_array_equal(value.means.ravel(), np.arange(18))
     assert (value.brushes.dtype, value.ids.dtype) == (np.uint8, np.int32)
     assert value.brushes.tolist() == value.ids.tolist() == list(range(N))
-    only = Gaussians(
-        np.eye(3, dtype=int), [[1, 0, 0, 0]] * 3, np.ones((3, 3), int), [1, 1, 1], [[[0] * 3]] * 3
-    )
+    ones = np.ones((3, 3), int)
+    only = Gaussians(np.eye(3, dtype=int), [[1, 0, 0, 0]] * 3, ones, [1, 1, 1], [[[0] * 3]] * 3)
     assert only.scales.dtype == np.float32
     with refused(ValueError, "Gaussians: brushes must lie in 0 to 255, got 256 to 261"):
         replace(source, brushes=np.arange(N) + 256)
-    with refused(
-        ValueError, "Gaussians: means has whole numbers that float32 cannot hold; give them as float64"
-    ):
+    with refused(ValueError, "Gaussians: means has whole numbers that float32 cannot hold; give them as"):
         replace(source, means=np.full((N, 3), 2**24 + 1))
     assert replace(gaussians(np.float64), means=np.full((N, 3), 2**24 + 1)).means[0, 0] == 2**24 + 1
 
@@ -408,6 +335,8 @@ def test_rows_are_taken_by_index_mask_list_or_slice(make, rows):
     plain = rows if isinstance(rows, slice) or len(rows) else slice(0)
     expected = np.arange(N)[list(plain) if isinstance(plain, tuple) else plain]
     assert len(taken) == len(expected)
+    if make is gaussians:
+        assert replace(source, antialiased=True)[rows].antialiased > taken.antialiased
     for name, column in columns_of(source).items():
         np.testing.assert_array_equal(getattr(taken, name), column[expected])
 

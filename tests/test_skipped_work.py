@@ -1,6 +1,8 @@
-"""Work that a scene does not need is skipped, and no picture shows it: each shortcut is tested on and off."""
+"""Work that a scene does not need is skipped, and no picture shows it: each shortcut beside all the work."""
 
 import json
+from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -10,42 +12,31 @@ from scipy.spatial import cKDTree
 import brushgs as bg
 from brushgs import _core
 from brushgs.brushes import levels
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.cameras.first_view import framed_camera
+from brushgs.cameras.framing import plain_first_view
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,
     PaintConfig,
-    PruneConfig,
-    StrokesConfig,
     ViewConfig,
 )
 from brushgs.options.sequence import PathConfig
+from brushgs.passes.reduce import contribution, lloyd
+from brushgs.passes.reduce.cluster import cluster_weights, group
+from brushgs.passes.reduce.features import cluster_features
+from brushgs.passes.reduce.merge import merge_clusters
+from brushgs.passes.reduce.morton import morton_order
+from brushgs.passes.reduce.prune import highest
 from brushgs.pipeline import sequence as sequence_stages
-from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
-from brushgs.pipeline.still import paint
-from brushgs.values.gaussians import Gaussians
+from brushgs.rendering import texture_levels
+from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
+from brushgs.values.boxes import Boxes
 from tests.kit.for_each import for_each
-from tests.kit.shortcuts import Painting, difference, shortcuts
 from tests.scenes import still_life_of
 
-NAMES = [
-    "choosing, where all are kept",
-    "merging, where no Gaussian has company",
-    "what is visible, known from clustering",
-    "assigning anew what the start assigned",
-    "SH bands that are zero",
-    "strokes outside the picture",
-    "strokes of opacity under 1/255",
-    "mip levels of no stroke's size",
-    "filtering along u again",
-    "depth",
-    "softness, where the order is by depth",
-    "the second thread, 64 x 64, 250 strokes",
-    "seven of eight threads, the same",
-    "floats between picture and bytes",
-    "following directions of a kernel",
-    "a frame while the camera rests",
-]
+KERNEL = bg.StrokeTexture.open("gaussian")
 
 
 @pytest.fixture(scope="module")
@@ -54,12 +45,12 @@ def scene():
     whole = still_life_of(3000)
     opacities = whole.opacities.copy()
     opacities[::7] = 0.003
-    return Gaussians(whole.means, whole.quats, whole.scales, opacities, whole.sh)
+    return replace(whole, opacities=opacities)
 
 
 @pytest.fixture(scope="module")
-def found(scene):
-    return {shortcut.name: shortcut for shortcut in shortcuts(Painting.of(scene, 400, 96, 72, zoom=2.5))}
+def camera(scene):
+    return framed_camera(plain_first_view(scene), ViewConfig(size=(96, 72), zoom=2.5))
 
 
 def stage(report, name):
@@ -67,25 +58,103 @@ def stage(report, name):
     return one
 
 
-def test_all_shortcuts_are_held_to_their_bounds_here(found):
-    assert set(found) - {"strokes behind a finished pixel"} == set(NAMES)
+def assert_same(one, other):
+    """Bit for bit, arrays or values that hold some."""
+    for value, expected in zip(columns(one), columns(other), strict=True):
+        assert value.any()
+        np.testing.assert_array_equal(value, expected)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_leaving_it_out_changes_nothing(found, name):
-    """Bit for bit: no bound but 0 is stated."""
-    shortcut = found[name]
-    assert shortcut.bound == 0
-    outcome = shortcut.on()
-    assert any(array.any() for array in outcome)
-    assert difference(outcome, shortcut.off()) == 0
-    if shortcut.count[1]:
-        assert 0 < shortcut.count[0] < shortcut.count[1], "nothing was skipped, so the test shows nothing"
+def columns(value):
+    if isinstance(value, tuple):
+        return value
+    return [column for column in vars(value).values() if isinstance(column, np.ndarray) and column.any()]
 
 
-def test_strokes_behind_a_finished_pixel_add_less_than_is_stated(found):
-    shortcut = found["strokes behind a finished pixel"]
-    assert 0 < difference(shortcut.on(), shortcut.off()) <= shortcut.bound
+def test_passes_skip_what_changes_nothing(scene):
+    every = highest(contribution.contributions(scene), len(scene))
+    assert_same(bg.prune(scene, 1.0), scene.take(every))
+    pruned = bg.prune(scene)
+    strokes = bg.cluster(pruned, 400)
+    # No Gaussian has company.
+    assert_same(bg.cluster(strokes, len(strokes)), merge_clusters(strokes, np.arange(len(strokes))))
+    # What is visible is known from clustering, and the start has assigned already.
+    labels = group(pruned, 400).labels
+    known = merge_clusters(pruned, labels, visible=contribution.visible_shares(pruned))
+    assert_same(known, merge_clusters(pruned, labels))
+    order = morton_order(pruned.means)
+    points, weights = cluster_features(pruned)[order], cluster_weights(pruned)[order]
+    start = lloyd.start(points, weights, 400, 0)
+    assert_same(tuple(start), (start[0], *lloyd.assign(points, start[0])))
+
+
+def test_projecting_leaves_out_what_no_pixel_shows(scene, camera):
+    filled = np.zeros((len(scene), 16, 3), scene.sh.dtype)
+    filled[:, 0] = scene.sh[:, 0]
+    flat = replace(scene, sh=filled)
+    with patch("brushgs.rendering.project.used_sh_degree", lambda scene: scene.sh_degree):
+        all_bands = bg.project(flat, camera)
+    assert_same(bg.project(flat, camera), all_bands)
+    boxes = bg.project(scene, camera, num_sigmas=KERNEL.num_sigmas)
+    drawn = bg.rasterize(boxes, KERNEL, height=72, width=96)
+    for more in (with_outside(boxes, scene, camera), with_faint(boxes, scene, camera)):
+        assert len(more) > len(boxes), "nothing was skipped, so the test shows nothing"
+        assert_same(bg.rasterize(more, KERNEL, height=72, width=96), drawn)
+
+
+def with_outside(boxes, scene, camera):
+    """The boxes, and those that lie in the 24 windows of the picture's size around it."""
+    parts, seen = [boxes], np.zeros(len(scene), dtype=bool)
+    seen[boxes.ids] = True
+    for row, column in np.ndindex(5, 5):
+        shift = np.array([(column - 2) * camera.width, (row - 2) * camera.height])
+        K = camera.K.copy()
+        K[:2, 2] -= shift  # the window moves; the clamp of the Jacobian knows only its size
+        found = bg.project(scene, replace(camera, K=K), num_sigmas=KERNEL.num_sigmas)
+        fresh = found.take(~seen[found.ids])
+        seen[fresh.ids] = True
+        parts.append(replace(fresh, centers=(fresh.centers + shift).astype(fresh.centers.dtype)))
+    return merged(parts)
+
+
+def with_faint(boxes, scene, camera):
+    """The boxes, and those of opacity under 1/255."""
+    least = np.maximum(scene.opacities, np.float32(1.001 / 255))
+    found = bg.project(replace(scene, opacities=least), camera, num_sigmas=KERNEL.num_sigmas)
+    faint = found.take(scene.opacities[found.ids] < 1 / 255)
+    return merged([boxes, replace(faint, opacities=scene.opacities[faint.ids])])
+
+
+def merged(parts):
+    """All boxes by depth, ties by row."""
+    names = ("centers", "half_extents", "angles", "depths", "colors", "opacities", "ids")
+    together = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    order = np.lexsort((together["ids"], together["depths"]))
+    return Boxes(**{name: column[order] for name, column in together.items()})
+
+
+def test_drawing_makes_the_levels_that_are_used_and_ends_where_pixels_are_finished(scene, camera):
+    texture = bg.StrokeTexture.open("swirl")
+    boxes = bg.project(bg.cluster(scene, 400), camera, num_sigmas=texture.fitted_sigmas, lock="anchor")
+    used = texture_levels.levels_for("drawing", boxes, BrushSet.of(texture), "mip").codes
+    every = list(np.ndindex(*(len(levels.axis_levels(size)) for size in reversed(texture.coverage.shape))))
+    assert 0 < len(used) < len(every)
+    made = []
+    for codes in (used, every):
+        texture_levels._cache.pop(texture, None)
+        packed = texture_levels.packed_levels(texture, codes)
+        made.append(tuple(packed[codes.index(code)].pairs[:-1] for code in used))
+    assert_same(*made)
+    alone = (levels.level_coverage(texture.coverage, *code) for code in used)
+    assert_same(made[0], tuple(texture_levels._paired(texels).ravel() for texels in alone))
+    # Strokes behind a finished pixel: it ends before the one that would leave less than 1e-4 of its light.
+    # The darkest leaves 0.01 of what reaches it, so at most 0.01 is to come, times the brightest colour.
+    size = {"height": 72, "width": 96, "depth": False}
+    with_all = bg.rasterize(boxes, texture, min_transmittance=0.0, **size)
+    off = np.abs(bg.rasterize(boxes, texture, **size).rgb - with_all.rgb).max()
+    assert 0 < off <= MIN_TRANSMITTANCE / (1 - MAX_ALPHA) * max(1.0, float(boxes.colors.max()))
+    with_depth = bg.rasterize(boxes, texture, **size | {"depth": True})
+    assert_same(bg.rasterize(boxes, texture, **size), replace(with_depth, depth=None))
 
 
 @for_each("dimensions", [1, 2, 3, 4, 7, 9, 16])
@@ -134,51 +203,12 @@ def test_filters_are_those_of_scipy(num_source, level):
     np.testing.assert_allclose(result, made.weights() @ texels, rtol=0, atol=1e-13)
 
 
-def test_the_report_lists_what_was_skipped(scene):
-    report, flat = Report(), scene.sh.copy()
-    flat[:, 4:] = 0
-    flat = Gaussians(scene.means, scene.quats, scene.scales, scene.opacities, flat)
-    config = PaintConfig(
-        prune=PruneConfig(keep=1.0),
-        cluster=ClusterConfig(strokes=None),
-        draw=DrawConfig(stroke="gaussian"),
-        view=ViewConfig(size=(64, 48), zoom=4.0),
-        strokes=StrokesConfig.off(),
-    )
-    paint(flat, config, report=report)
-    assert stage(report, "prune").skipped == ["pruning: keep = 1"]
-    assert stage(report, "cluster").skipped == [
-        "clustering: every Gaussian is a stroke",
-        "solid, direction, repaint, broken colour: they are switched off",
-    ]
-    project = stage(report, "project")
-    assert "no lock, fading or soft order: a kernel fills the ellipse itself" in project.details
-    assert "SH degrees 2 to 3 skipped: zero in every row" in project.details
-    for words in ("strokes outside the picture", "strokes with an opacity under 1/255"):
-        assert any(words in line for line in project.skipped), words
-    assert stage(report, "rasterise").details == ["no texture filter: a kernel is computed, not sampled"]
-    report = Report()
-    paint(
-        flat, PaintConfig(view=ViewConfig(size=(64, 48)), cluster=ClusterConfig(strokes=200)), report=report
-    )
-    assert any("mip levels" in line for line in stage(report, "rasterise").details)
-    assert not any("lock" in line for line in stage(report, "project").details)
-
-
 @pytest.fixture
 def resting(tmp_path):
     """A camera that stays, moves, and comes back: views 0 0 0 1 1 0."""
-    here, there = (
-        {
-            "width": 48,
-            "height": 32,
-            "position": [x, -2, -12],
-            "rotation": np.eye(3).tolist(),
-            "fx": 40,
-            "fy": 40,
-        }
-        for x in (0.3, 0.5)
-    )
+    turn = np.eye(3).tolist()
+    view = {"width": 48, "height": 32, "rotation": turn, "fx": 40, "fy": 40}
+    here, there = (view | {"position": [x, -2, -12]} for x in (0.3, 0.5))
     views = [here, here, here, there, there, here]
     path = tmp_path / "cameras.json"
     path.write_text(json.dumps([view | {"id": i, "img_name": str(i)} for i, view in enumerate(views)]))

@@ -6,11 +6,12 @@ from brushgs.still_life import still_life, still_life_camera
 from brushgs.still_life.light import fit_views, view_dome
 from brushgs.still_life.surfaces import unit
 from brushgs.values.sh import sh_basis
+from tests.scenes import still_life_of
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life()
+    return still_life_of()
 
 
 def colors_from(gaussians, eye):
@@ -26,7 +27,7 @@ def test_it_has_the_size_and_the_degree_of_a_small_trained_scene(scene):
 
 
 def test_equal_seeds_give_equal_scenes_and_others_do_not():
-    one, same, other = still_life(3000, seed=1), still_life(3000, seed=1), still_life(3000, seed=2)
+    one, same, other = still_life(1000, seed=1), still_life(1000, seed=1), still_life(1000, seed=2)
     for name in ("means", "quats", "scales", "opacities", "sh"):
         np.testing.assert_array_equal(getattr(one, name), getattr(same, name))
     assert len(one) != len(other) or not np.array_equal(one.sh, other.sh)

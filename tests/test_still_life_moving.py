@@ -8,7 +8,7 @@ from brushgs.still_life import still_life
 from brushgs.still_life.moving import still_life_moving
 
 COLUMNS = "means", "quats", "scales", "opacities", "sh"
-NUM = 8000
+NUM = 4000
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,10 @@ import threading
 import pytest
 
 from brushgs.core import threads
+from tests.kit.for_each import for_each
 
 
-@pytest.mark.parametrize("num_threads", [1, 2, 16])
+@for_each("num_threads", [1, 2, 16])
 def test_results_come_in_the_order_of_the_items(num_threads):
     with threads.at_most(num_threads):
         assert threads.side_by_side(lambda item: 2 * item, range(20)) == list(range(0, 40, 2))

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,7 @@ from tests.scenes import still_life_of
 
 FOLDER = Path(__file__).parent
 WIDTH, HEIGHT = 128, 96
+ORDERS: tuple[Order, Order] = ("depth", "soft")
 WHITE = (1.0, 1.0, 1.0)
 NUM_MOMENTS = 46  # of the film, 30 a second
 NUM_STROKES, NUM_FINE_STROKES, NUM_LARGE_STROKES = 2400, 8000, 1000  # about
@@ -69,12 +71,19 @@ def boxes_of(
     return project(gaussians, camera, num_sigmas=num_sigmas, order=order, underpaint=True, relief=relief)
 
 
-def still_life_boxes(num_sigmas: float) -> Boxes:
-    return boxes_of(scene(NUM_STROKES), num_sigmas)
+def still_boxes(num: int, scale: float = 1.0, **options: Any) -> Callable[[float], Boxes]:
+    """Makes boxes of the still life of so many strokes, larger by a factor."""
+    return lambda num_sigmas: boxes_of(scene(num), scale * num_sigmas, **options)
 
 
-def soft_boxes(num_sigmas: float) -> Boxes:
-    return boxes_of(scene(NUM_STROKES), num_sigmas, order="soft")
+still_life_boxes, soft_boxes = still_boxes(NUM_STROKES), still_boxes(NUM_STROKES, order="soft")
+fine_boxes = still_boxes(NUM_FINE_STROKES)
+# Few strokes, large enough to show streaks; and of thick paint.
+large_boxes, large_soft_boxes = (still_boxes(NUM_LARGE_STROKES, 1.8, order=order) for order in ORDERS)
+THICK = Relief(2.0, 8.0)
+thick_boxes, thick_soft_boxes = (
+    still_boxes(NUM_LARGE_STROKES, 1.8, order=order, relief=THICK) for order in ORDERS
+)
 
 
 def soft_wheel_boxes(num_sigmas: float) -> Boxes:
@@ -108,33 +117,15 @@ def moving_boxes(num_sigmas: float) -> Boxes:
     )
 
 
-def large_boxes(num_sigmas: float) -> Boxes:
-    """Few strokes, large enough to show streaks."""
-    return boxes_of(scene(NUM_LARGE_STROKES), 1.8 * num_sigmas)
-
-
 def large_boxes_of_three(num_sigmas: float) -> Boxes:
     boxes = large_boxes(num_sigmas)
     return replace(boxes, brushes=(boxes.ids % 3).astype(np.uint8))
-
-
-def large_soft_boxes(num_sigmas: float) -> Boxes:
-    return boxes_of(scene(NUM_LARGE_STROKES), 1.8 * num_sigmas, order="soft")
-
-
-def thick_boxes(num_sigmas: float) -> Boxes:
-    """Few strokes, large and of thick paint."""
-    return boxes_of(scene(NUM_LARGE_STROKES), 1.8 * num_sigmas, relief=Relief(2.0, 8.0))
 
 
 def thick_wheel_boxes(num_sigmas: float) -> Boxes:
     """The wheel in thick paint, so that much of the ground is seen."""
     boxes = wheel_boxes(num_sigmas)
     return replace(boxes, reliefs=np.tile((2.0, 8.0), (len(boxes), 1)))
-
-
-def thick_soft_boxes(num_sigmas: float) -> Boxes:
-    return boxes_of(scene(NUM_LARGE_STROKES), 1.8 * num_sigmas, "soft", Relief(2.0, 8.0))
 
 
 def toned_paper() -> Surface:
@@ -147,10 +138,6 @@ def set_back_wheel_boxes(num_sigmas: float) -> Boxes:
     boxes = wheel_boxes(num_sigmas)
     setbacks = np.arange(len(boxes)) % 7 * 0.5
     return replace(boxes, half_extents=1.5 * boxes.half_extents, setbacks=setbacks)
-
-
-def fine_boxes(num_sigmas: float) -> Boxes:
-    return boxes_of(scene(NUM_FINE_STROKES), num_sigmas)
 
 
 def wheel_boxes(num_sigmas: float) -> Boxes:

@@ -3,19 +3,12 @@
 Clusters turn on the last bits of a sum, so each step starts from golden inputs: clusters as labels, strokes
 as a file. `python -m tests.golden.paintings` makes all anew, in ten seconds: strokes.npz with the outcome of
 each step, strokes.ply, and a picture for each of `LOOKS`; look at these before they are committed.
-`--mutate 10` changes so many of the constants of passes, rendering and media, drawn by a fixed seed, one at a
-time by a factor of 1.3, and tells which of them the goldens notice.
 """
 
-import argparse
-import sys
-import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from types import FunctionType, ModuleType
 
 import numpy as np
 
@@ -175,21 +168,6 @@ def differs(found: np.ndarray, expected: np.ndarray, name: str = "") -> bool:
     return bool(off.mean() > mean or (off.max(axis=2) > far).mean() > FAR_SHARE)
 
 
-def noticed(folder: Path) -> list[str]:
-    """The names of the steps and pictures that are not the golden ones."""
-    with np.load(PAINTINGS / "strokes.npz") as file:
-        golden = dict(file)
-    found = [
-        name
-        for name, values in steps(golden)
-        if not is_same(in_axes(name, values), in_axes(name, golden[name]))
-    ]
-    pictures = {name: 255 * read_image(PAINTINGS / f"{name}.png").astype(np.float64) for name in LOOKS}
-    return found + [
-        name for name, picture in pictures.items() if differs(painted(name, folder), picture, name)
-    ]
-
-
 def regenerate() -> None:
     PAINTINGS.mkdir(exist_ok=True)
     golden = {"labels": made_labels()}
@@ -205,89 +183,5 @@ def regenerate() -> None:
     (PAINTINGS / "evening.style").unlink()
 
 
-def constants() -> list[tuple[ModuleType, str, float]]:
-    """All fractions in capitals in the modules of passes, rendering and media that the goldens run.
-
-    Whole numbers are left out: they are counts, and limits of memory and of hostile input.
-    """
-    packages = tuple(f"brushgs.{name}." for name in ("passes", "rendering", "pipeline.media", "brushes"))
-    found = []
-    for name, module in sorted(sys.modules.items()):
-        if name.startswith(packages):
-            found += [(module, key, value) for key, value in vars(module).items() if _is_constant(key, value)]
-    return found
-
-
-def _is_constant(name: str, value: object) -> bool:
-    return name.strip("_").isupper() and isinstance(value, float) and np.isfinite(value)
-
-
-def is_cached(value: object) -> bool:
-    """Whether it is a function that keeps its results."""
-    return isinstance(value, type(views))
-
-
-@contextmanager
-def changed(places: list[ModuleType], name: str, value: float, other: float) -> Iterator[None]:
-    """Within this context a constant has another value, also where it is the default of an argument."""
-
-    def put(old: float, new: float) -> None:
-        for module in places:
-            setattr(module, name, new)
-            for one in vars(module).values():
-                function = one.__init__ if isinstance(one, type) else one
-                if not isinstance(function, FunctionType) or function.__module__ != module.__name__:
-                    continue
-                if function.__defaults__:
-                    function.__defaults__ = tuple(
-                        new if type(d) is float and d == old else d for d in function.__defaults__
-                    )
-                for key, default in (function.__kwdefaults__ or {}).items():
-                    if type(default) is float and default == old:
-                        function.__kwdefaults__[key] = new
-        modules = [module for key, module in sys.modules.items() if key.split(".")[0] in ("brushgs", "tests")]
-        for one in {one for module in modules for one in vars(module).values() if is_cached(one)}:
-            one.cache_clear()
-
-    put(value, other)
-    try:
-        yield
-    finally:
-        put(other, value)
-
-
-def mutate(count: int, seed: int) -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        assert noticed(Path(folder)) == [], "the goldens are those of this code"
-        everything = constants()
-        names = sorted({(name, value) for _, name, value in everything})
-        drawn = np.random.default_rng(seed).permutation(len(names))[:count]
-        named = [("OVERLAP", 1.35, 1.6), ("COLOR_WEIGHT", 0.07, 0.2), ("BLUR", 0.6, 0.9)]
-        named += [(*names[row], 1.3 * names[row][1]) for row in drawn]
-        print(f"{count} of {len(names)} constants, seed {seed}, and three that were asked for")
-        for name, value, other in named:
-            places = [module for module, known, its in everything if (known, its) == (name, value)]
-            with changed(places, name, value, other):
-                try:
-                    found = noticed(Path(folder))
-                except Exception as error:  # what breaks the program is noticed by any test
-                    found = [repr(error)]
-            where = ", ".join(module.__name__ for module in places)
-            print(f"{name} {value:g} -> {other:g} ({where}): {', '.join(found) or 'not noticed'}", flush=True)
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--mutate", type=int, metavar="N", help="change constants in place of making goldens")
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
-    if given.mutate is None:
-        regenerate()
-    else:
-        mutate(given.mutate, given.seed)
-
-
 if __name__ == "__main__":
-    main()
+    regenerate()

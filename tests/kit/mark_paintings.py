@@ -49,10 +49,6 @@ class Kind:
     shows_ground: bool
 
 
-def _broken(colors, rng, lightness):
-    return np.clip(colors + lightness * rng.normal(size=(len(colors), 1)), 0, 1)
-
-
 def _hatched(x, y, rng):
     light = 0.5 + 0.3 * np.sin(5 * x + 3 * np.sin(4 * y)) + 0.12 * rng.normal(size=len(x))
     return _ramp(light, ["#2a1a10", "#4a2a12", "#8a5420", "#c98a2b", "#e3b65a"])

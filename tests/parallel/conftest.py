@@ -1,5 +1,9 @@
 """Fixtures of both pools: pictures, and a path on which other processes find what paints them."""
 
+import os
+import subprocess
+import sys
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -27,3 +31,11 @@ def painter():
 def frames(painter):
     """What every pool must paint, bit for bit."""
     return [painter(index) for index in range(NUM_FRAMES)]
+
+
+def run_script(path, code, **options):
+    """Start a script of Python that finds this package."""
+    path.write_text(textwrap.dedent(code))
+    pipes = dict.fromkeys(("stdout", "stderr"), subprocess.PIPE)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.Popen([sys.executable, path], env=environment, text=True, **pipes, **options)

@@ -6,7 +6,6 @@ import signal
 import socket
 import subprocess
 import sys
-import textwrap
 import threading
 import time
 
@@ -23,8 +22,9 @@ from brushgs.pipeline.blocks.budget import Budget
 from brushgs.pipeline.blocks.load import load_in_blocks
 from brushgs.pipeline.parallel import connection, parallel_map
 from brushgs.pipeline.parallel import dask_cluster as cluster
+from tests.kit.for_each import for_each
 from tests.parallel import work
-from tests.parallel.conftest import NUM_FRAMES, ROOT
+from tests.parallel.conftest import NUM_FRAMES, ROOT, run_script
 from tests.scenes import still_life_of
 
 
@@ -109,10 +109,6 @@ def wait_until(is_so):
         time.sleep(0.02)
 
 
-def test_frames_are_the_same_bits_on_a_cluster(address, painter, frames):
-    assert list(parallel_map(painter, range(NUM_FRAMES), scheduler=address)) == frames
-
-
 def test_blocks_of_a_scene_larger_than_memory_are_summed_to_the_same_bits(address, tmp_path):
     path = tmp_path / "pears.ply"
     bg.save(still_life_of(3000), path)
@@ -144,35 +140,21 @@ def test_an_error_of_the_work_arrives_as_it_is_and_in_its_turn(address):
         next(results)
 
 
-def test_items_are_not_read_as_tasks_or_keys_of_dask(address):
+def test_items_are_not_read_as_tasks_or_keys_of_dask_and_one_takes_one_thread(address):
     items = [(len, "abc"), {"a": (work.square, 2)}, ["x"], None]
     assert list(parallel_map(work.identity, items, scheduler=address)) == items
-
-
-def test_one_task_takes_one_thread(address):
     assert set(parallel_map(work.num_threads, range(4), scheduler=address)) == {1}
 
 
 def test_ctrl_c_leaves_the_cluster_alive_and_empty(address, tmp_path):
-    path = tmp_path / "endless.py"
-    path.write_text(
-        textwrap.dedent(
-            f"""
-            import itertools
-            from brushgs.pipeline.parallel import parallel_map
-            from tests.parallel.work import slow_process_id
-            for pid in parallel_map(slow_process_id, itertools.count(), scheduler="{address}"):
-                print(pid, flush=True)
-            """
-        )
+    code = (
+        "import itertools\n"
+        "from brushgs.pipeline.parallel import parallel_map\n"
+        "from tests.parallel.work import slow_process_id\n"
+        f"for pid in parallel_map(slow_process_id, itertools.count(), scheduler={address!r}):\n"
+        "    print(pid, flush=True)\n"
     )
-    script = subprocess.Popen(
-        [sys.executable, path],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    script = run_script(tmp_path / "endless.py", code)
     workers = {int(script.stdout.readline()) for _ in range(10)}
     script.send_signal(signal.SIGINT)
     _, err = script.communicate(timeout=60)
@@ -199,7 +181,7 @@ def show():
     sys.modules["brushgs"] = sys.modules.pop("hidden")
 
 
-@pytest.mark.parametrize("where", ["worker", "scheduler"])
+@for_each("where", ["worker", "scheduler"])
 def test_another_version_of_brushgs_is_refused(address, watch, where):
     [*workers] = watch.nthreads()
     named = f"worker {workers[1]}" if where == "worker" else where
@@ -224,23 +206,13 @@ def test_another_version_of_brushgs_is_refused(address, watch, where):
         on(show)
 
 
-@pytest.mark.parametrize(
-    ("there", "is_alike"),
-    [
-        ({"python": "3.11.9.final.0", "distributed": "2026.8.1"}, True),
-        ({"python": "3.12.1.final.0", "distributed": "2026.8.0"}, False),
-        ({"python": "3.11.7.final.0", "distributed": "2026.3.0"}, False),
-    ],
-)
-def test_python_and_dask_must_be_alike_but_for_the_last_number(there, is_alike):
+def test_python_and_dask_must_be_alike_but_for_the_last_number():
     here = {"python": "3.11.7.final.0", "distributed": "2026.8.0"}
-    if is_alike:
-        connection.check_packages("scheduler", here, there)
-        return
-    with pytest.raises(
-        ValueError, match=r"the scheduler must have (python|distributed) .* got (3\.12|2026\.3)"
-    ):
-        connection.check_packages("scheduler", here, there)
+    connection.check_packages("scheduler", here, {"python": "3.11.9.final.0", "distributed": "2026.8.1"})
+    for other in ({"python": "3.12.1.final.0"}, {"distributed": "2026.3.0"}):
+        (name,) = other
+        with pytest.raises(ValueError, match=rf"the scheduler must have {name} .* got (3\.12|2026\.3)"):
+            connection.check_packages("scheduler", here, here | other)
 
 
 def test_losing_all_workers_and_then_the_scheduler_is_reported(clusters, monkeypatch):
@@ -264,8 +236,7 @@ def test_losing_all_workers_and_then_the_scheduler_is_reported(clusters, monkeyp
     timer = threading.Timer(0.3, os.killpg, (running["scheduler-frail"].pid, signal.SIGKILL))
     timer.start()
     with pytest.raises(
-        ConnectionError,
-        match=f"{address}: (the connection to the|no) Dask scheduler (was lost|answers)",
+        ConnectionError, match=f"{address}: (the connection to the|no) Dask scheduler (was lost|answers)"
     ):
         list(parallel_map(work.square, [1], scheduler=address))
     timer.join()
@@ -292,7 +263,7 @@ def lonely(tmp_path_factory):
     stop(process)
 
 
-@pytest.mark.parametrize("words", [[], ["--quiet"], ["--json"]])
+@for_each("words", [[], ["--quiet"], ["--json"]])
 def test_a_scheduler_without_workers_is_told_at_once_and_refused_in_the_end(
     lonely, tmp_path, monkeypatch, capsys, words
 ):
@@ -323,11 +294,8 @@ def test_an_address_without_a_scheduler_gets_one_sentence(monkeypatch):
         next(parallel_map(work.square, [1], scheduler=f"tcp://127.0.0.1:{port}"))
 
 
-def test_without_items_no_scheduler_is_asked():
+def test_without_dask_the_cure_is_named_and_without_items_it_is_not_asked(monkeypatch):
     assert list(parallel_map(work.square, [], scheduler="tcp://127.0.0.1:1")) == []
-
-
-def test_without_dask_the_cure_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ValueError, match=r"pip install 'dask\[distributed\]'"):
         next(parallel_map(work.square, [1], scheduler="tcp://127.0.0.1:8786"))

@@ -5,9 +5,6 @@ import itertools
 import os
 import pickle
 import signal
-import subprocess
-import sys
-import textwrap
 import threading
 import time
 from pathlib import Path
@@ -17,8 +14,9 @@ import pytest
 from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.pipeline.parallel import parallel_map
+from tests.kit.for_each import for_each
 from tests.parallel import work
-from tests.parallel.conftest import NUM_FRAMES, ROOT
+from tests.parallel.conftest import NUM_FRAMES, run_script
 
 
 def children():
@@ -31,17 +29,13 @@ def children():
     return found
 
 
-def test_frames_are_the_same_bits_in_two_processes(painter, frames):
-    assert list(parallel_map(painter, range(NUM_FRAMES), jobs=2)) == frames
-
-
 def test_a_process_killed_midway_loses_no_frame(painter, frames, tmp_path):
     painter = work.Painter(painter.strokes, painter.texture, kills=4, marker=tmp_path / "killed")
     assert list(parallel_map(painter, range(NUM_FRAMES), jobs=2)) == frames
     assert painter.marker.exists()
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
+@for_each("jobs", [1, 2])
 def test_results_come_in_the_order_of_the_items(jobs):
     assert list(parallel_map(work.square, range(50), jobs=jobs)) == [x * x for x in range(50)]
 
@@ -91,7 +85,7 @@ def test_processes_share_the_processors():
     assert threads == {max(1, num_threads_or_default(None) // 2)}
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("error", "match", "options"),
     [
         (ValueError, "jobs must be at least 1, got 0", {"jobs": 0}),
@@ -116,19 +110,6 @@ def test_work_that_cannot_be_pickled_is_refused():
         list(parallel_map(lambda x: x, [1], jobs=2))
     with pytest.raises(TypeError, match="item 0 must be picklable"):
         list(parallel_map(work.identity, [threading.Lock()], jobs=2))
-
-
-def run_script(path, code, **options):
-    path.write_text(textwrap.dedent(code))
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.Popen(
-        [sys.executable, path],
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        **options,
-    )
 
 
 def test_a_script_without_a_main_guard_runs_once(tmp_path):

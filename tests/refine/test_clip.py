@@ -23,10 +23,10 @@ from brushgs.refine.distil import distil, mean_psnr  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.run import refine_file  # noqa: E402
 from brushgs.refine.targets import draw_targets, scene_over_time  # noqa: E402
-from brushgs.refine.variables import Rates, Variables  # noqa: E402
+from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.views import views_over_time  # noqa: E402
-from brushgs.values.quats import quat_products  # noqa: E402
 from tests.clips import clip_of, moving_scene, save_clip  # noqa: E402
+from tests.kit.for_each import for_each  # noqa: E402
 from tests.refine.stops import stopping_after  # noqa: E402
 
 SIZE = {"width": 64, "height": 48}
@@ -92,45 +92,6 @@ def test_strokes_come_nearer_to_the_clip_in_views_they_were_not_fitted_to(prepar
     assert motion_digest(prepared.moving) == before[1]
 
 
-def test_a_view_of_the_last_moment_teaches_strokes_at_their_reference_moment(prepared, drawing):
-    """The body is painted grey; a fit of colours at the last moment alone must find its own again."""
-    grey, body = prepared.strokes.sh.copy(), np.isin(prepared.strokes.ids, prepared.moving.motion.ids)
-    assert 5 < body.sum() < len(body)
-    grey[body] = 0
-    strokes = replace(prepared.strokes, sh=grey)
-    at = scene_over_time(prepared.moving, prepared.whole_scene)
-    timed = views_over_time(prepared.known_view, 8, 5, **SIZE)
-    last = draw_targets([view._replace(moment=4) for view in timed], at)
-    first = draw_targets([view._replace(moment=0) for view in timed], at)
-    schedule = FitSchedule(steps=60, rates=Rates(sh_base=0.05))
-    after, _ = distil(Variables(strokes, "color"), last, last, drawing, schedule)
-    # At the first moment too, since the same strokes are there: measured 22.9 to 23.8 dB.
-    assert mean_psnr(after, first, drawing) > mean_psnr(strokes, first, drawing) + 0.7
-    # Without the motion they would be where the body was, and learn nothing of it.
-    at_rest = Drawing.of(drawing.texture, drawing.options)
-    wrong, _ = distil(Variables(strokes, "color"), last, last, at_rest, schedule)
-    assert mean_psnr(after, first, drawing) > mean_psnr(wrong, first, drawing) + 0.5
-
-
-def test_targets_are_the_scene_at_their_moments_and_each_moment_is_made_once(prepared):
-    asked, scene = [], moving_scene()
-
-    def at(time):
-        asked.append(time)
-        return scene.at(time)
-
-    moving = replace(prepared.moving, scene=replace(scene, sample=at))
-    timed = views_over_time(prepared.known_view, 10, 5, **SIZE)
-    targets = draw_targets(timed, scene_over_time(moving, prepared.whole_scene))
-    assert len(asked) == len({view.moment for view in timed}) >= 4
-    for view, target in zip(timed, targets, strict=True):
-        assert (target.camera, target.moment) == (view.camera, view.moment)
-        rows = prepared.whole_scene.ids
-        whole = scene.at(view.moment / 24).take(rows)
-        expected = bg.render(whole, view.camera, bg.StrokeTexture.open("gaussian"), depth=False)
-        np.testing.assert_array_equal(target.rgb, expected.rgb)
-
-
 def run(capsys, *words):
     """Exit code, stdout and stderr of one command."""
     code = cli.main(["refine", *map(str, words)])
@@ -171,42 +132,11 @@ def test_the_command_writes_a_folder_of_moments_and_tells_the_gain(
     assert len(clip.at(0)) == stages["write"]["gaussians"]
 
 
-def test_strokes_of_the_files_move_as_they_did_before(folder, tmp_path, monkeypatch, capsys):
-    """Turns, sizes, opacities and changes of colour since the first moment are those of `cluster`."""
-    monkeypatch.chdir(tmp_path)
-    words = [folder, *SMALL[:2], "--up", "-y", "--quiet"]
-    assert cli.main(["cluster", *map(str, words), "-o", "strokes/"]) == 0
-    more = ["--steps", "30", "--keep", "1", "--params", "free", "--quiet"]
-    assert run(capsys, folder, *SMALL, *more)[0] == 0
-    before, after = (bg.load_moving(name) for name in ("strokes", "dance-refined"))
-    starts = before.at(0), after.at(0)
-    for name in ("means", "quats", "scales", "sh"):
-        assert not np.allclose(getattr(starts[0], name), getattr(starts[1], name), atol=1e-3)
-    conjugate = np.array([1, -1, -1, -1])
-    for index in range(1, 5):
-        changes = []
-        for scene, start in zip((before, after), starts, strict=True):
-            now = scene.at(index / 24)
-            turns = quat_products(now.quats, conjugate * start.quats)
-            unit = turns / np.linalg.norm(turns, axis=1, keepdims=True)
-            changes.append((unit, now.scales / start.scales, now.opacities, now.sh - start.sh))
-        for first, second in zip(*changes, strict=True):
-            np.testing.assert_allclose(first, second, atol=2e-5)
-
-
-@pytest.fixture
-def stopped(folder, tmp_path, monkeypatch, capsys):
-    """What is said where Ctrl-C stops a run after its sixth step."""
+def test_a_run_that_was_stopped_resumes_to_the_same_files(folder, refined, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     with stopping_after(monkeypatch, 6):
-        code, out, err = run(capsys, folder, *SMALL)
-    assert (code, out) == (130, "")
-    return err
-
-
-def test_a_run_that_was_stopped_resumes_to_the_same_files(stopped, folder, refined, capsys):
-    assert stopped == "brushgs: stopped: --resume continues from step 6: dance-refined.checkpoint\n"
-    assert [path.name for path in Path().iterdir()] == ["dance-refined.checkpoint"]
+        said = run(capsys, folder, *SMALL)
+    assert said == (130, "", "brushgs: stopped: --resume continues from step 6: dance-refined.checkpoint\n")
     code, out, err = run(capsys, folder, *SMALL, "--resume")
     assert (code, out) == (0, "dance-refined/\n")
     assert "resumed from step 6" in " ".join(err.split())
@@ -214,7 +144,7 @@ def test_a_run_that_was_stopped_resumes_to_the_same_files(stopped, folder, refin
     assert [path.name for path in Path().iterdir()] == ["dance-refined"]
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "sentence"),
     [
         (["-o", "a.ply"], r"a.ply is one scene, and .*dance moves; write a folder, a/, or add --time"),
@@ -227,15 +157,12 @@ def test_a_run_that_was_stopped_resumes_to_the_same_files(stopped, folder, refin
 )
 def test_a_bad_flag_gets_one_sentence(folder, tmp_path, monkeypatch, capsys, words, sentence):
     monkeypatch.chdir(tmp_path)
-    Path("mine").mkdir()
-    Path("mine/notes.txt").write_text("mine")
-    Path("mine/plan.txt").write_text("mine")
     Path("file").write_text("mine")
     before = contents(folder)
     code, out, err = run(capsys, folder, *SMALL, *(word.format(folder=folder) for word in words))
     assert (code, out, err.count("\n")) == (2, "", 1), err
     assert re.search(sentence, err), err
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "mine"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file"]
     assert contents(folder) == before
 
 

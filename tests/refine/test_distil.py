@@ -23,10 +23,10 @@ from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.targets import TargetView  # noqa: E402
 from brushgs.refine.variables import Rates, Variables  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
+from tests.kit.for_each import for_each  # noqa: E402
 from tests.scenes import save_upright, still_life_of  # noqa: E402
 
 COLUMNS = ("means", "quats", "scales", "opacities", "sh")
-SIZE = {"width": 64, "height": 48}
 
 
 @pytest.fixture(scope="module")
@@ -39,31 +39,36 @@ def strokes(scene):
     return bg.cluster(replace(scene, finest=0.0), 120)  # those that gains were measured with
 
 
-@pytest.fixture(scope="module")
-def training_views(scene):
-    return [TargetView.of(scene, view) for view in views_around(scene, 6, **SIZE)]
+def views_of(scene, num, width=64, height=48, shift=0.0):
+    cameras = views_around(scene, num, width=width, height=height, shift=shift)
+    return [TargetView.of(scene, camera) for camera in cameras]
 
 
 @pytest.fixture(scope="module")
-def validation_views(scene):
-    return [TargetView.of(scene, view) for view in views_around(scene, 3, **SIZE, shift=0.5)]
+def views(scene):
+    """Training and validation views."""
+    return views_of(scene, 6), views_of(scene, 3, shift=0.5)
+
+
+DRAWING = Drawing.of(bg.StrokeTexture.open("dry_brush"))
 
 
 @pytest.fixture(scope="module")
-def drawing():
-    texture = bg.StrokeTexture.open("dry_brush")
-    return Drawing.of(texture)
+def fit(strokes, views):
+    """Fits strokes: those after it, and its curve."""
+
+    def run(params="all", *, start=strokes, training=views[0], told=None, moves=None, shares=None, **how):
+        schedule = FitSchedule(**{"steps": 60} | how)
+        variables = Variables(start, params, moves, shares=shares)
+        return distil(variables, training, views[1], DRAWING, schedule, told or fit_module.no_progress)
+
+    return run
 
 
-def refined(strokes, training_views, validation_views, drawing, params="all", where=None, **schedule):
-    moves = np.ones(len(strokes), bool) if where is None else where
-    return distil(
-        Variables(strokes, params, moves),
-        training_views,
-        validation_views,
-        drawing,
-        FitSchedule(**{"steps": 60} | schedule),
-    )
+@pytest.fixture(scope="module")
+def score(views):
+    """Gives the mean PSNR of strokes in validation views."""
+    return lambda strokes: mean_psnr(strokes, views[1], DRAWING)
 
 
 def same(first, second, columns=COLUMNS, rows=slice(None)):
@@ -72,45 +77,38 @@ def same(first, second, columns=COLUMNS, rows=slice(None)):
 
 # In dB; measured 0.12 and 1.08, from 19.1 dB on.
 @pytest.mark.parametrize(("params", "gain"), [("color", 0.08), ("all", 0.7)])
-def test_strokes_come_nearer_to_the_scene_in_views_they_were_not_fitted_to(
-    strokes, training_views, validation_views, drawing, params, gain
-):
-    before = mean_psnr(strokes, validation_views, drawing)
-    after, curve = refined(strokes, training_views, validation_views, drawing, params)
-    assert mean_psnr(after, validation_views, drawing) > before + gain
-    assert curve.scores[0] == pytest.approx(before)
-    assert max(curve.scores) == pytest.approx(mean_psnr(after, validation_views, drawing))
+def test_strokes_come_nearer_to_the_scene_in_views_they_were_not_fitted_to(strokes, fit, score, params, gain):
+    after, curve = fit(params)
+    assert score(after) > score(strokes) + gain
+    assert curve.scores[0] == pytest.approx(score(strokes))
+    assert max(curve.scores) == pytest.approx(score(after))
     assert curve.losses[-1] < curve.losses[1]
     assert all(np.diff(curve.seconds) > 0)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("params", "fixed"), [("color", ("means", "quats", "scales", "opacities")), ("free", ("opacities",))]
 )
-def test_what_is_not_to_move_does_not(strokes, training_views, validation_views, drawing, params, fixed):
-    after, _ = refined(strokes, training_views, validation_views, drawing, params, steps=10)
+def test_what_is_not_to_move_does_not(params, fixed, strokes, fit):
+    after, _ = fit(params, steps=4)
     assert same(after, strokes, fixed)
     assert not same(after, strokes, ("sh",))
 
 
-def test_outside_the_region_nothing_changes_bit_for_bit(strokes, training_views, validation_views, drawing):
+def test_outside_the_region_nothing_changes_bit_for_bit(strokes, fit):
     low, high = np.percentile(strokes.means[:, 0], (0, 50))
     inside = memberships(Where.parse(f"box:{low},-1e9,-1e9,{high},1e9,1e9"), strokes) == 1
-    after, _ = refined(strokes, training_views, validation_views, drawing, where=inside, steps=20)
+    after, _ = fit(moves=inside, steps=10)
     assert same(after, strokes, rows=~inside)
     for name in COLUMNS:
         assert not np.array_equal(getattr(after, name)[inside], getattr(strokes, name)[inside])
 
 
-def test_a_region_at_a_share_of_the_rates_moves_less_and_a_class_alone_can_move_faster(
-    strokes, training_views, validation_views, drawing
-):
+def test_a_region_at_a_share_of_the_rates_moves_less_and_a_class_alone_can_move_faster(strokes, fit):
     slow = strokes.means[:, 0] < np.median(strokes.means[:, 0])
 
     def moved(shares=None, **factors):
-        variables = Variables(strokes, "all", shares=shares)
-        schedule = FitSchedule(steps=1, rates=Rates().times(factors))
-        after, _ = distil(variables, training_views, validation_views, drawing, schedule)
+        after, _ = fit(shares=shares, steps=1, rates=Rates().times(factors))
         columns = ("means", "scales", "sh")  # as they are stored; others are normalized or clipped as well
         steps = {name: np.abs(getattr(after, name) - getattr(strokes, name)) for name in columns}
         return {name: np.array([step[slow].mean(), step[~slow].mean()]) for name, step in steps.items()}
@@ -124,81 +122,58 @@ def test_a_region_at_a_share_of_the_rates_moves_less_and_a_class_alone_can_move_
         np.testing.assert_allclose(faster[name] / alike[name], factor, rtol=5e-3)
 
 
-def test_strokes_and_losses_do_not_depend_on_the_number_of_threads(scene, strokes, validation_views, drawing):
+def test_strokes_and_losses_do_not_depend_on_the_number_of_threads(scene, fit):
     # Large enough for PyTorch to share out its sums: without a rule the losses differ in the last digit.
-    large = [TargetView.of(scene, view) for view in views_around(scene, 3, width=160, height=120)]
-    before = torch.get_num_threads()
-    found = []
+    large, before, found = views_of(scene, 3, 160, 120), torch.get_num_threads(), []
     try:
         for threads in (1, 3):
             torch.set_num_threads(threads)
             with at_most(threads):
-                found.append(refined(strokes, large, validation_views, drawing, steps=6))
+                found.append(fit(training=large, steps=6))
             assert torch.get_num_threads() == threads  # as it was found
     finally:
         torch.set_num_threads(before)
-    for other, curve in found[1:]:
-        assert same(found[0][0], other)
-        assert found[0][1].losses[1:] == curve.losses[1:]
+    (one, curve), (other, again) = found
+    assert same(one, other)
+    assert curve.losses[1:] == again.losses[1:]
 
 
-def test_a_run_that_was_stopped_goes_on_as_if_it_had_not_been(
-    strokes, training_views, validation_views, drawing, tmp_path
-):
-    whole, whole_curve = refined(strokes, training_views, validation_views, drawing, steps=30)
-    checkpoint = Checkpoint(tmp_path / "a.checkpoint")
-    schedule = FitSchedule(steps=30, checkpoint=checkpoint)
-    taken = 0
+def test_a_run_that_was_stopped_goes_on_as_if_it_had_not_been(fit, tmp_path):
+    whole, whole_curve = fit(steps=30)
+    checkpoint, taken = Checkpoint(tmp_path / "a.checkpoint"), []
 
     def stop(score):
-        nonlocal taken
-        taken += 1
-        if taken == 14:
+        taken.append(score)
+        if len(taken) == 14:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        distil(Variables(strokes, "all"), training_views, validation_views, drawing, schedule, stop)
+        fit(steps=30, checkpoint=checkpoint, told=stop)
     assert checkpoint.step == 14
     resumed = Checkpoint(checkpoint.path)
     resumed.read()
-    after, curve = distil(
-        Variables(strokes, "all"),
-        training_views,
-        validation_views,
-        drawing,
-        replace(schedule, checkpoint=resumed),
-    )
+    after, curve = fit(steps=30, checkpoint=resumed)
     assert same(after, whole)
     assert curve.scores == whole_curve.scores
     assert curve.steps == whole_curve.steps
     assert resumed.step == curve.steps[-1]  # it stays, whole, until the strokes are written
 
 
-def test_a_fit_that_no_longer_gains_ends(strokes, training_views, validation_views, drawing, monkeypatch):
+def test_a_fit_that_no_longer_gains_ends(fit, monkeypatch):
     monkeypatch.setattr(fit_module, "LEAST_GAIN", 100.0)
-    _, curve = refined(strokes, training_views, validation_views, drawing, steps=60)
+    _, curve = fit()
     assert curve.steps[-1] < 60
     assert "gained less than 100.0" in curve.stopped
 
 
-def test_strokes_never_come_back_worse_than_they_went(strokes, training_views, validation_views, drawing):
+def test_strokes_never_come_back_worse_than_they_went_and_extreme_ones_stay_finite(strokes, fit, score):
     wild = fit_module.Rates(means=5.0, scales=2.0, quats=2.0, opacities=5.0, sh_base=2.0)
-    after, _ = distil(
-        Variables(strokes, "all"),
-        training_views,
-        validation_views,
-        drawing,
-        FitSchedule(steps=10, rates=wild),
-    )
-    assert mean_psnr(after, validation_views, drawing) >= mean_psnr(strokes, validation_views, drawing)
-
-
-def test_extreme_strokes_stay_finite(scene, training_views, validation_views, drawing, strokes):
+    after, _ = fit(steps=10, rates=wild)
+    assert score(after) >= score(strokes)
     scales, opacities = strokes.scales.copy(), strokes.opacities.copy()
     scales[:5], scales[5:10] = 0, 1e6
     opacities[10:15], opacities[15:20] = 0, 1
-    wild = bg.Gaussians(strokes.means, strokes.quats, scales, opacities, strokes.sh)
-    after, _ = refined(wild, training_views, validation_views, drawing, steps=10)
+    after, _ = fit(start=replace(strokes, scales=scales, opacities=opacities), steps=10)
     assert all(np.isfinite(column).all() for column in after.columns().values())
 
 
@@ -213,28 +188,22 @@ SMALL = ["--strokes", "100", "--steps", "10", "--views", "4", "--size", "64x48",
 SMALL += ["--see", "off"]
 
 
-def test_the_command_writes_strokes_and_tells_the_gain(file, tmp_path, monkeypatch, capsys):
+def test_the_command_writes_strokes_and_a_report(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["refine", file, *SMALL, "--json"]) == 0
-    report = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)  # JSON knows no NaN
-    assert report["output"] == "pears-refined.ply"
-    counts = next(stage["counts"] for stage in report["stages"] if stage["name"] == "refine")
+    assert cli.main(["refine", file, *SMALL, "--json", "--report", "report"]) == 0
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)  # JSON knows no NaN
+    assert told["output"] == "pears-refined.ply"
+    counts = next(stage["counts"] for stage in told["stages"] if stage["name"] == "refine")
     assert counts["psnr_after"] > counts["psnr_before"]
     assert counts["curve_steps"][-1] == 10
     assert len(bg.load("pears-refined.ply")) <= 100
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["pears-refined.ply"]
-
-
-def test_a_report_has_the_curve_the_settings_and_the_pictures(file, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert cli.main(["refine", file, *SMALL, "--report", "report", "--quiet"]) == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["pears-refined.ply", "report"]
     report = json.loads((tmp_path / "report" / "refine.json").read_text())
     found = report["refine"]
     assert found["psnr_after"] == pytest.approx(max(found["scores"]))
     assert found["psnr_before"] == pytest.approx(found["scores"][0])
     assert found["losses"][0] is None
     assert found["losses"][-1] < found["losses"][1]
-    assert found["steps"][-1] == 10
     assert len({len(found[name]) for name in ("steps", "seconds", "losses", "scores")}) == 1
     assert report["settings"]["refine"]["views"] == 4
     assert report["settings"]["draw"]["stroke"] == "flat"
@@ -243,27 +212,23 @@ def test_a_report_has_the_curve_the_settings_and_the_pictures(file, tmp_path, mo
     assert len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)) > 500  # pictures, not lines alone
 
 
-def test_a_report_can_be_one_file_or_go_without_its_plot(file, tmp_path, monkeypatch):
+def test_a_report_goes_without_its_plot_and_strokes_are_there_though_it_fails(
+    file, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["refine", file, *SMALL, "--report", "a.json", "--quiet"]) == 0
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.json", "pears-refined.ply"]
     assert cli.main(["refine", file, *SMALL, "--report", "b", "--no-plot", "--quiet"]) == 0
     assert [p.name for p in (tmp_path / "b").iterdir()] == ["refine.json"]
-
-
-def test_the_strokes_are_there_though_the_plot_fails(file, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
 
     def full(*_):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("brushgs.refine.run.write_plot", full)
-    assert cli.main(["refine", file, *SMALL, "--report", "report"]) == 2
+    assert cli.main(["refine", file, *SMALL, "--report", "report", "-o", "c.ply"]) == 2
     assert "No space left" in capsys.readouterr().err
-    assert len(bg.load("pears-refined.ply")) <= 100
+    assert len(bg.load("c.ply")) <= 100
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "sentence"),
     [
         (["--where", "sphere:1000,0,0,1"], "none of 100 strokes lies in sphere:1000,0,0,1"),
@@ -288,24 +253,16 @@ def test_a_bad_flag_gets_one_sentence(file, tmp_path, monkeypatch, capsys, words
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_pytorch_the_cure_is_named(file, tmp_path, monkeypatch, capsys):
+def test_without_a_library_the_cure_is_named(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    assert cli.main(["refine", file, *SMALL]) == 2
-    assert "pip install torch" in capsys.readouterr().err
+    for missing, words in (("torch", []), ("kornia", ["--style", file])):
+        with monkeypatch.context() as patch:
+            patch.setattr("importlib.util.find_spec", lambda name, m=missing: None if name == m else object())
+            assert cli.main(["refine", file, *SMALL, *words]) == 2
+        assert f"pip install {missing}" in capsys.readouterr().err
 
 
-def test_without_kornia_only_a_style_image_is_refused(file, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "kornia" else object())
-    assert cli.main(["refine", file, *SMALL, "--style", file]) == 2
-    assert "pip install kornia" in capsys.readouterr().err
-    assert cli.main(["refine", file, *SMALL, "-o", "a.ply"]) == 0
-
-
-def test_fits_of_all_parameters_do_not_make_needles(
-    strokes, training_views, validation_views, drawing, monkeypatch
-):
+def test_fits_of_all_parameters_do_not_make_needles(strokes, fit, monkeypatch):
     order = np.argsort(strokes.scales, axis=1)
     middle, longest = (np.take_along_axis(strokes.scales, order[:, k : k + 1], axis=1) for k in (1, 2))
     scales, area = strokes.scales.copy(), longest * middle
@@ -314,7 +271,7 @@ def test_fits_of_all_parameters_do_not_make_needles(
     needles = replace(strokes, scales=scales)  # 8 to 1
 
     def share_of_needles():
-        after, _ = refined(needles, training_views, validation_views, drawing)
+        after, _ = fit(start=needles)
         ordered = np.sort(after.scales, axis=1)
         return (ordered[:, 2] > 7 * ordered[:, 1]).mean()
 

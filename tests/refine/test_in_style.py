@@ -16,6 +16,7 @@ from brushgs.formats.styles import read_style
 from brushgs.formats.styles_write import write_style
 from brushgs.refine.painting_style import SIZE, open_style, painted
 from tests.io.styles import example
+from tests.kit.for_each import for_each
 from tests.kit.mark_paintings import paint
 from tests.scenes import still_life_of
 
@@ -78,15 +79,13 @@ def test_a_picture_of_the_file_is_painted_with_its_brushes(folder, tmp_path):
 def test_without_its_style_a_file_is_painted_in_the_look_and_says_so(folder, tmp_path, capsys):
     shutil.copy(folder / "out.ply", tmp_path / "out.ply")
     alone = painted_with(tmp_path / "out.ply")
-    assert (
-        cli.main(["render", str(tmp_path / "out.ply"), "-o", str(tmp_path / "b.png"), *("--size", "8x6")])
-        == 0
-    )
+    words = ["render", str(tmp_path / "out.ply"), "-o", str(tmp_path / "b.png"), "--size", "8x6"]
+    assert cli.main(words) == 0
     assert "the brushes of its strokes cannot be opened (out.style" in capsys.readouterr().err
     assert painted_with(tmp_path / "out.ply", "--look", "oil") == alone
 
 
-@pytest.mark.parametrize("how", [(), ("--palette", "painting.png")])
+@for_each("how", [(), ("--palette", "painting.png")])
 def test_outside_a_region_rows_of_a_file_of_strokes_stay_as_they_were(folder, tmp_path, how):
     """Places, rotations and colours bit for bit; sizes and opacities are written as logarithms once more."""
     path, how = tmp_path / "strokes.ply", [str(folder / word) if "." in word else word for word in how]
@@ -127,18 +126,13 @@ def test_the_style_of_an_edit_is_refused(folder, capsys):
     assert not (folder / "e.ply").exists()
 
 
-def test_a_style_is_painted_in_its_colours_and_directions():
-    style = example.painting()
-    picture = painted(style)
+def test_a_painting_is_learnt_again_from_what_its_style_paints(folder, tmp_path):
+    style = read_style(folder / "out.style")  # that of the painting
+    learnt, picture = style.marks, painted(style)
     assert picture.shape == (SIZE[1], SIZE[0], 3)
     np.testing.assert_array_equal(picture, painted(style))
     mean = style.palette.weights @ np.clip(style.palette.samples, 0, 1)
     assert np.abs(picture.mean(axis=(0, 1)) - mean).max() < 0.08
-
-
-def test_a_painting_is_learnt_again_from_what_its_style_paints(folder, tmp_path):
-    style = read_style(folder / "out.style")  # that of the painting
-    learnt, picture = style.marks, painted(style)
     bg.save(bg.Frame(picture, np.ones(picture.shape[:2], np.float32), None), tmp_path / "again.png")
     again = open_style(tmp_path / "again.png").style.marks
     assert again.length == pytest.approx(learnt.length, rel=0.4)

@@ -77,10 +77,12 @@ def test_a_large_stroke_becomes_several_marks_in_its_place():
     assert np.abs(after.means[:, 2]).max() < 1e-6  # within its plane
 
 
-@pytest.mark.parametrize("most", [40, 100, 400])
+@for_each("most", [40, 100, 400])
 def test_there_are_no_more_marks_than_asked_for(most):
     after, _ = laid(wall(40, scale=0.3), marks_at(30), most=most)
     assert 40 <= len(after) <= most
+    nothing, parents = laid(wall().take(slice(0, 0)), marks_at(30))
+    assert len(nothing) == len(parents) == 0
 
 
 def test_a_mark_ends_where_another_colour_begins():
@@ -93,12 +95,6 @@ def test_a_mark_ends_where_another_colour_begins():
     away, reach = np.abs(boxes.centers[:, 0] - 80), boxes.half_extents[:, 0]
     near, far = (away > 2) & (away < 5), (away > 12) & (away < half)
     assert np.median(reach[near]) < 0.7 * np.median(reach[far])
-
-
-def test_nothing_is_laid_of_no_strokes():
-    none = wall().take(slice(0, 0))
-    after, parents = laid(none, marks_at(30))
-    assert len(after) == len(parents) == 0
 
 
 def test_marks_go_back_to_their_reference_moments():

@@ -1,11 +1,7 @@
 """`brushgs refine` that is stopped or killed: what it fitted is not lost, and only its own run resumes it."""
 
 import json
-import os
 import re
-import subprocess
-import sys
-import time
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -19,10 +15,10 @@ import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
 from brushgs.formats.scenes import write  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
+from tests.kit.for_each import for_each  # noqa: E402
 from tests.refine.stops import stopping_after  # noqa: E402
 from tests.scenes import save_upright, still_life_of  # noqa: E402
 
-ROOT = Path(__file__).resolve().parents[2]
 SMALL = ["--strokes", "100", "--steps", "10", "--views", "4", "--size", "64x48", "--stroke", "flat"]
 SMALL += ["--up", "-y", "--see", "off"]
 CHECKPOINT, OUTPUT = "pears-refined.checkpoint", "pears-refined.ply"
@@ -57,6 +53,11 @@ def names():
     return sorted(path.name for path in Path().iterdir())
 
 
+def assert_same_strokes(made):
+    rows = [path.read_bytes().split(b"end_header")[1] for path in (Path(OUTPUT), made / OUTPUT)]
+    assert rows[0] == rows[1], "the headers name the scenes"
+
+
 @pytest.fixture(scope="module")
 def stop(made, tmp_path_factory):
     """What is said where Ctrl-C stops a run after its sixth step, and the checkpoint that it leaves."""
@@ -85,14 +86,14 @@ def test_ctrl_c_names_the_checkpoint_and_the_run_is_resumed_to_the_same_file(sto
     code, out, err = run(capsys, scene, *SMALL, "--resume")
     assert (code, out) == (0, f"{OUTPUT}\n")
     assert "resumed from step 6" in " ".join(err.split())
-    rows = [path.read_bytes().split(b"end_header")[1] for path in (Path(OUTPUT), made / OUTPUT)]
-    assert rows[0] == rows[1], "the headers name the scenes"
+    assert_same_strokes(made)
     assert names() == [OUTPUT]
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError(28, "No space left on device")])
 def test_what_is_fitted_is_kept_until_it_is_written(scene, made, monkeypatch, capsys, error):
     def fail(*_, **__):
+        assert CHECKPOINT in names()  # so that it is there whatever ends the process
         raise error
 
     with monkeypatch.context() as patch:
@@ -106,31 +107,8 @@ def test_what_is_fitted_is_kept_until_it_is_written(scene, made, monkeypatch, ca
     assert names() == [CHECKPOINT]
     monkeypatch.setattr(fit_module.Fit, "_step", fail)  # no step is done again
     assert run(capsys, scene, *SMALL, "--resume", "--quiet") == (0, "", "")
-    rows = [path.read_bytes().split(b"end_header")[1] for path in (Path(OUTPUT), made / OUTPUT)]
-    assert rows[0] == rows[1], "the headers name the scenes"
+    assert_same_strokes(made)
     assert names() == [OUTPUT]
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
-def test_a_run_that_is_killed_before_it_writes_is_resumed(scene, made, capsys):
-    code = "import sys, time, brushgs.cli as c\n"
-    code += "from brushgs.formats.scenes import write\n"
-    code += "def wait(*a, **k): print('ready', flush=True); time.sleep(60)\n"
-    code += "write.write_scene = wait\nsys.exit(c.main(sys.argv[1:]))"
-    with subprocess.Popen(
-        [sys.executable, "-c", code, "refine", scene, *SMALL],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        assert process.stdout.readline() == "ready\n", process.stderr.read()
-        time.sleep(0.05)
-        process.kill()
-    assert CHECKPOINT in names()
-    assert run(capsys, scene, *SMALL, "--resume", "--quiet") == (0, "", "")
-    rows = [path.read_bytes().split(b"end_header")[1] for path in (Path(OUTPUT), made / OUTPUT)]
-    assert rows[0] == rows[1], "the headers name the scenes"
 
 
 def test_resume_without_a_checkpoint_says_so_and_starts(scene, made, capsys):
@@ -139,21 +117,17 @@ def test_resume_without_a_checkpoint_says_so_and_starts(scene, made, capsys):
     note = f"--resume found no checkpoint {CHECKPOINT}; the fit starts at its first step"
     assert err.startswith(f"brushgs: note: {note}\n")  # before anything else: it may take long
     assert err.count("note:") == 1
-    rows = [path.read_bytes().split(b"end_header")[1] for path in (Path(OUTPUT), made / OUTPUT)]
-    assert rows[0] == rows[1], "the headers name the scenes"
+    assert_same_strokes(made)
     _, out, err = run(capsys, scene, *SMALL, "--resume", "--json", "-o", OUTPUT)
     assert err == ""
     assert json.loads(out)["notes"] == [note]
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("words", "differing"),
     [
         (["--stroke", "swirl"], r"stroke flat, now swirl"),
-        (
-            ["--stroke", "gaussian"],
-            r"stroke flat, now gaussian; .*keep 0\.7, now 1\.0.*; .*",
-        ),
+        (["--stroke", "gaussian"], r"stroke flat, now gaussian; .*keep 0\.7, now 1\.0.*; .*"),
         (["--see", "views"], r"see off, now views"),
         (["--steps", "12"], r"steps 10, now 12"),
         (["--seed", "4"], r"seed 0, now 4"),
@@ -178,28 +152,22 @@ def test_a_checkpoint_is_refused_with_other_options(stopped, scene, capsys, word
 
 
 def test_a_checkpoint_is_refused_with_another_scene_and_taken_with_the_same_of_another_name(
-    stopped, scene, made, capsys, tmp_path
+    stopped, scene, made, capsys
 ):
     words = [*SMALL, "--resume", "-o", OUTPUT]
     code, _, err = run(capsys, made / "apples.ply", *words)
     assert code == 2
     assert f"{CHECKPOINT}: is the checkpoint of another fit (scene pears.ply, now apples.ply); " in err
-    Path("renamed.ply").write_bytes(Path(scene).read_bytes())
-    assert run(capsys, "renamed.ply", *words, "--quiet") == (0, "", "")
-    rows = [path.read_bytes().split(b"end_header")[1] for path in (Path(OUTPUT), made / OUTPUT)]
-    assert rows[0] == rows[1], "the headers name the scenes"
-
-
-def test_a_scene_that_has_changed_under_its_name_is_another(stopped, made, capsys):
-    Path("pears.ply").write_bytes((made / "apples.ply").read_bytes())
-    code, _, err = run(capsys, "pears.ply", *SMALL, "--resume")
+    Path("pears.ply").write_bytes((made / "apples.ply").read_bytes())  # changed under its name
+    code, _, err = run(capsys, "pears.ply", *words)
     assert code == 2
     assert "(another scene pears.ply); " in err
+    Path("renamed.ply").write_bytes(Path(scene).read_bytes())
+    assert run(capsys, "renamed.ply", *words, "--quiet") == (0, "", "")
+    assert_same_strokes(made)
 
 
-@pytest.mark.parametrize(
-    "content", [b"", b"nothing of the kind", {"state": {}}, {"fit": {}, "state": {"step": 3}}]
-)
+@for_each("content", [b"", b"nothing of the kind", {"state": {}}, {"fit": {}, "state": {"step": 3}}])
 def test_a_file_that_is_no_checkpoint_is_refused(scene, capsys, content):
     if isinstance(content, bytes):
         Path(CHECKPOINT).write_bytes(content)

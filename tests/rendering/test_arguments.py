@@ -1,69 +1,144 @@
-"""What `rasterize` and `render` refuse, in which words; poisoned columns; constants shared with the core."""
+"""What rendering refuses, in which words; poisoned columns; constants shared with the core."""
 
-import re
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from brushgs.brushes.texture import StrokeTexture, strokes_folder
 from brushgs.rendering import constants
+from brushgs.rendering.border import thin_to_border
+from brushgs.rendering.depth_test import DepthTest
+from brushgs.rendering.light import Lamp, light
+from brushgs.rendering.project import project
 from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.relief import Relief
 from brushgs.rendering.render import render, render_sequence
+from brushgs.rendering.surface import flat
+from brushgs.rendering.tooth import press
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
-from tests.rendering.strokes import boxes_of, bristles, random_boxes, relieved, set_back, softened
+from tests.rendering.strokes import (
+    BRUSHES,
+    SOLID,
+    UNDERPAINT,
+    boxes_of,
+    bristles,
+    painting_of,
+    random_boxes,
+    set_back,
+)
 
 TEXTURE = StrokeTexture.open("ellipse")
 BOXES = boxes_of([[5, 5], [9, 9]], 3)
+DEEP = set_back(BOXES, 1.0)
 CAMERA = Camera.look_at((0, 0, -3), (0, 0, 0), width=20, height=10)
 SCENE = Gaussians(np.zeros((2, 3)), np.ones((2, 4)), np.ones((2, 3)), np.ones(2), np.zeros((2, 1, 3)))
+ODD, SEEN, THREE = replace(SCENE, brushes=[0, 9]), project(SCENE, CAMERA), BRUSHES["three"]
 BAD_NUMBERS = [np.nan, np.inf, -np.inf]
+MANY = replace(random_boxes(9, 20, 20), brushes=np.array([0, 1, 2, 0, 3, 0, 1, 2, 9], np.uint8))
+FRAME = Frame(np.zeros((4, 5, 3)), np.zeros((4, 5)), np.zeros((4, 5)))
 
 
-@for_each(
-    ("option", "message"),
-    [
-        (
-            {"filter": "trilinear"},
-            r"rasterize: filter must be one of mip, bilinear, nearest, got 'trilinear'",
-        ),
-        ({"filter": None}, r"rasterize: filter must be one of .*, got None"),
-        ({"height": 0}, r"rasterize: height must be in 1 to 32767 pixels, got 0"),
-        ({"width": -4}, r"rasterize: width must be in 1 to 32767 pixels, got -4"),
-        ({"width": 32768}, r"rasterize: width must be in 1 to 32767 pixels, got 32768"),
-        (
-            {"width": 30000, "height": 30000},
-            r"rasterize: width x height must be at most 268435456 pixels, got 30000",
-        ),
-        ({"num_threads": 0}, r"num_threads must be in 1 to 1024, got 0"),
-        ({"min_transmittance": -1e-9}, r"rasterize: min_transmittance must be in \[0, 1\), got -1e-09"),
-        ({"min_transmittance": 1.0}, r"rasterize: min_transmittance must be in \[0, 1\), got 1.0"),
-        ({"min_transmittance": np.nan}, r"rasterize: min_transmittance must be in \[0, 1\), got nan"),
-    ],
-)
-def test_options_out_of_range_are_refused_by_name(option, message):
-    with pytest.raises(ValueError, match=message):
-        rasterize(BOXES, TEXTURE, **{"height": 10, "width": 10} | option)
+def draw(boxes=BOXES, texture=SOLID, **options):
+    return rasterize(boxes, texture, **{"height": 10, "width": 10} | options)
 
 
-@for_each(
-    ("option", "error", "message"),
-    [
-        ({"filter": "cubic"}, ValueError, "filter must be one of mip, bilinear, nearest, got 'cubic'"),
-        ({"num_sigmas": 0.0}, ValueError, "num_sigmas must be positive and finite, got 0.0"),
-        ({"num_sigmas": np.nan}, ValueError, "num_sigmas must be positive and finite, got nan"),
-        ({"low_pass": -0.1}, ValueError, "low_pass must be >= 0 and finite, got -0.1"),
-        ({"num_threads": -1}, ValueError, "num_threads must be in 1 to 1024, got -1"),
-        ({"num_threads": 1.5}, TypeError, "num_threads must be an integer, got float"),
-    ],
-)
-def test_render_refuses_what_its_steps_refuse(option, error, message):
-    with pytest.raises(error, match=re.escape(message)):
-        render(SCENE, CAMERA, TEXTURE, **option)
+def held_to(limit, tolerance):
+    return lambda: draw(in_front_of=DepthTest(limit, np.array(tolerance)))
+
+
+def each(call, values, sentence):
+    """A row for each of some values."""
+    return [(partial(call, value), sentence) for value in values]
+
+
+NOT_POSITIVE, NEGATIVE, NOT_A_SHARE = (0, -1, np.inf, np.nan), (-0.1, np.inf, np.nan), (-0.1, 1.1, np.nan)
+VALUES = [  # what is called, and the sentence of the ValueError
+    (lambda: draw(filter="cubic"), "rasterize: filter must be one of mip, bilinear, nearest, got 'cubic'"),
+    (lambda: draw(filter=None), "rasterize: filter must be one of .*, got None"),
+    (lambda: draw(height=0), "rasterize: height must be in 1 to 32767 pixels, got 0"),
+    (lambda: draw(width=-4), "rasterize: width must be in 1 to 32767 pixels, got -4"),
+    (lambda: draw(width=32768), "rasterize: width must be in 1 to 32767 pixels, got 32768"),
+    (lambda: draw(width=30000, height=30000), "width x height must be at most 268435456 pixels, got 30000"),
+    (lambda: draw(num_threads=0), "num_threads must be in 1 to 1024, got 0"),
+    *each(lambda v: draw(min_transmittance=v), (-1e-9, 1.0, np.nan), "min_transmittance must be in"),
+    *each(lambda v: draw(streaks=v), (*NOT_A_SHARE, 0.51), "rasterize: streaks must be in 0 to 0.5, got"),
+    (lambda: draw(underpaint=UNDERPAINT), "boxes must have setbacks .* project with underpaint=True"),
+    (lambda: draw(relief=True), "boxes must have reliefs .* project with relief=True"),
+    (lambda: draw(DEEP, blend="glaze", underpaint=UNDERPAINT), "a glaze has no underpaint"),
+    (lambda: draw(blend="glaze", streaks=0.1), r"a glaze has no streaks, got 0\.1"),
+    (lambda: draw(blend="add"), "blend must be one of cover, glaze, got 'add'"),
+    (lambda: draw(MANY, THREE), "brushes must be rows of the brush set, .* got row 9, first .* at 4"),
+    (lambda: draw(MANY, SOLID), "which has 1 brush, got row 9"),
+    (held_to(np.array([[1.0, np.nan]]), [1, 1]), "limit must not be NaN"),
+    *each(lambda v: DepthTest(FRAME.alpha, np.array([v])), NEGATIVE, "tolerance must be finite and >= 0"),
+    (held_to(np.ones((10, 7)), [1, 1]), r"limit of in_front_of must have shape \[10, 10\], got \[10, 7\]"),
+    (held_to(np.ones((10, 10)), [1.0]), r"tolerance of in_front_of must have shape \[2\], got \[1\]"),
+    (lambda: DepthTest.by_picture(replace(FRAME, depth=None), SEEN, SCENE), "must have a depth"),
+    *each(Underpaint, NOT_POSITIVE, "Underpaint: reach must be positive"),
+    *each(lambda v: Underpaint(1, v), (0, *NOT_A_SHARE), "Underpaint: opacity must be above 0 to 1"),
+    *each(lambda v: Relief(thickness=v), NEGATIVE, "Relief: thickness must be >= 0 and finite"),
+    *each(lambda v: Relief(gain=v), NEGATIVE, "Relief: gain must be >= 0 and finite, got"),
+    *each(lambda v: Relief(by_light=v), NOT_A_SHARE, "Relief: by_light must be 0 to 1, got"),
+    *each(lambda v: Relief(lights=v), ((0.2, 1.1), (0.6, 0.4)), "Relief: lights must be 0 to 1 and ascend"),
+    *each(lambda v: project(SCENE, CAMERA, num_sigmas=v), NOT_POSITIVE, "num_sigmas must be positive and"),
+    (lambda: project(SCENE, CAMERA, num_sigmas=np.ones(4)), "one for each of 2 Gaussians, got 4"),
+    (lambda: project(SCENE, CAMERA, num_sigmas=np.array([1.0, 0])), r"must be positive and finite, got 0\.0"),
+    *each(lambda v: project(SCENE, CAMERA, low_pass=v), NEGATIVE, "low_pass must be >= 0 and finite"),
+    (lambda: project(SCENE, CAMERA, num_threads=-3), "num_threads must be in 1 to 1024, got -3; omit it"),
+    (lambda: project(SCENE, CAMERA, order="size"), "project: order must be one of depth, soft, got 'size'"),
+    (lambda: render(SCENE, CAMERA, TEXTURE, filter="cubic"), "filter must be one of mip, bilinear, nearest"),
+    (lambda: render(SCENE, CAMERA, SOLID, order="size"), "order must be one of depth, soft, got 'size'"),
+    (lambda: render(SCENE, CAMERA, TEXTURE, num_sigmas=0.0), "num_sigmas must be positive and finite, got 0"),
+    (lambda: render(SCENE, CAMERA, TEXTURE, low_pass=-0.1), "low_pass must be >= 0 and finite, got -0.1"),
+    (lambda: render(ODD, CAMERA, THREE), "project: brushes must be rows of the brush set, which has 3"),
+    (lambda: Lamp(azimuth=np.nan), "Lamp: azimuth must be finite, got nan"),
+    (lambda: Lamp(elevation=0.0), "Lamp: elevation must be above 0 to pi / 2, got 0.0"),
+    (lambda: Lamp(elevation=1.6), "Lamp: elevation must be above 0 to pi / 2, got 1.6"),
+    (lambda: Lamp(strength=1.1), "Lamp: strength must be in 0 to 1, got 1.1"),
+    (lambda: Lamp(gloss=-0.1), "Lamp: gloss must be in 0 to 1, got -0.1"),
+    (lambda: Lamp(exponent=0), "Lamp: exponent must be in 1 to 1000, got 0"),
+    (lambda: light(FRAME.rgb, np.zeros((4, 6))), r"light: height must have shape \[H=4, W=5\], got \[4, 6\]"),
+    (lambda: light(FRAME.rgb, FRAME.alpha, blur=11), "light: blur must be in 0 to 10 pixels, got 11"),
+    (lambda: press(FRAME, np.zeros((5, 4)), 0.4), r"press: grain must have shape \[H=4, W=5\], got \[5, 4\]"),
+    *each(lambda v: press(FRAME, FRAME.alpha, v), NOT_A_SHARE, "dry must be in 0 to 1"),
+    *each(lambda v: thin_to_border(BOXES, CAMERA, width=v), NOT_POSITIVE, "width must be positive and"),
+    *each(lambda v: thin_to_border(BOXES, CAMERA, seed=v), (-1, 2**32), "seed must be in 0 to"),
+    (lambda: flat(np.zeros((7, 5, 3)), height=5, width=7), r"shape \[3\] or \[5, 7, 3\], got \[7, 5, 3\]"),
+]
+TYPES = [
+    (lambda: draw(DEEP, underpaint=True), "rasterize: underpaint must be None or Underpaint, got bool"),
+    (lambda: draw(in_front_of=1.0), "in_front_of must be None or DepthTest, got float"),
+    (held_to([[1.0]], [1.0]), "limit must be a NumPy array"),
+    (lambda: project({}, CAMERA), "project: gaussians must be Gaussians, got dict"),
+    (lambda: project(SCENE, (1, 2)), "project: camera must be a Camera, got tuple"),
+    (lambda: project(SCENE, CAMERA, num_threads=2.0), "num_threads must be an integer, got float; omit it"),
+    (lambda: project(SCENE, CAMERA, relief=0.5), "relief must be a bool or a Relief, got float"),
+    (lambda: render(SCENE, CAMERA, None), "texture must be a StrokeTexture, .* a picture as an array, got N"),
+    (lambda: render(SCENE, CAMERA, TEXTURE, num_threads=1.5), "num_threads must be an integer, got float"),
+    (lambda: Lamp(exponent=2.5), "Lamp: exponent must be an int, got float"),
+    (lambda: light(FRAME.rgb, np.zeros((4, 5), np.float32)), "height must be float64 like rgb, got float32"),
+    (lambda: light(np.zeros((4, 5, 3), np.uint8), FRAME.alpha), "light: rgb must be float32 or float64, got"),
+    (lambda: press(FRAME, 0.5, 0.4), "grain must be a NumPy array"),
+]
+
+
+@for_each(("call", "sentence"), VALUES)
+def test_values_out_of_range_are_refused_by_name(call, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        call()
+
+
+@for_each(("call", "sentence"), TYPES)
+def test_arguments_of_another_type_are_refused_by_name(call, sentence):
+    with pytest.raises(TypeError, match=sentence):
+        call()
 
 
 @for_each("bad", BAD_NUMBERS)
@@ -87,14 +162,12 @@ def test_poisoned_gaussians_are_refused_by_column_and_row(name, bad):
 
 
 def test_arguments_are_not_written_to():
-    boxes = random_boxes(50, 20, 20)
-    boxes = set_back(softened(boxes, 0.5), 1.0)
-    boxes = replace(relieved(boxes), brushes=np.zeros(len(boxes), np.uint8))
+    painting = painting_of("mip soft=0.5 raised layered three", 50, 20, 20)
+    boxes = painting.boxes
     before = {name: getattr(boxes, name).copy() for name in Boxes.__dataclass_fields__}
-    rasterize(boxes, TEXTURE, height=20, width=20)
-    rasterize(boxes, bristles(), height=20, width=20)
-    rasterize(boxes, bristles(), height=20, width=20, underpaint=Underpaint(1.8), streaks=0.5)
-    rasterize(boxes, bristles(), height=20, width=20, relief=True)
+    painting.frame()
+    rasterize(replace(boxes, brushes=None), TEXTURE, height=20, width=20)
+    rasterize(replace(boxes, brushes=None), bristles(), height=20, width=20)
     for name, column in before.items():
         np.testing.assert_array_equal(getattr(boxes, name), column)
 
@@ -139,7 +212,3 @@ def test_a_stroke_is_taken_by_its_name(tmp_path):
         for by_name, by_texture in pictures:
             assert by_texture.alpha.any()
             np.testing.assert_array_equal(by_name.rgb, by_texture.rgb)
-    with pytest.raises(
-        TypeError, match=r"texture must be a StrokeTexture, .*, a path or a picture as an array, got N"
-    ):
-        render(SCENE, CAMERA, None)

@@ -18,10 +18,24 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
 from tests.differences import assert_same_gradient, central_differences
 from tests.kit.for_each import for_each
-from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, set_back, softened, texture_of
+from tests.pairs import pairs_of
+from tests.rendering.strokes import (
+    IMAGES,
+    PATHS,
+    SOLID,
+    assert_identical,
+    boxes_of,
+    bristles,
+    painting_of,
+    random_boxes,
+    softened,
+    texture_of,
+)
 
 SIZE = {"width": 41, "height": 23}  # cut tiles and blocks
 SHAPE = (SIZE["height"], SIZE["width"])
+MANY = ("bristles", "tinted", "three")
+DTYPES = (np.float32, np.float64)
 FLAT = StrokeTexture.from_coverage(np.full((2, 2), 255, np.uint8))
 
 
@@ -41,27 +55,58 @@ def backward(boxes: Boxes, texture, filter="bilinear", v=None, **options):
     return rasterize_backward(boxes, texture, frame, *v, filter=filter, **options)
 
 
-@for_each("path", PATHS)
-def test_gradients_are_differences_of_the_definition(path):
-    """Twelve boxes over each other and the picture's edge, faint and full ones: some pixels finish."""
-    kind, filter = PATHS[path]
-    texture, v = texture_of(kind), weights()
-    boxes = random_boxes(12, **SIZE, seed=4, sizes=(2, 14))
-    boxes = replace(boxes, opacities=np.linspace(0.2, 1, 12))
-    actual = backward(boxes, texture, filter)
+ROWS = [*PATHS, *(" ".join(row) for row in pairs_of(IMAGES, ("underpainted", "layered", "streaked"), MANY))]
+
+
+@pytest.mark.parametrize("words", ROWS)
+def test_gradients_are_differences_of_the_definition(words):
+    """Twelve boxes over each other and the picture's edge, faint and full ones: some pixels finish.
+
+    In one of three with streaks both bands fade, in others one or none.
+    """
+    painting = painting_of(words, 12, 33, 18, seed=4, sizes=(2, 14))
+    half_extents = painting.boxes.half_extents.copy()
+    half_extents[:, 1] = np.geomspace(2, 14, 12) if "streaked" in words else half_extents[:, 1]
+    boxes = replace(painting.boxes, opacities=np.linspace(0.2, 1, 12), half_extents=half_extents)
+    v, how = weights(shape=(18, 33)), painting.options
+    frame = rasterize(boxes, painting.brush, **how)
+    actual = rasterize_backward(boxes, painting.brush, frame, *v, **looks(how))
     for name in BOX_COLUMNS:
-        numerical = central_differences(
-            lambda values, name=name: loss_of(
-                reference.rasterize(replace(boxes, **{name: values}), texture, filter=filter, **SIZE), v
-            ),
-            getattr(boxes, name),
-        )
-        assert_same_gradient(f"{path} {name}", getattr(actual, name), numerical)
-        has_none = path in ("nearest", "ellipse") and name in ("centers", "half_extents", "angles")
+
+        def loss(values, name=name):
+            return loss_of(painting._replace(boxes=replace(boxes, **{name: values})).defined(), v)
+
+        # Closer than usual with streaks: a step of 1e-6 takes a pixel over a texel's edge.
+        step = 1e-7 if "streaked" in words else 1e-6
+        numerical = central_differences(loss, getattr(boxes, name), step)
+        assert_same_gradient(f"{words} {name}", getattr(actual, name), numerical)
+        has_none = words in ("nearest", "ellipse") and name in ("centers", "half_extents", "angles")
         assert numerical.any() != has_none
 
 
-@pytest.mark.parametrize("missing", ["alpha", "depth", "alpha and depth"])
+def looks(how):
+    """Options of painting that its derivative takes."""
+    return {name: value for name, value in how.items() if name not in ("width", "height", "relief")}
+
+
+def test_a_stroke_outside_whose_underpaint_reaches_in_has_its_gradient():
+    boxes = replace(boxes_of([[-6.0, 8.3]], (5, 3), angles=0.4), setbacks=np.array([1.0]))
+    how = {"filter": "bilinear", "underpaint": Underpaint(3.0)}
+    frame = rasterize(boxes, SOLID, width=20, height=16, **how)
+    assert frame.alpha.any()
+    actual = rasterize_backward(boxes, SOLID, frame, np.ones_like(frame.rgb), **how)
+    for name in ("centers", "half_extents", "angles", "colors", "opacities"):
+
+        def loss(values, name=name):
+            moved = replace(boxes, **{name: values})
+            return float(reference.rasterize(moved, SOLID, width=20, height=16, **how).rgb.sum())
+
+        numerical = central_differences(loss, getattr(boxes, name))
+        assert numerical.any()
+        assert_same_gradient(name, getattr(actual, name), numerical)
+
+
+@for_each("missing", ["alpha", "depth", "alpha and depth"])
 def test_a_missing_gradient_is_one_of_zeros(missing):
     boxes, texture = random_boxes(30, **SIZE, seed=2, sizes=(1, 15)), bristles()
     v_rgb, v_alpha, v_layers = weights()
@@ -109,6 +154,32 @@ def test_the_gradient_by_coverage_is_a_difference_of_the_definition(filter, shap
     assert_same_gradient(f"{filter} coverage", actual.flat[some], numerical)
 
 
+@for_each("filter", ["bilinear", "nearest"])
+def test_gradients_by_the_coverage_of_each_brush(filter):
+    """In steps of 8 bits, in which alpha is linear in each texel."""
+    g = np.random.default_rng(1)
+    boxes = replace(random_boxes(5, 14, 11, sizes=(4, 9), seed=5), brushes=[0, 1, 2, 0, 1])
+    coverages = [g.integers(20, 235, shape).astype(np.uint8) for shape in ((4, 6), (3, 9), (5, 1))]
+    v, how = g.standard_normal((11, 14, 3)), {"filter": filter, "min_transmittance": 0.0}
+
+    def painted(coverages):
+        brushes = BrushSet(tuple(map(StrokeTexture.from_coverage, coverages)))
+        return brushes, rasterize(boxes, brushes, width=14, height=11, **how)
+
+    found = rasterize_backward(boxes, *painted(coverages), v, with_coverage=True, **how)
+    for brush, coverage in enumerate(coverages):
+        expected = np.zeros(coverage.shape)
+        for texel in np.ndindex(coverage.shape):
+            ends = []
+            for step in (1, -1):
+                arrays = [array.copy() for array in coverages]
+                arrays[brush][texel] = int(coverage[texel]) + step
+                ends.append(float((v * painted(arrays)[1].rgb).sum()))
+            expected[texel] = (ends[0] - ends[1]) / (2 / 255)
+        assert expected.any()
+        np.testing.assert_allclose(found.coverages[brush], expected, rtol=1e-6, atol=1e-9)
+
+
 def test_a_texel_cut_to_8_bits_passes_nothing_on():
     """The levels of an image with hard edges overshoot; what they cut cannot change a little."""
     coverage = np.where(np.arange(64) < 32, 0, 255).astype(np.uint8)[None].repeat(8, 0)
@@ -135,7 +206,7 @@ def test_what_is_held_or_hidden_has_no_gradient():
     np.testing.assert_allclose(actual.colors[2], (1 - MAX_ALPHA) * actual.colors[1], rtol=1e-9)
 
 
-@pytest.mark.parametrize("kind", ["image", "gaussian", "ellipse"])
+@for_each("kind", ["image", "gaussian", "ellipse"])
 def test_boxes_that_paint_nothing_get_zeros(kind):
     boxes = boxes_of(
         [[5, 5], [-900, 5], [5, 5], [20, 10]], [[0, 3], [3, 3], [3, 3], [5, 5]], opacities=[1, 1, 0, 0.5]
@@ -152,10 +223,9 @@ def test_boxes_that_paint_nothing_get_zeros(kind):
 def test_float32_is_close_to_float64_also_under_many_layers():
     """Forty strokes over each other: the difference that stands for what lies behind has to hold up."""
     g = np.random.default_rng(3)
-    boxes = boxes_of(
-        g.uniform(12, 28, (40, 2)) * (1, 0.5), g.uniform(4, 12, (40, 2)), angles=g.uniform(-3, 3, 40),
-        colors=g.uniform(0, 1, (40, 3)), opacities=g.uniform(0.05, 0.95, 40), dtype=np.float32,
-    )  # fmt: skip
+    columns = {"angles": g.uniform(-3, 3, 40), "colors": g.uniform(0, 1, (40, 3))}
+    columns |= {"opacities": g.uniform(0.05, 0.95, 40), "dtype": np.float32}
+    boxes = boxes_of(g.uniform(12, 28, (40, 2)) * (1, 0.5), g.uniform(4, 12, (40, 2)), **columns)
     texture = StrokeTexture.open("gaussian")
     single, double = (backward(b, texture) for b in (boxes, boxes.astype(np.float64)))
     for name in BOX_COLUMNS:
@@ -165,52 +235,28 @@ def test_float32_is_close_to_float64_also_under_many_layers():
         assert np.linalg.norm(actual - expected) <= 3e-5 * np.linalg.norm(expected), name
 
 
-@for_each("path", PATHS)
-@for_each("dtype", [np.float32, np.float64])
-def test_any_number_of_threads_gives_the_same_bits(path, dtype):
-    kind, filter = PATHS[path]
-    size = {"width": 201, "height": 97}
-    boxes, texture = random_boxes(5000, **size, seed=6, sizes=(0.3, 15), dtype=dtype), texture_of(kind)
-    frame = rasterize(boxes, texture, filter=filter, **size)
-    results = [
-        rasterize_backward(
-            boxes, texture, frame, *weights(dtype, (97, 201)), filter=filter, with_coverage=kind == "image",
-            num_threads=threads,
-        )
-        for threads in (1, 2, 3, 40)
-    ]  # fmt: skip
-    for result in results[1:]:
-        for name in (*BOX_COLUMNS, "coverage"):
-            np.testing.assert_array_equal(getattr(result, name), getattr(results[0], name), err_msg=name)
-
-
 def traced(boxes: Boxes, texture, **how):
     how = {"filter": "bilinear", "depth": True, "underpaint": None, "streaks": 0.0} | how
     options = {"min_transmittance": MIN_TRANSMITTANCE, "num_threads": 2}
     return rasterize_traced(boxes, BrushSet.of(texture), **how, **options)
 
 
-@for_each("layers", [False, True])
-@for_each("path", PATHS)
-@for_each("dtype", [np.float32, np.float64])
-def test_what_painting_kept_changes_no_bit(path, dtype, layers):
+@for_each(("words", "dtype"), pairs_of([*PATHS, *(f"{path} layered" for path in IMAGES)], DTYPES))
+def test_neither_threads_nor_what_painting_kept_change_a_bit(words, dtype):
     """Of strokes that hide others, some behind finished pixels and finished tiles."""
-    (kind, filter), size = PATHS[path], {"width": 101, "height": 57}
-    boxes = set_back(random_boxes(2000, **size, seed=6, sizes=(0.3, 15), dtype=dtype), 0.5)
-    texture = texture_of(kind)
-    how = {"filter": filter} | ({"underpaint": Underpaint(1.8), "streaks": 0.3} if layers else {})
-    plain = rasterize(boxes, texture, **size, **how)
-    frame, trace = traced(boxes, texture, **size, **how)
-    for name in ("rgb", "alpha", "depth"):
-        np.testing.assert_array_equal(getattr(frame, name), getattr(plain, name), err_msg=name)
-    how |= {"with_coverage": kind == "image", "num_threads": 3}
-    v = weights(dtype, (57, 101))
-    with_trace, without = (
-        rasterize_backward(boxes, texture, frame, *v, trace=given, **how) for given in (trace, None)
-    )
-    assert with_trace.colors.any()
-    for name in (*BOX_COLUMNS, "coverage"):
-        np.testing.assert_array_equal(getattr(with_trace, name), getattr(without, name), err_msg=name)
+    boxes, texture, how = painting_of(words, 2000, 101, 57, dtype=dtype)
+    frame, trace = traced(boxes, texture, **how)
+    assert_identical(frame, rasterize(boxes, texture, **how))
+    v, has_image = weights(dtype, (57, 101)), "gaussian" not in words and "ellipse" not in words
+    how = looks(how) | {"with_coverage": has_image}
+    results = [
+        rasterize_backward(boxes, texture, frame, *v, trace=given, num_threads=threads, **how)
+        for given, threads in ((None, 1), (None, 3), (None, 40), (trace, 3))
+    ]
+    assert results[0].colors.any()
+    for result in results[1:]:
+        for name in (*BOX_COLUMNS, "coverage"):
+            np.testing.assert_array_equal(getattr(result, name), getattr(results[0], name), err_msg=name)
 
 
 def test_a_trace_of_other_boxes_is_refused():

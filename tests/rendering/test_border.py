@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from brushgs.rendering.border import WIDTH, thin_to_border
 from brushgs.values.camera import Camera
+from tests.kit.for_each import for_each
 from tests.rendering.strokes import boxes_of
 
 CAMERA = Camera.look_at((0, 0, -5), (0, 0, 0), width=400, height=300)
@@ -14,11 +14,6 @@ CAMERA = Camera.look_at((0, 0, -5), (0, 0, 0), width=400, height=300)
 
 def boxes_at(x: float, y: float, n: int = 4000, dtype=np.float64):
     return boxes_of(np.full((n, 2), (x, y)), 5.0, depths=np.ones(n), opacities=0.8, dtype=dtype)
-
-
-def share_at(x: float, y: float, **options) -> float:
-    boxes = boxes_at(x, y)
-    return float((thin_to_border(boxes, CAMERA, **options).opacities / boxes.opacities).mean())
 
 
 def test_inside_nothing_changes_and_far_outside_nothing_is_left():
@@ -49,7 +44,7 @@ def test_which_boxes_are_left_belongs_to_their_rows():
     )
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("dtype", [np.float32, np.float64])
 def test_only_opacities_change_and_the_dtype_stays(dtype):
     boxes = boxes_at(10, 150, 30, dtype)
     thinned = thin_to_border(boxes, CAMERA)
@@ -58,13 +53,3 @@ def test_only_opacities_change_and_the_dtype_stays(dtype):
         assert getattr(thinned, name) is not None
         np.testing.assert_array_equal(getattr(thinned, name), getattr(boxes, name))
     assert len(thin_to_border(boxes.take(slice(0)), CAMERA)) == 0
-
-
-def test_options_out_of_range_are_refused():
-    boxes = boxes_at(10, 150, 3)
-    for width in (0, -1, np.inf, np.nan):
-        with pytest.raises(ValueError, match="width must be positive and finite"):
-            thin_to_border(boxes, CAMERA, width=width)
-    for seed in (-1, 2**32):
-        with pytest.raises(ValueError, match="seed must be in 0 to"):
-            thin_to_border(boxes, CAMERA, seed=seed)

@@ -11,6 +11,7 @@ from brushgs.rendering.canonical import directions_of, fit_canonical
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.visibility import visible_areas
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 FLAT = bg.BrushSet.open("flat")
@@ -70,7 +71,7 @@ def test_a_still_with_the_lock_takes_it(strokes, fields):
     assert not np.array_equal(alone.angles, boxes.angles)
 
 
-@pytest.mark.parametrize("elevation", [-30, 0, 50])
+@for_each("elevation", [-30, 0, 50])
 def test_less_paint_turns_than_along_the_longest_axes(strokes, fields, elevation):
     """By more than 15 degrees from view to view; from below the ground, too."""
     cameras = bg.orbit(strokes, 120, width=64, height=48, elevation_deg=elevation)[::2]

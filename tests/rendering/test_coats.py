@@ -161,13 +161,3 @@ def test_only_while_the_camera_moves_paint_hides_the_height_below_it():
         of_still, of_moving = (heights[is_moving][is_covered].mean() for is_moving in (False, True))
         assert of_still > 0.02
         assert of_moving < 0.05 * of_still
-
-
-def test_with_depth_keeps_it_for_coats_that_others_are_tested_against():
-    strokes = strokes_at(0, (0.8, 0.2, 0.1))
-    painting = Painting((coat(strokes), coat(strokes, tolerance=1.0), coat(strokes)))
-    depths = [each.options.depth for each in painting.with_depth(False).coats]
-    assert depths == [True, False, False]
-    assert all(each.options.depth for each in painting.with_depth(True).coats)
-    without = Painting((coat(strokes),)).with_depth(False).frame(CAMERA)
-    assert without.depth is None

@@ -4,74 +4,32 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from functools import lru_cache
 from itertools import cycle
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from brushgs import _core
-from brushgs.rendering.rasterize import rasterize
-from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
-from tests.rendering.strokes import (
-    PATHS,
-    depth_test_of,
-    random_boxes,
-    relieved,
-    ridges,
-    set_back,
-    softened,
-    texture_of,
-)
+from tests.rendering.strokes import IMAGES, LOOKS, PATHS, assert_identical, painting_of
 
 SIZE = {"width": 201, "height": 97}
-IMAGES = [path for path, (kind, _) in PATHS.items() if kind == "image"]
-LOOKS = {
-    "underpainted": {"underpaint": Underpaint(1.8)},
-    "streaked": {"streaks": 0.3},
-    "layered": {"underpaint": Underpaint(1.8), "streaks": 0.3},
-    "glazed": {"blend": "glaze"},
-    "raised": {"relief": True},
-    "raised layered": {"underpaint": Underpaint(1.8), "streaks": 0.3, "relief": True},
-}
-HOW = ["soft", *LOOKS, *(f"soft {look}" for look in LOOKS)]
-HOW += ["cut", "cut soft", "cut layered", "cut soft layered", "cut glazed", "cut raised", "cut soft raised"]
-ALL_PATHS = [
-    *PATHS,
-    *(f"{how} {path}" for how in HOW for path in IMAGES),
-    "raised gaussian",
-    "raised ellipse",
-]
+HOW = [f"{soft}{look}" for soft in ("", "soft=0.2 ") for look in LOOKS]
+HOW += [f"cut {how}" for how in HOW if "under" not in how and "streaked" not in how]
+ALL_PATHS = [*(f"{how} ridges {path}" for how in HOW for path in IMAGES), "gaussian", "ellipse"]
+ALL_PATHS += ["raised gaussian", "raised ellipse", "tinted soft=0.2 layered mip"]
 
 
 @lru_cache(2 * len(PATHS))
 def drawn(path: str, dtype, n: int):
-    """Boxes, texture and options of a path, made once for all numbers of threads."""
-    *how, name = path.split()
-    kind, filter = PATHS[name]
-    boxes = set_back(random_boxes(n, **SIZE, seed=6, sizes=(0.3, 15), dtype=dtype), 0.5)
-    if "soft" in how:
-        boxes = softened(boxes, 0.2)
-    look = LOOKS.get(" ".join(word for word in how if word not in ("soft", "cut")), {})
-    texture = texture_of(kind)
-    if "raised" in how:
-        boxes, texture = relieved(boxes), ridges() if kind == "image" else texture
-    test = depth_test_of(boxes, **SIZE) if "cut" in how else None
-    return boxes, texture, {"filter": filter, "in_front_of": test, **look}
+    """A painting, made once for all numbers of threads."""
+    return painting_of(path, n, **SIZE, dtype=dtype)
 
 
-def frame_of(path: str, dtype, *, n: int = 5000, **options) -> Frame:
-    boxes, texture, how = drawn(path, dtype, n)
-    return rasterize(boxes, texture, **SIZE, **how, **options)
-
-
-def assert_identical(actual: Frame, expected: Frame) -> None:
-    for name in ("rgb", "alpha", "depth", "height"):
-        np.testing.assert_array_equal(getattr(actual, name), getattr(expected, name), err_msg=name)
+def frame_of(path: str, dtype, *, n: int = 2000, **options) -> Frame:
+    return drawn(path, dtype, n).frame(**options)
 
 
 @for_each(("path", "dtype"), zip(ALL_PATHS, cycle((np.float32, np.float64)), strict=False))
@@ -82,7 +40,7 @@ def test_any_number_of_threads_gives_the_same_bits(path, dtype):
         assert_identical(frame_of(path, dtype, num_threads=num_threads), one)
 
 
-@pytest.mark.parametrize("n", [3999, 4000])
+@for_each("n", [3999, 4000])
 def test_parallel_binning_changes_no_bit(n):
     """From 4000 boxes on, lists are made by several threads."""
     assert_identical(frame_of("mip", np.float32, n=n), frame_of("mip", np.float32, n=n, num_threads=1))
@@ -109,61 +67,68 @@ def test_a_frame_stays_as_it_is_when_the_next_is_painted():
     np.testing.assert_array_equal(rgb, kept.rgb[10:20])
 
 
-def test_boxes_in_front_decide_alone_where_they_are_opaque():
-    """Boxes behind a finished picture change no bit, however many."""
-    boxes = random_boxes(5000, **SIZE, seed=6, sizes=(5, 40))
-    boxes = replace(boxes, opacities=np.where(np.arange(5000) < 4000, 0.999, 0.5))
-    texture = texture_of("ellipse")
-    all_of_them = rasterize(boxes, texture, **SIZE)
-    assert all_of_them.alpha.min() > 1 - 1e-3
-    assert_identical(rasterize(boxes.take(np.s_[:4000]), texture, **SIZE), all_of_them)
+# Instruction sets: chosen once per process, so each paints, projects and follows in a process of its own.
 
-
-# Instruction sets: chosen once per process, so each paints in a process of its own.
-
-_PAINT = """
-import sys
+_WORK = """
+import hashlib
+from dataclasses import fields, replace
 import numpy as np
 from brushgs import _core
 from brushgs.rendering.light import light
+from brushgs.rendering.project import project
+from brushgs.rendering.track import track_directions
+from brushgs.rendering.track_moving import track_moving
+from tests.rendering import test_track, test_track_moving
+from tests.rendering.strokes import relieved, set_back
 from tests.rendering.test_determinism import ALL_PATHS, frame_of
-planes = {}
-for path in ALL_PATHS:
-    for dtype in (np.float32, np.float64):
-        frame = frame_of(path, dtype)
-        depth = np.zeros_like(frame.alpha) if frame.depth is None else frame.depth
-        height = [] if frame.height is None else [frame.height]
-        planes[f"{path} {dtype.__name__}"] = np.dstack([frame.rgb, frame.alpha, depth, *height])
+from tests.rendering.test_project import FRONT, random_scene
+from tests.rendering.test_soft_crowds import LOOKS, crowd, painted
+
+def tell(name, *arrays):
+    print(name, hashlib.sha256(b"".join(a.tobytes() for a in arrays if a is not None)).hexdigest(), sep=": ")
+
+def columns(value):
+    named = (getattr(value, field.name) for field in fields(value))
+    return [column for column in named if isinstance(column, np.ndarray)]
+
+print(_core.isa())
+for dtype in (np.float32, np.float64):
+    for path in ALL_PATHS:
+        frame = frame_of(path, dtype, n=1200)
+        tell(f"{path} {dtype}", *columns(frame))
         if frame.height is not None:
-            planes[f"{path} {dtype.__name__} lit"] = light(frame.rgb, frame.height, alpha=frame.alpha)
-np.savez(sys.argv[1], isa=_core.isa(), **planes)
+            tell(f"{path} {dtype} lit", light(frame.rgb, frame.height, alpha=frame.alpha))
+    for look, options in LOOKS.items():
+        boxes = crowd(300, opacities=(0.01, 0.4), softness=(0.1, 1), dtype=dtype)
+        tell(f"crowd {look} {dtype}", *columns(painted(relieved(set_back(boxes, 0.5)), **options)))
+    for is_antialiased in (False, True):
+        scene = replace(random_scene(3000, dtype=dtype), antialiased=is_antialiased)
+        tell(f"projected {dtype} {is_antialiased}", *columns(project(scene, FRONT)))
+    strokes, cameras = test_track.strokes(200, dtype=dtype), test_track.turntable(60, step=np.pi / 30)
+    path = track_directions(strokes, test_track.closed(cameras))
+    tell(f"followed {dtype}", path.turns, path.area_scales)
+    for lock in ("anchor", path.directions(3)):
+        tell(f"locked {dtype}", *columns(project(strokes, cameras[0], lock=lock, fade=True)))
+    some = test_track_moving.scene(200).astype(dtype)
+    for degrees in (3.0, 40.0):
+        motion = test_track_moving.tumble(degrees, 200)
+        path = track_moving(some, cameras, motion, test_track_moving.EVERY, fps=30).moving
+        tell(f"followed {degrees} {dtype}", path.turns, path.area_scales)
 """
 
 
-@pytest.fixture(scope="module")
-def pictures(tmp_path_factory) -> dict[str, dict[str, np.ndarray]]:
-    """Instruction set -> path and dtype -> [H, W, 5 or 6] rgb, alpha, depth, height; only those at hand."""
-    folder = tmp_path_factory.mktemp("isa")
-    result = {}
-    for isa in ("baseline", "avx2", "avx512"):
-        file = folder / f"{isa}.npz"
-        environment = {**os.environ, "BRUSHGS_ISA": isa, "PYTHONPATH": os.pathsep.join(sys.path)}
-        subprocess.run(
-            [sys.executable, "-c", _PAINT, str(file)],
-            env=environment,
-            cwd=Path(__file__).parents[2],
-            check=True,
-        )
-        with np.load(file) as planes:
-            result[str(planes["isa"])] = {name: planes[name] for name in planes.files if name != "isa"}
-    assert "baseline" in result
+def test_every_instruction_set_gives_the_same_bits():
+    """No multiply-add is fused anywhere: all of them round alike."""
     if _core.isa() == "baseline":
         pytest.skip("this processor has one instruction set only")
-    return result
-
-
-def test_every_instruction_set_gives_the_same_bits(pictures):
-    """No multiply-add is fused anywhere: all of them round alike."""
-    for isa, planes in pictures.items():
-        for name, expected in pictures["baseline"].items():
-            np.testing.assert_array_equal(planes[name], expected, err_msg=f"{isa} {name}")
+    told, isas = {}, ["baseline", "avx2", "avx512"]
+    for isa in isas[: isas.index(_core.isa()) + 1]:
+        environment = {**os.environ, "BRUSHGS_ISA": isa, "PYTHONPATH": os.pathsep.join(sys.path)}
+        run = [sys.executable, "-c", _WORK]
+        found = subprocess.run(run, env=environment, capture_output=True, text=True, check=False)
+        assert found.returncode == 0, found.stderr
+        name, *told[isa] = found.stdout.splitlines()
+        assert name == isa
+    for isa, lines in told.items():
+        assert len(lines) > 100
+        assert [line for line in lines if line not in told["baseline"]] == [], isa

@@ -13,6 +13,7 @@ from brushgs.rendering.drawn_anew import SIZE, TURN
 from brushgs.rendering.hand import DAB, LAID_ASIDE, Hand, Rhythm, Seen
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 NUM_FRAMES, FPS = 24, 12
@@ -64,14 +65,10 @@ def paired(boxes, others):
     return np.intersect1d(boxes.ids, others.ids, return_indices=True)[1:]
 
 
-def test_steady_paces_change_nothing(coat, seen):
-    film = hand(coat, Pace(), Pace())
-    assert all(film.boxes(index, seen) is seen(index).boxes for index in range(5))
-
-
-@pytest.mark.parametrize("hold", [2, 3])
+@for_each("hold", [2, 3])
 def test_held_strokes_keep_their_drawing_and_move_with_the_scene(coat, seen, hold):
-    film = hand(coat, Pace(hold), Pace(hold))
+    film, steady = hand(coat, Pace(hold), Pace(hold)), hand(coat, Pace(), Pace())
+    assert all(steady.boxes(index, seen) is seen(index).boxes for index in range(5))
     for index in range(hold):
         held, now = film.boxes(index, seen), seen(index).boxes
         first, i = paired(seen(0).boxes, held)
@@ -96,7 +93,7 @@ def test_parts_are_held_at_their_own_rates_and_none_leaves_its_place(coat, seen)
     assert not np.array_equal(boxes.angles[i][is_held], now.angles[j][is_held])
 
 
-@pytest.mark.parametrize(("hold", "every", "numbers"), [(1, 3, [0, 0, 0, 1]), (2, 3, [0, 0, 0, 0, 1, 1])])
+@for_each(("hold", "every", "numbers"), [(1, 3, [0, 0, 0, 1]), (2, 3, [0, 0, 0, 0, 1, 1])])
 def test_what_boils_is_drawn_anew_at_whole_holds(coat, hold, every, numbers):
     pace = Pace(hold, 0.5)
     film = hand(coat, pace, pace, every=every)
@@ -122,8 +119,8 @@ def test_strokes_are_laid_over_the_old_ones_along_their_direction(coat, seen):
     )
 
 
-@pytest.mark.parametrize("wave", [False, True])
-@pytest.mark.parametrize("rate", [0.5, 2.0])
+@for_each("wave", [False, True])
+@for_each("rate", [0.5, 2.0])
 def test_a_loop_closes_and_lays_as_much_as_was_asked_for(coat, seen, rate, wave):
     places = np.linspace(0, 1, len(coat.strokes)) if wave else None
     film = hand(coat, Pace(redraw=rate), Pace(redraw=rate), is_loop=True, places=places)
@@ -140,7 +137,7 @@ def test_a_loop_closes_and_lays_as_much_as_was_asked_for(coat, seen, rate, wave)
     assert (rates * paint).sum() / paint.sum() == pytest.approx(rate, rel=0.35)
 
 
-@pytest.mark.parametrize("blend", ["cover", "glaze"])
+@for_each("blend", ["cover", "glaze"])
 def test_transparent_paint_is_never_there_twice(coat, seen, blend):
     """What is left of the old stroke begins where the new one ends; paint that covers hides it longer."""
     boxes = hand(coat, *[Pace(redraw=2)] * 2).boxes(
@@ -167,7 +164,7 @@ def asked_for(pace):
     return TURN * (pace.boil**2 + LAID_ASIDE * (pace.redraw > 0)) + 1e-5
 
 
-@pytest.mark.parametrize("pace", [Pace(2), Pace(3, 0.5), Pace(1, 0.3, 1.0), Pace(2, 1.0, 4.0)])
+@for_each("pace", [Pace(2), Pace(3, 0.5), Pace(1, 0.3, 1.0), Pace(2, 1.0, 4.0)])
 def test_strokes_turn_by_what_was_asked_for_and_no_more(coat, seen, pace):
     film = hand(coat, pace, pace)
     steps = [
@@ -176,13 +173,6 @@ def test_strokes_turn_by_what_was_asked_for_and_no_more(coat, seen, pace):
     most = max(step.max() for step in steps)
     assert most <= asked_for(pace)
     assert most > asked_for(replace(pace, boil=0.8 * pace.boil, redraw=0.0)) or not (pace.boil or pace.redraw)
-
-
-def share_at(rate, energy):
-    """Share of the changing energy of a film at a rate and its multiples; `energy` is of each change, [F]."""
-    spectrum = np.abs(np.fft.rfft(energy - energy.mean())) ** 2
-    period = len(energy) * rate // FPS
-    return spectrum[period::period].sum() / spectrum.sum()
 
 
 def sheet(columns=16, rows=12):

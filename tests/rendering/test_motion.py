@@ -3,21 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from brushgs.rendering.motion import (
-    AT_REST,
-    COLOR,
-    OPACITY,
-    SHIFT,
-    SIZE,
-    TURN,
-    Pose,
-    StrokeMotion,
-    new_table,
-)
-from brushgs.values.quats import quat_products, rotation_matrices
+from brushgs.rendering.motion import AT_REST, COLOR, OPACITY, SHIFT, SIZE, TURN, Pose, StrokeMotion, new_table
+from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
+from tests.kit.for_each import for_each
 from tests.passes.scenes import columns_of, random_gaussians
 from tests.rendering.moving_strokes import turn_about, with_ids
 
@@ -35,7 +25,7 @@ def at_rest(ids, pivots=None):
     return Pose(ids, pivots, np.tile(np.float32(AT_REST), (len(ids), 1)))
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("dtype", [np.float32, np.float64])
 def test_a_pose_moves_strokes_as_one_body_around_the_pivot(dtype):
     strokes = with_ids(strokes_of(6, dtype), [3] * 6)
     pose = at_rest([3], np.array([[1.0, 2, 3]]))
@@ -99,12 +89,3 @@ def test_between_two_moments_strokes_are_between_their_poses():
 def test_times_are_found_among_the_moments_and_outside_at_the_ends():
     motion = turning()
     np.testing.assert_allclose(motion.positions(np.array([-5.0, 0, 15, 30, 99])), [0, 0, 1.5, 3, 3])
-
-
-def test_turns_of_a_turned_stroke_follow_each_other():
-    first, second = turn_about([[1, 2, 3], [0, 1, 0]], [0.7, 2.0])
-    pose = at_rest([0])
-    pose.numbers[0, TURN] = second
-    strokes = with_ids(strokes_of(1, quats=first[None]))
-    expected = quat_products(second[None], first[None])
-    np.testing.assert_allclose(pose.moved(strokes).quats, expected, atol=1e-6)

@@ -5,59 +5,36 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.streaks import BRISTLE_MM
 from brushgs.rendering.surface import flat, linen, paper
-from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.frame import Frame
 from brushgs.values.layers import DeepSamples, Matte
 from brushgs.values.part import Part
 from tests.kit.for_each import for_each
-from tests.rendering.strokes import (
-    boxes_of,
-    bristles,
-    depth_test_of,
-    random_boxes,
-    relieved,
-    ridges,
-    set_back,
-    softened,
-)
+from tests.rendering.strokes import PLANES, SOLID, boxes_of, painting_of, relieved, ridges
 
-SOLID = StrokeTexture.from_coverage(np.ones((2, 2)))
 WIDTH, HEIGHT = 173, 101
 PARTS = [Part(0, 0, 32, 16), Part(64, 32, 64, 48), Part(96, 80, 77, 21), Part(0, 48, WIDTH, 16)]
-KINDS = {
-    "hard": {},
-    "soft": {"is_soft": True},
-    "all": {"is_soft": True, "underpaint": Underpaint(1.5, 0.8), "streaks": 0.3, "relief": True},
-    "print": {"streaks": 0.3, "relief": True, "dpi": 300.0},
-    "glaze": {"blend": "glaze"},
-    "tested": {"is_tested": True},
-}
+KINDS = ["plain", "soft=0.4", "soft=0.4 raised layered", "raised", "glazed", "cut"]
 
 
-def same(one: Frame, other: Frame) -> bool:
+def is_same(one: Frame, other: Frame) -> bool:
     """Whether frames agree in every bit."""
-    planes = ((getattr(one, name), getattr(other, name)) for name in ("rgb", "alpha", "depth", "height"))
+    planes = ((getattr(one, name), getattr(other, name)) for name in PLANES)
     return all(a is b is None or np.array_equal(a, b) for a, b in planes)
 
 
 @for_each("dtype", [np.float32, np.float64])
 @for_each("kind", KINDS)
 def test_boxes_paint_a_part_as_the_whole(kind, dtype):
-    boxes = set_back(relieved(random_boxes(400, WIDTH, HEIGHT, dtype=dtype)), 0.3)
-    options = dict(KINDS[kind])
-    if options.pop("is_soft", False):
-        boxes = softened(boxes, 0.4)
-    test = depth_test_of(boxes, WIDTH, HEIGHT) if options.pop("is_tested", False) else None
-    options |= {"width": WIDTH, "height": HEIGHT}
-    whole = rasterize(boxes, bristles(), in_front_of=test, **options)
+    painting = painting_of(f"mip {kind}", 400, WIDTH, HEIGHT, sizes=(0.3, 40), dtype=dtype)
+    options = {"dpi": 300.0, "streaks": 0.3} if kind == "raised" else {}
+    whole, test = painting.frame(**options), painting.options.get("in_front_of")
     for part in PARTS:
         seen = None if test is None else DepthTest(test.limit[part.rows, part.columns], test.tolerance)
-        assert same(rasterize(boxes, bristles(), in_front_of=seen, part=part, **options), whole.cut(part))
+        assert is_same(painting.frame(in_front_of=seen, part=part, **options), whole.cut(part))
 
 
 @for_each("part", [Part(8, 0, 32, 16), Part(0, 8, 32, 16), Part(0, 0, 40, 16), Part(160, 0, 32, 16)])

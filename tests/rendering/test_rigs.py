@@ -16,7 +16,6 @@ from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.rigs import Rig, directions_between
 from brushgs.rendering.sphere import Sphere, sphere_of
-from brushgs.rendering.surface import linen
 from brushgs.rendering.wanted import Following, Wanted
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
@@ -121,15 +120,6 @@ def test_depth_is_the_distance_and_normals_are_in_the_axes_of_the_camera():
     assert np.linalg.norm(means[0] - means[1]) < 0.25
     lengths = np.linalg.norm(frame.layers["normal"], axis=2)
     assert (np.isclose(lengths, 1, atol=1e-3) | (lengths < 1e-3)).mean() > 0.99
-
-
-def test_the_ground_of_a_sphere_has_one_color_and_no_weave():
-    ground = linen((0.3, 0.5, 0.7), height=64, width=64)
-    frame = replace(painting_of(strokes_around(1)), surface=ground).frame(CAMERA)
-    assert frame.alpha.min() == 1
-    np.testing.assert_allclose(np.median(frame.rgb, axis=(0, 1)), (0.3, 0.5, 0.7), atol=1e-3)
-    bare = np.abs(frame.rgb - np.float32((0.3, 0.5, 0.7))).max(axis=2) < 1e-3
-    assert bare.mean() > 0.9
 
 
 def bumps(side=64):

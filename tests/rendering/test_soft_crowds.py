@@ -1,17 +1,12 @@
 """Crowds: where more than 160 fragments of a block wait in soft order, their weights are interpolated."""
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from brushgs import _core
 from brushgs.rendering import reference
-from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
@@ -19,14 +14,13 @@ from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.rendering.strokes import boxes_of, bristles, ridges
-from tests.rendering.test_fragments import found_in
 
 ERROR = 0.5 / 255  # of a crowd, as `rasterize` states it
 MOST_WAITING = 160
 SIZE = {"width": 9, "height": 6}
 SEEDS = st.integers(0, 2**32 - 1)
 SPREADS = [0.05, 2.0]  # between the nearest and the farthest, world units
-NUMBERS = [(200, np.float64), (500, np.float64), (260, np.float32)]  # of strokes
+NUMBERS = [(200, np.float64), (300, np.float64), (260, np.float32)]  # of strokes
 # Ranges of opacities, and of softness in world units.
 OPACITIES = {"faint": (0.004, 0.01), "light": (0.02, 0.05), "half": (0.1, 0.6), "full": (0.9, 1.0)}
 SOFTNESS = {"one": (1.0, 1.0), "twice": (0.5, 1.0), "wide": (0.02, 1.0), "giants": (0.05, 50.0)}
@@ -112,7 +106,7 @@ def test_strokes_that_move_through_a_crowd_never_jump():
     still = replace(still, colors=np.where(np.arange(300)[:, None] % 2, 1.0, 0.0) * np.ones(3))
     speed = g.normal(size=300)
     previous, jumps = None, []
-    for step in np.linspace(0, 0.1, 12):
+    for step in np.linspace(0, 0.05, 6):
         depths = still.depths + step * speed
         order = np.argsort(depths, kind="stable")
         names = ("centers", "half_extents", "angles", "colors", "opacities", "softness")
@@ -123,16 +117,6 @@ def test_strokes_that_move_through_a_crowd_never_jump():
             jumps.append(np.abs((actual - previous[0]) - (expected - previous[1])).max())
         previous = actual, expected
     assert max(jumps) < 2 * ERROR <= 1 / 255
-
-
-def test_fragments_make_up_the_picture_of_a_crowd_within_its_error():
-    boxes = crowd(300, opacities=(0.01, 0.1), softness=(0.3, 1.0))
-    fragments = found_in(boxes, bristles(), **SIZE)
-    frame = rasterize(boxes, bristles(), **SIZE)
-    sums = fragments.sums(np.column_stack([boxes.colors, np.ones(len(boxes))])).reshape(6, 9, 4)
-    assert RenderOptions(num_sigmas=2.0).min_transmittance < ERROR
-    np.testing.assert_allclose(sums[..., :3], frame.rgb, atol=ERROR)
-    np.testing.assert_allclose(sums[..., 3], frame.alpha, atol=ERROR)
 
 
 def test_threads_and_the_tiles_before_change_no_bit():
@@ -146,31 +130,3 @@ def test_threads_and_the_tiles_before_change_no_bit():
         threaded = rasterize(boxes, bristles(), num_threads=num_threads, **how)
         np.testing.assert_array_equal(threaded.rgb, one.rgb)
         np.testing.assert_array_equal(threaded.depth, one.depth)
-
-
-_PAINT = """
-import sys
-import numpy as np
-from tests.rendering.strokes import relieved, set_back
-from tests.rendering.test_soft_crowds import LOOKS, crowd, painted
-planes = {}
-for dtype in (np.float32, np.float64):
-    for look, options in LOOKS.items():
-        boxes = crowd(300, opacities=(0.01, 0.4), softness=(0.1, 1), dtype=dtype)
-        frame = painted(relieved(set_back(boxes, 0.5)), **options)
-        for name in ("rgb", "alpha", "depth"):
-            planes[f"{look} {name} {dtype.__name__}"] = getattr(frame, name)
-np.savez(sys.argv[1], **planes)
-"""
-
-
-def test_every_instruction_set_gives_the_same_bits(tmp_path):
-    planes = {}
-    for isa in ("baseline", "avx2", "avx512"):
-        environment = {**os.environ, "BRUSHGS_ISA": isa, "PYTHONPATH": os.pathsep.join(sys.path)}
-        subprocess.run([sys.executable, "-c", _PAINT, tmp_path / f"{isa}.npz"], env=environment, check=True)
-        planes[isa] = np.load(tmp_path / f"{isa}.npz")
-    assert _core.isa() in planes
-    for isa in ("avx2", "avx512"):
-        for name in planes["baseline"].files:
-            np.testing.assert_array_equal(planes[isa][name], planes["baseline"][name], err_msg=name)

@@ -91,13 +91,6 @@ def test_the_threshold_gives_the_share_that_is_asked_for():
         assert abs(large_ones(tones.is_black(threshold), least).mean() - share) < 0.02
 
 
-def test_nothing_painted_and_one_tone_are_no_error():
-    empty = picture(np.zeros((18, 32)), 0.0)
-    tones = tones_of(empty, camera(32, 18))
-    assert blacks_of([tones], share=0.17, most_regions=25, least_pixels=140.0)[1] > 0
-    assert not Blacks(0.3, 1e-3, INK, PAPER)(empty, camera(32, 18)).alpha.any()
-
-
 def test_edges_of_films_are_soft_in_tone_and_stay_in_place():
     slope = np.tile(np.linspace(0, 0.6, 320), (180, 1))
     view = camera()

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.tooth import SOFTNESS, press
@@ -58,14 +57,3 @@ def test_a_painted_frame_and_a_grain_of_another_dtype_and_layout_are_taken():
     np.testing.assert_array_equal(once.rgb, again.rgb)
     turned = replace(frame, rgb=np.asfortranarray(frame.rgb), alpha=np.asfortranarray(frame.alpha))
     np.testing.assert_array_equal(press(turned, grain, 0.4).rgb, once.rgb)
-
-
-def test_what_does_not_fit_is_refused():
-    frame = frame_of()
-    with pytest.raises(ValueError, match=r"press: grain must have shape \[H=37, W=23\], got \[23, 37\]"):
-        press(frame, np.zeros((23, 37)), 0.4)
-    with pytest.raises(TypeError, match="grain must be a NumPy array"):
-        press(frame, 0.5, 0.4)
-    for dry in (-0.1, 1.1, np.nan):
-        with pytest.raises(ValueError, match="dry must be in 0 to 1"):
-            press(frame, np.zeros((37, 23)), dry)

@@ -1,23 +1,15 @@
 """The lock: directions of strokes that are continuous in one view, and along a whole path."""
 
-import os
-import subprocess
-import sys
-from dataclasses import replace
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 import brushgs as bg
 from brushgs.cameras.orbit import orbit
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
 from brushgs.rendering import reference
 from brushgs.rendering.canonical import fit_canonical
-from brushgs.rendering.knots import KNOT_SPACING
 from brushgs.rendering.project import Directions, project
 from brushgs.rendering.track import Track, track_directions
 from brushgs.rendering.visibility import visible_areas
@@ -118,58 +110,35 @@ def test_the_kernel_is_the_definition_for_every_lock(lock, fade, dtype):
     assert off.max() < (1e-9 if dtype == np.float64 else 1e-6)
 
 
-def test_without_a_lock_a_vertical_stroke_flips_and_anchored_it_does_not():
+def test_an_anchored_stroke_points_where_its_own_first_axis_points():
+    """Also a disc that faces the camera. Without a lock what is vertical flips."""
+    for scale in ((0.5, 0.01, 0.01), (0.3, 0.3, 0.01), (0.3, 0.3 * (1 - 1e-9), 0.3)):
+        for angle in np.linspace(-3, 3, 13):
+            stroke = one(scale, quat=(np.cos(angle / 2), 0, 0, np.sin(angle / 2)))
+            assert difference(project(stroke, FRONT, lock="anchor").angles[0], angle) < 1e-6
     leans = [np.pi / 2 - 0.01, np.pi / 2 + 0.01]
     quats = [(np.cos(a / 2), 0, 0, np.sin(a / 2)) for a in leans]
-    off, anchored = (
-        [project(one((0.5, 0.1, 0.1), quat=q), FRONT, lock=lock).angles[0] for q in quats]
-        for lock in ("off", "anchor")
-    )
-    assert difference(*off) > 3
-    assert difference(*anchored) == pytest.approx(0.02, abs=1e-6)
+    assert difference(*(project(one((0.5, 0.1, 0.1), quat=q), FRONT).angles[0] for q in quats)) > 3
 
 
-def test_an_anchored_needle_points_where_its_own_axis_points():
-    """Not only along the same line: turned by half a turn in the scene it is turned in the picture."""
-    for angle in np.linspace(-3, 3, 13):
-        quat = (np.cos(angle / 2), 0, 0, np.sin(angle / 2))
-        box = project(one((0.5, 0.01, 0.01), quat=quat), FRONT, lock="anchor")
-        assert difference(box.angles[0], angle) < 1e-6
-
-
-def test_a_round_ellipse_is_anchored_to_the_projected_axis():
-    """A disc that faces the camera has no major axis but still its own first axis."""
-    angle = 0.7
-    quat = (np.cos(angle / 2), 0, 0, np.sin(angle / 2))
-    for scale in ((0.3, 0.3, 0.01), (0.3, 0.3 * (1 - 1e-9), 0.3)):
-        box = project(one(scale, quat=quat), FRONT, lock="anchor")
-        assert difference(box.angles[0], angle) < 1e-6
-
-
-def test_a_needle_seen_end_on_has_a_direction_all_the_same():
-    box = project(one((0.5, 0.1, 0.02), quat=(np.sqrt(0.5), 0, np.sqrt(0.5), 0)), FRONT, lock="anchor")
-    assert np.isfinite(box.angles).all()
-    assert np.isfinite(box.half_extents).all()
-
-
-@pytest.mark.parametrize("elevation", [0.0, 0.3, 1.2])
+@for_each("elevation", [0.0, 0.3, 1.2])
 def test_anchored_strokes_flip_only_where_one_looks_along_their_axis(elevation):
     """And turn by no more than 15 degrees in a step of 1.5 where that axis is 10 degrees off the view."""
-    scene, cameras = strokes(1200, seed=7, dtype=np.float64), turntable(240, elevation=elevation)
-    longest = reference.rotation_matrices(scene.quats)[np.arange(1200), :, np.argmax(scene.scales, axis=1)]
+    num = 400
+    scene, cameras = strokes(num, seed=7, dtype=np.float64), turntable(240, elevation=elevation)
+    longest = reference.rotation_matrices(scene.quats)[np.arange(num), :, np.argmax(scene.scales, axis=1)]
     angles, is_free = [], []
     for camera in cameras:
         boxes = project(scene, camera, lock="anchor")
-        assert len(boxes) == 1200
+        assert len(boxes) == num
         angles.append(boxes.angles[np.argsort(boxes.ids)])
         toward = scene.means - camera.position
         cosine = (longest * toward).sum(axis=1) / np.linalg.norm(toward, axis=1)
         is_free.append(np.abs(cosine) < np.cos(np.radians(10)))
     steps, is_free = steps_of(np.array(angles)), np.array(is_free)
-    unlocked = steps_of(
-        np.array([project(scene, c).angles[np.argsort(project(scene, c).ids)] for c in cameras])
-    )
-    assert (unlocked > np.pi / 2).sum() > 500
+    unlocked = (project(scene, camera) for camera in cameras)
+    unlocked = steps_of(np.array([boxes.angles[np.argsort(boxes.ids)] for boxes in unlocked]))
+    assert (unlocked > np.pi / 2).sum() > 160
     assert steps[is_free[1:] & is_free[:-1]].max() < np.radians(15)
 
 
@@ -189,27 +158,6 @@ def test_a_box_covers_its_ellipse_in_any_direction(seed, kind):
         assert (areas >= smallest * area_scales[boxes.ids[rows]] * (1 - 1e-9)).all()
 
 
-@given(st.integers(0, 2**31))
-@settings(max_examples=20, deadline=None)
-def test_moving_scene_and_camera_together_changes_no_anchored_direction(seed):
-    g = np.random.default_rng(seed)
-    turn, shift = Rotation.random(random_state=g), g.normal(size=3)
-    scene = strokes(40, seed=seed, dtype=np.float64)
-    quats = (turn * Rotation.from_quat(scene.quats.copy(), scalar_first=True)).as_quat(scalar_first=True)
-    moved = replace(
-        scene, means=turn.apply(scene.means.copy()) + shift, quats=quats * g.choice((-2.0, 1.0), (40, 1))
-    )
-    viewmat = FRONT.viewmat.copy()
-    viewmat[:3, :3] = FRONT.viewmat[:3, :3] @ turn.as_matrix().T
-    viewmat[:3, 3] = FRONT.viewmat[:3, 3] - viewmat[:3, :3] @ shift
-    before, after = (
-        project(scene, FRONT, lock="anchor"),
-        project(moved, replace(FRONT, viewmat=viewmat), lock="anchor"),
-    )
-    np.testing.assert_array_equal(before.ids, after.ids)
-    assert difference(before.angles, after.angles).max() < 1e-6
-
-
 # Fading
 
 
@@ -219,9 +167,7 @@ def opacity_at(scene: Gaussians, distance: float) -> float:
     return float(boxes.opacities[0]) if len(boxes) else 0.0
 
 
-@pytest.mark.parametrize(
-    ("scale", "nearest", "farthest"), [(0.1, 1.0, 10.0), (1.0, 1.0, 12.0), (300.0, 40.0, 4e3)]
-)
+@for_each(("scale", "nearest", "farthest"), [(0.1, 1.0, 10.0), (1.0, 1.0, 12.0), (300.0, 40.0, 4e3)])
 def test_a_stroke_that_comes_near_fades_and_does_not_vanish_at_once(scale, nearest, farthest):
     """Small ones at the near plane, large ones where they would fill the picture many times over."""
     distances = np.geomspace(nearest, farthest, 1500)
@@ -239,18 +185,14 @@ def test_a_stroke_that_goes_far_away_fades_in_proportion_to_its_length():
     opacities = np.array([opacity_at(stroke, d) for d in distances])
     assert opacities[0] > 0.98
     assert opacities[-1] == 0
+    wide = project(one((1.2, 1.2, 0.1)), FRONT, fade=True)  # larger than the picture, and whole
+    assert 4 * wide.half_extents.prod() > SIZE["width"] * SIZE["height"]
+    assert wide.opacities[0] > 0.999
     assert (np.diff(opacities) <= 1e-12).all()
     assert np.abs(np.diff(opacities)).max() < 0.01
     pixels = 0.5 * FRONT.K[0, 0] / distances  # one standard deviation
     is_small = (pixels < 0.05) & (opacities > 0)
     np.testing.assert_allclose(opacities[is_small], pixels[is_small] / np.sqrt(0.3), rtol=0.01)
-
-
-def test_a_stroke_of_the_size_of_the_picture_is_whole():
-    camera = Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)
-    boxes = project(one((1.2, 1.2, 0.1)), camera, fade=True)
-    assert 4 * boxes.half_extents.prod() > SIZE["width"] * SIZE["height"]
-    assert boxes.opacities[0] > 0.999
 
 
 def test_the_plain_picture_neither_fades_nor_turns():
@@ -272,66 +214,40 @@ PATHS = {
     "turntable": turntable(240),
     "level": turntable(240, elevation=0.0),
     "from above": turntable(240, elevation=1.3),
+    "over the poles": orbit(strokes(400), 240, **SIZE, over_poles=True),
 }
 
 
+@pytest.mark.parametrize("is_closed", [False, True])
 @pytest.mark.parametrize("name", PATHS)
-def test_a_tracked_path_has_no_flip_no_spin_no_pop(name):
-    events, off_axis, miss = judged(strokes(800), PATHS[name], "track")
-    unlocked, _, _ = judged(strokes(800), PATHS[name], "off")
-    assert unlocked.flips + unlocked.spins > 500
-    assert events.stroke_frames == unlocked.stroke_frames
-    assert (events.flips, events.spins, events.size_pops) == (0, 0, 0)
-    assert np.degrees(events.largest_step) < 6
-    assert off_axis <= 1e-3  # a direction that merely stands still is no lock
-    assert miss < 1e-5
-
-
-@pytest.mark.parametrize("name", PATHS)
-def test_a_closed_path_comes_back_to_where_it_began(name):
-    scene, cameras = strokes(800), closed(PATHS[name])
+def test_a_tracked_path_has_no_flip_no_spin_no_pop_and_closes(name, is_closed):
+    scene = strokes(400)
+    cameras = closed(PATHS[name]) if is_closed else PATHS[name]
     events, off_axis, miss = judged(scene, cameras, "track")
+    unlocked, _, _ = judged(scene, cameras, "off")
+    assert unlocked.flips + unlocked.spins > 250
+    assert events.stroke_frames == unlocked.stroke_frames or name == "over the poles"
     assert (events.flips, events.spins, events.size_pops) == (0, 0, 0)
-    assert np.degrees(events.largest_step) < 15
-    assert off_axis <= 0.02
+    assert np.degrees(events.largest_step) < (15 if is_closed else 6)
+    # A direction that merely stands still is no lock.
+    assert off_axis <= (0.02 if is_closed or name == "over the poles" else 1e-3)
     assert miss < 1e-5
-    path = track_directions(scene, cameras)
-    first, last = path.directions(0), path.directions(240)
-    np.testing.assert_array_equal(first.angles, last.angles)
-    np.testing.assert_array_equal(first.area_scales, last.area_scales)
-
-
-def test_a_path_over_the_poles_is_no_harder():
-    scene = strokes(800)
-    cameras = orbit(scene, 240, **SIZE, over_poles=True)
-    for path, most_degrees in ((cameras, 6), (closed(cameras), 15)):
-        events, off_axis, _ = judged(scene, path, "track")
-        assert (events.flips, events.spins, events.size_pops) == (0, 0, 0)
-        assert np.degrees(events.largest_step) < most_degrees
-        assert off_axis <= 0.02
+    if is_closed:
+        path = track_directions(scene, cameras)
+        first, last = path.directions(0), path.directions(240)
+        np.testing.assert_array_equal(first.angles, last.angles)
+        np.testing.assert_array_equal(first.area_scales, last.area_scales)
 
 
 def test_a_line_that_winds_by_half_a_turn_is_closed_where_it_costs_least():
     """Where the path passes between two views in which a board looks round, its line comes back turned."""
     g = np.random.default_rng(11)
-    scene = Gaussians(
-        *(
-            column.astype(np.float32)
-            for column in (
-                np.zeros((500, 3)),
-                g.normal(size=(500, 4)),
-                np.tile((0.3, 0.2, 0.05), (500, 1)),
-                np.ones(500),
-                np.zeros((500, 1, 3)),
-            )
-        )
-    )
+    num = 500
+    columns = np.zeros((num, 3)), g.normal(size=(num, 4)), np.tile((0.3, 0.2, 0.05), (num, 1)), np.ones(num)
+    scene = Gaussians(*(column.astype(np.float32) for column in (*columns, np.zeros((num, 1, 3)))))
     cameras = PATHS["turntable"]
-    lines = np.unwrap(
-        [project(scene, c).angles[np.argsort(project(scene, c).ids)] for c in closed(cameras)],
-        axis=0,
-        period=np.pi,
-    )
+    boxes = [project(scene, camera) for camera in closed(cameras)]
+    lines = np.unwrap([one.angles[np.argsort(one.ids)] for one in boxes], axis=0, period=np.pi)
     half_turns = np.rint((lines[-1] - lines[0]) / np.pi)
     is_odd = half_turns % 2 == 1
     assert 50 < is_odd.sum() < 450
@@ -343,7 +259,7 @@ def test_a_line_that_winds_by_half_a_turn_is_closed_where_it_costs_least():
 
 def test_the_frame_rate_does_not_change_the_story():
     """Frames at the same places of a path point the same way, whatever lies between them: up to 3 degrees."""
-    scene = strokes(800)
+    scene = strokes(400)
     rates = {
         every: directions_of(track_directions(scene, turntable(480 // every + 1, step=every * STEP / 4)))
         for every in (1, 2, 4, 8)
@@ -355,167 +271,51 @@ def test_the_frame_rate_does_not_change_the_story():
         assert np.degrees(off.max()) < 6, every
 
 
-def test_films_point_as_stills_do():
+def test_films_point_as_stills_do_and_with_fields_even_more():
     """Of a closed path most of what is seen points the same way as in a picture of that view alone."""
     scene, cameras = strokes(400), closed(turntable(60, step=2 * np.pi / 60))
-    path, against, seen = track_directions(scene, cameras), 0.0, 0.0
-    for frame in range(0, 60, 5):
-        boxes = project(scene, cameras[frame], lock="anchor")
-        areas = visible_areas(scene, cameras[frame])[boxes.ids]
-        off = difference(path.directions(frame).angles[boxes.ids], boxes.angles)
-        against += areas[off > np.pi / 2].sum()
-        seen += areas.sum()
-    assert against / seen < 0.2
+    ellipses, areas = [project(scene, c) for c in cameras], [visible_areas(scene, c) for c in cameras]
+    fields = fit_canonical(scene)
+    for own, most in ((None, 0.2), (fields, 0.04)):  # 0.14 without
+        path, against = track_directions(scene, cameras, fields=own), 0.0
+        boxes = [project(scene, camera, lock=path.directions(k)) for k, camera in enumerate(cameras)]
+        events = orientation_events(boxes, ellipses=ellipses, **SIZE)
+        assert (events.flips, events.spins, events.size_pops) == (0, 0, 0)
+        for frame in range(0, 60, 5):
+            lock = "anchor" if own is None else own.directions(scene, cameras[frame])
+            alone = project(scene, cameras[frame], lock=lock)
+            off = difference(path.directions(frame).angles[alone.ids], alone.angles)
+            against += areas[frame][alone.ids][off > np.pi / 2].sum()
+        assert against / sum(areas[frame].sum() for frame in range(0, 60, 5)) < most
 
 
-def test_films_with_fields_point_as_pictures_with_them_do():
-    scene, cameras = strokes(400), closed(turntable(60, step=2 * np.pi / 60))
-    fields, against, seen = fit_canonical(scene), 0.0, 0.0
-    path = track_directions(scene, cameras, fields=fields)
-    boxes = [project(scene, camera, lock=path.directions(k)) for k, camera in enumerate(cameras)]
-    events = orientation_events(boxes, ellipses=[project(scene, camera) for camera in cameras], **SIZE)
-    assert (events.flips, events.spins, events.size_pops) == (0, 0, 0)
-    for frame in range(0, 60, 5):
-        ids = boxes[frame].ids
-        areas = visible_areas(scene, cameras[frame])[ids]
-        alone = fields.directions(scene, cameras[frame]).angles[ids]
-        against += areas[difference(path.directions(frame).angles[ids], alone) > np.pi / 2].sum()
-        seen += areas.sum()
-    assert against / seen < 0.04  # 0.14 without
-
-
-def test_one_camera_twice_or_a_camera_that_stands_still_moves_nothing():
-    scene = strokes(100)
-    for cameras in ([FRONT], [FRONT] * 2, [FRONT] * 5):
-        angles = directions_of(track_directions(scene, cameras))
+def test_short_and_broken_paths_are_followed():
+    """Too few knots for a half turn of a closed path: strokes that would need one stand still."""
+    for cameras in ([FRONT], [FRONT] * 2, [FRONT] * 5):  # a camera that stands still moves nothing
+        angles = directions_of(track_directions(strokes(100), cameras))
         assert angles.shape == (len(cameras), 100)
         np.testing.assert_array_equal(angles, np.broadcast_to(angles[0], angles.shape))
-
-
-def test_a_short_closed_path_closes():
-    """Too few knots for a half turn: strokes that would need one stand still."""
-    scene = strokes(400)
     for num_frames in (2, 3, 9):
         there = turntable(num_frames)
-        cameras = [*there, *there[-2::-1]]
-        angles = directions_of(track_directions(scene, cameras))
+        angles = directions_of(track_directions(strokes(400), [*there, *there[-2::-1]]))
         np.testing.assert_array_equal(angles[0], angles[-1])
         assert np.degrees(steps_of(angles).max()) < 15
-
-
-def test_a_path_with_a_cut_is_followed_on_both_sides():
-    cameras = [*turntable(20), *turntable(20, elevation=-1.0, distance=9.0)]
-    path = track_directions(strokes(400), cameras)
-    assert len(path) == 40
-    angles = directions_of(path)
-    steps = np.degrees(steps_of(angles))
-    assert steps[:19].max() < 6.5
-    assert steps[20:].max() < 6.5
-
-
-def test_the_directions_of_a_path_agree_with_the_anchored_ones_more_often_than_not():
-    """So that the first picture of a film resembles the still."""
-    scene, cameras = strokes(800), PATHS["turntable"]
-    angles = directions_of(track_directions(scene, cameras))
-    off = [
-        difference(
-            angles[k],
-            project(scene, c, lock="anchor").angles[np.argsort(project(scene, c, lock="anchor").ids)],
-        )
-        for k, c in enumerate(cameras)
-    ]
-    assert (np.array(off) < np.pi / 4).mean() > 0.7  # measured 0.74; by chance it would be half of that
-
-
-def test_a_film_of_half_a_path_needs_no_swells_where_nothing_turns_across():
+    cut = [*turntable(20), *turntable(20, elevation=-1.0, distance=9.0)]
+    steps = np.degrees(steps_of(directions_of(track_directions(strokes(400), cut))))
+    assert max(steps[:19].max(), steps[20:].max()) < 6.5
+    passed = [Camera.look_at((0, 0, z), (0, 0, z + 1), **SIZE) for z in np.linspace(-2, 2, 200)]
+    assert np.degrees(steps_of(directions_of(track_directions(strokes(400), passed))).max()) < 15
+    # Of half a path nothing swells where nothing turns across.
     assert track_directions(one((0.3, 0.1, 0.1)), turntable(20)).area_scales is None
 
 
 def test_any_number_of_threads_gives_the_same_directions():
-    scene, cameras = strokes(1000), closed(turntable(60, step=2 * np.pi / 60))
+    scene, cameras = strokes(500), closed(turntable(60, step=2 * np.pi / 60))
     expected = track_directions(scene, cameras, num_threads=1)
-    for num_threads in (2, 3, 7):
+    for num_threads in (2, 7):
         path = track_directions(scene, cameras, num_threads=num_threads)
         np.testing.assert_array_equal(path.turns, expected.turns)
         np.testing.assert_array_equal(path.area_scales, expected.area_scales)
-
-
-_FOLLOW = """
-import hashlib
-from brushgs import _core
-from brushgs.rendering.track import track_directions
-from brushgs.rendering.project import project
-from tests.rendering.test_track import closed, strokes, turntable
-print(_core.isa())
-for scene in (strokes(1000), strokes(200, dtype="float64")):
-    path = track_directions(scene, closed(turntable(60, step=2 * 3.141592653589793 / 60)))
-    print(hashlib.sha256(path.turns.tobytes() + path.area_scales.tobytes()).hexdigest())
-    for lock in ("anchor", path.directions(3)):
-        boxes = project(scene, turntable(1)[0], lock=lock, fade=True)
-        print(hashlib.sha256(boxes.angles.tobytes() + boxes.half_extents.tobytes()).hexdigest())
-"""
-
-
-def check_every_instruction_set_prints_the_same(code: str) -> None:
-    """Of what the code prints behind the name of its instruction set."""
-    root = Path(__file__).resolve().parents[2]
-    found = {}
-    for isa in ("baseline", "avx2", "avx512"):
-        run = subprocess.run(
-            [sys.executable, "-c", code],
-            env={**os.environ, "BRUSHGS_ISA": isa, "PYTHONPATH": str(root)},
-            capture_output=True,
-            text=True,
-            check=True,
-            cwd=root,
-        )
-        name, *hashes = run.stdout.split()
-        found[name] = hashes
-    assert all(hashes == found["baseline"] for hashes in found.values())
-
-
-def test_every_instruction_set_gives_the_same_directions():
-    check_every_instruction_set_prints_the_same(_FOLLOW)
-
-
-STIFF = {
-    "nothing": strokes(0),
-    "one": strokes(1),
-    "points": replace(strokes(70), scales=np.zeros((70, 3), np.float32)),
-    "flat": replace(strokes(70), scales=strokes(70).scales * np.float32((1, 1, 0))),
-    "needles of 1e7": replace(strokes(70), scales=strokes(70).scales * np.float32((1, 1e-7, 1e-7))),
-    "balls": replace(strokes(70), scales=np.full((70, 3), 0.1, np.float32)),
-    "all in one place": replace(strokes(70), means=np.zeros((70, 3), np.float32)),
-    "far outliers": replace(
-        strokes(70),
-        means=strokes(70).means * np.float32(1) ** 0
-        + np.float32(2e7) * (np.arange(70) % 7 == 0)[:, None].astype(np.float32),
-    ),
-    "1e-4 wide": replace(
-        strokes(70), means=strokes(70).means * np.float32(1e-4), scales=strokes(70).scales * np.float32(1e-4)
-    ),
-    "huge": replace(strokes(70), scales=strokes(70).scales * np.float32(1e6)),
-}
-
-
-@for_each("dtype", [np.float32, np.float64])
-@for_each("name", STIFF)
-def test_stiff_strokes_are_followed_without_a_fault(name, dtype):
-    scene = STIFF[name].astype(dtype)
-    through = [Camera.look_at((0.3 * t, 0.1, -t), (0, 0, 0.5), **SIZE) for t in np.linspace(2, -2, 30)]
-    for cameras in (turntable(30), closed(turntable(24, step=np.pi / 12)), through):
-        path = track_directions(scene, cameras)
-        for frame, boxes in enumerate(bg.track(scene, cameras, fade=True)):
-            directions = path.directions(frame)
-            assert len(directions) == len(scene)
-            assert np.abs(directions.angles).max(initial=0) <= np.float32(np.pi)
-            assert np.isfinite(boxes.half_extents).all()
-
-
-def test_strokes_behind_the_camera_at_times_are_followed():
-    cameras = [Camera.look_at((0, 0, z), (0, 0, z + 1), **SIZE) for z in np.linspace(-2, 2, 200)]
-    angles = directions_of(track_directions(strokes(400), cameras))
-    assert np.degrees(steps_of(angles).max()) < 15
 
 
 # Sequences
@@ -526,20 +326,14 @@ def test_a_frame_of_a_sequence_is_the_frame_painted_alone():
     texture = bg.StrokeTexture.open("dry_brush")
     frames = [frame.rgb.copy() for frame in bg.render_sequence(scene, cameras, texture)]
     path = track_directions(scene, cameras)
+    tracked = list(bg.track(scene, cameras, num_sigmas=texture.fitted_sigmas, fade=True, order="soft"))
     for k in (5, 0, 7):
         alone = bg.render(scene, cameras[k], texture, lock=path.directions(k), order="soft")
         np.testing.assert_array_equal(alone.rgb, frames[k])
+        np.testing.assert_array_equal(bg.rasterize(tracked[k], texture, **SIZE).rgb, frames[k])
     for lock in ("anchor", "off"):
         (first, *_) = bg.render_sequence(scene, cameras, texture, lock=lock, order="depth")
         np.testing.assert_array_equal(first.rgb, bg.render(scene, cameras[0], texture, lock=lock).rgb)
-
-
-def test_track_yields_the_boxes_that_a_sequence_paints():
-    scene, cameras = strokes(300), turntable(4)
-    texture = bg.StrokeTexture.open("flat")
-    boxes = bg.track(scene, cameras, num_sigmas=texture.fitted_sigmas, fade=True)
-    for frame, expected in zip(boxes, bg.render_sequence(scene, cameras, texture), strict=True):
-        np.testing.assert_array_equal(bg.rasterize(frame, texture, **SIZE).rgb, expected.rgb)
 
 
 # Words
@@ -559,6 +353,8 @@ def test_track_yields_the_boxes_that_a_sequence_paints():
         (lambda s: Directions(np.full(5, np.nan, np.float32)), "Directions: angles must be finite"),
         (lambda s: Directions(np.zeros(5, np.float32), np.zeros(5, np.float32)), "area_scales must be >= 1"),
         (lambda s: Directions(np.zeros(5, np.float32), np.ones(4, np.float32)), "Directions: "),
+        (lambda s: Directions(np.zeros(5)), "Directions: angles must be a float32 array"),
+        (lambda s: track_directions(s, turntable(3)).directions(3), "frame must be 0 to 2, got 3"),
         (lambda s: track_directions(s, []), "track: cameras must hold at least one, got none"),
         (lambda s: track_directions(s, [FRONT, FRONT.resized(80, 60)]), "track: cameras must have one size"),
         (
@@ -568,40 +364,13 @@ def test_track_yields_the_boxes_that_a_sequence_paints():
     ],
 )
 def test_what_makes_no_sense_is_refused_by_name(call, words):
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises((ValueError, TypeError, IndexError), match=words):
         call(strokes(5))
-
-
-def test_directions_of_another_dtype_are_refused():
-    with pytest.raises(TypeError, match="Directions: angles must be a float32 array"):
-        Directions(np.zeros(5))
-
-
-def test_a_frame_beyond_the_path_is_refused():
-    with pytest.raises(IndexError, match="frame must be 0 to 2, got 3"):
-        track_directions(strokes(5), turntable(3)).directions(3)
-
-
-def test_knots_lie_evenly_however_the_frames_do():
-    path = track_directions(strokes(5), turntable(10, step=2 * KNOT_SPACING))
-    assert len(path.turns) == 19
-    np.testing.assert_allclose(path.positions, np.arange(10) * 2, atol=1e-6)
-
-
-def test_frames_that_are_far_apart_are_the_knots():
-    cameras = turntable(10, step=8 * KNOT_SPACING)
-    path = track_directions(strokes(200), cameras)
-    assert len(path.turns) == 10
-    np.testing.assert_array_equal(path.positions, np.arange(10))
-    # Strokes rest where the camera does.
-    rested = track_directions(strokes(200), [*cameras[:4], cameras[3], cameras[3], *cameras[4:]])
-    np.testing.assert_array_equal(rested.turns, path.turns)
-    np.testing.assert_array_equal(rested.positions, [0, 1, 2, 3, 3, 3, 4, 5, 6, 7, 8, 9])
 
 
 # Degrees a frame, where tracking changes at 3.5 and 12.4 -> largest share of slender strokes off their axis.
 # What no stroke may spend by spinning it spends there: measured on loops 0.15, 0.6, 1.8, 3.1 and 2.1 %.
-COARSE = {3.0: 0.002, 3.4: 0.003, 3.6: 0.003, 5.0: 0.01, 7.5: 0.025, 10.0: 0.04, 15.0: 0.03}
+COARSE = {3.0: 0.002, 3.6: 0.003, 7.5: 0.025, 10.0: 0.04, 15.0: 0.03}
 
 
 @for_each("is_loop", [False, True])
@@ -621,23 +390,6 @@ def test_at_coarse_steps_a_lock_is_better_than_none(degrees, is_loop):
     assert events.size_pops == unlocked.size_pops == 0
     assert off_axis <= COARSE[degrees]
     assert miss < 1e-5
-
-
-@pytest.mark.parametrize("degrees", [7.5, 15.0])
-def test_a_closed_path_of_coarse_steps_comes_back_to_where_it_began(degrees):
-    num_frames = round(360 / degrees)
-    path = track_directions(strokes(800), closed(turntable(num_frames, step=np.radians(degrees))))
-    first, last = path.directions(0), path.directions(num_frames)
-    np.testing.assert_array_equal(first.angles, last.angles)
-    np.testing.assert_array_equal(first.area_scales, last.area_scales)
-
-
-def test_boxes_that_turn_across_their_ellipse_seldom_jump_in_size():
-    """Strokes of some hundred pixels; measured: 55 kinks; with areas in 1/32 octaves 85."""
-    scene, size = strokes(800), {"width": 1280, "height": 960}
-    cameras = [camera.resized(**size) for camera in closed(turntable(240))]
-    ellipses = [project(scene, camera) for camera in cameras]
-    events = orientation_events(bg.track(scene, cameras), ellipses=ellipses, **size)
-    assert events.stroke_frames > 190_000
-    assert events.size_pops == 0
-    assert events.kinks <= 70
+    if is_loop:
+        angles = directions_of(track_directions(strokes(800), cameras))
+        np.testing.assert_array_equal(angles[0], angles[-1])

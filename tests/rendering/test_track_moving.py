@@ -13,21 +13,12 @@ from brushgs.rendering.project import project
 from brushgs.rendering.track import track_directions
 from brushgs.rendering.track_moving import MovingTrack, track_moving
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.quats import quat_products, quats_of
+from brushgs.values.quats import quat_products
 from tests.kit.for_each import for_each
 from tests.rendering.moving_strokes import motion_of, tumbling, turn_about, with_ids
-from tests.rendering.test_track import (
-    FRONT,
-    SIZE,
-    check_every_instruction_set_prints_the_same,
-    closed,
-    difference,
-    steps_of,
-    strokes,
-    turntable,
-)
+from tests.rendering.test_track import FRONT, SIZE, closed, difference, steps_of, strokes, turntable
 
-NUM_FRAMES = 60
+NUM, NUM_FRAMES = 600, 60
 STILL = [FRONT] * NUM_FRAMES
 EVERY = np.arange(float(NUM_FRAMES))
 
@@ -57,12 +48,12 @@ def judged(scene: Gaussians, cameras, motion, positions, path: MovingTrack):
 
 
 @cache
-def scene(n: int = 600) -> Gaussians:
+def scene(n: int = NUM) -> Gaussians:
     return with_ids(strokes(n))
 
 
 @cache
-def tumble(degrees: float, n: int = 600):
+def tumble(degrees: float, n: int = NUM):
     return tumbling(scene(n), NUM_FRAMES, degrees=degrees)
 
 
@@ -76,11 +67,11 @@ def around_the_ray(degrees: float, num_frames: int = NUM_FRAMES):
 # What rests
 
 
-@pytest.mark.parametrize("cameras", [STILL, turntable(20), closed(turntable(24, step=np.pi / 12))])
+@for_each("cameras", [STILL, turntable(20), closed(turntable(24, step=np.pi / 12))])
 def test_strokes_that_rest_are_tracked_as_ever(cameras):
     expected = track_directions(scene(), cameras)
     elsewhere = replace(tumble(5), ids=tumble(5).ids + 10_000)  # of other strokes
-    for strokes_at_rest in (scene(), strokes(600)):
+    for strokes_at_rest in (scene(), strokes(NUM)):
         path = track_moving(strokes_at_rest, cameras, elsewhere, np.zeros(len(cameras)), fps=24)
         np.testing.assert_array_equal(path.positions, expected.positions)
         for frame in range(len(cameras)):
@@ -92,23 +83,13 @@ def test_strokes_that_rest_are_tracked_as_ever(cameras):
                 np.testing.assert_array_equal(actual.area_scales, truth.area_scales)
 
 
-def test_a_motion_in_which_nothing_moves_is_none():
-    turns = np.zeros((NUM_FRAMES, 600, 4))
-    turns[..., 0] = 1
-    path = track_moving(scene(), STILL, motion_of(scene(), turns), EVERY, fps=30)
-    assert (path.carried == 0).all()
-    assert np.ptp(turns_of(path), axis=0).max() < 2e-4  # a unit of what turns are stored in
-    expected = track_directions(scene(), STILL[:1]).directions(0)
-    assert np.quantile(difference(path.directions(0).angles, expected.angles), 0.99) < 1e-3
-
-
 def test_strokes_that_rest_do_not_depend_on_those_that_move():
-    moving = np.flatnonzero(np.arange(600) % 3 == 0)
+    moving = np.flatnonzero(np.arange(NUM) % 3 == 0)
     cameras = turntable(20)
     motion = tumbling(scene().take(moving), 20, degrees=8)
     path = track_moving(scene(), cameras, motion, np.arange(20.0), fps=30)
     expected = track_directions(scene(), cameras)
-    rests = np.setdiff1d(np.arange(600), moving)
+    rests = np.setdiff1d(np.arange(NUM), moving)
     np.testing.assert_array_equal(np.sort(path.moves), moving)
     np.testing.assert_array_equal(path.rests, rests)
     for frame in (0, 7, 19):
@@ -139,97 +120,28 @@ def test_what_turns_in_the_picture_takes_its_strokes_with_it(degrees, is_closed)
         np.testing.assert_array_equal(path.directions(0).angles, path.directions(len(path) - 1).angles)
 
 
-@for_each("is_turning", [False, True])
-@for_each("degrees", [0.5, 3.0, 6.0])
-def test_strokes_of_a_moving_scene_do_not_flip_spin_or_pop(degrees, is_turning):
-    """Measured at 6 degrees a step: at most 10.4 in the picture, 682 flips and 320 spins without a lock."""
-    cameras = turntable(NUM_FRAMES) if is_turning else STILL
-    path = track_moving(scene(), cameras, tumble(degrees), EVERY, fps=30)
-    events, off_axis, miss, unlocked = judged(scene(), cameras, tumble(degrees), EVERY, path)
-    assert unlocked.flips + unlocked.spins > 20
-    assert (events.flips, events.spins, events.size_pops) == (0, 0, 0)
-    assert np.degrees(steps_of(relative(path)).max()) < 6
-    assert off_axis < 0.01
-    assert miss < 1e-5
+@for_each("degrees", [0.5, 3.0, 6.0, 12.0, 20.0, 90.0])
+def test_strokes_of_a_moving_scene_do_not_flip_spin_or_pop(degrees):
+    """A stroke turns by at most 6 degrees beyond its thing, but where that goes end over end.
 
-
-@pytest.mark.parametrize("degrees", [12.0, 20.0])
-def test_a_stroke_turns_by_at_most_6_degrees_beyond_its_thing(degrees):
-    path = track_moving(scene(), STILL, tumble(degrees), EVERY, fps=30)
-    assert np.degrees(steps_of(relative(path)).max()) < 6
-    events, off_axis, miss, unlocked = judged(scene(), STILL, tumble(degrees), EVERY, path)
-    assert unlocked.flips > 500
-    assert events.flips == events.size_pops == 0
-    assert off_axis < 0.1
-    assert miss < 1e-5
-
-
-def test_end_over_end_at_a_quarter_turn_a_step_is_sound():
-    path = track_moving(scene(), STILL, tumble(90.0), EVERY, fps=30)
-    events, _, miss, unlocked = judged(scene(), STILL, tumble(90.0), EVERY, path)
-    assert np.degrees(steps_of(relative(path)).max()) < 89
-    assert events.flips < 0.1 * unlocked.flips
-    assert events.size_pops == 0
-    assert miss < 1e-5
-
-
-def test_a_scene_that_passes_is_what_a_camera_sees_that_passes_it():
-    """A camera that moves past a resting scene, and the scene past a resting camera: the same boxes."""
-    distance = 4 * np.linspace(-0.5, 0.5, 40)
-    cameras = [replace(FRONT, viewmat=shifted(FRONT.viewmat, (x, 0, 0))) for x in distance]
-    shifts = np.zeros((40, 600, 3))
-    shifts[..., 0] = (distance - distance[0])[:, None]
-    begin = with_ids(
-        replace(strokes(600), means=(strokes(600).means + np.float32((distance[0], 0, 0))).astype(np.float32))
-    )
-    turns = np.zeros((40, 600, 4))
-    turns[..., 0] = 1
-    motion = motion_of(begin, turns, shifts=shifts)
-    passing = track_moving(begin, [FRONT] * 40, motion, np.arange(40.0), fps=30)
-    expected = track_directions(strokes(600), cameras)
-    for frame, camera in enumerate(cameras):
-        truth = project(strokes(600), camera, lock=expected.directions(frame))
-        moved = motion.pose(frame).moved(begin)
-        boxes = project(moved, FRONT, lock=passing.directions(frame))
-        ours, theirs = np.argsort(boxes.ids), np.argsort(truth.ids)
-        np.testing.assert_array_equal(boxes.ids[ours], truth.ids[theirs])
-        np.testing.assert_allclose(boxes.centers[ours], truth.centers[theirs], atol=1e-3)
-        # The knots of the camera lie elsewhere.
-        off = difference(boxes.angles[ours], truth.angles[theirs])
-        assert np.degrees(np.quantile(off, 0.9)) < 1
-
-
-def shifted(viewmat: np.ndarray, by) -> np.ndarray:
-    viewmat = viewmat.copy()
-    viewmat[:3, 3] += by
-    return viewmat
-
-
-def test_a_scene_that_turns_is_seen_like_one_that_a_camera_goes_round():
-    """Nearly round strokes turn with the scene and do not turn with the camera; slender ones lie alike."""
-    cameras = turntable(NUM_FRAMES)
-    turns, shifts = [], []
-    for camera in cameras:
-        step = np.linalg.inv(FRONT.viewmat) @ camera.viewmat
-        turns.append(np.tile(quats_of(step[None, :3, :3]), (600, 1)))
-        shifts.append(scene().means @ step[:3, :3].T + step[:3, 3] - scene().means)
-    motion = motion_of(scene(), turns, shifts=np.array(shifts))
-    path = track_moving(scene(), STILL, motion, EVERY, fps=30)
-    events, off_axis, miss, _ = judged(scene(), STILL, motion, EVERY, path)
-    assert (events.flips, events.spins, events.size_pops) == (0, 0, 0)
-    assert off_axis < 1e-3
-    assert miss < 1e-5
-    around = track_directions(scene(), cameras)
-    needles = np.arange(600) % 4 == 0
-    off = [difference(path.directions(f).angles, around.directions(f).angles)[needles] for f in range(60)]
-    lines = np.minimum(off, np.pi - np.array(off))
-    assert np.degrees(np.quantile(lines, 0.9)) < 1
+    Measured at 6 degrees a step: at most 10.4 in the picture, 682 flips and 320 spins without a lock.
+    """
+    for cameras in (STILL, turntable(NUM_FRAMES)) if degrees <= 6 else (STILL,):
+        path = track_moving(scene(), cameras, tumble(degrees), EVERY, fps=30)
+        events, off_axis, miss, unlocked = judged(scene(), cameras, tumble(degrees), EVERY, path)
+        assert unlocked.flips + unlocked.spins > (20 if degrees <= 6 else 500)
+        assert events.flips <= (0 if degrees < 90 else 0.1 * unlocked.flips)
+        assert events.spins == 0 or degrees > 6
+        assert events.size_pops == 0
+        assert np.degrees(steps_of(relative(path)).max()) < (6 if degrees < 90 else 89)
+        assert off_axis < (0.01 if degrees <= 6 else 0.1) or degrees == 90
+        assert miss < 1e-5
 
 
 def test_marks_of_one_stroke_move_with_it():
-    ids = np.arange(600, dtype=np.int32) // 5 * 2
-    marks = with_ids(strokes(600), ids)
-    pivots = with_ids(strokes(600).take(slice(0, None, 5)), np.unique(ids))
+    ids = np.arange(NUM, dtype=np.int32) // 5 * 2
+    marks = with_ids(strokes(NUM), ids)
+    pivots = with_ids(strokes(NUM).take(slice(0, None, 5)), np.unique(ids))
     motion = tumbling(pivots, NUM_FRAMES, degrees=4)
     path = track_moving(marks, turntable(NUM_FRAMES), motion, EVERY, fps=30)
     assert path.carried.shape == (NUM_FRAMES, 120)
@@ -248,9 +160,9 @@ def with_a_jump(at: int):
     g = np.random.default_rng(2)
     calm = tumble(1.0).table
     turns, shifts = calm[..., 3:7].astype(np.float64), calm[..., :3].copy()
-    turns[at:] = quat_products(turns[at:], np.broadcast_to(g.normal(size=(600, 4)), turns[at:].shape))
+    turns[at:] = quat_products(turns[at:], np.broadcast_to(g.normal(size=(NUM, 4)), turns[at:].shape))
     turns /= np.linalg.norm(turns, axis=-1, keepdims=True)
-    shifts[at:] += g.normal(size=(600, 3)) * 0.3
+    shifts[at:] += g.normal(size=(NUM, 3)) * 0.3
     return motion_of(scene(), turns, shifts=shifts)
 
 
@@ -279,25 +191,6 @@ class Part:
         return self.path.directions(self.first + frame)
 
 
-def test_what_nobody_sees_turns_as_it_likes():
-    """A stroke that fades out, is turned round while it is invisible, and comes back."""
-    opacities = np.ones((NUM_FRAMES, 600))
-    opacities[20:40] = 0
-    quarter = turn_about((0, 1, 0), np.radians(60) * np.ones(600))  # out of the picture: nothing is carried
-    turns = np.zeros((NUM_FRAMES, 600, 4))
-    turns[..., 0] = 1
-    turns[20:40] = quarter
-    seen, hidden = (
-        track_moving(scene(), STILL, motion_of(scene(), turns, opacities=o), EVERY, fps=30)
-        for o in (np.ones_like(opacities), opacities)
-    )
-    away = {
-        name: np.degrees(np.ptp(np.unwrap(relative(path)[[*range(15, 20), *range(40, 45)]], axis=0), axis=0))
-        for name, path in (("seen", seen), ("hidden", hidden))
-    }
-    assert (away["hidden"] > 1).sum() < 0.5 * (away["seen"] > 1).sum()
-
-
 # Time
 
 
@@ -319,19 +212,7 @@ def test_a_loop_there_and_back_comes_back_to_where_it_began():
     np.testing.assert_array_equal(resting, path.directions(NUM_FRAMES + 2).angles)
 
 
-def test_what_turns_before_the_camera_and_back_behind_it_still_closes():
-    """A wheel on the axis of an orbit has turned by twice its turn when the camera is back."""
-    wheel = with_ids(replace(strokes(64), means=np.zeros((64, 3), np.float32)))
-    angles = np.radians(np.linspace(0, 70, 61))[:, None] * np.ones(64)
-    motion = motion_of(wheel, turn_about((0, 0, 1), angles))
-    cameras = closed(turntable(120, elevation=0.0, step=2 * np.pi / 120))
-    positions = np.concatenate([np.arange(61.0), np.arange(59.0, -1, -1)])
-    path = track_moving(wheel, cameras, motion, positions, fps=30)
-    np.testing.assert_array_equal(path.directions(0).angles, path.directions(120).angles)
-    assert np.degrees(steps_of(turns_of(path)).max()) < 15 + 70 / 60
-
-
-@for_each("fps", [10, 15, 60, 120])
+@for_each("fps", [10, 60, 120])
 def test_the_frame_rate_does_not_change_what_happens(fps):
     """A second of a clip has 30 knots at any rate; what is played faster turns by as much in a second."""
     positions = np.arange(0, 59.01, 30 / fps)
@@ -352,37 +233,17 @@ def test_the_frame_rate_does_not_change_what_happens(fps):
     assert miss < 1e-5
 
 
-def test_a_clip_that_starts_over_at_once_has_a_cut_there():
-    positions = np.concatenate([EVERY, EVERY, [0.0]])
-    cameras = STILL[:1] * len(positions)
-    path = track_moving(scene(), cameras, tumble(3.0), positions, fps=30)
-    np.testing.assert_array_equal(path.directions(0).angles, path.directions(120).angles)
-    _, off_axis, miss, _ = judged(scene(), cameras, tumble(3.0), positions, path)
-    assert off_axis < 0.02
-    assert miss < 1e-5
-
-
-def test_one_frame_and_two():
-    for n in (1, 2):
-        path = track_moving(scene(), STILL[:n], tumble(3.0), EVERY[5 : 5 + n], fps=30)
-        assert len(path) == n
-        _, off_axis, miss, _ = judged(scene(), STILL[:n], tumble(3.0), EVERY[5 : 5 + n], path)
-        assert off_axis == 0
+def test_a_clip_that_starts_over_has_a_cut_there_and_short_ones_have_what_they_have():
+    again = np.concatenate([EVERY, EVERY, [0.0]])
+    for positions, most in ((again, 0.02), (EVERY[5:6], 0.0), (EVERY[5:7], 0.0)):
+        cameras = STILL[:1] * len(positions)
+        path = track_moving(scene(), cameras, tumble(3.0), positions, fps=30)
+        assert len(path) == len(positions)
+        _, off_axis, miss, _ = judged(scene(), cameras, tumble(3.0), positions, path)
+        assert off_axis <= most
         assert miss < 1e-5
-
-
-@pytest.mark.parametrize("degrees", [5.0, 15.0])
-def test_coarse_steps_of_the_camera_are_no_harder_than_in_a_still_scene(degrees):
-    cameras = turntable(24, step=np.radians(degrees))
-    positions = np.arange(24.0)
-    path = track_moving(scene(), cameras, tumble(1.0), positions, fps=30)
-    events, _, miss, unlocked = judged(scene(), cameras, tumble(1.0), positions, path)
-    assert unlocked.spins > 100
-    assert events.flips == 0
-    # What tumbles by 1 degree a frame turns by that much more: measured 15.01 degrees once.
-    assert events.spins <= (2 if degrees <= 10 else 0.6 * unlocked.spins)
-    assert np.degrees(events.largest_step) < (16 if degrees <= 10 else 31)
-    assert miss < 1e-5
+        if len(path) > 100:
+            np.testing.assert_array_equal(path.directions(0).angles, path.directions(120).angles)
 
 
 # The same on every machine
@@ -391,7 +252,7 @@ def test_coarse_steps_of_the_camera_are_no_harder_than_in_a_still_scene(degrees)
 def test_any_number_of_threads_and_any_size_of_chunks_gives_the_same(monkeypatch):
     cameras, motion = turntable(NUM_FRAMES), tumble(12.0)
     expected = track_moving(scene(), cameras, motion, EVERY, fps=30, num_threads=1)
-    others = [track_moving(scene(), cameras, motion, EVERY, fps=30, num_threads=n) for n in (2, 5)]
+    others = [track_moving(scene(), cameras, motion, EVERY, fps=30, num_threads=n) for n in (5,)]
     monkeypatch.setattr(track_moving_module, "CHUNK", 1)
     others.append(track_moving(scene(), cameras, motion, EVERY, fps=30, num_threads=2))
     for path in others:
@@ -400,33 +261,16 @@ def test_any_number_of_threads_and_any_size_of_chunks_gives_the_same(monkeypatch
         np.testing.assert_array_equal(path.carried, expected.carried)
 
 
-_FOLLOW = """
-import hashlib
-from brushgs import _core
-from brushgs.rendering.track_moving import track_moving
-from tests.rendering.test_track_moving import EVERY, NUM_FRAMES, scene, tumble, turntable
-print(_core.isa())
-for some in (scene(200), scene(200).astype("float64")):
-    for degrees in (3.0, 40.0):
-        path = track_moving(some, turntable(NUM_FRAMES), tumble(degrees, 200), EVERY, fps=30).moving
-        print(hashlib.sha256(path.turns.tobytes() + path.area_scales.tobytes()).hexdigest())
-"""
-
-
-def test_every_instruction_set_gives_the_same():
-    check_every_instruction_set_prints_the_same(_FOLLOW)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@for_each("dtype", [np.float32, np.float64])
 def test_stiff_strokes_that_move_are_followed_without_a_fault(dtype):
     stiff = {
         "nothing": scene().take(slice(0, 0)),
-        "points": replace(scene(), scales=np.zeros((600, 3), np.float32)),
+        "points": replace(scene(), scales=np.zeros((NUM, 3), np.float32)),
         "flat": replace(scene(), scales=scene().scales * np.float32((1, 1, 0))),
-        "at the eye": replace(scene(), means=np.tile(FRONT.position.astype(np.float32), (600, 1))),
+        "at the eye": replace(scene(), means=np.tile(FRONT.position.astype(np.float32), (NUM, 1))),
         "1e-4 wide": replace(scene(), means=scene().means * np.float32(1e-4)),
         "huge": replace(scene(), scales=scene().scales * np.float32(1e6)),
-        "in any order": scene().take(np.random.default_rng(0).permutation(600)),
+        "in any order": scene().take(np.random.default_rng(0).permutation(NUM)),
     }
     for name, some in stiff.items():
         path = track_moving(some.astype(dtype), turntable(20), tumble(90.0), np.arange(20.0), fps=30)
@@ -454,9 +298,6 @@ def test_what_makes_no_sense_is_refused_by_name(changed, words):
     usual = {"cameras": [FRONT, FRONT], "positions": np.zeros(2), "fps": 30.0}
     with pytest.raises(ValueError, match=words):
         track_moving(scene(), motion=tumble(3.0), **(usual | changed))
-
-
-def test_a_frame_beyond_the_clip_is_refused():
     path = track_moving(scene(), STILL[:3], tumble(3.0), EVERY[:3], fps=30)
     with pytest.raises(IndexError, match="frame must be 0 to 2, got 3"):
         path.directions(3)

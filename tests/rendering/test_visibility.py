@@ -28,11 +28,7 @@ def wall(z, opacity=1.0):
     )
 
 
-def joined(*scenes):
-    return bg.Gaussians.joined(scenes)
-
-
-@pytest.mark.parametrize("antialiased", [False, True])
+@for_each("antialiased", [False, True])
 def test_together_they_are_the_alpha_of_the_picture(antialiased):
     scene = replace(ball(), scales=ball().scales * np.float32(0.2), antialiased=antialiased)
     frame = bg.render(scene, CAMERA, KERNEL)
@@ -54,7 +50,7 @@ def test_one_more_unit_of_colour_brightens_the_picture_by_that_area():
 
 
 def test_what_is_hidden_or_outside_or_behind_the_camera_has_none():
-    scene = joined(wall(0.0), wall(1.0), wall(-9.0))
+    scene = bg.Gaussians.joined([wall(0.0), wall(1.0), wall(-9.0)])
     areas = visible_areas(scene, CAMERA)
     assert areas[:1681].sum() > 0.9 * 96 * 72
     assert areas[1681 : 2 * 1681].max() < 0.2

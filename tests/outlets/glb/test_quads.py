@@ -22,8 +22,7 @@ from tests.outlets.glb.draw import encoded, picture_of
 from tests.outlets.glb.glb import Glb
 from tests.outlets.glb.rules import check_rules
 from tests.outlets.page.paintings import some_coat, some_strokes
-from tests.rendering.strokes import bristles
-from tests.rendering.test_tints import rainbow
+from tests.rendering.strokes import bristles, rainbow
 
 CAMERA = bg.Camera.look_at((0.3, -0.9, -5), (0.1, 0, 0), width=96, height=72)
 
