@@ -27,12 +27,10 @@ class Planted:
     Attributes:
         columns: all of it.
         rows: those that were changed or added, a mask; all True where the whole file is at fault.
-        num_before: rows of the sound file.
     """
 
     columns: Columns
     rows: np.ndarray
-    num_before: int
 
 
 def columns_of(gaussians: bg.Gaussians, tmp: Path) -> Columns:
@@ -53,60 +51,52 @@ def nothing(columns: Columns) -> Planted:
     return _whole(columns, {})
 
 
-def linear_scales(columns: Columns) -> Planted:
-    return _whole(columns, {name: np.exp(columns[name]) for name in SCALES})
+def _each(names: list[str], change: Callable) -> Callable[[Columns], Planted]:
+    """The same change of several columns."""
+    return lambda columns: _whole(columns, {name: change(columns[name]) for name in names})
 
 
-def linear_opacities(columns: Columns) -> Planted:
-    return _whole(columns, {"opacity": _sigmoid(columns["opacity"])})
+def _sigmoid(values: np.ndarray) -> np.ndarray:
+    return 1 / (1 + np.exp(-values.astype(np.float64)))
 
 
-def byte_opacities(columns: Columns) -> Planted:
-    return _whole(columns, {"opacity": np.round(255 * _sigmoid(columns["opacity"]))})
+def _rgb(values: np.ndarray) -> np.ndarray:
+    return np.clip(0.5 + C0 * values, 0, 1)
+
+
+def _logit(values: np.ndarray) -> np.ndarray:
+    return np.log(values / (1 - values))
+
+
+linear_scales = _each(SCALES, np.exp)
+linear_opacities = _each(["opacity"], _sigmoid)
+byte_opacities = _each(["opacity"], lambda logits: np.round(255 * _sigmoid(logits)))
+linear_colors = _each(BASE, _rgb)
+byte_colors = _each(BASE, lambda values: np.round(255 * _rgb(values)))
+dark = _each(BASE, lambda values: 0.02 * (values - 1.78) - 1.75)
+# Four times as bright: colours of a scene that was trained in linear light, or over-exposed.
+bright = _each(BASE, lambda values: 4 * values + 1.5 / C0)
+faint = _each(["opacity"], lambda logits: _logit(0.05 * _sigmoid(logits)))
 
 
 def xyzw(columns: Columns) -> Planted:
     return _whole(columns, dict(zip(QUATS, [columns[QUATS[i]] for i in (1, 2, 3, 0)], strict=True)))
 
 
-def linear_colors(columns: Columns) -> Planted:
-    return _whole(columns, {name: np.clip(0.5 + C0 * columns[name], 0, 1) for name in BASE})
-
-
-def byte_colors(columns: Columns) -> Planted:
-    return _whole(columns, {name: np.round(255 * np.clip(0.5 + C0 * columns[name], 0, 1)) for name in BASE})
-
-
 def unnormalised(columns: Columns) -> Planted:
     lengths = np.random.default_rng(1).uniform(0.4, 3, len(columns["x"]))
-    return _whole(columns, {name: columns[name] * lengths for name in QUATS})
+    return _each(QUATS, lambda values: values * lengths)(columns)
 
 
-def dark(columns: Columns) -> Planted:
-    return _whole(columns, {name: 0.02 * (columns[name] - 1.78) - 1.75 for name in BASE})
-
-
-def bright(columns: Columns) -> Planted:
-    """Colours four times as bright: those of a scene that was trained in linear light, or over-exposed."""
-    return _whole(columns, {name: 4 * columns[name] + 1.5 / 0.28209479 for name in BASE})
-
-
-def faint(columns: Columns) -> Planted:
-    opacities = 0.05 * _sigmoid(columns["opacity"]).astype(np.float64)
-    return _whole(columns, {"opacity": np.log(opacities / (1 - opacities))})
-
-
-def faint_bands(columns: Columns) -> Planted:
+def faint_bands(columns: Columns, size: float = 1e-4) -> Planted:
     """Bands of degree 1 to 3 that hold next to nothing."""
     rng = np.random.default_rng(2)
     others = {name: values for name, values in columns.items() if not name.startswith("f_rest")}
-    bands = {f"f_rest_{i}": rng.normal(0, 1e-4, len(columns["x"])) for i in range(45)}
-    return _whole(others, bands)
+    return _whole(others, {f"f_rest_{i}": rng.normal(0, size, len(columns["x"])) for i in range(45)})
 
 
 def zero_bands(columns: Columns) -> Planted:
-    others = {name: values for name, values in columns.items() if not name.startswith("f_rest")}
-    return _whole(others, {f"f_rest_{i}": np.zeros(len(columns["x"])) for i in range(45)})
+    return faint_bands(columns, 0.0)
 
 
 def broken(columns: Columns, share: float = 0.01) -> Planted:
@@ -116,27 +106,25 @@ def broken(columns: Columns, share: float = 0.01) -> Planted:
     names = ["x", "y", "z", *QUATS, *BASE]
     for row in np.flatnonzero(rows):
         new[str(rng.choice(names))][row] = rng.choice([np.nan, np.inf, -np.inf])
-    return Planted(new, rows, len(rows))
+    return Planted(new, rows)
 
 
 def unrotated(columns: Columns, share: float = 0.01) -> Planted:
     _, rows = _some(columns, share, 4)
     new = {name: np.where(rows, 0, columns[name]).astype(np.float32) for name in QUATS}
-    return Planted(columns | new, rows, len(rows))
+    return Planted(columns | new, rows)
 
 
 def copies(columns: Columns, share: float = 0.01) -> Planted:
     """Rows that stand a second time at the end."""
-    _, rows = _some(columns, share, 5)
-    return _appended(columns, {name: values[rows] for name, values in columns.items()})
+    return _appended(columns, _copied(columns, share, 5)[1])
 
 
 def outliers(columns: Columns, share: float = 0.01) -> Planted:
     """Rows 100 to 1e7 radii away."""
-    rng, rows = _some(columns, share, 6)
-    added = {name: values[rows] for name, values in columns.items()}
-    center, radius = _frame(columns)
-    away = radius * 10 ** rng.uniform(2, 7, (rows.sum(), 1)) * _directions(rng, rows.sum())
+    rng, added, center, radius = _copied(columns, share, 6)
+    count = len(added["x"])
+    away = radius * 10 ** rng.uniform(2, 7, (count, 1)) * _directions(rng, count)
     for axis, name in enumerate("xyz"):
         added[name] = center[axis] + away[:, axis]
     return _appended(columns, added)
@@ -144,20 +132,16 @@ def outliers(columns: Columns, share: float = 0.01) -> Planted:
 
 def fillers(columns: Columns, share: float = 0.001) -> Planted:
     """Rows of 1.5 to 20 radii, somewhere in the scene."""
-    rng, rows = _some(columns, share, 7)
-    added = {name: values[rows] for name, values in columns.items()}
-    _, radius = _frame(columns)
+    rng, added, _, radius = _copied(columns, share, 7)
     for name in SCALES:
-        added[name] = np.log(radius * rng.uniform(1.5, 20, rows.sum()))
+        added[name] = np.log(radius * rng.uniform(1.5, 20, len(added["x"])))
     return _appended(columns, added)
 
 
 def needles(columns: Columns, share: float = 0.01) -> Planted:
     """Rows 0.15 to 0.6 radii long, a thousandth as wide."""
-    rng, rows = _some(columns, share, 8)
-    added = {name: values[rows] for name, values in columns.items()}
-    _, radius = _frame(columns)
-    lengths = radius * rng.uniform(0.15, 0.6, rows.sum())
+    rng, added, _, radius = _copied(columns, share, 8)
+    lengths = radius * rng.uniform(0.15, 0.6, len(added["x"]))
     for name, factor in zip(SCALES, (1.0, 1e-3, 1e-3), strict=True):
         added[name] = np.log(factor * lengths)
     return _appended(columns, added)
@@ -165,10 +149,8 @@ def needles(columns: Columns, share: float = 0.01) -> Planted:
 
 def floaters(columns: Columns, share: float = 0.01) -> Planted:
     """Gaussians of 0.3 to 4 % of the radius, of any opacity, colour and turn, evenly in a ball around."""
-    rng, rows = _some(columns, share, 9)
-    count = int(rows.sum())
-    added = {name: values[rows] for name, values in columns.items()}
-    center, radius = _frame(columns)
+    rng, added, center, radius = _copied(columns, share, 9)
+    count = len(added["x"])
     places = 1.5 * radius * rng.uniform(0, 1, (count, 1)) ** (1 / 3) * _directions(rng, count)
     size = rng.uniform(np.log(0.003), np.log(0.04), count) + np.log(radius)
     opacities = rng.uniform(0.05, 0.99, count)
@@ -176,12 +158,9 @@ def floaters(columns: Columns, share: float = 0.01) -> Planted:
         added[name] = center[axis] + places[:, axis]
         added[SCALES[axis]] = size + rng.normal(0, 0.4, count)
         added[BASE[axis]] = rng.uniform(-1.5, 1.5, count)
-    for name in QUATS:
-        added[name] = rng.normal(size=count)
-    for name in columns:
-        if name.startswith("f_rest"):
-            added[name] = np.zeros(count)
-    added["opacity"] = np.log(opacities / (1 - opacities))
+    added |= {name: rng.normal(size=count) for name in QUATS}
+    added |= {name: np.zeros(count) for name in columns if name.startswith("f_rest")}
+    added["opacity"] = _logit(opacities)
     return _appended(columns, added)
 
 
@@ -216,8 +195,7 @@ FAULTS = {
 
 def _whole(columns: Columns, new: Columns) -> Planted:
     changed = columns | {name: np.asarray(values, np.float32) for name, values in new.items()}
-    count = len(columns["x"])
-    return Planted(changed, np.ones(count, bool), count)
+    return Planted(changed, np.ones(len(columns["x"]), bool))
 
 
 def _appended(columns: Columns, added: Columns) -> Planted:
@@ -226,7 +204,7 @@ def _appended(columns: Columns, added: Columns) -> Planted:
         name: np.concatenate([values, np.asarray(added[name], np.float32)])
         for name, values in columns.items()
     }
-    return Planted(whole, np.arange(count + extra) >= count, count)
+    return Planted(whole, np.arange(count + extra) >= count)
 
 
 def _some(columns: Columns, share: float, seed: int) -> tuple[np.random.Generator, np.ndarray]:
@@ -238,14 +216,13 @@ def _some(columns: Columns, share: float, seed: int) -> tuple[np.random.Generato
     return rng, rows
 
 
-def _frame(columns: Columns) -> tuple[np.ndarray, float]:
-    return robust_frame(np.stack([columns[name] for name in "xyz"], 1))
+def _copied(columns: Columns, share: float, seed: int) -> tuple:
+    """A generator, copies of some rows, and the centre and the radius of the scene."""
+    rng, rows = _some(columns, share, seed)
+    frame = robust_frame(np.stack([columns[name] for name in "xyz"], 1))
+    return rng, {name: values[rows] for name, values in columns.items()}, *frame
 
 
 def _directions(rng: np.random.Generator, count: int) -> np.ndarray:
     lines = rng.normal(size=(count, 3))
     return lines / np.linalg.norm(lines, axis=1, keepdims=True)
-
-
-def _sigmoid(values: np.ndarray) -> np.ndarray:
-    return (1 / (1 + np.exp(-values.astype(np.float64)))).astype(np.float32)

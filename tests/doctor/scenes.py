@@ -1,5 +1,6 @@
 """Scenes that the tests of the doctor make."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -37,10 +38,4 @@ def ball(seed: int = 0, num_gaussians: int = 3000) -> bg.Gaussians:
 def scaled(gaussians: bg.Gaussians, factor: float) -> bg.Gaussians:
     """The same scene in another unit."""
     unit = np.float32(factor)
-    return bg.Gaussians(
-        gaussians.means * unit,
-        gaussians.quats,
-        gaussians.scales * unit,
-        gaussians.opacities,
-        gaussians.sh,
-    )
+    return replace(gaussians, means=gaussians.means * unit, scales=gaussians.scales * unit)

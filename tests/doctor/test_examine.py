@@ -1,36 +1,35 @@
 """Each fault planted is found and named; sound scenes have nothing above a note."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import brushgs as bg
 from tests.doctor import plant
 from tests.doctor.scenes import ball, fruit, scaled
+from tests.kit.for_each import for_each
 
 MADE = {"fruit": fruit, "ball": ball}
-UNITS = [1e-4, 1.0, 1e4]
 
 
-def serious(findings: list[bg.Finding]) -> dict[str, str]:
+def serious(findings):
     return {finding.name: finding.severity for finding in findings if finding.severity != "note"}
 
 
-def examine(planted: plant.Planted, tmp_path: Path) -> list[bg.Finding]:
+def examine(planted, tmp_path):
     return bg.examine(plant.write(planted, tmp_path / "planted.ply"))
 
 
-@pytest.mark.parametrize("unit", UNITS)
-@pytest.mark.parametrize("made", MADE)
-def test_a_sound_scene_has_nothing_above_a_note_in_any_unit(made: str, unit: float, tmp_path: Path) -> None:
+@for_each("made", MADE)
+@for_each("unit", [1e-4, 1.0, 1e4])
+def test_scales_are_known_for_logarithms_or_not_in_any_unit(made, unit, tmp_path):
     columns = plant.columns_of(scaled(MADE[made](), unit), tmp_path)
     assert serious(examine(plant.nothing(columns), tmp_path)) == {}
+    assert set(serious(examine(plant.linear_scales(columns), tmp_path))) == {"linear-scales"}
 
 
 @pytest.mark.parametrize("made", MADE)
-@pytest.mark.parametrize("name", plant.WHOLE)
-def test_a_fault_of_the_whole_file_is_found_and_nothing_else(name: str, made: str, tmp_path: Path) -> None:
+@for_each("name", plant.WHOLE)
+def test_a_fault_of_the_whole_file_is_found_and_nothing_else(name, made, tmp_path):
     columns = plant.columns_of(MADE[made](), tmp_path)
     for way in plant.WHOLE[name]:
         findings = examine(way(columns), tmp_path)
@@ -40,12 +39,11 @@ def test_a_fault_of_the_whole_file_is_found_and_nothing_else(name: str, made: st
 
 
 @pytest.mark.parametrize("made", MADE)
-@pytest.mark.parametrize("name", [name for name in plant.SOME if name != "floaters"])
-def test_rows_at_fault_are_counted(name: str, made: str, tmp_path: Path) -> None:
+@for_each("name", [name for name in plant.SOME if name != "floaters"])
+def test_rows_at_fault_are_counted(name, made, tmp_path):
     planted = plant.SOME[name](plant.columns_of(MADE[made](), tmp_path), 0.001)
     findings = examine(planted, tmp_path)
-    severity = "fault" if name in plant.FAULTS else "odd"
-    assert serious(findings) == {name: severity}
+    assert serious(findings) == {name: "fault" if name in plant.FAULTS else "odd"}
     found = next(finding for finding in findings if finding.name == name)
     assert found.count == planted.rows.sum()
     assert found.share == pytest.approx(planted.rows.mean())
@@ -53,16 +51,7 @@ def test_rows_at_fault_are_counted(name: str, made: str, tmp_path: Path) -> None
         np.testing.assert_array_equal(found.rows, planted.rows)
 
 
-@pytest.mark.parametrize("made", MADE)
-@pytest.mark.parametrize("unit", UNITS)
-def test_linear_scales_are_distinguished_from_logarithms_in_any_unit(
-    made: str, unit: float, tmp_path: Path
-) -> None:
-    columns = plant.columns_of(scaled(MADE[made](), unit), tmp_path)
-    assert set(serious(examine(plant.linear_scales(columns), tmp_path))) == {"linear-scales"}
-
-
-def test_several_faults_at_once_are_all_named(tmp_path: Path) -> None:
+def test_several_faults_at_once_are_all_named(tmp_path):
     columns = plant.columns_of(fruit(), tmp_path)
     for way in (plant.linear_scales, plant.linear_opacities, plant.xyzw, plant.byte_colors):
         columns = way(columns).columns
@@ -72,12 +61,11 @@ def test_several_faults_at_once_are_all_named(tmp_path: Path) -> None:
         "linear-scales", "linear-opacities", "xyzw-quaternions", "byte-colors",
         "non-finite-rows", "zero-quaternions",
     }  # fmt: skip
-    assert [finding.severity for finding in findings] == sorted(
-        (finding.severity for finding in findings), key=["fault", "odd", "note"].index
-    )
+    severities = [finding.severity for finding in findings]
+    assert severities == sorted(severities, key=["fault", "odd", "note"].index)
 
 
-def test_sky_far_away_is_no_outlier(tmp_path: Path) -> None:
+def test_sky_far_away_is_no_outlier(tmp_path):
     """A shell of wide Gaussians 200 radii off fills the view from inside: that is what skies are."""
     far = ball(1, 400)
     size = np.full_like(far.scales, 30.0)
@@ -86,26 +74,25 @@ def test_sky_far_away_is_no_outlier(tmp_path: Path) -> None:
     assert "far-outliers" not in {finding.name for finding in bg.examine(tmp_path / "a.ply")}
 
 
-@pytest.mark.parametrize("up", ["-y", "+z"])
-def test_the_up_axis_is_stated_by_the_header_or_not_sure(up: str, tmp_path: Path) -> None:
+def test_the_up_axis_is_stated_by_the_header_or_not_sure(tmp_path):
+    def note_of(path):
+        return next(f for f in bg.examine(path) if f.name == "up-axis")
+
     bg.save(ball(), tmp_path / "a.ply")
-    note = next(f for f in bg.examine(tmp_path / "a.ply") if f.name == "up-axis")
+    note = note_of(tmp_path / "a.ply")
     assert (note.facts["up"], note.facts["confidence"]) == ("-y", "not sure")
     assert note.facts["probability"] == note.facts["ups"]["-y"]
     assert f"-y {note.facts['probability']:.2f}" in note.what
-    text = (
-        (tmp_path / "a.ply").read_bytes().replace(b"1.0\n", f"1.0\ncomment Vertical Axis: {up}\n".encode(), 1)
-    )
-    (tmp_path / "b.ply").write_bytes(text)
-    note = next(f for f in bg.examine(tmp_path / "b.ply") if f.name == "up-axis")
-    assert note.facts == {"up": up, "confidence": "stated"}
+    for up in ("-y", "+z"):
+        content = (tmp_path / "a.ply").read_bytes()
+        stated = content.replace(b"1.0\n", f"1.0\ncomment Vertical Axis: {up}\n".encode(), 1)
+        (tmp_path / "b.ply").write_bytes(stated)
+        assert note_of(tmp_path / "b.ply").facts == {"up": up, "confidence": "stated"}
 
 
-def test_a_scene_at_one_place_is_examined(tmp_path: Path) -> None:
+def test_a_scene_at_one_place_is_examined(tmp_path):
     """All positions equal: no radius, no neighbours; a k-d tree of them would take the square of N."""
-    scene = ball(0, 30_000)
-    bg.save(
-        bg.Gaussians(np.ones_like(scene.means), scene.quats, scene.scales, scene.opacities, scene.sh),
-        tmp_path / "a.ply",
-    )
+    ball_ = ball(0, 30_000)
+    means = np.ones_like(ball_.means)
+    bg.save(bg.Gaussians(means, ball_.quats, ball_.scales, ball_.opacities, ball_.sh), tmp_path / "a.ply")
     assert serious(bg.examine(tmp_path / "a.ply")) == {}

@@ -44,21 +44,15 @@ def test_what_is_in_it_in_part_counts_in_part(scene):
     assert soft["where_share"] < soft["where_gaussians"] / 1500
 
 
-def test_nothing_in_a_part_is_an_answer(scene, capsys):
+def test_info_tells_of_a_part_and_refuses_what_is_none(scene, capsys):
     assert main(["info", str(scene), "--where", "sphere:90,0,0,1", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["where_gaussians"], facts["where_share"], facts["where_opacity"]) == (0, 0, 0)
     assert "where_low" not in facts
-
-
-def test_info_prints_a_part_and_refuses_what_is_none(scene, capsys):
     assert main(["info", str(scene), "--where", "subject and not sphere:90,0,0,1"]) == 0
     out = capsys.readouterr().out
     assert "where            subject and not sphere:90,0,0,1\n" in out
     assert "where gaussians  " in out
-    assert main(["info", str(scene)]) == 0
-    assert "where" not in capsys.readouterr().out
-    assert main(["info", str(scene), "--where", "subjekt"]) == 2
-    assert "did you mean subject?" in capsys.readouterr().err
-    assert main(["info", str(scene), "--where", "part:999"]) == 2
-    assert "part:999 is not there" in capsys.readouterr().err
+    for text, sentence in (("subjekt", "did you mean subject?"), ("part:999", "part:999 is not there")):
+        assert main(["info", str(scene), "--where", text]) == 2
+        assert sentence in capsys.readouterr().err

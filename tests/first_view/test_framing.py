@@ -13,21 +13,16 @@ from tests.first_view.scenes import gaussians, joined, moved, on_a_plaza, relief
 UP = np.array([0.0, -1.0, 0.0])
 
 
-def test_a_statue_is_the_whole_of_its_scene():
-    view = statue_view()
-    assert not view.has_surroundings
-    assert view.eye is None
-    assert view.whole is None
-    low, high = statue().means.min(axis=0), statue().means.max(axis=0)
-    assert np.ptp(view.points, axis=0) == pytest.approx(high - low, rel=0.03)
-
-
 def test_a_statue_on_a_plaza_is_framed_as_if_it_stood_alone():
     view, alone = find_first_view(on_a_plaza()), statue_view()
     assert view.has_surroundings
     assert np.ptp(view.points, axis=0) == pytest.approx(np.ptp(alone.points, axis=0), rel=0.25)
     assert view.points.mean(axis=0) == pytest.approx(alone.points.mean(axis=0), abs=0.3)
     assert np.ptp(view.whole, axis=0)[0] > 15
+    assert not alone.has_surroundings
+    assert alone.eye is None
+    assert alone.whole is None
+    assert np.ptp(alone.points, axis=0) == pytest.approx(np.ptp(statue().means, axis=0), rel=0.03)
 
 
 def test_a_subject_behind_a_board_is_seen_from_beside_it():
@@ -64,23 +59,15 @@ def test_thin_legs_are_part_of_an_object_and_floaters_are_not():
 
 def test_a_capture_that_faces_one_way_is_seen_from_inside():
     view = find_first_view(relief())
-    assert view.eye is not None
     assert np.array_equal(view.eye, (0, 0, 0))
     assert np.array_equal(view.up, UP)
     assert (view.azimuth, view.elevation) == (0, 0)
     assert view.ups[0] == ("-y", view.probability)
-    assert sum(p for _, p in view.ups) == pytest.approx(1)
     assert np.allclose(frame_scene(view, width=64, height=48).viewmat, np.eye(4))
-
-
-def test_a_capture_along_minus_z_is_seen_from_inside_with_y_up():
-    view = find_first_view(moved(relief(), rotation=np.diag([1.0, -1, -1])))
-    assert view.eye is not None
-    assert np.array_equal(view.up, -UP)
-    assert np.allclose(frame_scene(view, width=64, height=48).viewmat[2, :3], (0, 0, -1))
-
-
-def test_a_capture_along_another_axis_or_with_another_stated_up_is_seen_from_outside():
+    back = find_first_view(moved(relief(), rotation=np.diag([1.0, -1, -1])))  # along -z, with y up
+    assert back.eye is not None
+    assert np.array_equal(back.up, -UP)
+    assert np.allclose(frame_scene(back, width=64, height=48).viewmat[2, :3], (0, 0, -1))
     sideways = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
     assert find_first_view(moved(relief(), rotation=sideways)).eye is None
     assert find_first_view(relief(), up="+z").eye is None

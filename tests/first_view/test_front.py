@@ -23,11 +23,6 @@ def test_the_front_is_where_the_face_is(turn):
     assert apart(view.azimuth, view.front) == pytest.approx(np.degrees(LEAN))
 
 
-def test_a_given_azimuth_is_taken_and_no_front_is_searched(monkeypatch):
-    monkeypatch.setattr("brushgs.first_view.find_front", None)
-    assert find_first_view(statue(), azimuth=1.25).azimuth == 1.25
-
-
 def test_without_a_better_side_the_one_nearer_to_azimuth_zero_is_the_front():
     """A plinth is as good from behind: whichever plane is best, the front is not far behind azimuth 0."""
     plinth = statue().take(statue().means[:, 1] > -0.25)
@@ -49,7 +44,4 @@ def test_a_mirror_plane_is_found_among_the_planes_through_the_axis():
         likeness = mirror_likeness(turned, np.ones(len(turned)))
         assert likeness.argmax() == plane
         assert likeness.max() > 0.9
-
-
-def test_what_has_no_weight_has_no_better_plane():
     assert (mirror_likeness(np.zeros((5, 3)), np.zeros(5)) == 1).all()

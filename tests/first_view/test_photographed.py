@@ -57,6 +57,8 @@ def test_the_view_is_that_of_a_camera_near_the_front_and_up_an_axis():
     assert view.stood is not None
     assert len(view.stood) == len(cameras)
     assert np.array([view.azimuth, view.elevation]) in view.stood
+    given = photographed_view(statue(), cameras, up=np.array([0.0, -1.0, 0.0]), azimuth=np.radians(200))
+    assert abs(given.azimuth - np.radians(200 - 360)) < np.radians(30)
 
 
 def test_photographs_of_one_side_decide_the_azimuth():
@@ -71,11 +73,6 @@ def test_up_of_cameras_is_found_where_no_axis_of_the_scene_is_up():
     cameras = moved_cameras(photographs(), rotation=TURN, scale=30.0, offset=(5.0, -40.0, 9.0))
     up = photographed_view(scene, cameras).up
     assert np.degrees(np.arccos(up @ TURN @ (0, -1, 0))) < 2.0
-
-
-def test_what_is_given_is_taken_and_the_rest_is_that_of_the_nearest_camera():
-    view = photographed_view(statue(), photographs(), up=np.array([0.0, -1.0, 0.0]), azimuth=np.radians(200))
-    assert abs(view.azimuth - np.radians(200 - 360)) < np.radians(30)
 
 
 def test_a_scene_that_is_seen_from_inside_is_seen_from_where_a_camera_stood():
@@ -105,14 +102,10 @@ def test_a_scene_that_is_seen_from_inside_is_seen_from_where_a_camera_stood():
             r"its cameras have \+y up, and the scene more likely -y",
         ),
     ],
-    ids=["few", "elsewhere", "aside", "far", "rolled", "upside down"],
 )
 def test_cameras_that_do_not_fit_are_refused_and_why(cameras, why):
     with pytest.raises(UnfitError, match=why):
         photographed_view(statue(), cameras)
-
-
-def test_cameras_against_a_stated_up_do_not_fit():
     with pytest.raises(UnfitError, match=r"its cameras have -y up, and \+z is stated"):
         photographed_view(statue(), photographs(), up=np.array([0.0, 0.0, 1.0]))
 
@@ -121,12 +114,11 @@ REAL = [
     ("koala.ply", "derived/koala_cameras.json", (0, -1, 0)),
     ("chair.splat", "nerf_synthetic_cameras.json", (0, 0, 1)),
     ("koala.ply", "koala_cameras_original.json", None),
-    ("truck.splat", "colmap_sparse", None),
     ("rubber_toy_cloud.ply", "nerfstudio_transforms.json", None),
 ]
 
 
-@for_each(("scene", "cameras", "up"), REAL, ids=lambda value: str(value))
+@for_each(("scene", "cameras", "up"), REAL)
 def test_real_cameras_fit_their_scene_and_no_other(scene, cameras, up):
     gaussians, found = bg.load(real_scene(scene)), read_beside(real_scene(cameras))
     if up is None:

@@ -41,19 +41,12 @@ def test_the_evidence_turns_with_the_scene():
             assert turned[axis_after(rotation, axis)] == pytest.approx(evidence[axis], abs=0.02)
 
 
-def test_probabilities_are_ranked_and_sum_to_one():
+def test_probabilities_are_ranked_and_the_best_is_taken_unless_the_default_is_half_as_probable():
     ups = rank_ups(statue())
     assert sorted(axis for axis, _ in ups) == sorted(AXES)
     assert [p for _, p in ups] == sorted((p for _, p in ups), reverse=True)
     assert sum(p for _, p in ups) == pytest.approx(1, abs=1e-12)
-
-
-def test_without_anything_to_see_the_priors_are_all_that_is_known():
-    assert dict(up_probabilities(None)) == pytest.approx(PRIORS)
-    assert believed_up(up_probabilities(None)) == ("-y", pytest.approx(PRIORS["-y"]))
-
-
-def test_the_best_axis_is_taken_unless_the_default_is_half_as_probable():
+    assert dict(up_probabilities(None)) == pytest.approx(PRIORS)  # without anything to see
     assert believed_up((("+z", 0.5), ("+y", 0.26), ("-y", 0.24))) == ("+z", 0.5)
     assert believed_up((("+z", 0.5), ("+y", 0.25), ("-y", 0.25))) == ("-y", 0.25)
     assert believed_up((("-y", 0.4), ("+z", 0.3))) == ("-y", 0.4)
@@ -68,12 +61,11 @@ def test_a_fragment_is_never_sure():
     assert find_first_view(part).probability == 0.8
 
 
-@pytest.mark.parametrize("degrees", [3.0, 6.0])
-def test_a_tilted_scene_is_seen_level_where_it_has_a_ground(degrees):
+def test_a_tilted_scene_is_seen_level_where_it_has_a_ground():
     rng = np.random.default_rng(0)
     places = rng.uniform(-2, 2, (20000, 3)) * (1, 0, 1) + (0, 0.1, 0)
     ground = gaussians(places, np.tile([0.0, -1, 0], (20000, 1)), 0.04, rng.uniform(0.3, 0.7, (20000, 3)))
-    rotation = about((1, 0, 2), degrees)
+    rotation = about((1, 0, 2), 6.0)
     scene = moved(joined(statue(), ground), rotation=rotation)
     view = find_first_view(scene)
     assert view.probability >= SURE
@@ -83,15 +75,12 @@ def test_a_tilted_scene_is_seen_level_where_it_has_a_ground(degrees):
 
 
 def test_a_stated_up_is_taken_as_it_is_and_nothing_is_estimated(monkeypatch):
-    monkeypatch.setattr("brushgs.first_view.up_probabilities", None)
-    monkeypatch.setattr("brushgs.first_view.level_up", None)
-    for up in ("+z", (0.0, 3.0, 4.0)):
-        view = find_first_view(statue(), up=up)
-        assert np.array_equal(view.up, np.array([0, 0, 1.0]) if up == "+z" else np.array([0, 0.6, 0.8]))
-        assert (view.probability, view.ups) == (None, ())
-
-
-@pytest.mark.parametrize("up", [(0.0, 0.0, 0.0), (np.nan, 0.0, 1.0), (0.0, 1.0)])
-def test_an_up_that_is_no_direction_is_refused(up):
-    with pytest.raises(ValueError, match="up must be a direction"):
-        find_first_view(statue(), up=up)
+    for name in ("up_probabilities", "level_up"):
+        monkeypatch.setattr(f"brushgs.first_view.{name}", None)
+    for up, expected in (("+z", (0, 0, 1)), ((0.0, 3.0, 4.0), (0, 0.6, 0.8))):
+        view = find_first_view(statue(), up=up, azimuth=1.25)
+        assert np.array_equal(view.up, expected)
+        assert (view.probability, view.ups, view.azimuth) == (None, (), 1.25)
+    for no_direction in ((0.0, 0.0, 0.0), (np.nan, 0.0, 1.0), (0.0, 1.0)):
+        with pytest.raises(ValueError, match="up must be a direction"):
+            find_first_view(statue(), up=no_direction)

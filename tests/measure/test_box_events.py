@@ -44,16 +44,11 @@ def covering(angle, ellipse):
 )
 def test_steps_of_a_direction_are_wrapped_and_sorted_by_size(degrees, flips, spins):
     step = np.radians(degrees)
-    events = orientation_events([boxes_of(0.3), boxes_of(0.3 + step)], **SIZE)
-    assert (events.num_steps, events.stroke_frames, events.flips, events.spins) == (1, 1, flips, spins)
-    assert events.largest_step == pytest.approx(abs(np.angle(np.exp(1j * step))))
-
-
-def test_strokes_are_matched_by_id_in_any_order():
-    first, second = boxes_of([0.0, 2.0], ids=[7, 3]), boxes_of([2.0, 0.0], ids=[3, 7])
+    # Matched by their numbers, in any order; one turns.
+    first, second = boxes_of([0.3, 2.0], ids=[7, 3]), boxes_of([2.0, 0.3 + step], ids=[3, 7])
     events = orientation_events([first, second], **SIZE)
-    assert events.stroke_frames == 2
-    assert events.flips == events.spins == 0
+    assert (events.num_steps, events.stroke_frames, events.flips, events.spins) == (1, 2, flips, spins)
+    assert events.largest_step == pytest.approx(abs(np.angle(np.exp(1j * step))))
 
 
 def test_shares_are_weighted_by_painted_area():
@@ -66,15 +61,11 @@ def test_shares_are_weighted_by_painted_area():
     assert turned.flip_share == pytest.approx(2 / 3)  # both lie half outside
 
 
-def test_a_box_that_turns_round_its_ellipse_pops():
+def test_a_box_that_turns_round_its_ellipse_pops_and_smooth_changes_of_shape_do_not():
     ellipse = boxes_of(0.2)
     held = [covering(0.2, ellipse), covering(0.2 + np.radians(12), ellipse)]
     events = orientation_events(held, ellipses=[ellipse, ellipse], **SIZE)
-    assert (events.size_pops, events.kinks, events.spins) == (1, 0, 0)
-    assert events.pop_share == 1
-
-
-def test_smooth_changes_of_shape_neither_pop_nor_kink():
+    assert (events.size_pops, events.kinks, events.spins, events.pop_share) == (1, 0, 0, 1)
     rng = np.random.default_rng(3)
     ellipses = [boxes_of(rng.uniform(-1, 1, 50), half_extents=rng.uniform(1, 300, 2)) for _ in range(20)]
     events = orientation_events(ellipses, ellipses=ellipses, **SIZE)
@@ -107,24 +98,18 @@ def test_strokes_that_come_or_go_inside_the_picture_count_by_opacity():
     assert events.stroke_frames == 2
     at_border = boxes_of([0.0, 0.0], half_extents=(4.0, 4.0), center=(3.0, 50.0))
     assert orientation_events([at_border, boxes_of(0.0)], **SIZE).vanished == 0
-
-
-def test_a_stroke_over_the_whole_picture_vanishes_too():
     near = boxes_of([0.0, 0.0], half_extents=(1e4, 1e4), opacities=[0.0, 1.0])
     events = orientation_events([near, boxes_of(0.0)], **SIZE)
     assert events.vanished == 1
     assert events.vanished_share > 1  # the picture is lost; what stays is less than that
 
 
-def test_no_frames_and_no_strokes_have_no_events():
+def test_no_frames_and_no_strokes_have_no_events_and_sequences_must_agree():
     for frames in ([], [boxes_of([])], [boxes_of([]), boxes_of([])]):
         events = orientation_events(frames, **SIZE)
         assert (events.stroke_frames, events.flips, events.flip_share, events.largest_step) == (0, 0, 0, 0)
     with pytest.raises(ValueError, match="size must be at least 1x1, got 0x4"):
         orientation_events([], width=0, height=4)
-
-
-def test_sequences_of_different_length_are_refused():
     with pytest.raises(ValueError, match="shorter"):
         orientation_events([boxes_of(0.0)], ellipses=[], **SIZE)
 

@@ -10,27 +10,15 @@ PICTURE = np.clip(G.uniform(0, 1, (40, 50, 3)), 0, 1)
 GREY = np.full((40, 50, 3), 0.5)
 
 
-def test_psnr_is_in_decibels():
-    picture = np.full((4, 4, 3), 0.5)
-    assert psnr(picture, picture + 0.1) == pytest.approx(20)
-    assert psnr(picture, picture) == np.inf
-    with pytest.raises(ValueError, match="psnr: shapes must agree"):
-        psnr(picture, picture[1:])
-
-
-def test_rmse_is_the_root_of_the_mean_square():
+def test_rmse_is_the_root_of_the_mean_square_and_psnr_in_decibels():
     picture = np.zeros((2, 2, 3), np.float32)
     picture[0, 0] = 1
     assert rmse(picture, np.zeros_like(picture)) == pytest.approx(0.5)
-    assert rmse(picture, picture) == 0
-    with pytest.raises(ValueError, match="rmse: shapes must agree, got"):
-        rmse(picture, picture[1:])
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_equal_pictures_are_alike_in_every_measure(dtype):
-    picture = PICTURE.astype(dtype)
-    assert compare(picture, picture, wants_all=True) == Likeness(0.0, 0.0, None, 1.0, 0.0)
+    assert psnr(GREY, GREY + 0.1) == pytest.approx(20)
+    assert psnr(GREY, GREY) == np.inf
+    for measure in (rmse, psnr):
+        with pytest.raises(ValueError, match=f"{measure.__name__}: shapes must agree"):
+            measure(picture, picture[1:])
 
 
 def test_what_takes_longer_is_measured_on_request():
@@ -38,19 +26,9 @@ def test_what_takes_longer_is_measured_on_request():
     assert (found.ssim, found.flip) == (None, None)
     assert found.rmse == found.largest == pytest.approx(0.1)
     assert found.psnr == pytest.approx(20)
-
-
-def test_ssim_of_flat_pictures_is_its_luminance_term():
-    a, b = 0.5, 0.7
-    expected = (2 * a * b + 0.01**2) / (a * a + b * b + 0.01**2)
-    assert ssim(np.full_like(GREY, a), np.full_like(GREY, b)) == pytest.approx(expected)
-
-
-def test_ssim_of_unrelated_noise_is_near_zero_and_falls_with_noise():
-    other = np.random.default_rng(4).uniform(0, 1, PICTURE.shape)
-    assert abs(ssim(PICTURE, other)) < 0.05
-    levels = [ssim(PICTURE, np.clip(PICTURE + s * (other - 0.5), 0, 1)) for s in (0.05, 0.2, 0.8)]
-    assert 1 > levels[0] > levels[1] > levels[2]
+    for dtype in (np.float32, np.float64):
+        picture = PICTURE.astype(dtype)
+        assert compare(picture, picture, wants_all=True) == Likeness(0.0, 0.0, None, 1.0, 0.0)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

@@ -107,14 +107,9 @@ def test_marks_pinned_to_the_screen_slip_by_the_flow(drift):
         found.slip_pixels, rel=0.01
     )
     assert (found.births, found.size_drift) == (0, 0)
-
-
-def test_strokes_that_are_reassigned_at_random_slip(drift):
-    boxes, flows = drift
     rng = np.random.default_rng(0)
     shuffled = [renumbered(frame, rng.permutation(frame.ids)) for frame in boxes]
     assert measure(shuffled, flows).slip_pixels > 10
-    assert measure(shuffled, flows).slip > 1
 
 
 def test_births_without_fades_are_counted_by_the_area_they_paint(drift):
@@ -127,10 +122,8 @@ def test_births_without_fades_are_counted_by_the_area_they_paint(drift):
         for k, (frame, new) in enumerate(zip(boxes, is_new, strict=True))
     ]
     found = measure(abrupt, flows)
-    share = np.mean(
-        [(f.opacities * f.half_extents.prod(1))[n].sum() for f, n in zip(boxes, is_new, strict=True)]
-    )
-    share /= np.mean([(f.opacities * f.half_extents.prod(1)).sum() for f in boxes])
+    painted = [frame.opacities * frame.half_extents.prod(1) for frame in boxes]
+    share = sum(area[new].sum() for area, new in zip(painted, is_new, strict=True)) / np.sum(painted)
     seconds = (STEPS - 1) / FPS
     assert found.births == pytest.approx(share / seconds, rel=0.1)
     assert found.deaths == pytest.approx(found.births, rel=0.05)
@@ -199,19 +192,12 @@ def test_earth_movers_distance_by_hand():
     assert earth_movers(one, np.zeros(2), two, np.ones(1)) == 0
 
 
-@for_each("shift", [0.2, 1.0, 1.5, 3.0])
+@for_each("shift", [0.2, 1.0, 2.5])
 def test_on_a_circle_the_shorter_way_counts(shift):
-    angles = np.array([0.1])
-    found = circular_earth_movers(angles, np.ones(1), angles + shift, np.ones(1), period=np.pi)
-    assert found == pytest.approx(min(shift, np.pi - shift))
-
-
-@pytest.mark.parametrize(("shift", "shorter"), [(0.2, 0.2), (1.0, 1.0), (2.5, np.pi - 2.5)])
-def test_a_sample_goes_around_the_circle_as_one(shift, shorter):
     rng = np.random.default_rng(2)
     many, weights = rng.uniform(0, 0.3, 50), rng.uniform(0.1, 1, 50)
     found = circular_earth_movers(many, weights, many + shift, weights, period=np.pi)
-    assert found == pytest.approx(shorter)
+    assert found == pytest.approx(min(shift, np.pi - shift))
     assert earth_movers(many, weights, many + shift, weights) == pytest.approx(shift)
 
 

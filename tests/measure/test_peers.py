@@ -1,12 +1,10 @@
 """`brushgs bench --peers`: two peers end to end, formulas beside slow ones, and its refusals."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from brushgs import cli
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cli.commands import bench
 from brushgs.measure.likeness import rmse
@@ -15,20 +13,10 @@ from brushgs.options.scene_source import SceneSource
 from brushgs.rendering.rasterize import rasterize
 from examples.benchmarks.peers import columns, run
 from examples.benchmarks.peers.figures import COLUMNS, cells, reasons
-from examples.benchmarks.peers.original import check_checkout, paint_original
-from examples.benchmarks.peers.pictures import affine_between
 from examples.benchmarks.peers.search import search_boxes
-from tests.scenes import save_upright, still_life_of
+from tests.kit.commands import names, refused
 
 RNG = np.random.default_rng(5)
-WORDS = ["--size", "64x48", "--strokes", "40", "--quick"]
-
-
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    save_upright(still_life_of(2000), path)
-    return path
 
 
 def test_two_peers_end_to_end(scene, tmp_path):
@@ -38,7 +26,6 @@ def test_two_peers_end_to_end(scene, tmp_path):
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["peers.json", "peers.png"]
     value = json.loads((tmp_path / "out" / "peers.json").read_text())
     assert value["schema"] == 1
-    assert (value["settings"]["frames"], value["settings"]["degrees"]) == (10, 0.75)
     assert (value["peers"]["style"], value["peers"]["scene"]) == ("night", "pears")
     plain, look, painter = value["peers"]["rows"]
     assert [row["peer"] for row in (plain, look, painter)] == ["plain scene", "plain look", "Hertzmann"]
@@ -70,14 +57,6 @@ def test_the_histogram_is_the_published_formula_pixel_by_pixel():
     apart = np.zeros((2, 3, 64, 64))
     apart[0, 0, 0, 0] = apart[1, 2, 9, 9] = 1
     assert columns.histogram_loss(*apart) == 1
-
-
-def test_colours_get_the_mean_and_the_covariance_of_the_painting():
-    colors, aims = (RNG.normal(size=(500, 3)) @ RNG.normal(size=(3, 3)) for _ in range(2))
-    slopes, shift = affine_between(colors, aims)
-    moved = colors @ slopes.T + shift
-    np.testing.assert_allclose(moved.mean(axis=0), aims.mean(axis=0), atol=1e-9)
-    np.testing.assert_allclose(np.cov(moved.T), np.cov(aims.T), rtol=1e-6, atol=1e-9)
 
 
 def test_structure_knows_marks_from_colours_and_ranks_the_nearest_first():
@@ -117,62 +96,17 @@ def test_the_search_comes_nearer_with_more_strokes_and_repeats_itself():
         search_boxes(picture, brush, num_strokes=0)
 
 
-FAKE = """
-import argparse, pathlib, shutil, sys
-parser = argparse.ArgumentParser()
-parser.add_argument("--f"); parser.add_argument("--b")
-given = parser.parse_args()
-folder = pathlib.Path("output/view-p-36"); folder.mkdir(parents=True)
-print("Stoke number 12")
-{rest}
-"""
-
-
-@pytest.fixture
-def checkout(tmp_path):
-    (tmp_path / "brush").mkdir()
-    (tmp_path / "brush" / "brush-0.png").touch()
-    return tmp_path
-
-
-def test_the_original_is_run_outside_its_checkout(checkout):
-    program = checkout / "Oil-Painting.py"
-    program.write_text(FAKE.format(rest='shutil.copy(given.f, folder / "Final_Result.png")'))
-    picture = RNG.uniform(size=(24, 32, 3)).astype(np.float32)
-    painted = paint_original(checkout, picture)
-    assert painted.strokes == 12
-    assert np.abs(painted.pictures[0] / 255 - picture).max() < 0.005
-    assert not (checkout / "output").exists()
-    program.write_text(FAKE.format(rest='sys.exit("no such brush")'))
-    with pytest.raises(ValueError, match=r"Oil-Painting.py failed \(no such brush\)"):
-        paint_original(checkout, picture)
-    program.unlink()
-    with pytest.raises(ValueError, match=r"has no Oil-Painting.py; name a checkout"):
-        check_checkout(checkout)
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
+@pytest.mark.usefixtures("folder")
+def test_refusals_are_sentences(scene, monkeypatch, capsys):
+    words = ["bench", scene, "--size", "64x48", "--strokes", "40", "--quick"]
+    for more, sentence in (
         (["--im2oil", "."], "--im2oil needs --peers"),
         (["--peers-style", "a.png"], "--peers-style needs --peers"),
         (["--peers", "--im2oil", "."], "has no Oil-Painting.py"),
         (["--peers", "--peers-style", "no.png"], "no.png"),
-    ],
-)
-def test_refusals_are_sentences(words, sentence, scene, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert cli.main(["bench", str(scene), *WORDS, *words]) == 2
-    assert sentence in capsys.readouterr().err
-    assert not list(Path().iterdir())
-
-
-def test_without_a_checkout_a_sentence_says_where_the_peers_are(monkeypatch, capsys):
+    ):
+        assert sentence in refused(capsys, *words, *more)
+    assert names() == []
+    assert "scene" in refused(capsys, "bench")
     monkeypatch.setattr(bench, "PEERS", "examples.benchmarks.nowhere")
-    assert cli.main(["bench", "--peers"]) == 2
-    assert "which is in the repository, not in the package" in capsys.readouterr().err
-
-
-def test_a_scene_is_needed_without_peers(capsys):
-    assert cli.main(["bench"]) == 2
-    assert "scene" in capsys.readouterr().err
+    assert "which is in the repository, not in the package" in refused(capsys, "bench", "--peers")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs import cli
 from brushgs.formats.pictures.images import read_image
 from brushgs.measure.stability import report_stability
 from brushgs.measure.stability.look_painters import behind, is_bare, main_coat
+from brushgs.measure.stability.schedule import FrameSchedule
 from brushgs.measure.warp import View
 from brushgs.options.clip import ClipConfig
 from brushgs.options.experiments import StabilityConfig
@@ -24,19 +24,14 @@ from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.still_life.moving import still_life_moving
+from tests.kit.commands import run
+from tests.kit.for_each import for_each
 from tests.measure.warped import warp_error
 from tests.scenes import save_upright, still_life_of
 
 FEW = StabilityConfig(gaps=(1,), pairs=3, alone=1)
 ORBIT = PathConfig(orbit=24)
 SIZE = (64, 48)
-
-
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    save_upright(still_life_of(1500), path)
-    return path
 
 
 def painting(look, *, count=120, has_stage=False):
@@ -59,7 +54,12 @@ def written(scene, folder, look, path=ORBIT, config=FEW):
 @pytest.mark.filterwarnings("ignore:the camera turns by 15 degrees a frame")
 @pytest.mark.parametrize("look", ["oil", "ink"])
 def test_figures_are_those_of_the_frames_that_render_writes(scene, tmp_path, look):
-    report, _ = written(scene, tmp_path, look)
+    report, value = written(scene, tmp_path, look)
+    names = [figures["name"] for figures in value["stability"]["configurations"]]
+    assert names == ["track", "anchor", "off", "plain"]
+    skipped = [reason for stage in report.stages for reason in stage.skipped]
+    assert "published: nothing was published of whole paintings in a look" in skipped
+    assert len({report.result[name].warps[0].rmse for name in names}) == 4
     config = replace(painting(look), output=replace(PaintConfig().output, bits=16))
     paint_sequence(scene, tmp_path / "%05d.png", ORBIT, config)
     prepared = prepare(scene, config, Report(), views=ORBIT, asks=(*PICTURE, "scene"))
@@ -81,29 +81,6 @@ def test_figures_are_those_of_the_frames_that_render_writes(scene, tmp_path, loo
     assert track.alone_equal == track.alone == 1
 
 
-def test_lines_of_a_pen_lie_along_their_axis_and_do_not_pop(scene, tmp_path):
-    """Directions are chosen with the low-pass that lines are drawn with, which is none."""
-    report, _ = written(scene, tmp_path, "hatching", PathConfig(orbit=72))
-    track = report.result["track"]
-    assert track.events.size_pops == 0
-    assert track.off_axis_share < 0.1
-
-
-def test_a_look_has_its_configurations_and_tells_what_it_is(scene, tmp_path):
-    report, value = written(scene, tmp_path, "oil")
-    names = [figures["name"] for figures in value["stability"]["configurations"]]
-    assert names == ["track", "anchor", "off", "plain"]
-    skipped = [reason for stage in report.stages for reason in stage.skipped]
-    assert "published: nothing was published of whole paintings in a look" in skipped
-    assert value["settings"]["light"]["canvas"] == "linen"
-    found = report.result
-    assert found["track"].loop.largest == 0
-    assert [found[name].lock for name in names[:3]] == names[:3]
-    assert found["track"].events.flips <= found["off"].events.flips
-    pictures = {name: found[name].warps[0].rmse for name in names}
-    assert len(set(pictures.values())) == 4
-
-
 def test_a_scene_that_moves_has_figures_in_a_look(tmp_path):
     clip = Clip(still_life_moving(1000), ClipConfig(start=Moment(1.2), end=Moment(1.3)))
     report, value = written(clip, tmp_path, "oil", None)
@@ -114,7 +91,7 @@ def test_a_scene_that_moves_has_figures_in_a_look(tmp_path):
     assert found["track"].alone_equal == found["alone"].alone_equal == 1
 
 
-@pytest.mark.parametrize("look", ["plain", "oil", "charcoal", "watercolour"])
+@for_each("look", ["plain", "oil", "charcoal", "watercolour"])
 def test_only_plain_strokes_are_bare(scene, look):
     found = prepare(scene, painting(look, has_stage=True), Report(), views=ORBIT).painting
     assert is_bare(found) == (look == "plain")
@@ -124,12 +101,26 @@ def test_only_plain_strokes_are_bare(scene, look):
     assert (behind(found) is None) == (look == "plain")
 
 
-def test_the_command_takes_a_look(scene, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    words = [str(scene), "--look", "oil", "--strokes", "80", "--size", "32x24", "--orbit", "4", "--no-plot"]
-    words += ["--see", "off", "--azimuth", "30", "--look-at", "scene", "--backdrop", "off"]
-    assert cli.main(["stability", *words]) == 0, capsys.readouterr().err
-    assert "excess over the plain picture" in capsys.readouterr().err
+@pytest.mark.usefixtures("folder")
+def test_the_command_takes_a_look_and_strokes_made_by_hand(capsys):
+    """Nothing flips or spins but what was asked for, and that shows in the pictures."""
+    save_upright(still_life_of(1500), "pears.ply")
+    words = "--look plain --strokes 80 --size 64x48 --orbit 120 --no-plot --pairs 6 --see off --azimuth 30"
+    words += " --look-at subject --hold 2 --boil 0.5 --boil-every 2 --redraw 1 --smear 1"
+    code, _, err = run(capsys, "stability", "pears.ply", *words.split())
+    assert code == 0, err
     value = json.loads(Path("pears-stability/stability.json").read_text())
-    assert value["settings"]["ground"]["backdrop"] == 0
     assert value["settings"]["cluster"]["strokes"] == 80
+    found = {figures["name"]: figures for figures in value["stability"]["configurations"]}
+    hand, track = found["hand"], found["track"]
+    assert hand["events"]["flips"] == hand["events"]["spins"] == 0
+    assert hand["alone_equal"] == hand["alone"] > 0
+    for one, other in zip(hand["warps"], track["warps"], strict=True):
+        assert one["excess"] > other["excess"]
+
+
+@for_each(("pairs", "beat", "stride"), [(40, 1, 3), (40, 3, 4), (60, 6, 5), (120, 6, 1)])
+def test_pairs_begin_at_all_moments_of_what_is_made_by_hand(pairs, beat, stride):
+    schedule = FrameSchedule(121, True, StabilityConfig(pairs=pairs), beat)
+    assert schedule.stride == stride
+    assert {start % beat for start in schedule.starts(1)} == set(range(beat))

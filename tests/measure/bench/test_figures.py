@@ -41,19 +41,6 @@ def family(points):
     return Family("strokes", "number of strokes", "the plain picture", "a frame", mark_best(points))
 
 
-def test_the_front_holds_what_nothing_beats_in_both():
-    planted = [(1, 9), (2, 5), (3, 6), (4, 5), (5, 1), (2, 5), (0.5, 10), (6, 2)]
-    found = family([point(s, e / 10, label=str(i)) for i, (s, e) in enumerate(planted)])
-    assert [p.label for p in found.points if "frame" in p.best_by] == ["0", "1", "4", "5", "6"]
-    assert [p.label for p in found.front("frame")] == [
-        "6",
-        "0",
-        "1",
-        "5",
-        "4",
-    ]  # cheapest first; equal ones both stay
-
-
 @given(st.lists(st.tuples(st.integers(1, 9), st.integers(0, 9)), min_size=1, max_size=12))
 def test_every_point_off_the_front_is_beaten_by_one_on_it(pairs):
     points = mark_best(point(float(s), e / 10) for s, e in pairs)
@@ -81,18 +68,6 @@ def test_times_whose_quartiles_overlap_wholly_are_no_difference():
     assert [p.label for p in found if p.best_by] == ["better"]
     found = mark_best([timed(1.0, 1.1, 1.2, 0.2, "sooner"), timed(1.15, 1.25, 1.3, 0.1, "better")])
     assert [p.label for p in found if p.best_by] == ["sooner", "better"]  # they overlap in part
-
-
-def test_a_still_has_a_front_of_its_own():
-    """All Gaussians need no clustering: they take the longest frame, and not the longest painting."""
-    few, many, every = (
-        point(s, e, label=str(n), strokes=n) for s, e, n in ((1, 3, 10), (2, 2, 99), (3, 1, 100))
-    )
-    every = replace(every, seconds=every.seconds | {"painting": spread(2.5)})
-    front = {
-        kind: [p.label for p in family([few, many, every]).front(kind)] for kind in ("frame", "painting")
-    }
-    assert front == {"frame": ["10", "99", "100"], "painting": ["10", "100"]}
 
 
 def test_a_curve_that_rises_at_its_end_and_a_busy_machine_are_told():
@@ -144,15 +119,11 @@ def test_the_advice_is_that_of_the_knee():
             assert f"doubling buys {bend.gain_of_doubling:.1f} dB for {bend.cost_of_doubling:.1f} x" in words
 
 
-def test_more_strokes_that_bring_nothing_are_said_to():
+def test_what_has_no_knee_has_no_advice_and_more_strokes_may_bring_nothing():
     flat = family([point(1e-3 * n, 0.2, strokes=n) for n in (10, 100, 1000, 10000)])
     assert "doubling buys nothing" in advice(flat)[1]
-
-
-def test_two_points_have_no_knee_and_no_advice():
     result = bench_of((100, 1000))
-    assert (result.knees, result.advice) == ({}, None)
-    assert result.as_dict()["knees"] == {}
+    assert (result.knees, result.advice, result.as_dict()["knees"]) == ({}, None, {})
     equal = family([point(1, 0.1, strokes=n) for n in (10, 10, 20)])  # two counts came to the same strokes
     assert curves_of(equal) == {}
 
@@ -164,20 +135,16 @@ def test_csv_and_json_say_the_same():
     assert len(written) == len(points) == 3
     for row, found in zip(written, points, strict=True):
         assert (row["family"], row["label"]) == ("strokes", found["label"])
-        assert float(row["frame_median"]) == found["seconds"]["frame"]["median"]
-        assert float(row["painting_q3"]) == found["seconds"]["painting"]["q3"]
-        assert int(row["frame_runs"]) == found["seconds"]["frame"]["runs"]
-        assert float(row["rmse"]) == found["error"]["rmse"]
-        assert float(row["psnr"]) == found["error"]["psnr"]
-        assert row["ssim"] == row["flip"] == ""  # not measured is empty, not zero
-        assert float(row["unpainted"]) == found["unpainted"]
-        assert float(row["clustering"]) == found["clustering"]
         for kind in ("frame", "painting"):
+            for name in ("q1", "median", "q3", "runs"):
+                assert float(row[f"{kind}_{name}"]) == found["seconds"][kind][name]
             assert bool(int(row[f"{kind}_is_best"])) is (kind in found["best_by"])
+        for name in ("rmse", "psnr"):
+            assert float(row[name]) == found["error"][name]
+        for name in ("unpainted", "clustering"):
+            assert float(row[name]) == found[name]
+        assert row["ssim"] == row["flip"] == ""  # not measured is empty, not zero
         assert float(row["verified_mean"]) == found["verified"]["mean"]
-
-
-def test_equal_pictures_are_told_as_such_not_as_infinity():
     exact = Bench((family([point(1, 0.0)]),), {}, None)
     assert "Infinity" not in json.dumps(exact.as_dict())
     assert rows(exact["strokes"])[0][COLUMNS.index("PSNR")] == "equal"
@@ -217,7 +184,8 @@ def test_runs_take_turns_and_shared_ones_run_once_a_round(clock):
     assert len(advances) == 15  # one per run and round
 
 
-@pytest.mark.parametrize("count", [1, 3, 4])
+@pytest.mark.filterwarnings("ignore:Creating legend")  # takes long where others work too
+@pytest.mark.parametrize("count", [1, 4])
 def test_a_plot_of_any_number_of_families_is_whole_and_light(tmp_path, count):
     result = bench_of((125, 250, 500, 1000))
     path = tmp_path / "plot.png"
@@ -231,21 +199,11 @@ def test_a_plot_of_any_number_of_families_is_whole_and_light(tmp_path, count):
     assert path.stat().st_size < 60_000
 
 
-def test_a_plot_keeps_the_colours_of_its_series(tmp_path):
+def test_a_plot_keeps_the_colours_of_its_series_and_has_a_place_for_errors_of_zero(tmp_path):
     """Few colours are written: each of these must be among them."""
     points = [
-        replace(point(1 + i, 0.1, strokes=1 + i), series=f"series {i}", clustering=None) for i in range(4)
+        replace(point(1 + i, 0.1 * i, strokes=1 + i), series=f"series {i}", clustering=None) for i in range(4)
     ]
     write_plot(Bench((family(points),), {}, None), tmp_path / "plot.png", "title")
-    seen = {
-        tuple(color) for color in np.rint(255 * read_image(tmp_path / "plot.png")[..., :3]).reshape(-1, 3)
-    }
-    for color in COLORS:
-        assert tuple(bytes.fromhex(color[1:])) in seen
-
-
-def test_errors_of_zero_have_a_place_on_a_logarithmic_plot(tmp_path):
-    exact = Bench((family([point(1, 0.0), point(2, 0.1), point(3, 0.001)]),), {}, None)
-    write_plot(exact, tmp_path / "plot.png", "title")
-    write_plot(Bench((family([point(1, 0.0)]),), {}, None), tmp_path / "plot.png", "title")
-    assert read_image(tmp_path / "plot.png").min() < 0.5
+    picture = np.rint(255 * read_image(tmp_path / "plot.png")[..., :3]).reshape(-1, 3)
+    assert {tuple(bytes.fromhex(color[1:])) for color in COLORS} <= {tuple(color) for color in picture}

@@ -11,6 +11,7 @@ from PIL import Image
 
 import brushgs as bg
 from brushgs.brushes.texture import Tint
+from brushgs.formats.gltf_file import GlbWriter
 from brushgs.outlets.glb.atlas import GAP, Atlas
 from brushgs.outlets.glb.gltf import upright
 from brushgs.outlets.glb.shape import lying
@@ -18,6 +19,8 @@ from brushgs.outlets.glb.write import write_quads
 from brushgs.outlets.page.view import PageView
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.underpaint import Underpaint
+from tests.kit.commands import names
+from tests.kit.for_each import for_each
 from tests.outlets.glb.draw import encoded, picture_of
 from tests.outlets.glb.glb import Glb
 from tests.outlets.glb.rules import check_rules
@@ -27,9 +30,7 @@ from tests.rendering.strokes import bristles, rainbow
 CAMERA = bg.Camera.look_at((0.3, -0.9, -5), (0.1, 0, 0), width=96, height=72)
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 def saved(strokes, texture="flat", **options):
@@ -62,14 +63,18 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_files_keep_the_rules_of_gltf(kind):
+@for_each("kind", KINDS)
+def test_files_keep_the_rules_of_gltf_and_far_strokes_are_drawn_first(kind):
     glb = saved(some_strokes(40, brushes=3 if kind == "brushes" else 1), **KINDS[kind])
     check_rules(glb)
     (material,) = glb.top["materials"]
     assert material["extensions"] == {"KHR_materials_unlit": {}}
     assert (material["alphaMode"], material["doubleSided"]) == ("BLEND", True)
     assert [node["name"] for node in glb.top["nodes"]] == ["brushgs_scene", "first view", "strokes"]
+    ((_, vertices, *_),) = glb.meshes()
+    to_camera = np.linalg.inv(glb.world_matrices()[1])
+    depths = -(vertices @ to_camera[2, :3] + to_camera[2, 3]).reshape(-1, 4).mean(axis=1)
+    assert (np.diff(depths) < 1e-5).all()
 
 
 def test_another_reader_finds_the_strokes():
@@ -87,10 +92,9 @@ def test_another_reader_finds_the_strokes():
     assert np.allclose(mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3], vertices, atol=1e-5)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("options", "most"),
     [({}, 0.005), ({"underpaint": True}, 0.0035), ({"num_sigmas": 1.4, "low_pass": 0.5}, 0.006)],
-    ids=["plain", "underpaint", "sizes"],
 )
 def test_baked_for_a_view_is_the_painting_of_that_view(options, most):
     """Filters differ, so pixels on edges do: 0.0043, 0.0029 and 0.0051 were measured."""
@@ -196,24 +200,6 @@ def test_the_scene_stands_upright_and_the_camera_is_the_first_one():
     assert glb.top["cameras"][0]["perspective"]["yfov"] == pytest.approx(np.radians(50))
 
 
-@pytest.mark.parametrize("options", [{}, {"camera": CAMERA}], ids=["lying", "baked"])
-def test_far_strokes_are_drawn_first(options):
-    glb = saved(some_strokes(50), **options)
-    matrices = glb.world_matrices()
-    ((_, vertices, *_),) = glb.meshes()
-    to_camera = np.linalg.inv(matrices[1])
-    depths = -(vertices @ to_camera[2, :3] + to_camera[2, 3]).reshape(-1, 4).mean(axis=1)
-    assert (np.diff(depths) < 1e-5).all()
-
-
-def test_opacities_and_colours_are_capped():
-    strokes = some_strokes(3)
-    strokes = replace(strokes, opacities=np.ones(3, np.float32), sh=np.full((3, 1, 3), 9, np.float32))
-    ((*_, colors),) = saved(strokes, camera=CAMERA).meshes()
-    assert colors[:, :3].min() == 1
-    assert 0.9 < colors[:, 3].max() <= 0.99 + 1e-5
-
-
 def test_brushes_lie_apart_in_one_texture():
     images = [bristles(9 + 7 * n, 60 + 31 * n, seed=n).coverage for n in range(7)]
     atlas = Atlas.of(images)
@@ -237,26 +223,28 @@ def test_brushes_lie_apart_in_one_texture():
 
 def test_what_cannot_be_written_is_one_sentence_and_no_file():
     strokes = some_strokes(5)
-    away = bg.Camera.look_at((0, 0, -50), (0, 0, -99), width=64, height=48)
-    with pytest.raises(bg.SceneError, match="no stroke is in the picture; point the camera"):
-        bg.save(strokes, "s.glb", texture="flat", camera=away)
-    with pytest.raises(bg.SceneError, match="no stroke has an area"):
-        bg.save(replace(strokes, opacities=np.zeros(5, np.float32)), "s.glb", texture="flat")
-    with pytest.raises(ValueError, match=r"\(.glb\) has no background, relief"):
-        bg.save(strokes, "s.glb", texture="flat", background="black", relief=True)
-    with pytest.raises(ValueError, match="a model of strokes needs Gaussians and a texture"):
-        bg.save(strokes, "s.glb", camera=CAMERA)
-    with pytest.raises(bg.SceneError, match=r"no_such.png"):
-        bg.save(strokes, "s.glb", texture="no_such.png")
     Path("empty.png").write_bytes(b"")
-    with pytest.raises(bg.SceneError, match=r"empty.png"):
-        bg.save(strokes, "s.glb", texture="empty.png")
-    assert not list(Path().glob("*.glb"))
+    away = bg.Camera.look_at((0, 0, -50), (0, 0, -99), width=64, height=48)
+    faint = replace(strokes, opacities=np.zeros(5, np.float32))
+    for given, options, error, sentence in (
+        (strokes, {"camera": away}, bg.SceneError, "no stroke is in the picture; point the camera"),
+        (faint, {}, bg.SceneError, "no stroke has an area"),
+        (strokes, {"background": "black", "relief": True}, ValueError, r"\(.glb\) has no background, relief"),
+        (
+            strokes,
+            {"texture": None, "camera": CAMERA},
+            ValueError,
+            "a model of strokes needs Gaussians and a texture",
+        ),
+        (strokes, {"texture": "no_such.png"}, bg.SceneError, "no_such.png"),
+        (strokes, {"texture": "empty.png"}, bg.SceneError, "empty.png"),
+    ):
+        with pytest.raises(error, match=sentence):
+            bg.save(given, "s.glb", **({"texture": "flat"} | options))
+    assert names() == ["empty.png"]
 
 
 def test_a_file_that_fails_leaves_the_earlier_one(monkeypatch):
-    from brushgs.formats.gltf_file import GlbWriter
-
     Path("s.glb").write_text("earlier")
 
     def fails(self, file):
@@ -266,19 +254,21 @@ def test_a_file_that_fails_leaves_the_earlier_one(monkeypatch):
     monkeypatch.setattr(GlbWriter, "write", fails)
     with pytest.raises(bg.SceneError, match="cannot be written"):
         bg.save(some_strokes(5), "s.glb", texture="flat")
-    assert [path.name for path in Path().iterdir()] == ["s.glb"]
+    assert names() == ["s.glb"]
     assert Path("s.glb").read_text() == "earlier"
 
 
-def test_strokes_without_area_are_left_out():
+def test_strokes_without_area_or_seen_from_behind_are_left_out_and_colours_are_capped():
     strokes = some_strokes(5)
     scales = strokes.scales.copy()
     scales[2] = 0, 0.1, 0
-    ((_, vertices, *_),) = saved(replace(strokes, scales=scales)).meshes()
+    strokes = replace(
+        strokes, scales=scales, opacities=np.ones(5, np.float32), sh=np.full_like(strokes.sh, 9)
+    )
+    ((_, vertices, *_, colors),) = saved(strokes).meshes()
     assert len(vertices) == 16
-
-
-def test_a_one_sided_stroke_is_in_the_file_where_its_front_is_seen():
+    assert colors[:, :3].min() == 1
+    assert 0.9 < colors[:, 3].max() <= 0.99 + 1e-5
     strokes = some_strokes(20)
     toward = CAMERA.position - strokes.means
     toward /= np.linalg.norm(toward, axis=1, keepdims=True)

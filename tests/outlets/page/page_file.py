@@ -13,7 +13,7 @@ from brushgs.outlets.page.contents import page_contents
 from brushgs.outlets.page.html import page_html
 from brushgs.outlets.page.view import PageView
 from brushgs.values.camera import Camera
-from tests.outlets.page.studio import painting_of
+from tests.outlets.page.studio import decoded, painting_of
 from tests.scenes import still_life_of
 
 SIZE = {"width": 320, "height": 240}
@@ -112,3 +112,18 @@ def seen(page, header, width=320, height=240):
         [width, height],
     )
     return camera_of(facts, header)
+
+
+PIXELS = """() => {
+  const { gl, canvas } = brushgs;
+  brushgs._paint(1);
+  const pixels = new Uint8Array(4 * canvas.width * canvas.height);
+  gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  return btoa(Array.from(pixels, (byte) => String.fromCharCode(byte)).join(""));
+}"""
+
+
+def screen(page):
+    """[H, W, 4] uint8 of what an open page shows, painted anew, upper rows first."""
+    width, height = page.evaluate("[brushgs.canvas.width, brushgs.canvas.height]")
+    return decoded(page.evaluate(PIXELS), np.uint8).reshape(height, width, 4)[::-1]

@@ -60,77 +60,26 @@ const cameraOf = (camera) => camera && PageCamera.ofHeader({ camera, origin });
 
 window.studio = {
   gl,
-  async load(base64, copies = 1, onSharper = null) {
+  async load(base64, copies = 1) {
     painter?.dispose();
     const contents = await decodeContents(bytesOfBase64(base64));
     contents.header.brushes = Array(copies).fill(contents.header.brushes).flat();
     origin = contents.header.origin;
-    painter = new Painter(gl, contents, onSharper);
+    painter = new Painter(gl, contents, null);
     window.studio.painter = painter;
   },
-  async replace(base64) {
-    const atlas = painter._atlas, contents = await decodeContents(bytesOfBase64(base64));
-    painter.replace(contents);
-    origin = contents.header.origin;
-    return painter._atlas === atlas;
-  },
-  paint(camera, { at: [x, y], ...options }) {
+  paint(camera, options) {
     const { width, height } = camera;
-    const texture = floatTexture(x + width, y + height), target = newTarget([texture]);
-    const head = cameraOf(options.head) ?? undefined;
-    const viewport = [x, y, width, height];
-    painter.paint(cameraOf(camera), { ...options, head, target, viewport });
-    const pixels = pixelsOf(target, gl.COLOR_ATTACHMENT0, x, y, width, height);
+    const texture = floatTexture(width, height), target = newTarget([texture]);
+    painter.paint(cameraOf(camera), { ...options, target, viewport: [0, 0, width, height] });
+    const pixels = pixelsOf(target, gl.COLOR_ATTACHMENT0, 0, 0, width, height);
     gl.deleteFramebuffer(target);
     gl.deleteTexture(texture);
     return pixels;
   },
-  coat(index, camera, detail, belows) {
-    const coat = painter._coats[index], page = cameraOf(camera), { width, height } = camera;
-    const layers = belows.map((text) => floatTexture(width, height, decoded(text, Float32Array)));
-    const [below, belowDetail] = layers;
-    const textures = [floatTexture(width, height), ...(detail ? [floatTexture(width, height)] : [])];
-    const target = newTarget(textures);
-    gl.viewport(0, 0, width, height);
-    gl.clearBufferfv(gl.COLOR, 0, coat.header.blend === "glaze" ? [1, 1, 1, 1] : [0, 0, 0, 0]);
-    if (detail) gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
-    coat.draw(page, page, { order: "depth", share: 1, brush: null, detail, below, belowDetail });
-    const found = textures.map((_, i) => pixelsOf(target, gl.COLOR_ATTACHMENT0 + i, 0, 0, width, height));
-    gl.deleteFramebuffer(target);
-    for (const texture of [...textures, ...layers]) gl.deleteTexture(texture);
-    return found;
-  },
   boxes(coat, camera, head) {
     const options = head ? { head: cameraOf(head) } : {};
     return encoded(painter.boxes(coat, cameraOf(camera), options));
-  },
-  turning(cameras) {
-    return cameras.map((camera) => encoded(painter.boxes(0, cameraOf(camera))));
-  },
-  async loseContext(camera) {
-    const happened = (name) =>
-      new Promise((done) => {
-        const listener = (event) => {
-          event.preventDefault();
-          setTimeout(done, 0); // once all listeners have been called
-        };
-        canvas.addEventListener(name, listener, { once: true });
-      });
-    const [lost, back] = [happened("webglcontextlost"), happened("webglcontextrestored")];
-    const losing = gl.getExtension("WEBGL_lose_context");
-    losing.loseContext();
-    await lost;
-    painter.paint(cameraOf(camera), {}); // paints nothing, and throws nothing
-    losing.restoreContext();
-    await back;
-    gl.getExtension("EXT_color_buffer_float");
-    gl.getExtension("EXT_float_blend");
-    painter.restore();
-  },
-  drawn(camera) {
-    const coat = painter._coats[0], page = cameraOf(camera);
-    coat._sort(coat.count, page, "distance");
-    return encoded(coat._order.ids);
   },
   order(means, setbacks, count, eye, axis) {
     const order = new StrokeOrder(decoded(means, Float32Array), setbacks && decoded(setbacks, Float32Array));
@@ -246,69 +195,17 @@ class Studio:
         self.page.evaluate("a => studio.load(...a)", [encoded(write_container(contents)), copies])
         return contents
 
-    def replace(self, painting, camera):
-        """Hand the same painter another painting; returns whether its brushes are still the same texture."""
-        text = encoded(write_container(contents_of(painting, camera)))
-        return self.page.evaluate("text => studio.replace(text)", text)
-
-    def paint(self, camera, *, head=None, at=(0, 0), **options):
-        """[H, W, 4] float32 premultiplied colour and alpha, upper row first.
-
-        Painted into a target whose lower left corner lies `at` pixels away; `options` are those of `paint`.
-        """
-        given = {"at": at, "head": None if head is None else camera_facts(head)}
-        options = {"ground": False} | given | options
+    def paint(self, camera, **options):
+        """[H, W, 4] float32 premultiplied colour and alpha, upper row first; `options` are as there."""
+        options = {"ground": False} | options
         text = self.page.evaluate("a => studio.paint(...a)", [camera_facts(camera), options])
         return decoded(text, np.float32).reshape(camera.height, camera.width, 4)[::-1]
-
-    def first_picture(self, contents, camera):
-        """Like `paint`, as soon as these contents are read, while brushes are still being filtered."""
-        script = """async ([data, ...picture]) => {
-          window.sharper = new Promise((done) => (window.onSharper = done));
-          await studio.load(data, 1, window.onSharper);
-          return studio.paint(...picture);
-        }"""
-        options = {"ground": False, "at": (0, 0), "head": None}
-        data = encoded(write_container(contents))
-        text = self.page.evaluate(script, [data, camera_facts(camera), options])
-        return decoded(text, np.float32).reshape(camera.height, camera.width, 4)[::-1]
-
-    def sharper_picture(self, camera):
-        """Like `paint`, after `first_picture`, when all brushes are there."""
-        self.page.evaluate("() => sharper")
-        return self.paint(camera)
-
-    def coat(self, camera, *, coat=0, detail=False, below=None):
-        """What one coat alone leaves in its targets, [H, W, 4] float32 each: see `CoatPainter.draw`.
-
-        `below` is the frame of what it is tested against. Depths count from the origin of the page.
-        """
-        belows = []
-        if below is not None:
-            zeros = np.zeros_like(below.alpha)
-            detail_below = np.stack(
-                [zeros, (below.depth - camera.viewmat[2, 3]) * below.alpha, zeros, below.alpha], axis=2
-            )
-            for layer in np.dstack([below.rgb, below.alpha]), detail_below:
-                belows.append(encoded(layer[::-1].astype(np.float32)))
-        texts = self.page.evaluate("a => studio.coat(...a)", [coat, camera_facts(camera), detail, belows])
-        shape = camera.height, camera.width, 4
-        return [decoded(text, np.float32).reshape(shape)[::-1] for text in texts]
 
     def boxes(self, camera, *, coat=0, head=None):
         """[N, 12] of the strokes in the order of the page."""
         facts = None if head is None else camera_facts(head)
         text = self.page.evaluate("a => studio.boxes(...a)", [coat, camera_facts(camera), facts])
         return decoded(text, np.float32).reshape(-1, 12)
-
-    def turning(self, cameras):
-        """[views, N, 12] boxes of the first coat."""
-        texts = self.page.evaluate("c => studio.turning(c)", [camera_facts(camera) for camera in cameras])
-        return np.stack([decoded(text, np.float32).reshape(-1, 12) for text in texts])
-
-    def drawn(self, camera):
-        """Instances of the first coat in the page's own order, farthest first."""
-        return decoded(self.page.evaluate("c => studio.drawn(c)", camera_facts(camera)), np.uint32)
 
     def axis_levels(self, num_texels):
         """Dictionaries like `AxisLevel`."""

@@ -1,46 +1,37 @@
 """The projection in the vertex shader against `project`."""
 
 import numpy as np
-import pytest
 
 import brushgs as bg
+from tests.kit.for_each import for_each
 from tests.outlets.page.strokes import CAMERAS, hard_strokes
 from tests.outlets.page.studio import painting_of
 
 PIXELS = 1e-3
 
 
-@pytest.fixture(scope="module", params=[("anchor", False, 3), ("anchor", True, 1), ("off", False, 0)])
-def painted(studio, request):
-    """A painting that the studio shows, and which row of the strokes each row of the page is."""
-    lock, antialiased, degree = request.param
+@for_each(("lock", "antialiased", "degree"), [("anchor", False, 3), ("anchor", True, 1), ("off", False, 0)])
+def test_boxes_are_those_of_project(studio, lock, antialiased, degree):
     strokes = hard_strokes(600, degree=degree, antialiased=antialiased)
     painting = painting_of(strokes, bg.StrokeTexture.open("flat"), lock=lock)
-    return painting, studio.load(painting, CAMERAS[0]).rows[0]
-
-
-@pytest.mark.parametrize("camera", CAMERAS)
-def test_boxes_are_those_of_project(studio, painted, camera):
-    painting, rows = painted
-    found = studio.boxes(camera)
-    expected, _ = painting.coats[0].boxes(camera)
+    rows = studio.load(painting, CAMERAS[0]).rows[0]
     order = np.full(rows.max() + 1, -1)
     order[rows] = np.arange(len(rows))
-    assert set(rows[found[:, 7] == 1]) == set(expected.ids)
-    found = found[order[expected.ids]]
-    np.testing.assert_allclose(found[:, :2], expected.centers, rtol=0, atol=PIXELS)
-    np.testing.assert_allclose(found[:, 2:4], expected.half_extents, rtol=0, atol=PIXELS)
-    np.testing.assert_allclose(found[:, 5], expected.depths, rtol=1e-6)
-    np.testing.assert_allclose(found[:, 6], expected.opacities, rtol=0, atol=1e-6)
-    np.testing.assert_allclose(found[:, 8:11], expected.colors, rtol=0, atol=1e-6)
-    along, across = expected.half_extents.T.astype(np.float64)
-    reach = np.maximum(along, across)
-    if (
-        painting.coats[0].options.lock == "off"
-    ):  # what is nearly round has no direction: how far its rim moves
-        reach = reach * (1 - (across / along) ** 2)
-    turn = 2 * np.sin((found[:, 4] - expected.angles) / 2)  # 0 at a whole turn only
-    assert np.abs(turn * reach).max() < PIXELS
+    for camera in CAMERAS:
+        found, (expected, _) = studio.boxes(camera), painting.coats[0].boxes(camera)
+        assert set(rows[found[:, 7] == 1]) == set(expected.ids)
+        found = found[order[expected.ids]]
+        np.testing.assert_allclose(found[:, :2], expected.centers, rtol=0, atol=PIXELS)
+        np.testing.assert_allclose(found[:, 2:4], expected.half_extents, rtol=0, atol=PIXELS)
+        np.testing.assert_allclose(found[:, 5], expected.depths, rtol=1e-6)
+        np.testing.assert_allclose(found[:, 6], expected.opacities, rtol=0, atol=1e-6)
+        np.testing.assert_allclose(found[:, 8:11], expected.colors, rtol=0, atol=1e-6)
+        along, across = expected.half_extents.T.astype(np.float64)
+        reach = np.maximum(along, across)
+        if lock == "off":  # what is nearly round has no direction: how far its rim moves
+            reach = reach * (1 - (across / along) ** 2)
+        turn = 2 * np.sin((found[:, 4] - expected.angles) / 2)  # 0 at a whole turn only
+        assert np.abs(turn * reach).max() < PIXELS
 
 
 def test_extreme_values_give_numbers(studio):
@@ -57,20 +48,3 @@ def test_extreme_values_give_numbers(studio):
     boxes = studio.boxes(CAMERAS[0])
     assert np.isfinite(boxes).all()
     assert np.isfinite(studio.paint(CAMERAS[0])).all()
-
-
-def test_both_eyes_take_direction_and_colour_from_between_them(studio):
-    strokes = hard_strokes(200)
-    studio.load(painting_of(strokes, bg.StrokeTexture.open("flat")), CAMERAS[0])
-    head, left, right = (
-        bg.Camera.look_at((x, 0, -4), (x, 0, 0), width=320, height=240, fov_y=0.8) for x in (0, -0.03, 0.03)
-    )
-    between, one, other = (studio.boxes(eye, head=head) for eye in (head, left, right))
-    seen = (between[:, 7] == 1) & (one[:, 7] == 1) & (other[:, 7] == 1)
-    assert seen.sum() > 100
-    for eye in (one, other):
-        assert not np.allclose(eye[seen, :2], between[seen, :2], atol=0.1)
-        np.testing.assert_allclose(eye[seen, 8:11], between[seen, 8:11], rtol=0, atol=1e-6)
-        np.testing.assert_allclose(eye[seen, 4], between[seen, 4], rtol=0, atol=1e-6)
-    alone = studio.boxes(left)
-    assert np.abs(np.sin(alone[seen, 4] - one[seen, 4])).max() > 1e-3

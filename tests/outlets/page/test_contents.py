@@ -21,11 +21,16 @@ def column(contents, name, coat=0):
     return contents.arrays[contents.header["coats"][coat]["arrays"][name]]
 
 
-def test_columns_are_those_of_the_strokes_in_another_order():
+def test_columns_are_those_of_the_strokes_in_another_order_but_of_what_nobody_would_see():
     strokes = some_strokes(300, degree=2)
+    faint, sh = np.array(strokes.opacities), np.array(strokes.sh)
+    faint[[3, 7]] = 0.5 / 255
+    sh[5] = 1e6
+    strokes = replace(strokes, opacities=faint, sh=sh)
     contents = contents_of(some_coat(strokes))
     rows = contents.rows[0]
-    assert sorted(rows) == list(range(300))
+    assert sorted(rows) == [row for row in range(300) if row not in (3, 7)]
+    assert contents.header["coats"][0]["count"] == contents.num_strokes == 298
     for name in ("means", "quats", "scales"):
         assert column(contents, name).dtype == np.float32
     relative = strokes.means.astype(np.float64) - VIEW.center
@@ -34,7 +39,10 @@ def test_columns_are_those_of_the_strokes_in_another_order():
     units = strokes.quats / np.linalg.norm(strokes.quats, axis=1, keepdims=True)
     np.testing.assert_allclose(column(contents, "quats"), units[rows], atol=1e-7)
     np.testing.assert_array_equal(column(contents, "opacities"), strokes.opacities[rows].astype(np.float16))
-    np.testing.assert_array_equal(column(contents, "sh"), strokes.sh[rows].astype(np.float16))
+    largest = np.finfo(np.float16).max
+    np.testing.assert_array_equal(
+        column(contents, "sh"), np.clip(strokes.sh[rows], -largest, largest).astype(np.float16)
+    )
     assert contents.header["origin"] == VIEW.center.tolist()
 
 
@@ -65,23 +73,6 @@ def test_what_belongs_to_a_row_stays_with_it():
     inside = np.minimum(boxes.centers, (1000, 750) - boxes.centers).min(axis=1) / 750
     left = np.clip((inside / 0.2 + 0.35 - 1.1 * chance) / 0.25, 0, 1)
     np.testing.assert_allclose(thin.opacities, boxes.opacities * left, atol=2e-3)
-
-
-def test_strokes_that_nobody_would_see_are_left_out():
-    strokes = some_strokes(50)
-    faint = np.array(strokes.opacities)
-    faint[[3, 7]] = 0.5 / 255
-    contents = contents_of(some_coat(replace(strokes, opacities=faint)))
-    assert set(range(50)) - set(contents.rows[0]) == {3, 7}
-    assert (
-        contents.header["coats"][0]["count"] == len(column(contents, "means")) == contents.num_strokes == 48
-    )
-
-
-def test_values_beyond_the_range_of_half_floats_are_its_largest():
-    strokes = some_strokes(3)
-    sh = np.full_like(strokes.sh, 1e6)
-    assert (column(contents_of(some_coat(replace(strokes, sh=sh))), "sh") == np.finfo(np.float16).max).all()
 
 
 def test_brushes_that_no_stroke_uses_are_left_out_and_equal_ones_stored_once():

@@ -8,6 +8,7 @@ import pytest
 
 from brushgs.cameras.framing import frame_scene
 from brushgs.outlets.page.view import PageView
+from tests.kit.for_each import for_each
 from tests.outlets.page.kit import kit
 from tests.outlets.page.page_file import (
     SIZE,
@@ -24,7 +25,7 @@ from tests.outlets.page.page_file import (
 WIDTH, HEIGHT = 480, 360  # of the window, in which the bar covers the lower half
 WINDOW = {"width": WIDTH, "height": HEIGHT}
 CALM = {"reduced_motion": "reduce", **WINDOW}  # nothing turns by itself or glides
-STROKES, FIRST = scene()
+_, FIRST = scene()
 POINTS = FIRST.points[::5]
 OFF = np.array([[330.0, 0, 150], [0, 300, 130], [0, 0, 1]])  # not as high as wide, and off the middle
 PLAIN = frame_scene(FIRST, **SIZE)
@@ -88,11 +89,6 @@ def state_of(page):
     return np.array(page.evaluate("[...brushgs.controls.target]"))
 
 
-def header_of(camera, *, is_inside=False):
-    view = replace(PageView.of(FIRST, camera), is_inside=is_inside)
-    return shown(camera, view=view).header
-
-
 def first_camera(tab, header, width, height):
     """The camera of the first picture in a window."""
     facts = tab.evaluate(
@@ -105,28 +101,28 @@ def first_camera(tab, header, width, height):
     return camera_of(facts, header)
 
 
-@pytest.mark.parametrize("name", CAMERAS)
-def test_the_first_picture_is_that_of_render_in_a_window_of_any_shape(tab, name):
+@for_each("name", CAMERAS)
+@for_each("is_inside", [False, True])
+def test_the_first_picture_is_that_of_render_in_a_window_of_any_shape(tab, name, is_inside):
     camera = CAMERAS[name]
-    for is_inside in (False, True):
-        header = dict(header_of(camera, is_inside=is_inside))
-        for width, height in ((320, 240), (640, 480), (500, 200), (390, 844)):
-            shown_camera = first_camera(tab, header, width, height)
-            scale = shown_camera.K[0, 0] / camera.K[0, 0]
-            sides = (width / 320, height / 240)
-            assert min(sides) - 1e-9 <= scale <= max(sides) + 1e-9  # the whole picture, or a filled window
-            shift = 0.5 * np.array([width - 320 * scale, height - 240 * scale])
-            np.testing.assert_allclose(
-                pixels(shown_camera, POINTS), pixels(camera, POINTS) * scale + shift, atol=1e-6
-            )
-            assert shown_camera.near == pytest.approx(camera.near, rel=1e-12)
+    view = replace(PageView.of(FIRST, camera), is_inside=is_inside)
+    header = dict(shown(camera, view=view).header)
+    for width, height in ((320, 240), (640, 480), (500, 200), (390, 844)):
+        shown_camera = first_camera(tab, header, width, height)
+        scale = shown_camera.K[0, 0] / camera.K[0, 0]
+        sides = (width / 320, height / 240)
+        assert min(sides) - 1e-9 <= scale <= max(sides) + 1e-9  # the whole picture, or a filled window
+        shift = 0.5 * np.array([width - 320 * scale, height - 240 * scale])
+        expected = pixels(camera, POINTS) * scale + shift
+        np.testing.assert_allclose(pixels(shown_camera, POINTS), expected, atol=1e-6)
+        assert shown_camera.near == pytest.approx(camera.near, rel=1e-12)
 
 
-@pytest.mark.parametrize("reach", [(0.2, 0.8), (0.45, 0.8), (0.8, 0.35), (0.8, 0.8)])
-@pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390), (280, 653), (1280, 720), (2560, 1440)])
-def test_the_subject_fills_the_side_that_binds(tab, width, height, reach):
+@for_each("reach", [(0.2, 0.8), (0.45, 0.8), (0.8, 0.35), (0.8, 0.8)])
+@for_each(("width", "height"), [(390, 844), (844, 390), (280, 653), (1280, 720), (2560, 1440)])
+def test_the_subject_fills_the_side_that_binds(tab, contents, width, height, reach):
     subject = (reach[0] * 160, reach[1] * 120)
-    header = header_of(PLAIN) | {"subject": list(subject)}
+    header = contents.header | {"subject": list(subject)}
     scale = first_camera(tab, header, width, height).K[0, 0] / PLAIN.K[0, 0]
     share = scale * max(2 * subject[0] / width, 2 * subject[1] / height)
     assert 0.55 <= share <= 0.9 or scale == pytest.approx(max(width / 320, height / 240))
@@ -206,32 +202,26 @@ def test_keys_move_the_view_and_home_brings_it_back_exactly(page, contents):
     np.testing.assert_allclose(pixels(shot(page), POINTS), 1.5 * pixels(PLAIN, POINTS), atol=1e-6)
 
 
-class Fingers:
-    """A touch screen."""
-
-    def __init__(self, page):
-        self.session = page.context.new_cdp_session(page)
-
-    def send(self, kind, *points):
-        touches = [{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(points)]
-        self.session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
-
-
 def test_one_finger_turns_two_move_and_zoom(open_page, path, contents):
     page = open_page(path, has_touch=True, **CALM)
     page.evaluate("brushgs.ready")
-    first, fingers = state_of(page), Fingers(page)
-    fingers.send("touchStart", (100, 100))
-    fingers.send("touchMove", (124, 100))
-    fingers.send("touchEnd")
+    first, session = state_of(page), page.context.new_cdp_session(page)
+
+    def touch(kind, *points):
+        touches = [{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(points)]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+
+    touch("touchStart", (100, 100))
+    touch("touchMove", (124, 100))
+    touch("touchEnd")
     np.testing.assert_allclose((state_of(page) - first)[4:], (-24 * pi / HEIGHT, 0), atol=1e-9)
     settle(page)
     before = shot(page)
     distance = np.exp(state_of(page)[3])
     tips = np.array([[100.0, 120], [180, 120]])
-    fingers.send("touchStart", *tips.tolist())
-    fingers.send("touchMove", (90, 100), (250, 100))
-    fingers.send("touchEnd")
+    touch("touchStart", *tips.tolist())
+    touch("touchMove", (90, 100), (250, 100))
+    touch("touchEnd")
     settle(page)
     after = shot(page)
     assert np.exp(state_of(page)[3]) / distance == pytest.approx(0.5, rel=1e-6)
@@ -289,47 +279,34 @@ def test_inside_a_scene_the_hand_looks_around_and_the_wheel_walks_a_little(open_
     assert np.linalg.norm(walked) == pytest.approx(0.5 * distance)
 
 
-# Glides
-
-
-def test_nothing_is_drawn_when_nothing_moves(open_page, path):
-    page = open_page(path, **WINDOW)
-    page.evaluate("brushgs.ready")
-    page.keyboard.press("ArrowLeft")  # stops the turn of the start, and begins a glide
-    drawn = settle(page)
-    np.testing.assert_array_equal(page.evaluate("[...brushgs.controls.state]"), state_of(page))
-    page.wait_for_timeout(300)
-    assert page.evaluate("brushgs.framesDrawn") == drawn
-    page.mouse.move(30, 30)
-    page.mouse.move(60, 60)  # a pointer that touches nothing
-    page.wait_for_timeout(100)
-    assert page.evaluate("brushgs.framesDrawn") == drawn
-    page.keyboard.press("ArrowLeft")
-    wait_until(page, "drawn => brushgs.framesDrawn > drawn", drawn)
-
-
-def test_the_page_turns_until_it_is_touched(open_page, path):
-    for stop in ("key", "touch", "bar"):
+def test_nothing_is_drawn_when_nothing_moves_and_the_page_turns_until_it_is_touched(open_page, path):
+    for stop in ("touch", "bar", "key"):
         page = open_page(path, **WINDOW)
         page.evaluate("brushgs.ready")
         assert page.evaluate("brushgs.controls.isTurning")
         assert page.locator("#turn").get_attribute("aria-pressed") == "true"
         first = page.evaluate("brushgs.controls.orbit.first[4]")
         wait_until(page, "first => brushgs.controls.state[4] > first + 1e-4", first)
-        if stop == "key":
-            page.keyboard.press("a")
-        elif stop == "touch":
+        if stop == "touch":
             page.mouse.move(20, 20)
             page.mouse.down()
             page.mouse.up()
-        else:
+        elif stop == "bar":
             page.locator("#link").focus()
+        else:
+            page.keyboard.press("ArrowLeft")  # and begins a glide
         assert not page.evaluate("brushgs.controls.isTurning")
         assert page.locator("#turn").get_attribute("aria-pressed") == "false"
-        page.close()
+    drawn = settle(page)
+    np.testing.assert_array_equal(page.evaluate("[...brushgs.controls.state]"), state_of(page))
+    page.mouse.move(60, 60)  # a pointer that touches nothing
+    page.wait_for_timeout(300)
+    assert page.evaluate("brushgs.framesDrawn") == drawn
+    page.keyboard.press("ArrowLeft")
+    wait_until(page, "drawn => brushgs.framesDrawn > drawn", drawn)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("has_underpaint", "paces"),
     [
         (True, [(1, False), (1, False), (1, False), (1, True), (0.5, True), (1, True), (1, False)]),

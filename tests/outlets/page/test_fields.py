@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import brushgs as bg
 from brushgs.outlets.page.fields import LARGEST, LEVELS, field_codes
@@ -55,42 +54,25 @@ def turns(studio, painting, rows, camera, tolerance=1e-3):
     return 2 * np.arcsin(np.abs(np.sin((found[:, 4] - expected.angles) / 2)))
 
 
-@pytest.fixture(scope="module")
-def hard(studio):
-    """A painting of hard strokes in the fields that the page holds, and which row is which."""
+def test_strokes_of_any_shape_point_as_in_python(studio):
     strokes = hard_strokes(600, degree=0)
     painting = in_fields(strokes, random_fields(600))
-    contents = studio.load(painting, CAMERAS[0])
-    fields = decoded(field_codes(painting.coats[0].fields, strokes), strokes)
-    return in_fields(strokes, fields), contents.rows[0]
+    rows = studio.load(painting, CAMERAS[0]).rows[0]
+    held = decoded(field_codes(painting.coats[0].fields, strokes), strokes)  # what the page has
+    for camera in CAMERAS:
+        turn = turns(studio, in_fields(strokes, held), rows, camera)
+        assert len(turn) > 100
+        assert turn.max() < RADIANS
 
 
-@pytest.mark.parametrize("camera", CAMERAS)
-def test_strokes_of_any_shape_point_as_in_python(studio, hard, camera):
-    turn = turns(studio, *hard, camera)
-    assert len(turn) > 100
-    assert turn.max() < RADIANS
-
-
-@pytest.fixture(scope="module")
-def turned(studio):
-    """Strokes of the still life in fitted fields."""
+def test_fitted_fields_turn_no_stroke_by_a_degree_and_both_eyes_take_one_direction(studio):
     scene = still_life_of(3000)
     strokes = bg.cluster(scene, 600)
     painting = in_fields(strokes, fit_canonical(strokes))
     cameras = bg.orbit(scene, 10, width=320, height=240)
-    return painting, studio.load(painting, cameras[0]).rows[0], cameras
-
-
-def test_no_stroke_turns_by_a_degree_because_of_how_fields_are_stored(studio, turned):
-    painting, rows, cameras = turned
+    rows = studio.load(painting, cameras[0]).rows[0]
     worst = [np.degrees(turns(studio, painting, rows, camera, 0.01)).max() for camera in cameras]
     assert max(worst) < 1
-
-
-def test_both_eyes_take_the_direction_of_a_field_from_between_them(studio, turned):
-    painting, _, cameras = turned
-    studio.load(painting, cameras[0])
     head = cameras[3]
     eyes = [replace(head, viewmat=shifted(head.viewmat, 0.03 * side)) for side in (-1, 1)]
     between, one, other = (studio.boxes(camera, head=head) for camera in (head, *eyes))
@@ -99,6 +81,7 @@ def test_both_eyes_take_the_direction_of_a_field_from_between_them(studio, turne
     for eye in (one, other):
         assert not np.allclose(eye[seen, :2], between[seen, :2], atol=0.1)
         np.testing.assert_allclose(eye[seen, 4], between[seen, 4], rtol=0, atol=1e-6)
+        np.testing.assert_allclose(eye[seen, 8:11], between[seen, 8:11], rtol=0, atol=1e-6)
     assert np.abs(np.sin(studio.boxes(eyes[0])[seen, 4] - one[seen, 4])).max() > 1e-3
 
 
@@ -125,9 +108,6 @@ def test_the_column_is_six_bytes_a_stroke_and_only_where_there_are_fields():
     np.testing.assert_allclose(found.facing[kept], fields.facing[rows][kept], atol=2e-4)
     np.testing.assert_allclose(found.along[kept], fields.along[rows][kept], atol=2e-4)
     assert contents.omitted == ()
-
-
-def test_a_field_without_strokes_is_told_to_be_missing():
-    told = contents_of(some_coat(some_strokes(5), lock="canonical"))
-    assert told.header["coats"][0]["lock"] == "anchor"
-    assert "each view has its directions" in told.omitted[0]
+    without = contents_of(some_coat(some_strokes(5), lock="canonical"))
+    assert without.header["coats"][0]["lock"] == "anchor"
+    assert "each view has its directions" in without.omitted[0]

@@ -8,6 +8,7 @@ import brushgs as bg
 from brushgs.cli import main
 from brushgs.options.scene_source import SceneSource
 from brushgs.outlets.page.gallery import entries_of
+from tests.kit.commands import refused
 from tests.outlets.page.page_file import wait_until
 from tests.outlets.page.paintings import some_strokes
 
@@ -55,17 +56,13 @@ def test_a_browser_shows_the_pictures_and_follows_the_links(gallery, open_page):
     page.evaluate("brushgs.ready")
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--for-view"], "--for-view needs -o FILE.glb, got --gallery"),
-        (["-o", "a.ply"], "a.ply: is a file; a gallery needs a folder"),
-    ],
-)
-def test_bad_input_is_one_sentence(words, said, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.usefixtures("folder")
+def test_bad_input_is_one_sentence(capsys):
     bg.save(some_strokes(10), "a.ply")
     before = Path("a.ply").read_bytes()
-    assert main(["export", "a.ply", "--gallery", *words, *SMALL]) == 2
-    assert said in capsys.readouterr().err
+    for words, said in (
+        (["--for-view"], "--for-view needs -o FILE.glb, got --gallery"),
+        (["-o", "a.ply"], "a.ply: is a file; a gallery needs a folder"),
+    ):
+        assert said in refused(capsys, "export", "a.ply", "--gallery", *words, *SMALL)
     assert Path("a.ply").read_bytes() == before

@@ -20,7 +20,6 @@ IPD = 0.064  # metres between the eyes
 OUTER, INNER = 1.2, 0.8  # tangents: the frusta of headsets are not symmetric
 ABOVE = 0.7
 BELOW = HEIGHT / WIDTH * (OUTER + INNER) - ABOVE  # pixels are square
-MIDDLE = np.array([0.0, 0, -1.75])  # where what is seen from outside stands: 1 m away, 1.5 m across
 FRONT = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=64, height=64)
 TURNED = PageView(np.array([0.0, -1, 0]), np.zeros(3), 1.0, False)
 
@@ -180,11 +179,6 @@ def centroid(alpha):
     return np.array([(alpha * columns).sum(), (alpha * rows).sum()]) / alpha.sum()
 
 
-def turn_of(angles, others):
-    """Degrees from one direction to the other, -180 to 180."""
-    return np.degrees(np.remainder(angles - others + np.pi, 2 * np.pi) - np.pi)
-
-
 @pytest.mark.parametrize("place", [(0.0, 0, 0), (0.4, 0.3, -0.5), (-0.5, -0.2, 0.8)])
 def test_a_stroke_has_the_parallax_of_its_distance(visit, place):
     visit.hang(spot(place))
@@ -206,7 +200,7 @@ def test_a_stroke_has_the_parallax_of_its_distance(visit, place):
     assert found[0][1] == pytest.approx(found[1][1], abs=0.02)
 
 
-def test_a_head_that_turns_leaves_the_order_as_it_is(visit):
+def test_both_eyes_see_one_direction_and_one_colour_in_an_order_that_a_turn_of_the_head_leaves(visit):
     visit.hang(crowd(), "flat")
     visit.enter()
     orders = [(visit.look(Head((0, 0.5, 0), yaw)), visit.instances())[1] for yaw in (0, 20, -35, 90)]
@@ -214,11 +208,6 @@ def test_a_head_that_turns_leaves_the_order_as_it_is(visit):
     assert all((order == orders[0]).all() for order in orders)
     visit.look(Head((1.5, 0.5, -1.75), 90))
     assert (visit.instances() != orders[0]).any()
-
-
-def test_both_eyes_see_one_direction_and_one_colour_in_one_order(visit):
-    visit.hang(crowd(), "flat")
-    visit.enter()
     visit.page.evaluate("""() => {
       window.sorts = 0;
       const { sort } = studio.painter._coats[0]._order.constructor.prototype;
@@ -230,7 +219,8 @@ def test_both_eyes_see_one_direction_and_one_colour_in_one_order(visit):
     seen = (left[:, 7] == 1) & (right[:, 7] == 1)
     assert seen.sum() > 30
     np.testing.assert_array_equal(left[seen, 8:11], right[seen, 8:11])  # colours
-    np.testing.assert_allclose(turn_of(left[seen, 4], right[seen, 4]), 0, atol=1e-3)
+    turns = np.remainder(left[seen, 4] - right[seen, 4] + np.pi, 2 * np.pi) - np.pi
+    np.testing.assert_allclose(turns, 0, atol=np.radians(1e-3))
     assert np.abs(left[seen, 0] - right[seen, 0]).min() > 5  # centres are those of each eye
 
 
@@ -267,37 +257,27 @@ def test_thumbsticks_move_turn_and_resize(visit):
     assert visit.boxes_of_eyes()[0, 0, 5] * 1.5 == pytest.approx(2 * 1.75, rel=1e-4)
 
 
-def test_a_long_squeeze_ends_the_session(visit):
+def test_a_long_squeeze_ends_the_session_and_what_cannot_start_is_told(visit):
     visit.hang(spot())
     visit.enter()
     visit.look()
-    squeeze = "isHeld => device.session.squeeze(device, isHeld)"
-    visit.page.evaluate(squeeze, True)
-    visit.look(after=20)
-    visit.look(after=900)
-    visit.page.evaluate(squeeze, False)
-    visit.look(after=900)
-    assert visit.page.evaluate("studio.headset.isOn")
-    visit.page.evaluate(squeeze, True)
-    visit.look(after=20)
-    visit.look(after=1000)
-    assert not visit.page.evaluate("studio.headset.isOn")
-    assert visit.page.evaluate("studio.wasDrawn()")
-    assert visit.page.evaluate("device.session.isEnded")
+    for after in (900, 1000):  # too short, and long enough
+        visit.look(after=900)
+        visit.page.evaluate("device.session.squeeze(device, true)")
+        visit.look(after=20)
+        visit.look(after=after)
+        assert visit.page.evaluate("studio.headset.isOn") == (after == 900)
+        visit.page.evaluate("device.session.squeeze(device, false)")
+    assert visit.page.evaluate("studio.wasDrawn() && device.session.isEnded")
     visit.enter().look()  # and again
     assert visit.page.evaluate("studio.headset.isOn")
-
-
-def test_what_cannot_start_is_told_in_a_sentence(visit):
-    visit.hang(spot())
-    visit.page.evaluate("() => { device.refusal = 'No XR hardware found.'; }")
-    visit.enter()
-    visit.page.evaluate("() => { device.refusal = null; device.incompatible = 'Wrong graphics card.'; }")
-    visit.enter()
-    assert visit.page.evaluate("studio.problems") == [
-        "The headset did not start: No XR hardware found.",
-        "The headset did not start: Wrong graphics card.",
-    ]
+    visit.page.evaluate("studio.headset.leave()")
+    for fault in ("refusal", "incompatible"):
+        visit.page.evaluate("name => { device[name] = `No ${name}.`; }", fault)
+        visit.enter()
+        visit.page.evaluate("name => { device[name] = null; }", fault)
+    sentence = "The headset did not start: No {}."
+    assert visit.page.evaluate("studio.problems") == [sentence.format(x) for x in ("refusal", "incompatible")]
     assert visit.page.evaluate("[studio.headset.isOn, device.session.isEnded]") == [False, True]
 
 
@@ -307,12 +287,16 @@ def test_the_bar_leads_into_the_headset_and_a_squeeze_back(open_page, tmp_path):
     page = open_page(path, init_script=DEVICE, reduced_motion="reduce")
     page.evaluate("() => brushgs.ready")
     wait_until(page, "!!document.getElementById('immersive-ar')")
-    assert page.get_by_role("button", name="Enter VR").count() == 1
     assert page.evaluate("document.getElementById('headsetHint').textContent") == ""
+    page.evaluate("() => { device.refusal = 'The headset is asleep.'; }")
+    page.get_by_role("button", name="Enter VR").press("Enter")
+    wait_until(page, "document.getElementById('notice').textContent.includes('asleep')")
+    assert not page.evaluate("brushgs.isPaused")
+    page.evaluate("() => { device.refusal = null; }")
     settle(page)
     before = page.evaluate("() => [...brushgs.controls.camera(320, 240).viewmat]")
     page.evaluate("eyes => { device.eyes = eyes; }", eyes_of_device())
-    page.get_by_role("button", name="Enter VR").click()
+    page.get_by_role("button", name="Enter VR").press("Enter")
     wait_until(page, "brushgs.isPaused")
     pixels = np.frombuffer(base64.b64decode(page.evaluate(FRAME, 0)), np.uint8)
     drawn = page.evaluate("brushgs.framesDrawn")
@@ -327,13 +311,3 @@ def test_the_bar_leads_into_the_headset_and_a_squeeze_back(open_page, tmp_path):
     wait_until(page, "!brushgs.isPaused")
     wait_until(page, f"brushgs.framesDrawn === {drawn + 1}")
     assert page.evaluate("() => [...brushgs.controls.camera(320, 240).viewmat]") == before
-
-
-def test_a_session_that_is_refused_is_said_in_the_page(open_page, tmp_path):
-    page = open_page(write_page(tmp_path / "pears.html"), init_script=DEVICE)
-    page.evaluate("() => brushgs.ready")
-    wait_until(page, "!!document.getElementById('immersive-vr')")
-    page.evaluate("() => { device.refusal = 'The headset is asleep.'; }")
-    page.get_by_role("button", name="Enter VR").click()
-    wait_until(page, "document.getElementById('notice').textContent.includes('asleep')")
-    assert not page.evaluate("brushgs.isPaused")

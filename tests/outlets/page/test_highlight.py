@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.framing import frame_scene
+from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import page_contents
 from brushgs.outlets.page.view import PageView
@@ -17,9 +17,10 @@ from brushgs.rendering.light import Lamp
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import paper
-from tests.outlets.page.page_file import SIZE, scene, settle, wait_until, write_page
+from tests.kit.for_each import for_each
+from tests.outlets.page.page_file import SIZE, scene, screen, settle, wait_until, write_page
 from tests.outlets.page.paintings import contents_of, some_coat, some_strokes
-from tests.outlets.page.studio import decoded, painting_of
+from tests.outlets.page.studio import painting_of
 
 CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=120, height=80, fov_y=0.6)
 LEFT, RIGHT = np.s_[:, :40], np.s_[:, 80:]  # of the picture: beyond the reach of what lies in the middle
@@ -81,22 +82,14 @@ def test_the_column_and_the_names_of_regions_are_in_the_contents():
     assert column.dtype == np.uint8
     np.testing.assert_array_equal(column, regions[contents.rows[0]])
     assert "region" not in second["arrays"]
-    more = len(write_container(contents, level=0)) - len(
-        write_container(contents_of(some_coat(strokes), bare), level=0)
-    )
-    assert more - 200 < 160  # a byte a stroke, and some of the header
+    for without in (None, np.zeros(200, np.uint8)):  # as ever, byte for byte
+        usual = contents_of(some_coat(strokes), title="a")
+        found = contents_of(some_coat(replace(strokes, regions=without)), title="a", regions=["pear"])
+        assert "regions" not in usual.header
+        assert write_container(found) == write_container(usual)
 
 
-@pytest.mark.parametrize("regions", [None, np.zeros(50, np.uint8)])
-def test_contents_without_regions_are_as_ever_byte_for_byte(regions):
-    strokes = some_strokes(50)
-    usual = contents_of(some_coat(strokes), title="a")
-    found = contents_of(some_coat(replace(strokes, regions=regions)), title="a", regions=["pear"])
-    assert "regions" not in usual.header
-    assert write_container(found) == write_container(usual)
-
-
-@pytest.mark.parametrize("kind", ["plain", "lit", "glaze", "dry"])
+@for_each("kind", ["plain", "lit", "glaze", "dry"])
 def test_a_veil_lies_over_all_that_is_not_highlighted(studio, kind):
     painting = paintings()[kind]
     contents = studio.load(painting, CAMERA, background=(0.1, 0.3, 0.2))
@@ -114,53 +107,22 @@ def test_a_veil_lies_over_all_that_is_not_highlighted(studio, kind):
     np.testing.assert_array_equal(studio.paint(CAMERA, ground=True), usual)
 
 
-def page_with(names, *, title="pears"):
-    """The still life, its strokes in regions by their height: 0 the highest, then 1, 2."""
+def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page, tmp_path):
     strokes, first = scene()
-    height = strokes.means[:, 1]
-    regions = np.digitize(height, np.quantile(height, (0.3, 0.6))).astype(np.uint8)
+    regions = np.digitize(strokes.means[:, 1], np.quantile(strokes.means[:, 1], (0.3, 0.6)))  # by height
     camera = frame_scene(first, **SIZE)
-    painting = painting_of(replace(strokes, regions=regions), StrokeTexture.open("impasto"))
-    view = PageView.of(first, camera)
-    return page_contents(
-        painting, camera, view=view, title=title, command=("a.ply", ()), background=(1, 1, 1), regions=names
-    )
-
-
-@pytest.fixture(scope="module")
-def path(tmp_path_factory):
-    return write_page(tmp_path_factory.mktemp("page") / "pears.html", page_with(NAMES))
-
-
-PIXELS = """() => {
-  const { gl, canvas } = brushgs;
-  brushgs._paint(1);
-  const pixels = new Uint8Array(4 * canvas.width * canvas.height);
-  gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-  return btoa(Array.from(pixels, (byte) => String.fromCharCode(byte)).join(""));
-}"""
-
-
-def screen(page):
-    """The picture on the screen, upper rows first."""
-    width, height = page.evaluate("[brushgs.canvas.width, brushgs.canvas.height]")
-    return decoded(page.evaluate(PIXELS), np.uint8).reshape(height, width, 4)[::-1]
-
-
-def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page, path, tmp_path):
-    page = open_page(path, **CALM, width=1100, height=300)
+    painting = painting_of(replace(strokes, regions=regions.astype(np.uint8)), StrokeTexture.open("impasto"))
+    more = {"view": PageView.of(first, camera), "title": "pears", "command": ("a.ply", ())}
+    contents = page_contents(painting, camera, **more, background=(1, 1, 1), regions=NAMES)
+    page = open_page(write_page(tmp_path / "pears.html", contents), **CALM, width=1100, height=300)
     page.evaluate("brushgs.ready")
     settle(page)
     usual = screen(page)
     select = page.get_by_role("combobox", name="Highlight")
-    assert select.locator("option").all_inner_texts() == [
-        "Nothing",
-        "pear",
-        "<i>cloth</i>",
-        "nobody's (no strokes)",
-        "Elsewhere",
-    ]
-    assert select.locator("option:disabled").all_inner_texts() == ["nobody's (no strokes)"]
+    missing = "nobody's (no strokes)"
+    names = ["Nothing", "pear", "<i>cloth</i>", missing, "Elsewhere"]
+    assert select.locator("option").all_inner_texts() == names
+    assert select.locator("option:disabled").all_inner_texts() == [missing]
     assert select.bounding_box()["height"] >= 40
     page.locator("#ground").focus()
     page.keyboard.press("Tab")
@@ -168,10 +130,8 @@ def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page
     page.keyboard.press("ArrowDown")
     wait_until(page, "brushgs.look.highlight !== null")
     assert page.evaluate("brushgs.look.highlight.name") == "pear"
-    assert (
-        page.get_by_role("application", name="pears: a painting of 1,131 strokes, pear highlighted").count()
-        == 1
-    )
+    name = "pears: a painting of 1,131 strokes, pear highlighted"
+    assert page.get_by_role("application", name=name).count() == 1
     settle(page)
     veiled = screen(page)
     changed = (veiled != usual).any(axis=2).mean()
@@ -179,10 +139,9 @@ def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page
 
     with page.expect_download() as saving:
         page.evaluate("brushgs.panel.savePicture()")
+    assert saving.value.suggested_filename == "pears.png"
     saving.value.save_as(tmp_path / "a.png")
-    from PIL import Image
-
-    saved = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))
+    saved = np.rint(255 * read_image(tmp_path / "a.png")[..., :3])
     np.testing.assert_array_equal(saved, usual[..., :3])
     np.testing.assert_array_equal(screen(page), veiled)
 

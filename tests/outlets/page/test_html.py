@@ -1,6 +1,5 @@
 import base64
 import hashlib
-import html as markup
 import re
 from html.parser import HTMLParser
 
@@ -9,11 +8,8 @@ import pytest
 from brushgs.outlets.page import html
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.html import Preview, page_html, page_script, plain_text
-from brushgs.outlets.page.write import write_page
-from brushgs.rendering.canvas import Painting
 from tests.kit.for_each import for_each
-from tests.outlets.page.paintings import CAMERA, VIEW, contents_of, some_coat, some_strokes
-from tests.outlets.page.read import read_page
+from tests.outlets.page.paintings import contents_of, some_coat, some_strokes
 
 HOSTILE = [
     "</script><script>alert(1)</script>",
@@ -47,15 +43,12 @@ class Elements(HTMLParser):
         return [attributes for name, attributes in self.tags if name == tag]
 
 
-def hostile_page(name):
-    contents = contents_of(some_coat(some_strokes(20), name=name), title=name)
-    contents.header["brushes"][0]["name"] = name
-    return page_html(write_container(contents), title=name, still=JPEG)
-
-
 @for_each("name", HOSTILE)
 def test_a_hostile_name_becomes_text_and_nothing_else(name):
-    text, plain = hostile_page(name), page_html(write_container(contents_of()), title="", still=JPEG)
+    contents = contents_of(some_coat(some_strokes(20), name=name), title=name)
+    contents.header["brushes"][0]["name"] = name
+    text = page_html(write_container(contents), title=name, still=JPEG)
+    plain = page_html(write_container(contents_of()), title="", still=JPEG)
     found, usual = Elements(text), Elements(plain)
     shapes = [[(tag, set(attributes)) for tag, attributes in elements.tags] for elements in (found, usual)]
     assert shapes[0] == shapes[1]
@@ -87,33 +80,16 @@ def test_the_contents_are_the_last_element_and_the_policy_allows_the_one_script_
     assert still["src"] == "data:image/jpeg;base64," + base64.b64encode(JPEG).decode()
 
 
-def test_the_page_of_a_server_gets_its_contents_from_there():
-    found = Elements(page_html(None, title="t", live=True))
-    assert len(found.named("script")) == 1
-    (policy,) = [meta["content"] for meta in found.named("meta") if "http-equiv" in meta]
-    assert "connect-src data: blob: 'self'" in policy
-    assert re.search(r"script-src 'sha256-[^ ]*';", policy)
-
-
-def test_a_still_of_another_kind_is_refused():
+def test_a_still_of_another_kind_and_a_script_that_would_end_its_element_are_refused(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="JPEG"):
         page_html(None, title="t", still=b"GIF89a")
-
-
-@pytest.fixture
-def web(tmp_path, monkeypatch):
-    """A folder in place of that of the package."""
-    html.web_text.cache_clear()
     monkeypatch.setattr(html, "_web", lambda: tmp_path)
-    yield tmp_path
+    for text in ("// </SCRIPT>", "'<!--'"):
+        html.web_text.cache_clear()
+        (tmp_path / "app.js").write_text(text)
+        with pytest.raises(ValueError, match="script"):
+            page_script()
     html.web_text.cache_clear()
-
-
-@pytest.mark.parametrize("text", ["// </SCRIPT>", "'<!--'"])
-def test_a_script_that_would_end_its_element_is_refused(web, text):
-    (web / "app.js").write_text(text)
-    with pytest.raises(ValueError, match="script"):
-        page_script()
 
 
 def test_chromium_runs_the_script_of_the_page_and_no_other(browser, open_page, tmp_path, monkeypatch):
@@ -130,25 +106,6 @@ def test_chromium_runs_the_script_of_the_page_and_no_other(browser, open_page, t
     tab.goto((tmp_path / "other.html").as_uri())
     assert tab.evaluate("window.bad") is None
     tab.close()
-
-
-@pytest.mark.parametrize("name", HOSTILE[:2])
-def test_chromium_shows_a_hostile_name_as_text(open_page, tmp_path, name):
-    strokes = some_strokes(20)
-    painting = Painting((some_coat(strokes, name=name),))
-    path = tmp_path / "page.html"
-    write_page(painting, CAMERA, path, view=VIEW, title=name, command=(name, [name]), background=(1, 1, 1))
-    header, _ = read_page(path)
-    assert header["title"] == header["command"]["scene"] == header["coats"][0]["name"] == name
-    dialogs = []
-    page = open_page(path, reduced_motion="reduce")
-    page.on("dialog", lambda dialog: (dialogs.append(dialog.message), dialog.dismiss()))
-    page.wait_for_timeout(100)
-    assert dialogs == []
-    assert page.title() == plain_text(name)
-    assert page.evaluate("[...document.scripts].filter((s) => !s.type).length") == 1
-    assert page.get_attribute("#still", "alt") == plain_text(name)
-    assert markup.escape(plain_text(name)) in path.read_text(encoding="utf-8")
 
 
 def test_a_preview_is_in_the_head_and_its_texts_are_no_markup():

@@ -6,19 +6,19 @@ import pytest
 import brushgs as bg
 from brushgs.brushes.levels import axis_levels, level_coverage, level_height
 from brushgs.rendering.relief import paint_height
+from tests.kit.for_each import for_each
 
 
-@pytest.mark.parametrize("num_texels", [1, 2, 3, 13, 91, 256])
+@for_each("num_texels", [1, 2, 3, 13, 91, 256])
 def test_axes_have_the_same_levels(studio, num_texels):
-    found = studio.axis_levels(num_texels)
-    expected = axis_levels(num_texels)
+    found, expected = studio.axis_levels(num_texels), axis_levels(num_texels)
     assert [level["numTexels"] for level in found] == [level.num_texels for level in expected]
     assert [level["scale"] for level in found] == [level.scale for level in expected]
     assert [level["footprint"] for level in found] == pytest.approx([level.footprint for level in expected])
 
 
-@pytest.mark.parametrize("name", ["flat", "line"])
-@pytest.mark.parametrize("level_u", [0, 1, 4, 9, 20])
+@for_each("name", ["flat", "line"])
+@for_each("level_u", [0, 1, 4, 9, 20])
 def test_texels_are_those_of_python(studio, name, level_u):
     brush = bg.StrokeTexture.open(name)
     height = paint_height(brush)

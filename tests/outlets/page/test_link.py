@@ -1,18 +1,34 @@
-"""The link of a page: it shows what was shown, and nothing that a link says breaks a page."""
+"""Links and stops of a page: views that are shared, and views with titles that it leads through."""
+
+import json
 
 import numpy as np
 import pytest
 
-from tests.outlets.page.page_file import seen, settle, shown, wait_until, write_page
+import brushgs as bg
+from brushgs.cameras.framing import frame_scene
+from brushgs.outlets.page.contents import Stop
+from brushgs.outlets.page.export import MOST_STOPS, read_stops
+from tests.kit.for_each import for_each
+from tests.outlets.page.page_file import SIZE, scene, seen, settle, shown, wait_until, write_page
 
 CALM = {"reduced_motion": "reduce"}
 COPY = {"permissions": ["clipboard-read", "clipboard-write"]}
 DESKTOP = {"width": 1100, "height": 500}  # which shows all fields of the bar
 
 
+ANGLES = ((0.2, 0.1), (1.9, 0.4), (-2.5, -0.2))
+
+
+def stops():
+    _, first = scene()
+    cameras = [frame_scene(first, **SIZE, azimuth=azimuth, elevation=up) for azimuth, up in ANGLES]
+    return [Stop(f"<b>{number}</b>", camera) for number, camera in enumerate(cameras)]
+
+
 @pytest.fixture(scope="module")
 def contents():
-    return shown(title="pears & <b>")
+    return shown(title="pears & <b>", stops=stops())
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +57,9 @@ def test_a_link_shows_what_was_shown(page, contents):
     before = seen(page, contents.header).viewmat
     page.locator("#link").press("Enter")  # which wakes the bar, where it has faded
     link = page.locator("#linkText").input_value()
+    code = page.locator("#embedText").input_value()  # for another page: it holds no markup of a title
+    assert code.startswith('<iframe src="file://')
+    assert 'title="pears &#38; &#60;b&#62;"' in code
     assert link.startswith(page.url.split("#")[0] + "#view=")
     page.locator("#copyLink").click()
     assert page.evaluate("navigator.clipboard.readText()") == link
@@ -54,16 +73,7 @@ def test_a_link_shows_what_was_shown(page, contents):
     assert page.evaluate("[brushgs.look.share, brushgs.panel.groundChoice]") == [0.4, "black"]
 
 
-def test_code_for_another_page_holds_no_markup_of_a_title(page):
-    page.locator("#link").press("Enter")  # which wakes the bar, where it has faded
-    code = page.locator("#embedText").input_value()
-    page.keyboard.press("Escape")
-    assert code.startswith('<iframe src="file://')
-    assert 'title="pears &#38; &#60;b&#62;"' in code
-    assert page.locator("#linksHint").count() == 1
-
-
-@pytest.mark.parametrize(
+@for_each(
     "link",
     [
         "view=",
@@ -78,12 +88,63 @@ def test_code_for_another_page_holds_no_markup_of_a_title(page):
         "%E0%A4%A&=&&",
     ],
 )
-def test_a_link_that_says_nothing_changes_nothing(page, contents, link):
+def test_a_link_that_says_nothing_changes_nothing(page, link):
     page.evaluate("brushgs.controls.home()")
     follow(page, "view=0,0,1,0,0,0")
-    before = page.evaluate("[[...brushgs.controls.target], brushgs.look.share, brushgs.panel.groundChoice]")
+    said = "[[...brushgs.controls.target], brushgs.look.share, brushgs.panel.groundChoice]"
+    before = page.evaluate(said)
     follow(page, link)
-    assert (
-        page.evaluate("[[...brushgs.controls.target], brushgs.look.share, brushgs.panel.groundChoice]")
-        == before
-    )
+    assert page.evaluate(said) == before
+
+
+def assert_at(page, contents, place):
+    settle(page)
+    assert np.abs(seen(page, contents.header).viewmat - stops()[place].camera.viewmat).max() < 1e-6
+    assert page.locator("#stopText").inner_text() == f"{place + 1}/3 <b>{place}</b>"
+
+
+def test_buttons_and_keys_lead_to_the_views_of_the_stops(page, contents):
+    page.locator("#stopAfter").click()
+    assert_at(page, contents, 0)
+    page.keyboard.press("PageDown")
+    assert_at(page, contents, 1)
+    page.keyboard.press("3")
+    assert_at(page, contents, 2)
+    page.locator("#stopAfter").click()  # the last is followed by the first
+    assert_at(page, contents, 0)
+    page.keyboard.press("PageUp")
+    assert_at(page, contents, 2)
+    page.keyboard.press("9")  # of which there is none
+    assert_at(page, contents, 2)
+
+
+def test_the_way_is_slow_and_ends_where_a_hand_stops_it(open_page, path, contents):
+    page = open_page(path)
+    page.evaluate("brushgs.ready")
+    page.evaluate("brushgs.stops.go(1)")
+    wait_until(page, "brushgs.controls._travel?.passed > 0.2")
+    state = page.evaluate("[...brushgs.controls.state]")
+    to = page.evaluate("[...brushgs.controls._travel.to]")
+    assert not np.allclose(state, to, atol=1e-3)
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate("brushgs.controls._travel") is None
+    page.evaluate("brushgs.stops.go(1)")
+    wait_until(page, "brushgs.controls._travel === null")
+    settle(page)
+    assert np.abs(seen(page, contents.header).viewmat - stops()[1].camera.viewmat).max() < 1e-6
+
+
+def test_stops_are_read_from_camera_files(tmp_path):
+    camera = {"width": 64, "height": 48, "fx": 50, "fy": 50, "rotation": np.eye(3).tolist()}
+    path = tmp_path / "cameras.json"
+    views = [
+        camera | {"position": [number, 0, 0], "img_name": f"dir/pear {number}.jpg"}
+        for number in range(MOST_STOPS + 1)
+    ]
+    path.write_text(json.dumps(views[:2]))
+    found = read_stops(path)
+    assert [stop.title for stop in found] == ["pear 0", "pear 1"]
+    assert found[1].camera.position.tolist() == [1, 0, 0]
+    path.write_text(json.dumps(views))
+    with pytest.raises(bg.SceneError, match="has 100 views, and a page leads through at most 99"):
+        read_stops(path)

@@ -15,6 +15,7 @@ from brushgs.rendering.tonal import Blacks
 from brushgs.still_life import still_life_camera
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
+from tests.kit.for_each import for_each
 from tests.outlets.page.studio import blacks_of_page
 from tests.scenes import still_life_of
 
@@ -44,22 +45,22 @@ def room():
     return Gaussians(*(column.astype(np.float32) for column in columns))
 
 
-@pytest.mark.parametrize("look", ["oil", "plain"])
+@for_each("look", ["oil", "plain"])
 def test_a_page_as_it_opens_shows_what_render_shows_indoors(studio, look):
     """Measured: oil 58 dB, plain 54; by distance, as in a headset, 31 and 33."""
-    config = Look.open(look).config
-    cluster = replace(config.cluster, strokes=STROKES)
-    strokes = replace(config.strokes, see="off")
-    draw = replace(config.draw, order="depth", lock="anchor")
-    config = replace(config, cluster=cluster, strokes=strokes, draw=draw)
     eye, target = (1.2, 0.2, -2.5), (-1.5, 0.0, 3.0)
-    camera = Camera.look_at(eye, target, width=480, height=360, fov_y=np.radians(75))
-    found = prepare(room(), config, Report(), views=camera, asks=(*PICTURE, "first_view"))
-    studio.load(found.painting, camera, background=found.background)
-    frame = found.painting.without_effects().frame(camera)
-    exact = frame.rgb if found.painting.surface is not None else frame.over(found.background)
+    camera = Camera.look_at(eye, target, width=240, height=180, fov_y=np.radians(75))
+    painting, background = painted_in(look, room(), camera, lock="anchor")
+    studio.load(painting, camera, background=background)
+    exact = on_ground(painting.without_effects(), camera, background)
     assert psnr(studio.paint(camera, ground=True), exact) >= 48
     assert psnr(studio.paint(camera, ground=True, order="distance"), exact) < 45
+
+
+def on_ground(painting, camera, background):
+    """What is seen of a painting: on its surface, or over a background."""
+    frame = painting.frame(camera)
+    return frame.rgb if painting.surface is not None else frame.over(background)
 
 
 def in_page(painting):
@@ -78,65 +79,56 @@ def psnr(page, exact):
     return -10 * np.log10(np.mean(difference.astype(np.float64) ** 2))
 
 
-@pytest.fixture(scope="module")
-def scene():
-    return still_life_of(2000)
+def painted_in(look, scene, camera, *, lock, **options):
+    """A look in few strokes, made without views, and the background; options are parts of its painting."""
+    config = Look.open(look).config
+    config = replace(
+        config,
+        cluster=replace(config.cluster, strokes=STROKES),
+        strokes=replace(config.strokes, see="off"),
+        draw=replace(config.draw, order="depth", lock=lock),
+        **{name: replace(getattr(config, name), **changes) for name, changes in options.items()},
+    )
+    found = prepare(scene, config, Report(), views=camera, asks=(*PICTURE, "first_view"))
+    return found.painting, found.background
 
 
 @pytest.mark.parametrize(
     ("look", "relief"),
     [*((look, None) for look in LOOKS), ("watercolour", 0.6)],
 )
-def test_the_page_paints_every_look_as_the_exact_renderer_does(studio, scene, look, relief):
+def test_the_page_paints_every_look_as_the_exact_renderer_does(studio, look, relief):
     """Oil is within 64 dB, gouache 62, impressionist 61, watercolour 59, plain 55, charcoal 45, ink 44.
 
     Effects but paper and blacks are left out of the page, and named.
     """
-    config = Look.open(look).config
-    light = config.light if relief is None else replace(config.light, relief=relief)
-    config = replace(
-        config,
-        cluster=replace(config.cluster, strokes=STROKES),
-        strokes=replace(config.strokes, see="off"),
-        draw=replace(config.draw, order="depth", lock="canonical"),
-        light=light,
-        ground=replace(config.ground, backdrop_always=True),
-    )
-    width, height = SIZES[light.canvas]
+    more = {} if relief is None else {"light": {"relief": relief}}
+    width, height = SIZES[Look.open(look).config.light.canvas]
     camera = still_life_camera(width=width, height=height)
-    found = prepare(scene, config, Report(), views=camera, asks=(*PICTURE, "first_view"))
-    assert (found.painting.lamp is not None) == (relief is not None or look not in UNLIT)
-
-    contents = studio.load(found.painting, camera, background=found.background)
+    scene = still_life_of(2000)
+    painting, background = painted_in(
+        look, scene, camera, lock="canonical", ground={"backdrop_always": True}, **more
+    )
+    assert (painting.lamp is not None) == (relief is not None or look not in UNLIT)
+    contents = studio.load(painting, camera, background=background)
     assert contents.omitted == ((LEFT_OUT[look],) if look in LEFT_OUT else ())
     page = studio.paint(camera, ground=True)
-    frame = in_page(found.painting).frame(camera)
-    exact = frame.rgb if found.painting.surface is not None else frame.over(found.background)
+    exact = on_ground(in_page(painting), camera, background)
     assert (page[..., 3] > 0.999).all()
+    assert psnr(page, exact) > LIKE.get(look, 45)
     difference = np.clip(page[..., :3], 0, 1) - np.clip(exact, 0, 1)
-    psnr = -10 * np.log10(np.mean(difference.astype(np.float64) ** 2))
-    assert psnr > LIKE.get(look, 45)
     assert (np.abs(difference).max(axis=2) <= 4 / 255).mean() >= FAITHFUL.get(look, 0.99)
 
 
-def test_a_lamp_in_the_scene_shines_in_the_page_as_in_frames(studio, scene):
+def test_a_lamp_in_the_scene_shines_in_the_page_as_in_frames(studio):
     """From all around, also where it stands behind the picture: 54 dB and more."""
-    config = Look.open("oil").config
-    config = replace(
-        config,
-        cluster=replace(config.cluster, strokes=STROKES),
-        strokes=replace(config.strokes, see="off"),
-        draw=replace(config.draw, order="depth", lock="anchor"),
-        light=replace(config.light, lamp=(0.3, 0.6), relief=1.0),
-    )
     camera = still_life_camera(width=240, height=180)
-    found = prepare(scene, config, Report(), views=camera, asks=(*PICTURE, "first_view"))
-    painting = found.painting
+    lamp = {"lamp": (0.3, 0.6), "relief": 1.0}
+    painting, background = painted_in("oil", still_life_of(2000), camera, lock="anchor", light=lamp)
     assert painting.lamp.towards is not None
-    studio.load(painting, camera, background=found.background)
-    frames = []
+    studio.load(painting, camera, background=background)
     for turned in turn_around(camera, (0, 0, 0), (0, -1, 0), seconds=1, fps=2).cameras:
-        frames.append(painting.frame(turned).rgb)
-        assert psnr(studio.paint(turned, ground=True), frames[-1]) > 52
+        frame = painting.frame(turned).rgb
+        assert psnr(studio.paint(turned, ground=True), frame) > 52
     of_canvas = replace(painting, lamp=replace(painting.lamp, towards=None))
-    assert psnr(of_canvas.frame(turned).rgb, frames[-1]) < 45
+    assert psnr(of_canvas.frame(turned).rgb, frame) < 45

@@ -5,7 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from tests.outlets.page.page_file import pixels, scene, seen, settle, shown, wait_until, write_page
+from tests.kit.for_each import for_each
+from tests.outlets.page.page_file import pixels, scene, screen, seen, settle, shown, wait_until, write_page
 
 CALM = {"reduced_motion": "reduce"}
 NO_WEBGL = """
@@ -14,6 +15,14 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
   return kind === "webgl2" ? null : original.call(this, kind, ...rest);
 };
 """
+
+
+EXTENSION = "chrome-extension://abcdef/content.js"
+OF_EXTENSIONS = [
+    f"new ErrorEvent('error', {{ message: 'x is not defined', filename: '{EXTENSION}' }})",
+    "new PromiseRejectionEvent('unhandledrejection', { promise: new Promise(() => {}), reason: "
+    f"Object.assign(new TypeError('x'), {{ stack: 'TypeError: x at run ({EXTENSION}:1:2)' }}) }})",
+]
 
 
 @pytest.fixture(scope="module")
@@ -25,15 +34,6 @@ def message_of(page):
     """What is said over the picture; "" for nothing."""
     message = page.locator("#message")
     return message.inner_text().strip() if message.is_visible() else ""
-
-
-def test_a_page_that_paints_says_nothing(open_page, path):
-    page = open_page(path, **CALM)
-    page.evaluate("brushgs.ready")
-    assert message_of(page) == ""
-    assert not page.locator("#still").is_visible()
-    assert page.evaluate("brushgs.firstPictureMs") > 0
-    assert page.evaluate("brushgs.framesDrawn") >= 1
 
 
 def test_without_webgl_the_still_picture_stays_with_a_sentence(open_page, path):
@@ -57,7 +57,7 @@ CUTS = {
 }
 
 
-@pytest.mark.parametrize("cut", CUTS)
+@for_each("cut", CUTS)
 def test_a_page_cut_short_says_so(open_page, path, tmp_path, cut):
     text = path.read_text(encoding="utf-8")
     short = tmp_path / "short.html"
@@ -82,63 +82,17 @@ def test_an_error_becomes_a_sentence(open_page, path):
     assert not page.locator("#painting").is_visible()
 
 
-EXTENSION = "chrome-extension://abcdef/content.js"
-
-
-@pytest.mark.parametrize(
-    "event",
-    [
-        f"new ErrorEvent('error', {{ message: 'x is not defined', filename: '{EXTENSION}' }})",
-        "new PromiseRejectionEvent('unhandledrejection', { promise: new Promise(() => {}), reason: "
-        f"Object.assign(new TypeError('x'), {{ stack: 'TypeError: x at run ({EXTENSION}:1:2)' }}) }})",
-    ],
-)
-def test_an_error_of_a_browser_extension_is_not_taken_for_one_of_the_page(open_page, path, event):
+def test_errors_of_extensions_are_not_told_and_a_lost_context_comes_back_with_the_same_view(open_page, path):
     page = open_page(path, **CALM)
     page.evaluate("brushgs.ready")
-    page.evaluate(f"window.dispatchEvent({event})")
+    for event in OF_EXTENSIONS:
+        page.evaluate(f"window.dispatchEvent({event})")
     assert message_of(page) == ""
-    assert page.locator("#painting").is_visible()
-
-
-def more_strokes(header):
-    header["coats"][0]["count"] += 1
-
-
-def higher_degree(header):
-    header["coats"][0]["shDegree"] += 1
-
-
-def another_brush(header):
-    header["coats"][0]["brushes"] = [len(header["brushes"])]
-
-
-def wider_brush(header):
-    header["brushes"][0]["columns"] *= 1000
-
-
-def no_scales(header):
-    del header["coats"][0]["arrays"]["scales"]
-
-
-def huge_array(header):
-    header["arrays"]["coat0.means"]["shape"][0] = 1 << 60
-
-
-def other_numbers(header):
-    header["arrays"]["coat0.means"]["dtype"] = "int64"
-
-
-FAULTS = [more_strokes, higher_degree, another_brush, wider_brush, no_scales, huge_array, other_numbers]
-
-
-def test_a_lost_context_comes_back_with_the_same_view(open_page, path):
-    page = open_page(path, **CALM)
-    page.evaluate("brushgs.ready")
+    assert not page.locator("#still").is_visible()
     page.keyboard.press("ArrowLeft")
     settle(page)
     header = page.evaluate("brushgs.contents.header")
-    before, colors = seen(page, header), sample(page)
+    before, colors = seen(page, header), screen(page)
     page.evaluate("window.lost = brushgs.gl.getExtension('WEBGL_lose_context'); lost.loseContext()")
     wait_until(page, "brushgs.painter === null")
     assert message_of(page) == "The graphics processor was interrupted; the painting comes back by itself."
@@ -151,19 +105,4 @@ def test_a_lost_context_comes_back_with_the_same_view(open_page, path):
     settle(page)
     points = scene()[1].points[::9]
     np.testing.assert_allclose(pixels(seen(page, header), points), pixels(before, points), atol=1e-9)
-    np.testing.assert_array_equal(sample(page), colors)
-
-
-def sample(page):
-    """Colours of some pixels of the page, painted anew."""
-    return np.array(
-        page.evaluate(
-            """() => {
-              const { gl, canvas } = brushgs;
-              brushgs._paint(1);
-              const pixels = new Uint8Array(4 * canvas.width * canvas.height);
-              gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-              return [...pixels.filter((_, i) => i % 97 === 0)];
-            }"""
-        )
-    )
+    np.testing.assert_array_equal(screen(page), colors)

@@ -1,7 +1,5 @@
 """Pages of moving scenes: strokes are where `render` has them, at any moment, and the page plays."""
 
-import base64
-
 import numpy as np
 import pytest
 
@@ -16,6 +14,7 @@ from brushgs.pipeline.report import Report
 from tests.clips import clip_of, save_clip
 from tests.outlets.page.page_file import settle, violations, wait_until, write_page
 from tests.outlets.page.read import read_page
+from tests.outlets.page.studio import encoded
 
 CALM = {"reduced_motion": "reduce"}
 CONFIG = PaintConfig.of(
@@ -46,8 +45,8 @@ def moving(tmp_path_factory):
 
 def test_strokes_are_where_render_has_them(studio, moving):
     ready, contents = moving
-    text = base64.b64encode(write_container(contents)).decode()
-    studio.page.evaluate("text => studio.load(text)", text)
+    data = encoded(write_container(contents))
+    studio.page.evaluate("data => studio.load(data)", data)
     film, rows = ready.moving.film, contents.rows[0]
     moved, worst = 0.0, 0.0
     first = None
@@ -72,19 +71,14 @@ def test_strokes_are_where_render_has_them(studio, moving):
     assert worst < 1
 
 
-@pytest.fixture(scope="module")
-def page(open_shared_page, tmp_path_factory, moving):
-    tab = open_shared_page(write_page(tmp_path_factory.mktemp("page") / "a.html", moving[1]), **CALM)
-    tab.evaluate("brushgs.ready")
-    return tab
-
-
 def shot(page):
     settle(page)
     return page.locator("#painting").screenshot()
 
 
-def test_it_is_scrubbed_and_stepped_and_its_link_keeps_the_moment(page):
+def test_it_is_scrubbed_stepped_and_played_and_its_link_keeps_the_moment(open_page, tmp_path, moving):
+    page = open_page(write_page(tmp_path / "a.html", moving[1]), **CALM)
+    page.evaluate("brushgs.ready")
     assert page.evaluate("brushgs.player.isPlaying") is False  # where motion is reduced
     start = shot(page)
     page.locator("#moment").evaluate("e => { e.value = e.max; e.dispatchEvent(new Event('input')); }")
@@ -99,17 +93,13 @@ def test_it_is_scrubbed_and_stepped_and_its_link_keeps_the_moment(page):
     page.evaluate("location.hash = '#t=0.05'")
     wait_until(page, "Math.abs(brushgs.player.seconds - 0.05) < 1e-9")
     assert violations(page) == []
-
-
-def test_it_plays_and_begins_again(page):
     page.evaluate("brushgs.player.seek(0)")
     page.locator("#play").click()
     wait_until(page, "brushgs.player.seconds > 0.02")
     page.evaluate("brushgs.player.seek(brushgs.player.duration - 0.01)")
-    wait_until(page, "brushgs.player.seconds < 0.12")
+    wait_until(page, "brushgs.player.seconds < 0.12")  # it begins again
     page.keyboard.press("k")
     assert page.evaluate("brushgs.player.isPlaying") is False
-    settle(page)
 
 
 def test_the_command_exports_a_page_that_plays_and_one_moment_that_does_not(tmp_path, capsys):

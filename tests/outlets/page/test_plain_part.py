@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.soft import SOFT
@@ -20,30 +19,22 @@ from tests.scenes import still_life_of
 CAMERA = still_life_camera(width=160, height=120)
 
 
-@pytest.fixture(scope="module")
-def scene():
-    return still_life_of(2000)
-
-
-@pytest.mark.parametrize("look", ["oil", "charcoal"])
-def test_the_page_shows_what_is_not_painted_as_the_exact_renderer_does(studio, scene, look):
-    """Oil is within 66 dB, charcoal 50."""
-    config = Look.open(look).config
+def test_the_page_shows_what_is_not_painted_as_the_exact_renderer_does(studio):
+    """Within 66 dB."""
+    config = Look.open("oil").config
     config = replace(
         config,
         cluster=replace(config.cluster, strokes=200),
+        strokes=replace(config.strokes, see="off"),
         draw=replace(config.draw, order="depth", lock="anchor"),
         painted=WhereConfig(Where.parse("half:-1,0,0,0")),
     )
-    found = prepare(scene, config, Report(), views=CAMERA, asks=(*PICTURE, "first_view"))
+    found = prepare(still_life_of(2000), config, Report(), views=CAMERA, asks=(*PICTURE, "first_view"))
     contents = studio.load(found.painting, CAMERA, background=found.background)
     assert contents.num_strokes > 1000
-    page = studio.paint(CAMERA, ground=True)
-    frame = found.painting.without_effects().frame(CAMERA)
-    exact = frame.rgb if found.painting.surface is not None else frame.over(found.background)
-    difference = np.clip(page[..., :3], 0, 1) - np.clip(exact, 0, 1)
-    psnr = -10 * np.log10(np.mean(difference.astype(np.float64) ** 2))
-    assert psnr > 45
+    exact = found.painting.without_effects().frame(CAMERA).rgb
+    difference = np.clip(studio.paint(CAMERA, ground=True)[..., :3], 0, 1) - np.clip(exact, 0, 1)
+    assert -10 * np.log10(np.mean(difference.astype(np.float64) ** 2)) > 45
 
 
 def among(strokes, plain, **options):

@@ -11,17 +11,16 @@ from brushgs.brushes.texture import Tint
 from brushgs.pipeline.overpaint import coats_of_marks
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.light import Lamp
-from brushgs.rendering.options import rasterize_with
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import linen
 from brushgs.still_life import still_life_camera
 from brushgs.values.marks import Marks
+from tests.kit.for_each import for_each
 from tests.outlets.page.strokes import CAMERAS, halved, hard_strokes
 from tests.outlets.page.studio import painting_of
 from tests.scenes import still_life_of
 
 STEP = 4 / 255
-BRUSHES = ["flat", "swirl", "dab", "wash", "gaussian", "ellipse"]
 SET = BrushSet(tuple(bg.StrokeTexture.open(name) for name in ("flat", "line", "swirl")))
 
 
@@ -51,7 +50,7 @@ def scene():
     return replace(strokes, opacities=halved(strokes.opacities), sh=halved(strokes.sh))
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("camera", "options"),
     [
         *((camera, {"underpaint": True}) for camera in CAMERAS),
@@ -60,115 +59,63 @@ def scene():
 )
 def test_hard_strokes_from_five_cameras(studio, camera, options):
     strokes = hard_strokes(500, antialiased="underpaint" in options)
+    camera = camera.resized(camera.width // 2, camera.height // 2)
     assert_same_picture(studio, painting_of(strokes, bg.StrokeTexture.open("flat"), **options), camera)
 
 
-@pytest.mark.parametrize(
-    ("name", "width", "height"), [*((name, 160, 120) for name in BRUSHES), ("swirl", 480, 360)]
-)
-def test_brushes(studio, scene, name, width, height):
-    camera = still_life_camera(width=width, height=height)
-    assert_same_picture(studio, painting_of(scene, bg.StrokeTexture.open(name)), camera)
-
-
-@pytest.mark.parametrize("options", [{}, {"underpaint": True, "streaks": 0.3}])
-def test_several_brushes(studio, options):
-    strokes = hard_strokes(500, brushes=3, degree=1)
-    assert_same_picture(studio, painting_of(strokes, SET, **options), CAMERAS[0])
-
-
-@pytest.mark.parametrize("options", [{}, {"underpaint": True, "streaks": 0.3}])
-def test_coloured_brushes(studio, options):
-    """Two of three have colours of their own."""
+@for_each("options", [{}, {"underpaint": True, "streaks": 0.3}])
+@for_each("is_coloured", [False, True])
+def test_several_brushes(studio, options, is_coloured):
+    """Two of three have colours of their own, or none."""
     textures = list(SET.textures)
-    for row in (0, 2):
+    for row in (0, 2) if is_coloured else ():
         coverage = textures[row].coverage
-        v, u = np.mgrid[: coverage.shape[0], : coverage.shape[1]] / max(coverage.shape)
-        rgb = 0.5 + 0.5 * np.sin(9 * u[..., None] + 14 * v[..., None] + (0, 2, 4))
-        textures[row] = replace(textures[row], tint=Tint.of(rgb, coverage))
+        textures[row] = replace(textures[row], tint=Tint.of(waves(*coverage.shape), coverage))
     strokes = hard_strokes(500, brushes=3, degree=1)
     assert_same_picture(studio, painting_of(strokes, BrushSet(tuple(textures)), **options), CAMERAS[0])
+
+
+def waves(height, width):
+    """[H, W, 3] colours that wave along both sides."""
+    v, u = np.mgrid[:height, :width] / max(height, width)
+    return 0.5 + 0.5 * np.sin(9 * u[..., None] + 14 * v[..., None] + (0, 2, 4))
 
 
 def test_normals_and_border(studio, scene):
     normals = np.random.default_rng(0).normal(size=(len(scene), 3))
     normals = halved(normals / np.linalg.norm(normals, axis=1, keepdims=True))
     camera = still_life_camera(width=320, height=240)
-    texture = bg.StrokeTexture.open("line")
-    assert_same_picture(studio, painting_of(scene, texture, coat={"normals": normals}), camera)
-    one_sided = {"normals": normals, "is_one_sided": True}
-    assert_same_picture(studio, painting_of(scene, texture, coat=one_sided), camera)
-    assert_same_picture(studio, painting_of(scene, texture, coat={"border": 0.13}), camera)
+    for coat in ({"normals": normals}, {"normals": normals, "is_one_sided": True}, {"border": 0.13}):
+        painting = painting_of(scene, bg.StrokeTexture.open("line"), coat=coat)
+        assert_same_picture(studio, painting, camera)
 
 
-@pytest.mark.parametrize("degrees", [0, 25])
-def test_flat_pictures_lie_in_their_planes(studio, degrees):
+def test_flat_pictures_lie_in_their_planes(studio):
     """From far away: the page has no perspective within one."""
     count, draw = 30, np.random.default_rng(0)
     v, u = np.mgrid[:24, :40] / 40
-    colors = 0.5 + 0.5 * np.sin(9 * u[..., None] + 14 * v[..., None] + (0, 2, 4))
     soft = np.clip(8 * np.minimum(np.minimum(u, v), np.minimum(0.975 - u, 0.575 - v)), 0, 1)
-    image = np.rint(255 * np.dstack([colors, soft])).astype(np.uint8)
+    image = np.rint(255 * np.dstack([waves(24, 40), soft])).astype(np.uint8)
     directions = draw.normal(size=(count, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     toward = draw.normal((0, 0, -2), size=(count, 3))
     normals = toward - (toward * directions).sum(axis=1, keepdims=True) * directions
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     sides = draw.uniform(0.25, 0.5, (2, count))
-    ones = np.ones(count)
-    means, colors = draw.uniform(-1, 1, (count, 3)), np.ones((count, 3))
-    tiles = np.zeros(count, int)
-    marks = Marks(means, directions, normals, *sides, colors, ones, tiles, (image,))
-    turn = np.radians(degrees)
-    eye = (50 * np.sin(turn), 0, -50 * np.cos(turn))
-    camera = bg.Camera.look_at(eye, (0, 0, 0), width=320, height=240, fov_y=0.06)
-    nothing = still_life_of(1000).take(np.zeros(0, int))
-    painting = Painting(tuple(coats_of_marks(marks, nothing)))
-    studio.load(painting, camera)
-    difference = studio.paint(camera) - picture(painting.frame(camera))
-    # The renderer samples them twice: 41.4 and 41.7 dB.
-    assert 10 * np.log10(1 / np.square(difference).mean()) >= 38
+    ones, tiles = np.ones(count), np.zeros(count, int)
+    means = draw.uniform(-1, 1, (count, 3))
+    marks = Marks(means, directions, normals, *sides, np.ones((count, 3)), ones, tiles, (image,))
+    painting = Painting(tuple(coats_of_marks(marks, still_life_of(1000).take(np.zeros(0, int)))))
+    for turn in np.radians((0, 25)):
+        eye = (50 * np.sin(turn), 0, -50 * np.cos(turn))
+        camera = bg.Camera.look_at(eye, (0, 0, 0), width=320, height=240, fov_y=0.06)
+        studio.load(painting, camera)
+        difference = studio.paint(camera) - picture(painting.frame(camera))
+        # The renderer samples them twice: 41.4 and 41.7 dB.
+        assert 10 * np.log10(1 / np.square(difference).mean()) >= 38
 
 
-@pytest.mark.parametrize("size", [(160, 120), (640, 480)])
-def test_height_and_depth(studio, scene, size):
-    camera = still_life_camera(width=size[0], height=size[1])
-    painting = painting_of(scene, bg.StrokeTexture.open("impasto"), underpaint=True, relief=Relief())
-    studio.load(painting, camera)
-    color, detail = studio.coat(camera, detail=True)
-    frame = painting.frame(camera)
-    assert_near(color, picture(frame))
-    assert np.ptp(frame.height) > 0.3  # pixels
-    # Pixels. Levels that the page leaves out weigh more here: at 640 x 480 1 % differ by over 4/255, and lit
-    # pictures by 53 dB.
-    assert (np.abs(detail[..., 0] - frame.height) < 0.03).mean() >= 0.99
-    np.testing.assert_allclose(detail[..., 3], color[..., 3], rtol=0, atol=1e-6)
-    depth = detail[..., 1] / np.maximum(detail[..., 3], 1e-6) + camera.viewmat[2, 3]
-    assert (np.abs(depth - frame.depth)[frame.alpha > 0.5] < 0.01 * frame.depth.max()).mean() > 0.99
-
-
-@pytest.mark.parametrize("blend", ["cover", "glaze"])
-def test_a_coat_ends_behind_what_it_is_tested_against(studio, scene, blend):
-    camera = still_life_camera(width=160, height=120)
-    texture = bg.StrokeTexture.open("wash")
-    strokes = replace(scene, opacities=halved(0.5 * scene.opacities))
-    cover = painting_of(scene, bg.StrokeTexture.open("flat")).coats[0]
-    glaze = painting_of(strokes, texture, coat={"blend": blend, "tolerance": 0.5}).coats[0]
-    painting = Painting((cover, glaze))
-    canvas = painting.canvas(camera)
-    laid = canvas.lay(cover, cover.boxes(camera)[0])
-    below = replace(laid, alpha=laid.alpha.copy(), depth=laid.depth.copy())  # the next coat changes them
-    alone = rasterize_with(glaze.boxes(camera)[0], camera, texture, glaze.options, blend=blend)
-    expected = canvas.lay(glaze, glaze.boxes(camera)[0])
-    studio.load(painting, camera)
-    (tested,), (untested,) = studio.coat(camera, coat=1, below=below), studio.coat(camera, coat=1)
-    for found, frame in ((tested, expected), (untested, alone)):
-        left = 1 - found[..., 3] if blend == "glaze" else found[..., 3]  # of a glaze, what passes
-        assert_near(np.dstack([found[..., :3], left]), picture(frame))
-    assert np.abs(tested - untested).max() > 0.1
-
-
-@pytest.mark.parametrize("copies", [60, 600])
+@for_each("copies", [60, 600])
 def test_more_brushes_than_memory_has_room_for_blur_large_strokes_alone(studio, scene, copies):
     camera = still_life_camera(width=160, height=120)
     painting = painting_of(scene, bg.StrokeTexture.open("swirl"))
@@ -179,18 +126,16 @@ def test_more_brushes_than_memory_has_room_for_blur_large_strokes_alone(studio, 
     assert (difference < 0.1).mean() > 0.95
 
 
-@pytest.mark.parametrize("is_lit", [False, True])
+@for_each("is_lit", [False, True])
 def test_underpaint_as_a_layer_lies_below_all_strokes(studio, scene, is_lit):
     """Of all its pixels 59 dB and more to that order, of a sixteenth of them 47; among the strokes 29."""
     scene = scene.take(np.arange(0, len(scene), 5))  # with gaps
     camera, texture = still_life_camera(width=163, height=121), bg.StrokeTexture.open("impasto")
-    more = (
-        {"surface": linen((0.6, 0.5, 0.4), height=camera.height, width=camera.width), "lamp": Lamp()}
-        if is_lit
-        else {}
-    )
-    relief = Relief() if is_lit else None
-    painting = painting_of(scene, texture, underpaint=True, relief=relief, **more)
+    more = {}
+    if is_lit:
+        board = linen((0.6, 0.5, 0.4), height=camera.height, width=camera.width)
+        more = {"surface": board, "lamp": Lamp(), "relief": Relief()}
+    painting = painting_of(scene, texture, underpaint=True, **more)
     (coat,) = painting.coats
     assert coat.options.underpaint is not None
     soft = replace(scene, opacities=scene.opacities * np.float32(coat.options.underpaint.opacity))

@@ -1,6 +1,7 @@
 """A small scene that is viewed, its studio, and its server."""
 
 import threading
+import time
 from contextlib import contextmanager
 
 import pytest
@@ -13,18 +14,10 @@ from brushgs.outlets.studio.server import StudioServer
 from brushgs.outlets.studio.settings import Settings
 from brushgs.outlets.studio.studio import Studio
 from brushgs.pipeline.report import Report
-from tests.scenes import save_upright, still_life_of
 
 FEW = ["--strokes", "120", "--size", "96x72", "--backdrop", "off", "--see", "off"]
+PLAIN = ["--stroke", "impasto", "--ground", "none", "--canvas", "none"]  # which is drawn soon
 SECONDS = 60.0  # that a test waits for work; a limit, not a measure
-
-
-@pytest.fixture(scope="session")
-def scene(tmp_path_factory):
-    """A scene file."""
-    path = tmp_path_factory.mktemp("viewed") / "pears.ply"
-    save_upright(still_life_of(1000), path)
-    return path
 
 
 @pytest.fixture
@@ -65,3 +58,32 @@ def serving(session, uploads, config=None):
         finally:
             server.shutdown()
             thread.join(SECONDS)
+
+
+def until(page, expression):
+    """Wait until an expression is true; the page's own policy lets Playwright not wait in it."""
+    end = time.monotonic() + SECONDS
+    while not page.evaluate(expression):
+        assert time.monotonic() < end, expression
+        time.sleep(0.02)
+
+
+@pytest.fixture
+def viewed(request, scene, tmp_path, open_page):
+    """A page of the studio of a plain painting, and the studio; a parameter is more for `open_page`."""
+    session = session_of(parse(["view", str(scene), *FEW, *PLAIN, "-o", str(tmp_path)]))
+    with paged(session, tmp_path, open_page, **getattr(request, "param", {})) as (page, studio):
+        yield page, studio
+
+
+@contextmanager
+def paged(session, folder, open_page, **options):
+    """A page of a session, and its studio; what is dropped goes below a folder."""
+    (folder / "uploads").mkdir()
+    options = {"width": 1000, "height": 500, "reduced_motion": "reduce"} | options
+    with serving(session, folder / "uploads") as server:
+        own = (f"http://127.0.0.1:{server.port}/", "data:", "blob:")
+        page = open_page(server.address(), allowed=own, **options)
+        until(page, "window.brushgs.studio?.isSettled")
+        yield page, server.studio
+        page.goto("about:blank")  # before its server ends, which it would complain of

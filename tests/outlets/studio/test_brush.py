@@ -8,6 +8,7 @@ import pytest
 from brushgs.cli.commands.view import session_of
 from brushgs.cli.parser import parse
 from brushgs.formats.marks import read_marks
+from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.page.contents import shown_by
 from brushgs.outlets.studio.overpainting import HandStroke, changed_by, read_stroke
 from brushgs.outlets.studio.settings import Settings, Shot
@@ -16,9 +17,8 @@ from brushgs.pipeline.report import Report
 from brushgs.values.camera import Camera
 from brushgs.values.marks import Overpaint
 from tests.kit.for_each import for_each
-from tests.outlets.studio.conftest import FEW, serving
-from tests.outlets.studio.test_point import PLAIN, draw, middle_of
-from tests.outlets.studio.test_studio_page import until
+from tests.outlets.studio.conftest import FEW, PLAIN, until
+from tests.outlets.studio.test_point import draw, middle_of
 
 SIDE, FOCAL = 200, 200.0
 CAMERA = Camera(np.eye(4), np.array([[FOCAL, 0, 100], [0, FOCAL, 100], [0, 0, 1.0]]), SIDE, SIDE, 0.1)
@@ -111,40 +111,21 @@ def test_a_wrong_stroke_is_refused(changes, sentence):
         read_stroke(json.loads(json.dumps(SENT | changes)), ("flat",))
 
 
-@pytest.fixture
-def easel(scene, tmp_path, open_page):
-    """A page of the studio, its server, and the folder of its files."""
-    session = session_of(parse(["view", str(scene), *FEW, *PLAIN, "-o", str(tmp_path)]))
-    uploads = tmp_path / "uploads"
-    uploads.mkdir()
-    with serving(session, uploads) as server:
-        own = (f"http://127.0.0.1:{server.port}/", "data:", "blob:")
-        page = open_page(server.address(), allowed=own, reduced_motion="reduce", width=1000, height=500)
-        until(page, "window.brushgs.studio?.isSettled")
-        yield page, server.studio, tmp_path
-        page.goto("about:blank")
-
-
 def painted_by(page, count):
     """Wait until the page has so many strokes that can be undone, all of them painted."""
     until(page, f"window.brushgs.studio._hand._undo.disabled === {'true' if count == 0 else 'false'}")
     until(page, "!window.brushgs.studio._hand._waiting.length && window.brushgs.studio.isSettled")
 
 
-def green_around(picture, x, y):
-    around = picture[y - 4 : y + 5, x - 4 : x + 5].astype(float)
-    return around[..., 1].mean() - around[..., [0, 2]].mean()
-
-
-def test_paint_undo_erase_and_render(easel, scene):
-    page, studio, folder = easel
+def test_paint_undo_erase_and_render(viewed, scene, tmp_path):
+    page, studio = viewed
     x, y = middle_of(page)
     page.locator('input[name="brushColor"]').fill("#00ff00")
     page.keyboard.press("b")
     assert page.get_by_role("button", name="Brush", exact=True).get_attribute("aria-pressed") == "true"
     draw(page, [(x - 40, y), (x + 40, y)])
     painted_by(page, 1)
-    file = folder / "pears-1.marks"
+    file = tmp_path / "pears-1.marks"
     assert len(read_marks(file).marks) > 0
     view = page.evaluate(
         "(() => { const { app } = window.brushgs.studio, { clientWidth: w, clientHeight: h } = app.canvas;"
@@ -160,11 +141,10 @@ def test_paint_undo_erase_and_render(easel, scene):
     assert killed.overpainting.path == file
     assert killed.overpainting.facts["marks"] == studio.state()["marks"]["marks"]
     camera = again.prepared.camera
-    killed.folder = folder
-    from brushgs.formats.pictures.images import read_image
-
-    shot = read_image(killed.shoot(again, Shot(camera.resized(960, 720)), Report()))
-    assert green_around(255 * shot[..., :3] if shot.dtype.kind == "f" else shot[..., :3], 480, 360) > 60
+    killed.folder = tmp_path
+    shot = 255 * read_image(killed.shoot(again, Shot(camera.resized(960, 720)), Report()))
+    around = shot[356:365, 476:485].mean(axis=(0, 1))
+    assert around[1] - around[[0, 2]].mean() > 60
 
     page.keyboard.press("Control+z")
     painted_by(page, 0)
@@ -181,54 +161,47 @@ def test_paint_undo_erase_and_render(easel, scene):
     assert page.evaluate("window.brushgs.studio._hand._tool") is None
 
 
-def test_a_comb_and_bare_patches_change_strokes_and_no_file_of_others(easel):
-    page, studio, folder = easel
-    (folder / "pears-1.marks").write_text("of somebody else")
+def test_combs_bare_patches_and_finer_strokes_change_strokes_and_no_file_of_others(viewed, scene, tmp_path):
+    page, studio = viewed
+    (tmp_path / "pears-1.marks").write_text("of somebody else")
+    file = tmp_path / "pears-2.marks"
     x, y = middle_of(page)
-    before = studio._painted.prepared.painting.coats[0].strokes
+
+    def coat():
+        return studio._painted.prepared.painting.coats[0]
+
+    before = coat().strokes
     page.get_by_role("button", name="Comb").click()
     for _ in range(9):
         page.keyboard.press("]")
     draw(page, [(x - 40, y - 40), (x + 40, y + 40)])
     painted_by(page, 1)
-    combed = studio._painted.prepared.painting.coats[0].strokes
-    assert (np.abs(combed.quats - before.quats).max(axis=1) > 0.01).any()
+    assert (np.abs(coat().strokes.quats - before.quats).max(axis=1) > 0.01).any()
     page.get_by_role("button", name="No strokes here").click()
     draw(page, [(x - 40, y), (x + 40, y)])
     until(page, "window.brushgs.studio._hand._waiting.length === 0 && window.brushgs.studio.isSettled")
-    bare = studio._painted.prepared.painting.coats[0]
-    assert bare.cut.inside.any()
-    assert (shown_by(bare).opacities[bare.cut.inside] == 0).all()
-    assert (folder / "pears-1.marks").read_text() == "of somebody else"
-    assert {"combs", "erased"} <= set(json.loads((folder / "pears-2.marks").read_text()))
-
-
-def test_more_strokes_are_laid_where_one_paints_for_them_and_in_render(easel, scene):
-    page, studio, folder = easel
-    x, y = middle_of(page)
-    before = studio._painted.prepared.painting.coats[0].strokes
+    assert coat().cut.inside.any()
+    assert (shown_by(coat()).opacities[coat().cut.inside] == 0).all()
+    assert (tmp_path / "pears-1.marks").read_text() == "of somebody else"
+    assert {"combs", "erased"} <= set(json.loads(file.read_text()))
+    for _ in range(2):
+        page.keyboard.press("Control+z")
+    painted_by(page, 0)
     page.get_by_role("button", name="Finer strokes").click()
-    for _ in range(7):
-        page.keyboard.press("]")
     for count in (1, 2, 3):
         draw(page, [(x - 30, y), (x + 30, y)])
         painted_by(page, count)
-    after = studio._painted.prepared.painting.coats[0].strokes
-    density = read_marks(folder / "pears-1.marks").density
+    density = read_marks(file).density
     assert density.factors.max() == 8
 
     def inside(strokes):
         away = np.linalg.norm(strokes.means[:, None] - density.means, axis=2)
         return int((away < density.radii).any(axis=1).sum())
 
-    assert inside(after) > 1.5 * inside(before) > 0
-    words = ["view", str(scene), *FEW, *PLAIN, "--marks", str(folder / "pears-1.marks")]
+    assert inside(coat().strokes) > 1.5 * inside(before) > 0
+    words = ["view", str(scene), *FEW, *PLAIN, "--marks", str(file)]
     again = session_of(parse(words)).paint(Settings(), Report()).prepared.painting.coats[0].strokes
-    assert inside(again) == inside(after)
-    for _ in range(3):
-        page.keyboard.press("Control+z")
-    painted_by(page, 0)
-    assert np.array_equal(studio._painted.prepared.painting.coats[0].strokes.means, before.means)
+    assert inside(again) == inside(coat().strokes)
 
 
 SHOWN = """([x, y]) => {
@@ -244,8 +217,8 @@ HEARD = """(() => {
 })()"""
 
 
-def test_a_pen_and_a_finger_paint_and_the_stroke_is_seen_at_once(easel):
-    page, _, folder = easel
+def test_a_pen_and_a_finger_paint_and_the_stroke_is_seen_at_once(viewed, tmp_path):
+    page, _ = viewed
     x, y = middle_of(page)
     left, top = page.evaluate(
         "(() => { const { left, top } = window.brushgs.studio.app.canvas.getBoundingClientRect();"
@@ -270,10 +243,10 @@ def test_a_pen_and_a_finger_paint_and_the_stroke_is_seen_at_once(easel):
     assert min(pressures) == pytest.approx(0.3, abs=0.02)
     assert max(pressures) == pytest.approx(0.84, abs=0.02)
     painted_by(page, 1)
-    by_pen = len(read_marks(folder / "pears-1.marks").marks)
+    by_pen = len(read_marks(tmp_path / "pears-1.marks").marks)
     for kind, at in [("touchStart", -30), *[("touchMove", -30 + 6 * step) for step in range(10)]]:
         client.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x + at, "y": y + 30}]})
     client.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
     until(page, "window.sent.length === 2")
     painted_by(page, 1)
-    assert len(read_marks(folder / "pears-1.marks").marks) > by_pen
+    assert len(read_marks(tmp_path / "pears-1.marks").marks) > by_pen

@@ -11,9 +11,9 @@ from brushgs.outlets.studio.settings import Film, Settings, Shot
 from brushgs.pipeline.other_views import at_moment
 from brushgs.pipeline.report import Report
 from tests.clips import DURATION, save_clip
-from tests.outlets.studio.conftest import serving
+from tests.outlets.studio.conftest import paged, until
 from tests.outlets.studio.test_session import frames_of, header_of
-from tests.outlets.studio.test_studio_page import slide, until
+from tests.outlets.studio.test_studio_page import slide
 
 FEW = ["--strokes", "90", "--size", "96x72", "--backdrop", "off", "--see", "off", "--look", "plain"]
 
@@ -68,12 +68,7 @@ def test_the_scene_moves_in_videos(session):
 
 
 def test_a_page_scrubs_and_a_reload_keeps_the_moment(session, tmp_path, open_page):
-    uploads = tmp_path / "uploads"
-    uploads.mkdir()
-    with serving(session, uploads) as server:
-        own = (f"http://127.0.0.1:{server.port}/", "data:", "blob:")
-        page = open_page(server.address(), width=1000, height=300, allowed=own, reduced_motion="reduce")
-        until(page, "window.brushgs.studio?.isSettled")
+    with paged(session, tmp_path, open_page) as (page, _):
         assert page.get_by_role("slider", name="Moment").is_visible()
         page.locator("#moment").evaluate("e => { e.value = 0.1; e.dispatchEvent(new Event('input')); }")
         until(page, "location.hash.includes('t=0.1')")
@@ -90,5 +85,4 @@ def test_a_page_scrubs_and_a_reload_keeps_the_moment(session, tmp_path, open_pag
         assert page.input_value("#studio select[name=path]") == "clip"
         page.click("#render")
         until(page, "document.querySelector('#output').open")
-        page.goto("about:blank")
     assert len(list(tmp_path.glob("*.png"))) == 1

@@ -10,10 +10,8 @@ from brushgs.outlets.studio.settings import Settings, flags_of
 from brushgs.passes.where import memberships
 from brushgs.pipeline.report import Report
 from tests.outlets.page.page_file import seen, violations
-from tests.outlets.studio.conftest import FEW, serving
-from tests.outlets.studio.test_studio_page import until
+from tests.outlets.studio.conftest import FEW, until
 
-PLAIN = ["--stroke", "impasto", "--ground", "none", "--canvas", "none"]
 SAID = Settings(focus=(0.1, -0.2, 0.0, 0.3), part="not half:1,0,0,0.5", up=(0.1, -1, 0), azimuth=70)
 
 
@@ -32,41 +30,17 @@ def test_render_with_the_command_or_the_saved_file_paints_the_same(scene, tmp_pa
     assert all(word in painted.command for word in flags_of(SAID, {}))
 
 
-def test_more_strokes_go_to_a_ball(scene):
-    session = session_of(parse(["view", str(scene), *FEW, "--focus", "off"]))
-    before = session.paint(Settings(), Report()).prepared
-    middle = before.strokes.means[0].astype(float)
-    radius = float(np.quantile(np.linalg.norm(before.strokes.means - middle, axis=1), 0.2))
-    ball = (*middle.tolist(), radius)
-    after = session.paint(Settings(focus=ball), Report()).prepared
-    inside = [(np.linalg.norm(one.strokes.means - middle, axis=1) < radius).mean() for one in (before, after)]
-    assert inside[1] > 1.2 * inside[0]
-
-
 def test_what_does_not_suit_the_command_line_is_refused(scene):
-    session = session_of(parse(["view", str(scene), *FEW]))
-    with pytest.raises(ValueError, match="mask: reads files, which a page must not name"):
-        session.config(Settings(part="mask:/etc/passwd"))
-    cameras = session_of(parse(["view", str(scene), *FEW, "--camera-file", "cameras.json"]))
-    with pytest.raises(ValueError, match="--azimuth cannot be combined with --camera-file"):
-        cameras.config(Settings(azimuth=20))
-    with pytest.raises(ValueError, match="where must have sphere:x,y,z,radius"):
-        session.config(Settings(part="sphere:1"))
-
-
-@pytest.fixture
-def pointed(request, scene, tmp_path, open_page):
-    """A page of the studio, and its server; a parameter has more options of the tab."""
-    session = session_of(parse(["view", str(scene), *FEW, *PLAIN, "-o", str(tmp_path)]))
-    uploads = tmp_path / "uploads"
-    uploads.mkdir()
-    more = {"width": 1000, "height": 500} | getattr(request, "param", {})
-    with serving(session, uploads) as server:
-        own = (f"http://127.0.0.1:{server.port}/", "data:", "blob:")
-        page = open_page(server.address(), allowed=own, reduced_motion="reduce", **more)
-        until(page, "window.brushgs.studio?.isSettled")
-        yield page, server.studio
-        page.goto("about:blank")
+    session, cameras = (
+        session_of(parse(["view", str(scene), *FEW, *more])) for more in ([], ["--camera-file", "c.json"])
+    )
+    for one, settings, sentence in (
+        (session, Settings(part="mask:/etc/passwd"), "mask: reads files, which a page must not name"),
+        (session, Settings(part="sphere:1"), "where must have sphere:x,y,z,radius"),
+        (cameras, Settings(azimuth=20), "--azimuth cannot be combined with --camera-file"),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            one.config(settings)
 
 
 def settings_of(page, studio):
@@ -88,8 +62,8 @@ def draw(page, places):
     page.mouse.up()
 
 
-def test_keys_say_where_more_strokes_go_and_escape_says_nothing(pointed):
-    page, studio = pointed
+def test_keys_say_where_more_strokes_go_and_escape_says_nothing(viewed):
+    page, studio = viewed
     more = page.get_by_role("button", name="More strokes here")
     more.press("Enter")
     assert more.get_attribute("aria-pressed") == "true"
@@ -114,8 +88,8 @@ def test_keys_say_where_more_strokes_go_and_escape_says_nothing(pointed):
     assert "focus" not in settings_of(page, studio)
 
 
-def test_a_lasso_is_the_part_that_is_seen_in_it(pointed):
-    page, studio = pointed
+def test_a_lasso_is_the_part_that_is_seen_in_it(viewed):
+    page, studio = viewed
     prepared = studio._painted.prepared
     x, y = middle_of(page)
     corners = [(-120, -120), (120, -120), (120, 120), (50, 120), (50, -40), (-120, -40)]  # hollow
@@ -139,8 +113,8 @@ def test_a_lasso_is_the_part_that_is_seen_in_it(pointed):
     assert studio._painted.prepared.plain is not None
 
 
-def test_a_line_is_up_and_the_view_is_the_front(pointed):
-    page, studio = pointed
+def test_a_line_is_up_and_the_view_is_the_front(viewed):
+    page, studio = viewed
     x, y = middle_of(page)
     camera = seen(page, page.evaluate("brushgs.contents.header"))
     page.get_by_role("button", name="This is up").click()
@@ -162,10 +136,10 @@ def test_a_line_is_up_and_the_view_is_the_front(pointed):
 
 
 @pytest.mark.parametrize(
-    "pointed", [{"width": 390, "height": 700, "has_touch": True, "is_mobile": True}], indirect=True
+    "viewed", [{"width": 390, "height": 700, "has_touch": True, "is_mobile": True}], indirect=True
 )
-def test_a_tap_says_which_part_on_a_phone(pointed):
-    page, studio = pointed
+def test_a_tap_says_which_part_on_a_phone(viewed):
+    page, studio = viewed
     page.get_by_role("button", name="Studio", exact=True).tap()
     page.get_by_role("button", name="This part only").tap()
     assert page.locator("#studio").is_hidden()  # the picture must be seen

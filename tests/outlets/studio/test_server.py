@@ -17,6 +17,8 @@ from brushgs.formats.pictures.images import read_image
 from brushgs.options.viewer import ServerConfig
 from brushgs.outlets.studio import server as server_module
 from brushgs.outlets.studio.server import MAX_JSON, MAX_SCENE, MAX_UPLOAD, ROUTES, StudioServer
+from tests.kit.for_each import for_each
+from tests.outlets.page.studio import camera_facts
 from tests.outlets.studio.conftest import SECONDS, serving
 
 SWIRL = (Path(__file__).parents[3] / "strokes" / "swirl.png").read_bytes()
@@ -69,52 +71,37 @@ def test_the_printed_address_opens_the_page_and_gives_the_cookie(shared):
     path = shared.address().removeprefix(f"http://127.0.0.1:{shared.port}")
     status, headers, page = ask(shared, "GET", path, Cookie=None)
     assert (status, headers["Content-Type"]) == (200, "text/html; charset=utf-8")
-    assert headers["Set-Cookie"] == (
-        f"brushgs-{shared.port}={shared.token}; Path=/; HttpOnly; SameSite=Strict"
-    )
+    cookie = f"brushgs-{shared.port}={shared.token}; Path=/; HttpOnly; SameSite=Strict"
+    assert headers["Set-Cookie"] == cookie
     assert b"class Studio" in page
     assert b"connect-src data: blob: 'self'" in page
     assert shared.token.encode() not in page
-    assert ask(shared, "GET", "/")[0] == 200
-
-
-def test_answers_are_not_kept_not_guessed_at_and_not_framed(shared):
+    status, headers, content = ask(shared, "GET", "/contents")
+    assert (status, headers["Content-Type"], headers["X-Version"]) == (200, "application/octet-stream", "1")
+    assert content == shared.studio.contents()[1]
     for path in ("/", "/state", "/contents", "/nothing"):
         headers = ask(shared, "GET", path)[1]
         assert headers["Cache-Control"] == "no-store"
         assert headers["X-Content-Type-Options"] == "nosniff"
         assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
-    assert "Server" not in headers or "Python" not in headers["Server"]
+        assert "Python" not in headers.get("Server", "")
 
 
-def test_the_painting_comes_as_bytes_with_its_version(shared):
-    status, headers, content = ask(shared, "GET", "/contents")
-    assert (status, headers["Content-Type"], headers["X-Version"]) == (200, "application/octet-stream", "1")
-    assert content == shared.studio.contents()[1]
-
-
-TOKENS = ["", "x", "é", "token", "0" * 43]
-
-
-@pytest.mark.parametrize("path", sorted({path for _, path in ROUTES}))
-def test_nothing_is_answered_without_the_token(shared, path):
-    method = next(method for method, known in ROUTES if known == path)
+@for_each(("method", "path"), ROUTES)
+def test_nothing_is_answered_without_the_token(shared, method, path):
     body = b"{}" if method == "POST" else None
     assert ask(shared, method, path, body, Cookie=None)[0] == 403
-    for token in TOKENS:
+    for token in ("", "x", "é", "token", "0" * 43):
         assert ask(shared, method, path, body, Cookie=f"{shared.cookie}={token}".encode())[0] == 403
 
 
-@pytest.mark.parametrize("token", ["", "x", "%C3%A9", "0" * 43])
-def test_a_wrong_token_in_the_address_is_refused_even_with_the_cookie(shared, token):
-    assert ask(shared, "GET", f"/?token={token}")[0] in (400, 403)
-
-
-def test_only_the_page_itself_takes_the_token_in_its_address(shared):
+def test_the_token_of_an_address_must_be_right_and_is_taken_by_the_page_itself(shared):
+    for token in ("", "x", "%C3%A9", "0" * 43):
+        assert ask(shared, "GET", f"/?token={token}")[0] in (400, 403)  # even with the cookie
     assert ask(shared, "GET", f"/state?token={shared.token}", Cookie=None)[0] == 403
 
 
-@pytest.mark.parametrize(
+@for_each(
     "host",
     [
         "evil.example", "evil.example:{port}", "127.0.0.1", "127.0.0.1:1", "127.0.0.1:{port}x", "", " ",
@@ -133,65 +120,55 @@ def test_localhost_is_this_server_and_a_request_without_a_host_is_not(shared):
     assert send(shared, request(shared, "GET /state HTTP/1.1", "Host: evil.example")) == 403  # two of them
 
 
-@pytest.mark.parametrize(
-    "origin",
-    [
-        None,
-        "null",
-        "http://evil.example",
-        "https://127.0.0.1:{port}",
-        "http://127.0.0.1",
-        "http://localhost:{port}",
-    ],
-)
-@pytest.mark.parametrize("path", sorted(path for method, path in ROUTES if method == "POST"))
+ORIGINS = ["null", "http://evil.example", "https://127.0.0.1:{port}", "http://127.0.0.1"]
+ORIGINS += ["http://localhost:{port}", None]
+
+
+@for_each("origin", ORIGINS)
+@for_each("path", [path for method, path in ROUTES if method == "POST"])
 def test_what_changes_something_must_come_from_the_page(shared, path, origin):
     given = None if origin is None else origin.format(port=shared.port)
     assert ask(shared, "POST", path, b"{}", Origin=given)[0] == 403
 
 
-@pytest.mark.parametrize(
+@for_each(
     "path",
     [
         "/etc/passwd", "/../../etc/passwd", "/..%2f..%2fetc%2fpasswd", "//etc/passwd", "/output/../../a",
-        "/state/", "/STATE", "/index.html", "/%00", "/live.js", "/" + "a" * 1500,
+        "/state/", "/STATE", "/index.html", "/%00", "/live.js", "/" + "a" * 1500, "/output?id=",
+        "/output?id=../../etc/passwd", "/output?id=/etc/passwd", "/output?id=" + "0" * 16, "/output?id=%00",
     ],
 )  # fmt: skip
-def test_no_path_is_a_file(shared, path):
+def test_no_path_is_a_file_and_an_output_is_known_by_its_id_alone(shared, path):
     status, _, content = ask(shared, "GET", path)
     assert status in (400, 404)
     assert b"root:" not in content
 
 
-@pytest.mark.parametrize("key", ["", "../../etc/passwd", "/etc/passwd", "0" * 16, "%00"])
-def test_an_output_is_known_by_its_id_alone(shared, key):
-    assert ask(shared, "GET", f"/output?id={key}")[0] in (400, 404)
-
-
-MALFORMED = {
-    "garbage": "\x00\x01\x02\x03\r\n\r\n",
-    "one word": "GET\r\n\r\n",
-    "four words": "GET /state HTTP/1.1 now\r\n\r\n",
-    "no slash": "GET state HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n",
-    "another version": "GET /state HTTP/9.9\r\n\r\n",
-    "no version": "GET /state JUNK\r\n\r\n",
-    "long address": "GET /" + "a" * 70_000 + " HTTP/1.1\r\n\r\n",
-    "long header": "GET /state HTTP/1.1\r\nA: " + "a" * 70_000 + "\r\n\r\n",
-    "many headers": "GET /state HTTP/1.1\r\n" + "A: b\r\n" * 500 + "\r\n",
-    "TLS": b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
-    "method": "BREW /state HTTP/1.1\r\n\r\n",
-    "expectation": "POST /render HTTP/1.1\r\nExpect: 100-continue\r\n\r\n",
-}
-
-
-@pytest.mark.parametrize("name", MALFORMED)
-def test_a_malformed_request_is_refused_and_the_server_lives(shared, name):
-    status = send(shared, MALFORMED[name])
+@for_each(
+    "text",
+    [
+        "\x00\x01\x02\x03\r\n\r\n",
+        "GET\r\n\r\n",
+        "GET /state HTTP/1.1 now\r\n\r\n",
+        "GET state HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n",
+        "GET /state HTTP/9.9\r\n\r\n",
+        "GET /state JUNK\r\n\r\n",
+        "GET /" + "a" * 70_000 + " HTTP/1.1\r\n\r\n",
+        "GET /state HTTP/1.1\r\nA: " + "a" * 70_000 + "\r\n\r\n",
+        "GET /state HTTP/1.1\r\n" + "A: b\r\n" * 500 + "\r\n",
+        b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",  # of TLS
+        "BREW /state HTTP/1.1\r\n\r\n",
+        "POST /render HTTP/1.1\r\nExpect: 100-continue\r\n\r\n",
+    ],
+)
+def test_a_malformed_request_is_refused_and_the_server_lives(shared, text):
+    status = send(shared, text)
     assert status is None or 400 <= status < 500
     assert is_alive(shared)
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("headers", "body", "status"),
     [
         ([], b"", 411),
@@ -211,35 +188,23 @@ def test_what_is_sent_must_have_its_length(shared, headers, body, status):
     assert is_alive(shared)
 
 
-def test_a_request_for_something_holds_nothing(shared):
+def test_too_much_another_method_and_a_question_with_contents_are_refused(shared):
+    for path, most in (("/file", MAX_UPLOAD), ("/scene", MAX_SCENE)):  # before it is sent
+        line = f"POST {path}?name=a.png HTTP/1.1"
+        assert send(shared, request(shared, line, f"Content-Length: {most + 1}"), ends=False) == 413
+    for line in ("POST /state", "GET /render", "PUT /settings", "DELETE /", "HEAD /", "OPTIONS /"):
+        method, path = line.split()
+        assert ask(shared, method, path, b"{}" if method == "POST" else None)[0] == 405
     assert send(shared, request(shared, "GET /state HTTP/1.1", "Content-Length: 2", body=b"{}")) == 400
 
 
-@pytest.mark.parametrize(
-    ("method", "path"),
-    [
-        ("POST", "/state"),
-        ("GET", "/render"),
-        ("PUT", "/settings"),
-        ("DELETE", "/"),
-        ("HEAD", "/"),
-        ("OPTIONS", "/"),
-    ],
-)
-def test_another_method_is_refused(shared, method, path):
-    assert ask(shared, method, path, b"{}" if method == "POST" else None)[0] == 405
-
-
-@pytest.mark.parametrize(
+@for_each(
     ("path", "body"),
     [
         ("/settings", b""),
         ("/settings", b"["),
-        ("/settings", b"[]"),
         ("/settings", b"\xff"),
-        ("/settings", {"a": 1}),
         ("/settings", {"relief": 2}),
-        ("/settings", {"look": "x.toml"}),
         ("/settings", {"stroke": "/etc/passwd"}),
         ("/settings", {"keep": 0}),
         ("/settings", {"strokeSize": 1e9}),
@@ -251,30 +216,19 @@ def test_another_method_is_refused(shared, method, path):
         ("/video", {"kind": "turn"}),
         ("/file?name=a.png", b"no"),
         ("/file?name=%2e%2e%2fa.png", b""),
+        ("/scene?name=..%2Fa.ply", b"no scene"),
+        ("/open?id=..%2Fa.ply", b"{}"),
+        ("/where", {"where": "mask:/etc/passwd"}),
+        ("/where", {}),
+        ("/where", {"where": "subject", "camera": 1}),
     ],
 )
-def test_what_cannot_be_is_refused_with_a_sentence(shared, path, body):
-    before = shared.studio.state()
+def test_what_cannot_be_is_refused_with_a_sentence_and_not_kept(shared, path, body):
+    before = shared.studio.state(), shared.studio.choices()
     status, _, content = ask(shared, "POST", path, body)
     assert status == 400
     assert len(json.loads(content)["error"]) > 10
-    assert shared.studio.state() == before
-
-
-@pytest.mark.parametrize(("path", "most"), [("/file", MAX_UPLOAD), ("/scene", MAX_SCENE)])
-def test_too_much_is_refused_before_it_is_sent(shared, path, most):
-    line = f"POST {path}?name=a.png HTTP/1.1"
-    status = send(shared, request(shared, line, f"Content-Length: {most + 1}"), ends=False)
-    assert status == 413
-
-
-def test_a_scene_that_is_none_is_told_in_a_sentence_and_not_kept(shared):
-    choices = json.loads(ask(shared, "GET", "/choices")[2])
-    status, _, content = ask(shared, "POST", "/scene?name=..%2Fa.ply", b"no scene")
-    assert status == 400
-    assert json.loads(content)["error"].startswith("../a.ply: ")
-    assert json.loads(ask(shared, "GET", "/choices")[2]) == choices
-    assert ask(shared, "POST", "/open?id=..%2Fa.ply", b"{}")[0] == 400
+    assert (shared.studio.state(), shared.studio.choices()) == before
 
 
 def test_a_dropped_picture_becomes_a_choice(shared):
@@ -347,30 +301,23 @@ def test_a_change_a_picture_and_a_video_by_http(session, tmp_path):
         state = json.loads(ask(server, "GET", "/state")[2])
         assert (state["version"], state["painting"]["strokes"] <= 60) == (2, True)
         assert state["settings"] == {"strokes": 60, "relief": 0.9}
-        camera = server.studio._painted.prepared.camera
-        view = {
-            "viewmat": camera.viewmat.ravel().tolist(),
-            "K": camera.K.ravel().tolist(),
-            "width": camera.width,
-            "height": camera.height,
-            "near": camera.near,
-        }
-        shot = {"camera": view, "width": 48, "height": 36}
-        key = json.loads(ask(server, "POST", "/render", shot)[2])["id"]
-        output = wait_for_output(server, key)
-        assert (output["state"], output["name"]) == ("done", "pears-oil-1.png")
-        _, headers, content = ask(server, "GET", f"/output?id={key}")
-        assert headers["Content-Type"] == "image/png"
-        assert content == (tmp_path / "pears-oil-1.png").read_bytes()
+        view = camera_facts(server.studio._painted.prepared.camera)
+        film = {"seconds": 1, "fps": 3, "width": 32, "height": 24}
+        for path, asked, name, kind in (
+            ("/render", {"camera": view, "width": 48, "height": 36}, "pears-oil-1.png", "image/png"),
+            ("/video", {"kind": "turn", "cameras": [view], "center": [0, 0, 0], **film}, "pears-oil-1.mp4",
+             "video/mp4"),
+        ):  # fmt: skip
+            key = json.loads(ask(server, "POST", path, asked)[2])["id"]
+            output = wait_for_output(server, key)
+            assert (output["state"], output["name"]) == ("done", name)
+            _, headers, content = ask(server, "GET", f"/output?id={key}")
+            assert headers["Content-Type"] == kind
+            assert content == (tmp_path / name).read_bytes()
         assert read_image(tmp_path / "pears-oil-1.png").shape[:2] == (36, 48)
-        film = {"kind": "turn", "cameras": [view], "center": [0, 0, 0], "seconds": 1, "fps": 3}
-        key = json.loads(ask(server, "POST", "/video", {**film, "width": 32, "height": 24})[2])["id"]
-        output = wait_for_output(server, key)
-        assert (output["state"], output["name"]) == ("done", "pears-oil-1.mp4")
-        assert ask(server, "GET", f"/output?id={key}")[1]["Content-Type"] == "video/mp4"
-        path = {**film, "kind": "path", "cameras": [view, view], "width": 32, "height": 24}
-        del path["center"]
-        key = json.loads(ask(server, "POST", "/video", path)[2])["id"]
+        key = json.loads(ask(server, "POST", "/video", {"kind": "path", "cameras": 2 * [view], **film})[2])[
+            "id"
+        ]
         output = wait_for_output(server, key)
         assert output["state"] == "failed"
         assert "2 different key views" in output["error"]
@@ -378,13 +325,10 @@ def test_a_change_a_picture_and_a_video_by_http(session, tmp_path):
 
 
 def test_a_server_for_others_takes_numbers_and_no_foreign_names(shared):
-    config = ServerConfig(host="0.0.0.0")
-    with StudioServer(shared.studio, config) as server:
+    with StudioServer(shared.studio, ServerConfig(host="0.0.0.0")) as server:
         port = server.port
-        assert server.is_own_host(f"192.168.1.2:{port}")
-        assert server.is_own_host(f"[fe80::1]:{port}")
-        assert server.is_own_host(f"localhost:{port}")
-        assert server.is_own_host(f"{socket.gethostname()}:{port}")
+        for name in ("192.168.1.2", "[fe80::1]", "localhost", socket.gethostname()):
+            assert server.is_own_host(f"{name}:{port}")
         assert not server.is_own_host(f"evil.example:{port}")
         assert not server.is_own_host("192.168.1.2")
         assert server.address().startswith(f"http://127.0.0.1:{port}/?token=")
@@ -422,7 +366,7 @@ def certificate(tmp_path_factory):
     return files
 
 
-def test_https_with_a_certificate_of_ones_own(session, tmp_path, certificate):
+def test_https_with_a_certificate_of_ones_own_and_no_other_file(session, tmp_path, certificate):
     config = ServerConfig(certificate=certificate[0], key=certificate[1])
     with serving(session, tmp_path, config) as server:
         with socket.create_connection(("127.0.0.1", server.port), timeout=SECONDS) as plain:
@@ -438,12 +382,13 @@ def test_https_with_a_certificate_of_ones_own(session, tmp_path, certificate):
         connection.close()
         assert server.address().startswith("https://")
 
-
-@pytest.mark.parametrize("which", ["missing", "no certificate", "another key"])
-def test_files_that_are_no_certificate_are_refused(shared, certificate, tmp_path, which):
     own = tmp_path / "a.pem"
-    if which != "missing":
-        own.write_text("no certificate" if which == "no certificate" else certificate[0].read_text())
-    key = own if which == "another key" else certificate[1]
-    with pytest.raises(SceneError, match=r"a\.pem: (there is no such certificate|is no certificate in PEM)"):
-        StudioServer(shared.studio, ServerConfig(certificate=own, key=key))
+    for content, its_key in (
+        (None, certificate[1]),
+        ("no certificate", certificate[1]),
+        (certificate[0].read_text(), own),  # another key
+    ):
+        if content is not None:
+            own.write_text(content)
+        with pytest.raises(SceneError, match=r"a\.pem: (there is no such certificate|is no certificate in)"):
+            StudioServer(server.studio, ServerConfig(certificate=own, key=its_key))

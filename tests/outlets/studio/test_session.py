@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from brushgs.brushes.texture import strokes_folder
+from brushgs.cli import main
 from brushgs.cli.commands.view import session_of
 from brushgs.cli.parser import parse
 from brushgs.errors import SceneError, SceneWarning
@@ -81,8 +82,6 @@ def test_a_change_paints_what_its_command_paints(painted, scene, tmp_path):
     changed = session.paint(Settings(look="gouache", strokes=60, keep=0.8), Report())
     options = header_of(changed.contents)["command"]["options"]
     words = ["render", str(scene), *options, "--size", "96x72", "-o", str(tmp_path / "a.png")]
-    from brushgs.cli import main
-
     assert main([*words, "--quiet"]) == 0
     shot = Shot(changed.prepared.camera)
     path = session.shoot(changed, shot, Report())
@@ -93,7 +92,7 @@ def test_a_change_paints_what_its_command_paints(painted, scene, tmp_path):
     assert read_metadata(replace(session, writes_metadata=False).shoot(changed, shot, Report())) is None
 
 
-def test_a_dropped_picture_is_a_brush_or_a_palette_and_is_called_as_it_was(painted, tmp_path):
+def test_a_dropped_picture_is_a_brush_or_a_palette_and_is_called_as_it_was(painted, scene, tmp_path):
     session, first = painted
     paint_file(session.source, tmp_path / "picture.png", first.config)
     session.dropped = {"id1": Dropped("my brush.png", tmp_path / "picture.png")}
@@ -104,17 +103,19 @@ def test_a_dropped_picture_is_a_brush_or_a_palette_and_is_called_as_it_was(paint
     ]  # fmt: skip
     assert own.facts["palette"] == 1
     assert not np.array_equal(own.prepared.strokes.sh, first.prepared.strokes.sh)
-
-
-def test_a_palette_of_the_command_line_can_be_taken_away(scene, tmp_path, painted):
-    _, first = painted
-    picture = tmp_path / "palette.png"
-    paint_file(scene, picture, first.config)
-    words = ["view", str(scene), *FEW, "--palette", str(picture), "--palette-strength", "50%"]
-    session = session_of(parse(words))
-    assert session.config(Settings()).palette is not None
-    assert session.config(Settings(palette="none")).palette is None
-    assert session.options({"palette.file": None}) == ["--strokes", "120", *OTHERS]
+    words = [
+        "view",
+        str(scene),
+        *FEW,
+        "--palette",
+        str(tmp_path / "picture.png"),
+        "--palette-strength",
+        "50%",
+    ]
+    with_palette = session_of(parse(words))
+    assert with_palette.config(Settings()).palette is not None
+    assert with_palette.config(Settings(palette="none")).palette is None
+    assert with_palette.options({"palette.file": None}) == ["--strokes", "120", *OTHERS]
 
 
 def test_a_file_has_the_next_free_number_and_keeps_others(painted, tmp_path):
@@ -130,20 +131,18 @@ def test_a_file_has_the_next_free_number_and_keeps_others(painted, tmp_path):
     assert read_image(tmp_path / "pears-oil-2.png").shape[:2] == (30, 40)
 
 
-def test_a_picture_that_fails_frees_its_name(painted, tmp_path, monkeypatch):
+def test_a_picture_that_fails_frees_its_name_and_a_folder_that_cannot_be_made_is_named(
+    painted, tmp_path, monkeypatch
+):
     session, first = painted
-    session = replace(session, folder=tmp_path)
+    session = replace(session, folder=tmp_path / "missing")
     monkeypatch.setattr("brushgs.pipeline.still.paint_view", lambda *_, **__: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         session.shoot(first, Shot(first.prepared.camera), Report())
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_that_cannot_be_made_is_named(tmp_path):
+    assert list((tmp_path / "missing").iterdir()) == []
     (tmp_path / "file").touch()
     with pytest.raises(SceneError, match="file: the folder cannot be made"):
         reserve(tmp_path / "file", "a", ".png")
-    assert reserve(tmp_path / "missing", "a", ".png").exists()
 
 
 def frames_of(path):
@@ -151,7 +150,7 @@ def frames_of(path):
         return [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
 
 
-def test_a_path_through_marked_views_is_a_video(painted, tmp_path):
+def test_a_turn_and_a_path_through_views_are_videos_and_a_path_of_equal_views_is_refused(painted, tmp_path):
     session, first = painted
     session = replace(session, folder=tmp_path)
     camera = first.prepared.camera.resized(64, 48)
@@ -162,26 +161,13 @@ def test_a_path_through_marked_views_is_a_video(painted, tmp_path):
     frames = frames_of(path)
     assert (path.name, len(frames), frames[0].shape) == ("pears-oil-1.mp4", 3, (48, 64, 3))
     assert not np.array_equal(frames[0], frames[2])
-
-
-def test_a_turn_is_a_loop_around_what_is_looked_at(painted, tmp_path):
-    session, first = painted
-    session = replace(session, folder=tmp_path)
-    camera = first.prepared.camera.resized(64, 48)
     center = tuple(header_of(first.contents)["center"])
-    film = Film(FilmConfig("turn", 1, 64, 48, fps=4), [camera], center)
-    path = session.film(first, film, Report())
-    assert len(frames_of(path)) == 4
-    assert read_metadata(path).command.startswith("brushgs render pears")
-
-
-def test_a_path_of_equal_views_is_refused(painted, tmp_path):
-    session, first = painted
-    session = replace(session, folder=tmp_path)
-    camera = first.prepared.camera
+    turn = session.film(first, Film(FilmConfig("turn", 1, 64, 48, fps=4), [camera], center), Report())
+    assert len(frames_of(turn)) == 4
+    assert read_metadata(turn).command.startswith("brushgs render pears")
     with pytest.raises(ValueError, match="at least 2 different key views, got 1"):
         session.film(first, Film(FilmConfig("path", 1, 64, 48), [camera, camera]), Report())
-    assert list(tmp_path.iterdir()) == []
+    assert len(list(tmp_path.iterdir())) == 2
 
 
 @pytest.fixture
@@ -193,6 +179,14 @@ def saving(scene, tmp_path):
 
 def test_saved_options_go_on_where_a_killed_server_was(saving, tmp_path):
     words, file = saving
+    odd = 'a\x7f"\\ü\U0001f58c.png'
+    session_of(parse([*words[:2], "--stroke", odd, *words[2:]])).saved.write({}, [])
+    assert tomllib.loads(file.read_text(encoding="utf-8"))["stroke"] == odd
+    with pytest.raises(SceneError, match=r"mine.toml: exists; add --config .* to go on with it"):
+        session_of(parse(words))
+    with pytest.raises(ValueError, match=r"save must name a \.toml file, got 'mine.png'"):
+        session_of(parse([*words[:-1], str(file.with_suffix(".png"))]))
+    file.unlink()
     session = session_of(parse(words))
     assert not file.exists()  # nothing was changed
     settings = Settings(look="gouache", stroke_size=20, relief=0.75, lamp=(20, 60), keep=0.5)
@@ -202,14 +196,6 @@ def test_saved_options_go_on_where_a_killed_server_was(saving, tmp_path):
     again = parse(["view", words[1], "--config", str(file), "--save", str(file)])
     assert session_of(again).config(Settings()) == session.config(settings)
     assert parse(["render", words[1], "--config", str(file)]).look == "gouache"
-
-
-def test_names_of_any_letters_are_saved(saving):
-    words, file = saving
-    odd = 'a\x7f"\\ü\U0001f58c.png'
-    session = session_of(parse([*words[:2], "--stroke", odd, *words[2:]]))
-    session.saved.write({}, [])
-    assert tomllib.loads(file.read_text(encoding="utf-8"))["stroke"] == odd
 
 
 def test_a_dropped_picture_is_saved_beside_the_options(saving, tmp_path):
@@ -224,12 +210,3 @@ def test_a_dropped_picture_is_saved_beside_the_options(saving, tmp_path):
     assert config.draw.stroke == str(tmp_path / "mine-id1.png")
     assert config.palette.file == tmp_path / "mine-id1.png"
     read_image(tmp_path / "mine-id1.png")
-
-
-def test_a_file_that_is_there_is_not_replaced_by_options(saving):
-    words, file = saving
-    file.write_text("look = 'ink'")
-    with pytest.raises(SceneError, match=r"mine.toml: exists; add --config .* to go on with it"):
-        session_of(parse(words))
-    with pytest.raises(ValueError, match=r"save must name a \.toml file, got 'mine.png'"):
-        session_of(parse([*words[:-1], str(file.with_suffix(".png"))]))

@@ -36,7 +36,9 @@ FILM = {"kind": "turn", "cameras": [CAMERA], "center": [0, 0, 2], "seconds": 1, 
 
 def test_settings_become_overrides_and_flags():
     value = {"look": "ink", "strokes": 300, "keep": 0.5, "stroke": "id1", "relief": 0.25, "lamp": [90, 45]}
-    settings = read_settings({**value, "palette": "id1", "paletteStrength": 0.5, "ground": "#336699"}, KNOWN)
+    value |= {"palette": "id1", "paletteStrength": 0.5, "ground": "#336699", "up": [0, -1, 0.25]}
+    value |= {"focus": [-1.5, 0, 2, 0.25], "part": "sphere:0,0,0,1", "azimuth": -20}
+    settings = read_settings(value, KNOWN)
     assert overrides_of(settings, KNOWN) == {
         "look": "ink",
         "cluster.strokes": 300,
@@ -47,38 +49,22 @@ def test_settings_become_overrides_and_flags():
         "ground.ground": "#336699",
         "palette.file": Path("/uploads/id1/picture"),
         "palette.strength": 0.5,
-    }
-    words = "--look ink --strokes 300 --keep 0.5 --stroke own.png --relief 0.25 --lamp 90,45 --ground #336699"
-    assert flags_of(settings, {"id1": "own.png"}) == [
-        *words.split(), "--palette", "own.png", "--palette-strength", "0.5"
-    ]  # fmt: skip
-
-
-def test_places_of_the_picture_become_overrides_and_flags():
-    value = {"focus": [-1.5, 0, 2, 0.25], "part": "sphere:0,0,0,1", "up": [0, -1, 0.25], "azimuth": -20}
-    settings = read_settings(value, KNOWN)
-    assert overrides_of(settings, KNOWN) == {
         "strokes.focus": Focus((-1.5, 0, 2, 0.25)),
         "painted.expression": Where.parse("sphere:0,0,0,1"),
         "view.up": "0,-1,0.25",
         "view.azimuth": radians(-20),
         "view.side": None,
     }
-    assert flags_of(settings, {}) == [
-        "--focus=-1.5,0,2,0.25", "--where", "sphere:0,0,0,1", "--up", "0,-1,0.25", "--azimuth=-20"
-    ]  # fmt: skip
-
-
-def test_what_is_not_set_changes_nothing():
+    words = "--look ink --strokes 300 --keep 0.5 --stroke own.png --relief 0.25 --lamp 90,45 --ground #336699"
+    words += " --palette own.png --palette-strength 0.5 --focus=-1.5,0,2,0.25 --where sphere:0,0,0,1"
+    assert sorted(flags_of(settings, {"id1": "own.png"})) == sorted(
+        [*words.split(), "--up", "0,-1,0.25", "--azimuth=-20"]
+    )
+    shorter = read_settings({"strokeSize": 24, "palette": "none"}, KNOWN)
+    assert overrides_of(shorter, KNOWN) == {"cluster.strokes": StrokeSize(24), "palette.file": None}
+    assert flags_of(shorter, {}) == ["--stroke-size", "24px"]
     assert read_settings({}, KNOWN) == read_settings({"look": None, "strokes": None}, KNOWN) == Settings()
-    assert overrides_of(Settings(), KNOWN) == {}
-    assert flags_of(Settings(), {}) == []
-
-
-def test_a_length_takes_the_place_of_a_number_and_no_palette_that_of_a_palette():
-    settings = read_settings({"strokeSize": 24, "palette": "none"}, KNOWN)
-    assert overrides_of(settings, KNOWN) == {"cluster.strokes": StrokeSize(24), "palette.file": None}
-    assert flags_of(settings, {}) == ["--stroke-size", "24px"]
+    assert (overrides_of(Settings(), KNOWN), flags_of(Settings(), {})) == ({}, [])
 
 
 @for_each(
@@ -112,9 +98,16 @@ def test_what_is_no_json_object_is_refused(text):
         read_json(text)
 
 
-def test_a_shot_has_its_camera_in_the_size_of_the_picture():
+def test_shots_and_films_have_cameras_in_the_size_of_the_picture():
     camera = read_shot(SHOT).camera
     assert (camera.width, camera.height, camera.K[0, 0]) == (160, 120, 100)
+    value = {**FILM, "kind": "path", "cameras": [CAMERA, CAMERA], "loop": True, "fps": 12}
+    del value["center"]
+    film = read_film(value)
+    assert [(camera.width, camera.height) for camera in film.cameras] == [(64, 48)] * 2
+    assert (film.config.fps, film.config.loop, film.center) == (12, True, None)
+    with pytest.raises(ValueError, match=r"^seconds is missing, it must be a number"):
+        read_film({name: value for name, value in FILM.items() if name != "seconds"})
 
 
 @for_each(
@@ -140,14 +133,6 @@ def test_a_shot_that_cannot_be_painted_is_refused(change, sentence):
         read_shot(json.loads(json.dumps({**SHOT, **change})))
 
 
-def test_a_film_of_a_path_has_cameras_in_its_size():
-    value = {**FILM, "kind": "path", "cameras": [CAMERA, CAMERA], "loop": True, "fps": 12}
-    del value["center"]
-    film = read_film(value)
-    assert [(camera.width, camera.height) for camera in film.cameras] == [(64, 48)] * 2
-    assert (film.config.fps, film.config.loop, film.center) == (12, True, None)
-
-
 @for_each(
     ("change", "sentence"),
     [
@@ -168,8 +153,3 @@ def test_a_film_of_a_path_has_cameras_in_its_size():
 def test_a_film_that_cannot_be_painted_is_refused(change, sentence):
     with pytest.raises(ValueError, match="^" + re.escape(sentence)):
         read_film({**FILM, **change})
-
-
-def test_a_field_that_is_missing_is_named():
-    with pytest.raises(ValueError, match=r"^seconds is missing, it must be a number"):
-        read_film({name: value for name, value in FILM.items() if name != "seconds"})

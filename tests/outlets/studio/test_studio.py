@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from brushgs.brushes.texture import strokes_folder
 from brushgs.errors import SceneError
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.viewer import FilmConfig
@@ -135,34 +136,23 @@ def test_the_state_is_told_as_soon_as_it_changes(session, studio):
     assert told[0]["number"] > known
 
 
-def test_a_change_that_cannot_be_is_refused_at_once_and_changes_nothing(studio):
+def test_a_change_that_fails_is_told_and_leaves_the_painting(session, studio):
     before = studio.state()
     with pytest.raises(ValueError, match="relief must be 0 to 1"):
         studio.change(Settings(relief=2))
-    assert studio.state() == before
-
-
-def test_a_change_that_fails_is_told_and_leaves_the_painting(session, studio):
-    session.error = SceneError("a.ply", "is damaged; get it again")
-    studio.change(Settings(strokes=5))
-    assert studio.wait(SECONDS)
-    state = studio.state()
-    assert (state["version"], state["error"]) == (1, "a.ply: is damaged; get it again")
-    session.error = None
-    studio.change(Settings(strokes=6))
-    assert studio.wait(SECONDS)
-    assert (studio.state()["version"], studio.state()["error"]) == (2, None)
-
-
-def test_an_internal_error_is_told_and_the_studio_goes_on(session, studio):
-    session.error = KeyError("x")
-    studio.change(Settings(strokes=5))
-    assert studio.wait(SECONDS)
-    assert studio.state()["error"] == "internal error, KeyError: 'x'"
-    session.error = None
-    studio.change(Settings(strokes=6))
-    assert studio.wait(SECONDS)
-    assert studio.contents() == (2, b"contents 6")
+    assert studio.state() == before  # refused at once
+    for version, error, told in (
+        (1, SceneError("a.ply", "is damaged; get it again"), "a.ply: is damaged; get it again"),
+        (2, KeyError("x"), "internal error, KeyError: 'x'"),
+    ):
+        session.error = error
+        studio.change(Settings(strokes=5))
+        assert studio.wait(SECONDS)
+        assert (studio.state()["version"], studio.state()["error"]) == (version, told)
+        session.error = None
+        studio.change(Settings(strokes=6))
+        assert studio.wait(SECONDS)
+        assert (studio.contents(), studio.state()["error"]) == ((version + 1, b"contents 6"), None)
 
 
 def test_a_picture_shows_the_changes_that_were_made_before_it(session, studio, tmp_path):
@@ -192,34 +182,25 @@ def test_a_change_does_not_wait_for_a_video(session, studio):
     assert studio.output(key).name == "film.mp4"
 
 
-def test_a_video_can_be_stopped_while_it_waits_and_while_it_runs(session, studio):
+def test_outputs_can_be_stopped_while_they_wait_and_run_and_are_not_too_many(session, studio):
     session.hold("film")
-    keys = [studio.film(FILM), studio.film(FILM)]
-    assert session.began["film"].wait(SECONDS)
-    assert studio.stop(keys[1])
-    assert studio.stop(keys[0])
-    session.stages["film"].set()
-    assert studio.wait(SECONDS)
-    assert states_of(studio) == ["stopped", "stopped"]
-    assert not studio.stop(keys[0])
-    assert not studio.stop("nothing")
-
-
-def test_a_page_gone_wild_is_refused_outputs(session, studio):
-    session.hold("film")
-    for _ in range(MAX_OUTPUTS):
-        studio.film(FILM)
+    keys = [studio.film(FILM) for _ in range(MAX_OUTPUTS)]
     with pytest.raises(ValueError, match="at most 32 pictures and videos can wait"):
         studio.shoot(SHOT)
-    for output in studio.state()["outputs"]:
-        studio.stop(output["id"])
+    assert session.began["film"].wait(SECONDS)
+    assert all(studio.stop(key) for key in reversed(keys))
+    session.stages["film"].set()
+    assert studio.wait(SECONDS)
+    assert set(states_of(studio)) == {"stopped"}
+    assert not studio.stop(keys[0])
+    assert not studio.stop("nothing")
 
 
 def test_what_is_dropped_must_be_a_picture_and_its_name_is_no_path(studio, session, tmp_path):
     with pytest.raises(ValueError, match=r"^../../evil.png: "):
         studio.add_file("../../evil.png", b"no picture")
     assert list((tmp_path / "uploads").iterdir()) == []
-    content = (Path(__file__).parents[3] / "strokes" / "swirl.png").read_bytes()
+    content = (strokes_folder() / "swirl.png").read_bytes()
     key = studio.add_file("../../evil.png", content)
     assert session.dropped[key].name == "../../evil.png"
     assert session.dropped[key].path == tmp_path / "uploads" / key / "evil.png"

@@ -9,14 +9,16 @@ import subprocess
 import sys
 import time
 import webbrowser
+from argparse import ArgumentParser
 from pathlib import Path
 
 import pytest
 
 from brushgs.cli import main
-from brushgs.cli.commands import view
-from brushgs.options.viewer import FilmConfig, ServerConfig, check_picture
+from brushgs.cli.commands import render, view
+from brushgs.options.viewer import FilmConfig, check_picture
 from brushgs.outlets.studio.studio import Studio
+from tests.kit.commands import refused, run
 from tests.kit.for_each import for_each
 from tests.outlets.studio.conftest import FEW, SECONDS
 
@@ -24,34 +26,23 @@ ROOT = Path(__file__).resolve().parents[3]
 ADDRESS = re.compile(r"^http://127\.0\.0\.1:([0-9]+)/\?token=([\w-]{43})$")
 
 
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
+@pytest.mark.usefixtures("folder")
+def test_what_cannot_be_served_is_refused(scene, capsys):
+    Path("a.ply").write_bytes(b"no scene")
+    Path("empty").mkdir()
+    for words, sentence in (
         (["--port", "70000"], "port must be 0 to 65535, got 70000"),
-        (["--port", "x"], "--port must be a whole number of 0 or more"),
         (["--certificate", "a.pem"], "key is missing: https needs --certificate and --private-key"),
         (["--private-key", "a.pem"], "certificate is missing: https needs --certificate and --private-key"),
         (["--host", ""], "host must be an address of this machine, got ''"),
         (["--relief", "3"], "relief must be 0 to 1, got 3"),
         (["--orbit", "20"], "unrecognized arguments: --orbit"),
-        (["--look", "watercolor"], "watercolor: neither a file nor a look"),
         (["--host", "192.0.2.1"], "192.0.2.1:0: cannot be served"),
         (["--certificate", "a.pem", "--private-key", "a.pem"], "a.pem: there is no such certificate"),
-    ],
-)
-def test_what_cannot_be_served_is_refused(scene, tmp_path, monkeypatch, capsys, words, sentence):
-    monkeypatch.chdir(tmp_path)
-    assert main(["view", str(scene), *FEW, "--no-browser", "--quiet", *words]) == 2
-    out, err = capsys.readouterr()
-    assert re.match(f"brushgs: .*{sentence}", err)
-    assert err.count("\n") == 1
-    assert out == ""
-
-
-def test_a_scene_that_cannot_be_read_is_refused(tmp_path, capsys):
-    (tmp_path / "a.ply").write_bytes(b"no scene")
-    assert main(["view", str(tmp_path / "a.ply"), "--no-browser", "--quiet"]) == 2
-    assert "a.ply" in capsys.readouterr().err
+    ):
+        assert sentence in refused(capsys, "view", scene, *FEW, "--no-browser", "--quiet", *words)
+    assert "a.ply" in refused(capsys, "view", "a.ply", "--no-browser", "--quiet")
+    assert "is an empty folder" in refused(capsys, "view", "--scenes", "empty", "--no-browser", "--quiet")
 
 
 @for_each(
@@ -63,17 +54,12 @@ def test_a_scene_that_cannot_be_read_is_refused(tmp_path, capsys):
         ({"width": 40000}, "size must be 1x1 to 32767x32767"),
     ],
 )
-def test_a_film_has_limits(values, sentence):
+def test_films_and_pictures_have_limits(values, sentence):
     with pytest.raises(ValueError, match=sentence):
         FilmConfig(**{"kind": "turn", "seconds": 1, "width": 64, "height": 48} | values)
-
-
-def test_a_picture_has_limits():
     check_picture(8192, 8192)
     with pytest.raises(ValueError, match=r"size must be at most 67 million pixels, got 8193x8193"):
         check_picture(8193, 8193)
-    assert ServerConfig().is_local
-    assert not ServerConfig(host="0.0.0.0").is_local
 
 
 @pytest.fixture
@@ -122,23 +108,14 @@ def test_without_a_scene_the_first_of_a_folder_is_opened_or_an_example(
     assert opened == [["b9.ply", "b10.ply"], ["pears.ply", "b9.ply", "b10.ply"], ["still_life.ply"]]
 
 
-def test_a_folder_without_scenes_is_refused(tmp_path, capsys):
-    assert main(["view", "--scenes", str(tmp_path), "--no-browser", "--quiet"]) == 2
-    assert "is an empty folder" in capsys.readouterr().err
-
-
-def test_a_headset_is_told_how_to_get_here(stopped_when_served, scene, tmp_path, capsys):
-    assert main(["view", str(scene), *FEW, "-o", str(tmp_path), "--serve", "--port", "0"]) == 130
-    out, err = capsys.readouterr()
+def test_headsets_and_others_are_told_how_to_get_here(stopped_when_served, scene, tmp_path, capsys):
+    words = ["view", scene, *FEW, "-o", tmp_path]
+    code, out, err = run(capsys, *words, "--serve", "--port", "0")
+    assert code == 130
     port, token = ADDRESS.match(out.strip()).groups()
     assert f"run `adb reverse tcp:{port} tcp:{port}`, and open http://localhost:{port}/?token={token}" in err
-    assert stopped_when_served == []
-
-
-def test_others_are_served_only_on_demand_and_that_is_said(stopped_when_served, scene, tmp_path, capsys):
-    words = ["--host", "0.0.0.0", "--no-browser"]
-    assert main(["view", str(scene), *FEW, "-o", str(tmp_path), *words]) == 130
-    err = capsys.readouterr().err
+    code, _, err = run(capsys, *words, "--host", "0.0.0.0", "--no-browser")
+    assert code == 130
     assert "note: others who reach 0.0.0.0 and know the address with its token can use this page" in err
     assert "adb reverse" in err
     assert stopped_when_served == []
@@ -146,10 +123,6 @@ def test_others_are_served_only_on_demand_and_that_is_said(stopped_when_served, 
 
 def test_the_options_that_the_page_names_are_those_of_render(scene):
     """Each flag of `view` is one of the viewer, or means the same to `render`."""
-    from argparse import ArgumentParser
-
-    from brushgs.cli.commands import render
-
     ours, theirs = ArgumentParser(), ArgumentParser()
     view.add_flags(ours)
     render.add_flags(theirs)

@@ -49,27 +49,17 @@ def test_tasks_run_one_after_the_other(lanes):
     assert ran == held
 
 
-def test_the_latest_of_several_changes_wins(lanes):
-    lane, ran = lanes(latest_wins=True), []
-    held = [Held(ran) for _ in range(4)]
-    tasks = [lane.submit(held[0])]
-    assert held[0].began.wait(SECONDS)  # it runs
-    tasks += [lane.submit(task) for task in held[1:]]
-    assert [task.is_abandoned for task in tasks] == [True, True, True, False]
-    for task in held:
-        task.goes_on.set()
-    assert lane.wait(seconds=SECONDS)
-    assert ran == [held[3]]
-    assert not held[1].began.is_set()
-    assert not held[2].began.is_set()
-
-
 def test_a_lane_that_is_closed_leaves_its_work(lanes):
     lane, ran = lanes(), []
     running, waiting = Held(ran), Held(ran)
     task = lane.submit(running)
     later = lane.submit(waiting)
     assert running.began.wait(SECONDS)
+    waiter = Task(lambda task: None)
+    waiter.abandon()
+    with pytest.raises(AbandonedError):
+        lane.wait(waiter)
+    assert not lane.wait(seconds=0)
     assert not lane.close(0)  # it still runs
     assert task.is_abandoned
     assert later.is_abandoned
@@ -78,18 +68,6 @@ def test_a_lane_that_is_closed_leaves_its_work(lanes):
     assert ran == []
     assert not waiting.began.is_set()
     assert lane.submit(running).is_abandoned
-
-
-def test_who_waits_for_a_lane_may_be_abandoned(lanes):
-    lane, ran = lanes(), []
-    held = Held(ran)
-    lane.submit(held)
-    waiter = Task(lambda task: None)
-    waiter.abandon()
-    with pytest.raises(AbandonedError):
-        lane.wait(waiter)
-    assert not lane.wait(seconds=0)
-    held.goes_on.set()
 
 
 def test_a_watched_report_tells_stages_and_frames_and_can_be_left_between_them():
