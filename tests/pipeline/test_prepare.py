@@ -163,7 +163,7 @@ def test_the_scene_is_freed_after_pruning_unless_it_is_kept(scene, keeps_scene):
         patch.object(opening, "load_scene", watched_load),
         patch.object(making, "cluster_scene", watched_cluster),
     ):
-        prepared = prepare(scene, BARE, Report(), asks=asks)
+        prepared = prepare(scene, PAINT, Report(), asks=asks)
     assert alive[1] is keeps_scene
     assert (prepared.scene is not None) is keeps_scene
 

@@ -315,10 +315,7 @@ def test_folders_and_patterns_are_numbered_files(folder, output, pattern):
     [
         ("a.png", {}, r"a path has many frames, but 'a\.png' is one picture; write a-%05d\.png"),
         ("a.avi", {}, r"output of a path must be a folder or end in one of \.mp4, .*\.avif, got 'a\.avi'"),
-        ("%05d.bmp", {}, r"output of a path must be a folder or end in one of"),
         ("%d-%d.png", {}, r"must hold one number such as %05d, got '%d-%d\.png'; write %05d\.png"),
-        ("%s.png", {}, r"must hold one number such as %05d"),
-        ("take%d/a.png", {}, r"the number must be in the name of the file, not of its folder"),
         ("file/", {}, r"file/%05d\.png: .*/file is a file, not a folder; choose another name"),
         ("a.gif", {"path": replace(ORBIT, fps=60)}, r"fps must be above 0 and at most 50 for \.gif, got 60"),
         ("a.mp4", {"is_resumed": True}, r"a video cannot be resumed .* numbered frames, -o a/"),

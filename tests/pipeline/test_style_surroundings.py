@@ -1,6 +1,7 @@
 """Paintings in the hand of a style: black and white stays so, and dials take back what they name."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -8,7 +9,6 @@ import pytest
 import brushgs as bg
 from brushgs.formats.styles import read_style
 from brushgs.formats.styles_write import write_style
-from brushgs.options.painting import ViewConfig
 from brushgs.options.styling import DIALS
 from brushgs.outlets.learn_style import learn_style
 from brushgs.pipeline.prepare import PICTURE, prepare
@@ -18,21 +18,18 @@ from brushgs.still_life import still_life_camera
 from brushgs.values.colors import oklab_of
 from brushgs.values.sh import base_colors
 from brushgs.values.style import StyleLines
+from tests.kit.commands import save_opaque
+from tests.kit.configs import blind
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 CAMERA = still_life_camera(width=96, height=72)
-LOOK = bg.Look.open("oil").config
 COLORS = {  # of paper and ink
     "cream": ((0.93, 0.9, 0.82), (0.1, 0.09, 0.09)),
     "blue": ((0.3, 0.45, 0.75), (0.1, 0.15, 0.4)),
 }
 LEAST = 0.002  # OKLab chroma that nobody sees
-SMALL = replace(
-    LOOK,
-    cluster=replace(LOOK.cluster, strokes=400),
-    strokes=replace(LOOK.strokes, see="off"),
-    view=ViewConfig(size=(96, 72)),
-)
+SMALL = blind("oil", 400, (96, 72))
 
 
 def chroma(rgb):
@@ -53,16 +50,13 @@ def drawing(paper, ink, height=160, width=200):
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("hands")
     for name, colors in COLORS.items():
-        picture = drawing(*colors)
-        frame = bg.Frame(np.float32(picture), np.ones(picture.shape[:2], np.float32))
-        bg.save(frame, path / f"{name}.png")
+        save_opaque(path / f"{name}.png", drawing(*colors))
         write_style(learn_style(path / f"{name}.png"), path / f"{name}.style")
     return path
 
 
 def painted(folder, text):
-    config = SMALL if text is None else styled(SMALL, f"{folder}/{text}")
-    return bg.paint(still_life_of(1000), config, camera=CAMERA).over((1.0, 1.0, 1.0))
+    return bg.paint(still_life_of(1000), styled(SMALL, f"{folder}/{text}"), camera=CAMERA).over((1, 1, 1))
 
 
 def test_a_painting_in_black_and_white_stays_so(folder):
@@ -86,8 +80,9 @@ def coats_with(folder):
     contours = StyleLines(0.3, 0.01, np.array([0.05, 0.05, 0.1]))
     write_style(replace(read_style(folder / "blue.style"), lines=contours), folder / "lined.style")
 
-    def coats(*names):
-        dials = ";".join(f"{dial}={int(dial in names)}" for dial in DIALS)
+    @cache
+    def coats(name):
+        dials = ";".join(f"{dial}={int(dial == name)}" for dial in DIALS)
         config = styled(SMALL, f"{folder}/lined.style;{dials}")
         painting = prepare(still_life_of(1000), config, Report(), asks=PICTURE).painting
         return {coat.name: coat.strokes for coat in painting.coats}
@@ -95,15 +90,10 @@ def coats_with(folder):
     return coats
 
 
-@pytest.fixture(scope="module")
-def without(coats_with):
-    return coats_with()
-
-
-@pytest.mark.parametrize("dial", DIALS)
-def test_each_dial_changes_what_it_names_and_nothing_else(coats_with, without, dial):
+@for_each("dial", DIALS)
+def test_each_dial_changes_what_it_names_and_nothing_else(coats_with, dial):
     name, column, *kept = CHANGED[dial]
-    found = coats_with(dial)
+    found, without = coats_with(dial), coats_with(None)
     if column is None:
         assert name not in without or len(without[name]) != len(found[name])
     else:
@@ -111,9 +101,8 @@ def test_each_dial_changes_what_it_names_and_nothing_else(coats_with, without, d
     assert set(found) - set(without) == ({"lines"} if dial == "line" else set())
     for coat, columns in zip(("strokes", "backdrop"), kept, strict=True):
         for each in columns:
-            np.testing.assert_array_equal(
-                getattr(found[coat], each), getattr(without[coat], each), err_msg=f"{coat} {each}"
-            )
+            one, other = getattr(found[coat], each), getattr(without[coat], each)
+            np.testing.assert_array_equal(one, other, err_msg=f"{coat} {each}")
     light, *tint = mean_lab(found["strokes"]) - mean_lab(without["strokes"])
     assert (np.hypot(*tint) > 0.05) == (dial == "color")
     assert abs(light) < 0.01 or dial in ("color", "stage")  # a stage moves the subject apart from it
