@@ -87,7 +87,7 @@ def test_a_map_holds_a_part_as_a_rule_does(scene):
     assert not np.array_equal(steady, mapped)
 
 
-@for_each(("light", "rate", "flashes"), [(0.05, 4, False), (0.4, 4, True), (0.4, 0, False)])
+@for_each(("light", "rate", "flashes"), [(0.05, 4, False), (0.4, 4, True), (0.4, 1, False)])
 def test_a_film_that_flashes_says_so(light, rate, flashes):
     film = Hand((Pace(boil=1.0),), 1, False, 24.0, 48, False, {})
     frames = np.full((48, 20, 30, 3), 0.3)
