@@ -163,6 +163,7 @@ def test_a_bad_scene_gets_one_sentence(capsys, command, name, content):
         ["render", "tiles", "--focus", "mine/00001.png", "-o", "mine/00001.png"],
         ["render", "tiles", "--background", "mine/00001.png", "-o", "link.png"],
         ["render", "tiles", "--stroke", "mine/00001.png", "--orbit", "3", "-o", "mine/"],
+        ["render", "tiles", "--background", "a.gif", "--orbit", "3", "-o", "a.gif"],
         ["style", "learn", "a.style", "-o", "./a.style"],
     ],
 )
@@ -173,7 +174,8 @@ def test_no_input_is_overwritten(scene, capsys, words):
         Path(f"tiles/{name}.ply").write_bytes(scene.read_bytes())
     for name in ("mine/00000.png", "mine/00001.png"):
         save_opaque(name, np.full((4, 4, 3), 0.5))
-    Path("a.style").write_bytes(Path("mine/00000.png").read_bytes())
+    for name in ("a.style", "a.gif"):
+        Path(name).write_bytes(Path("mine/00000.png").read_bytes())
     Path("link.png").unlink(missing_ok=True)
     Path("link.png").symlink_to("mine/00001.png")
     Path("own.toml").write_text('[brushes]\nother = ["mine/00001.png"]\n')
@@ -262,6 +264,10 @@ def test_a_palette_gives_its_colours(scene, blue, capsys):
     picture = read_image("pears-ellipse.png")
     painted = picture[..., 3] > 0.5
     np.testing.assert_allclose(picture[painted, :3], [[0.1, 0.2, 0.8]] * painted.sum(), atol=0.02)
+    nothing = np.zeros((4, 4, 3), np.float32)
+    bg.save(bg.Frame(nothing, nothing[..., 0]), "clear.png")
+    err = refused(capsys, "render", scene, *SMALL, "--palette", "clear.png")
+    assert "clear.png: has no colours to take" in err
 
 
 def test_the_palette_pass_stands_alone(scene, blue, capsys):

@@ -86,6 +86,8 @@ REFUSED = [
     ("[media]\ncolor = 'black'\n", "[media] color must be #rrggbb, got 'black'"),
     ("[color]\npigments = 2.5\n", "[color] pigments must be a whole number, got 2.5"),
     ("[brushes]\nlong = ['flat']\n", "[brushes] other must name at least one brush"),
+    ("[media]\nkind = 'hatching'\nspacing = [5.0, 2.0]\n", "spacing must not be less in the lightest tone"),
+    ("[media]\nkind = 'hatching'\nlength = [80.0, 20.0]\n", "length must name the shortest line first"),
     ("[brushes]\nother = ['']\n", "[brushes] brushes must be names of strokes or image files"),
     (f"[brushes]\nother = {[f'a{i}' for i in range(300)]}\n", "brushes must be at most 256, got 300"),
 ]

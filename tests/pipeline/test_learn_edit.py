@@ -8,11 +8,15 @@ import numpy as np
 import pytest
 
 import brushgs as bg
+from brushgs.cameras.framing import plain_first_view
 from brushgs.cli import main
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.styles import read_style
 from brushgs.passes.color.color_map import Affine, map_colors
+from brushgs.passes.style.edit import apply_edit, needed_features
+from brushgs.passes.style.features import stroke_features
 from brushgs.still_life import still_life_camera
+from brushgs.values.sh import C0
 from tests.kit.commands import refused, save_opaque
 from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
@@ -118,3 +122,18 @@ def test_pictures_that_do_not_belong_together_are_refused(scene, capsys):
     save_pictures(scene, "again", (0.0,))
     sentence = "has other sides than its camera: 96x48, its camera 96x72"
     assert sentence in refused(capsys, *words, "wide")
+
+
+def test_which_way_is_up_may_be_said(scene):
+    view = plain_first_view(scene, "+x")
+    height = np.clip(stroke_features(scene, view, ("height",)).values, 0, 1)
+    sh = scene.sh.copy()
+    sh[:, 0] = ((0.5 + C0 * sh[:, 0]) * (1 - 0.7 * height) - 0.5) / C0
+    bg.save(replace(scene, sh=sh), "sideways.ply")
+    errors = {}
+    for up in ("+x", "-y"):
+        learn("--before", "scene.ply", "--after", "sideways.ply", "-o", "up.style", "--up", up)
+        edit = read_style("up.style").edit
+        features = stroke_features(scene, view, needed_features([edit]))
+        errors[up] = np.square(apply_edit(scene, edit, features).sh[:, 0] - sh[:, 0]).mean() ** 0.5
+    assert errors["+x"] < 0.5 * errors["-y"]

@@ -159,3 +159,8 @@ def test_a_mask_lies_over_the_first_view_and_a_focus_on_nothing_is_refused(scene
     ):
         with pytest.raises(ValueError, match=sentence):
             strokes_of(scene, with_strokes(**options))
+
+
+def test_one_and_two_gaussians_are_painted():
+    for num in (1, 2):
+        assert np.isfinite(paint(still_life_of(1000).take(slice(0, num)), PAINT).rgb).all()

@@ -32,6 +32,10 @@ def test_a_sphere_stands_where_the_camera_was_and_is_level():
         np.testing.assert_allclose(-level.viewmat[1, :3], up, atol=1e-12)
         assert level.viewmat[2, :3] @ camera.viewmat[2, :3] > 0
         assert (level.width, level.height, level.near) == (64, 32, 0.02)
+    # One that looks straight down has ahead what was above.
+    down = bg.Camera.look_at((0, -2, 0), (0, 0, 0), (0, 0, 1), width=64, height=32)
+    level = leveled(down, np.array([0.0, -1.0, 0.0]))
+    np.testing.assert_allclose(level.viewmat[2, :3], (0, 0, 1), atol=1e-12)
 
 
 def test_a_subject_fills_some_90_degrees_of_a_sphere():

@@ -28,7 +28,7 @@ from brushgs.options.rules import Rule, Rules
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.options.where import Where, WhereConfig
 from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
-from brushgs.pipeline.report import Report
+from brushgs.pipeline.report import Report, pace
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.sequence_outputs import plan_output
 from brushgs.pipeline.views import choose_first_view
@@ -209,7 +209,8 @@ def test_odd_sides_of_an_mp4_are_made_even_and_told(scene, folder):
 
 
 def test_only_what_is_missing_is_painted(scene, folder):
-    paint(scene)
+    report = paint(scene, is_resumed=True)  # which begins where there is nothing
+    assert stage(report, "paint").counts["painted"] == NUM_FRAMES
     whole = contents("f")
     stamps = {name: Path("f", name).stat().st_mtime_ns for name in FILES}
     Path("f/00001.png").unlink()
@@ -357,3 +358,15 @@ def test_a_painting_that_was_stopped_is_finished_to_the_same_files(scene, folder
     report = paint(scene, "f/", is_resumed=True)
     assert stage(report, "paint").counts["painted"] == 3
     assert contents("f") == contents("whole")
+
+
+@for_each(
+    ("done", "total", "seconds", "text"),
+    [
+        (0, 5, 3.0, "0/5 frames"),
+        (34, 120, 4.0, "34/120 frames, 8.5 per second, 0:10 left"),
+        (1, 1000, 10.0, "1/1000 frames, 0.1 per second, 2:46:30 left"),
+    ],
+)
+def test_the_pace_is_told_in_frames_and_minutes(done, total, seconds, text):
+    assert pace(done, total, seconds) == text

@@ -208,3 +208,18 @@ def test_the_json_of_a_report_has_every_stage(scene, tmp_path):
 @for_each(("asked", "num"), [(None, 1000), (0.1, 100), (0.0001, 1), (7000, 7000), (1.0, 1000)])
 def test_strokes_are_a_count_a_share_or_all(asked, num):
     assert ClusterConfig(strokes=asked).num_strokes(1000) == num
+
+
+@for_each(
+    ("make", "sentence"),
+    [
+        (lambda: ClusterConfig(strokes=0), "strokes must be a count >= 1 or a share"),
+        (lambda: ClusterConfig(strokes=1.5), "strokes must be a count >= 1 or a share"),
+        (lambda: ViewConfig(size=(0, 5)), "size must be 1x1 to 32767x32767 pixels, got 0x5"),
+        (lambda: ViewConfig(fov_y=4.0), r"fov-deg must be above 0 and below 180 degrees, got 229"),
+        (lambda: DrawConfig(threads=0), "threads must be 1 to 1024, got 0"),
+    ],
+)
+def test_a_configuration_refuses_what_makes_no_sense(make, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        make()
