@@ -1,7 +1,6 @@
 """Paintings in the hand of a style: black and white stays so, and dials take back what they name."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -9,6 +8,7 @@ import pytest
 import brushgs as bg
 from brushgs.formats.styles import read_style
 from brushgs.formats.styles_write import write_style
+from brushgs.options.painting import ViewConfig
 from brushgs.options.styling import DIALS
 from brushgs.outlets.learn_style import learn_style
 from brushgs.pipeline.prepare import PICTURE, prepare
@@ -18,18 +18,21 @@ from brushgs.still_life import still_life_camera
 from brushgs.values.colors import oklab_of
 from brushgs.values.sh import base_colors
 from brushgs.values.style import StyleLines
-from tests.kit.commands import save_opaque
-from tests.kit.configs import blind
-from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 CAMERA = still_life_camera(width=96, height=72)
+LOOK = bg.Look.open("oil").config
 COLORS = {  # of paper and ink
     "cream": ((0.93, 0.9, 0.82), (0.1, 0.09, 0.09)),
     "blue": ((0.3, 0.45, 0.75), (0.1, 0.15, 0.4)),
 }
 LEAST = 0.002  # OKLab chroma that nobody sees
-SMALL = blind("oil", 400, (96, 72))
+SMALL = replace(
+    LOOK,
+    cluster=replace(LOOK.cluster, strokes=400),
+    strokes=replace(LOOK.strokes, see="off"),
+    view=ViewConfig(size=(96, 72)),
+)
 
 
 def chroma(rgb):
@@ -50,13 +53,16 @@ def drawing(paper, ink, height=160, width=200):
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("hands")
     for name, colors in COLORS.items():
-        save_opaque(path / f"{name}.png", drawing(*colors))
+        picture = drawing(*colors)
+        frame = bg.Frame(np.float32(picture), np.ones(picture.shape[:2], np.float32))
+        bg.save(frame, path / f"{name}.png")
         write_style(learn_style(path / f"{name}.png"), path / f"{name}.style")
     return path
 
 
 def painted(folder, text):
-    return bg.paint(still_life_of(1000), styled(SMALL, f"{folder}/{text}"), camera=CAMERA).over((1, 1, 1))
+    config = SMALL if text is None else styled(SMALL, f"{folder}/{text}")
+    return bg.paint(still_life_of(1000), config, camera=CAMERA).over((1.0, 1.0, 1.0))
 
 
 def test_a_painting_in_black_and_white_stays_so(folder):
@@ -80,9 +86,8 @@ def coats_with(folder):
     contours = StyleLines(0.3, 0.01, np.array([0.05, 0.05, 0.1]))
     write_style(replace(read_style(folder / "blue.style"), lines=contours), folder / "lined.style")
 
-    @cache
-    def coats(name):
-        dials = ";".join(f"{dial}={int(dial == name)}" for dial in DIALS)
+    def coats(*names):
+        dials = ";".join(f"{dial}={int(dial in names)}" for dial in DIALS)
         config = styled(SMALL, f"{folder}/lined.style;{dials}")
         painting = prepare(still_life_of(1000), config, Report(), asks=PICTURE).painting
         return {coat.name: coat.strokes for coat in painting.coats}
@@ -90,10 +95,15 @@ def coats_with(folder):
     return coats
 
 
-@for_each("dial", DIALS)
-def test_each_dial_changes_what_it_names_and_nothing_else(coats_with, dial):
+@pytest.fixture(scope="module")
+def without(coats_with):
+    return coats_with()
+
+
+@pytest.mark.parametrize("dial", DIALS)
+def test_each_dial_changes_what_it_names_and_nothing_else(coats_with, without, dial):
     name, column, *kept = CHANGED[dial]
-    found, without = coats_with(dial), coats_with(None)
+    found = coats_with(dial)
     if column is None:
         assert name not in without or len(without[name]) != len(found[name])
     else:
@@ -101,8 +111,9 @@ def test_each_dial_changes_what_it_names_and_nothing_else(coats_with, dial):
     assert set(found) - set(without) == ({"lines"} if dial == "line" else set())
     for coat, columns in zip(("strokes", "backdrop"), kept, strict=True):
         for each in columns:
-            one, other = getattr(found[coat], each), getattr(without[coat], each)
-            np.testing.assert_array_equal(one, other, err_msg=f"{coat} {each}")
+            np.testing.assert_array_equal(
+                getattr(found[coat], each), getattr(without[coat], each), err_msg=f"{coat} {each}"
+            )
     light, *tint = mean_lab(found["strokes"]) - mean_lab(without["strokes"])
     assert (np.hypot(*tint) > 0.05) == (dial == "color")
     assert abs(light) < 0.01 or dial in ("color", "stage")  # a stage moves the subject apart from it
