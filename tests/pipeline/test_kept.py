@@ -16,7 +16,6 @@ from brushgs.formats.pictures.images import read_image
 from brushgs.pipeline import kept
 from brushgs.pipeline.kept import KeptMemory, Store, Unnamed, digest
 from brushgs.rendering.plain import plain_views
-from tests.kit.commands import names, stages_of
 from tests.scenes import save_upright, still_life_of
 
 BARE = ["--strokes", "60", "--size", "64x48"]
@@ -35,7 +34,7 @@ OPTIONS = [
 
 
 @pytest.fixture
-def cache(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     """An empty cache that keeps what is fast to make, too."""
     monkeypatch.setenv(kept.FOLDER, str(tmp_path / "cache"))
     monkeypatch.setattr(kept, "LEAST_SECONDS", 0.0)
@@ -43,12 +42,26 @@ def cache(tmp_path, monkeypatch):
     return tmp_path / "cache"
 
 
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "scene.ply"
+    save_upright(still_life_of(1000), path)
+    return path
+
+
 def picture(scene, output, *flags):
     assert main(["render", str(scene), "-o", str(output), "--quiet", *BARE, *flags]) == 0
     return read_image(output)
 
 
-def test_pairs_of_commands_paint_the_same_bits(cache, scene, tmp_path):
+def report_of(scene, output, capsys, *flags):
+    capsys.readouterr()
+    assert main(["render", str(scene), "-o", str(output), "--json", *BARE, *flags]) == 0
+    found = json.loads(capsys.readouterr().out)
+    return {stage["name"]: stage for stage in found["stages"]}, found["notes"]
+
+
+def test_pairs_of_commands_paint_the_same_bits(folder, scene, tmp_path):
     draw, found = random.Random(5), 0
     for _ in range(4):
         flags = {name: draw.choice(values) for name, values in draw.sample(OPTIONS, 4)}
@@ -56,17 +69,18 @@ def test_pairs_of_commands_paint_the_same_bits(cache, scene, tmp_path):
         flags |= {name: draw.choice(values) for name, values in draw.sample(OPTIONS, 1)}
         second = [word for pair in flags.items() for word in pair]
         picture(scene, tmp_path / "first.png", *first)
-        before = {path.name: path.stat().st_mtime_ns for path in cache.iterdir()}
+        before = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
         with_cache = picture(scene, tmp_path / "second.png", *second)
-        found += sum(path.stat().st_mtime_ns > before.get(path.name, np.inf) for path in cache.iterdir())
+        found += sum(path.stat().st_mtime_ns > before.get(path.name, np.inf) for path in folder.iterdir())
         without = picture(scene, tmp_path / "without.png", *second, "--no-cache")
         np.testing.assert_array_equal(with_cache, without, err_msg=f"{first}, then {second}")
     assert found > 4  # results were used
 
 
-def test_a_kept_result_reports_its_stages(cache, scene, tmp_path, capsys):
-    words = ["render", scene, "-o", tmp_path / "a.png", *BARE]
-    made, found = stages_of(capsys, *words), stages_of(capsys, *words, "--stroke", "swirl")
+def test_a_kept_result_reports_its_stages_and_notes(folder, scene, tmp_path, capsys):
+    made, notes = report_of(scene, tmp_path / "one.png", capsys)
+    found, notes_found = report_of(scene, tmp_path / "two.png", capsys, "--stroke", "swirl")
+    assert notes_found == notes
     for name in ("first view", "cluster", "direction"):
         assert found[name]["did"] == made[name]["did"]
         assert found[name]["counts"] == made[name]["counts"]
@@ -74,15 +88,13 @@ def test_a_kept_result_reports_its_stages(cache, scene, tmp_path, capsys):
         assert kept.KEPT not in made[name]["details"]
 
 
-def test_a_changed_scene_is_read_again(cache, folder):
-    path = folder / "scene.ply"
-    save_upright(still_life_of(1000), path)
-    time = path.stat().st_mtime_ns
-    picture(path, "one.png")
-    save_upright(still_life_of(1000, seed=1), path)
-    os.utime(path, ns=(time, time))  # same size and time
-    changed = picture(path, "two.png")
-    np.testing.assert_array_equal(changed, picture(path, "three.png", "--no-cache"))
+def test_a_changed_scene_is_read_again(folder, scene, tmp_path):
+    time = scene.stat().st_mtime_ns
+    picture(scene, tmp_path / "one.png")
+    save_upright(still_life_of(1000, seed=1), scene)
+    os.utime(scene, ns=(time, time))  # same size and time
+    changed = picture(scene, tmp_path / "two.png")
+    np.testing.assert_array_equal(changed, picture(scene, tmp_path / "three.png", "--no-cache"))
 
 
 def test_a_folder_counts_by_its_files(tmp_path, monkeypatch):
@@ -98,15 +110,15 @@ def test_a_folder_counts_by_its_files(tmp_path, monkeypatch):
         digest(folder)
 
 
-def test_damaged_results_are_made_again(cache, scene, tmp_path):
+def test_damaged_results_are_made_again(folder, scene, tmp_path):
     before = picture(scene, tmp_path / "one.png")
-    files = names(cache)
-    for index, path in enumerate(sorted(cache.iterdir())):
+    names = sorted(path.name for path in folder.iterdir())
+    for index, path in enumerate(sorted(folder.iterdir())):
         content = path.read_bytes()
         path.write_bytes((b"", content[:-40], b"PK\x03\x04", b"not a zip file" * 99)[index % 4])
     np.testing.assert_array_equal(picture(scene, tmp_path / "two.png"), before)
-    assert names(cache) == files
-    assert all(is_zipfile(path) for path in cache.iterdir())
+    assert sorted(path.name for path in folder.iterdir()) == names
+    assert all(is_zipfile(path) for path in folder.iterdir())
 
 
 def test_a_flipped_byte_and_a_pickle_are_refused(tmp_path):
