@@ -11,7 +11,7 @@ import brushgs
 from brushgs.cameras.framing import plain_first_view
 from brushgs.errors import SceneError
 from brushgs.options.focus import Focus
-from brushgs.options.look import Look
+from brushgs.options.look import Look, config_of
 from brushgs.options.maps import PROPERTIES, Map
 from brushgs.options.where import Where
 from brushgs.passes.where import WhereContext, memberships
@@ -24,7 +24,7 @@ from brushgs.still_life import still_life_camera
 from brushgs.values.colors import oklab_of
 from brushgs.values.sh import base_colors
 from tests.kit.commands import refused
-from tests.kit.configs import blind
+
 from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same
 from tests.scenes import save_upright, still_life_of
@@ -128,8 +128,11 @@ def test_relief_and_lost_edges_follow_their_maps(tmp_path):
     half = f"half:1,0,0,{middle[0]:.3f}"
 
     def painted(*flags):
+        config = config_of("oil")
         maps = tuple(Map.parse(text) for text in flags)
-        config = blind("oil", 400, (120, 90), strokes={"see": "views", "maps": maps, "edges": 1.0})
+        view, cluster = replace(config.view, size=(120, 90)), replace(config.cluster, strokes=400)
+        strokes = replace(config.strokes, maps=maps, edges=1.0)
+        config = replace(config, strokes=strokes, view=view, cluster=cluster)
         return prepare(path, config, Report(), asks=("painting", "edges", "background"))
 
     plain, mapped = painted(), painted(f"relief={half}:0..1", f"edge={half}:0..1")

@@ -1,23 +1,34 @@
 """Marks of every medium bear the part of the scene that they lie in."""
 
-import numpy as np
+from dataclasses import replace
 
+import numpy as np
+import pytest
+
+from brushgs.options.look import Look
 from brushgs.options.rules import Rule, Rules
 from brushgs.options.where import Where
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life_camera
-from tests.kit.configs import blind
-from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 
-@for_each("look", ["oil", "watercolour", "ink"])
-def test_every_coat_but_the_backdrop_bears_parts(look):
-    rules = Rules((Rule(Where.parse("half:-1,0,0,0")),))
-    economy = {"economy": 0.0}  # pieces keep the part of their Gaussian
-    config = blind(look, 200, (160, 120), strokes=economy, rules=rules)
-    prepared = prepare(still_life_of(3000), config, Report(), views=still_life_camera(width=160, height=120))
+@pytest.fixture(scope="module")
+def scene():
+    return still_life_of(3000)
+
+
+@pytest.mark.parametrize("look", ["oil", "watercolour", "ink"])
+def test_every_coat_but_the_backdrop_bears_parts(scene, look):
+    config = Look.open(look).config
+    config = replace(
+        config,
+        cluster=replace(config.cluster, strokes=200),
+        strokes=replace(config.strokes, see="off", economy=0.0),  # pieces keep the part of their Gaussian
+        rules=Rules((Rule(Where.parse("half:-1,0,0,0")),)),
+    )
+    prepared = prepare(scene, config, Report(), views=still_life_camera(width=160, height=120))
     strokes, coats = prepared.strokes, prepared.painting.coats
     assert "lines" in {coat.name for coat in coats} or look == "oil"
     assert set(coats[0].strokes.regions) == {0, 1}
