@@ -24,7 +24,6 @@ from brushgs.still_life import still_life_camera
 from brushgs.values.colors import oklab_of
 from brushgs.values.sh import base_colors
 from tests.kit.commands import refused
-
 from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same
 from tests.scenes import save_upright, still_life_of
