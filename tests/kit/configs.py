@@ -15,9 +15,9 @@ def changed(config: PaintConfig, **steps: Any) -> PaintConfig:
     return config
 
 
-def blind(look: str, strokes: int, size: tuple[int, int], **steps: Any) -> PaintConfig:
+def blind(look: str, count: int, size: tuple[int, int], /, **steps: Any) -> PaintConfig:
     """A look of so many strokes that do not see, which takes most of the time, and else as `changed`."""
     steps["strokes"] = {"see": "off"} | steps.get("strokes", {})
-    sized = {"cluster": {"strokes": strokes} | steps.pop("cluster", {})}
-    sized["view"] = {"size": size} | steps.pop("view", {})
-    return changed(Look.open(look).config, **sized, **steps)
+    steps["cluster"] = {"strokes": count}
+    steps["view"] = {"size": size} | steps.get("view", {})
+    return changed(Look.open(look).config, **steps)
