@@ -1,8 +1,6 @@
 """Paint on a frame, adopt it, and find it again in other paintings of the scene."""
 
-import contextlib
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,38 +12,28 @@ from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.formats.pictures.layers_read import read_layer
 from brushgs.outlets.adopt import paint_over
 from brushgs.values.frame import Frame
-from tests.kit.commands import refused, save_opaque
-from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 
+VIEW = ("--size", "320x240", "--quiet")
 RED = np.float32([0.9, 0.05, 0.05])
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory):
+def folder(tmp_path_factory):
     """A scene, its frame, a bar painted on it, and the marks of that."""
-    place = tmp_path_factory.mktemp("adopt")
-    save_upright(still_life_of(3000), place / "scene.ply")
-    alpha = np.zeros((120, 160), np.float32)
-    alpha[40:80, 60:100] = 1
-    with contextlib.chdir(place):
-        render("--strokes", "300", "-o", "frame.png", "--sidecar")
-        write_frame(Frame(alpha[..., None] * RED, alpha), "layer.png")
-        adopt("layer.png", "-o", "scene.marks")
-    return place
+    folder = tmp_path_factory.mktemp("adopt")
+    save_upright(still_life_of(3000), folder / "scene.ply")
+    run(folder, "render", "scene.ply", *VIEW, "--strokes", "300", "-o", "frame.png", "--sidecar")
+    alpha = np.zeros((240, 320), np.float32)
+    alpha[80:160, 120:200] = 1
+    write_frame(Frame(alpha[..., None] * RED, alpha), folder / "layer.png")
+    run(folder, "adopt", "layer.png", "--on", "frame.png", "scene.ply", "-o", "scene.marks", "--quiet")
+    return folder
 
 
-@pytest.fixture(autouse=True)
-def current(place, monkeypatch):
-    monkeypatch.chdir(place)
-
-
-def render(*words):
-    assert main(["render", "scene.ply", "--size", "160x120", "--quiet", *words]) == 0
-
-
-def adopt(layer, *words):
-    assert main(["adopt", layer, "--on", "frame.png", "scene.ply", "--quiet", *words]) == 0
+def run(folder, *words):
+    found = [str(folder / word) if "." in word and not word.startswith("-") else word for word in words]
+    assert main(found) == 0
 
 
 def red(path) -> np.ndarray:
@@ -53,101 +41,113 @@ def red(path) -> np.ndarray:
     return np.abs(read_image(path)[..., :3] - RED).max(axis=2) < 0.3
 
 
-@for_each("look", ["oil", "ink", "watercolour"])
-def test_marks_stay_as_painted_in_other_looks_and_counts(look):
-    render("--strokes", "150", "--look", look, "--marks", "scene.marks", "-o", f"{look}.png")
-    wanted, found = read_image("layer.png")[..., 3] > 0.5, red(f"{look}.png")
-    assert (found & wanted).sum() >= 0.95 * (found | wanted).sum()
+def iou(first, second) -> float:
+    return float((first & second).sum() / (first | second).sum())
 
 
-def test_what_is_not_painted_over_stays_as_it_was():
-    render("--strokes", "300", "--marks", "scene.marks", "-o", "with.png")
-    away = np.abs(read_image("with.png") - read_image("frame.png")).max(axis=2)
-    away[38:82, 58:102] = 0
+@pytest.mark.parametrize("look", ["oil", "ink", "watercolour"])
+def test_marks_stay_as_painted_in_other_looks_and_counts(folder, look):
+    words = ("--strokes", "150", "--look", look, "--marks", "scene.marks", "-o", f"{look}.png")
+    run(folder, "render", "scene.ply", *VIEW, *words)
+    wanted = read_image(folder / "layer.png")[..., 3] > 0.5
+    assert iou(red(folder / f"{look}.png"), wanted) >= 0.95
+
+
+def test_what_is_not_painted_over_stays_as_it_was(folder):
+    run(folder, "render", "scene.ply", *VIEW, "--strokes", "300", "--marks", "scene.marks", "-o", "with.png")
+    away = np.abs(read_image(folder / "with.png") - read_image(folder / "frame.png")).max(axis=2)
+    away[76:164, 116:204] = 0
     assert away.max() == 0
 
 
-def test_a_frame_painted_over_gives_the_same_marks():
-    frame = read_image("frame.png")[..., :3].copy()
-    frame[40:80, 60:100] = RED
-    save_opaque("over.png", frame)
-    adopt("over.png", "-o", "over.marks")
-    first, second = (read_marks(name).marks for name in ("scene.marks", "over.marks"))
+def test_a_frame_painted_over_gives_the_same_marks(folder):
+    frame = read_image(folder / "frame.png")[..., :3].copy()
+    frame[80:160, 120:200] = RED
+    write_frame(Frame(frame, np.ones(frame.shape[:2], np.float32)), folder / "over.png")
+    run(folder, "adopt", "over.png", "--on", "frame.png", "scene.ply", "-o", "over.marks", "--quiet")
+    first, second = (read_marks(folder / name).marks for name in ("scene.marks", "over.marks"))
     np.testing.assert_allclose(first.means, second.means, atol=0.05)
 
 
-def test_films_show_marks():
+def test_films_show_marks(folder):
     path = ("--orbit", "24", "--sway", "10", "-o", "film_%02d.png")
-    render("--strokes", "150", "--see", "off", "--marks", "scene.marks", *path)
-    areas = [red(path).sum() for path in sorted(Path().glob("film_*.png"))]
+    run(folder, "render", "scene.ply", *VIEW, "--strokes", "150", "--marks", "scene.marks", *path)
+    areas = [red(path).sum() for path in sorted(folder.glob("film_*.png"))]
     assert len(areas) == 24
     assert min(areas) >= 0.7 * max(areas)
-    assert np.abs(np.diff(areas)).max() <= 0.12 * max(areas)  # none appears or leaves at once
+    steps = np.abs(np.diff(areas))
+    assert steps.max() <= 0.12 * max(areas)  # none appears or leaves at once
 
 
-def test_pages_and_models_hold_strokes_for_marks():
-    for name in ("page.html", "model.glb"):
-        words = ["export", "scene.ply", "--strokes", "60", "--see", "off", "--quiet", "-o"]
-        assert main([*words, f"plain_{name}"]) == 0
-        assert main([*words, name, "--marks", "scene.marks"]) == 0
-        assert Path(name).stat().st_size > Path(f"plain_{name}").stat().st_size
+@pytest.mark.parametrize("name", ["page.html", "model.glb"])
+def test_pages_and_models_hold_strokes_for_marks(folder, name):
+    run(folder, "export", "scene.ply", "--strokes", "150", "-o", f"plain_{name}", "--quiet")
+    run(folder, "export", "scene.ply", "--strokes", "150", "--marks", "scene.marks", "-o", name, "--quiet")
+    assert (folder / name).read_bytes() != (folder / f"plain_{name}").read_bytes()
 
 
-def test_erased_surfaces_stay_unpainted_whatever_the_count():
-    write_frame(Frame(np.zeros((120, 160, 3), np.float32), np.zeros((120, 160), np.float32)), "no.png")
-    adopt("no.png", "--erase", "layer.png", "-o", "erased.marks")
+def test_erased_surfaces_stay_unpainted_whatever_the_count(folder):
+    write_frame(
+        Frame(np.zeros((240, 320, 3), np.float32), np.zeros((240, 320), np.float32)), folder / "no.png"
+    )
+    words = ("no.png", "--on", "frame.png", "scene.ply", "--erase", "layer.png", "-o", "erased.marks")
+    run(folder, "adopt", *words, "--quiet")
+    region = np.s_[100:140, 140:180]
     for count in ("150", "400"):
         ends = ("--strokes", count, "--backdrop", "off")
-        render(*ends, "-o", "whole.png")
-        render(*ends, "--marks", "erased.marks", "-o", "less.png")
-        whole, less = (read_image(name)[..., :3] for name in ("whole.png", "less.png"))
+        run(folder, "render", "scene.ply", *VIEW, *ends, "-o", "whole.png")
+        run(folder, "render", "scene.ply", *VIEW, *ends, "--marks", "erased.marks", "-o", "less.png")
+        whole, less = (read_image(folder / name)[..., :3] for name in ("whole.png", "less.png"))
         away = np.abs(whole - less).mean(axis=2)
-        assert away[50:70, 70:90].mean() > 3 * away[:, 130:].mean()
+        assert away[region].mean() > 3 * away[:, 260:].mean()
 
 
-def test_layers_of_an_openraster_file_paint_and_erase():
-    stack = """<image w="160" h="120"><stack>
+def test_layers_of_an_openraster_file_paint_and_erase(folder):
+    stack = """<image w="320" h="240"><stack>
         <layer name="Erase" src="data/e.png" x="10" y="20" opacity="1"/>
         <layer name="other" src="data/e.png"/>
         <layer name="marks" src="data/m.png" x="0" y="0" opacity="0.5"/>
     </stack></image>"""
-    small = np.ones((20, 30), np.float32)
-    write_frame(Frame(small[..., None] * RED, small), "small.png")
-    with zipfile.ZipFile("layer.ora", "w") as archive:
+    small = np.ones((40, 60), np.float32)
+    write_frame(Frame(small[..., None] * RED, small), folder / "small.png")
+    with zipfile.ZipFile(folder / "layer.ora", "w") as archive:
         archive.writestr("mimetype", "image/openraster")
         archive.writestr("stack.xml", stack)
-        archive.write("layer.png", "data/m.png")
-        archive.write("small.png", "data/e.png")
-    paint, erased = (read_layer("layer.ora", name) for name in ("marks", "erase"))
-    np.testing.assert_allclose(paint[..., 3], 0.5 * read_image("layer.png")[..., 3], atol=1e-6)
+        archive.write(folder / "layer.png", "data/m.png")
+        archive.write(folder / "small.png", "data/e.png")
+    paint, erased = (read_layer(folder / "layer.ora", name) for name in ("marks", "erase"))
+    np.testing.assert_allclose(paint[..., 3], 0.5 * read_image(folder / "layer.png")[..., 3], atol=1e-6)
     assert (np.argwhere(erased[..., 3] > 0).min(axis=0) == (20, 10)).all()
     assert erased[..., 3].sum() == small.size
-    assert read_layer("layer.ora", "none") is None
-    adopt("layer.ora", "-o", "ora.marks")
-    found = read_marks("ora.marks")
+    assert read_layer(folder / "layer.ora", "none") is None
+    run(folder, "adopt", "layer.ora", "--on", "frame.png", "scene.ply", "-o", "ora.marks", "--quiet")
+    found = read_marks(folder / "ora.marks")
     assert len(found.marks) > 0
     assert len(found.erased) > 0
-    Path("bad.ora").write_bytes(Path("layer.ora").read_bytes()[:300])
+    (folder / "bad.ora").write_bytes((folder / "layer.ora").read_bytes()[:300])
     with pytest.raises(SceneError, match="damaged zip archive"):
-        read_layer("bad.ora", "marks")
+        read_layer(folder / "bad.ora", "marks")
 
 
-@for_each(
-    ("words", "sentence"),
-    [
-        (("frame.png",), "has no transparency"),
-        (("tall.png", "--on", "frame.png"), "has 120x160 pixels"),
-        (("empty.png", "--on", "frame.png"), "holds no paint"),
-        (("lost.png",), "states no camera"),
-    ],
-)
-def test_pictures_that_cannot_be_adopted_are_refused(words, sentence, capsys):
-    for file, shape in (("tall.png", (160, 120)), ("empty.png", (120, 160)), ("lost.png", (120, 160))):
+BAD = {
+    "an opaque picture": (("frame.png",), "has no transparency"),
+    "another shape": (("tall.png", "--on", "frame.png"), "has 240x320 pixels"),
+    "nothing": (("empty.png", "--on", "frame.png"), "holds no paint"),
+    "no camera": (("lost.png",), "states no camera"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_pictures_that_cannot_be_adopted_are_refused(folder, name, capsys):
+    for file, shape in (("tall.png", (320, 240)), ("empty.png", (240, 320)), ("lost.png", (240, 320))):
         alpha = np.zeros(shape, np.float32)
         alpha[:9, :9] = file != "empty.png"
-        write_frame(Frame(alpha[..., None] * RED, alpha), file)
-    assert sentence in refused(capsys, "adopt", *words, "scene.ply", "-o", "bad.marks", "--quiet")
-    assert not Path("bad.marks").exists()
+        write_frame(Frame(alpha[..., None] * RED, alpha), folder / file)
+    words, sentence = BAD[name]
+    given = [str(folder / word) if word.endswith(".png") else word for word in words]
+    assert main(["adopt", *given, str(folder / "scene.ply"), "-o", str(folder / "bad.marks"), "--quiet"]) == 2
+    assert sentence in capsys.readouterr().err
+    assert not (folder / "bad.marks").exists()
 
 
 def test_paint_over_a_frame_has_soft_edges():

@@ -14,8 +14,6 @@ from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.pipeline.media.materials import ACCENTS, BACKDROP
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from tests.kit.commands import stages
-from tests.kit.configs import changed
 from tests.scenes import still_life_of
 
 ADDED = {"focus", "slabs", "key", "edges", "values", "accents"}  # stages
@@ -23,19 +21,29 @@ SCENE = still_life_of(1500)
 
 
 def oil(**light):
-    return changed(
-        Look.open("oil").config,
-        cluster={"strokes": 500},
-        draw={"lock": "anchor"},  # frames below are painted without a track
-        view={"size": (96, 72), "up": (0, -1, 0)},
-        light=light,
-        ground={"backdrop_always": True},
+    config = Look.open("oil").config
+    return replace(
+        config,
+        cluster=replace(config.cluster, strokes=500),
+        draw=replace(config.draw, lock="anchor"),  # frames below are painted without a track
+        view=replace(config.view, size=(96, 72), up=(0, -1, 0)),
+        light=replace(config.light, **light),
+        ground=replace(config.ground, backdrop_always=True),
     )
 
 
+def blind(config):
+    """Strokes that do not see, which takes most of the time of a film."""
+    return replace(config, strokes=replace(config.strokes, see="off"))
+
+
 def without(config):
-    strokes = {"economy": 0.0, "edges": 0.0, "focus": None}
-    return changed(config, light={"key": 0.0}, color={"values": 0.0}, strokes=strokes)
+    return replace(
+        config,
+        light=replace(config.light, key=0.0),
+        color=replace(config.color, values=0.0),
+        strokes=replace(config.strokes, economy=0.0, edges=0.0, focus=None),
+    )
 
 
 def painted(config, **options):
@@ -49,12 +57,16 @@ def in_oil():
     return painted(oil())
 
 
+def stages(report):
+    return {stage.name for stage in report.stages}
+
+
 def test_a_look_adds_all_of_it_and_nothing_where_it_is_switched_off():
     found, report = in_oil()
-    assert ADDED - {"slabs"} <= set(stages(report))
+    assert ADDED - {"slabs"} <= stages(report)
     assert [coat.name for coat in found.painting.coats] == [BACKDROP, "strokes", ACCENTS]
     bare, report = painted(without(oil()))
-    assert not ADDED & set(stages(report))
+    assert not ADDED & stages(report)
     assert [coat.name for coat in bare.painting.coats] == [BACKDROP, "strokes"]
     assert bare.painting.lamp.towards is None
 
@@ -79,19 +91,22 @@ def frames_of(found):
     return [painter.frame(view).rgb for view in views]
 
 
-def test_a_day_passes_over_a_film(monkeypatch):
-    # A day has a sun each so many degrees, and each lights all strokes.
+@pytest.fixture
+def few_suns(monkeypatch):
+    """A day has a sun each so many degrees, and each lights all strokes."""
     monkeypatch.setattr("brushgs.pipeline.lamp.SUN_STEP", 30.0)
+
+
+def test_a_day_passes_over_a_film(few_suns):
     sun = tuple(map(radians, (-60.0, 20.0, 60.0, 40.0)))
-    config = changed(oil(key=0.8, sun=sun), strokes={"see": "off"})
-    found, _ = painted(config, views=PathConfig(orbit=4))
+    found, _ = painted(blind(oil(key=0.8, sun=sun)), views=PathConfig(orbit=4))
     assert set(found.painting.day.shifts) == {BACKDROP, "strokes"}
     frames = frames_of(found)
     steps = [np.abs(after - before).mean() for before, after in pairwise(frames)]
     assert min(steps) > 0.002
     assert np.abs(frames[-1] - frames[0]).mean() > max(steps)
     # A frame that is painted first, or alone, is the same.
-    again = painted(config, views=PathConfig(orbit=4))[0]
+    again = painted(blind(oil(key=0.8, sun=sun)), views=PathConfig(orbit=4))[0]
     painter = FramePainter(again.painting, again.background, FrameKind(None))
     alone = painter.frame(FrameView(2, again.cameras[0], hour=2 / 3)).rgb
     np.testing.assert_array_equal(alone, frames[2])
