@@ -39,7 +39,6 @@ from brushgs.rendering.track import track_directions
 from tests.kit.commands import names, stages
 from tests.kit.for_each import for_each
 
-ROOT = Path(__file__).resolve().parents[2]
 NUM_FRAMES = 6
 FLAT = bg.StrokeTexture.open("flat")
 MOVING = RenderOptions.of(FLAT, order="soft")
