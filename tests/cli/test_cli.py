@@ -264,10 +264,6 @@ def test_a_palette_gives_its_colours(scene, blue, capsys):
     picture = read_image("pears-ellipse.png")
     painted = picture[..., 3] > 0.5
     np.testing.assert_allclose(picture[painted, :3], [[0.1, 0.2, 0.8]] * painted.sum(), atol=0.02)
-    nothing = np.zeros((4, 4, 3), np.float32)
-    bg.save(bg.Frame(nothing, nothing[..., 0]), "clear.png")
-    err = refused(capsys, "render", scene, *SMALL, "--palette", "clear.png")
-    assert "clear.png: has no colours to take" in err
 
 
 def test_the_palette_pass_stands_alone(scene, blue, capsys):
